@@ -1,0 +1,221 @@
+"""Derivatives of sampled signals: causal, for samples at any stamps, exact for polynomials.
+
+The filter fits a polynomial of degree D to all samples so far, by least squares, where a sample of age tau
+has the weight exp(-lambda tau); the derivatives of the polynomial at the newest stamp are the estimate. This
+is the fading-memory polynomial filter (Morrison, *Introduction to Sequential Smoothing and Prediction*, 1969,
+ch. 13; for D = 1 and 2 also known as critically damped g-h and g-h-k filter, Brookner, *Tracking and Kalman
+Filtering Made Easy*, 1998, ch. 1), with gains that come from the stamps that were really seen.
+
+Why this one
+  * Exact for every polynomial of degree D, at any stamps, from sample D + 1 on: no start-up transient, no
+    bias that grows with jitter or with lost messages. (Difference quotients and a low pass have both.)
+  * One parameter, with a meaning. For samples much denser than 1/lambda it is the linear filter
+    s^D lambda^(D+1) / (s + lambda)^(D+1) for the highest derivative: an ideal differentiator and D + 1 equal
+    real poles, no overshoot. Its gain falls to 1/sqrt(2) of the ideal differentiator at the bandwidth
+    f_b [Hz]: lambda = 2 pi f_b / sqrt(2^(1/(D+1)) - 1).
+  * Lag of the highest derivative at low frequency: (D + 1) / lambda less half a sample interval, that is
+    0.205 / f_b for D = 1 and 0.243 / f_b for D = 2 at high rates. Lower derivatives have none: a changing
+    highest derivative costs them an error of second order only.
+  * White noise of deviation sigma on samples every dt gives the highest derivative the deviation
+    sigma sqrt(lambda^3 dt / 4) for D = 1, sigma sqrt(3 lambda^5 dt / 16) for D = 2.
+
+How it runs: the state is the polynomial itself (value and derivatives at the newest stamp, a row each) and
+the weighted moments of the sample ages. A step moves the polynomial to the new stamp, compares it with the
+new sample, and adds gains times the difference, an exact update of the least-squares fit. Gains depend on
+stamps alone; all work on samples is elementwise, so joints go through together, and the bits of one do not
+depend on the others.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+# The memory is never shorter than about one sample interval: older samples keep at least this share of their
+# weight at each step. Where the bandwidth is too high for the sample rate, the filter becomes the finite
+# difference of the last D + 1 samples and not less.
+_LEAST_DECAY: Final = 0.1
+
+# The degree is raised only when the fit is well conditioned: determinant over product of the diagonal. Two
+# stamps that almost coincide say nothing about a second derivative.
+_LEAST_CONDITION: Final = 1e-9
+
+
+class StampEvent(Enum):
+    """What the stamp of a sample meant to the filter."""
+
+    NEXT = "next"  # went on from the sample before
+    FIRST = "first"  # no sample before
+    REPEATED = "repeated"  # same stamp and same values: nothing new
+    CONFLICT = "conflicting stamp"  # same stamp, other values: restarted
+    BACKWARD = "backward stamp"  # earlier than the sample before: restarted
+    GAP = "gap"  # later than the largest gap: restarted
+
+
+@dataclass(frozen=True, eq=False)
+class FilterState:
+    """All that the filter remembers.
+
+    Attributes:
+        stamp_ns: stamp of the newest sample [ns].
+        start_ns: stamp of the first sample since the last restart [ns].
+        degree: degree of the polynomial that the samples so far determine.
+        moments: weighted sums of age^k, k = 0..4, ages in units of 1/lambda.
+        sample: newest sample, (n,).
+        derivatives: (D + 1, n), the fitted value and its derivatives at ``stamp_ns`` [unit/s^k];
+            rows above ``degree`` are zero.
+    """
+
+    stamp_ns: int
+    start_ns: int
+    degree: int
+    moments: tuple[float, float, float, float, float]
+    sample: FloatArray
+    derivatives: FloatArray
+
+
+@dataclass(frozen=True)
+class PolynomialFilter:
+    """Fading-memory polynomial filter of degree 1 or 2.
+
+    Attributes:
+        degree: highest derivative that is estimated, 1 or 2.
+        bandwidth: frequency where the highest derivative has lost 3 dB [Hz].
+        max_gap: stamps further apart than this restart the filter [s].
+    """
+
+    degree: int
+    bandwidth: float
+    max_gap: float
+
+    def __post_init__(self) -> None:
+        if self.degree not in (1, 2):
+            raise ValueError(f"degree is {self.degree}, expected 1 or 2")
+        for name in ("bandwidth", "max_gap"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} is {value}, expected a finite number above 0")
+
+    @property
+    def rate(self) -> float:
+        """lambda, the rate at which samples are forgotten [1/s]."""
+        return 2.0 * math.pi * self.bandwidth / math.sqrt(2.0 ** (1.0 / (self.degree + 1)) - 1.0)
+
+    @property
+    def lag(self) -> float:
+        """Delay of the highest derivative for slow signals, for samples much denser than this [s]."""
+        return (self.degree + 1) / self.rate
+
+    def ready(self, state: FilterState) -> bool:
+        """Whether the state has its samples: degree + 1 at least, over a time no shorter than the lag.
+
+        The polynomial is exact from sample degree + 1 on, but over a short time noise in the samples is
+        blown up; after one lag it is within a factor of 5 of what it settles at.
+        """
+        return state.degree == self.degree and (state.stamp_ns - state.start_ns) * 1e-9 >= self.lag
+
+    def step(
+        self, state: FilterState | None, stamp_ns: int, sample: FloatArray
+    ) -> tuple[FilterState, StampEvent]:
+        """The state after one more sample.
+
+        Args:
+            state: state before, or None at the start. It is not changed.
+            stamp_ns: stamp of the sample [ns].
+            sample: (n,), finite.
+
+        Returns:
+            The new state, and what the stamp meant. Backward stamps, conflicting stamps and gaps restart the
+            filter from this sample.
+        """
+        event = self._event(state, stamp_ns, sample)
+        if state is None or event not in (StampEvent.NEXT, StampEvent.REPEATED):
+            return self._start(stamp_ns, sample), event
+        if event is StampEvent.REPEATED:
+            return state, event
+        return self._advance(state, stamp_ns, sample), event
+
+    def _event(self, state: FilterState | None, stamp_ns: int, sample: FloatArray) -> StampEvent:
+        if state is None:
+            return StampEvent.FIRST
+        if stamp_ns < state.stamp_ns:
+            return StampEvent.BACKWARD
+        if stamp_ns == state.stamp_ns:
+            return StampEvent.REPEATED if np.array_equal(sample, state.sample) else StampEvent.CONFLICT
+        return StampEvent.GAP if (stamp_ns - state.stamp_ns) * 1e-9 > self.max_gap else StampEvent.NEXT
+
+    def _start(self, stamp_ns: int, sample: FloatArray) -> FilterState:
+        sample = sample.copy()
+        derivatives = np.zeros((self.degree + 1, sample.size))
+        derivatives[0] = sample
+        # The first sample has no interval before it: it gets its weight from the second.
+        return FilterState(stamp_ns, stamp_ns, 0, (0.0, 0.0, 0.0, 0.0, 0.0), sample, derivatives)
+
+    def _advance(self, state: FilterState, stamp_ns: int, sample: FloatArray) -> FilterState:
+        dt = (stamp_ns - state.stamp_ns) * 1e-9  # [s]
+        step = self.rate * dt
+        decay = max(math.exp(-step), _LEAST_DECAY)
+        # A sample stands for the interval before it: the bandwidth does not depend on the sample rate.
+        weight = 1.0 - decay
+        old = state.moments if state.moments[0] > 0.0 else (weight, 0.0, 0.0, 0.0, 0.0)
+        moments = _aged(old, step, decay, weight)
+        degree, gains = _gains(moments, weight, min(state.degree + 1, self.degree), self.rate)
+
+        derivatives = _moved(state.derivatives, dt)
+        difference = sample - derivatives[0]
+        for row in range(degree + 1):
+            derivatives[row] += gains[row] * difference
+        return FilterState(stamp_ns, state.start_ns, degree, moments, sample.copy(), derivatives)
+
+
+def _aged(
+    moments: tuple[float, float, float, float, float], step: float, decay: float, weight: float
+) -> tuple[float, float, float, float, float]:
+    """Moments after ``step`` (in units of 1/lambda) and a new sample of age 0: binomial shift of the ages."""
+    m0, m1, m2, m3, m4 = moments
+    return (
+        decay * m0 + weight,
+        decay * (m1 + step * m0),
+        decay * (m2 + step * (2.0 * m1 + step * m0)),
+        decay * (m3 + step * (3.0 * m2 + step * (3.0 * m1 + step * m0))),
+        decay * (m4 + step * (4.0 * m3 + step * (6.0 * m2 + step * (4.0 * m1 + step * m0)))),
+    )
+
+
+def _gains(
+    moments: tuple[float, float, float, float, float], weight: float, degree: int, rate: float
+) -> tuple[int, tuple[float, float, float]]:
+    """Degree that the moments allow, and gains of value, first and second derivative.
+
+    They are the first column of the inverse of the Hankel matrix of the moments, times the weight of the
+    newest sample; d/dt = -lambda d/d(age) turns coefficients of powers of age into derivatives.
+    """
+    m0, m1, m2, m3, m4 = moments
+    if degree == 2:
+        c0, c1, c2 = m2 * m4 - m3 * m3, m2 * m3 - m1 * m4, m1 * m3 - m2 * m2
+        det = m0 * c0 + m1 * c1 + m2 * c2
+        if det > _LEAST_CONDITION * m0 * m2 * m4:
+            scale = weight / det
+            return 2, (scale * c0, -rate * scale * c1, 2.0 * rate * rate * scale * c2)
+    det = m0 * m2 - m1 * m1
+    if degree >= 1 and det > _LEAST_CONDITION * m0 * m2:
+        scale = weight / det
+        return 1, (scale * m2, rate * scale * m1, 0.0)
+    return 0, (weight / m0, 0.0, 0.0)
+
+
+def _moved(derivatives: FloatArray, dt: float) -> FloatArray:
+    """The polynomial, (D + 1, n), seen ``dt`` [s] later."""
+    moved = derivatives.copy()
+    moved[0] += dt * derivatives[1]
+    if len(derivatives) == 3:
+        moved[0] += 0.5 * dt * dt * derivatives[2]
+        moved[1] += dt * derivatives[2]
+    return moved
