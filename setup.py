@@ -1,0 +1,55 @@
+"""The package for colcon (hybrid_dynamics_ros, ament_python) and for pip (hybrid-dynamics-ros)."""
+
+from glob import glob
+from pathlib import Path
+from xml.etree import ElementTree
+
+from setuptools import find_packages, setup
+
+PACKAGE = ElementTree.parse(Path(__file__).resolve().parent / "package.xml").getroot()
+NAME = PACKAGE.findtext("name")  # colcon wants the name of package.xml here
+
+EXTRAS = {
+    "fast": ["numba"],
+    "plot": ["matplotlib"],
+    "bag": ["rosbags"],
+    # ROS 2 Jazzy from PyPI, for machines without a ROS installation. Always the ros-jazzy-* names: the others
+    # resolve to newer distributions. The extra fastrtps brings the middleware.
+    # The interfaces come from this repository: pip install ./msg_defs ".[ros]"
+    "ros": [
+        "ros-jazzy-builtin-interfaces==2.0.3",
+        "ros-jazzy-geometry-msgs==5.3.6",
+        "ros-jazzy-rclpy==7.1.6",
+        "ros-jazzy-sensor-msgs==5.3.6",
+        "ros-jazzy-std-msgs==5.3.6",
+        "ros-rclpy[fastrtps]==7.1.6",
+    ],
+    "test": ["hypothesis", "matplotlib", "mujoco", "pin", "pytest", "pytest-timeout", "rosbags"],
+    "dev": ["import-linter", "mypy", "ruff", "types-PyYAML", "types-jsonschema"],
+    "colcon": ["colcon-cmake", "colcon-core", "colcon-defaults", "colcon-python-setup-py", "colcon-ros"],
+}
+
+setup(
+    name=NAME,
+    version=PACKAGE.findtext("version"),
+    description=PACKAGE.findtext("description"),
+    author=PACKAGE.findtext("maintainer"),
+    author_email=PACKAGE.find("maintainer").get("email"),
+    license=PACKAGE.findtext("license"),
+    python_requires=">=3.11",
+    packages=find_packages(include=["hybrid_dynamics_core*", "hybrid_dynamics_ros*"]),
+    package_data={
+        "hybrid_dynamics_core": ["py.typed", "robots/*.yaml", "description/*.json"],
+        "hybrid_dynamics_ros": ["py.typed"],
+    },
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+        (f"share/{NAME}/launch", sorted(glob("launch/*.launch.py"))),
+        (f"share/{NAME}/config", sorted(glob("config/*.yaml"))),
+    ],
+    zip_safe=False,  # robot files are read as files
+    install_requires=["numpy>=1.26", "scipy>=1.11", "PyYAML", "jsonschema"],
+    extras_require=EXTRAS,
+    entry_points={"console_scripts": ["hybrid_dynamics_node = hybrid_dynamics_ros.node:main"]},
+)
