@@ -1,0 +1,42 @@
+# The commands of the README. They use the active virtual environment, or else make .venv with PYTHON.
+VENV := $(if $(VIRTUAL_ENV),$(VIRTUAL_ENV),$(CURDIR)/.venv)
+PYTHON := $(firstword $(wildcard $(VENV)/bin/python) python3)
+RUN := $(VENV)/bin
+
+# A sourced ROS installation must not mix with ROS 2 from PyPI.
+unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH PYTHONPATH
+ifdef ROS_DISTRO
+unexport LD_LIBRARY_PATH
+endif
+
+.PHONY: help setup demo test lint colcon clean
+
+help: ## say what there is
+	@sed -n 's/^\([a-z]*\):[^#]*## /  make \1\t/p' Makefile
+
+setup: ## install ROS 2 from PyPI, the interfaces and this package
+	@$(PYTHON) tools/environment.py $(VENV) run
+
+setup-test:
+	@$(PYTHON) tools/environment.py $(VENV) test
+
+demo: setup ## play the recorded trajectory into the node, show and plot what comes out
+	$(RUN)/python -m hybrid_dynamics_ros.demo $(ARGS)
+
+test: lint ## install, lint and run all tests
+	$(RUN)/python -m pytest $(ARGS)
+
+lint: setup-test ## ruff, mypy and import-linter
+	$(RUN)/ruff check .
+	$(RUN)/ruff format --check .
+	$(RUN)/mypy
+	$(RUN)/lint-imports
+
+colcon: ## build both packages with colcon, as on a ROS installation, and try what it built
+	@$(PYTHON) tools/environment.py $(VENV) colcon
+	tools/colcon.sh $(VENV)
+
+clean: ## remove what the other targets made, .venv too
+	rm -rf .venv build install log demo_output *.egg-info msg_defs/build msg_defs/*.egg-info
+	rm -rf .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

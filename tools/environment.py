@@ -1,0 +1,176 @@
+"""Install into a virtual environment what a make target needs, and nothing twice.
+
+python tools/environment.py VENV {run,test,colcon}
+
+VENV is made where it does not exist. `run` brings ROS 2 from PyPI, the interfaces and this package (editable);
+`test` brings the tools of tests and lint as well; `colcon` brings colcon and the interfaces' build tools.
+A stamp in VENV remembers what each step was given: a step with unchanged inputs is skipped.
+"""
+
+import hashlib
+import json
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import sysconfig
+import time
+from dataclasses import dataclass
+from importlib import metadata, util
+from pathlib import Path
+
+if sys.version_info < (3, 11):  # noqa: UP036  (for those who have an older one)
+    newer = [name for name in ("python3.13", "python3.12", "python3.11") if shutil.which(name)]
+    example = newer[0] if newer else "/path/to/python3.11"
+    sys.exit(f"Python {platform.python_version()} is too old: 3.11 or newer is needed. Try PYTHON={example}")
+
+import tomllib
+
+ROOT = Path(__file__).resolve().parent.parent
+RUN = "fast,plot,bag,ros"
+EXTRAS = {"run": RUN, "test": f"{RUN},test,dev", "colcon": f"{RUN},colcon"}
+PACKAGE_INPUTS = ("setup.*", "pyproject.toml", "package.xml", "resource/*", "launch/*.py", "config/*.yaml")
+INTERFACE_INPUTS = ("setup.py", "pyproject.toml", "package.xml", "*.txt", "cmake/*", "msg/*", "srv/*")
+PIP = (sys.executable, "-m", "pip", "install", "--no-input", "--disable-pip-version-check")
+HEARTBEAT = 15.0  # [s] between signs of life of a long step
+
+
+@dataclass(frozen=True)
+class Step:
+    """One call of pip, with the files that it depends on and a distribution that it brings."""
+
+    title: str
+    arguments: list[str]
+    inputs: list[Path]
+    provides: str
+
+    def digest(self) -> str:
+        """Hash of all that the outcome depends on."""
+        total = hashlib.sha256(json.dumps([sys.version, str(ROOT), self.arguments]).encode())
+        for path in self.inputs:
+            total.update(f"{path.relative_to(ROOT)}\n".encode() + path.read_bytes())
+        return total.hexdigest()
+
+    def is_done(self, stamp: dict[str, str]) -> bool:
+        """Whether the environment has the outcome already."""
+        return is_installed(self.provides) and stamp.get(self.title) == self.digest()
+
+
+def main(venv: Path, purpose: str) -> None:
+    """Bring the environment at ``venv`` up to date for ``purpose``, a key of EXTRAS."""
+    if Path(sys.prefix).resolve() != venv.resolve():
+        make_venv(venv)
+        python = str(venv / "bin" / "python")
+        os.execv(python, [python, __file__, str(venv), purpose])  # noqa: S606
+    stamp_file = venv / "hybrid_dynamics_setup.json"
+    stamp = json.loads(stamp_file.read_text(encoding="utf-8")) if stamp_file.exists() else {}
+    for step in steps(purpose):
+        if not step.is_done(stamp):
+            require_build_tools()
+            run(step.title, [*PIP, *step.arguments], venv / "hybrid_dynamics_setup.log")
+            stamp[step.title] = step.digest()
+            stamp_file.write_text(json.dumps(stamp, indent=2), encoding="utf-8")
+
+
+def steps(purpose: str) -> list[Step]:
+    """What there is to do, in order."""
+    interfaces = ROOT / "msg_defs"
+    todo = [
+        Step(
+            f"Installing ROS 2 Jazzy and libraries from PyPI ({EXTRAS[purpose]})",
+            ["--editable", f"{ROOT}[{EXTRAS[purpose]}]"],
+            files(ROOT, PACKAGE_INPUTS),
+            "hybrid-dynamics-ros",
+        ),
+        Step(
+            "Building and installing the interfaces of msg_defs/",
+            ["--no-deps", "--force-reinstall", str(interfaces)],
+            files(interfaces, INTERFACE_INPUTS),
+            "hybrid-dynamics-msgs",
+        ),
+    ]
+    if purpose == "colcon":
+        project = tomllib.loads((interfaces / "pyproject.toml").read_text(encoding="utf-8"))
+        tools = project["build-system"]["requires"]
+        todo.append(Step("Installing the build tools of ROS 2 Jazzy", tools, [], "ros-jazzy-ament-cmake"))
+    return todo
+
+
+def files(folder: Path, patterns: tuple[str, ...]) -> list[Path]:
+    """The files of ``folder`` that match, in a fixed order."""
+    return sorted(path for pattern in patterns for path in folder.glob(pattern) if path.is_file())
+
+
+def is_installed(distribution: str) -> bool:
+    """Whether this environment has the distribution, in any version."""
+    try:
+        metadata.version(distribution)
+    except metadata.PackageNotFoundError:
+        return False
+    return True
+
+
+def make_venv(venv: Path) -> None:
+    """Make the environment with this Python, unless there is one of the same version."""
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    if (venv / "bin" / "python").exists() and (venv / "lib" / f"python{version}").is_dir():
+        return
+    if os.environ.get("VIRTUAL_ENV"):
+        sys.exit(
+            f"The active environment {venv} is not one of Python {version}: deactivate it, or omit PYTHON="
+        )
+    if not util.find_spec("ensurepip") or not util.find_spec("venv"):
+        sys.exit(f"Python {version} cannot make virtual environments here. Mend it: {apt(['venv'])}")
+    print(f"Making {venv} with Python {platform.python_version()}", flush=True)
+    subprocess.run([sys.executable, "-m", "venv", "--clear", str(venv)], check=True)
+
+
+def require_build_tools() -> None:
+    """Stop with what to do where this machine cannot build the interfaces. Add pip where it is missing."""
+    if sys.platform != "linux" or platform.machine() != "x86_64":
+        sys.exit("ROS 2 is on PyPI for Linux on x86_64 only. Elsewhere, install ROS 2 Jazzy and use colcon.")
+    missing = []
+    if not Path(sysconfig.get_path("include"), "Python.h").exists():
+        missing.append("dev")
+    if not shutil.which(os.environ.get("CC", "cc")) or not shutil.which(os.environ.get("CXX", "c++")):
+        missing.append("g++")
+    if missing:
+        sys.exit(f"Python.h or a C++ compiler is missing. Mend it: {apt(missing)}")
+    if not util.find_spec("pip"):
+        subprocess.run([sys.executable, "-m", "ensurepip"], check=True)
+
+
+def apt(missing: list[str]) -> str:
+    """The line that brings g++ or the parts dev and venv of this Python on Debian and Ubuntu."""
+    python = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    return "sudo apt install " + " ".join(part if part == "g++" else f"{python}-{part}" for part in missing)
+
+
+def run(title: str, command: list[str], log: Path) -> None:
+    """Run a step with its output in ``log``. Say how long it takes, that it lives, or how it failed."""
+    print(f"{title} ...", flush=True)
+    start = time.monotonic()
+    with log.open("w", encoding="utf-8") as output:
+        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT)
+        code = None
+        while code is None:
+            try:
+                code = process.wait(HEARTBEAT)
+            except subprocess.TimeoutExpired:
+                print(f"  {time.monotonic() - start:4.0f} s  {last_lines(log, 1)[:90]}", flush=True)
+    if code != 0:
+        sys.exit(f"{last_lines(log, 30)}\nThis failed: {' '.join(command)}\nAll it said is in {log}")
+    print(f"  {time.monotonic() - start:4.0f} s  done", flush=True)
+
+
+def last_lines(log: Path, count: int) -> str:
+    """The last lines of a log that say something."""
+    lines = log.read_text(encoding="utf-8", errors="replace").splitlines()
+    return "\n".join([line.strip() for line in lines if line.strip()][-count:])
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3 or sys.argv[2] not in EXTRAS:
+        sys.exit(__doc__)
+    main(Path(sys.argv[1]).absolute(), sys.argv[2])

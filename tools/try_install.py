@@ -1,0 +1,71 @@
+"""Try what colcon built: imports, shared files, and the node as `ros2 run` would start it, answering a call.
+
+python tools/try_install.py INSTALL (in an environment where INSTALL/setup.bash was sourced)
+"""
+
+import os
+import signal
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+# Before ROS is imported: nobody else's nodes, and nobody else sees these.
+os.environ |= {"ROS_DOMAIN_ID": "77", "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+
+import rclpy
+from ament_index_python import get_package_share_directory
+from hybrid_dynamics_msgs.msg import ErrorCode
+from hybrid_dynamics_msgs.srv import SolveFK
+from sensor_msgs.msg import JointState
+
+PACKAGE = "hybrid_dynamics_ros"
+SHARED = ("package.xml", "launch/hybrid_dynamics.launch.py", "config/forging_chu2020.yaml")
+PATIENCE = 30.0  # [s] for the node to come up, to answer and to end
+
+
+def main(install: Path) -> None:
+    """Try everything; the first failure ends the program with its reason."""
+    for name in ("hybrid_dynamics_core", "hybrid_dynamics_ros", "hybrid_dynamics_msgs"):
+        origin = Path(str(import_module(name).__file__))
+        require(origin.is_relative_to(install), f"{name} comes from {origin}, not from {install}")
+    share = Path(get_package_share_directory(PACKAGE))
+    for name in SHARED:
+        require((share / name).is_file(), f"{share / name} is missing")
+    print("  packages and shared files: found", flush=True)
+
+    executable = install / PACKAGE / "lib" / PACKAGE / "hybrid_dynamics_node"
+    parameters = share / "config" / "forging_chu2020.yaml"
+    node = subprocess.Popen([executable, "--ros-args", "--params-file", parameters])
+    try:
+        call_forward_kinematics()
+        node.send_signal(signal.SIGINT)
+        require(node.wait(PATIENCE) == 0, f"the node ended with code {node.returncode}")
+    finally:
+        node.kill()
+    print("  node: started, answered a call, ended cleanly", flush=True)
+
+
+def call_forward_kinematics() -> None:
+    """Ask the running node for one pose."""
+    rclpy.init()
+    client_node = rclpy.create_node("try_install")
+    client = client_node.create_client(SolveFK, "/hybrid_dynamics/solve_fk")
+    require(client.wait_for_service(PATIENCE), "the service solve_fk did not come up")
+    active = JointState(name=["q1", "q12", "q22", "q4"], position=[0.0, 0.15, 0.175, 0.0])
+    future = client.call_async(SolveFK.Request(active_joints=active))
+    rclpy.spin_until_future_complete(client_node, future, timeout_sec=PATIENCE)
+    answer = future.result()
+    require(answer is not None, "solve_fk did not answer")
+    require(answer.error_code == ErrorCode.OK and len(answer.poses) == 1, f"solve_fk answered {answer}")
+    rclpy.shutdown()
+
+
+def require(condition: bool, text: str) -> None:
+    """End with the text unless the condition holds."""
+    if not condition:
+        sys.exit(f"FAILED: {text}")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]).absolute())
