@@ -1,0 +1,104 @@
+"""YAML with the line of every entry: read safely, numbers as in YAML 1.2, repeated keys refused."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ..errors import DescriptionError
+
+Path_ = tuple[str | int, ...]
+MAX_NODES = 200_000  # an alias bomb expands far beyond what a robot needs
+
+
+class _Loader(yaml.SafeLoader):
+    """SafeLoader that also knows floats such as 1e-3, and leaves yes/no/on/off as text."""
+
+
+_REPLACED = {f"tag:yaml.org,2002:{kind}" for kind in ("float", "bool", "int")}
+_Loader.yaml_implicit_resolvers = {
+    first: [(tag, pattern) for tag, pattern in resolvers if tag not in _REPLACED]
+    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+_INT = re.compile(r"^[-+]?[0-9]+$")
+_FLOAT = re.compile(
+    r"^(?:[-+]?(?:[0-9]+\.[0-9]*|\.[0-9]+|[0-9]+)(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf)|\.(?:nan|NaN))$"
+)
+_BOOL = re.compile(r"^(?:true|True|false|False)$")
+_Loader.add_implicit_resolver("tag:yaml.org,2002:bool", _BOOL, list("tTfF"))
+_Loader.add_implicit_resolver("tag:yaml.org,2002:int", _INT, list("-+0123456789"))
+_Loader.add_implicit_resolver("tag:yaml.org,2002:float", _FLOAT, list("-+.0123456789"))
+
+
+class LocatedDocument:
+    """Plain data of a YAML file (`data`) and where each entry stands (`line(path)`)."""
+
+    def __init__(self, text: str, file: str | Path | None = None) -> None:
+        self.file = file
+        self._lines: dict[Path_, int] = {(): 1}
+        self._count = 0
+        loader = _Loader(text)
+        try:
+            node = loader.get_single_node()
+            self.data: Any = None if node is None else self._read(loader, node, ())
+        except yaml.MarkedYAMLError as error:
+            mark = error.problem_mark or error.context_mark
+            line = None if mark is None else mark.line + 1
+            raise DescriptionError(f"not valid YAML: {error.problem or error.context}", file=file, line=line) from error
+        except yaml.YAMLError as error:
+            raise DescriptionError(f"not valid YAML: {error}", file=file) from error
+        finally:
+            loader.dispose()
+
+    def line(self, path: Path_) -> int:
+        """The line of the entry, or of the nearest enclosing one that exists."""
+        while path not in self._lines:
+            path = path[:-1]
+        return self._lines[path]
+
+    def error(self, path: Path_, problem: str) -> DescriptionError:
+        """A DescriptionError that points at the entry."""
+        return DescriptionError(problem, key=dotted(path), file=self.file, line=self.line(path))
+
+    def _read(self, loader: _Loader, node: yaml.Node, path: Path_) -> Any:
+        self._count += 1
+        if self._count > MAX_NODES:
+            raise DescriptionError("too many entries (aliases that multiply?)", file=self.file, key=dotted(path))
+        self._lines.setdefault(path, node.start_mark.line + 1)
+        if isinstance(node, yaml.MappingNode):
+            return self._read_mapping(loader, node, path)
+        if isinstance(node, yaml.SequenceNode):
+            return [self._read(loader, child, (*path, k)) for k, child in enumerate(node.value)]
+        return loader.construct_object(node)
+
+    def _read_mapping(self, loader: _Loader, node: yaml.MappingNode, path: Path_) -> dict[str, Any]:
+        result: dict[str, Any] = {}
+        for key_node, value_node in node.value:
+            key = key_node.value if isinstance(key_node, yaml.ScalarNode) else None
+            if not isinstance(key, str):
+                raise DescriptionError(
+                    "a key must be a plain name", key=dotted(path), file=self.file, line=key_node.start_mark.line + 1
+                )
+            here = (*path, key)
+            if key in result:
+                first = self._lines[here]
+                raise DescriptionError(
+                    f"'{key}' is given twice (first in line {first}); rename or remove one",
+                    key=dotted(here),
+                    file=self.file,
+                    line=key_node.start_mark.line + 1,
+                )
+            self._lines[here] = key_node.start_mark.line + 1
+            result[key] = self._read(loader, value_node, here)
+        return result
+
+
+def dotted(path: Path_) -> str:
+    """('links', 'l1', 'com', 0) -> 'links.l1.com[0]'."""
+    text = ""
+    for part in path:
+        text += f"[{part}]" if isinstance(part, int) else (f".{part}" if text else part)
+    return text

@@ -1,0 +1,108 @@
+"""The inner form of a robot: a tree of links on one-degree-of-freedom joints, tied by loop closures. Frozen data.
+
+SI units, radians, right-handed frames (REP 103). Arrays are read-only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+JointType = Literal["revolute", "prismatic"]
+
+
+def frozen(values: ArrayLike) -> Array:
+    """A read-only float64 copy."""
+    array = np.array(values, dtype=np.float64)
+    array.flags.writeable = False
+    return array
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A frame fixed to a link: `rotation` (3, 3) and `translation` (3,) [m] take its coordinates to the link's."""
+
+    link: str
+    rotation: Array = field(default_factory=lambda: frozen(np.eye(3)))
+    translation: Array = field(default_factory=lambda: frozen(np.zeros(3)))
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A rigid body: mass [kg], centre of mass [m] and inertia about it [kg m^2], both in the link frame."""
+
+    name: str
+    mass: float = 0.0
+    com: Array = field(default_factory=lambda: frozen(np.zeros(3)))
+    inertia: Array = field(default_factory=lambda: frozen(np.zeros((3, 3))))
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """One degree of freedom between two links.
+
+    At zero the child frame stands at (`rotation`, `translation`) in the parent frame; the joint turns it about,
+    or moves it along, the unit `axis` (given in the child frame, which the joint leaves unchanged).
+    `limits`: (lower, upper) [rad or m], infinite where the file gives none.
+    """
+
+    name: str
+    type: JointType
+    parent: str
+    child: str
+    rotation: Array
+    translation: Array
+    axis: Array
+    limits: tuple[float, float] = (-math.inf, math.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class Closure:
+    """A pin: the point `point_a` [m] of `link_a` coincides with `point_b` of `link_b`, in the plane of the loop."""
+
+    name: str
+    link_a: str
+    point_a: Array
+    link_b: str
+    point_b: Array
+    assembly: str | Mapping[str, float] | None = None  # a mode's name, or joint values near the wanted mode
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """A four-bar loop as Chu et al. (2020) write it: links l_(i-1), l_i, l_k1, l_k2 and its type letter.
+
+    Type A: l_i and l_k1 hang on the base, l_k2 on l_k1, the pin ties l_k2 to l_i.
+    Type B: l_i and l_k1 hang on the base, l_k2 on l_i, the pin ties l_k1 to l_k2, which carries the arm on.
+    """
+
+    name: str
+    type: str
+    base: str
+    arm: str
+    k1: str
+    k2: str
+
+
+@dataclass(frozen=True, eq=False)
+class RobotDescription:
+    """Everything a file says of a robot, checked; `coordinates` are `active` then the rest in file order."""
+
+    name: str
+    source: str
+    gravity: Array
+    base: str
+    links: Mapping[str, Link]
+    joints: Mapping[str, Joint]
+    closures: tuple[Closure, ...]
+    loops: Mapping[str, Loop]
+    active: tuple[str, ...]
+    end_effector: str
+    frames: Mapping[str, Frame]
+    reference: Mapping[str, float] = field(default_factory=dict)

@@ -1,0 +1,116 @@
+"""The spanning tree as an open chain: link poses, geometric Jacobian and recursive Newton-Euler, over any scalar.
+
+Link frames; a rotation takes link coordinates to the parent's (or the base's where it says so).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..algebra.scalar import Scalar
+from ..algebra.vector import (
+    IDENTITY3,
+    ZERO3,
+    Rotation,
+    Vector,
+    add,
+    axis_rotation,
+    cross,
+    dot,
+    matmul,
+    matvec,
+    scale,
+    sub,
+    transpose,
+)
+from ..closure.posture import Posture
+from ..mechanism.tree import Body, Tree
+
+
+class TreeKinematics:
+    """Joint transforms of the tree at a posture: per body, rotation and origin in the parent frame."""
+
+    def __init__(self, tree: Tree, posture: Posture) -> None:
+        self.tree = tree
+        self.rotations: list[Rotation] = []
+        self.origins: list[Vector] = []
+        for body in tree.bodies:
+            rotation, origin = _joint_transform(body, posture)
+            self.rotations.append(rotation)
+            self.origins.append(origin)
+
+    def pose(self, body: int) -> tuple[Rotation, Vector]:
+        """Rotation and origin of a body in the base frame (the base itself: -1)."""
+        rotation, origin = IDENTITY3, ZERO3
+        for i in reversed(self.tree.path(body)):
+            origin = add(matvec(self.rotations[i], origin), self.origins[i])
+            rotation = matmul(self.rotations[i], rotation)
+        return rotation, origin
+
+    def jacobian(self, body: int, point: Vector) -> dict[int, tuple[Vector, Vector]]:
+        """Per coordinate on the path to `body`: linear velocity of `point` (base frame) and angular velocity."""
+        columns: dict[int, tuple[Vector, Vector]] = {}
+        rotation, origin = IDENTITY3, ZERO3
+        for i in self.tree.path(body):
+            b = self.tree.bodies[i]
+            origin = add(origin, matvec(rotation, self.origins[i]))
+            rotation = matmul(rotation, self.rotations[i])
+            axis = matvec(rotation, b.axis)
+            turn = b.type == "revolute"
+            columns[b.coordinate] = (cross(axis, sub(point, origin)), axis) if turn else (axis, ZERO3)
+        return columns
+
+    def inverse_dynamics(self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]) -> list[Scalar]:
+        """Forces along s that the open tree needs: M(s) s'' + C(s, s') s' + g(s), Chu (2020), Eq. 10.
+
+        Recursive Newton-Euler about the link origins; gravity enters as an acceleration of the base.
+        """
+        wrenches = self._body_wrenches(gravity, ds, dds)
+        forces: list[Scalar] = [0.0] * len(self.tree.coordinates)
+        for i in range(len(self.tree.bodies) - 1, -1, -1):
+            b = self.tree.bodies[i]
+            force, moment = wrenches[i]
+            forces[b.coordinate] = dot(b.axis, moment if b.type == "revolute" else force)
+            if b.parent >= 0:
+                force = matvec(self.rotations[i], force)
+                moment = add(matvec(self.rotations[i], moment), cross(self.origins[i], force))
+                parent_force, parent_moment = wrenches[b.parent]
+                wrenches[b.parent] = (add(parent_force, force), add(parent_moment, moment))
+        return forces
+
+    def _body_wrenches(
+        self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]
+    ) -> list[tuple[Vector, Vector]]:
+        """Inertial force and moment about the origin of each body, in its own frame."""
+        base = (ZERO3, ZERO3, scale(-1.0, gravity))
+        motions: list[tuple[Vector, Vector, Vector]] = []  # angular velocity, angular and linear acceleration
+        wrenches = []
+        for i, b in enumerate(self.tree.bodies):
+            omega, alpha, accel = motions[b.parent] if b.parent >= 0 else base
+            r = self.origins[i]
+            to_child = transpose(self.rotations[i])
+            accel = add(accel, add(cross(alpha, r), cross(omega, cross(omega, r))))
+            omega, alpha, accel = (matvec(to_child, v) for v in (omega, alpha, accel))
+            step, ddq = scale(ds[b.coordinate], b.axis), scale(dds[b.coordinate], b.axis)
+            if b.type == "revolute":
+                alpha = add(alpha, add(ddq, cross(omega, step)))
+                omega = add(omega, step)
+            else:
+                accel = add(accel, add(ddq, scale(2.0, cross(omega, step))))
+            motions.append((omega, alpha, accel))
+            wrenches.append(_newton_euler(b, omega, alpha, accel))
+        return wrenches
+
+
+def _newton_euler(b: Body, omega: Vector, alpha: Vector, accel: Vector) -> tuple[Vector, Vector]:
+    force = scale(b.mass, accel)
+    force = add(force, add(cross(alpha, b.first_moment), cross(omega, cross(omega, b.first_moment))))
+    moment = add(matvec(b.inertia, alpha), cross(omega, matvec(b.inertia, omega)))
+    return force, add(moment, cross(b.first_moment, accel))
+
+
+def _joint_transform(body: Body, posture: Posture) -> tuple[Rotation, Vector]:
+    k = body.coordinate
+    if body.type == "revolute":
+        return matmul(body.rotation, axis_rotation(body.axis, posture.c[k], posture.s[k])), body.translation
+    return body.rotation, add(body.translation, matvec(body.rotation, scale(posture.q[k], body.axis)))

@@ -1,0 +1,73 @@
+"""Errors that carry their evidence: what was wrong, where, what was expected, what to do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class HybridDynamicsError(Exception):
+    """Base of every error this package raises on purpose."""
+
+
+class DescriptionError(HybridDynamicsError):
+    """A robot description is wrong.
+
+    Attributes: ``file`` (path or None), ``line`` (1-based or None), ``key`` (dotted path of the entry), ``problem``.
+    """
+
+    def __init__(self, problem: str, *, key: str = "", file: str | Path | None = None, line: int | None = None) -> None:
+        self.problem = problem
+        self.key = key
+        self.file = file
+        self.line = line
+        where = "" if file is None else str(file)
+        if line is not None:
+            where += f":{line}" if where else f"line {line}"
+        super().__init__(": ".join(part for part in (where, key, problem) if part))
+
+
+class InputError(HybridDynamicsError, ValueError):
+    """An argument cannot be used: wrong shape, not finite, unknown name."""
+
+
+class StateError(HybridDynamicsError, ArithmeticError):
+    """The mechanism has no usable answer at this input; ``index`` is the row in a batch, or None."""
+
+    def __init__(self, message: str, *, loop: str, index: int | None = None) -> None:
+        self.loop = loop
+        self.index = index
+        super().__init__(message if index is None else f"row {index}: {message}")
+
+
+class ClosureError(StateError):
+    """A loop cannot be closed at the given coordinates.
+
+    Attributes: ``loop``; ``coordinate`` whose value is out of range (None when several given coordinates
+    act together), its ``value`` and the ``allowed`` (lower, upper) range [rad or m].
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        loop: str,
+        coordinate: str | None = None,
+        value: float | None = None,
+        allowed: tuple[float, float] | None = None,
+        index: int | None = None,
+    ) -> None:
+        self.coordinate = coordinate
+        self.value = value
+        self.allowed = allowed
+        super().__init__(message, loop=loop, index=index)
+
+
+class SingularityError(StateError):
+    """A loop is at, or too near, a singular configuration: rates and forces have no finite answer.
+
+    Attributes: ``loop``; ``distance``, the reciprocal condition number of the loop's scaled Jacobian.
+    """
+
+    def __init__(self, message: str, *, loop: str, distance: float, index: int | None = None) -> None:
+        self.distance = distance
+        super().__init__(message, loop=loop, index=index)

@@ -1,0 +1,31 @@
+"""Arguments become checked float64 arrays."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .description.model import Array
+from .errors import InputError
+
+
+def vectors(name: str, value: ArrayLike, names: tuple[str, ...], rows: int | None = None) -> Array:
+    """(n,) or (N, n) finite values, one per name; with `rows` given the batch must be that long (-1: one state).
+
+    Raises InputError that says which entry is wrong.
+    """
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} is not an array of numbers: {error}") from error
+    n = len(names)
+    if array.ndim not in (1, 2) or array.shape[-1] != n:
+        raise InputError(f"{name} has shape {array.shape}; expected ({n},) or (N, {n}) in the order {', '.join(names)}")
+    expected = None if rows is None else ((n,) if rows < 0 else (rows, n))
+    if expected is not None and array.shape != expected:
+        raise InputError(f"{name} has shape {array.shape}; expected {expected}, as the state it belongs to")
+    if not np.isfinite(array).all():
+        place = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
+        where = names[place[-1]] + (f" in row {place[0]}" if array.ndim == 2 else "")
+        raise InputError(f"{name}: {where} is {array[place]}; expected finite numbers")
+    return array

@@ -1,0 +1,1 @@
+"""Programs traced once per robot into straight-line code, and run from there."""

@@ -1,0 +1,99 @@
+"""Run a program on symbols; keep what its outputs and checks need."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..algebra.scalar import Scalar
+from .graph import Graph, Operand, Symbol
+
+
+@dataclass(frozen=True)
+class Check:
+    """The state is refused with `code` unless value > threshold (NaN is refused too)."""
+
+    value: Scalar
+    threshold: float
+    code: int
+
+
+@dataclass(frozen=True)
+class Results:
+    """What a program returns: named outputs (a scalar or nested sequences of scalars) and its checks."""
+
+    outputs: Mapping[str, Any]
+    checks: Sequence[Check]
+
+
+Program = Callable[..., Results]
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A traced program: the graph, the inputs' sizes, the flat outputs and their names and shapes in order."""
+
+    graph: Graph
+    inputs: tuple[int, ...]
+    outputs: tuple[Operand, ...]
+    layout: tuple[tuple[str, tuple[int, ...]], ...]
+    checks: tuple[Check, ...]
+
+    def live(self) -> list[int]:
+        """Nodes that outputs or checks depend on, in order."""
+        wanted: set[int] = set()
+        roots = [o.index for o in self.outputs if isinstance(o, Symbol)]
+        stack = roots + [c.value.index for c in self.checks if isinstance(c.value, Symbol)]
+        while stack:
+            index = stack.pop()
+            if index not in wanted:
+                wanted.add(index)
+                op, *operands = self.graph.nodes[index]
+                if op != "input":
+                    stack += [o for o in operands if isinstance(o, int)]
+        return sorted(wanted)
+
+
+def trace(program: Program, sizes: Sequence[int]) -> Trace:
+    """Trace a program whose arguments are vectors of the given sizes."""
+    graph = Graph()
+    arguments = [[graph.input(v, k) for k in range(size)] for v, size in enumerate(sizes)]
+    results = program(*arguments)
+    flat: list[Operand] = []
+    layout = []
+    for name, value in results.outputs.items():
+        shape = _shape(value)
+        layout.append((name, shape))
+        flat += _flatten(value)
+    return Trace(graph, tuple(sizes), tuple(flat), tuple(layout), tuple(results.checks))
+
+
+def _shape(value: Any) -> tuple[int, ...]:
+    if not isinstance(value, (list, tuple)):
+        return ()
+    return (len(value), *(_shape(value[0]) if value else ()))
+
+
+def _flatten(value: Any) -> list[Any]:
+    if not isinstance(value, (list, tuple)):
+        return [value]
+    return [leaf for item in value for leaf in _flatten(item)]
+
+
+def flat_results(results: Results) -> tuple[list[Any], list[Check]]:
+    """Outputs in flat order and checks: what a plain (untraced) run returns."""
+    return [leaf for value in results.outputs.values() for leaf in _flatten(value)], list(results.checks)
+
+
+def split(flat: np.ndarray, layout: Sequence[tuple[str, tuple[int, ...]]]) -> dict[str, np.ndarray]:
+    """Named views of flat results (..., size): each (..., *shape)."""
+    result = {}
+    start = 0
+    for name, shape in layout:
+        size = int(np.prod(shape, dtype=int))
+        result[name] = flat[..., start : start + size].reshape(*flat.shape[:-1], *shape)
+        start += size
+    return result

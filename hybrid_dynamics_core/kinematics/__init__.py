@@ -1,0 +1,1 @@
+"""Questions asked of the closed kinematics: poses, ranges, inverse kinematics."""

@@ -1,0 +1,137 @@
+"""Inverse kinematics over the active coordinates: damped least squares from several starts, all worked at once.
+
+The Jacobian is the closed mechanism's, so the loops stay closed in every iterate and the assembly branch is kept.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..description.model import Array
+
+MAX_ITERATIONS = 200
+DAMPING = (1e-3, 1e-12, 1e6)  # first, smallest, largest; relative to the diagonal of J^T J
+STARTS = 64
+
+
+class IKStatus(Enum):
+    """Why the solver stopped."""
+
+    SOLVED = "solved"
+    OUT_OF_REACH = "out of reach"
+    LIMIT = "joint limit"
+    SINGULAR = "singular"
+    NOT_CONVERGED = "not converged"
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """A target: `position` (3,) [m], and `rotation` (3, 3) or None; `length` [m] weighs a radian against metres.
+
+    `solve_terms(u)` gives for (N, n): position (N, 3), rotation (N, 3, 3), Jacobian (N, 6, n), status (N,).
+    """
+
+    solve_terms: Callable[[Array], tuple[Array, Array, Array, Array]]
+    position: Array
+    rotation: Array | None
+    length: float
+    lower: Array
+    upper: Array
+
+    def error(self, u: Array) -> tuple[Array, Array, Array]:
+        """Error (N, 3 or 6) [m], its Jacobian (N, 3 or 6, n), and whether each state closes (N,)."""
+        position, rotation, jacobian, status = self.solve_terms(u)
+        error = self.position - position
+        good = status == 0
+        if self.rotation is None:
+            return error, jacobian[:, :3], good
+        turn = np.zeros_like(error)
+        turn[good] = Rotation.from_matrix(self.rotation @ np.swapaxes(rotation[good], -1, -2)).as_rotvec()
+        jacobian = jacobian * np.repeat([1.0, self.length], 3)[:, None]
+        return np.concatenate([error, self.length * turn], axis=-1), jacobian, good
+
+
+@dataclass(frozen=True, eq=False)
+class Descent:
+    """Where each start ended: u (N, n), residual (N,) [m], whether at a limit, whether the state closes."""
+
+    u: Array
+    residual: Array
+    at_limit: Array
+    closes: Array
+    iterations: int
+
+
+def descend(task: Task, starts: Array, tolerance: float) -> Descent:
+    """Levenberg-Marquardt on every start; steps that open a loop or leave the limits are shortened."""
+    u = np.clip(starts, task.lower, task.upper)
+    error, jacobian, good = task.error(u)
+    cost = np.where(good, np.einsum("ni,ni->n", error, error), np.inf)
+    damping = np.full(len(u), DAMPING[0])
+    iteration = 0
+    active = good.copy()
+    while active.any() and iteration < MAX_ITERATIONS:
+        iteration += 1
+        rows = np.flatnonzero(active)
+        step = _step(jacobian[rows], error[rows], damping[rows])
+        trial = np.clip(u[rows] + step, task.lower, task.upper)
+        trial_error, trial_jacobian, trial_good = task.error(trial)
+        trial_cost = np.where(trial_good, np.einsum("ni,ni->n", trial_error, trial_error), np.inf)
+        better = trial_cost < cost[rows]
+        moved = rows[better]
+        u[moved], error[moved], jacobian[moved] = trial[better], trial_error[better], trial_jacobian[better]
+        cost[moved] = trial_cost[better]
+        damping[moved] = np.maximum(damping[moved] * 0.1, DAMPING[1])
+        damping[rows[~better]] *= 8.0
+        active[rows] = (damping[rows] < DAMPING[2]) & (np.sqrt(cost[rows]) > 0.0)
+        done = rows[~better & (np.sqrt(cost[rows]) < tolerance)]
+        active[done] = False
+    at_limit = ((u <= task.lower) | (u >= task.upper)).any(axis=-1)
+    return Descent(u, np.sqrt(cost), at_limit, good, iteration)
+
+
+def _step(jacobian: Array, error: Array, damping: Array) -> Array:
+    normal = np.einsum("nij,nik->njk", jacobian, jacobian)
+    size = np.trace(normal, axis1=1, axis2=2) / normal.shape[1]
+    normal = normal + (damping * size + 1e-300)[:, None, None] * np.eye(normal.shape[1])
+    right = np.einsum("nij,ni->nj", jacobian, error)
+    step: Array = np.linalg.solve(normal, right[..., None])[..., 0]
+    return step
+
+
+def spread(lower: Array, upper: Array, revolute: Sequence[bool], count: int) -> Array:
+    """Deterministic starts (count, n) that fill the box; an unlimited angle counts as one turn."""
+    low = np.where(np.isfinite(lower), lower, -math.pi)
+    high = np.where(np.isfinite(upper), upper, math.pi)
+    low = np.where(~np.isfinite(lower) & ~np.asarray(revolute), -1.0, low)
+    high = np.where(~np.isfinite(upper) & ~np.asarray(revolute), 1.0, high)
+    from scipy.stats import qmc  # a second of import, for those who need it
+
+    points: Array = qmc.Halton(len(lower), scramble=False).random(count + 1)[1:]
+    return low + (0.02 + 0.96 * points) * (high - low)
+
+
+def distinct(solutions: Array, revolute: Array, tolerance: float) -> list[Array]:
+    """Solutions that differ by more than the tolerance, angles compared modulo a turn."""
+    kept: list[Array] = []
+    for u in solutions:
+        if all(np.abs(_difference(u, other, revolute)).max() > tolerance for other in kept):
+            kept.append(u)
+    return kept
+
+
+def _difference(a: Array, b: Array, revolute: Array) -> Array:
+    d = a - b
+    return np.where(revolute, np.remainder(d + math.pi, 2.0 * math.pi) - math.pi, d)
+
+
+def unwound(u: Array, near: Array, revolute: Array, lower: Array, upper: Array) -> Array:
+    """Whole turns taken out of unlimited angles: each within pi of `near`."""
+    free = revolute & ~np.isfinite(lower) & ~np.isfinite(upper)
+    return np.where(free, near + _difference(u, near, revolute), u)

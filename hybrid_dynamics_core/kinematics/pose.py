@@ -1,0 +1,57 @@
+"""Poses: a position and a rotation, one or many."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from ..description.model import Array
+from ..errors import InputError
+
+ORTHONORMAL = 1e-6  # largest error of R^T R accepted from outside: single-precision messages stay usable
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """A frame in the base frame: `position` (3,) [m] and `rotation` (3, 3), or (N, 3) and (N, 3, 3)."""
+
+    position: Array
+    rotation: Array
+
+    @property
+    def quaternion(self) -> Array:
+        """Unit quaternion x, y, z, w: (4,) or (N, 4), with w >= 0."""
+        quaternion: Array = Rotation.from_matrix(self.rotation).as_quat(canonical=True)
+        return quaternion
+
+    @property
+    def matrix(self) -> Array:
+        """Homogeneous transform (4, 4) or (N, 4, 4): frame coordinates to base coordinates."""
+        matrix = np.zeros((*self.position.shape[:-1], 4, 4))
+        matrix[..., :3, :3] = self.rotation
+        matrix[..., :3, 3] = self.position
+        matrix[..., 3, 3] = 1.0
+        return matrix
+
+    @staticmethod
+    def from_quaternion(position: ArrayLike, quaternion: ArrayLike) -> Pose:
+        """From a position (3,) [m] and a quaternion x, y, z, w (4,) of length 1 (to 1e-3, then normalised)."""
+        xyzw = np.asarray(quaternion, dtype=float)
+        if xyzw.shape != (4,) or not abs(np.linalg.norm(xyzw) - 1.0) < 1e-3:
+            raise InputError(f"the quaternion {xyzw.tolist()} is not a unit quaternion x, y, z, w")
+        return checked_pose(Pose(np.asarray(position, dtype=float), Rotation.from_quat(xyzw).as_matrix()))
+
+
+def checked_pose(pose: Pose) -> Pose:
+    """The pose, or an InputError if it is not one finite rigid pose."""
+    position, rotation = np.asarray(pose.position, dtype=float), np.asarray(pose.rotation, dtype=float)
+    if position.shape != (3,) or rotation.shape != (3, 3):
+        raise InputError(f"expected a position (3,) and a rotation (3, 3), got {position.shape} and {rotation.shape}")
+    if not (np.isfinite(position).all() and np.isfinite(rotation).all()):
+        raise InputError("the pose is not finite")
+    if np.abs(rotation @ rotation.T - np.eye(3)).max() > ORTHONORMAL or np.linalg.det(rotation) < 0.0:
+        raise InputError("the rotation matrix is not orthonormal and right-handed")
+    return Pose(position, rotation)

@@ -1,0 +1,34 @@
+"""The shipped robots, and `load`."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from importlib import resources
+from pathlib import Path
+
+from .description.reader import parse_description, read_description
+from .errors import InputError
+from .robot import Robot
+
+
+def shipped_robots() -> tuple[str, ...]:
+    """Names that `load` knows without a path."""
+    files = resources.files(__package__).joinpath("robots").iterdir()
+    return tuple(sorted(Path(f.name).stem for f in files if f.name.endswith(".yaml")))
+
+
+def load(robot: str | os.PathLike[str]) -> Robot:
+    """A robot from a shipped name such as "forging_chu2020" or from the path of a description file.
+
+    Raises InputError for a name that is neither, DescriptionError for a file that is wrong.
+    """
+    name = os.fspath(robot)
+    if name in shipped_robots():
+        resource = resources.files(__package__).joinpath("robots", f"{name}.yaml")
+        return Robot(parse_description(resource.read_text(encoding="utf-8"), file=f"{name}.yaml"))
+    if not Path(name).exists() and Path(name).suffix not in (".yaml", ".yml"):
+        match = difflib.get_close_matches(name, shipped_robots(), n=1)
+        hint = f"; did you mean '{match[0]}'?" if match else ""
+        raise InputError(f"'{name}' is neither a shipped robot ({', '.join(shipped_robots())}) nor a file{hint}")
+    return Robot(read_description(name))

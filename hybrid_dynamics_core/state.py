@@ -1,0 +1,82 @@
+"""The proof that the loops are closed: everything after closure takes a ClosedState, never a raw vector."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+
+from .description.model import Array
+
+
+class ClosureStatus(IntEnum):
+    """Outcome of closing one state."""
+
+    OK = 0
+    UNREACHABLE = 1
+    SINGULAR = 2
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedState:
+    """A state with its loops closed; for a batch every array has a leading N.
+
+    Coordinates s = [u; z] in the order of `robot.coordinates`, [rad] or [m], rates per second.
+
+    Attributes:
+        u, du: active coordinates and rates (n,).
+        s, ds: all coordinates and rates (n_s,).
+        R: (n_s, n) with s' = R u', Chu (2020), Eq. 20.
+        bias: R' u' (n_s,), the accelerations with u'' = 0.
+        residual: largest error of the loop equations, in lengths of the loop (dimensionless) or radians.
+        branch: assembly mode of each loop by name.
+        distances: (loops,) distance of each loop to its nearest singularity, 0 singular, 1 best:
+            2 |det J_z| / ||J_z||_F^2 with J_z made dimensionless.
+        status: ClosureStatus (an int array for a batch); only `close(..., check=False)` returns others than OK.
+    """
+
+    u: Array
+    du: Array
+    s: Array
+    ds: Array
+    R: Array
+    bias: Array
+    residual: float | Array
+    branch: Mapping[str, str]
+    signs: Array
+    loops: tuple[str, ...]
+    distances: Array
+    status: ClosureStatus | np.ndarray
+
+    @property
+    def n(self) -> int:
+        """Number of active coordinates."""
+        return int(self.u.shape[-1])
+
+    @property
+    def z(self) -> Array:
+        """Passive coordinates (n_z,)."""
+        return self.s[..., self.n :]
+
+    @property
+    def dz(self) -> Array:
+        """Passive rates (n_z,)."""
+        return self.ds[..., self.n :]
+
+    @property
+    def singularity(self) -> float | Array:
+        """Distance of the nearest loop to its singularity, in [0, 1]; 1 for a robot without loops."""
+        if not self.loops:
+            return 1.0 if self.u.ndim == 1 else np.ones(len(self.u))
+        nearest = self.distances.min(axis=-1)
+        return float(nearest) if self.u.ndim == 1 else nearest
+
+    @property
+    def singular_loop(self) -> str | list[str]:
+        """Name of the loop nearest to its singularity ('' for a robot without loops)."""
+        if not self.loops:
+            return "" if self.u.ndim == 1 else [""] * len(self.u)
+        nearest = np.argmin(np.nan_to_num(self.distances, nan=-1.0), axis=-1)
+        return self.loops[int(nearest)] if self.u.ndim == 1 else [self.loops[int(k)] for k in nearest]
