@@ -26,7 +26,16 @@ EXTRAS = {
     ],
     "test": ["hypothesis", "matplotlib", "mujoco", "pin", "pytest", "pytest-timeout", "rosbags"],
     "dev": ["import-linter", "mypy", "ruff", "types-PyYAML", "types-jsonschema"],
-    "colcon": ["colcon-cmake", "colcon-core", "colcon-defaults", "colcon-python-setup-py", "colcon-ros"],
+    "colcon": [
+        "colcon-bash",
+        "colcon-cmake",
+        "colcon-core",
+        "colcon-defaults",
+        "colcon-output",
+        "colcon-parallel-executor",
+        "colcon-python-setup-py",
+        "colcon-ros",
+    ],
 }
 
 setup(

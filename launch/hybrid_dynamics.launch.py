@@ -1,4 +1,4 @@
-"""Start the node for one robot: ros2 launch hybrid_dynamics_ros hybrid_dynamics.launch.py robot:=forging_chu2020."""
+"""Start the node: ros2 launch hybrid_dynamics_ros hybrid_dynamics.launch.py robot:=forging_chu2020."""
 
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
@@ -7,6 +7,7 @@ from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
 PACKAGE = "hybrid_dynamics_ros"
+ROBOT_TEXT = "Name of a shipped robot, or path of a description file. Empty: the one that params_file names"
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -14,12 +15,8 @@ def generate_launch_description() -> LaunchDescription:
     shipped = PathJoinSubstitution([FindPackageShare(PACKAGE), "config", "forging_chu2020.yaml"])
     return LaunchDescription(
         [
-            DeclareLaunchArgument(
-                "robot",
-                default_value="",
-                description="Name of a shipped robot or path of a description file; empty: that of params_file.",
-            ),
-            DeclareLaunchArgument("params_file", default_value=shipped, description="Parameters of the node."),
+            DeclareLaunchArgument("robot", default_value="", description=ROBOT_TEXT),
+            DeclareLaunchArgument("params_file", default_value=shipped, description="Parameters of the node"),
             OpaqueFunction(function=start_node),
         ]
     )

@@ -4,10 +4,10 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 venv=$(realpath -s "$1")
-export VIRTUAL_ENV=$venv PATH=$venv/bin:$PATH AMENT_PREFIX_PATH=$venv CMAKE_PREFIX_PATH=$venv
+export VIRTUAL_ENV=$venv PATH=$venv/bin:$PATH
 
 # ROS 2 from PyPI needs the same mends here as inside pip; a ROS installation needs none of these arguments.
-colcon build --event-handlers console_cohesion- --cmake-args -G Ninja -DBUILD_TESTING=OFF \
+colcon build --cmake-args -G Ninja -DBUILD_TESTING=OFF \
   "-DPython3_EXECUTABLE=$venv/bin/python" \
   "-DCMAKE_PROJECT_hybrid_dynamics_msgs_INCLUDE=$PWD/msg_defs/cmake/pip_build.cmake"
 

@@ -2,7 +2,7 @@
 
 python tools/environment.py VENV {run,test,colcon}
 
-VENV is made where it does not exist. `run` brings ROS 2 from PyPI, the interfaces and this package (editable);
+VENV is made where it does not exist. `run` brings ROS 2 from PyPI, the interfaces and this package, editable;
 `test` brings the tools of tests and lint as well; `colcon` brings colcon and the interfaces' build tools.
 A stamp in VENV remembers what each step was given: a step with unchanged inputs is skipped.
 """
@@ -30,7 +30,7 @@ import tomllib
 ROOT = Path(__file__).resolve().parent.parent
 RUN = "fast,plot,bag,ros"
 EXTRAS = {"run": RUN, "test": f"{RUN},test,dev", "colcon": f"{RUN},colcon"}
-PACKAGE_INPUTS = ("setup.*", "pyproject.toml", "package.xml", "resource/*", "launch/*.py", "config/*.yaml")
+PACKAGE_INPUTS = ("setup.*", "pyproject.toml", "package.xml", "*/__init__.py", "launch/*.py", "config/*.yaml")
 INTERFACE_INPUTS = ("setup.py", "pyproject.toml", "package.xml", "*.txt", "cmake/*", "msg/*", "srv/*")
 PIP = (sys.executable, "-m", "pip", "install", "--no-input", "--disable-pip-version-check")
 HEARTBEAT = 15.0  # [s] between signs of life of a long step
@@ -117,9 +117,7 @@ def make_venv(venv: Path) -> None:
     if (venv / "bin" / "python").exists() and (venv / "lib" / f"python{version}").is_dir():
         return
     if os.environ.get("VIRTUAL_ENV"):
-        sys.exit(
-            f"The active environment {venv} is not one of Python {version}: deactivate it, or omit PYTHON="
-        )
+        sys.exit(f"The active environment {venv} is not one of Python {version}: deactivate it, or omit PYTHON=")
     if not util.find_spec("ensurepip") or not util.find_spec("venv"):
         sys.exit(f"Python {version} cannot make virtual environments here. Mend it: {apt(['venv'])}")
     print(f"Making {venv} with Python {platform.python_version()}", flush=True)
@@ -166,8 +164,8 @@ def run(title: str, command: list[str], log: Path) -> None:
 
 def last_lines(log: Path, count: int) -> str:
     """The last lines of a log that say something."""
-    lines = log.read_text(encoding="utf-8", errors="replace").splitlines()
-    return "\n".join([line.strip() for line in lines if line.strip()][-count:])
+    lines = [line.strip() for line in log.read_text(encoding="utf-8", errors="replace").splitlines()]
+    return "\n".join([line for line in lines if line and not line.startswith("WARNING")][-count:])
 
 
 if __name__ == "__main__":

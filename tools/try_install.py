@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from importlib import import_module
 from pathlib import Path
 
@@ -38,7 +39,7 @@ def main(install: Path) -> None:
     parameters = share / "config" / "forging_chu2020.yaml"
     node = subprocess.Popen([executable, "--ros-args", "--params-file", parameters])
     try:
-        call_forward_kinematics()
+        call_forward_kinematics(node)
         node.send_signal(signal.SIGINT)
         require(node.wait(PATIENCE) == 0, f"the node ended with code {node.returncode}")
     finally:
@@ -46,12 +47,15 @@ def main(install: Path) -> None:
     print("  node: started, answered a call, ended cleanly", flush=True)
 
 
-def call_forward_kinematics() -> None:
+def call_forward_kinematics(node: subprocess.Popen[bytes]) -> None:
     """Ask the running node for one pose."""
     rclpy.init()
     client_node = rclpy.create_node("try_install")
     client = client_node.create_client(SolveFK, "/hybrid_dynamics/solve_fk")
-    require(client.wait_for_service(PATIENCE), "the service solve_fk did not come up")
+    deadline = time.monotonic() + PATIENCE
+    while not client.wait_for_service(0.5):
+        require(node.poll() is None, f"the node ended with code {node.returncode}")
+        require(time.monotonic() < deadline, "the service solve_fk did not come up")
     active = JointState(name=["q1", "q12", "q22", "q4"], position=[0.0, 0.15, 0.175, 0.0])
     future = client.call_async(SolveFK.Request(active_joints=active))
     rclpy.spin_until_future_complete(client_node, future, timeout_sec=PATIENCE)

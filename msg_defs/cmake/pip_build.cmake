@@ -1,17 +1,14 @@
 # What a build against the PyPI builds of ROS 2 needs mended. A ROS installation never reads this file: setup.py (pip)
-# and the colcon call for wheels name it in CMAKE_PROJECT_hybrid_dynamics_msgs_INCLUDE.
+# and tools/colcon.sh name it in CMAKE_PROJECT_hybrid_dynamics_msgs_INCLUDE, and their Python in Python3_EXECUTABLE.
 
-# 1. pip names its Python. Find the prefix that the wheels of its build environment were unpacked into.
-#    (colcon does not: there AMENT_PREFIX_PATH and CMAKE_PREFIX_PATH say it.)
-if(Python3_EXECUTABLE)
-  execute_process(
-    COMMAND "${Python3_EXECUTABLE}" -c
-      "import ament_package, pathlib; print(pathlib.Path(ament_package.__file__).resolve().parents[4])"
-    OUTPUT_VARIABLE wheels_prefix OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
-  message(STATUS "ROS 2 from wheels in ${wheels_prefix}")
-  list(PREPEND CMAKE_PREFIX_PATH "${wheels_prefix}")
-  set(ENV{AMENT_PREFIX_PATH} "${wheels_prefix}")
-endif()
+# 1. Find the prefix that the wheels were unpacked into: the virtual environment, or pip's isolated build environment.
+execute_process(
+  COMMAND "${Python3_EXECUTABLE}" -c
+    "import ament_package, pathlib; print(pathlib.Path(ament_package.__file__).resolve().parents[4])"
+  OUTPUT_VARIABLE wheels_prefix OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+message(STATUS "ROS 2 from wheels in ${wheels_prefix}")
+list(PREPEND CMAKE_PREFIX_PATH "${wheels_prefix}")
+set(ENV{AMENT_PREFIX_PATH} "${wheels_prefix}")
 
 # 2. The wheels' targets *__rosidl_generator_py export include folders of the machine they were built on, which CMake
 #    refuses because they do not exist here. Drop those once all targets are imported: at the end of configuration.
