@@ -30,7 +30,7 @@ lint: setup-test ## ruff, mypy and import-linter
 	$(RUN)/ruff check .
 	$(RUN)/ruff format --check .
 	$(RUN)/mypy
-	$(RUN)/lint-imports
+	$(RUN)/lint-imports --no-logo
 
 colcon: ## build both packages with colcon, as on a ROS installation, and try what it built
 	@$(PYTHON) tools/environment.py $(VENV) colcon
