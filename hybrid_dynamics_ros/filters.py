@@ -121,9 +121,7 @@ class PolynomialFilter:
         """
         return state.degree == self.degree and (state.stamp_ns - state.start_ns) * 1e-9 >= self.lag
 
-    def step(
-        self, state: FilterState | None, stamp_ns: int, sample: FloatArray
-    ) -> tuple[FilterState, StampEvent]:
+    def step(self, state: FilterState | None, stamp_ns: int, sample: FloatArray) -> tuple[FilterState, StampEvent]:
         """The state after one more sample.
 
         Args:

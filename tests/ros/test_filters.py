@@ -215,9 +215,7 @@ def test_a_degree_it_does_not_have_is_refused():
 def feed(estimator, times, position, velocity=None):
     state, estimates = None, []
     for t in times:
-        state, estimate = estimator.step(
-            state, round(t * 1e9), position(t), None if velocity is None else velocity(t)
-        )
+        state, estimate = estimator.step(state, round(t * 1e9), position(t), None if velocity is None else velocity(t))
         estimates.append(estimate)
     return state, estimates
 

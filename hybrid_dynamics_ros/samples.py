@@ -1,0 +1,146 @@
+"""What comes in: joint samples by name, checked and put into the robot's order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hybrid_dynamics_core.errors import ClosureError, HybridDynamicsError, InputError, SingularityError
+
+FloatArray = NDArray[np.float64]
+
+
+class RejectionCode(Enum):
+    """Why a sample was not used."""
+
+    EMPTY = "empty"  # no joint names at all
+    WRONG_LENGTH = "wrong length"  # an array has not one value for each name
+    DUPLICATE_JOINT = "duplicate joint"  # an active joint is named twice
+    MISSING_JOINT = "missing joint"  # an active joint is not named
+    NOT_FINITE = "not finite"  # NaN or infinity for an active joint
+    BAD_STAMP = "bad stamp"  # negative
+    UNREACHABLE = "unreachable"  # a loop cannot be closed
+    SINGULAR = "singular"  # a loop is at a toggle point
+    OVERFLOW = "overflow"  # input so large that a result is not finite
+    INTERNAL = "internal"  # the model failed in a way that is not the input's fault
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """A sample that was not used: why, and a sentence for people."""
+
+    code: RejectionCode
+    text: str
+
+
+class RejectedError(Exception):
+    """Carries a :class:`Rejection` to whoever answers for it."""
+
+    def __init__(self, code: RejectionCode, text: str) -> None:
+        self.rejection = Rejection(code, text)
+        super().__init__(text)
+
+
+def rejection_of(error: HybridDynamicsError) -> Rejection:
+    """The rejection that an error of the model means."""
+    text = " ".join(str(error).split())
+    if isinstance(error, ClosureError):
+        return Rejection(RejectionCode.UNREACHABLE, text)
+    if isinstance(error, SingularityError):
+        return Rejection(RejectionCode.SINGULAR, text)
+    if isinstance(error, InputError):
+        # Names, lengths and finite input were checked before: only a number too large is left.
+        return Rejection(RejectionCode.OVERFLOW, text)
+    return Rejection(RejectionCode.INTERNAL, text)
+
+
+@dataclass(frozen=True, eq=False)
+class JointSample:
+    """Joints by name at one stamp, as they came.
+
+    Attributes:
+        stamp_ns: stamp [ns].
+        names: joint names, in any order; more than the active joints are allowed.
+        position: one value for each name [rad or m].
+        velocity: one for each name [rad/s or m/s], or None where there is none.
+        acceleration: one for each name [rad/s^2 or m/s^2], or None where it has to be estimated.
+    """
+
+    stamp_ns: int
+    names: Sequence[str]
+    position: FloatArray
+    velocity: FloatArray | None = None
+    acceleration: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ActiveMotion:
+    """Motion of the active joints in the robot's order, finite: arrays (n,) as in :class:`JointSample`."""
+
+    position: FloatArray
+    velocity: FloatArray | None
+    acceleration: FloatArray | None
+
+    def complete(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Position, velocity and acceleration.
+
+        Raises:
+            RejectedError: one of them is not there.
+        """
+        if self.velocity is None or self.acceleration is None:
+            raise RejectedError(RejectionCode.WRONG_LENGTH, "velocities and accelerations are needed")
+        return self.position, self.velocity, self.acceleration
+
+
+class JointOrder:
+    """Picks the active joints out of samples. Other joints are ignored, whatever they hold."""
+
+    def __init__(self, active: Sequence[str]) -> None:
+        self._active = tuple(active)
+        # Streams repeat the same names: their places are looked up once.
+        self._names: tuple[str, ...] = ()
+        self._places = np.zeros(0, dtype=np.intp)
+
+    def arrange(self, sample: JointSample) -> ActiveMotion:
+        """The motion of the active joints.
+
+        Raises:
+            RejectedError: names are missing or doubled, lengths differ, or a number is not finite.
+        """
+        places = self._find(tuple(sample.names))
+        count = len(sample.names)
+        velocity, acceleration = sample.velocity, sample.acceleration
+        return ActiveMotion(
+            self._pick("position", sample.position, count, places),
+            None if velocity is None else self._pick("velocity", velocity, count, places),
+            None if acceleration is None else self._pick("acceleration", acceleration, count, places),
+        )
+
+    def _find(self, names: tuple[str, ...]) -> NDArray[np.intp]:
+        if names == self._names and names:
+            return self._places
+        if not names:
+            raise RejectedError(RejectionCode.EMPTY, f"no joint is named, expected {', '.join(self._active)}")
+        missing = [name for name in self._active if name not in names]
+        if missing:
+            raise RejectedError(RejectionCode.MISSING_JOINT, f"missing joint {', '.join(missing)}")
+        doubled = [name for name in self._active if names.count(name) > 1]
+        if doubled:
+            raise RejectedError(RejectionCode.DUPLICATE_JOINT, f"joint {', '.join(doubled)} is named twice")
+        self._places = np.array([names.index(name) for name in self._active], dtype=np.intp)
+        self._names = names
+        return self._places
+
+    def _pick(self, what: str, values: FloatArray, count: int, places: NDArray[np.intp]) -> FloatArray:
+        if values.shape != (count,):
+            raise RejectedError(RejectionCode.WRONG_LENGTH, f"{what} has {values.size} values for {count} joint names")
+        picked: FloatArray = values[places]
+        finite = np.isfinite(picked)
+        if not finite.all():
+            bad = int(np.argmin(finite))
+            raise RejectedError(RejectionCode.NOT_FINITE, f"{what} of joint {self._active[bad]} is {picked[bad]}")
+        return picked
