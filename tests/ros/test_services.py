@@ -1,0 +1,83 @@
+"""Services as functions: what cannot be provoked from outside, and the mapping of errors to codes."""
+
+import numpy as np
+import pytest
+from hybrid_dynamics_msgs.msg import ErrorCode
+from hybrid_dynamics_msgs.srv import InverseDynamics, SolveFK, SolveIK
+from sensor_msgs.msg import JointState
+
+from hybrid_dynamics_core import IKStatus
+from hybrid_dynamics_core.errors import ClosureError, HybridDynamicsError, InputError, SingularityError
+from hybrid_dynamics_ros import services
+from hybrid_dynamics_ros.samples import RejectedError, RejectionCode
+
+ACTIVE = ["q1", "q12", "q22", "q4"]
+POSITION = [0.8726646259971648, 0.15000000000000002, 0.175, 0.4363323129985824]
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (ClosureError("loop L cannot close", loop="L"), ErrorCode.OUT_OF_REACH),
+        (SingularityError("loop L is singular", loop="L", distance=0.0), ErrorCode.SINGULAR),
+        (InputError("no frame 'x'"), ErrorCode.BAD_INPUT),
+        (RejectedError(RejectionCode.MISSING_JOINT, "missing joint q1"), ErrorCode.BAD_INPUT),
+        (RejectedError(RejectionCode.OVERFLOW, "too large"), ErrorCode.BAD_INPUT),
+        (HybridDynamicsError("odd"), ErrorCode.INTERNAL),
+        (ZeroDivisionError("a bug"), ErrorCode.INTERNAL),
+    ],
+)
+@pytest.mark.parametrize("kind", [SolveIK, SolveFK, InverseDynamics])
+def test_whatever_fails_the_client_gets_a_code_a_text_and_nothing_half_done(robot, kind, error, code):
+    def answer(_robot, _request, response):
+        if hasattr(response, "joint_state"):
+            response.joint_state.name = ["half done"]
+        raise error
+
+    response = services.guarded(answer, robot, kind.Request(), kind.Response())
+    assert response.error_code == code
+    assert str(error) in response.error_text
+    if hasattr(response, "joint_state"):
+        assert not response.joint_state.name
+    if hasattr(response, "residual"):
+        assert np.isnan(response.residual)
+
+
+def test_every_status_of_the_solver_has_a_code():
+    codes = [services._IK_STATUS[status] for status in IKStatus]
+    assert len(set(codes)) == len(IKStatus)
+
+
+def test_frames_come_in_the_order_asked_for(robot):
+    request = SolveFK.Request(
+        active_joints=JointState(name=ACTIVE, position=POSITION), frames=[robot.end_effector, robot.base_frame]
+    )
+    response = services.guarded(services.solve_fk, robot, request, SolveFK.Response())
+    assert response.error_code == ErrorCode.OK, response.error_text
+    tool, base = (pose.pose.position for pose in response.poses)
+    np.testing.assert_allclose([tool.x, tool.y, tool.z], [0.3226478557853928, 0.38451674127506036, 1.1179125884719605])
+    assert [base.x, base.y, base.z] == [0.0, 0.0, 0.0]
+    assert not response.joint_state.velocity
+
+
+def test_numbers_too_large_are_bad_input_not_an_infinite_answer(robot):
+    request = InverseDynamics.Request()
+    request.motion.name = ACTIVE
+    request.motion.position = POSITION
+    request.motion.velocity = [1e300] * 4
+    request.motion.acceleration = [0.0] * 4
+    response = services.guarded(services.inverse_dynamics, robot, request, InverseDynamics.Response())
+    assert response.error_code == ErrorCode.BAD_INPUT
+    assert not response.efforts.effort
+
+
+def test_quaternions_near_unit_length_are_taken(robot):
+    pose = robot.forward_kinematics(robot.close(np.array(POSITION)))
+    request = SolveIK.Request()
+    target = request.target.pose
+    target.position.x, target.position.y, target.position.z = pose.position.tolist()
+    x, y, z, w = (1.0005 * pose.quaternion).tolist()
+    target.orientation.x, target.orientation.y, target.orientation.z, target.orientation.w = x, y, z, w
+    response = services.guarded(services.solve_ik, robot, request, SolveIK.Response())
+    assert response.error_code == ErrorCode.OK, response.error_text
+    np.testing.assert_allclose(response.solution.position[:4], POSITION, atol=1e-9)
