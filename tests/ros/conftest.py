@@ -1,0 +1,268 @@
+"""A graph of its own for every run, the node in its own process, and a client in this one."""
+
+# ruff: noqa: E402 - the environment is set before anything imports rclpy or a message.
+
+import fcntl
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import warnings
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+DEADLINE = 30.0  # [s], for anything that should happen at once on an idle machine
+
+
+def _take_domain():
+    """A domain that no other run on this machine has: the lock is held while this process lives."""
+    start = os.getpid() % 100
+    for offset in range(100):
+        domain = 1 + (start + offset) % 100  # above 101 the ports reach into those that clients get
+        path = Path(tempfile.gettempdir()) / f"ros_domain_{domain}.{os.getuid()}.lock"
+        lock = os.open(path, os.O_CREAT | os.O_RDWR, 0o600)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            os.close(lock)
+            continue
+        return domain
+    raise RuntimeError("all ROS domains of this machine are taken")
+
+
+os.environ["ROS_DOMAIN_ID"] = str(_take_domain())
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
+os.environ.setdefault("ROS_LOG_DIR", tempfile.mkdtemp(prefix="ros_log_"))
+os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
+os.environ.pop("RMW_IMPLEMENTATION", None)
+
+import rclpy
+from geometry_msgs.msg import PoseStamped
+from hybrid_dynamics_msgs.msg import JointMotion
+from hybrid_dynamics_msgs.srv import InverseDynamics, SolveFK, SolveIK
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.type_support import check_for_type_support
+from sensor_msgs.msg import JointState
+
+from hybrid_dynamics_core import load
+
+with warnings.catch_warnings():
+    # Loading the first message type brings in a parser that uses a deprecated module of Python.
+    warnings.simplefilter("ignore", DeprecationWarning)
+    check_for_type_support(JointState)
+
+
+def wait_until(condition, what, deadline=DEADLINE):
+    """Polls until the condition holds; its value."""
+    end = time.monotonic() + deadline
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > end:
+            raise AssertionError(f"not within {deadline} s: {what}")
+        time.sleep(0.005)
+
+
+class NodeProcess:
+    """The node in a process of its own; all it prints goes to a file."""
+
+    def __init__(self, folder, *arguments, command=None, environment=None):
+        self._log = Path(tempfile.mkstemp(suffix=".log", dir=folder)[1])
+        command = command or [sys.executable, "-m", "hybrid_dynamics_ros.node"]
+        with self._log.open("w") as log:
+            self.process = subprocess.Popen(
+                [*command, *(["--ros-args", *arguments] if arguments else [])],
+                cwd=ROOT,
+                env={**os.environ, **(environment or {})},
+                stdout=log,
+                stderr=subprocess.STDOUT,
+            )
+
+    def output(self):
+        return self._log.read_text()
+
+    def wait_for(self, pattern, deadline=DEADLINE):
+        """Waits for a line of the log; a node that died fails at once."""
+
+        def found():
+            text = self.output()
+            if (match := re.search(pattern, text)) is None and self.process.poll() is not None:
+                match = re.search(pattern, self.output())
+                assert match, f"the node ended with {self.process.returncode} and said:\n{text}"
+            return match
+
+        return wait_until(found, f"{pattern!r} in the node's log", deadline)
+
+    def finish(self, deadline=DEADLINE):
+        """Exit code, once the node has ended."""
+        return self.process.wait(deadline)
+
+    def stop(self, number=signal.SIGINT, deadline=DEADLINE):
+        """Sends a signal; exit code."""
+        self.process.send_signal(number)
+        return self.finish(deadline)
+
+    def kill(self):
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
+
+
+class Client:
+    """A node of this process that talks to the node under test, spinning in a thread."""
+
+    wait_until = staticmethod(wait_until)
+
+    def __init__(self, namespace="/hybrid_dynamics"):
+        self._context = rclpy.Context()
+        rclpy.init(context=self._context)
+        self._node = rclpy.create_node("tester", context=self._context)
+        self._received = {}
+        self._publishers = {
+            name: self._node.create_publisher(kind, f"{namespace}/{name}", 500)
+            for name, kind in (("active_joint_states", JointState), ("active_joint_motions", JointMotion))
+        }
+        self._subscriptions = {
+            name: self._node.create_subscription(kind, f"{namespace}/{name}", self._collector(name), 500)
+            for name, kind in (
+                ("joint_states", JointState),
+                ("required_efforts", JointState),
+                ("end_effector_pose", PoseStamped),
+            )
+        }
+        self._services = {
+            name: self._node.create_client(kind, f"{namespace}/{name}")
+            for name, kind in (("solve_ik", SolveIK), ("solve_fk", SolveFK), ("inverse_dynamics", InverseDynamics))
+        }
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self._thread = threading.Thread(target=self._executor.spin, daemon=True)
+        self._thread.start()
+        self._stamp_ns = 1_000_000_000_000
+
+    def _collector(self, topic):
+        messages = self._received.setdefault(topic, {})
+
+        def collect(message):
+            messages[message.header.stamp.sec * 10**9 + message.header.stamp.nanosec] = message
+
+        return collect
+
+    def connect(self):
+        """Waits until every topic and service is there, then until a message has gone all the way round."""
+        for name, publisher in self._publishers.items():
+            wait_until(publisher.get_subscription_count, f"a subscription on {name}")
+        for name, subscription in self._subscriptions.items():
+            wait_until(subscription.get_publisher_count, f"a publisher on {name}")
+        for name, service in self._services.items():
+            assert service.wait_for_service(DEADLINE), f"no service {name}"
+        # The node's publishers may learn of this process later than this process of them.
+        probe = JointMotion(
+            name=["q1", "q12", "q22", "q4"],
+            position=[0.0, 0.1, 0.15, 0.0],
+            velocity=[0.0] * 4,
+            acceleration=[0.0] * 4,
+        )
+
+        def round_trip():
+            self.publish("active_joint_motions", probe, self.new_stamp())
+            time.sleep(0.05)
+            return all(self._received.values())
+
+        wait_until(round_trip, "an answer on every topic")
+        return self
+
+    def new_stamp(self, after_s=10.0):
+        """A stamp [ns] so much later than the last one."""
+        self._stamp_ns += round(after_s * 1e9)
+        return self._stamp_ns
+
+    def publish(self, topic, message, stamp_ns):
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, 10**9)
+        self._publishers[topic].publish(message)
+
+    def wait_for(self, topic, stamp_ns):
+        """The message of a topic with this stamp."""
+        messages = self._received[topic]
+        return wait_until(lambda: messages.get(stamp_ns), f"{topic} with stamp {stamp_ns}")
+
+    def received(self, topic, stamp_ns):
+        """The message of a topic with this stamp, or None so far."""
+        return self._received[topic].get(stamp_ns)
+
+    def call(self, service, request):
+        response = self._services[service].call(request, timeout_sec=DEADLINE)
+        assert response is not None, f"{service} did not answer"
+        return response
+
+    def node_names(self):
+        """Full names of the nodes in the graph."""
+        return {f"{space.rstrip('/')}/{name}" for name, space in self._node.get_node_names_and_namespaces()}
+
+    def topic_names(self):
+        """Full names of the topics in the graph."""
+        return {name for name, _ in self._node.get_topic_names_and_types()}
+
+    def close(self):
+        self._executor.shutdown()
+        self._thread.join(DEADLINE)
+        self._node.destroy_node()
+        self._context.try_shutdown()
+
+
+@pytest.fixture
+def start_node(tmp_path):
+    """Starts nodes that end with the test."""
+    started = []
+
+    def start(*arguments, **options):
+        started.append(NodeProcess(tmp_path, *arguments, **options))
+        return started[-1]
+
+    yield start
+    for process in started:
+        process.kill()
+
+
+@pytest.fixture
+def connect():
+    """Makes connected clients that end with the test."""
+    clients = []
+
+    def make(namespace="/hybrid_dynamics"):
+        clients.append(Client(namespace))
+        return clients[-1].connect()
+
+    yield make
+    for client in clients:
+        client.close()
+
+
+@pytest.fixture(scope="module")
+def node(tmp_path_factory):
+    """One node for the tests of a module; every line about bad input is logged."""
+    process = NodeProcess(tmp_path_factory.mktemp("node"), "-p", "log_period:=0.0")
+    yield process
+    process.kill()
+
+
+@pytest.fixture(scope="module")
+def client(node):
+    """A client connected to that node."""
+    node.wait_for("active joints")
+    made = Client()
+    yield made.connect()
+    made.close()
+
+
+@pytest.fixture(scope="session")
+def robot():
+    return load("forging_chu2020")

@@ -1,0 +1,182 @@
+"""The process around the node: start, parameters, names, logging, end."""
+
+import importlib.metadata
+import shutil
+import signal
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rclpy
+from rclpy.qos import QoSProfile, QoSReliabilityPolicy
+from sensor_msgs.msg import JointState
+
+ACTIVE = ["q1", "q12", "q22", "q4"]
+POSITION = [0.0, 0.1, 0.15, 0.0]
+RATES = [0.17453292519943295, 0.01, 0.005, 0.08726646259971647]
+READY = "active joints q1, q12, q22, q4"
+
+
+def state(position=POSITION, velocity=RATES):
+    return JointState(name=ACTIVE, position=list(position), velocity=list(velocity))
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_idle_node_cleanly(start_node, number):
+    node = start_node()
+    node.wait_for(READY)
+    assert node.stop(number) == 0
+    assert "stopped: 0 received" in node.output()
+    assert "Traceback" not in node.output()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_repeated_while_messages_flow_ends_the_node_cleanly(start_node, connect, number):
+    node = start_node()
+    node.wait_for(READY)
+    client = connect()
+    client.publish("active_joint_states", state(), client.new_stamp())
+    for k in range(200):
+        client.publish("active_joint_states", state(), client.new_stamp(0.005))
+        if k in (100, 110, 120):
+            node.process.send_signal(number)
+    while node.process.poll() is None:  # while it cleans up, too; the test's own time limit guards this
+        node.process.send_signal(number)
+        time.sleep(0.01)
+    assert node.finish() == 0
+    assert "Traceback" not in node.output()
+    assert "stopped: " in node.output()
+
+
+def test_the_installed_command_is_this_node(start_node):
+    installed = [Path(str(d.locate_file(""))) for d in importlib.metadata.distributions(name="hybrid_dynamics_ros")]
+    if not any(path.is_relative_to(sys.prefix) for path in installed):
+        pytest.skip("the package is not installed in this environment")
+    command = shutil.which("hybrid_dynamics_node", path=str(Path(sys.executable).parent))
+    assert command is not None
+    node = start_node(command=[command])
+    node.wait_for(READY)
+    assert node.stop() == 0
+
+
+def fatal_line(node):
+    """The one line that a node that could not start has said."""
+    assert node.finish() == 1
+    (line,) = node.output().strip().splitlines()
+    assert "[FATAL]" in line
+    return line
+
+
+def test_an_unknown_robot_ends_in_one_line_and_a_failure(start_node):
+    assert "no_such_robot" in fatal_line(start_node("-p", "robot:=no_such_robot"))
+
+
+def test_a_wrong_robot_file_ends_in_one_line_with_file_and_line(start_node, tmp_path, robot):
+    shipped = Path(sys.modules["hybrid_dynamics_core"].__file__).parent / "robots" / f"{robot.name}.yaml"
+    lines = shipped.read_text().splitlines(keepends=True)
+    number = next(k for k, line in enumerate(lines) if line.startswith("gravity:"))
+    lines[number] = "gravity: [0, 0, down]\n"
+    wrong = tmp_path / "wrong.yaml"
+    wrong.write_text("".join(lines))
+    line = fatal_line(start_node("-p", f"robot:={wrong}"))
+    assert f"{wrong}:{number + 1}" in line
+    assert "gravity" in line
+
+
+def test_a_mended_robot_file_starts(start_node, tmp_path, robot):
+    shipped = Path(sys.modules["hybrid_dynamics_core"].__file__).parent / "robots" / f"{robot.name}.yaml"
+    shutil.copy(shipped, tmp_path / "robot.yaml")
+    node = start_node("-p", f"robot:={tmp_path / 'robot.yaml'}")
+    node.wait_for(READY)
+    assert node.stop() == 0
+
+
+@pytest.mark.parametrize(
+    ("argument", "words"),
+    [
+        ("acceleration_filter.bandwidth:=-1.0", ["acceleration_filter.bandwidth", "-1.0"]),
+        ("acceleration_filter.bandwidth:=fast", ["acceleration_filter.bandwidth", "fast"]),
+        ("qos.input:=perfect", ["qos.input", "perfect", "reliable, best_effort"]),
+        ("qos.input_depth:=0", ["qos.input_depth", "0"]),
+        ("robot:=''", ["robot"]),
+    ],
+)
+def test_a_wrong_parameter_ends_in_one_line_and_a_failure(start_node, argument, words):
+    line = fatal_line(start_node("-p", argument))
+    assert all(word in line for word in words)
+
+
+def test_a_wrong_ros_argument_ends_without_a_traceback(start_node):
+    node = start_node("--params-file", "/nowhere/parameters.yaml")
+    assert node.finish() == 1
+    assert "/nowhere/parameters.yaml" in node.output()
+    assert "Traceback" not in node.output()
+
+
+def test_names_follow_the_namespace_and_the_node_name(start_node, connect):
+    node = start_node("-r", "__ns:=/forge", "-r", "__node:=left_arm")
+    node.wait_for(READY)
+    client = connect("/forge/left_arm")
+    stamp = client.new_stamp()
+    client.publish("active_joint_states", state(), stamp)
+    assert len(client.wait_for("joint_states", stamp).position) == 12
+    client.wait_until(lambda: "/forge/left_arm" in client.node_names(), "the node's name in the graph")
+    assert not [name for name in client.topic_names() if name.startswith("/hybrid_dynamics")]
+
+
+def test_bad_input_is_counted_and_logged_at_a_limited_rate(start_node, connect):
+    node = start_node("-p", "log_period:=3600.0")
+    node.wait_for(READY)
+    client = connect()
+    for _ in range(20):  # fewer than the subscription's queue holds, however slow the node
+        client.publish("active_joint_states", state([np.nan, 0.1, 0.15, 0.0]), client.new_stamp())
+        client.publish("active_joint_states", JointState(), client.new_stamp())
+    last = client.new_stamp()
+    client.publish("active_joint_states", state(), last)
+    client.wait_for("joint_states", last)
+    assert node.stop() == 0
+    assert node.output().count("rejected, not finite") == 1
+    assert node.output().count("rejected, empty") == 1
+    assert "20 rejected: not finite" in node.output()
+    assert "20 rejected: empty" in node.output()
+
+
+def test_the_bandwidth_parameter_reaches_the_filter(start_node, connect):
+    """At 1 Hz the filter needs 0.205 s of samples, at 10 Hz it would need a tenth of it."""
+    node = start_node("-p", "acceleration_filter.bandwidth:=1.0")
+    node.wait_for(READY)
+    client = connect()
+    stamps = []
+    for k in range(25):
+        stamps.append(client.new_stamp(10.0 if k == 0 else 0.01))
+        client.publish("active_joint_states", state(), stamps[-1])
+    client.wait_for("required_efforts", stamps[-1])
+    with_efforts = [client.received("required_efforts", stamp) is not None for stamp in stamps]
+    assert with_efforts == [k >= 21 for k in range(25)]
+
+
+def test_best_effort_input_connects_to_a_best_effort_publisher(start_node, connect):
+    node = start_node("-p", "qos.input:=best_effort")
+    node.wait_for(READY)
+    client = connect()
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    sensor = rclpy.create_node("sensor", context=context)
+    try:
+        qos = QoSProfile(depth=10, reliability=QoSReliabilityPolicy.BEST_EFFORT)
+        publisher = sensor.create_publisher(JointState, "/hybrid_dynamics/active_joint_states", qos)
+
+        def answered():
+            stamp = client.new_stamp()
+            message = state()
+            message.header.stamp.sec = stamp // 10**9
+            publisher.publish(message)
+            time.sleep(0.02)
+            return client.received("joint_states", stamp)
+
+        client.wait_until(answered, "an answer to a best-effort message")
+    finally:
+        sensor.destroy_node()
+        context.try_shutdown()
