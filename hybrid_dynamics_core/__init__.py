@@ -9,8 +9,9 @@
 from .errors import ClosureError, DescriptionError, HybridDynamicsError, InputError, SingularityError
 from .kinematics.inverse import IKStatus
 from .kinematics.pose import Pose
+from .kinematics.solve import IKResult
 from .library import load, shipped_robots
-from .robot import IKResult, Robot
+from .robot import Robot
 from .state import ClosedState, ClosureStatus
 
 __version__ = "0.1.0"

@@ -5,10 +5,14 @@ from __future__ import annotations
 import math
 
 from .closure.plan import given_posture
+from .closure.posture import Posture
 from .closure.reach import allowed_range
+from .closure.step import Step
 from .description.model import Array
 from .errors import ClosureError, SingularityError, StateError
 from .programs import Model, closure_code
+
+EDGE = 1e-9  # a value this near the end of its range counts as being at it
 
 
 def refusal(model: Model, u: Array, signs: Array, code: int, distance: float, index: int | None) -> StateError:
@@ -16,42 +20,44 @@ def refusal(model: Model, u: Array, signs: Array, code: int, distance: float, in
     k = (code - 1) // 2
     step = model.plan.steps[k]
     if code != closure_code(k):
-        return SingularityError(
-            f"loop '{step.loop}' is singular here (distance {distance:.2g} of at most 1): its cylinder or bars are in line, "
-            "so rates and forces have no finite answer; move away from this place",
-            loop=step.loop,
-            distance=distance,
-            index=index,
-        )
-    names = model.tree.coordinates
+        return _singular(step.loop, distance, index)
     posture = given_posture(model.tree, u.tolist())
     for earlier, sign in zip(model.plan.steps[:k], signs[:k], strict=True):
         earlier.solve(posture, float(sign))
-    given = [j.coordinate for j in step.geometry.joints if j.coordinate < len(u)]
-    others = [
-        j.coordinate for j in step.geometry.joints if j.coordinate >= len(u) and j.coordinate not in step.unknowns
-    ]
-    for coordinate in given:
-        value = float(u[coordinate])
-        allowed = allowed_range(step, step.geometry, posture, coordinate, model.plan.reference.q[coordinate])
-        if allowed is None or (math.isinf(allowed[0]) and math.isinf(allowed[1])):
+    return _open(model, step, posture, index)
+
+
+def _singular(loop: str, distance: float, index: int | None) -> SingularityError:
+    return SingularityError(
+        f"loop '{loop}' is singular here (distance {distance:.2g} of at most 1): its bars are "
+        "in line and rates and forces have no finite answer; move away from this place",
+        loop=loop,
+        distance=distance,
+        index=index,
+    )
+
+
+def _open(model: Model, step: Step, posture: Posture, index: int | None) -> StateError:
+    names, n = model.tree.coordinates, model.tree.n_active
+    known = [j.coordinate for j in step.geometry.joints if j.coordinate not in step.unknowns]
+    for coordinate in (c for c in known if c < n):
+        value = float(posture.q[coordinate])
+        allowed = allowed_range(step, posture, coordinate, float(model.plan.reference.q[coordinate]))
+        if allowed is None or allowed == (-math.inf, math.inf):
             continue
-        unit = "rad" if next(b.type for b in model.tree.bodies if b.coordinate == coordinate) == "revolute" else "m"
-        here = (
-            f" with {', '.join(names[i] for i in given + others if i != coordinate)} as given"
-            if len(given + others) > 1
-            else ""
-        )
+        if min(abs(value - edge) for edge in allowed) < EDGE:
+            return _singular(step.loop, 0.0, index)
+        unit = "rad" if model.tree.is_revolute(coordinate) else "m"
+        others = ", ".join(f"{names[c]} = {posture.q[c]:.9g}" for c in known if c != coordinate)
         return ClosureError(
-            f"loop '{step.loop}' cannot close: {names[coordinate]} = {value:.9g} {unit} is outside "
-            f"[{allowed[0]:.9g}, {allowed[1]:.9g}] {unit}{here}",
+            f"loop '{step.loop}' cannot close: {names[coordinate]} = {value:.9g} {unit} is outside the allowed "
+            f"[{allowed[0]:.9g}, {allowed[1]:.9g}] {unit}" + (f" (at {others})" if others else ""),
             loop=step.loop,
             coordinate=names[coordinate],
             value=value,
             allowed=allowed,
             index=index,
         )
-    values = ", ".join(f"{names[i]} = {posture.q[i]:.9g}" for i in given + others)
-    return ClosureError(
-        f"loop '{step.loop}' cannot close at {values}: its links do not reach each other", loop=step.loop, index=index
-    )
+    values = ", ".join(f"{names[c]} = {posture.q[c]:.9g}" for c in known)
+    problem = f"loop '{step.loop}' cannot close at {values}: its links do not reach each other"
+    return ClosureError(problem, loop=step.loop, index=index)

@@ -15,7 +15,7 @@ from .closure.reach import allowed_range
 from .description.model import Array, Frame, JointType, RobotDescription, frozen
 from .errors import InputError
 from .inputs import vectors
-from .kernels.run import Kernel
+from .kernels.run import Codes, Kernel
 from .kinematics.pose import Pose
 from .kinematics.solve import IKResult, solve_inverse_kinematics
 from .mechanism.tree import build_tree
@@ -91,17 +91,28 @@ class Robot:
 
     @cached_property
     def limits(self) -> Array:
-        """(n, 2) lower and upper limit of each active coordinate [rad or m]: the file's, narrowed to what its loop
-        allows where that loop has no other given coordinate; infinite where there is none.
+        """(n, 2) lower and upper limit of each active coordinate [rad or m], infinite where there is none.
+
+        The description's limits, narrowed to the `closing_range`.
         """
-        limits = np.array([self.description.joints[name].limits for name in self.active])
+        told = np.array([self.description.joints[name].limits for name in self.active])
+        lower, upper = self.closing_range.T
+        return frozen(np.stack([np.maximum(told[:, 0], lower), np.minimum(told[:, 1], upper)], axis=1))
+
+    @cached_property
+    def closing_range(self) -> Array:
+        """(n, 2) range of each active coordinate [rad or m] between the toggle points of its loop.
+
+        Infinite where the coordinate is in no loop, or in one with other given coordinates.
+        """
+        limits = np.tile([-np.inf, np.inf], (len(self.active), 1))
         for step in self._model.plan.steps:
             known = [j.coordinate for j in step.geometry.joints if j.coordinate not in step.unknowns]
             if len(known) == 1 and known[0] < len(self.active):
                 k = known[0]
-                found = allowed_range(step, step.geometry, self._model.plan.reference, k, float(self.reference[k]))
-                lower, upper = found or (-np.inf, np.inf)
-                limits[k] = max(limits[k, 0], lower), min(limits[k, 1], upper)
+                found = allowed_range(step, self._model.plan.reference, k, float(self.reference[k]))
+                if found is not None:
+                    limits[k] = max(limits[k, 0], found[0]), min(limits[k, 1], found[1])
         return frozen(limits)
 
     # -- closure and kinematics --------------------------------------------------------------------------------
@@ -168,7 +179,7 @@ class Robot:
     # -- dynamics ----------------------------------------------------------------------------------------------
 
     def inverse_dynamics(self, state: ClosedState, ddu: ArrayLike) -> Array:
-        """Actuator torques [N m] and forces [N] tau (n,) or (N, n) for the active accelerations ddu; Chu (2020), Eq. 25."""
+        """Actuator torques [N m] and forces [N], (n,) or (N, n), for active accelerations ddu; Chu (2020), Eq. 25."""
         ddu = self._like(state, "ddu", ddu)
         arguments = (state.u, state.du, ddu, state.signs, self._gravity)
         return self._checked("inverse_dynamics", programs.inverse_dynamics, state, *arguments)["tau"]
@@ -181,7 +192,7 @@ class Robot:
 
     # -- inside ------------------------------------------------------------------------------------------------
 
-    def _run(self, key: str, program: programs.Program, *arguments: Array) -> tuple[dict[str, Array], Array]:
+    def _run(self, key: str, program: programs.Program, *arguments: Array) -> tuple[dict[str, Array], Codes]:
         kernel = self._kernels.get(key)
         if kernel is None:
             sizes = [a.shape[-1] for a in arguments]
@@ -218,7 +229,7 @@ class Robot:
         steps = self._model.plan.steps
         return MappingProxyType({s.loop: s.modes[0 if sign > 0 else 1] for s, sign in zip(steps, signs, strict=True)})
 
-    def _refuse(self, u: Array, codes: Array, distances: Array) -> None:
+    def _refuse(self, u: Array, codes: Codes, distances: Array) -> None:
         if not codes.any():
             return
         row = None if u.ndim == 1 else int(np.flatnonzero(codes)[0])

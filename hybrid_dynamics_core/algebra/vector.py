@@ -5,7 +5,7 @@ Plain tuples keep structural zeros visible: a traced product with the constant 0
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 from .scalar import Scalar
 
@@ -97,7 +97,7 @@ def axis_rotation(axis: Vector, c: Scalar, s: Scalar) -> Rotation:
     )
 
 
-def constant(values: Sequence[float]) -> Vector:
+def constant(values: Iterable[float]) -> Vector:
     """A tuple of Python floats, with rounding dust next to -1, 0 and 1 removed so that structure shows."""
     return tuple(_snap(float(v)) for v in values)
 

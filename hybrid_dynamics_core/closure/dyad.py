@@ -18,15 +18,6 @@ TURNS = ("counterclockwise", "clockwise")
 SLIDES = ("extended", "retracted")
 
 
-class _Frozen(Posture):
-    """A posture in which the unknown joints stand at zero."""
-
-    def __init__(self, posture: Posture, unknowns: Sequence[PlanarJoint]) -> None:
-        self.q, self.c, self.s = list(posture.q), list(posture.c), list(posture.s)
-        for joint in unknowns:
-            self.q[joint.coordinate], self.c[joint.coordinate], self.s[joint.coordinate] = 0.0, 1.0, 0.0
-
-
 class PlanarStep(Step):
     """Equations common to every block that is one planar loop."""
 
@@ -70,8 +61,11 @@ class _Cut:
     """The loop with its unknown joints at zero: where each unknown stands, and the ends of both chains."""
 
     def __init__(self, step: PlanarStep, posture: Posture) -> None:
-        frozen = _Frozen(posture, step.joints)
-        a, b = step.chains(frozen)
+        at_zero = posture.copy()
+        for joint in step.joints:
+            k = joint.coordinate
+            at_zero.q[k], at_zero.c[k], at_zero.s[k] = 0.0, 1.0, 0.0
+        a, b = step.chains(at_zero)
         self.on_a = [j in step.geometry.chain_a for j in step.joints]
         self.same_chain = self.on_a[0] == self.on_a[1]
         self.where: list[Vector] = []
@@ -159,7 +153,7 @@ class TwoSlides(PlanarStep):
 
     modes = ("only",)
 
-    def solve(self, posture: Posture, branch: Scalar) -> Scalar:
+    def solve(self, posture: Posture, branch: Scalar) -> Scalar:  # noqa: ARG002  one mode only
         """Cramer's rule."""
         cut = _Cut(self, posture)
         e1, e2 = cut.where

@@ -39,7 +39,7 @@ class Parallelogram(Step):
             turns = round((here - near.get(k, 0.0)) / (2.0 * math.pi))
             self.relations[k] = (terms, offset - 2.0 * math.pi * turns)
 
-    def solve(self, posture: Posture, branch: Scalar) -> Scalar:
+    def solve(self, posture: Posture, branch: Scalar) -> Scalar:  # noqa: ARG002  one mode only
         """Angles by addition; cosines and sines by the addition theorems."""
         for k, (terms, offset) in self.relations.items():
             direction: Vector = constant((math.cos(offset), math.sin(offset)))
@@ -60,7 +60,7 @@ class Parallelogram(Step):
             residual.append(posture.q[k] - known)
         return Linearised(rows, residual)
 
-    def bias(self, posture: Posture, rates: Sequence[Scalar]) -> list[Scalar]:
+    def bias(self, posture: Posture, rates: Sequence[Scalar]) -> list[Scalar]:  # noqa: ARG002
         """Linear relations have none."""
         return [0.0 for _ in self.relations]
 

@@ -45,10 +45,11 @@ class ClosedMotion:
         for step, block, inverse, extra in zip(self.steps, self.blocks, self._inverses, bias, strict=True):
             rhs = []
             for row, term in zip(block.rows, extra, strict=True):
+                total = term
                 for k, coefficient in row.items():
                     if k not in step.unknowns:
-                        term = term + coefficient * values[k]
-                rhs.append(-term)
+                        total = total + coefficient * values[k]
+                rhs.append(-total)
             for k, value in zip(step.unknowns, inverse.solve(rhs), strict=True):
                 values[k] = value
         return values

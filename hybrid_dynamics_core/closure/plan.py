@@ -1,4 +1,4 @@
-"""The order in which loops close: equations and unknowns matched, grouped into blocks, blocks in order of dependence."""
+"""The order in which loops close: equations matched to unknowns, grouped into blocks, blocks ordered by need."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
 from ..description.model import Closure, RobotDescription
-from ..errors import DescriptionError
 from ..mechanism.tree import Tree
 from .dyad import dyad
 from .parallelogram import PARALLELOGRAM, Parallelogram
@@ -28,22 +27,21 @@ class ClosurePlan:
 
 
 def build_plan(tree: Tree, robot: RobotDescription) -> ClosurePlan:
-    """Plan the closure of every loop for the active coordinates given."""
-    loops = {c.name: _planar(tree, c) for c in robot.closures}
-    closures = {c.name: c for c in robot.closures}
+    """Plan the closure of every loop for the active coordinates given.
+
+    Raises DescriptionError where the loops do not fit the active joints or do not close at the reference.
+    """
+    loops = {c.name: _planar(tree, robot, c) for c in robot.closures}
     posture = given_posture(tree, [robot.reference.get(name, 0.0) for name in tree.coordinates[: tree.n_active]])
     near = {k: robot.reference[name] for k, name in enumerate(tree.coordinates) if name in robot.reference}
     steps: list[Step] = []
     branch: list[float] = []
-    for names, unknowns in _blocks(tree, loops):
+    for names, unknowns in _blocks(tree, robot, loops):
         if len(names) > 1:
-            raise DescriptionError(
-                f"loops {', '.join(names)} can only be closed together, which format 1 does not cover", key="loops"
-            )
-        name = names[0]
-        step = _step(tree, loops[name], closures[name], unknowns, near)
-        steps.append(step)
-        branch.append(_choose_branch(tree, step, closures[name], posture, near))
+            raise robot.error("loops", f"{', '.join(names)} only close together, which format 1 does not cover")
+        closure = next(c for c in robot.closures if c.name == names[0])
+        steps.append(_step(robot, loops[closure.name], closure, unknowns, near))
+        branch.append(_Branch(robot, steps[-1], closure, near).choose(posture))
     return ClosurePlan(tuple(steps), tuple(branch), posture)
 
 
@@ -57,14 +55,16 @@ def given_posture(tree: Tree, u: list[float]) -> Posture:
     return posture
 
 
-def _planar(tree: Tree, closure: Closure) -> PlanarLoop:
+def _planar(tree: Tree, robot: RobotDescription, closure: Closure) -> PlanarLoop:
     try:
         return planar_loop(tree, closure)
     except ValueError as error:
-        raise DescriptionError(str(error), key=f"loops.{closure.name}") from error
+        raise robot.error(f"loops.{closure.name}", str(error)) from error
 
 
-def _blocks(tree: Tree, loops: dict[str, PlanarLoop]) -> list[tuple[list[str], tuple[int, ...]]]:
+def _blocks(
+    tree: Tree, robot: RobotDescription, loops: dict[str, PlanarLoop]
+) -> list[tuple[list[str], tuple[int, ...]]]:
     """(loops, unknown coordinates) of each block, in solving order."""
     n_z = len(tree.coordinates) - tree.n_active
     equations = [name for name in loops for _ in range(2)]
@@ -74,7 +74,7 @@ def _blocks(tree: Tree, loops: dict[str, PlanarLoop]) -> list[tuple[list[str], t
         for joint in loops[name].joints
         if joint.coordinate >= tree.n_active
     ]
-    _check_count(tree, len(equations), n_z)
+    _check_count(tree, robot, len(equations))
     if not equations:
         return []
     incidence = csr_array(coo_array((np.ones(len(pairs)), np.array(pairs).T), shape=(len(equations), n_z)))
@@ -82,23 +82,20 @@ def _blocks(tree: Tree, loops: dict[str, PlanarLoop]) -> list[tuple[list[str], t
     if np.any(matched < 0):
         free = sorted(set(range(n_z)) - set(matched.tolist()))
         names = ", ".join(tree.coordinates[tree.n_active + k] for k in free)
-        raise DescriptionError(
-            f"the loops do not determine {names}; choose other active joints or add a loop", key="active"
-        )
+        raise robot.error("active", f"the loops do not determine {names}; choose other active joints or add a loop")
     depends = csr_array(incidence[:, matched])
     _, label = connected_components(depends, directed=True, connection="strong")
     return _ordered(depends, label, equations, [tree.n_active + int(m) for m in matched])
 
 
-def _check_count(tree: Tree, n_equations: int, n_z: int) -> None:
-    if n_equations == n_z:
-        return
-    need = len(tree.coordinates) - n_equations
-    raise DescriptionError(
-        f"{tree.n_active} active joints of {len(tree.coordinates)} with {n_equations} loop equations: "
-        f"the mechanism has {need} degrees of freedom, so name {need} active joints",
-        key="active",
-    )
+def _check_count(tree: Tree, robot: RobotDescription, n_equations: int) -> None:
+    freedom = len(tree.coordinates) - n_equations
+    if freedom != tree.n_active:
+        raise robot.error(
+            "active",
+            f"{tree.n_active} joints are named, but {len(tree.coordinates)} joints with {n_equations} loop equations "
+            f"have {freedom} degrees of freedom; name {freedom}",
+        )
 
 
 def _ordered(
@@ -119,46 +116,52 @@ def _ordered(
     return result
 
 
-def _step(tree: Tree, loop: PlanarLoop, closure: Closure, unknowns: tuple[int, ...], near: dict[int, float]) -> Step:
-    joints = [j for j in loop.joints if j.coordinate in unknowns]
-    if closure.assembly == PARALLELOGRAM:
-        try:
-            return Parallelogram(loop, (joints[0], joints[1]))
-        except ValueError as error:
-            raise DescriptionError(f"is not a parallelogram: {error}", key=f"loops.{closure.name}.assembly") from error
-    return dyad(loop, (joints[0], joints[1]), near)
+def _step(
+    robot: RobotDescription, loop: PlanarLoop, closure: Closure, unknowns: tuple[int, ...], near: dict[int, float]
+) -> Step:
+    first, second = (j for j in loop.joints if j.coordinate in unknowns)
+    if closure.assembly != PARALLELOGRAM:
+        return dyad(loop, (first, second), near)
+    try:
+        return Parallelogram(loop, (first, second))
+    except ValueError as error:
+        raise robot.error(f"loops.{closure.name}.assembly", f"is not a parallelogram: {error}") from error
 
 
-def _choose_branch(tree: Tree, step: Step, closure: Closure, posture: Posture, near: dict[int, float]) -> float:
-    """Solve the step at the reference, on the mode the file names or, without one, the mode nearest its reference."""
-    key = f"loops.{closure.name}.assembly"
-    if closure.assembly is not None and closure.assembly not in step.modes:
-        raise DescriptionError(
-            f"is '{closure.assembly}'; the assembly modes of this loop are {' and '.join(step.modes)}", key=key
-        )
-    signs = (
-        [1.0, -1.0][: len(step.modes)]
-        if closure.assembly is None
-        else [1.0 - 2.0 * step.modes.index(str(closure.assembly))]
-    )
-    told = [k for k in step.unknowns if k in near]
-    if len(signs) > 1 and not told:
-        names = ", ".join(tree.coordinates[k] for k in step.unknowns)
-        raise DescriptionError(
-            f"missing: name the mode ({' or '.join(step.modes)}) or give {names} in reference", key=key
-        )
+class _Branch:
+    """Choice of a step's assembly mode: the one the file names or, without a name, the one nearest its reference."""
 
-    def distance(sign: float) -> float:
-        margin = step.solve(posture, sign)
-        return sum(abs(posture.q[k] - near[k]) for k in told) if margin > 0.0 else np.inf
+    def __init__(self, robot: RobotDescription, step: Step, closure: Closure, near: dict[int, float]) -> None:
+        self.robot, self.step, self.near = robot, step, near
+        self.mode = closure.assembly
+        self.key = f"loops.{closure.name}"
+        self.told = [k for k in step.unknowns if k in near]
 
-    best = min(signs, key=distance)
-    if not step.solve(posture, best) > 0.0:
-        raise DescriptionError(
-            "does not close at the reference configuration; mend the geometry or the reference",
-            key=f"loops.{closure.name}",
-        )
-    if isinstance(step, Parallelogram):
-        step.near(posture, near)
-        step.solve(posture, best)
-    return best
+    def choose(self, posture: Posture) -> float:
+        """The branch sign; leaves the step solved at the reference."""
+        best = min(self._signs(), key=lambda sign: self._distance(posture, sign))
+        if not self.step.solve(posture, best) > 0.0:
+            problem = "does not close at the reference configuration; mend the geometry or give a reference that closes"
+            raise self.robot.error(self.key, problem)
+        if isinstance(self.step, Parallelogram):
+            self.step.near(posture, self.near)
+            self.step.solve(posture, best)
+        return best
+
+    def _signs(self) -> list[float]:
+        modes = self.step.modes
+        if self.mode is not None and self.mode not in modes:
+            raise self.robot.error(f"{self.key}.assembly", f"is '{self.mode}'; this loop has {' and '.join(modes)}")
+        if self.mode is not None:
+            return [1.0, -1.0][modes.index(str(self.mode)) :][:1]
+        if len(modes) > 1 and not self.told:
+            raise self.robot.error(
+                self.key,
+                f"has the assembly modes {' and '.join(modes)}; name one as assembly, or give its joints in reference",
+            )
+        return [1.0, -1.0][: len(modes)]
+
+    def _distance(self, posture: Posture, sign: float) -> float:
+        if not self.step.solve(posture, sign) > 0.0:
+            return np.inf
+        return float(sum(abs(posture.q[k] - self.near[k]) for k in self.told))

@@ -18,6 +18,12 @@ class Posture:
         self.c: list[Scalar] = [None] * size
         self.s: list[Scalar] = [None] * size
 
+    def copy(self) -> Posture:
+        """The same values, to be changed on their own."""
+        other = Posture(0)
+        other.q, other.c, other.s = list(self.q), list(self.c), list(self.s)
+        return other
+
     def set_angle(self, k: int, q: Scalar) -> None:
         """A revolute coordinate given as an angle [rad]."""
         self.q[k], self.c[k], self.s[k] = q, cos(q), sin(q)

@@ -7,7 +7,8 @@ import math
 import numpy as np
 from scipy.optimize import brentq
 
-from .planar import PlanarJoint, PlanarLoop
+from ..description.model import Array
+from .planar import PlanarJoint
 from .posture import Posture
 from .step import Step
 
@@ -15,15 +16,13 @@ _SAMPLES = 2001  # a range narrower than 1/2000 of the searched one is not told 
 _SPAN = 6.0  # searched displacements, in lengths of the loop
 
 
-def allowed_range(
-    step: Step, loop: PlanarLoop, posture: Posture, coordinate: int, near: float
-) -> tuple[float, float] | None:
+def allowed_range(step: Step, posture: Posture, coordinate: int, near: float) -> tuple[float, float] | None:
     """The interval of a known coordinate, nearest to `near`, in which the step closes with all else as in `posture`.
 
     (-inf, inf) where it always closes, None where it never does. [rad or m]
     """
-    joint = next(j for j in loop.joints if j.coordinate == coordinate)
-    half = math.pi if joint.revolute else _SPAN * loop.length
+    joint = next(j for j in step.geometry.joints if j.coordinate == coordinate)
+    half = math.pi if joint.revolute else _SPAN * step.geometry.length
     grid = near + half * np.linspace(-1.0, 1.0, _SAMPLES)
     good = _margin(step, posture, joint, grid) > 0.0
     if good.all():
@@ -31,28 +30,23 @@ def allowed_range(
     if not good.any():
         return None
     inside = int(np.argmin(np.where(good, np.abs(grid - near), np.inf)))
-    return _edge(step, posture, joint, grid, good, inside, -1), _edge(step, posture, joint, grid, good, inside, 1)
+
+    def edge(way: int) -> float:
+        k = inside
+        while 0 <= k + way < len(grid) and good[k + way]:
+            k += way
+        if not 0 <= k + way < len(grid):
+            return way * math.inf
+        bracket = sorted((grid[k], grid[k + way]))
+        root: float = brentq(lambda q: float(_margin(step, posture, joint, np.array([q]))[0]), *bracket, xtol=1e-14)
+        return root
+
+    return edge(-1), edge(1)
 
 
-def _margin(step: Step, posture: Posture, joint: PlanarJoint, values: np.ndarray) -> np.ndarray:
-    trial = Posture(len(posture.q))
-    trial.q, trial.c, trial.s = list(posture.q), list(posture.c), list(posture.s)
+def _margin(step: Step, posture: Posture, joint: PlanarJoint, values: Array) -> Array:
+    trial = posture.copy()
     put = trial.set_angle if joint.revolute else trial.set_length
     put(joint.coordinate, values)
     with np.errstate(all="ignore"):
-        margin: np.ndarray = np.broadcast_to(np.asarray(step.solve(trial, 1.0), dtype=float), values.shape)
-    return margin
-
-
-def _edge(
-    step: Step, posture: Posture, joint: PlanarJoint, grid: np.ndarray, good: np.ndarray, inside: int, way: int
-) -> float:
-    k = inside
-    while 0 <= k + way < len(grid) and good[k + way]:
-        k += way
-    if not 0 <= k + way < len(grid):
-        return way * math.inf
-    root: float = brentq(
-        lambda q: float(_margin(step, posture, joint, np.array([q]))[0]), grid[k], grid[k + way], xtol=1e-14
-    )
-    return root
+        return np.broadcast_to(np.asarray(step.solve(trial, 1.0), dtype=float), values.shape)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ..algebra.scalar import Scalar
+from .planar import PlanarLoop
 from .posture import Posture
 
 Row = dict[int, Scalar]  # coordinate -> coefficient, zeros left out
@@ -23,13 +24,15 @@ class Step(ABC):
     """Solves `unknowns` (as many as its equations) from coordinates already known."""
 
     loop: str
+    geometry: PlanarLoop
     unknowns: tuple[int, ...]
     modes: tuple[str, ...]  # assembly modes; the branch sign +1 is the first, -1 the second
 
     @abstractmethod
     def solve(self, posture: Posture, branch: Scalar) -> Scalar:
-        """Fill in the unknowns on the branch (+1 or -1); returns the margin: negative where it cannot close,
-        dimensionless.
+        """Fill in the unknowns on the branch (+1 or -1).
+
+        Returns the margin, dimensionless: positive where the block closes, negative or NaN where it cannot.
         """
 
     @abstractmethod

@@ -42,7 +42,7 @@ class _Builder:
             links=self.each("links", self.link),
             joints=self.each("joints", self.joint),
             closures=tuple(self.closure(name, entry) for name, entry in data.get("loops", {}).items()),
-            loops=self.each("loops", self.loop),
+            loops=self.each("loops", lambda name, entry, _: _loop(name, entry)),
             active=tuple(data["active"]),
             end_effector="end_effector",
             frames=MappingProxyType(
@@ -52,6 +52,8 @@ class _Builder:
                 }
             ),
             reference=self.each("reference", lambda _, value, path: self.number(value, path)),
+            file=self.document.file,
+            lines=self.document.lines(),
         )
 
     def each(self, section: str, build: Callable[[str, Any, Path_], T]) -> Mapping[str, T]:
@@ -138,9 +140,6 @@ class _Builder:
             raise self.document.error(path, f"the lower limit {lower:g} is not below the upper limit {upper:g}")
         return lower, upper
 
-    def loop(self, name: str, entry: Mapping[str, Any], path: Path_) -> Loop:
-        return Loop(name, entry["type"], entry["base"], entry["arm"], entry["k1"], entry["k2"])
-
     def closure(self, name: str, entry: Mapping[str, Any]) -> Closure:
         path: Path_ = ("loops", name, "pin")
         (link_a, point_a), (link_b, point_b) = entry["pin"].items()
@@ -152,3 +151,7 @@ class _Builder:
             self.vector(point_b, (*path, link_b)),
             assembly=entry.get("assembly"),
         )
+
+
+def _loop(name: str, entry: Mapping[str, Any]) -> Loop:
+    return Loop(name, entry["type"], entry["base"], entry["arm"], entry["k1"], entry["k2"])

@@ -99,8 +99,10 @@ def _check_loops(document: LocatedDocument, robot: RobotDescription) -> None:
         if hangs_on.get(loop.k2) != k2_on:
             raise document.error(
                 (*path, "k2"),
-                f"in a loop of Type {loop.type} '{loop.k2}' hangs on '{k2_on}', here it hangs on '{hangs_on.get(loop.k2)}'",
+                f"in a loop of Type {loop.type} '{loop.k2}' hangs on '{k2_on}', not on '{hangs_on.get(loop.k2)}'",
             )
+        if hangs_on.get(loop.k1) != loop.base:
+            raise document.error((*path, "k1"), f"l_k1 = '{loop.k1}' must hang on the loop's base '{loop.base}'")
         if pins[name] != pin_to:
             raise document.error(
                 (*path, "pin"), f"in a loop of Type {loop.type} the pin ties {' and '.join(sorted(pin_to))}"

@@ -53,6 +53,10 @@ class LocatedDocument:
         finally:
             loader.dispose()
 
+    def lines(self) -> dict[str, int]:
+        """Line of every entry by dotted key."""
+        return {dotted(path): line for path, line in self._lines.items()}
+
     def line(self, path: Path_) -> int:
         """The line of the entry, or of the nearest enclosing one that exists."""
         while path not in self._lines:
@@ -68,6 +72,9 @@ class LocatedDocument:
         if self._count > MAX_NODES:
             raise DescriptionError("too many entries (aliases that multiply?)", file=self.file, key=dotted(path))
         self._lines.setdefault(path, node.start_mark.line + 1)
+        if not node.tag.startswith("tag:yaml.org,2002:") or node.tag.startswith("tag:yaml.org,2002:python"):
+            line = node.start_mark.line + 1
+            raise DescriptionError(f"the tag {node.tag} is not allowed; plain values only", file=self.file, line=line)
         if isinstance(node, yaml.MappingNode):
             return self._read_mapping(loader, node, path)
         if isinstance(node, yaml.SequenceNode):

@@ -8,10 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from ..errors import DescriptionError
 
 Array = NDArray[np.float64]
 JointType = Literal["revolute", "prismatic"]
@@ -106,3 +109,12 @@ class RobotDescription:
     end_effector: str
     frames: Mapping[str, Frame]
     reference: Mapping[str, float] = field(default_factory=dict)
+    file: str | Path | None = None
+    lines: Mapping[str, int] = field(default_factory=dict)  # where each entry stands, by dotted key
+
+    def error(self, key: str, problem: str) -> DescriptionError:
+        """A DescriptionError that points at an entry, or at the nearest one around it."""
+        near = key
+        while near and near not in self.lines:
+            near = near.rpartition(".")[0]
+        return DescriptionError(problem, key=key, file=self.file, line=self.lines.get(near))

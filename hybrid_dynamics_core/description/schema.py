@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -37,7 +37,7 @@ def check_schema(document: LocatedDocument) -> None:
 
 
 def _relevance(error: Any) -> Any:
-    return (-len(error.absolute_path), error.validator not in ("additionalProperties", "required"))
+    return (-len(error.absolute_path), error.validator == "additionalProperties")  # a slip in a key explains the rest
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
@@ -49,33 +49,51 @@ def nearest(name: str, known: Iterable[str]) -> str:
 def _extra_key(error: Any) -> str:
     if error.validator != "additionalProperties" or error.schema.get("additionalProperties") is not False:
         return ""
-    return str(next(key for key in error.instance if key not in error.schema.get("properties", {})))
+    return next(str(key) for key in error.instance if key not in error.schema.get("properties", {}))
+
+
+_KINDS = {"object": "a mapping", "array": "a list", "string": "text", "number": "a number"}
 
 
 def _words(error: Any, extra: str) -> str:
-    schema, value = error.schema, error.instance
-    hint = f" ({schema['description']})" if "description" in schema else ""
     if extra:
-        known = list(schema.get("properties", {}))
+        known = list(error.schema.get("properties", {}))
         return f"unknown key{nearest(extra, known)}; known keys: {', '.join(known)}"
-    if error.validator == "required":
-        missing = [key for key in schema["required"] if key not in value]
-        return f"missing {', '.join(repr(key) for key in missing)}{hint}"
-    if error.validator == "dependentRequired":
-        return "needs 'mass' beside it"
-    if error.validator == "enum":
-        return f"is {value!r}; expected one of {', '.join(map(str, schema['enum']))}{hint}"
-    if error.validator == "const":
-        return f"is {value!r}; expected {schema['const']!r}{hint}"
-    if error.validator == "type":
-        kinds = schema["type"] if isinstance(schema["type"], list) else [schema["type"]]
-        names = {"object": "a mapping", "array": "a list", "string": "text", "number": "a number"}
-        return f"is {_short(value)}; expected {' or '.join(names.get(k, k) for k in kinds)}{hint}"
-    if error.validator in ("minItems", "maxItems") and isinstance(value, list):
-        return f"has {len(value)} entries; expected {schema.get('minItems')}" + hint
-    if error.validator == "pattern":
-        return f"'{value}' is not a valid name: letters, digits and _, a letter first, at most 64"
-    return f"is {_short(value)}: {error.message if not hint else 'expected' + hint}"
+    told = error.absolute_path and "description" in error.schema
+    hint = f" ({error.schema['description']})" if told else ""
+    say = _SAY.get(error.validator, lambda e: f"is {_short(e.instance)}; expected something else: {e.message}")
+    return say(error) + hint
+
+
+def _say_missing(error: Any) -> str:
+    missing = [key for key in error.schema["required"] if key not in error.instance]
+    return "missing " + ", ".join(f"'{key}'" for key in missing)
+
+
+def _say_type(error: Any) -> str:
+    wanted = error.schema["type"] if isinstance(error.schema["type"], list) else [error.schema["type"]]
+    return f"is {_short(error.instance)}; expected {' or '.join(_KINDS.get(str(kind), str(kind)) for kind in wanted)}"
+
+
+def _say_size(error: Any) -> str:
+    wanted = error.schema.get("minItems", error.schema.get("minProperties"))
+    return f"has {len(error.instance)} entries; expected {wanted}"
+
+
+_SAY: dict[str, Callable[[Any], str]] = {
+    "required": _say_missing,
+    "type": _say_type,
+    "minItems": _say_size,
+    "maxItems": _say_size,
+    "minProperties": _say_size,
+    "maxProperties": _say_size,
+    "dependentRequired": lambda _: "needs 'mass' beside it",
+    "enum": lambda e: f"is {e.instance!r}; expected one of {', '.join(map(str, e.schema['enum']))}",
+    "const": lambda e: f"is {e.instance!r}; expected {e.schema['const']!r}",
+    "oneOf": lambda e: f"is {_short(e.instance)}; expected another form",
+    "uniqueItems": lambda e: f"names one entry twice: {_short(e.instance)}",
+    "pattern": lambda e: f"'{e.instance}' is not a valid name: letters, digits and _, a letter first, at most 64",
+}
 
 
 def _short(value: Any) -> str:

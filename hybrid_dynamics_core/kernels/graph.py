@@ -103,7 +103,7 @@ class Symbol:
             return -self
         inner = self._negated()
         if inner is not None:
-            return inner._times(-factor)
+            return inner * -factor
         return -self._times(-factor) if factor < 0.0 else self.graph.apply("mul", self, factor)
 
     def __truediv__(self, other: Operand) -> Operand:

@@ -8,11 +8,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..description.model import Array
 from .emit import emit_columns, emit_scalar
 from .trace import Program, Trace, split, trace
 
+Codes = NDArray[np.int64]
 BLOCK = 4096  # states worked at once: the columns in use stay in the cache
 
 
@@ -51,7 +53,7 @@ class Kernel:
     def _columns(self) -> Callable[..., None]:
         return _compiled(emit_columns(self.trace), _COLUMNS)
 
-    def __call__(self, *arguments: Array) -> tuple[dict[str, Array], Array]:
+    def __call__(self, *arguments: Array) -> tuple[dict[str, Array], Codes]:
         """Results by name and status; arguments (size,) or (N, size), mixed as they come; results (..., *shape)."""
         many = [a.shape[0] for a in arguments if a.ndim == 2]
         if not many:
@@ -66,12 +68,12 @@ class Kernel:
             flat, status = self._rows([np.array(a)[None] for a in arguments], 1)
             return int(status[0]), flat[0].tolist()
 
-    def _batch(self, arguments: Sequence[Array], n: int) -> tuple[dict[str, Array], Array]:
+    def _batch(self, arguments: Sequence[Array], n: int) -> tuple[dict[str, Array], Codes]:
         full = [a if a.ndim == 2 else np.broadcast_to(a, (n, a.shape[0])) for a in arguments]
         flat, status = self._rows(full, n)
         return split(flat, self.trace.layout), status
 
-    def _rows(self, arguments: Sequence[Array], n: int) -> tuple[Array, Array]:
+    def _rows(self, arguments: Sequence[Array], n: int) -> tuple[Array, Codes]:
         flat = np.empty((n, len(self.trace.outputs)))
         status = np.empty(n, dtype=np.int64)
         with np.errstate(all="ignore"):

@@ -11,10 +11,12 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+from numpy.typing import NDArray
 
 from ..description.model import Array
+from .pose import rotation_vector
 
+Mask = NDArray[np.bool_]
 MAX_ITERATIONS = 200
 DAMPING = (1e-3, 1e-12, 1e6)  # first, smallest, largest; relative to the diagonal of J^T J
 STARTS = 64
@@ -44,7 +46,7 @@ class Task:
     lower: Array
     upper: Array
 
-    def error(self, u: Array) -> tuple[Array, Array, Array]:
+    def error(self, u: Array) -> tuple[Array, Array, Mask]:
         """Error (N, 3 or 6) [m], its Jacobian (N, 3 or 6, n), and whether each state closes (N,)."""
         position, rotation, jacobian, status = self.solve_terms(u)
         error = self.position - position
@@ -52,19 +54,18 @@ class Task:
         if self.rotation is None:
             return error, jacobian[:, :3], good
         turn = np.zeros_like(error)
-        turn[good] = Rotation.from_matrix(self.rotation @ np.swapaxes(rotation[good], -1, -2)).as_rotvec()
+        turn[good] = rotation_vector(self.rotation @ np.swapaxes(rotation[good], -1, -2))
         jacobian = jacobian * np.repeat([1.0, self.length], 3)[:, None]
         return np.concatenate([error, self.length * turn], axis=-1), jacobian, good
 
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """Where each start ended: u (N, n), residual (N,) [m], whether at a limit, whether the state closes."""
+    """Where each start ended: u (N, n), residual (N,) [m], whether progress had ended (not the iterations)."""
 
     u: Array
     residual: Array
-    at_limit: Array
-    closes: Array
+    settled: Mask
     iterations: int
 
 
@@ -79,7 +80,8 @@ def descend(task: Task, starts: Array, tolerance: float) -> Descent:
     while active.any() and iteration < MAX_ITERATIONS:
         iteration += 1
         rows = np.flatnonzero(active)
-        step = _step(jacobian[rows], error[rows], damping[rows])
+        held = _held(task, u[rows], jacobian[rows], error[rows])
+        step = _step(np.where(held[:, None], 0.0, jacobian[rows]), error[rows], damping[rows])
         trial = np.clip(u[rows] + step, task.lower, task.upper)
         trial_error, trial_jacobian, trial_good = task.error(trial)
         trial_cost = np.where(trial_good, np.einsum("ni,ni->n", trial_error, trial_error), np.inf)
@@ -92,8 +94,14 @@ def descend(task: Task, starts: Array, tolerance: float) -> Descent:
         active[rows] = (damping[rows] < DAMPING[2]) & (np.sqrt(cost[rows]) > 0.0)
         done = rows[~better & (np.sqrt(cost[rows]) < tolerance)]
         active[done] = False
-    at_limit = ((u <= task.lower) | (u >= task.upper)).any(axis=-1)
-    return Descent(u, np.sqrt(cost), at_limit, good, iteration)
+    return Descent(u, np.sqrt(cost), ~active, iteration)
+
+
+def _held(task: Task, u: Array, jacobian: Array, error: Array) -> Mask:
+    """Coordinates at a limit that the error pushes further out (N, n): they do not take part in the step."""
+    push = np.einsum("nij,ni->nj", jacobian, error)
+    held: Mask = ((u <= task.lower) & (push < 0.0)) | ((u >= task.upper) & (push > 0.0))
+    return held
 
 
 def _step(jacobian: Array, error: Array, damping: Array) -> Array:
@@ -111,13 +119,14 @@ def spread(lower: Array, upper: Array, revolute: Sequence[bool], count: int) -> 
     high = np.where(np.isfinite(upper), upper, math.pi)
     low = np.where(~np.isfinite(lower) & ~np.asarray(revolute), -1.0, low)
     high = np.where(~np.isfinite(upper) & ~np.asarray(revolute), 1.0, high)
-    from scipy.stats import qmc  # a second of import, for those who need it
+    from scipy.stats import qmc  # noqa: PLC0415  slow to import, and only restarts need it
 
     points: Array = qmc.Halton(len(lower), scramble=False).random(count + 1)[1:]
-    return low + (0.02 + 0.96 * points) * (high - low)
+    starts: Array = low + (0.02 + 0.96 * points) * (high - low)
+    return starts
 
 
-def distinct(solutions: Array, revolute: Array, tolerance: float) -> list[Array]:
+def distinct(solutions: Array, revolute: Mask, tolerance: float) -> list[Array]:
     """Solutions that differ by more than the tolerance, angles compared modulo a turn."""
     kept: list[Array] = []
     for u in solutions:
@@ -126,12 +135,12 @@ def distinct(solutions: Array, revolute: Array, tolerance: float) -> list[Array]
     return kept
 
 
-def _difference(a: Array, b: Array, revolute: Array) -> Array:
+def _difference(a: Array, b: Array, revolute: Mask) -> Array:
     d = a - b
     return np.where(revolute, np.remainder(d + math.pi, 2.0 * math.pi) - math.pi, d)
 
 
-def unwound(u: Array, near: Array, revolute: Array, lower: Array, upper: Array) -> Array:
+def unwound(u: Array, near: Array, revolute: Mask, lower: Array, upper: Array) -> Array:
     """Whole turns taken out of unlimited angles: each within pi of `near`."""
     free = revolute & ~np.isfinite(lower) & ~np.isfinite(upper)
     return np.where(free, near + _difference(u, near, revolute), u)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from ..description.model import Array
 from ..errors import InputError
@@ -24,7 +24,7 @@ class Pose:
     @property
     def quaternion(self) -> Array:
         """Unit quaternion x, y, z, w: (4,) or (N, 4), with w >= 0."""
-        quaternion: Array = Rotation.from_matrix(self.rotation).as_quat(canonical=True)
+        quaternion: Array = _transform().from_matrix(self.rotation).as_quat(canonical=True)
         return quaternion
 
     @property
@@ -42,7 +42,7 @@ class Pose:
         xyzw = np.asarray(quaternion, dtype=float)
         if xyzw.shape != (4,) or not abs(np.linalg.norm(xyzw) - 1.0) < 1e-3:
             raise InputError(f"the quaternion {xyzw.tolist()} is not a unit quaternion x, y, z, w")
-        return checked_pose(Pose(np.asarray(position, dtype=float), Rotation.from_quat(xyzw).as_matrix()))
+        return checked_pose(Pose(np.asarray(position, dtype=float), _transform().from_quat(xyzw).as_matrix()))
 
 
 def checked_pose(pose: Pose) -> Pose:
@@ -55,3 +55,15 @@ def checked_pose(pose: Pose) -> Pose:
     if np.abs(rotation @ rotation.T - np.eye(3)).max() > ORTHONORMAL or np.linalg.det(rotation) < 0.0:
         raise InputError("the rotation matrix is not orthonormal and right-handed")
     return Pose(position, rotation)
+
+
+def rotation_vector(rotation: Array) -> Array:
+    """Axis times angle [rad] of rotation matrices (N, 3, 3): (N, 3)."""
+    vector: Array = _transform().from_matrix(rotation).as_rotvec()
+    return vector
+
+
+def _transform() -> Any:
+    from scipy.spatial.transform import Rotation  # noqa: PLC0415  slow to import, and not every use needs it
+
+    return Rotation

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ..description.model import Array
 from ..errors import InputError, StateError
 from ..inputs import vectors
-from .inverse import STARTS, Descent, IKStatus, Task, descend, distinct, spread, unwound
+from .inverse import STARTS, Descent, IKStatus, Mask, Task, descend, distinct, spread, unwound
 from .pose import Pose, checked_pose
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from ..state import ClosedState
 
 SOLVED = 1e-9  # residual [m] below which a target counts as reached
+EDGE = 1e-7  # share of a limited range kept clear at both ends
 SAME = 1e-6  # solutions closer than this in every coordinate are one
 
 
@@ -55,20 +56,50 @@ def solve_inverse_kinematics(
     """See `Robot.inverse_kinematics`."""
     position, rotation = _target(target)
     start = robot.reference if seed is None else vectors("seed", seed, robot.active, -1)
-    lower, upper = robot.limits.T
-    revolute = np.array([robot.joint_types[name] == "revolute" for name in robot.active])
     length = max(float(np.linalg.norm(robot.forward_kinematics(robot.close(robot.reference)).position)), 1e-3)
-    task = Task(partial(robot_terms, robot), position, rotation, length, lower, upper)
-    inner = np.nextafter(upper, lower)
-    descent = descend(task, np.clip(start, np.nextafter(lower, upper), inner)[None], SOLVED * 1e-3)
+    terms = partial(robot_terms, robot)
+    task = Task(terms, position, rotation, length, *_inside(robot.limits))
+    descent = descend(task, start[None], SOLVED * 1e-3)
     if all_solutions or not _solved(descent).any():
-        starts = np.vstack([start, spread(lower, upper, revolute.tolist(), STARTS)])
-        descent = _joined(descent, descend(task, starts, SOLVED * 1e-3))
+        descent = _joined(descent, descend(task, _starts(robot, task, start), SOLVED * 1e-3))
     order = np.argsort(np.where(_solved(descent), np.linalg.norm(descent.u - start, axis=-1), 1e9 + descent.residual))
-    ends = np.array([unwound(u, start, revolute, lower, upper) for u in descent.u[order]])
+    revolute = _revolute(robot)
+    ends = np.array([unwound(u, start, revolute, *robot.limits.T) for u in descent.u[order]])
     found = distinct(ends[: int(_solved(descent).sum())], revolute, SAME)
     best = int(order[0])
-    return _result(robot, task, descent, best, ends[0], found if all_solutions else found[:1])
+    verdict = (IKStatus.SOLVED, "reached") if found else _failure(robot, task, descent, best)
+    state = _closed(robot, ends[0])
+    return IKResult(
+        u=ends[0],
+        status=verdict[0],
+        residual=float(descent.residual[best]),
+        branch={} if state is None else state.branch,
+        state=state,
+        solutions=tuple(found if all_solutions else found[:1]),
+        message=verdict[1],
+        redundant=_redundant(robot, task, ends[0]),
+        iterations=descent.iterations,
+    )
+
+
+def _inside(limits: Array) -> tuple[Array, Array]:
+    """Lower and upper limits, a little drawn in: a loop is singular at the end of its range."""
+    width = np.where(np.isfinite(limits).all(axis=1), limits[:, 1] - limits[:, 0], 0.0)
+    return limits[:, 0] + EDGE * width, limits[:, 1] - EDGE * width
+
+
+def _revolute(robot: Robot) -> Mask:
+    return np.array([robot.joint_types[name] == "revolute" for name in robot.active])
+
+
+def _starts(robot: Robot, task: Task, start: Array) -> Array:
+    """Starts over the limits; coordinates that the task does not see at any of them stay at the seed."""
+    starts = spread(task.lower, task.upper, _revolute(robot).tolist(), STARTS)
+    _, jacobian, good = task.error(starts)
+    size = np.abs(jacobian[good]).max(axis=(0, 1), initial=0.0)
+    idle = size < 1e-12 * max(size.max(), 1e-300)
+    starts[:, idle] = start[idle]
+    return starts
 
 
 def robot_terms(robot: Robot, u: Array) -> tuple[Array, Array, Array, Array]:
@@ -88,8 +119,8 @@ def _target(target: ArrayLike | Pose) -> tuple[Array, Array | None]:
     return position, None
 
 
-def _solved(descent: Descent) -> Array:
-    solved: Array = descent.closes & (descent.residual < SOLVED)
+def _solved(descent: Descent) -> Mask:
+    solved: Mask = descent.residual < SOLVED
     return solved
 
 
@@ -97,62 +128,38 @@ def _joined(a: Descent, b: Descent) -> Descent:
     return Descent(
         np.vstack([a.u, b.u]),
         np.concatenate([a.residual, b.residual]),
-        np.concatenate([a.at_limit, b.at_limit]),
-        np.concatenate([a.closes, b.closes]),
+        np.concatenate([a.settled, b.settled]),
         a.iterations + b.iterations,
     )
 
 
-def _result(robot: Robot, task: Task, descent: Descent, best: int, u: Array, found: list[Array]) -> IKResult:
+def _failure(robot: Robot, task: Task, descent: Descent, best: int) -> tuple[IKStatus, str]:
+    """Which of the reasons it was."""
     residual = float(descent.residual[best])
-    try:
-        state = robot.close(u)
-    except StateError:
-        state = None
-    status, message = _verdict(robot, task, descent, best, bool(found))
-    return IKResult(
-        u=u,
-        status=status,
-        residual=residual,
-        branch={} if state is None else state.branch,
-        state=state,
-        solutions=tuple(found),
-        message=message,
-        redundant=_redundant(robot, task, u),
-        iterations=descent.iterations,
-    )
-
-
-def _verdict(robot: Robot, task: Task, descent: Descent, best: int, solved: bool) -> tuple[IKStatus, str]:
-    residual = float(descent.residual[best])
-    if solved:
-        return IKStatus.SOLVED, f"reached to {residual:.1e} m in {descent.iterations} iterations"
+    asked = 6 if task.rotation is not None else 3
+    few = ""
+    if len(robot.active) < asked:
+        few = f"; {len(robot.active)} active joints cannot meet every target of {asked} coordinates"
     if not np.isfinite(residual):
         return IKStatus.NOT_CONVERGED, "no start closes all loops; give a seed that does"
-    free = 6 if task.rotation is not None else 3
-    few = (
-        f"; {len(robot.active)} active joints cannot reach every one of {free} target coordinates"
-        if len(robot.active) < free
-        else ""
-    )
-    if descent.at_limit[best]:
-        at = [
-            n
-            for n, v, low, up in zip(robot.active, descent.u[best], *robot.limits.T, strict=True)
-            if v <= low or v >= up
-        ]
-        return IKStatus.LIMIT, f"{', '.join(at)} at the end of the range, {residual:.3g} m short of the target{few}"
-    error, jacobian, _ = task.error(descent.u[best][None])
-    slope = np.linalg.norm(jacobian[0].T @ error[0]) / max(residual * np.linalg.norm(jacobian[0]), 1e-300)
-    if slope < 1e-4:
-        return (
-            IKStatus.OUT_OF_REACH,
-            f"the target is out of reach: the nearest pose found is {residual:.3g} m away{few}",
-        )
-    return (
-        IKStatus.NOT_CONVERGED,
-        f"stopped {residual:.3g} m from the target after {descent.iterations} iterations{few}",
-    )
+    lower, upper = _inside(robot.closing_range)
+    free = replace(task, lower=lower, upper=upper)
+    if not np.array_equal(free.lower, task.lower) or not np.array_equal(free.upper, task.upper):
+        beyond = descend(free, descent.u[np.argsort(descent.residual)[:8]], SOLVED * 1e-3)
+        if _solved(beyond).any():
+            outside = beyond.u[int(np.argmin(beyond.residual))]
+            names = [n for n, v, (a, b) in zip(robot.active, outside, robot.limits, strict=True) if not a <= v <= b]
+            return IKStatus.LIMIT, f"only reached beyond the limits of {', '.join(names)}{few}"
+    if descent.settled[best]:
+        return IKStatus.OUT_OF_REACH, f"out of reach: the nearest found is {residual:.3g} m away{few}"
+    return IKStatus.NOT_CONVERGED, f"stopped {residual:.3g} m away after {descent.iterations} iterations{few}"
+
+
+def _closed(robot: Robot, u: Array) -> ClosedState | None:
+    try:
+        return robot.close(u)
+    except StateError:
+        return None
 
 
 def _redundant(robot: Robot, task: Task, u: Array) -> tuple[str, ...]:

@@ -46,6 +46,10 @@ class Tree:
         """Index of a link's body; -1 for the base."""
         return -1 if link == self.base else next(i for i, b in enumerate(self.bodies) if b.name == link)
 
+    def is_revolute(self, coordinate: int) -> bool:
+        """Whether a coordinate is an angle."""
+        return next(b.type for b in self.bodies if b.coordinate == coordinate) == "revolute"
+
     def path(self, body: int) -> list[int]:
         """Bodies from the base to `body`, both ends as they are (base left out)."""
         chain = []

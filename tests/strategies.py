@@ -1,0 +1,28 @@
+"""Random states of shipped robots for property tests."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import strategies as st
+
+from hybrid_dynamics_core import Robot
+
+MARGIN = 0.03  # of a limited range left out at both ends: next to a toggle point rates grow without bound
+
+
+def positions(robot: Robot) -> st.SearchStrategy[np.ndarray]:
+    """Active coordinates within the limits; unlimited angles within a turn."""
+    lower = np.where(np.isfinite(robot.limits[:, 0]), robot.limits[:, 0], -np.pi)
+    upper = np.where(np.isfinite(robot.limits[:, 1]), robot.limits[:, 1], np.pi)
+    return vectors(lower + MARGIN * (upper - lower), upper - MARGIN * (upper - lower))
+
+
+def vectors(lower: np.ndarray, upper: np.ndarray) -> st.SearchStrategy[np.ndarray]:
+    """Vectors within a box."""
+    parts = [st.floats(a, b, allow_nan=False) for a, b in zip(lower, upper, strict=True)]
+    return st.tuples(*parts).map(np.array)
+
+
+def rates(robot: Robot, size: float = 1.0) -> st.SearchStrategy[np.ndarray]:
+    """Active rates or accelerations up to `size` [rad/s or m/s, per second]."""
+    return vectors(np.full(len(robot.active), -size), np.full(len(robot.active), size))
