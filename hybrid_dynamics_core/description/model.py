@@ -18,6 +18,7 @@ from ..errors import DescriptionError
 
 Array = NDArray[np.float64]
 JointType = Literal["revolute", "prismatic"]
+ClosureKind = Literal["planar", "point", "axis", "frame"]
 
 
 def frozen(values: ArrayLike) -> Array:
@@ -67,22 +68,31 @@ class Joint:
 
 @dataclass(frozen=True, eq=False)
 class Closure:
-    """A pin: the point `point_a` [m] of `link_a` coincides with `point_b` of `link_b`, in the plane of the loop."""
+    """Ties a frame of `link_a` to a frame of `link_b`; what coincides is said by `kind`.
+
+    planar: the two points, in the plane of the loop (2 equations, a pin of a planar loop);
+    point: the two points (3, a spherical joint); axis: the points and the z axes (5, a revolute joint);
+    frame: everything (6, a weld). More equations than the loop needs are found by rank, where they agree.
+    """
 
     name: str
     link_a: str
-    point_a: Array
+    point_a: Array  # [m] in link_a
     link_b: str
-    point_b: Array
-    assembly: str | Mapping[str, float] | None = None  # a mode's name, or joint values near the wanted mode
+    point_b: Array  # [m] in link_b
+    kind: ClosureKind = "planar"
+    rotation_a: Array = field(default_factory=lambda: frozen(np.eye(3)))  # (3, 3) closure frame to link_a
+    rotation_b: Array = field(default_factory=lambda: frozen(np.eye(3)))
+    assembly: str | None = None  # name of an assembly mode; None: the one nearest the reference
 
 
 @dataclass(frozen=True, eq=False)
 class Loop:
     """A four-bar loop as Chu et al. (2020) write it: links l_(i-1), l_i, l_k1, l_k2 and its type letter.
 
-    Type A: l_i and l_k1 hang on the base, l_k2 on l_k1, the pin ties l_k2 to l_i.
-    Type B: l_i and l_k1 hang on the base, l_k2 on l_i, the pin ties l_k1 to l_k2, which carries the arm on.
+    Type A: l_i hangs on the base, l_k2 on l_k1; the pin ties l_k2 to l_i; the arm goes on from l_i.
+    Type B: l_i hangs on the base, l_k2 on l_i; the pin ties l_k1 to l_k2; the arm goes on from l_k2.
+    Type C is B, and D is A, with l_i and l_k2 exchanged. l_k1 always hangs on the base.
     """
 
     name: str
