@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import cached_property, partial
+from collections.abc import Mapping, Sequence
+from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import programs
+from .algebra.scalar import Scalar
 from .closure.plan import build_plan
 from .closure.reach import allowed_range
 from .description.model import Array, Frame, JointType, RobotDescription, frozen
 from .errors import InputError
 from .inputs import vectors
 from .kernels.run import Codes, Kernel
+from .kernels.trace import Results
 from .kinematics.pose import Pose
 from .kinematics.solve import IKResult, solve_inverse_kinematics
 from .mechanism.tree import build_tree
@@ -34,6 +36,7 @@ class Robot:
         tree = build_tree(description)
         self._model = programs.Model(tree, build_plan(tree, description))
         self._signs = frozen(self._model.plan.branch)
+        self._start = frozen(self._model.plan.reference.q)
         self._gravity = description.gravity
         self._kernels: dict[str, Kernel] = {}
 
@@ -82,7 +85,7 @@ class Robot:
     @property
     def loops(self) -> tuple[str, ...]:
         """Names of the loops, in the order in which they close."""
-        return tuple(step.loop for step in self._model.plan.steps)
+        return tuple(step.name for step in self._model.plan.steps)
 
     @cached_property
     def reference(self) -> Array:
@@ -107,10 +110,10 @@ class Robot:
         """
         limits = np.tile([-np.inf, np.inf], (len(self.active), 1))
         for step in self._model.plan.steps:
-            known = [j.coordinate for j in step.geometry.joints if j.coordinate not in step.unknowns]
+            known = step.known
             if len(known) == 1 and known[0] < len(self.active):
                 k = known[0]
-                found = allowed_range(step, self._model.plan.reference, k, float(self.reference[k]))
+                found = allowed_range(self._model.tree, step, self._model.plan.reference, k, float(self.reference[k]))
                 if found is not None:
                     limits[k] = max(limits[k, 0], found[0]), min(limits[k, 1], found[1])
         return frozen(limits)
@@ -125,7 +128,7 @@ class Robot:
         """
         u = vectors("u", u, self.active)
         du = np.zeros_like(u) if du is None else vectors("du", du, self.active, len(u) if u.ndim == 2 else -1)
-        values, codes = self._run("close", programs.close, u, du, self._signs)
+        values, codes = self._run("close", programs.CLOSE, u=u, du=du, branch=self._signs, guess=self._start)
         if check:
             self._refuse(u, codes, values["distances"])
         else:
@@ -153,18 +156,18 @@ class Robot:
     def forward_kinematics(self, state: ClosedState, frame: str | None = None) -> Pose:
         """Pose of the end effector, or of any name in `frames`, in the base frame: (3,) and (3, 3), or (N, ...)."""
         where = self._frame(frame)
-        values = self._checked(f"pose {frame}", programs.forward_kinematics(where), state, state.u, state.signs)
+        values = self._checked(f"pose {frame}", programs.forward_kinematics(where), state)
         return Pose(values["position"], values["rotation"])
 
     def jacobian(self, state: ClosedState, frame: str | None = None) -> Array:
         """(6, n) or (N, 6, n): d(linear, angular velocity)/du' of the frame's origin, base axes [m/s, rad/s]."""
         program = programs.jacobian(self._frame(frame))
-        return self._checked(f"jacobian {frame}", program, state, state.u, state.signs)["jacobian"]
+        return self._checked(f"jacobian {frame}", program, state)["jacobian"]
 
     def accelerations(self, state: ClosedState, ddu: ArrayLike) -> Array:
         """s'' = R u'' + R' u' of all coordinates, (n_s,) or (N, n_s), from the active accelerations ddu."""
         ddu = self._like(state, "ddu", ddu)
-        return self._checked("accelerations", programs.accelerations, state, state.u, state.du, ddu, state.signs)["dds"]
+        return self._checked("accelerations", programs.ACCELERATIONS, state, ddu)["dds"]
 
     def inverse_kinematics(
         self, target: ArrayLike | Pose, seed: ArrayLike | None = None, all_solutions: bool = False
@@ -181,28 +184,35 @@ class Robot:
     def inverse_dynamics(self, state: ClosedState, ddu: ArrayLike) -> Array:
         """Actuator torques [N m] and forces [N], (n,) or (N, n), for active accelerations ddu; Chu (2020), Eq. 25."""
         ddu = self._like(state, "ddu", ddu)
-        arguments = (state.u, state.du, ddu, state.signs, self._gravity)
-        return self._checked("inverse_dynamics", programs.inverse_dynamics, state, *arguments)["tau"]
+        return self._checked("inverse_dynamics", programs.INVERSE_DYNAMICS, state, ddu)["tau"]
 
     def minimal_form(self, state: ClosedState) -> tuple[Array, Array, Array]:
         """M-bar (n, n), C-bar u' (n,) and G-bar (n,) of M-bar u'' + C-bar u' + G-bar = tau; Chu (2020), Eq. 25."""
-        arguments = (state.u, state.du, state.signs, self._gravity)
-        values = self._checked("minimal_form", programs.minimal_form, state, *arguments)
+        values = self._checked("minimal_form", programs.MINIMAL_FORM, state)
         return values["M"], values["h"], values["g"]
 
     # -- inside ------------------------------------------------------------------------------------------------
 
-    def _run(self, key: str, program: programs.Program, *arguments: Array) -> tuple[dict[str, Array], Codes]:
+    def _run(self, key: str, program: programs.Program, **inputs: Array) -> tuple[dict[str, Array], Codes]:
         kernel = self._kernels.get(key)
         if kernel is None:
-            sizes = [a.shape[-1] for a in arguments]
-            kernel = self._kernels[key] = Kernel(partial(program, self._model), sizes)
-        return kernel(*arguments)
+            kernel = self._kernels[key] = self._kernel(program)
+        return kernel(*(inputs[name] for name in program.inputs))
 
-    def _checked(self, key: str, program: programs.Program, state: ClosedState, *arguments: Array) -> dict[str, Array]:
+    def _kernel(self, program: programs.Program) -> Kernel:
+        def run(*vectors: Sequence[Scalar]) -> Results:
+            return program.run(self._model, programs.Inputs(**dict(zip(program.inputs, vectors, strict=True))))
+
+        return Kernel(run, [self._model.size(name) for name in program.inputs])
+
+    def _checked(
+        self, key: str, program: programs.Program, state: ClosedState, ddu: Array | None = None
+    ) -> dict[str, Array]:
         """Run on a state; rows that `close(..., check=False)` let through stay NaN."""
         self._own(state)
-        values, codes = self._run(key, program, *arguments)
+        zero = np.zeros_like(state.u) if ddu is None else ddu
+        inputs = {"u": state.u, "du": state.du, "ddu": zero, "branch": state.signs, "guess": state.s}
+        values, codes = self._run(key, program, gravity=self._gravity, **inputs)
         for value in values.values():
             value[codes != 0] = np.nan
         return values
@@ -227,7 +237,7 @@ class Robot:
 
     def _branch_names(self, signs: Array) -> Mapping[str, str]:
         steps = self._model.plan.steps
-        return MappingProxyType({s.loop: s.modes[0 if sign > 0 else 1] for s, sign in zip(steps, signs, strict=True)})
+        return MappingProxyType({s.name: s.modes[0 if sign > 0 else 1] for s, sign in zip(steps, signs, strict=True)})
 
     def _refuse(self, u: Array, codes: Codes, distances: Array) -> None:
         if not codes.any():
