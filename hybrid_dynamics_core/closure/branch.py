@@ -42,8 +42,8 @@ def _margin(step: Step, posture: Posture, sign: float, guess: Sequence[float]) -
 
 def _signs(robot: RobotDescription, step: Step, context: Context, told: bool) -> list[float]:
     modes = step.modes
-    named = next((context.closures[name].assembly for name in step.loops), None)
-    if named is not None and len(step.loops) == 1:
+    named = context.closures[step.loops[0]].assembly if context.named and len(step.loops) == 1 else None
+    if named is not None:
         if named not in modes:
             raise robot.error(f"{_key(robot, step)}.assembly", f"is '{named}'; this loop has {' and '.join(modes)}")
         return [1.0, -1.0][modes.index(named) :][:1]

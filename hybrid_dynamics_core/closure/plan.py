@@ -46,6 +46,7 @@ def build_plan(
     `near`: a configuration from which modes are read and iterations start (the description's reference if None).
     Raises DescriptionError where the loops do not fit the given coordinates or do not close.
     """
+    named = given is None
     given = tuple(range(tree.n_active)) if given is None else tuple(given)
     if near is None:
         near = {k: robot.reference[name] for k, name in enumerate(tree.coordinates) if name in robot.reference}
@@ -56,7 +57,7 @@ def build_plan(
     if matching.undetermined:
         names = ", ".join(tree.coordinates[k] for k in matching.undetermined)
         raise robot.error("active", f"the loops do not determine {names}; choose other active joints")
-    context = Context(tree, {c.name: c for c in robot.closures}, near)
+    context = Context(tree, {c.name: c for c in robot.closures}, near, named)
     guess = [float(near.get(k, 0.0)) for k in range(len(tree.coordinates))]
     posture = given_posture(tree, {k: guess[k] for k in given})
     steps, branch = [], []

@@ -145,6 +145,10 @@ class PlanarPin(LoopEquations):
         a, b = self.chains(posture)
         return list(scale(1.0 / self.length, sub(a.bias(rates), b.bias(rates))))
 
+    def marks(self, posture: Posture) -> list[Scalar]:
+        """Pivots and ends."""
+        return [x for chain in self.chains(posture) for p in (*chain.pivots, chain.end) if p is not None for x in p]
+
 
 class AngleSum(LoopEquations):
     """The two end links of a planar loop are parallel: the sine of the angle between them is zero."""
