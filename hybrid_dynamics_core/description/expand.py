@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from .chain import expand_chain
 from .document import Document
 
 
 def expand(document: Document) -> None:
     """Rewrite everything that has a longer form, in place."""
+    expand_chain(document)
     _loops(document)
 
 
