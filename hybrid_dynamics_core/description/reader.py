@@ -6,8 +6,11 @@ from pathlib import Path
 
 from ..errors import DescriptionError
 from .build import build_description
-from .check import check_description
-from .located_yaml import LocatedDocument
+from .check import check_names, check_values
+from .check_loops import check_loop_names, check_loops
+from .document import Document
+from .expand import expand
+from .located_yaml import read_yaml
 from .model import RobotDescription
 from .schema import check_schema
 
@@ -33,8 +36,17 @@ def read_description(path: str | Path) -> RobotDescription:
 
 def parse_description(text: str, file: str | Path | None = None) -> RobotDescription:
     """The same from text; `file` is named in messages."""
-    document = LocatedDocument(text, file)
+    document = read_yaml(text, file)
     check_schema(document)
+    return describe(document)
+
+
+def describe(document: Document) -> RobotDescription:
+    """Expand, check and build a document that fits the schema."""
+    expand(document)
+    check_names(document)
+    check_loop_names(document)
     description = build_description(document)
-    check_description(document, description)
+    check_values(document, description)
+    check_loops(document, description)
     return description
