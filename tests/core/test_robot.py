@@ -190,7 +190,7 @@ class TestInverseKinematics:
 
     def test_masked_target_asks_for_some_coordinates_only(self, forging: Robot) -> None:
         pose = forging.forward_kinematics(forging.close(U))
-        lifted = Pose(pose.position + [9.0, 9.0, 0.05], pose.rotation)
+        lifted = Pose(pose.position + np.array([9.0, 9.0, 0.05]), pose.rotation)
         result = forging.inverse_kinematics(lifted, seed=U, mask=[False, False, True, False, False, False])
         assert result.status is IKStatus.SOLVED
         reached = forging.forward_kinematics(forging.close(result.u))
