@@ -84,8 +84,8 @@ class ClosingRobot:
 
     @property
     def loops(self) -> tuple[str, ...]:
-        """Names of the loops, in the order in which they close."""
-        return tuple(step.name for step in self._model.plan.steps)
+        """Names of the blocks of loops, in the order in which they close: a loop, or several joined by +."""
+        return tuple(dict.fromkeys(step.name for step in self._model.plan.steps))
 
     @cached_property
     def reference(self) -> Array:
@@ -230,6 +230,9 @@ class ClosingRobot:
             unknown = [name for name in names if name not in self.coordinates]
             if unknown:
                 raise InputError(f"there is no coordinate '{unknown[0]}'; known: {', '.join(self.coordinates)}")
+            if len(names) != len(self.active):
+                problem = f"the mechanism has {len(self.active)} degrees of freedom; name {len(self.active)}"
+                raise InputError(f"{', '.join(names)} ({len(names)} coordinates) cannot be given together: {problem}")
             tree = self._model.tree
             near = dict(enumerate(self._start.tolist()))
             given = [self.coordinates.index(name) for name in names]
@@ -263,9 +266,15 @@ class ClosingRobot:
             branch=self._branch_names(self._model.plan, signs),
             signs=signs,
             loops=self.loops,
-            distances=values["distances"],
+            distances=self._by_loop(values["distances"]),
             status=ClosureStatus(int(status)) if single else status,
         )
+
+    def _by_loop(self, distances: Array) -> Array:
+        """Distances of the steps (..., steps) -> the smallest of each entry of `loops`."""
+        names = [step.name for step in self._model.plan.steps]
+        columns = [[k for k, name in enumerate(names) if name == loop] for loop in self.loops]
+        return np.stack([distances[..., part].min(axis=-1) for part in columns], axis=-1) if columns else distances
 
     def _run(
         self, key: str, program: programs.Program, model: programs.Model | None = None, **inputs: Array
