@@ -34,7 +34,7 @@ def match(equations: Sequence[Equation], unknowns: Sequence[int]) -> Matching:
     shape = (len(equations), len(unknowns))
     if not pairs:
         return Matching([], list(unknowns), list(equations))
-    incidence = csr_array(coo_array((np.ones(len(pairs)), np.array(pairs).T), shape=shape))
+    incidence = csr_array(coo_array((np.ones(len(pairs)), np.array(pairs, dtype=np.int32).T), shape=shape))
     matched = maximum_bipartite_matching(incidence, perm_type="column")
     surplus = [e for e, m in zip(equations, matched.tolist(), strict=True) if m < 0]
     loose = _loose(incidence, matched)
