@@ -7,26 +7,26 @@ VENV is made where it does not exist. `run` brings ROS 2 from PyPI, the interfac
 A stamp in VENV remembers what each step was given: a step with unchanged inputs is skipped.
 """
 
-import hashlib
-import json
-import os
 import platform
 import shutil
-import subprocess
 import sys
-import sysconfig
-import time
-from collections.abc import Iterator
-from dataclasses import dataclass
-from importlib import metadata, util
-from pathlib import Path
 
 if sys.version_info < (3, 11):  # noqa: UP036  (for those who have an older one)
     newer = [name for name in ("python3.13", "python3.12", "python3.11") if shutil.which(name)]
     example = newer[0] if newer else "/path/to/python3.11"
     sys.exit(f"Python {platform.python_version()} is too old: 3.11 or newer is needed. Try PYTHON={example}")
 
+import hashlib
+import json
+import os
+import subprocess
+import sysconfig
+import time
 import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib import metadata, util
+from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 RUN_EXTRAS = "fast,plot,bag,ros"
@@ -67,6 +67,8 @@ def main(venv: Path, purpose: str) -> None:
         os.execv(python, [python, __file__, str(venv), purpose])  # noqa: S606
     stamp_file = venv / "hybrid_dynamics_setup.json"
     stamp = json.loads(stamp_file.read_text(encoding="utf-8")) if stamp_file.exists() else {}
+    if stamp.setdefault("home", str(venv)) != str(venv):  # its scripts name the old path
+        sys.exit(f"{venv} was made as {stamp['home']} and moved since: remove it, then try again")
     for step in steps(purpose):
         if not step.is_done(stamp):
             require_build_tools()
