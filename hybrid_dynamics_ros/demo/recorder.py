@@ -15,6 +15,7 @@ from hybrid_dynamics_ros.demo.bags import BagWriter
 from hybrid_dynamics_ros.demo.topics import EFFORTS, INPUT, NODE, OUTPUTS, POSE, STATES
 from hybrid_dynamics_ros.demo.trajectory import JOINTS, paper_trajectory
 
+ASK_AGAIN: Final = 2.0  # [s]
 QUEUE: Final = 10_000  # messages: a stalled terminal must not lose any
 _CLASSES: Final = {INPUT: JointState, STATES: JointState, EFFORTS: JointState, POSE: PoseStamped}
 
@@ -32,7 +33,8 @@ class Recorder:
             self._subscribe(topic)
         # After the subscriptions: see connected().
         self._client = node.create_client(InverseDynamics, f"{NODE}/inverse_dynamics")
-        self._answer: Any = None
+        self._answers: list[Any] = []
+        self._asked = -ASK_AGAIN
 
     def listen_to_input(self) -> None:
         """Record what the node gets as well, from now on."""
@@ -43,13 +45,14 @@ class Recorder:
 
         Matching is not symmetric: that this side knows the node's publishers does not say that they know its
         subscriptions. So the node is asked something. Its answer arrives only after it found the reader of the
-        answers, which was announced after the subscriptions, and announcements arrive in order.
+        answers, which was announced after the subscriptions, and announcements arrive in order. Where the answer was
+        lost because the node had not found that reader yet, the question is asked again.
         """
-        if self._answer is None:
-            if all(self._node.count_publishers(topic) for topic in OUTPUTS) and self._client.service_is_ready():
-                self._answer = self._client.call_async(_first_question())
-            return False
-        return bool(self._answer.done())
+        due = time.monotonic() >= self._asked + ASK_AGAIN
+        if due and all(self._node.count_publishers(topic) for topic in OUTPUTS) and self._client.service_is_ready():
+            self._asked = time.monotonic()
+            self._answers.append(self._client.call_async(_first_question()))
+        return any(answer.done() for answer in self._answers)
 
     def _subscribe(self, topic: str) -> None:
         def keep(data: bytes) -> None:
