@@ -180,4 +180,7 @@ def last_lines(log: Path, count: int) -> str:
 if __name__ == "__main__":
     if len(sys.argv) != 3 or sys.argv[2] not in PURPOSES:
         sys.exit(__doc__)
-    main(Path(sys.argv[1]).absolute(), sys.argv[2])
+    try:
+        main(Path(sys.argv[1]).absolute(), sys.argv[2])
+    except KeyboardInterrupt:
+        sys.exit("interrupted: what was done so far stays, the rest is done next time")
