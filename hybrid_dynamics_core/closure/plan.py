@@ -77,7 +77,9 @@ def _blocks(
     _check_count(tree, robot, len(equations))
     if not equations:
         return []
-    incidence = csr_array(coo_array((np.ones(len(pairs)), np.array(pairs).T), shape=(len(equations), n_z)))
+    incidence = csr_array(
+        coo_array((np.ones(len(pairs)), np.array(pairs, dtype=np.int32).T), shape=(len(equations), n_z))
+    )
     matched = maximum_bipartite_matching(incidence, perm_type="column")
     if np.any(matched < 0):
         free = sorted(set(range(n_z)) - set(matched.tolist()))
