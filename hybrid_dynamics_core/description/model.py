@@ -67,6 +67,15 @@ class Joint:
 
 
 @dataclass(frozen=True, eq=False)
+class Mimic:
+    """A joint that follows another one: q = multiplier * q_source + offset, one equation between coordinates."""
+
+    source: str
+    multiplier: float = 1.0
+    offset: float = 0.0  # [rad or m]
+
+
+@dataclass(frozen=True, eq=False)
 class Closure:
     """Ties a frame of `link_a` to a frame of `link_b`; what coincides is said by `kind`.
 
@@ -119,6 +128,7 @@ class RobotDescription:
     end_effector: str
     frames: Mapping[str, Frame]
     reference: Mapping[str, float] = field(default_factory=dict)
+    mimics: Mapping[str, Mimic] = field(default_factory=dict)  # by the joint that follows
     file: str | Path | None = None
     lines: Mapping[str, int] = field(default_factory=dict)  # where each entry stands, by dotted key
     files: Mapping[str, str | Path | None] = field(default_factory=dict)  # of entries that stand in another file
