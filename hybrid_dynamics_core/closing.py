@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .closure.newton_step import NewtonStep
 from .description.model import Array
 from .kernels.run import Codes
 from .programs import Model
@@ -29,7 +28,7 @@ class Closer:
 
     def __init__(self, model: Model, run: RunClose) -> None:
         self.given = list(model.plan.given)
-        self.iterates = any(isinstance(step, NewtonStep) for step in model.plan.steps)
+        self.iterates = any(step.iterates for step in model.plan.steps)
         self._reference = np.array(model.plan.reference.q, dtype=float)
         self._run = run
 

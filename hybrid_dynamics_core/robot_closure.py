@@ -270,6 +270,7 @@ class ClosingRobot:
         status = np.where(codes == 0, 0, np.where(codes % 2 == 1, ClosureStatus.UNREACHABLE, ClosureStatus.SINGULAR))
         status = np.where(codes == JUMP, ClosureStatus.SINGULAR, status)
         single = u.ndim == 1
+        iterations = np.nan_to_num(values["iterations"][..., 0]).astype(int)
         return ClosedState(
             u=frozen(u),
             du=frozen(du),
@@ -283,6 +284,7 @@ class ClosingRobot:
             loops=self.loops,
             distances=self._by_loop(values["distances"]),
             status=ClosureStatus(int(status)) if single else status,
+            iterations=int(iterations) if single else iterations,
         )
 
     def _by_loop(self, distances: Array) -> Array:

@@ -15,6 +15,7 @@ class NewtonStep(Step):
     """Equations of any loops, solved together; the branch is where the guess leads."""
 
     modes = ("reference",)
+    iterates = True
 
     def __init__(self, equations: Sequence[Equation], unknowns: Sequence[int], revolute: Mapping[int, bool]) -> None:
         self.equations = tuple(equations)
@@ -23,7 +24,7 @@ class NewtonStep(Step):
         self._known = self.known
 
     def solve(self, posture: Posture, branch: Scalar, guess: Sequence[Scalar]) -> Scalar:  # noqa: ARG002
-        """The margin is 1 if the iteration converged and -1 if it did not."""
+        """The margin is the number of iterations, negative if they did not converge."""
         parameters: list[Scalar] = []
         for k in self._known:
             parameters += [posture.q[k], posture.c[k], posture.s[k]] if self._revolute[k] else [posture.q[k]]

@@ -12,9 +12,10 @@ from .branch import choose_branch
 from .equations import Equation, LoopEquations
 from .loops import loop_equations
 from .matching import match
+from .newton_step import NewtonStep
 from .patterns import Context, make_step
 from .posture import Posture
-from .rank import CLOSED, rank_equations
+from .rank import CLOSED, close_numerically, rank_equations
 from .step import Step
 
 
@@ -56,10 +57,11 @@ def build_plan(
     context = Context(tree, {c.name: c for c in robot.closures}, near, named)
     guess = [float(near.get(k, 0.0)) for k in range(len(tree.coordinates))]
     posture = given_posture(tree, {k: guess[k] for k in given})
-    steps, branch = [], []
-    for block in matching.blocks:
-        steps.append(make_step(block, context))
-        branch.append(choose_branch(robot, steps[-1], context, posture, guess))
+    steps = [make_step(block, context) for block in matching.blocks]
+    if any(isinstance(step, NewtonStep) for step in steps):  # these start where everything is closed already
+        closed, residual = close_numerically(tree, loops, guess, unknowns)
+        guess = closed.tolist() if max(residual.values()) < CLOSED else guess
+    branch = [choose_branch(robot, step, context, posture, guess) for step in steps]
     _check_closed(robot, loops, posture)
     return ClosurePlan(given, tuple(steps), tuple(branch), posture, tuple(loops), tuple(redundant))
 
