@@ -25,7 +25,7 @@ def robot() -> Robot:
 
 
 def law(t: float) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
-    """The horizontal example: x = y = 0.05 s, alpha_1 = pi/12 s, s = 1 - cos(pi t / 3), with rates and accelerations."""
+    """The horizontal example: x = y = 0.05 s, alpha_1 = pi/12 s, s = 1 - cos(pi t / 3); rates; accelerations."""
     w = math.pi / 3.0
     sizes = {"x": 0.05, "y": 0.05, "z": 0.0, "alpha_1": math.pi / 12.0, "alpha_2": 0.0, "alpha_3": 0.0}
     laws = (1.0 - math.cos(w * t), w * math.sin(w * t), w * w * math.cos(w * t))
