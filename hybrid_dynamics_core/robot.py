@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from numpy.typing import ArrayLike
 
 from . import programs
@@ -36,14 +38,19 @@ class Robot(ClosingRobot):
         return self._checked("accelerations", programs.ACCELERATIONS, state, ddu)["dds"]
 
     def inverse_kinematics(
-        self, target: ArrayLike | Pose, seed: ArrayLike | None = None, all_solutions: bool = False
+        self,
+        target: ArrayLike | Pose,
+        seed: ArrayLike | None = None,
+        all_solutions: bool = False,
+        mask: Sequence[bool] | None = None,
     ) -> IKResult:
         """Active coordinates that bring the end effector to a position (3,) [m] or a Pose, within `limits`.
 
+        mask: which of x, y, z and the rotation about x, y, z (base axes) count; all that the target gives if None.
         The search starts at `seed` (the description's reference if None) and, where that fails or
         `all_solutions` is asked, from a fixed set of starts over the limits. Failure is told in `status`.
         """
-        return solve_inverse_kinematics(self, target, seed, all_solutions)
+        return solve_inverse_kinematics(self, target, seed, all_solutions, mask)
 
     # -- dynamics ----------------------------------------------------------------------------------------------
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from . import programs
 from .algebra.scalar import Scalar
 from .assembly import AssemblyMode, list_modes, matching_signs, signs_of_names
-from .closure.newton_step import NewtonStep
+from .closing import Closer, Start
 from .closure.plan import ClosurePlan, build_plan
 from .closure.reach import allowed_range
 from .description.model import Array, JointType, RobotDescription, frozen
@@ -24,7 +24,7 @@ from .kernels.trace import Results
 from .mechanism.tree import build_tree
 from .refusal import jump, refusal
 from .state import ClosedState, ClosureStatus
-from .tracking import JUMP, smooth, track
+from .tracking import JUMP
 
 
 class ClosingRobot:
@@ -84,8 +84,8 @@ class ClosingRobot:
 
     @property
     def loops(self) -> tuple[str, ...]:
-        """Names of the loops, in the order in which they close."""
-        return tuple(step.name for step in self._model.plan.steps)
+        """Names of the blocks of loops, in the order in which they close: a loop, or several joined by +."""
+        return tuple(dict.fromkeys(step.name for step in self._model.plan.steps))
 
     @cached_property
     def reference(self) -> Array:
@@ -143,45 +143,36 @@ class ClosingRobot:
         signs = self._signs if near is None else near.signs
         if branch is not None:
             signs = frozen(signs_of_names(self._model.plan, signs, branch))
-        values, codes = self._closed(u, du, signs, near)
+        values, codes = self._closer.close(u, du, signs, self._start_at(near))
         return self._state(u, du, signs, values, codes, check)
 
-    def _closed(self, u: Array, du: Array, signs: Array, near: ClosedState | None) -> tuple[dict[str, Array], Codes]:
-        """The closure at u: at once where one step from the start is smooth, otherwise by following the way."""
-        if near is None and not self._iterates:
-            return self._run("close", programs.CLOSE, u=u, du=du, branch=signs, guess=self._start)
-        if near is not None:
-            self._own(near)
-        start_s, start_map = self._reference_map(signs) if near is None else (near.s, near.R)
-        predicted = _mapped(start_map, u - start_s[..., list(self._model.plan.given)])
-        values, codes = self._run("close", programs.CLOSE, u=u, du=du, branch=signs, guess=start_s + predicted)
-        rough = (codes != 0) | ~smooth(values["s"] - start_s, predicted)
-        if not np.any(rough):
-            return values, codes
-        rows = np.flatnonzero(np.atleast_1d(rough))
-        ends = np.atleast_2d(u)[rows]
-        start = np.broadcast_to(start_s, (np.atleast_2d(u).shape[0], start_s.shape[-1]))[rows]
+    def close_path(self, u: ArrayLike, du: ArrayLike | None = None, near: ClosedState | None = None) -> ClosedState:
+        """Close along a motion u (N, n): each row is followed from the one before, the first from `near`.
 
-        def close(at: Array, guess: Array) -> tuple[dict[str, Array], Codes]:
-            return self._run("close", programs.CLOSE, u=at, du=np.zeros_like(at), branch=signs, guess=guess)
+        Raises ClosureError or SingularityError with the `index` of the first row that cannot be reached on the
+        branch: out of reach, at a toggle or change point, or only by a jump to another assembly mode.
+        """
+        u = vectors("u", u, self.active, len(np.atleast_2d(np.asarray(u))))
+        du = np.zeros_like(u) if du is None else vectors("du", du, self.active, len(u))
+        signs = self._signs if near is None else near.signs
+        values, codes = self._closer.path(u, du, signs, self._start_at(near))
+        return self._state(u, du, signs, values, codes, check=True)
 
-        tracked = track(close, start, start[:, list(self._model.plan.given)], ends)
-        again, _ = self._run("close", programs.CLOSE, u=ends, du=np.atleast_2d(du)[rows], branch=signs, guess=tracked.s)
-        many, all_codes = {k: np.array(v) if u.ndim == 2 else v[None] for k, v in values.items()}, np.atleast_1d(codes)
-        for key, value in many.items():
-            value[rows] = again[key]
-        all_codes[rows] = tracked.codes
-        return (many, all_codes) if u.ndim == 2 else ({k: v[0] for k, v in many.items()}, all_codes[0])
+    def _start_at(self, near: ClosedState | None) -> Start | None:
+        if near is None:
+            return None
+        self._own(near)
+        return Start(near.s, near.R)
 
-    def _reference_map(self, signs: Array) -> tuple[Array, Array]:
-        """s and R at the reference configuration."""
-        u = self._start[list(self._model.plan.given)]
-        values, _ = self._run("close", programs.CLOSE, u=u, du=np.zeros_like(u), branch=signs, guess=self._start)
-        return values["s"], values["R"]
+    def _close_kernel(self, key: str, model: programs.Model) -> Closer:
+        def run(u: Array, du: Array, branch: Array, guess: Array) -> tuple[dict[str, Array], Codes]:
+            return self._run(key, programs.CLOSE, model, u=u, du=du, branch=branch, guess=guess)
+
+        return Closer(model, run)
 
     @cached_property
-    def _iterates(self) -> bool:
-        return any(isinstance(step, NewtonStep) for step in self._model.plan.steps)
+    def _closer(self) -> Closer:
+        return self._close_kernel("close", self._model)
 
     def close_given(
         self,
@@ -204,16 +195,12 @@ class ClosingRobot:
         )
         start = self._start if near is None else near.s
         signs = matching_signs(model, start)
-
-        def close(u: Array, guess: Array) -> tuple[dict[str, Array], Codes]:
-            zero = np.zeros_like(u)
-            return self._run(f"close {names}", programs.CLOSE, model, u=u, du=zero, branch=signs, guess=guess)
-
-        found = track(close, start[None], start[list(model.plan.given)][None], at[None])
-        if found.codes[0] != 0:
-            raise self._refusal(model, at, signs, int(found.codes[0]), 0.0, None)
-        given = {"u": at, "du": speed, "ddu": push, "branch": signs, "guess": found.s[0]}
-        closed, _ = self._run(f"close {names}", programs.CLOSE, model, **given)
+        closer = self._close_kernel(f"close {names}", model)
+        here, _ = closer.at(start, signs)
+        closed, code = closer.close(at, speed, signs, Start(here["s"], here["R"]))
+        if code != 0:
+            raise self._refusal(model, at, signs, int(code), 0.0, None)
+        given = {"u": at, "du": speed, "ddu": push, "branch": signs, "guess": closed["s"]}
         moved, _ = self._run(f"accelerations {names}", programs.ACCELERATIONS, model, **given)
         n = len(self.active)
         own = frozen(matching_signs(self._model, closed["s"]))
@@ -243,6 +230,9 @@ class ClosingRobot:
             unknown = [name for name in names if name not in self.coordinates]
             if unknown:
                 raise InputError(f"there is no coordinate '{unknown[0]}'; known: {', '.join(self.coordinates)}")
+            if len(names) != len(self.active):
+                problem = f"the mechanism has {len(self.active)} degrees of freedom; name {len(self.active)}"
+                raise InputError(f"{', '.join(names)} ({len(names)} coordinates) cannot be given together: {problem}")
             tree = self._model.tree
             near = dict(enumerate(self._start.tolist()))
             given = [self.coordinates.index(name) for name in names]
@@ -276,9 +266,15 @@ class ClosingRobot:
             branch=self._branch_names(self._model.plan, signs),
             signs=signs,
             loops=self.loops,
-            distances=values["distances"],
+            distances=self._by_loop(values["distances"]),
             status=ClosureStatus(int(status)) if single else status,
         )
+
+    def _by_loop(self, distances: Array) -> Array:
+        """Distances of the steps (..., steps) -> the smallest of each entry of `loops`."""
+        names = [step.name for step in self._model.plan.steps]
+        columns = [[k for k, name in enumerate(names) if name == loop] for loop in self.loops]
+        return np.stack([distances[..., part].min(axis=-1) for part in columns], axis=-1) if columns else distances
 
     def _run(
         self, key: str, program: programs.Program, model: programs.Model | None = None, **inputs: Array
@@ -338,12 +334,6 @@ class ClosingRobot:
         if code == JUMP:
             return jump(model, row)
         return refusal(model, u, signs, code, distance, row)
-
-
-def _mapped(velocity_map: Array, move: Array) -> Array:
-    """R du, one state or many."""
-    moved: Array = np.einsum("...ij,...j->...i", velocity_map, move)
-    return moved
 
 
 def _kernel(program: programs.Program, model: programs.Model) -> Kernel:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from ..description.model import RobotDescription
-from .parallelogram import Parallelogram
+from .parallelogram import AngleStep
 from .patterns import Context
 from .posture import Posture
 from .step import Step
@@ -27,7 +27,7 @@ def choose_branch(
     if not _margin(step, posture, best, guess) > 0.0:
         problem = "does not close at the reference configuration; mend the geometry or give a reference that closes"
         raise robot.error(_key(robot, step), problem)
-    if isinstance(step, Parallelogram):
+    if isinstance(step, AngleStep):
         step.near(posture, context.near)
         step.solve(posture, best, guess)
     return best

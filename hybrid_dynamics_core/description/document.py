@@ -46,22 +46,23 @@ class Document:
         value: Any,
         origin: Path_ | Origin,
         scope: Mapping[str, float] | None = None,
+        mend: str = "rename one of the two",
     ) -> None:
         """Add an entry (section, name) that stands for the one at `origin`; `scope`: what its expressions may name."""
         section, name = path
         origin = origin if isinstance(origin, Origin) else Origin(origin)
         if name in self.section(section):
             note = f" ({origin.note})" if origin.note else ""
-            raise self.error(origin.path, self._taken(path) + note)
+            raise self.error(origin.path, self._taken(path, mend) + note)
         self._origins[path] = origin
         if scope is not None:
             self._scopes[path] = scope
         self.section(section)[name] = value
 
-    def _taken(self, path: Path_) -> str:
+    def _taken(self, path: Path_, mend: str = "rename one of the two") -> str:
         file, line = self.place(path)
         where = f"line {line}" if file == self.file else f"{file}:{line}"
-        return f"the name '{path[-1]}' is given twice in {path[0]} (first in {where}); rename one of the two"
+        return f"the name '{path[-1]}' is given twice in {path[0]} (first in {where}); {mend}"
 
     def add_located(self, path: tuple[str, str], value: Any, file: File, line: int) -> None:
         """Add an entry that was read from another file."""

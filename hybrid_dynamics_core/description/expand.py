@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from .chain import expand_chain
 from .document import Document
+from .legs import expand_legs
+from .modules import expand_modules
 
 
 def expand(document: Document) -> None:
     """Rewrite everything that has a longer form, in place."""
     expand_chain(document)
+    expand_modules(document)
+    expand_legs(document)
     _loops(document)
 
 
