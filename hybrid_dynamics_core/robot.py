@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 from numpy.typing import ArrayLike
 
@@ -10,6 +11,7 @@ from . import programs
 from .description.model import Array, Frame
 from .errors import InputError
 from .kinematics.pose import Pose
+from .kinematics.pose_chain import PoseChain, find_pose_chain
 from .kinematics.solve import IKResult, solve_inverse_kinematics
 from .robot_closure import ClosingRobot
 from .state import ClosedState
@@ -51,6 +53,17 @@ class Robot(ClosingRobot):
         `all_solutions` is asked, from a fixed set of starts over the limits. Failure is told in `status`.
         """
         return solve_inverse_kinematics(self, target, seed, all_solutions, mask)
+
+    @cached_property
+    def pose_chain(self) -> PoseChain | None:
+        """The end effector's own coordinates where inverse kinematics has a closed form by them, else None."""
+        chain = find_pose_chain(self._model.tree, self._frame(None), len(self.active))
+        if chain is not None:
+            try:
+                self._model_for(tuple(self.coordinates[k] for k in (*chain.slides, *chain.turns)))
+            except InputError:
+                return None
+        return chain
 
     # -- dynamics ----------------------------------------------------------------------------------------------
 

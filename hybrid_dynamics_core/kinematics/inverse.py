@@ -70,7 +70,7 @@ class Descent:
     iterations: int
 
 
-def descend(task: Task, starts: Array, tolerance: float) -> Descent:
+def descend(task: Task, starts: Array, tolerance: float, most: int = MAX_ITERATIONS) -> Descent:
     """Levenberg-Marquardt on every start; steps that open a loop or leave the limits are shortened."""
     u = np.clip(starts, task.lower, task.upper)
     error, jacobian, good = task.error(u)
@@ -78,7 +78,7 @@ def descend(task: Task, starts: Array, tolerance: float) -> Descent:
     damping = np.full(len(u), DAMPING[0])
     iteration = 0
     active = good.copy()
-    while active.any() and iteration < MAX_ITERATIONS:
+    while active.any() and iteration < most:
         iteration += 1
         rows = np.flatnonzero(active)
         held = _held(task, u[rows], jacobian[rows], error[rows])

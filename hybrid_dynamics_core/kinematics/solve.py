@@ -13,13 +13,14 @@ from numpy.typing import ArrayLike
 from ..description.model import Array
 from ..errors import InputError, StateError
 from ..inputs import vectors
-from .inverse import STARTS, Descent, IKStatus, Mask, Task, descend, distinct, spread, unwound
+from .inverse import MAX_ITERATIONS, STARTS, Descent, IKStatus, Mask, Task, descend, distinct, spread, unwound
 from .pose import Pose, checked_pose
 
 if TYPE_CHECKING:
     from ..robot import Robot
     from ..state import ClosedState
 
+NEAREST = 25  # iterations towards a pose known to be out of reach, for the nearest one
 SOLVED = 1e-9  # residual [m] below which a target counts as reached
 EDGE = 1e-7  # share of a limited range kept clear at both ends
 SAME = 1e-6  # solutions closer than this in every coordinate are one
@@ -63,8 +64,11 @@ def solve_inverse_kinematics(
     length = max(float(np.linalg.norm(robot.forward_kinematics(robot.close(robot.reference)).position)), 1e-3)
     terms = partial(robot_terms, robot)
     task = Task(terms, position, rotation, rows, length, *_inside(robot.limits))
-    descent = descend(task, start[None], SOLVED * 1e-3)
-    if all_solutions or not _solved(descent).any():
+    whole = robot.pose_chain is not None and task.rows == tuple(range(6))  # then the closed form finds every solution
+    descent = _closed_form(robot, task, start)
+    if descent is None or not _solved(descent).any():
+        descent = descend(task, start[None], SOLVED * 1e-3, NEAREST if whole else MAX_ITERATIONS)
+    if not whole and (all_solutions or not _solved(descent).any()):
         descent = _joined(descent, descend(task, _starts(robot, task, start), SOLVED * 1e-3))
     order = np.argsort(np.where(_solved(descent), np.linalg.norm(descent.u - start, axis=-1), 1e9 + descent.residual))
     revolute = _revolute(robot)
@@ -84,6 +88,30 @@ def solve_inverse_kinematics(
         redundant=_redundant(robot, task, ends[0]),
         iterations=descent.iterations,
     )
+
+
+def _closed_form(robot: Robot, task: Task, start: Array) -> Descent | None:
+    """Solutions by the coordinates of the platform, where the end effector has such; None where it has not."""
+    chain = robot.pose_chain
+    if chain is None or task.rows not in ((0, 1, 2), tuple(range(6))):
+        return None
+    near = _closed(robot, start)
+    if near is None:
+        return None
+    found = []
+    for values in chain.solve(task.position, task.rotation if len(task.rows) == 6 else None, near.s):
+        try:
+            state = robot.close_given({robot.coordinates[k]: value for k, value in values.items()}, near=near)
+        except (InputError, StateError):
+            continue
+        if state.branch == near.branch and (task.lower <= state.u).all() and (state.u <= task.upper).all():
+            found.append(state.u)
+    if not found:
+        return None
+    u = np.array(found)
+    error, _, good = task.error(u)
+    residual = np.where(good, np.linalg.norm(error, axis=-1), np.inf)
+    return Descent(u, residual, np.ones(len(u), dtype=bool), 0)
 
 
 def _inside(limits: Array) -> tuple[Array, Array]:
@@ -154,6 +182,11 @@ def _failure(robot: Robot, task: Task, descent: Descent, best: int) -> tuple[IKS
         few = f"; {len(robot.active)} active joints cannot meet every target of {asked} coordinates"
     if not np.isfinite(residual):
         return IKStatus.NOT_CONVERGED, "no start closes all loops; give a seed that does"
+    if robot.pose_chain is not None and task.rows == tuple(range(6)):
+        free = replace(task, lower=np.full_like(task.lower, -np.inf), upper=np.full_like(task.upper, np.inf))
+        if _closed_form(robot, free, robot.reference) is not None:
+            return IKStatus.LIMIT, f"only reached beyond the limits of the active joints{few}"
+        return IKStatus.OUT_OF_REACH, f"out of reach: the nearest found is {residual:.3g} m away{few}"
     lower, upper = _inside(robot.closing_range)
     free = replace(task, lower=lower, upper=upper)
     if not np.array_equal(free.lower, task.lower) or not np.array_equal(free.upper, task.upper):
