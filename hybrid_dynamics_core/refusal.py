@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from .closure.newton_step import NewtonStep
 from .closure.plan import given_posture
 from .closure.posture import Posture
 from .closure.reach import allowed_range
@@ -18,19 +19,23 @@ EDGE = 1e-9  # a value this near the end of its range counts as being at it
 def refusal(model: Model, u: Array, signs: Array, code: int, distance: float, index: int | None) -> StateError:
     """The error for one state u (n,) whose kernel status is `code`."""
     k = (code - 1) // 2
-    step = model.plan.steps[k]
+    steps = model.plan.steps
+    if k >= len(steps):
+        problem = "the loops close only with a frame turned half round; the configuration belongs to no assembly"
+        return ClosureError(problem, loop=steps[-1].name, index=index)
     if code != closure_code(k):
-        return _singular(step.loop, distance, index)
-    posture = given_posture(model.tree, u.tolist())
-    for earlier, sign in zip(model.plan.steps[:k], signs[:k], strict=True):
-        earlier.solve(posture, float(sign))
-    return _open(model, step, posture, index)
+        return _singular(steps[k].name, distance, index)
+    posture = given_posture(model.tree, dict(zip(model.plan.given, u.tolist(), strict=True)))
+    guess = model.plan.reference.q
+    for earlier, sign in zip(steps[:k], signs[:k], strict=True):
+        earlier.solve(posture, float(sign), guess)
+    return _open(model, steps[k], posture, index)
 
 
 def _singular(loop: str, distance: float, index: int | None) -> SingularityError:
     return SingularityError(
-        f"loop '{loop}' is singular here (distance {distance:.2g} of at most 1): its bars are "
-        "in line and rates and forces have no finite answer; move away from this place",
+        f"loop '{loop}' is singular here (distance {distance:.2g} of at most 1): rates and forces have no finite "
+        "answer; move away from this place",
         loop=loop,
         distance=distance,
         index=index,
@@ -38,26 +43,42 @@ def _singular(loop: str, distance: float, index: int | None) -> SingularityError
 
 
 def _open(model: Model, step: Step, posture: Posture, index: int | None) -> StateError:
-    names, n = model.tree.coordinates, model.tree.n_active
-    known = [j.coordinate for j in step.geometry.joints if j.coordinate not in step.unknowns]
-    for coordinate in (c for c in known if c < n):
+    names = model.tree.coordinates
+    known = step.known
+    values = ", ".join(f"{names[c]} = {posture.q[c]:.9g}" for c in known)
+    if isinstance(step, NewtonStep):  # an iteration knows no range
+        problem = f"loop '{step.name}' cannot close at {values}: no closed configuration was found on the way there"
+        return ClosureError(problem, loop=step.name, index=index)
+    for coordinate in (c for c in known if c in model.plan.given):
         value = float(posture.q[coordinate])
-        allowed = allowed_range(step, posture, coordinate, float(model.plan.reference.q[coordinate]))
+        near = float(model.plan.reference.q[coordinate])
+        allowed = allowed_range(model.tree, step, posture, coordinate, near)
         if allowed is None or allowed == (-math.inf, math.inf):
             continue
         if min(abs(value - edge) for edge in allowed) < EDGE:
-            return _singular(step.loop, 0.0, index)
+            return _singular(step.name, 0.0, index)
         unit = "rad" if model.tree.is_revolute(coordinate) else "m"
         others = ", ".join(f"{names[c]} = {posture.q[c]:.9g}" for c in known if c != coordinate)
         return ClosureError(
-            f"loop '{step.loop}' cannot close: {names[coordinate]} = {value:.9g} {unit} is outside the allowed "
+            f"loop '{step.name}' cannot close: {names[coordinate]} = {value:.9g} {unit} is outside the allowed "
             f"[{allowed[0]:.9g}, {allowed[1]:.9g}] {unit}" + (f" (at {others})" if others else ""),
-            loop=step.loop,
+            loop=step.name,
             coordinate=names[coordinate],
             value=value,
             allowed=allowed,
             index=index,
         )
-    values = ", ".join(f"{names[c]} = {posture.q[c]:.9g}" for c in known)
-    problem = f"loop '{step.loop}' cannot close at {values}: its links do not reach each other"
-    return ClosureError(problem, loop=step.loop, index=index)
+    problem = f"loop '{step.name}' cannot close at {values}: its links do not reach each other"
+    return ClosureError(problem, loop=step.name, index=index)
+
+
+def jump(model: Model, index: int | None) -> SingularityError:
+    """The error for a motion that has no smooth way on."""
+    names = "+".join(dict.fromkeys(name for step in model.plan.steps for name in step.loops))
+    return SingularityError(
+        "the way there leaves this assembly mode: it meets a toggle or change point, or would have to jump to another "
+        "mode; take another way, or start from a state on the wanted mode",
+        loop=names,
+        distance=0.0,
+        index=index,
+    )

@@ -1,30 +1,52 @@
-"""Small linear systems over any scalar type, written out (Cramer's rule): the blocks of the closure plan."""
+"""Small linear systems over any scalar type: the blocks of the closure plan. Up to 3 x 3 they are written out."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from .scalar import Scalar
+from .numerics import invert
+from .scalar import Scalar, absolute, sqrt
 from .vector import cross, dot
 
 Matrix = Sequence[Sequence[Scalar]]
 
 
 class Inverse:
-    """Adjugate and determinant of a 1 x 1 to 3 x 3 matrix."""
+    """A square matrix, ready to solve with; `divisor` times the inverse is `adjugate` (Cramer's rule up to 3 x 3)."""
 
     def __init__(self, matrix: Matrix) -> None:
-        self.size = len(matrix)
-        self.adjugate, self.determinant = _ADJUGATE[self.size](matrix)
+        self.size = size = len(matrix)
+        self.divisor: Scalar
+        if size in _ADJUGATE:
+            self.adjugate, self.divisor = _ADJUGATE[size](matrix)
+            self.determinant = self.divisor
+        else:
+            *entries, self.determinant = invert([entry for row in matrix for entry in row], size)
+            self.adjugate, self.divisor = [entries[k * size : (k + 1) * size] for k in range(size)], 1.0
+
+    def conditioning(self, matrix: Matrix, units: Sequence[float]) -> Scalar:
+        """size / (||A|| ||A^-1||) in Frobenius norms: 1 at best, 0 where A is singular.
+
+        A is the matrix with each column multiplied by its unit: what the unknown of the column is counted in.
+        """
+        total = _sum(a * a * (unit * unit) for row in matrix for a, unit in zip(row, units, strict=True))
+        if self.size == 2:  # the adjugate has the norm of the matrix
+            return 2.0 * units[0] * units[1] * absolute(self.divisor) / total
+        rows = zip(self.adjugate, units, strict=True)
+        return (
+            self.size
+            * absolute(self.divisor)
+            / sqrt(total * _sum(a * a / (unit * unit) for row, unit in rows for a in row))
+        )
 
     def solve(self, rhs: Sequence[Scalar]) -> list[Scalar]:
         """x with matrix x = rhs."""
-        return [_sum(a * b for a, b in zip(row, rhs, strict=True)) / self.determinant for row in self.adjugate]
+        return [_sum(a * b for a, b in zip(row, rhs, strict=True)) / self.divisor for row in self.adjugate]
 
     def solve_transposed(self, rhs: Sequence[Scalar]) -> list[Scalar]:
         """x with matrix^T x = rhs."""
         columns = zip(*self.adjugate, strict=True)
-        return [_sum(a * b for a, b in zip(column, rhs, strict=True)) / self.determinant for column in columns]
+        return [_sum(a * b for a, b in zip(column, rhs, strict=True)) / self.divisor for column in columns]
 
 
 def _sum(terms: object) -> Scalar:

@@ -6,51 +6,30 @@ P1 + R1 w1 = P2 + R2 w2  (one on each). Directions are found as (cos, sin); angl
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from ..algebra.scalar import Scalar, sqrt
 from ..algebra.vector import Vector, add, cross2, dot, scale, sub, turn
-from .planar import ChainKinematics, PlanarJoint, PlanarLoop, chain_kinematics
+from .equations import Equation
+from .planar import PlanarJoint, PlanarPin
 from .posture import Posture
-from .step import Linearised, Row, Step
+from .step import Step
 
 TURNS = ("counterclockwise", "clockwise")
 SLIDES = ("extended", "retracted")
 
 
 class PlanarStep(Step):
-    """Equations common to every block that is one planar loop."""
+    """Both equations of one planar pin, for two unknown joints."""
 
-    def __init__(self, loop: PlanarLoop, unknowns: tuple[PlanarJoint, PlanarJoint], near: dict[int, float]) -> None:
-        self.geometry = loop
-        self.loop = loop.name
+    needs_mode = True
+
+    def __init__(self, pin: PlanarPin, unknowns: tuple[PlanarJoint, PlanarJoint], near: Mapping[int, float]) -> None:
+        self.pin = pin
+        self.equations = (Equation(pin, 0), Equation(pin, 1))
         self.joints = unknowns
         self.unknowns = tuple(j.coordinate for j in unknowns)
         self.near = near
-
-    def chains(self, posture: Posture) -> tuple[ChainKinematics, ChainKinematics]:
-        """Both chains at a posture."""
-        loop = self.geometry
-        return (
-            chain_kinematics(loop.chain_a, loop.point_a, posture),
-            chain_kinematics(loop.chain_b, loop.point_b, posture),
-        )
-
-    def linearise(self, posture: Posture) -> Linearised:
-        """J_s of the pin, scaled by the loop's length."""
-        a, b = self.chains(posture)
-        unit = 1.0 / self.geometry.length
-        rows: list[Row] = [{}, {}]
-        for sign, chain in ((unit, a), (-unit, b)):
-            for coordinate, column in chain.columns():
-                for row, value in zip(rows, column, strict=True):
-                    row[coordinate] = sign * value
-        return Linearised(rows, list(scale(unit, sub(a.end, b.end))))
-
-    def bias(self, posture: Posture, rates: Sequence[Scalar]) -> list[Scalar]:
-        """(d/dt J_s) s' of the pin, scaled by the loop's length."""
-        a, b = self.chains(posture)
-        return list(scale(1.0 / self.geometry.length, sub(a.bias(rates), b.bias(rates))))
 
     def place(self, joint: PlanarJoint, c: Scalar, s: Scalar, posture: Posture) -> None:
         """Set an unknown revolute joint from its turn about the loop's normal."""
@@ -65,12 +44,12 @@ class _Cut:
         for joint in step.joints:
             k = joint.coordinate
             at_zero.q[k], at_zero.c[k], at_zero.s[k] = 0.0, 1.0, 0.0
-        a, b = step.chains(at_zero)
-        self.on_a = [j in step.geometry.chain_a for j in step.joints]
+        a, b = step.pin.chains(at_zero)
+        self.on_a = [j in step.pin.geometry.chain_a for j in step.joints]
         self.same_chain = self.on_a[0] == self.on_a[1]
         self.where: list[Vector] = []
         for joint in step.joints:
-            chain = a if joint in step.geometry.chain_a else b
+            chain = a if joint in step.pin.geometry.chain_a else b
             index = list(chain.joints).index(joint)
             self.where.append(chain.pivots[index] or chain.directions[index] or ())
         self.ends = [a.end if on_a else b.end for on_a in self.on_a]
@@ -82,7 +61,7 @@ class TwoTurns(PlanarStep):
 
     modes = TURNS
 
-    def solve(self, posture: Posture, branch: Scalar) -> Scalar:
+    def solve(self, posture: Posture, branch: Scalar, guess: Sequence[Scalar]) -> Scalar:  # noqa: ARG002
         """Circle intersection in (cos, sin)."""
         cut = _Cut(self, posture)
         first, second = self.joints
@@ -124,7 +103,7 @@ class TurnAndSlide(PlanarStep):
 
     modes = SLIDES
 
-    def solve(self, posture: Posture, branch: Scalar) -> Scalar:
+    def solve(self, posture: Posture, branch: Scalar, guess: Sequence[Scalar]) -> Scalar:  # noqa: ARG002
         """The stroke from a quadratic, then the direction."""
         cut = _Cut(self, posture)
         turn_index = 0 if self.joints[0].revolute else 1
@@ -151,9 +130,7 @@ class TurnAndSlide(PlanarStep):
 class TwoSlides(PlanarStep):
     """Two prismatic unknowns: two linear equations, one solution."""
 
-    modes = ("only",)
-
-    def solve(self, posture: Posture, branch: Scalar) -> Scalar:  # noqa: ARG002  one mode only
+    def solve(self, posture: Posture, branch: Scalar, guess: Sequence[Scalar]) -> Scalar:  # noqa: ARG002
         """Cramer's rule."""
         cut = _Cut(self, posture)
         e1, e2 = cut.where
@@ -167,7 +144,7 @@ class TwoSlides(PlanarStep):
         return det * det
 
 
-def dyad(loop: PlanarLoop, unknowns: tuple[PlanarJoint, PlanarJoint], near: dict[int, float]) -> PlanarStep:
+def dyad(pin: PlanarPin, unknowns: tuple[PlanarJoint, PlanarJoint], near: Mapping[int, float]) -> PlanarStep:
     """The block that closes a planar loop for two unknown joints."""
     turns = sum(j.revolute for j in unknowns)
-    return (TwoSlides, TurnAndSlide, TwoTurns)[turns](loop, unknowns, near)
+    return (TwoSlides, TurnAndSlide, TwoTurns)[turns](pin, unknowns, near)

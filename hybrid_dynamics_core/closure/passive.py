@@ -9,42 +9,61 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..algebra.linear import Inverse
-from ..algebra.scalar import Scalar
+from ..algebra.scalar import Scalar, sqrt
 from ..mechanism.tree import Tree
+from .equations import Linearised, LoopEquations
 from .plan import ClosurePlan, given_posture
-from .step import Linearised
 
 
 class ClosedMotion:
-    """The closed mechanism at active coordinates u (n scalars), on the branch signs given (one a block)."""
+    """The closed mechanism at given coordinates (u of the plan), on the branch signs given (one a step).
 
-    def __init__(self, tree: Tree, plan: ClosurePlan, u: Sequence[Scalar], branch: Sequence[Scalar]) -> None:
-        self.n = tree.n_active
+    `guess`: all coordinates s, where iterations start.
+    """
+
+    def __init__(
+        self, tree: Tree, plan: ClosurePlan, u: Sequence[Scalar], branch: Sequence[Scalar], guess: Sequence[Scalar]
+    ) -> None:
+        self._tree = tree
+        self.given = plan.given
         self.size = len(tree.coordinates)
         self.steps = plan.steps
-        self.posture = given_posture(tree, list(u))
-        self.margins: list[Scalar] = []
-        self.blocks: list[Linearised] = []
-        self._inverses: list[Inverse] = []
-        for step, sign in zip(plan.steps, branch, strict=True):
-            self.margins.append(step.solve(self.posture, sign))
-            block = step.linearise(self.posture)
-            self.blocks.append(block)
-            self._inverses.append(Inverse([[row.get(k, 0.0) for k in step.unknowns] for row in block.rows]))
+        self.posture = given_posture(tree, dict(zip(plan.given, u, strict=True)))
+        self.margins = [step.solve(self.posture, sign, guess) for step, sign in zip(plan.steps, branch, strict=True)]
+        self.loops = plan.loops
+        self.residuals: list[Scalar] = []
+        self.guards: list[Scalar] = []
+        linear: dict[LoopEquations, Linearised] = {}
+        for loop in dict.fromkeys((*plan.loops, *(e.loop for step in plan.steps for e in step.equations))):
+            linear[loop] = loop.linearise(self.posture)
+            self.residuals += linear[loop].residual
+            self.guards += loop.guards(self.posture)
+        self.rows = [[linear[e.loop].rows[e.index] for e in step.equations] for step in plan.steps]
+        self.blocks = [
+            [[row.get(k, 0.0) for k in step.unknowns] for row in rows]
+            for step, rows in zip(plan.steps, self.rows, strict=True)
+        ]
+        self._inverses = [Inverse(block) for block in self.blocks]
 
     def rates(self, du: Sequence[Scalar]) -> list[Scalar]:
         """s' from u'."""
-        return self._complete(list(du), [[0.0] * len(step.unknowns) for step in self.steps])
+        return self._complete(du, [[0.0] * len(step.unknowns) for step in self.steps])
 
     def accelerations(self, ddu: Sequence[Scalar], ds: Sequence[Scalar]) -> list[Scalar]:
         """s'' from u'' and s'; with u'' = 0 this is R' u'."""
-        return self._complete(list(ddu), [step.bias(self.posture, ds) for step in self.steps])
+        biases: dict[LoopEquations, list[Scalar]] = {}
+        for equation in (e for step in self.steps for e in step.equations):
+            if equation.loop not in biases:
+                biases[equation.loop] = equation.loop.bias(self.posture, ds)
+        return self._complete(ddu, [[biases[e.loop][e.index] for e in step.equations] for step in self.steps])
 
-    def _complete(self, known: list[Scalar], bias: list[list[Scalar]]) -> list[Scalar]:
-        values: list[Scalar] = known + [0.0] * (self.size - self.n)
-        for step, block, inverse, extra in zip(self.steps, self.blocks, self._inverses, bias, strict=True):
+    def _complete(self, given: Sequence[Scalar], bias: list[list[Scalar]]) -> list[Scalar]:
+        values: list[Scalar] = [0.0] * self.size
+        for k, value in zip(self.given, given, strict=True):
+            values[k] = value
+        for step, rows, inverse, extra in zip(self.steps, self.rows, self._inverses, bias, strict=True):
             rhs = []
-            for row, term in zip(block.rows, extra, strict=True):
+            for row, term in zip(rows, extra, strict=True):
                 total = term
                 for k, coefficient in row.items():
                     if k not in step.unknowns:
@@ -56,30 +75,40 @@ class ClosedMotion:
 
     def velocity_map(self) -> list[list[Scalar]]:
         """R (rows in the order of s), Chu (2020), Eq. 20."""
-        columns = [self.rates([1.0 if i == j else 0.0 for i in range(self.n)]) for j in range(self.n)]
+        n = len(self.given)
+        columns = [self.rates([1.0 if i == j else 0.0 for i in range(n)]) for j in range(n)]
         return [list(row) for row in zip(*columns, strict=True)]
 
     def project(self, forces: Sequence[Scalar]) -> tuple[list[Scalar], list[list[Scalar]]]:
-        """R^T f for tree forces f along s, and mu = J_z^-T f_z of each block (the multipliers are -mu)."""
+        """R^T f for tree forces f along s, and mu = J_z^-T f_z of each step (the multipliers are -mu)."""
         f = list(forces)
         multipliers: list[list[Scalar]] = []
-        for step, block, inverse in zip(self.steps[::-1], self.blocks[::-1], self._inverses[::-1], strict=True):
+        for step, rows, inverse in zip(self.steps[::-1], self.rows[::-1], self._inverses[::-1], strict=True):
             mu = inverse.solve_transposed([f[k] for k in step.unknowns])
-            for row, m in zip(block.rows, mu, strict=True):
+            for row, m in zip(rows, mu, strict=True):
                 for k, coefficient in row.items():
                     if k not in step.unknowns:
                         f[k] = f[k] - coefficient * m
             multipliers.append(mu)
-        return f[: self.n], multipliers[::-1]
+        return [f[k] for k in self.given], multipliers[::-1]
 
-    def determinants(self) -> list[tuple[Scalar, Scalar]]:
-        """Per block: determinant of its J_z and the squared Frobenius norm, for the distance to a singularity."""
+    def iterations(self) -> Scalar:
+        """Number of iterations of all steps together; 0 where everything has a closed form."""
+        total: Scalar = 0.0
+        for step, margin in zip(self.steps, self.margins, strict=True):
+            total = total + margin if step.iterates else total
+        return total
+
+    def distances(self) -> list[Scalar]:
+        """Per step: distance to a singularity, 1 at best and 0 where J_z of the step is singular.
+
+        A displacement counts in lengths of the loop, so the size of the robot does not matter.
+        """
         result = []
-        for step, block, inverse in zip(self.steps, self.blocks, self._inverses, strict=True):
-            squares: Scalar = 0.0
-            for row in block.rows:
-                for k in step.unknowns:
-                    entry = row.get(k, 0.0)
-                    squares = squares + entry * entry
-            result.append((inverse.determinant, squares))
+        parts = zip(self.steps, self.blocks, self._inverses, self.margins, strict=True)
+        for step, block, inverse, margin in parts:
+            closed_form = len(block) == 1 and not step.iterates
+            length = max(equation.loop.length for equation in step.equations)
+            units = [1.0 if self._tree.is_revolute(k) else length for k in step.unknowns]
+            result.append(sqrt(margin) if closed_form else inverse.conditioning(block, units))
         return result

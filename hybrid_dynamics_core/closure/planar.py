@@ -6,6 +6,7 @@ kept as it stands with all coordinates at zero (pivot or direction), so a chain 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,8 +16,11 @@ from ..algebra.scalar import Scalar
 from ..algebra.vector import Vector, add, constant, perp, scale, sub, turn
 from ..description.model import Array, Closure
 from ..mechanism.tree import Tree
+from .equations import Linearised, LoopEquations, Row
 from .posture import Posture
 
+Turns = tuple[tuple[int, float], ...]  # (coordinate, +1 or -1)
+APART = 1e-6  # [m] along the loop's axis up to which two points count as one: printed numbers are rounded
 PARALLEL = 1e-9  # sine of the angle up to which two constant axes count as parallel
 
 
@@ -31,15 +35,13 @@ class PlanarJoint:
 
 
 @dataclass(frozen=True)
-class PlanarLoop:
-    """The constant geometry. `length` [m] makes the loop's equations dimensionless."""
+class PlanarGeometry:
+    """Both chains of a planar loop and their end points at zero."""
 
-    name: str
     chain_a: tuple[PlanarJoint, ...]
     chain_b: tuple[PlanarJoint, ...]
     point_a: Vector
     point_b: Vector
-    length: float
 
     @property
     def joints(self) -> tuple[PlanarJoint, ...]:
@@ -114,26 +116,111 @@ def chain_kinematics(joints: Sequence[PlanarJoint], point: Vector, posture: Post
     return ChainKinematics(joints, pivots, directions, motion.move(point))
 
 
-def planar_loop(tree: Tree, closure: Closure) -> PlanarLoop:
-    """The plane form of a closure. ValueError with the reason where the loop is not planar."""
+class PlanarPin(LoopEquations):
+    """The two end points coincide: two equations."""
+
+    def __init__(self, name: str, geometry: PlanarGeometry) -> None:
+        self.name, self.geometry = name, geometry
+        places = [j.place for j in geometry.joints if j.revolute] + [geometry.point_a, geometry.point_b]
+        self.length = float(np.max(np.ptp(np.array(places), axis=0))) or 1.0
+        self.involved = (frozenset(j.coordinate for j in geometry.joints),) * 2
+
+    def chains(self, posture: Posture) -> tuple[ChainKinematics, ChainKinematics]:
+        """Both chains at a posture."""
+        g = self.geometry
+        return chain_kinematics(g.chain_a, g.point_a, posture), chain_kinematics(g.chain_b, g.point_b, posture)
+
+    def linearise(self, posture: Posture) -> Linearised:
+        """Difference of the end points."""
+        a, b = self.chains(posture)
+        unit = 1.0 / self.length
+        rows: list[Row] = [{}, {}]
+        for sign, chain in ((unit, a), (-unit, b)):
+            for coordinate, column in chain.columns():
+                for row, value in zip(rows, column, strict=True):
+                    row[coordinate] = sign * value
+        return Linearised(rows, list(scale(unit, sub(a.end, b.end))))
+
+    def bias(self, posture: Posture, rates: Sequence[Scalar]) -> list[Scalar]:
+        """Difference of the end points' accelerations with joint accelerations zero."""
+        a, b = self.chains(posture)
+        return list(scale(1.0 / self.length, sub(a.bias(rates), b.bias(rates))))
+
+    def marks(self, posture: Posture) -> list[Scalar]:
+        """Pivots and ends."""
+        return [x for chain in self.chains(posture) for p in (*chain.pivots, chain.end) if p is not None for x in p]
+
+
+class AngleSum(LoopEquations):
+    """offset + sum of +-angles = 0 modulo a turn: the end links of a planar loop, or two bars, stay parallel."""
+
+    length = 1.0
+
+    def __init__(self, name: str, turns: Turns, offset: float) -> None:
+        sums: dict[int, float] = {}
+        for k, sign in turns:
+            sums[k] = sums.get(k, 0.0) + sign
+        self.name, self.offset = name, offset
+        self.turns = tuple((k, sign) for k, sign in sums.items() if sign)
+        self.involved = (frozenset(k for k, _ in self.turns),)
+
+    def _sum(self, posture: Posture) -> tuple[Scalar, Scalar]:
+        """Cosine and sine of the sum."""
+        c, s = constant((math.cos(self.offset), math.sin(self.offset)))
+        for k, sign in self.turns:
+            c, s = turn(posture.c[k], sign * posture.s[k], (c, s))
+        return c, s
+
+    def linearise(self, posture: Posture) -> Linearised:
+        """A constant row; the residual is the sine of the sum."""
+        return Linearised([dict(self.turns)], [self._sum(posture)[1]])
+
+    def bias(self, posture: Posture, rates: Sequence[Scalar]) -> list[Scalar]:  # noqa: ARG002
+        """None: the relation between the angles is linear."""
+        return [0.0]
+
+    def marks(self, posture: Posture) -> list[Scalar]:
+        """The angles themselves."""
+        return [x for k, _ in self.turns for x in (posture.c[k], posture.s[k])]
+
+    def guards(self, posture: Posture) -> list[Scalar]:
+        """Parallel, not opposed."""
+        return [self._sum(posture)[0]]
+
+
+def planar_equations(tree: Tree, closure: Closure) -> list[LoopEquations]:
+    """The equations of a closure whose loop is planar. ValueError with the reason where it is not."""
     a, b = tree.body_index(closure.link_a), tree.body_index(closure.link_b)
-    path_a, path_b = tree.path(a), tree.path(b)
-    shared = sum(1 for x, y in zip(path_a, path_b, strict=False) if x == y)
-    ancestor = path_a[shared - 1] if shared else -1
-    path_a, path_b = path_a[shared:], path_b[shared:]
+    path_a, path_b, ancestor = tree.branches(a, b)
     basis = _plane_basis(tree, path_a + path_b, ancestor)
-    points = []
-    for body, point in ((a, closure.point_a), (b, closure.point_b)):
-        rotation, origin = tree.zero_pose(body, ancestor)
-        points.append(basis @ (rotation @ point + origin))
-    chain_a = tuple(_planar_joint(tree, i, ancestor, basis) for i in path_a)
-    chain_b = tuple(_planar_joint(tree, i, ancestor, basis) for i in path_b)
-    point_a, point_b = (constant(p[:2]) for p in points)
-    if abs(points[0][2] - points[1][2]) > 1e-6:
-        raise ValueError(f"its pin is {abs(points[0][2] - points[1][2]):.3g} m apart along the loop's axis")
-    places = [j.place for j in (*chain_a, *chain_b) if j.revolute] + [point_a, point_b]
-    length = float(np.max(np.ptp(np.array(places), axis=0)))
-    return PlanarLoop(closure.name, chain_a, chain_b, point_a, point_b, length or 1.0)
+    ends = []
+    for body, point, rotation in ((a, closure.point_a, closure.rotation_a), (b, closure.point_b, closure.rotation_b)):
+        turned, origin = tree.zero_pose(body, ancestor)
+        ends.append((basis @ (turned @ point + origin), basis @ turned @ rotation))
+    (end_a, frame_a), (end_b, frame_b) = ends
+    gap = abs(float(end_a[2] - end_b[2]))
+    if gap > APART:
+        raise ValueError(f"its ends are {gap:.3g} m apart along the loop's axis")
+    geometry = PlanarGeometry(
+        tuple(_planar_joint(tree, i, ancestor, basis) for i in path_a),
+        tuple(_planar_joint(tree, i, ancestor, basis) for i in path_b),
+        constant(end_a[:2]),
+        constant(end_b[:2]),
+    )
+    equations: list[LoopEquations] = [PlanarPin(closure.name, geometry)]
+    if closure.kind == "axis" and np.linalg.norm(np.cross(frame_a[:, 2], frame_b[:, 2])) > PARALLEL:
+        raise ValueError("its two axes are not parallel")
+    if closure.kind == "axis" and abs(frame_a[2, 2]) < 1.0 - PARALLEL:
+        raise ValueError("its axis is not the loop's")
+    if closure.kind == "frame":
+        if np.linalg.norm(frame_a[2] - frame_b[2]) > PARALLEL:
+            raise ValueError("its frames are tilted out of the loop's plane against each other")
+        apart = frame_a @ frame_b.T  # a turn about the normal
+        offset = math.atan2(apart[1, 0], apart[0, 0])
+        turns = [(j.coordinate, j.sign) for j in geometry.chain_a if j.revolute]
+        turns += [(j.coordinate, -j.sign) for j in geometry.chain_b if j.revolute]
+        equations.append(AngleSum(closure.name, tuple(turns), offset))
+    return equations
 
 
 def _plane_basis(tree: Tree, bodies: list[int], ancestor: int) -> Array:

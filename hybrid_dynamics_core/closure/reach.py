@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ..description.model import Array
-from .planar import PlanarJoint
+from ..mechanism.tree import Tree
 from .posture import Posture
 from .step import Step
 
@@ -16,15 +16,16 @@ _SAMPLES = 2001  # a range narrower than 1/2000 of the searched one is not told 
 _SPAN = 6.0  # searched displacements, in lengths of the loop
 
 
-def allowed_range(step: Step, posture: Posture, coordinate: int, near: float) -> tuple[float, float] | None:
+def allowed_range(tree: Tree, step: Step, posture: Posture, coordinate: int, near: float) -> tuple[float, float] | None:
     """The interval of a known coordinate, nearest to `near`, in which the step closes with all else as in `posture`.
 
     (-inf, inf) where it always closes, None where it never does. [rad or m]
     """
-    joint = next(j for j in step.geometry.joints if j.coordinate == coordinate)
-    half = math.pi if joint.revolute else _SPAN * step.geometry.length
+    revolute = tree.is_revolute(coordinate)
+    length = max(equation.loop.length for equation in step.equations)
+    half = math.pi if revolute else _SPAN * length
     grid = near + half * np.linspace(-1.0, 1.0, _SAMPLES)
-    good = _margin(step, posture, joint, grid) > 0.0
+    good = _margin(step, posture, coordinate, revolute, grid) > 0.0
     if good.all():
         return -math.inf, math.inf
     if not good.any():
@@ -38,15 +39,17 @@ def allowed_range(step: Step, posture: Posture, coordinate: int, near: float) ->
         if not 0 <= k + way < len(grid):
             return way * math.inf
         bracket = sorted((grid[k], grid[k + way]))
-        root: float = brentq(lambda q: float(_margin(step, posture, joint, np.array([q]))[0]), *bracket, xtol=1e-14)
+        root: float = brentq(
+            lambda q: float(_margin(step, posture, coordinate, revolute, np.array([q]))[0]), *bracket, xtol=1e-14
+        )
         return root
 
     return edge(-1), edge(1)
 
 
-def _margin(step: Step, posture: Posture, joint: PlanarJoint, values: Array) -> Array:
+def _margin(step: Step, posture: Posture, coordinate: int, revolute: bool, values: Array) -> Array:
     trial = posture.copy()
-    put = trial.set_angle if joint.revolute else trial.set_length
-    put(joint.coordinate, values)
+    put = trial.set_angle if revolute else trial.set_length
+    put(coordinate, values)
     with np.errstate(all="ignore"):
-        return np.broadcast_to(np.asarray(step.solve(trial, 1.0), dtype=float), values.shape)
+        return np.broadcast_to(np.asarray(step.solve(trial, 1.0, posture.q), dtype=float), values.shape)

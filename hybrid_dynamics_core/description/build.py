@@ -47,6 +47,7 @@ class _Builder:
             end_effector="end_effector",
             frames=self.frames(),
             reference=self.each("reference", lambda _, value, path: numbers.number(value, path)),
+            active_set=data.get("active_set", "exact"),
             mimics=self.mimics(),
             file=self.document.file,
             lines=self.document.lines(),

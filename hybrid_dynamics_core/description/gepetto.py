@@ -45,6 +45,7 @@ class _Pair:
         for k, pair in enumerate(told.get("closed_loop") or []):
             self.closure(k, pair)
         document.data["active"] = self.motors()
+        document.data["active_set"] = "motors"
         document.data["end_effector"] = {"link": farthest_link(document)}
         for name, joint in document.section("joints").items():
             if joint["type"] != "fixed":

@@ -19,6 +19,7 @@ from ..errors import DescriptionError
 Array = NDArray[np.float64]
 JointType = Literal["revolute", "prismatic"]
 ClosureKind = Literal["planar", "point", "axis", "frame"]
+ActiveSet = Literal["exact", "motors"]
 
 
 def frozen(values: ArrayLike) -> Array:
@@ -128,6 +129,7 @@ class RobotDescription:
     end_effector: str
     frames: Mapping[str, Frame]
     reference: Mapping[str, float] = field(default_factory=dict)
+    active_set: ActiveSet = "exact"  # "motors": independent coordinates are found from the motors by rank
     mimics: Mapping[str, Mimic] = field(default_factory=dict)  # by the joint that follows
     file: str | Path | None = None
     lines: Mapping[str, int] = field(default_factory=dict)  # where each entry stands, by dotted key

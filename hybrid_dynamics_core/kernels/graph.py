@@ -6,17 +6,34 @@ structural zeros of a mechanism never reach the generated code.
 
 from __future__ import annotations
 
-from typing import Union
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Union
 
 Operand = Union["Symbol", float]
+Body = Callable[[Sequence[Any], Sequence[Any]], list[Any]]
 Key = tuple[str, int | float, int | float]  # operation, operands: node index (int) or constant (float)
 
 
+@dataclass(frozen=True)
+class Block:
+    """An iterative or matrix operation: `kind` names the function of `algebra.numerics` that does it.
+
+    `arguments`: vectors of operands; `body`: the traced function that Newton iterates, None otherwise.
+    """
+
+    kind: str
+    size: int
+    arguments: list[list[Operand]]
+    body: Body | None
+
+
 class Graph:
-    """Nodes in order of creation: operands come before their uses."""
+    """Nodes in order of creation: operands come before their uses. A node ("block", b, k) is output k of block b."""
 
     def __init__(self) -> None:
         self.nodes: list[Key] = []
+        self.blocks: list[Block] = []
         self._index: dict[tuple[str, bool, int | float, bool, int | float], int] = {}
 
     def input(self, vector: int, component: int) -> Symbol:
@@ -29,6 +46,22 @@ class Graph:
         if op in ("add", "mul") and isinstance(left, int) and isinstance(right, int) and left > right:
             left, right = right, left
         return Symbol(self, self._node((op, left, right)))
+
+    def block(
+        self, kind: str, size: int, outputs: int, arguments: list[list[Operand]], body: Body | None = None
+    ) -> list[Symbol]:
+        """Symbols for the outputs of a new block."""
+        self.blocks.append(Block(kind, size, arguments, body))
+        return [Symbol(self, self._node(("block", len(self.blocks) - 1, k))) for k in range(outputs)]
+
+    def operands(self, index: int) -> list[int]:
+        """Nodes that a node is computed from."""
+        op, a, b = self.nodes[index]
+        if op == "input":
+            return []
+        if op == "block":
+            return [x.index for vector in self.blocks[int(a)].arguments for x in vector if isinstance(x, Symbol)]
+        return [x for x in (a, b) if isinstance(x, int)]
 
     def _node(self, key: Key) -> int:
         op, a, b = key

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..algebra.numerics import invert_columns, invert_floats, newton_columns, newton_floats
 from ..description.model import Array
 from .emit import emit_columns, emit_scalar
-from .trace import Program, Trace, split, trace
+from .trace import Trace, Traceable, split, trace
 
 Codes = NDArray[np.int64]
 BLOCK = 4096  # states worked at once: the columns in use stay in the cache
@@ -22,7 +23,15 @@ def _sqrt(x: float) -> float:
     return math.sqrt(x) if x >= 0.0 else math.nan
 
 
-_SCALAR = {"sin": math.sin, "cos": math.cos, "sqrt": _sqrt, "fabs": math.fabs, "atan2": math.atan2}
+_SCALAR = {
+    "sin": math.sin,
+    "cos": math.cos,
+    "sqrt": _sqrt,
+    "fabs": math.fabs,
+    "atan2": math.atan2,
+    "invert": invert_floats,
+    "newton": newton_floats,
+}
 _COLUMNS = {
     "sin": np.sin,
     "cos": np.cos,
@@ -30,13 +39,15 @@ _COLUMNS = {
     "fabs": np.abs,
     "atan2": np.arctan2,
     "logical_not": np.logical_not,
+    "invert": invert_columns,
+    "newton": newton_columns,
 }
 
 
 class Kernel:
     """A program of one robot; traced and compiled when first called."""
 
-    def __init__(self, program: Program, sizes: Sequence[int]) -> None:
+    def __init__(self, program: Traceable, sizes: Sequence[int]) -> None:
         self._program = program
         self._sizes = tuple(sizes)
 

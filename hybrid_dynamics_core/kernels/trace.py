@@ -29,7 +29,7 @@ class Results:
     checks: Sequence[Check]
 
 
-Program = Callable[..., Results]
+Traceable = Callable[..., Results]
 
 
 @dataclass(frozen=True)
@@ -51,13 +51,11 @@ class Trace:
             index = stack.pop()
             if index not in wanted:
                 wanted.add(index)
-                op, *operands = self.graph.nodes[index]
-                if op != "input":
-                    stack += [o for o in operands if isinstance(o, int)]
+                stack += self.graph.operands(index)
         return sorted(wanted)
 
 
-def trace(program: Program, sizes: Sequence[int]) -> Trace:
+def trace(program: Traceable, sizes: Sequence[int]) -> Trace:
     """Trace a program whose arguments are vectors of the given sizes."""
     graph = Graph()
     arguments = [[graph.input(v, k) for k in range(size)] for v, size in enumerate(sizes)]

@@ -58,6 +58,12 @@ class Tree:
             body = self.bodies[body].parent
         return chain[::-1]
 
+    def branches(self, a: int, b: int) -> tuple[list[int], list[int], int]:
+        """Bodies of both paths beyond the last body they share, and that body (-1 for the base)."""
+        path_a, path_b = self.path(a), self.path(b)
+        shared = sum(1 for x, y in zip(path_a, path_b, strict=False) if x == y)
+        return path_a[shared:], path_b[shared:], path_a[shared - 1] if shared else -1
+
     def zero_pose(self, body: int, ancestor: int = -1) -> tuple[Array, Array]:
         """Rotation (3, 3) and origin (3,) of a body in an ancestor's frame with every coordinate at zero."""
         rotation, origin = np.eye(3), np.zeros(3)

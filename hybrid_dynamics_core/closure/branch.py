@@ -1,0 +1,58 @@
+"""Choice of assembly modes: the one the file names or, without a name, the one nearest the reference."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from ..description.model import RobotDescription
+from .parallelogram import AngleStep
+from .patterns import Context
+from .posture import Posture
+from .step import Step
+
+
+def choose_branch(
+    robot: RobotDescription, step: Step, context: Context, posture: Posture, guess: Sequence[float]
+) -> float:
+    """The branch sign of a step; leaves the step solved at the reference posture."""
+    told = [k for k in step.unknowns if k in context.near]
+
+    def distance(sign: float) -> float:
+        if not _margin(step, posture, sign, guess) > 0.0:
+            return math.inf
+        return sum(abs(float(posture.q[k]) - guess[k]) for k in (told or step.unknowns))
+
+    best = min(_signs(robot, step, context, bool(told)), key=distance)
+    if not _margin(step, posture, best, guess) > 0.0:
+        problem = "does not close at the reference configuration; mend the geometry or give a reference that closes"
+        raise robot.error(robot.closure_key(step.loops[0]), problem)
+    if isinstance(step, AngleStep):
+        step.near(posture, context.near)
+        step.solve(posture, best, guess)
+    return best
+
+
+def _margin(step: Step, posture: Posture, sign: float, guess: Sequence[float]) -> float:
+    try:
+        return float(step.solve(posture, sign, guess))
+    except ZeroDivisionError:  # a pin exactly on a pivot
+        return math.nan
+
+
+def _signs(robot: RobotDescription, step: Step, context: Context, told: bool) -> list[float]:
+    modes = step.modes
+    closure = context.closures.get(step.loops[0]) if context.named and len(step.loops) == 1 else None
+    named = None if closure is None else closure.assembly
+    if named is not None:
+        if named not in modes:
+            raise robot.error(
+                f"{robot.closure_key(step.loops[0])}.assembly", f"is '{named}'; this loop has {' and '.join(modes)}"
+            )
+        return [1.0, -1.0][modes.index(named) :][:1]
+    if len(modes) > 1 and not told and step.needs_mode:
+        raise robot.error(
+            robot.closure_key(step.loops[0]),
+            f"has the assembly modes {' and '.join(modes)}; name one as assembly, or give its joints in reference",
+        )
+    return [1.0, -1.0][: len(modes)]

@@ -1,0 +1,47 @@
+"""Closure with its evidence: all coordinates, rates and accelerations from the active ones."""
+
+from __future__ import annotations
+
+from ..algebra.scalar import Scalar
+from ..closure.passive import ClosedMotion
+from ..kernels.trace import Check, Results
+from .model import Inputs, Model, Program, closure_code, singular_code
+
+SINGULAR = 1e-5  # reciprocal condition below which rates would lose half their digits
+
+
+def closed_motion(model: Model, x: Inputs) -> tuple[ClosedMotion, list[Check], list[Scalar]]:
+    """The closed motion, its checks, and each step's distance to a singularity."""
+    motion = ClosedMotion(model.tree, model.plan, x.u, x.branch, x.guess)
+    distances = motion.distances()
+    checks = []
+    for k, (margin, distance) in enumerate(zip(motion.margins, distances, strict=True)):
+        checks += [Check(margin, 0.0, closure_code(k)), Check(distance, SINGULAR, singular_code(k))]
+    checks += [Check(guard, 0.0, closure_code(len(distances))) for guard in motion.guards]
+    return motion, checks, distances
+
+
+def _close(model: Model, x: Inputs) -> Results:
+    """All coordinates, their rates, R, R' u', and the evidence."""
+    motion, checks, distances = closed_motion(model, x)
+    ds = motion.rates(x.du)
+    outputs = {
+        "s": motion.posture.q,
+        "ds": ds,
+        "R": motion.velocity_map(),
+        "bias": motion.accelerations([0.0] * len(x.u), ds),
+        "residuals": motion.residuals,
+        "distances": distances,
+        "iterations": [motion.iterations()],
+    }
+    return Results(outputs, checks)
+
+
+def _accelerations(model: Model, x: Inputs) -> Results:
+    """s'' of all coordinates."""
+    motion, checks, _ = closed_motion(model, x)
+    return Results({"dds": motion.accelerations(x.ddu, motion.rates(x.du))}, checks)
+
+
+CLOSE = Program(("u", "du", "branch", "guess"), _close)
+ACCELERATIONS = Program(("u", "du", "ddu", "branch", "guess"), _accelerations)

@@ -1,0 +1,49 @@
+"""Poses and Jacobians of frames of the closed mechanism."""
+
+from __future__ import annotations
+
+from ..algebra.scalar import Scalar
+from ..algebra.vector import Rotation, Vector, add, matmul, matvec
+from ..description.model import Frame
+from ..dynamics.spanning import TreeKinematics
+from ..kernels.trace import Results
+from ..mechanism.tree import frame_offset
+from .closure import closed_motion
+from .model import Inputs, Model, Program
+
+
+def frame_pose(tree: TreeKinematics, frame: Frame) -> tuple[Rotation, Vector]:
+    """Rotation and origin of a named frame in the base frame."""
+    rotation, origin = tree.pose(tree.tree.body_index(frame.link))
+    own_rotation, own_origin = frame_offset(frame)
+    return matmul(rotation, own_rotation), add(origin, matvec(rotation, own_origin))
+
+
+def forward_kinematics(frame: Frame) -> Program:
+    """Program for the pose of one frame."""
+
+    def run(model: Model, x: Inputs) -> Results:
+        motion, checks, _ = closed_motion(model, x)
+        rotation, position = frame_pose(TreeKinematics(model.tree, motion.posture), frame)
+        return Results({"position": position, "rotation": rotation}, checks)
+
+    return Program(("u", "branch", "guess"), run)
+
+
+def jacobian(frame: Frame) -> Program:
+    """Program for the (6, n) Jacobian of one frame's origin with respect to u: J = J_tree R."""
+
+    def run(model: Model, x: Inputs) -> Results:
+        motion, checks, _ = closed_motion(model, x)
+        tree = TreeKinematics(model.tree, motion.posture)
+        _, position = frame_pose(tree, frame)
+        columns = tree.jacobian(model.tree.body_index(frame.link), position)
+        velocity_map = motion.velocity_map()
+        rows: list[list[Scalar]] = [[0.0] * len(x.u) for _ in range(6)]
+        for k, (linear, angular) in columns.items():
+            for i, part in enumerate((*linear, *angular)):
+                for j, factor in enumerate(velocity_map[k]):
+                    rows[i][j] = rows[i][j] + part * factor
+        return Results({"jacobian": rows}, checks)
+
+    return Program(("u", "branch", "guess"), run)
