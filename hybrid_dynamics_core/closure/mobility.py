@@ -6,7 +6,7 @@ ones before them become passive; what the motors leave free becomes a further in
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,6 +26,7 @@ class Mobility:
     active: tuple[str, ...]
     idle: tuple[str, ...]
     dependent: tuple[str, ...]
+    reference: Mapping[str, float]  # the closed configuration at which it was read
 
 
 def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
@@ -47,12 +48,13 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     chosen = _independent(motions, order)
     motors = tuple(names[k] for k in chosen if names[k] in robot.active)
     idle = tuple(names[k] for k in chosen if names[k] not in robot.active)
-    return Mobility(motors + idle, idle, tuple(name for name in robot.active if name not in motors))
+    dependent = tuple(name for name in robot.active if name not in motors)
+    return Mobility(motors + idle, idle, dependent, dict(zip(names, s.tolist(), strict=True)))
 
 
 def with_mobility(robot: RobotDescription, mobility: Mobility) -> tuple[RobotDescription, Tree]:
     """The description with its independent coordinates as active ones, and its tree."""
-    settled = replace(robot, active=mobility.active)
+    settled = replace(robot, active=mobility.active, reference=mobility.reference)
     return settled, build_tree(settled)
 
 

@@ -132,7 +132,8 @@ def chains_length(*chains: Chain) -> float:
 
 
 # pairs (column of the rotation of a, column of the rotation of b) that stay at right angles
-_PAIRS = {"point": (), "axis": ((0, 2), (1, 2)), "frame": ((0, 1), (1, 2), (2, 0))}
+_PAIRS = {"point": (), "axis": ((0, 2), (1, 2)), "frame": ()}
+_SIZES = {"point": 3, "axis": 5, "frame": 6}
 
 
 class SpatialClosure(LoopEquations):
@@ -142,17 +143,20 @@ class SpatialClosure(LoopEquations):
         self.name, self.kind, self.a, self.b = name, kind, a, b
         self.pairs = _PAIRS[kind]
         self.length = chains_length(a, b)
-        self.involved = (a.coordinates | b.coordinates,) * (3 + len(self.pairs))
+        self.involved = (a.coordinates | b.coordinates,) * _SIZES[kind]
 
     def linearise(self, posture: Posture) -> Linearised:
-        """Difference of the end points, then cosines between axes at right angles."""
+        """Difference of the end points, then cosines of axes at right angles, or the turn between the frames."""
         a, b = self.a.at(posture), self.b.at(posture)
         residual = list(scale(1.0 / self.length, sub(a.end, b.end)))
-        normals = []
+        normals: list[Vector] = []
         for i, j in self.pairs:
             x, y = transpose(a.rotation)[i], transpose(b.rotation)[j]
             residual.append(dot(x, y))
             normals.append(cross(x, y))
+        if self.kind == "frame":
+            residual += _turn_between(a.rotation, b.rotation)
+            normals += IDENTITY3
         rows_: list[Row] = [{} for _ in residual]
         for sign, state in ((1.0, a), (-1.0, b)):
             for k, (linear, angular) in state.columns().items():
@@ -166,6 +170,8 @@ class SpatialClosure(LoopEquations):
         a, b = self.a.at(posture), self.b.at(posture)
         (accel_a, alpha_a), (accel_b, alpha_b) = a.bias(rates), b.bias(rates)
         result: list[Scalar] = list(scale(1.0 / self.length, sub(accel_a, accel_b)))
+        if self.kind == "frame":  # at a closed posture the frames turn together, so no other term is left
+            result += sub(alpha_a, alpha_b)
         if self.pairs:
             omega_a, omega_b = a.velocity(rates)[1], b.velocity(rates)[1]
             for i, j in self.pairs:
@@ -181,7 +187,17 @@ class SpatialClosure(LoopEquations):
 
     def guards(self, posture: Posture) -> list[Scalar]:
         """Axes that the equations make parallel must not be opposed."""
-        if not self.pairs:
+        if self.kind == "point":
             return []
         a, b = (transpose(chain.at(posture).rotation) for chain in (self.a, self.b))
         return [dot(a[i], b[i]) for i in ((2,) if self.kind == "axis" else (0, 1, 2))]
+
+
+def _turn_between(a: Rotation, b: Rotation) -> Vector:
+    """2 tan(angle / 2) times the axis of the turn from b to a: its rate is the difference of angular velocities at 0.
+
+    Unlike sines and cosines of single axes it vanishes for no other turn, so Newton does not end half round.
+    """
+    turn = matmul(a, transpose(b))
+    factor = 2.0 / (1.0 + turn[0][0] + turn[1][1] + turn[2][2])
+    return scale(factor, (turn[2][1] - turn[1][2], turn[0][2] - turn[2][0], turn[1][0] - turn[0][1]))
