@@ -32,17 +32,34 @@ class AssemblyMode:
     state: ClosedState
 
 
+def branch_names(plan: ClosurePlan, modes: Sequence[str]) -> Mapping[str, str]:
+    """The mode of each loop from the mode of each step; joined by + where a loop closes in several steps."""
+    names: dict[str, list[str]] = {}
+    for step, mode in zip(plan.steps, modes, strict=True):
+        parts = names.setdefault(step.name, [])
+        if mode not in parts:
+            parts.append(mode)
+    return MappingProxyType({loop: "+".join(parts) for loop, parts in names.items()})
+
+
 def signs_of_names(plan: ClosurePlan, signs: Array, branch: Mapping[str, str]) -> Array:
-    """The branch signs with some modes replaced by name. InputError for a loop or mode that does not exist."""
+    """The branch signs with some modes replaced by name; of a joined name a part is enough.
+
+    InputError for a loop or mode that does not exist.
+    """
     result = np.array(signs)
-    steps = {step.name: k for k, step in enumerate(plan.steps)}
-    for loop, mode in branch.items():
-        if loop not in steps:
-            raise InputError(f"branch: there is no loop '{loop}'; known: {', '.join(steps)}")
-        modes = plan.steps[steps[loop]].modes
-        if mode not in modes:
-            raise InputError(f"branch: loop '{loop}' has no mode '{mode}'; known: {', '.join(modes)}")
-        result[steps[loop]] = 1.0 - 2.0 * modes.index(mode)
+    loops = list(dict.fromkeys(step.name for step in plan.steps))
+    for loop, name in branch.items():
+        if loop not in loops:
+            raise InputError(f"branch: there is no loop '{loop}'; known: {', '.join(loops)}")
+        steps = {k: step.modes for k, step in enumerate(plan.steps) if step.name == loop}
+        for mode in name.split("+"):
+            having = {k: modes.index(mode) for k, modes in steps.items() if mode in modes}
+            if not having:
+                known = ", ".join(dict.fromkeys(m for modes in steps.values() for m in modes))
+                raise InputError(f"branch: loop '{loop}' has no mode '{mode}'; known: {known}")
+            for k, index in having.items():
+                result[k] = 1.0 - 2.0 * index
     return result
 
 
@@ -70,15 +87,15 @@ def list_modes(model: Model, u: Array, signs: Array, start: Array) -> Iterator[F
     """Every way to close at u: branch signs, configuration s and mode names."""
     guess = start.tolist()
 
-    def extend(k: int, posture: Posture, chosen: list[float], names: dict[str, str]) -> Iterator[Found]:
+    def extend(k: int, posture: Posture, chosen: list[float], names: list[str]) -> Iterator[Found]:
         if k == len(model.plan.steps):
             s = np.array([float(q) for q in posture.q])
-            yield np.array(chosen), s, MappingProxyType(dict(names))
+            yield np.array(chosen), s, branch_names(model.plan, names)
             return
         for sign, name, closed in _solutions(model, k, posture, float(signs[k]), guess):
-            yield from extend(k + 1, closed, [*chosen, sign], {**names, model.plan.steps[k].name: name})
+            yield from extend(k + 1, closed, [*chosen, sign], [*names, name])
 
-    yield from extend(0, given_posture(model.tree, dict(zip(model.plan.given, u.tolist(), strict=True))), [], {})
+    yield from extend(0, given_posture(model.tree, dict(zip(model.plan.given, u.tolist(), strict=True))), [], [])
 
 
 def _solutions(

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from . import programs
 from .algebra.scalar import Scalar
-from .assembly import AssemblyMode, list_modes, matching_signs, signs_of_names
+from .assembly import AssemblyMode, branch_names, list_modes, matching_signs, signs_of_names
 from .closing import Closer, Start
 from .closure.mobility import find_mobility, with_mobility
 from .closure.plan import ClosurePlan, build_plan
@@ -333,9 +333,8 @@ class ClosingRobot:
 
     @staticmethod
     def _branch_names(plan: ClosurePlan, signs: Array) -> Mapping[str, str]:
-        return MappingProxyType(
-            {step.name: step.modes[0 if sign > 0 else 1] for step, sign in zip(plan.steps, signs, strict=True)}
-        )
+        modes = [step.modes[0 if sign > 0 else 1] for step, sign in zip(plan.steps, signs, strict=True)]
+        return branch_names(plan, modes)
 
     def _refuse(self, u: Array, signs: Array, codes: Codes, distances: Array) -> None:
         if not codes.any():

@@ -1,20 +1,23 @@
-"""The same robot in Pinocchio: its tree from the description, its pins as constraints. An engine of its own."""
+"""The same robot in Pinocchio: its tree from the description, its closures as constraints. An engine of its own."""
 
 from __future__ import annotations
 
 import numpy as np
 import pinocchio as pin
 
-from hybrid_dynamics_core.description import RobotDescription
+from hybrid_dynamics_core.description import Closure, RobotDescription
+
+LOCAL = pin.ReferenceFrame.LOCAL
 
 
 class PinocchioRobot:
-    """Open tree of a description in Pinocchio, with Newton for the pins and the DAE as one KKT system.
+    """Open tree of a description in Pinocchio, with Newton for the closures and the DAE as one KKT system.
 
     Coordinates s in the order `names`. A pin is three equations in space; in a planar loop one is redundant.
     """
 
     def __init__(self, robot: RobotDescription, names: tuple[str, ...]) -> None:
+        self.robot = robot
         self.model = pin.Model()
         self.model.gravity.linear = np.array(robot.gravity)
         self.frames: dict[str, tuple[int, pin.SE3]] = {robot.base: (0, pin.SE3.Identity())}
@@ -50,26 +53,57 @@ class PinocchioRobot:
         q[self.index] = s
         return q
 
+    # -- closures ----------------------------------------------------------------------------------------------
+
     def gaps(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Pin gaps (3 m,) [m] and their Jacobian (3 m, n_s)."""
+        """Gaps of all closures [m], then [rad] where axes are tied too, and their Jacobian (rows, n_s)."""
         q = self.order(s)
         pin.computeJointJacobians(self.model, self.data, q)
-        gaps, rows = [], []
+        gaps, rows = [np.zeros(0)], [np.zeros((0, self.model.nv))]
         for closure in self.closures:
-            (pa, ja), (pb, jb) = (
-                self._point(link, point)
-                for link, point in ((closure.link_a, closure.point_a), (closure.link_b, closure.point_b))
-            )
-            gaps.append(pa - pb)
-            rows.append(ja - jb)
+            (a, ja), (b, jb) = (self._end(closure, end) for end in "ab")
+            gaps.append(a.translation - b.translation)
+            rows.append(ja[:3] - jb[:3])
+            axes = _tied(closure)
+            if axes:
+                turned = pin.log3(b.rotation.T @ a.rotation)  # in the closure's frame on b
+                slope = pin.Jlog3(b.rotation.T @ a.rotation) @ a.rotation.T @ (ja[3:] - jb[3:])
+                gaps.append(turned[axes])
+                rows.append(slope[axes])
         return np.concatenate(gaps), np.vstack(rows)[:, self.index]
 
-    def _point(self, link: str, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        index, _ = self.frames[link]
-        where = self.data.oMi[index].act(np.array(point))
-        jacobian = pin.getJointJacobian(self.model, self.data, index, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
-        arm = where - self.data.oMi[index].translation
-        return where, jacobian[:3] - pin.skew(arm) @ jacobian[3:]
+    def _end(self, closure: Closure, end: str) -> tuple[pin.SE3, np.ndarray]:
+        """Placement of one end of a closure in the base frame, and its Jacobian in base axes."""
+        index, frame = self._place(closure, end)
+        jacobian = pin.getJointJacobian(self.model, self.data, index, pin.ReferenceFrame.LOCAL)
+        at_end = frame.toActionMatrixInverse() @ jacobian
+        placement = self.data.oMi[index] * frame
+        turn = placement.rotation
+        return placement, np.vstack([turn @ at_end[:3], turn @ at_end[3:]])
+
+    def _place(self, closure: Closure, end: str) -> tuple[int, pin.SE3]:
+        """Joint and placement of one end; about the free axis of a revolute joint both ends stand alike."""
+        index, _ = self.frames[getattr(closure, f"link_{end}")]
+        return index, pin.SE3(np.array(getattr(closure, f"rotation_{end}")), np.array(getattr(closure, f"point_{end}")))
+
+    def constraint_jacobian(self, s: np.ndarray) -> np.ndarray:
+        """Pinocchio's own Jacobian of the closures as contact constraints (rows, n_s): 3D for pins, else 6D.
+
+        Of a closure of kind axis the row of the turn about the axis is left out.
+        """
+        q = self.order(s)
+        pin.computeJointJacobians(self.model, self.data, q)
+        parts = [np.zeros((0, self.model.nv))]
+        for closure in self.closures:
+            axes = _tied(closure)
+            kind = pin.ContactType.CONTACT_6D if axes else pin.ContactType.CONTACT_3D
+            (i, a), (j, b) = (self._place(closure, end) for end in "ab")
+            constraint = pin.RigidConstraintModel(kind, self.model, i, a, j, b, LOCAL)
+            data = constraint.createData()
+            constraint.calc(self.model, self.data, data)
+            rows = pin.getConstraintJacobian(self.model, self.data, constraint, data)
+            parts.append(rows[[0, 1, 2, *(3 + k for k in axes)]] if axes else rows)
+        return np.vstack(parts)[:, self.index]
 
     def close(self, s: np.ndarray, n_active: int) -> np.ndarray:
         """Newton on the passive coordinates from s, to rounding."""
@@ -78,9 +112,15 @@ class PinocchioRobot:
             gap, jacobian = self.gaps(s)
             step = np.linalg.lstsq(jacobian[:, n_active:], -gap, rcond=1e-9)[0]
             s[n_active:] += step
-            if np.abs(step).max() < 1e-14:
+            if np.abs(step).max(initial=0.0) < 1e-14:
                 break
         return s
+
+    def velocity_map(self, s: np.ndarray, n_active: int) -> np.ndarray:
+        """R = [E; -J_z^-1 J_u] of Pinocchio's constraint Jacobian, by least squares."""
+        jacobian = self.constraint_jacobian(s)
+        passive = -np.linalg.lstsq(jacobian[:, n_active:], jacobian[:, :n_active], rcond=1e-9)[0]
+        return np.vstack([np.eye(n_active), passive])
 
     def bias(self, s: np.ndarray, ds: np.ndarray) -> np.ndarray:
         """(d/dt J_s) s' of the pins (3 m,) [m/s^2]."""
@@ -103,6 +143,21 @@ class PinocchioRobot:
         spatial = acceleration.linear + np.cross(acceleration.angular, point)
         return rotation @ (spatial + np.cross(velocity.angular, at_point))
 
+    # -- links and forces --------------------------------------------------------------------------------------
+
+    def pose(self, s: np.ndarray, link: str) -> tuple[np.ndarray, np.ndarray]:
+        """Rotation and origin of a link in the base frame."""
+        pin.forwardKinematics(self.model, self.data, self.order(s))
+        placement = self.data.oMi[self.frames[link][0]]
+        return placement.rotation.copy(), placement.translation.copy()
+
+    def velocity(self, s: np.ndarray, ds: np.ndarray, link: str) -> tuple[np.ndarray, np.ndarray]:
+        """Linear velocity of a link's origin and its angular velocity, base axes."""
+        pin.forwardKinematics(self.model, self.data, self.order(s), self.order(ds))
+        index, _ = self.frames[link]
+        twist = pin.getVelocity(self.model, self.data, index, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+        return twist.linear, twist.angular
+
     def tree_forces(self, s: np.ndarray, ds: np.ndarray, dds: np.ndarray) -> np.ndarray:
         """M s'' + C s' + g of the open tree (n_s,)."""
         return pin.rnea(self.model, self.data, self.order(s), self.order(ds), self.order(dds))[self.index]
@@ -112,3 +167,8 @@ class PinocchioRobot:
         still = np.zeros(len(s))
         gravity = self.tree_forces(s, still, still)
         return np.array([self.tree_forces(s, still, e) - gravity for e in np.eye(len(s))]).T
+
+
+def _tied(closure: Closure) -> list[int]:
+    """Axes of the closure's frame about which the ends cannot turn against each other."""
+    return {"axis": [0, 1], "frame": [0, 1, 2]}.get(closure.kind, [])

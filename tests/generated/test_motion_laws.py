@@ -1,0 +1,211 @@
+"""Laws of motions and of coordinates given: branches kept, jumps refused, any independent set gives the rest."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+
+from hybrid_dynamics_core import InputError, SingularityError
+from hybrid_dynamics_core.errors import StateError
+from tests.generated.case import Case, independent_columns
+from tests.generated.class_three import class_three
+from tests.generated.robots import STATES, examples, robots
+
+
+def apart(case: Case, a: np.ndarray, b: np.ndarray) -> float:
+    """Largest difference of two configurations; whole turns are none."""
+    turning = np.array([kind == "revolute" for kind in case.robot.joint_types.values()])
+    return float(np.abs(np.where(turning, np.remainder(a - b + np.pi, 2.0 * np.pi) - np.pi, a - b)).max())
+
+
+def side(case: Case, s: np.ndarray) -> np.ndarray:
+    """The passive Jacobian; its determinant changes sign between two assembly modes that meet."""
+    return case.space.equations(s)[1][:, case.n :]
+
+
+def same_side(case: Case, a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether the determinants at two configurations have one sign.
+
+    The equations in space are more than the unknowns: both are taken in the row space that they have at a.
+    """
+    q, _ = np.linalg.qr(side(case, a))
+    return bool(np.linalg.det(q.T @ side(case, a)) * np.linalg.det(q.T @ side(case, b)) > 0.0)
+
+
+@examples(30)
+@given(robots(), STATES)
+def test_one_long_step_ends_where_small_steps_do(case: Case, seed: int) -> None:
+    """Where the oracle comes through, far from singular places, the step is taken, and to the same configuration.
+
+    Where it does not, the step is refused or ends on the same side of every singular place.
+    """
+    rng = np.random.default_rng(seed)
+    near = case.robot.close(case.start[: case.n])
+    active = range(case.n)
+    for _ in range(2):
+        way = rng.normal(size=case.n)
+        way *= rng.uniform(0.3, 1.5) / np.linalg.norm(way)
+        done, s = case.space.follow(near.s, active, way, 0.3 * case.space.margin(near.s, active))
+        try:
+            state = case.robot.close(near.u + way, near=near)
+        except StateError:
+            assert done < 1.0
+            continue
+        assert case.space.gap(state.s) < 1e-11
+        if done == 1.0:
+            assert apart(case, state.s, s) < 1e-10 / case.space.margin(s, active)
+        near = state
+
+
+@examples(25)
+@given(class_three(max_links=3, max_loops=3), STATES)
+def test_step_that_is_not_refused_stays_on_its_side_of_singular_places(case: Case, seed: int) -> None:
+    assume(case.n < len(case.start))
+    rng = np.random.default_rng(seed)
+    near = case.robot.close(case.start[: case.n])
+    for _ in range(6):
+        way = rng.normal(size=case.n)
+        way *= rng.uniform(0.5, 3.0) / np.linalg.norm(way)
+        try:
+            state = case.robot.close(near.u + way, near=near)
+        except StateError:
+            continue
+        middle = case.robot.close(near.u + 0.5 * way, near=near)  # no place between is singular either
+        assert same_side(case, near.s, middle.s) or same_side(case, middle.s, state.s)
+        near = state
+
+
+@examples(20)
+@given(robots(), STATES)
+def test_path_is_its_steps(case: Case, seed: int) -> None:
+    ends = np.array([case.somewhere(seed + k) for k in range(2)])[:, : case.n]
+    u = np.concatenate([np.linspace(case.start[: case.n], ends[0], 4), np.linspace(ends[0], ends[1], 4)[1:]])
+    du = np.array([case.rates(seed + k) for k in range(len(u))])
+    steps = []
+    try:
+        for k, row in enumerate(u):
+            steps.append(case.robot.close(row, du[k], near=steps[-1] if steps else None))
+    except StateError:
+        with pytest.raises(StateError) as refused:
+            case.robot.close_path(u, du)
+        assert refused.value.index == len(steps)
+        return
+    path = case.robot.close_path(u, du)
+    for k, step in enumerate(steps):
+        assert apart(case, path.s[k], step.s) < 1e-10
+        assert path.ds[k] == pytest.approx(step.ds, abs=1e-8)
+
+
+def another_set(case: Case, seed: int) -> list[int]:
+    """Coordinates that determine the rest, chosen at random."""
+    _, jacobian = case.space.equations(case.start)
+    order = np.random.default_rng(seed).permutation(len(case.start)).tolist()
+    passive = independent_columns(jacobian, order)
+    return [k for k in order if k not in passive]
+
+
+@examples(30)
+@given(robots(), STATES)
+def test_any_independent_coordinates_give_the_rest(case: Case, seed: int) -> None:
+    """From the reference along the straight way of the coordinates given, which the oracle follows in small steps."""
+    given_ones = another_set(case, seed)
+    start_margin = case.space.margin(case.start, given_ones)
+    assume(len(given_ones) == case.n and start_margin > 0.02)
+    rng = np.random.default_rng(seed)
+    way = 0.3 * rng.uniform(-1.0, 1.0, size=case.n) / np.sqrt(case.n)
+    _, s = case.space.follow(case.start, given_ones, way, 0.5 * start_margin)
+    margin = min(1.0, case.space.margin(s, given_ones))
+    names = [case.robot.coordinates[k] for k in given_ones]
+    rates, push = (rng.uniform(-1.0, 1.0, size=case.n) for _ in range(2))
+    state = case.robot.close_given(
+        *(dict(zip(names, values.tolist(), strict=True)) for values in (s[given_ones], rates, push))
+    )
+    assert np.abs(state.s - s).max() < 1e-11 / margin
+    slopes = case.space.velocity_map(s, given_ones)
+    assert np.abs(state.ds - slopes @ rates).max() < 1e-10 / margin**2
+    assert state.dds is not None
+    assert np.abs(state.dds[given_ones] - push).max() < 1e-8
+    # the accelerations are those of the robot's own active joints, which other laws hold to be derivatives
+    size = max(1.0, np.abs(state.dds).max(), np.abs(state.R).max() * np.abs(state.dds[: case.n]).max())
+    assert np.abs(state.R @ state.dds[: case.n] + state.bias - state.dds).max() < 1e-8 * size / margin
+
+
+@examples(25)
+@given(robots(), STATES)
+def test_what_passive_ones_give_gives_them_back(case: Case, seed: int) -> None:
+    """Active to passive by `close`, passive to active by `close_given` from nearby."""
+    s = case.somewhere(seed)
+    given_ones = another_set(case, seed)
+    margin = case.space.margin(s, given_ones)
+    assume(len(given_ones) == case.n and margin > 0.05 and case.space.margin(case.start, given_ones) > 0.02)
+    state = case.robot.close(s[: case.n], case.rates(seed))
+    acceleration = case.robot.accelerations(state, case.rates(seed + 1))
+    names = [case.robot.coordinates[k] for k in given_ones]
+    back = case.robot.close_given(
+        *(dict(zip(names, v[given_ones].tolist(), strict=True)) for v in (state.s, state.ds, acceleration)), near=state
+    )
+    assert apart(case, back.s, state.s) < 1e-9
+    assert back.ds == pytest.approx(state.ds, abs=1e-8 * max(1.0, np.abs(state.ds).max()))
+    assert back.dds == pytest.approx(acceleration, abs=1e-7 * max(1.0, np.abs(acceleration).max()))
+
+
+@examples(30)
+@given(class_three(max_links=4, max_loops=4), STATES)
+def test_coordinates_that_do_not_determine_the_rest_are_refused(case: Case, seed: int) -> None:
+    """As many as there are degrees of freedom, but dependent: at the reference, and a little way off."""
+    given_ones = np.random.default_rng(seed).permutation(len(case.start))[: case.n].tolist()
+    places = [case.start, *(case.somewhere(seed + k) for k in range(2))]
+    assume(max(case.space.margin(s, given_ones) for s in places) < 1e-10)
+    names = [case.robot.coordinates[k] for k in given_ones]
+    with pytest.raises(InputError, match=r"cannot be given together: .+"):
+        case.robot.close_given({name: case.description.reference[name] for name in names})
+
+
+@examples(15)
+@given(robots(), STATES)
+def test_too_few_or_too_many_coordinates_are_refused(case: Case, seed: int) -> None:
+    names = np.random.default_rng(seed).permutation(case.robot.coordinates).tolist()
+    for number in {case.n - 1, case.n + 1} & set(range(1, len(names) + 1)):
+        with pytest.raises(InputError, match=rf"{case.n} degrees of freedom"):
+            case.robot.close_given({name: case.description.reference[name] for name in names[:number]})
+
+
+@examples(25)
+@given(class_three(max_links=4, max_loops=4), STATES)
+def test_a_mode_named_is_kept_and_leaving_it_is_refused(case: Case, seed: int) -> None:
+    s = case.somewhere(seed)
+    u = s[: case.n]
+    own = case.robot.close(u)
+    for loop, mode in own.branch.items():
+        named = case.robot.close(u, branch={loop: mode})
+        assert np.array_equal(named.s, own.s)
+        modes = [m.branch[loop] for m in case.robot.assembly_modes(u)] if len(own.branch) < 4 else []
+        for other in set(modes) - {mode, "reference"}:
+            if "mode_" in other:  # of an iteration: listed, but not to be asked for by name
+                continue
+            try:
+                state = case.robot.close(u, branch={loop: other})
+            except StateError:
+                continue  # later loops need not close there
+            assert case.space.gap(state.s) < 1e-10
+            assert apart(case, state.s, own.s) > 1e-4
+            assert state.branch[loop] == other
+            stayed = case.robot.close(u, near=state)
+            assert stayed.branch == state.branch
+            assert apart(case, stayed.s, state.s) < 1e-12
+            with pytest.raises(SingularityError, match="assembly mode"):
+                case.robot.close(u, near=own, branch={loop: other})
+
+
+@examples(20)
+@given(class_three(max_links=3, max_loops=2), STATES)
+def test_assembly_modes_are_distinct_closed_and_hold_the_own_one(case: Case, seed: int) -> None:
+    s = case.somewhere(seed)
+    modes = case.robot.assembly_modes(s[: case.n])
+    found = [mode.state.s for mode in modes]
+    assert min(apart(case, f, s) for f in found) < 1e-8
+    for k, one in enumerate(found):
+        assert case.space.gap(one) < 1e-9
+        assert all(apart(case, one, other) > 1e-6 for other in found[:k])
+    assert len({tuple(sorted(mode.branch.items())) for mode in modes}) == len(modes)
