@@ -22,10 +22,11 @@ from .kinematics.pose import Pose
 from .kinematics.solve import IKResult, solve_inverse_kinematics
 from .mechanism.tree import build_tree
 from .refusal import refusal
+from .robot_dynamics import RobotDynamics
 from .state import ClosedState, ClosureStatus
 
 
-class Robot:
+class Robot(RobotDynamics):
     """A hybrid robot: closure, kinematics and minimal-form dynamics from the active coordinates u (n,) or (N, n).
 
     Order: u = `active`, z = `passive`, s = `coordinates` = u + z. SI units, radians, base axes.
@@ -179,18 +180,6 @@ class Robot:
         """
         return solve_inverse_kinematics(self, target, seed, all_solutions)
 
-    # -- dynamics ----------------------------------------------------------------------------------------------
-
-    def inverse_dynamics(self, state: ClosedState, ddu: ArrayLike) -> Array:
-        """Actuator torques [N m] and forces [N], (n,) or (N, n), for active accelerations ddu; Chu (2020), Eq. 25."""
-        ddu = self._like(state, "ddu", ddu)
-        return self._checked("inverse_dynamics", programs.INVERSE_DYNAMICS, state, ddu)["tau"]
-
-    def minimal_form(self, state: ClosedState) -> tuple[Array, Array, Array]:
-        """M-bar (n, n), C-bar u' (n,) and G-bar (n,) of M-bar u'' + C-bar u' + G-bar = tau; Chu (2020), Eq. 25."""
-        values = self._checked("minimal_form", programs.MINIMAL_FORM, state)
-        return values["M"], values["h"], values["g"]
-
     # -- inside ------------------------------------------------------------------------------------------------
 
     def _run(self, key: str, program: programs.Program, **inputs: Array) -> tuple[dict[str, Array], Codes]:
@@ -203,7 +192,7 @@ class Robot:
         def run(*vectors: Sequence[Scalar]) -> Results:
             return program.run(self._model, programs.Inputs(**dict(zip(program.inputs, vectors, strict=True))))
 
-        return Kernel(run, [self._model.size(name) for name in program.inputs])
+        return Kernel(run, [program.size(self._model, name) for name in program.inputs])
 
     def _checked(
         self, key: str, program: programs.Program, state: ClosedState, ddu: Array | None = None

@@ -9,6 +9,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from .actuators import read_actuators
+from .effects import JointEffect, Payload, check_effects, read_effects, read_payloads
 from .expressions import evaluate
 from .geometry import check_inertia, rod_inertia, rotation_about, rotation_from_rpy, unit_axis
 from .located_yaml import LocatedDocument, Path_
@@ -54,7 +56,18 @@ class _Builder:
             reference=self.each("reference", lambda _, value, path: self.number(value, path)),
             file=self.document.file,
             lines=self.document.lines(),
+            effects=self.effects(),
+            payloads=self.payloads(),
+            actuators=read_actuators(data.get("actuators", {}), data["joints"], self.number, self.document.error),
         )
+
+    def effects(self) -> Mapping[str, JointEffect]:
+        effects = read_effects(self.data["joints"], self.number)
+        check_effects(effects, self.document.error)
+        return effects
+
+    def payloads(self) -> Mapping[str, tuple[str, Payload]]:
+        return read_payloads(self.data.get("payloads", {}), self.number, self.inertia, self.document.error)
 
     def each(self, section: str, build: Callable[[str, Any, Path_], T]) -> Mapping[str, T]:
         entries = self.data.get(section, {})

@@ -72,6 +72,8 @@ def _check_frames(document: LocatedDocument, robot: RobotDescription) -> None:
         _require(document, frame.link, _links(robot), (*path, "link"), "link")
         if name in _links(robot) and name != frame.link:
             raise document.error(path, f"'{name}' is also the name of a link; frames need names of their own")
+    for name, (place, _) in robot.payloads.items():
+        _require(document, place, (*robot.frames, *_links(robot)), ("payloads", name, "on"), "frame or link")
 
 
 def _check_active(document: LocatedDocument, robot: RobotDescription) -> None:

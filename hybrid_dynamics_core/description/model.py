@@ -9,12 +9,16 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import DescriptionError
+
+if TYPE_CHECKING:
+    from .actuators import HydraulicCylinder
+    from .effects import JointEffect, Payload
 
 Array = NDArray[np.float64]
 JointType = Literal["revolute", "prismatic"]
@@ -121,6 +125,9 @@ class RobotDescription:
     reference: Mapping[str, float] = field(default_factory=dict)
     file: str | Path | None = None
     lines: Mapping[str, int] = field(default_factory=dict)  # where each entry stands, by dotted key
+    effects: Mapping[str, JointEffect] = field(default_factory=dict)  # by joint, where the file gives any
+    payloads: Mapping[str, tuple[str, Payload]] = field(default_factory=dict)  # frame and body by name
+    actuators: Mapping[str, HydraulicCylinder] = field(default_factory=dict)  # by joint
 
     def error(self, key: str, problem: str) -> DescriptionError:
         """A DescriptionError that points at an entry, or at the nearest one around it."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..algebra.numerics import invert_floats, newton_floats
+from ..algebra.numerics import invert_columns, invert_floats, newton_columns, newton_floats
 from ..description.model import Array
 from .emit import emit_columns, emit_scalar
 from .trace import Trace, Traceable, split, trace
@@ -39,6 +39,8 @@ _COLUMNS = {
     "fabs": np.abs,
     "atan2": np.arctan2,
     "logical_not": np.logical_not,
+    "invert": invert_columns,
+    "newton": newton_columns,
 }
 
 
