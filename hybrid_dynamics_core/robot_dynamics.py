@@ -11,39 +11,26 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import programs
-from .description.model import Array, Frame, RobotDescription
+from .description.model import Array, Frame
 from .dynamics.dae import SpanningTerms
 from .dynamics.load_inputs import load_inputs
 from .dynamics.loading import Loading
 from .dynamics.loads import Loads, described_loads
 from .dynamics.mass import mass_singularity
-from .kernels.run import Codes
+from .robot_closure import ClosingRobot
 from .state import ClosedState
 
 LoadedProgram = Callable[[Loading], programs.Program]
 
 
-class RobotDynamics:
+class RobotDynamics(ClosingRobot):
     """Methods of Robot. States come from `robot.close`; one state gives (n,), a batch (N, n), in the order of `active`.
 
     `loads` is everything that acts besides the actuators; None: what the description gives, `robot.loads`.
     """
 
-    if TYPE_CHECKING:
-        description: RobotDescription
-        _model: programs.Model
+    if TYPE_CHECKING:  # in Robot
 
-        @property
-        def active(self) -> tuple[str, ...]:  # noqa: D102
-            ...
-
-        @property
-        def coordinates(self) -> tuple[str, ...]:  # noqa: D102
-            ...
-
-        def _run(self, key: str, program: programs.Program, **inputs: Array) -> tuple[dict[str, Array], Codes]: ...
-        def _own(self, state: ClosedState) -> None: ...
-        def _like(self, state: ClosedState, name: str, value: ArrayLike) -> Array: ...
         def _frame(self, frame: str | None) -> Frame: ...
 
     @cached_property
@@ -111,7 +98,7 @@ class RobotDynamics:
         loads = self.loads if loads is None else loads
         loading, arrays = self._load_inputs(loads, None if state.u.ndim == 1 else len(state.u))
         inputs = {"u": state.u, "du": state.du, "branch": state.signs, "guess": state.s, "gravity": loads.gravity}
-        values, codes = self._run(loading.key(key), program(loading), **inputs, **arrays, **more)
+        values, codes = self._run(loading.key(key), program(loading), None, **inputs, **arrays, **more)
         if (codes == programs.MASS_SINGULAR).any():
             mass = self.minimal_form(state, loads)[0]
             raise mass_singularity(mass, codes, self.active)

@@ -163,7 +163,7 @@ def _gough() -> RobotDescription:
     closures, active = [], []
     for k in range(6):
         low = 2 * math.pi / 3 * (k // 2) + (0.25 if k % 2 else -0.25)
-        high = 2 * math.pi / 3 * ((k + k % 2) // 2) + (-0.6 if k % 2 else 0.6)
+        high = 2 * math.pi / 3 * (k // 2) + (math.pi / 3 - 0.25 if k % 2 else 0.25 - math.pi / 3)
         foot = (0.6 * math.cos(low), 0.6 * math.sin(low), 0)
         rows += [
             (f"u{k}", "revolute", "base", f"cross{k}", foot, "x"),
@@ -208,6 +208,13 @@ MECHANISMS = tuple(_MAKERS)
 def mechanism(name: str) -> Robot:
     """A mechanism by name."""
     return Robot(_MAKERS[name]())
+
+
+def with_masses(robot: Robot) -> Robot:
+    """The robot with links of random inertia."""
+    rng = np.random.default_rng(7)
+    links = {name: random_link(name, rng, 0.1) for name in robot.description.links}
+    return changed(robot, links=MappingProxyType(links))
 
 
 def changed(robot: Robot, **changes: object) -> Robot:

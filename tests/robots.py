@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from hybrid_dynamics_core import ClosedState, ClosureStatus, Robot, load, shipped_robots
-from tests.mechanisms import MECHANISMS, mechanism
+from tests.mechanisms import MECHANISMS, mechanism, with_masses
 
 ROBOTS = (*shipped_robots(), *MECHANISMS)
 REACH = 0.25  # [rad or m] about the reference, where a coordinate has no limits
@@ -16,25 +16,29 @@ REGULAR = 0.02  # distance to a singularity below which rounding is no longer wh
 
 @cache
 def robot(name: str) -> Robot:
-    """A shipped robot or a mechanism."""
-    return mechanism(name) if name in MECHANISMS else load(name)
+    """A shipped robot or a mechanism; one that comes without masses gets some."""
+    machine = mechanism(name) if name in MECHANISMS else load(name)
+    return machine if any(link.mass for link in machine.description.links.values()) else with_masses(machine)
 
 
-def random_states(name: str, count: int = 8, seed: int = 0, regular: float = REGULAR) -> list[ClosedState]:
+@cache
+def random_states(name: str, count: int = 4, seed: int = 0, regular: float = REGULAR) -> tuple[ClosedState, ...]:
     """Closed states with random rates up to 1 rad/s or m/s, away from singularities."""
     machine = robot(name)
     rng = np.random.default_rng(seed)
     n = len(machine.active)
-    lower = np.maximum(machine.limits[:, 0], machine.reference - REACH)
-    upper = np.minimum(machine.limits[:, 1], machine.reference + REACH)
-    states: list[ClosedState] = []
+    reach, states = REACH, []
     for _ in range(40 * count):
+        lower = np.maximum(machine.limits[:, 0], machine.reference - reach)
+        upper = np.minimum(machine.limits[:, 1], machine.reference + reach)
         u = lower + rng.uniform(0.05, 0.95, n) * (upper - lower)
         state = machine.close(u, rng.uniform(-1.0, 1.0, n), check=False)
         if state.status is ClosureStatus.OK and float(state.singularity) > regular:
             states.append(state)
+        else:
+            reach *= 0.7
         if len(states) == count:
-            return states
+            return tuple(states)
     raise AssertionError(f"{name}: only {len(states)} of {count} random states close")
 
 

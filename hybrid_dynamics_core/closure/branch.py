@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from ..description.model import RobotDescription
-from .parallelogram import Parallelogram
+from .parallelogram import AngleStep
 from .patterns import Context
 from .posture import Posture
 from .step import Step
@@ -27,7 +27,7 @@ def choose_branch(
     if not _margin(step, posture, best, guess) > 0.0:
         problem = "does not close at the reference configuration; mend the geometry or give a reference that closes"
         raise robot.error(_key(robot, step), problem)
-    if isinstance(step, Parallelogram):
+    if isinstance(step, AngleStep):
         step.near(posture, context.near)
         step.solve(posture, best, guess)
     return best
@@ -42,8 +42,8 @@ def _margin(step: Step, posture: Posture, sign: float, guess: Sequence[float]) -
 
 def _signs(robot: RobotDescription, step: Step, context: Context, told: bool) -> list[float]:
     modes = step.modes
-    named = next((context.closures[name].assembly for name in step.loops), None)
-    if named is not None and len(step.loops) == 1:
+    named = context.closures[step.loops[0]].assembly if context.named and len(step.loops) == 1 else None
+    if named is not None:
         if named not in modes:
             raise robot.error(f"{_key(robot, step)}.assembly", f"is '{named}'; this loop has {' and '.join(modes)}")
         return [1.0, -1.0][modes.index(named) :][:1]

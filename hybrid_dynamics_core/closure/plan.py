@@ -12,8 +12,9 @@ from .branch import choose_branch
 from .equations import Equation, LoopEquations
 from .leg import Direction, Distance, find_pivot
 from .matching import match
+from .parallelogram import PARALLELOGRAM, parallelogram_equations
 from .patterns import Context, make_step
-from .planar import planar_equations
+from .planar import PlanarPin, planar_equations
 from .posture import Posture
 from .rank import rank_equations
 from .spatial import Chain, SpatialClosure, closure_chains
@@ -46,6 +47,7 @@ def build_plan(
     `near`: a configuration from which modes are read and iterations start (the description's reference if None).
     Raises DescriptionError where the loops do not fit the given coordinates or do not close.
     """
+    named = given is None
     given = tuple(range(tree.n_active)) if given is None else tuple(given)
     if near is None:
         near = {k: robot.reference[name] for k, name in enumerate(tree.coordinates) if name in robot.reference}
@@ -56,16 +58,12 @@ def build_plan(
     if matching.undetermined:
         names = ", ".join(tree.coordinates[k] for k in matching.undetermined)
         raise robot.error("active", f"the loops do not determine {names}; choose other active joints")
-    context = Context(tree, {c.name: c for c in robot.closures}, near)
+    context = Context(tree, {c.name: c for c in robot.closures}, near, named)
     guess = [float(near.get(k, 0.0)) for k in range(len(tree.coordinates))]
     posture = given_posture(tree, {k: guess[k] for k in given})
     steps, branch = [], []
     for block in matching.blocks:
-        try:
-            steps.append(make_step(block, context))
-        except ValueError as error:
-            key = f"{_key(robot, block.equations[0].loop.name)}.assembly"
-            raise robot.error(key, f"is not a parallelogram: {error}") from error
+        steps.append(make_step(block, context))
         branch.append(choose_branch(robot, steps[-1], context, posture, guess))
     _check_closed(robot, loops, posture)
     return ClosurePlan(given, tuple(steps), tuple(branch), posture, tuple(loops), tuple(redundant))
@@ -92,12 +90,26 @@ def _all_equations(tree: Tree, robot: RobotDescription, unknowns: frozenset[int]
     loops: list[LoopEquations] = []
     for closure in robot.closures:
         try:
-            loops += planar_equations(tree, closure)
+            equations = planar_equations(tree, closure)
         except ValueError as error:
             if closure.kind == "planar":
                 raise robot.error(_key(robot, closure.name), str(error)) from error
-            loops += _spatial(closure, chains[closure.name], private)
+            equations = _spatial(closure, chains[closure.name], private)
+        loops += _as_parallelogram(robot, closure, equations) if closure.assembly == PARALLELOGRAM else equations
     return loops
+
+
+def _as_parallelogram(
+    robot: RobotDescription, closure: Closure, equations: Sequence[LoopEquations]
+) -> Sequence[LoopEquations]:
+    """The claim of the file, as linear equations in place of the pin's."""
+    pin, key = equations[0], f"{_key(robot, closure.name)}.assembly"
+    if not isinstance(pin, PlanarPin) or len(equations) > 1:
+        raise robot.error(key, "is not a parallelogram: it is not a planar loop closed by a pin")
+    try:
+        return parallelogram_equations(pin)
+    except ValueError as error:
+        raise robot.error(key, f"is not a parallelogram: {error}") from error
 
 
 def _spatial(closure: Closure, chains: tuple[Chain, Chain], private: frozenset[int]) -> list[LoopEquations]:

@@ -125,13 +125,20 @@ class RobotDescription:
     reference: Mapping[str, float] = field(default_factory=dict)
     file: str | Path | None = None
     lines: Mapping[str, int] = field(default_factory=dict)  # where each entry stands, by dotted key
+    files: Mapping[str, str | Path | None] = field(default_factory=dict)  # of entries that stand in another file
+    notes: tuple[str, ...] = ()  # what the loader assumed or left out, one sentence each
     effects: Mapping[str, JointEffect] = field(default_factory=dict)  # by joint, where the file gives any
     payloads: Mapping[str, tuple[str, Payload]] = field(default_factory=dict)  # frame and body by name
     actuators: Mapping[str, HydraulicCylinder] = field(default_factory=dict)  # by joint
+
+    def closure_key(self, closure: str) -> str:
+        """The key under which the file gives a closure: a loop of Type A to D, or a closure of its own."""
+        return f"loops.{closure}" if closure in self.loops else f"closures.{closure}"
 
     def error(self, key: str, problem: str) -> DescriptionError:
         """A DescriptionError that points at an entry, or at the nearest one around it."""
         near = key
         while near and near not in self.lines:
             near = near.rpartition(".")[0]
-        return DescriptionError(problem, key=key, file=self.file, line=self.lines.get(near))
+        file = self.files.get(near, self.file)
+        return DescriptionError(problem, key=key, file=file, line=self.lines.get(near))

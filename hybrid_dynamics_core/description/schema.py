@@ -12,7 +12,7 @@ from typing import Any
 import jsonschema
 from jsonschema.exceptions import best_match
 
-from .located_yaml import LocatedDocument, Path_
+from .document import Document, Path_
 
 
 @cache
@@ -23,11 +23,14 @@ def robot_schema() -> dict[str, Any]:
     return schema
 
 
-def check_schema(document: LocatedDocument) -> None:
-    """Raise a DescriptionError at the first entry that does not fit the schema."""
+def check_schema(document: Document, part: str = "") -> None:
+    """Raise a DescriptionError at the first entry that does not fit the schema, or one of its definitions."""
+    schema = robot_schema()
+    if part:
+        schema = {"$defs": schema["$defs"], **schema["$defs"][part]}
     if not isinstance(document.data, dict):
-        raise document.error((), "expected a mapping with the keys format, name, links, joints, ...")
-    validator = jsonschema.Draft202012Validator(robot_schema())
+        raise document.error((), f"expected a mapping with the keys {', '.join(list(schema['properties'])[:6])}, ...")
+    validator = jsonschema.Draft202012Validator(schema)
     error = best_match(validator.iter_errors(document.data), key=_relevance)
     if error is None:
         return
@@ -90,6 +93,10 @@ _SAY: dict[str, Callable[[Any], str]] = {
     "dependentRequired": lambda _: "needs 'mass' beside it",
     "enum": lambda e: f"is {e.instance!r}; expected one of {', '.join(map(str, e.schema['enum']))}",
     "const": lambda e: f"is {e.instance!r}; expected {e.schema['const']!r}",
+    "not": lambda e: f"has keys that exclude each other: {', '.join(e.instance)}",
+    "minLength": lambda _: "is empty; expected a name",
+    "maxLength": lambda e: f"{_short(e.instance)} is longer than {e.schema['maxLength']} characters",
+    "minimum": lambda e: f"is {e.instance}; expected {e.schema['minimum']} or more",
     "oneOf": lambda e: f"is {_short(e.instance)}; expected another form",
     "uniqueItems": lambda e: f"names one entry twice: {_short(e.instance)}",
     "pattern": lambda e: f"'{e.instance}' is not a valid name: letters, digits and _, a letter first, at most 64",

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..description.model import Array
 from ..errors import MassSingularityError
-from ..kernels.run import Codes
 
 
-def mass_singularity(mass: Array, codes: Codes, active: tuple[str, ...]) -> MassSingularityError:
+def mass_singularity(mass: Array, codes: NDArray[np.int64], active: tuple[str, ...]) -> MassSingularityError:
     """The error for M-bar (n, n) or (N, n, n), at the first state whose status is not good."""
     row = None if mass.ndim == 2 else int(np.flatnonzero(codes)[0])
     matrix = mass if row is None else mass[row]
