@@ -62,7 +62,8 @@ def minimal_form(loading: Loading = NOTHING) -> Program:
         dynamics = Dynamics(model, x, loading)
         motion, tree, ds = dynamics.motion, dynamics.tree, dynamics.ds
         still: list[Scalar] = [0.0] * motion.size
-        bias = tree.inverse_dynamics(NO_GRAVITY, ds, motion.accelerations([0.0] * dynamics.n, ds))
+        drift = motion.accelerations([0.0] * dynamics.n, ds)
+        bias = dynamics.laden.with_rotors(tree.inverse_dynamics(NO_GRAVITY, ds, drift), drift)
         gravity = tree.inverse_dynamics(dynamics.gravity, still, still)
         outputs = {"M": dynamics.mass_matrix(), "h": dynamics.project(bias), "g": dynamics.project(gravity)}
         return Results(outputs, dynamics.checks)
