@@ -7,7 +7,9 @@
 """
 
 from .description.effects import Payload
+from .dynamics.dae import SpanningTerms
 from .dynamics.loads import JointEffects, Loads
+from .dynamics.reactions import JointReaction, PinReaction, Reactions
 from .errors import (
     ClosureError,
     DescriptionError,
@@ -35,12 +37,16 @@ __all__ = [
     "IKStatus",
     "InputError",
     "JointEffects",
+    "JointReaction",
     "Loads",
     "MassSingularityError",
     "Payload",
+    "PinReaction",
     "Pose",
+    "Reactions",
     "Robot",
     "SingularityError",
+    "SpanningTerms",
     "load",
     "shipped_robots",
 ]

@@ -17,6 +17,8 @@ from .dynamics.load_inputs import load_inputs
 from .dynamics.loading import Loading
 from .dynamics.loads import Loads, described_loads
 from .dynamics.mass import mass_singularity
+from .dynamics.pins import Pin, find_pins
+from .dynamics.reactions import Reactions, named_reactions
 from .robot_closure import ClosingRobot
 from .state import ClosedState
 
@@ -89,6 +91,24 @@ class RobotDynamics(ClosingRobot):
             multipliers=values["multipliers"],
             loops=tuple(e.loop.name for e in equations),
         )
+
+    def reactions(self, state: ClosedState, ddu: ArrayLike | None = None, loads: Loads | None = None) -> Reactions:
+        """What every closure pin, joint and the foundation bear at accelerations ddu (zero if None), to size them by.
+
+        Base axes. In balance link by link with weight, inertia and loads; rotors count along their joints only.
+        """
+        ddu = np.zeros_like(state.u) if ddu is None else self._like(state, "ddu", ddu)
+        closures = self.description.closures
+
+        def program(loading: Loading) -> programs.Program:
+            return programs.reactions(closures, loading)
+
+        values = self._evaluate("reactions", program, state, loads, ddu=ddu)
+        return named_reactions(values, self._pins, self._model.tree, closures)
+
+    @cached_property
+    def _pins(self) -> list[Pin]:
+        return find_pins(self._model.tree, self._model.plan, self.description.closures)
 
     def _evaluate(
         self, key: str, program: LoadedProgram, state: ClosedState, loads: Loads | None, **more: Array

@@ -17,6 +17,7 @@ from .dynamics import (
 from .kinematics import forward_kinematics, jacobian
 from .matrices import coriolis_matrix, spanning_terms
 from .model import MASS_SINGULAR, Inputs, Model, Program, closure_code, singular_code
+from .reactions import reactions
 
 __all__ = [
     "ACCELERATIONS",
@@ -36,6 +37,7 @@ __all__ = [
     "jacobian",
     "minimal_form",
     "passive_forces",
+    "reactions",
     "singular_code",
     "spanning_terms",
 ]
