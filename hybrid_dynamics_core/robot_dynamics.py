@@ -54,6 +54,27 @@ class RobotDynamics(ClosingRobot):
         tau = self._like(state, "tau", tau)
         return self._evaluate("forward_dynamics", programs.forward_dynamics, state, loads, tau=tau)["ddu"]
 
+    def inverse_dynamics_derivatives(
+        self, state: ClosedState, ddu: ArrayLike, loads: Loads | None = None
+    ) -> tuple[Array, Array, Array]:
+        """d tau/du, d tau/du' and d tau/du'' = M-bar, each (n, n) or (N, n, n), exact; rows by tau."""
+        ddu = self._like(state, "ddu", ddu)
+        program = programs.inverse_dynamics_derivatives
+        values = self._evaluate("inverse_dynamics_derivatives", program, state, loads, ddu=ddu)
+        return values["d_u"], values["d_du"], values["d_ddu"]
+
+    def forward_dynamics_derivatives(
+        self, state: ClosedState, tau: ArrayLike, loads: Loads | None = None
+    ) -> tuple[Array, Array, Array]:
+        """d u''/du, d u''/du' and d u''/d tau = M-bar^-1, each (n, n) or (N, n, n), exact; rows by u''.
+
+        Raises MassSingularityError as `forward_dynamics` does.
+        """
+        tau = self._like(state, "tau", tau)
+        program = programs.forward_dynamics_derivatives
+        values = self._evaluate("forward_dynamics_derivatives", program, state, loads, tau=tau)
+        return values["d_u"], values["d_du"], values["d_tau"]
+
     def minimal_form(self, state: ClosedState, loads: Loads | None = None) -> tuple[Array, Array, Array]:
         """M-bar (n, n), C-bar u' (n,) and G-bar (n,) of M-bar u'' + C-bar u' + G-bar = tau; Chu (2020), Eq. 25.
 

@@ -5,6 +5,7 @@ as it stands, on arrays (one array a scalar), or traced into a kernel. Chu (2020
 """
 
 from .closure import ACCELERATIONS, CLOSE
+from .derivatives import forward_dynamics_derivatives, inverse_dynamics_derivatives
 from .dynamics import (
     FORWARD_DYNAMICS,
     INVERSE_DYNAMICS,
@@ -32,8 +33,10 @@ __all__ = [
     "closure_code",
     "coriolis_matrix",
     "forward_dynamics",
+    "forward_dynamics_derivatives",
     "forward_kinematics",
     "inverse_dynamics",
+    "inverse_dynamics_derivatives",
     "jacobian",
     "minimal_form",
     "passive_forces",

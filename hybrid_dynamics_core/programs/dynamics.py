@@ -87,20 +87,20 @@ def forward_dynamics(loading: Loading = NOTHING) -> Program:
 
     def run(model: Model, x: Inputs) -> Results:
         dynamics = Dynamics(model, x, loading)
-        ddu, checks = solve_motion(model, dynamics, list(x.tau))
+        ddu, _, checks = solve_motion(model, dynamics, list(x.tau))
         return Results({"ddu": ddu}, dynamics.checks + checks)
 
     return Program(("u", "du", "tau", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes)
 
 
-def solve_motion(model: Model, dynamics: Dynamics, tau: list[Scalar]) -> tuple[list[Scalar], list[Check]]:
-    """u'' from tau, and the checks that M-bar is regular."""
+def solve_motion(model: Model, dynamics: Dynamics, tau: list[Scalar]) -> tuple[list[Scalar], Definite, list[Check]]:
+    """u'' from tau, M-bar ready to solve with, and the checks that it is regular."""
     mass = Definite(dynamics.mass_matrix())
     bias = dynamics.inverse([0.0] * dynamics.n)
     ddu = mass.solve([t - b for t, b in zip(tau, bias, strict=True)])
     sizes = inertia_scales(model, dynamics.motion)
     checks = [Check(pivot / size, SINGULAR_MASS, MASS_SINGULAR) for pivot, size in zip(mass.pivots, sizes, strict=True)]
-    return ddu, checks
+    return ddu, mass, checks
 
 
 def inertia_scales(model: Model, motion: ClosedMotion) -> list[Scalar]:
