@@ -6,8 +6,10 @@
 >>> tau = robot.inverse_dynamics(state, [0.0, 0.0, 0.0, 0.0])
 """
 
+from .description.actuators import HydraulicCylinder
 from .description.effects import Payload
 from .dynamics.dae import SpanningTerms
+from .dynamics.hydraulics import CylinderState, chamber_flows, chamber_pressures, cylinder_force, force_range
 from .dynamics.loads import JointEffects, Loads
 from .dynamics.reactions import JointReaction, PinReaction, Reactions
 from .errors import (
@@ -31,8 +33,10 @@ __all__ = [
     "ClosedState",
     "ClosureError",
     "ClosureStatus",
+    "CylinderState",
     "DescriptionError",
     "HybridDynamicsError",
+    "HydraulicCylinder",
     "IKResult",
     "IKStatus",
     "InputError",
@@ -47,6 +51,10 @@ __all__ = [
     "Robot",
     "SingularityError",
     "SpanningTerms",
+    "chamber_flows",
+    "chamber_pressures",
+    "cylinder_force",
+    "force_range",
     "load",
     "shipped_robots",
 ]

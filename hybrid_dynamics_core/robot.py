@@ -11,11 +11,11 @@ from .description.model import Array, Frame
 from .errors import InputError
 from .kinematics.pose import Pose
 from .kinematics.solve import IKResult, solve_inverse_kinematics
-from .robot_dynamics import RobotDynamics
+from .robot_actuators import RobotActuators
 from .state import ClosedState
 
 
-class Robot(RobotDynamics):
+class Robot(RobotActuators):
     """A hybrid robot: closure, kinematics and minimal-form dynamics from the active coordinates u (n,) or (N, n).
 
     Order: u = `active`, z = `passive`, s = `coordinates` = u + z. SI units, radians, base axes.

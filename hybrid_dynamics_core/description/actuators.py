@@ -33,12 +33,12 @@ class HydraulicCylinder:
 
     @property
     def cap_area(self) -> float:
-        """Area on which the pressure of the cap side acts [m^2], which pushes outward."""
+        """Area on which the pressure of the cap side acts [m^2]: it pushes outward."""
         return self.count * math.pi / 4.0 * self.bore**2
 
     @property
     def rod_area(self) -> float:
-        """Area on which the pressure of the rod side acts [m^2], which pulls inward."""
+        """Area on which the pressure of the rod side acts [m^2]: it pulls inward."""
         return self.count * math.pi / 4.0 * (self.bore**2 - self.rod**2)
 
 
