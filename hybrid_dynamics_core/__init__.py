@@ -6,7 +6,20 @@
 >>> tau = robot.inverse_dynamics(state, [0.0, 0.0, 0.0, 0.0])
 """
 
-from .errors import ClosureError, DescriptionError, HybridDynamicsError, InputError, SingularityError
+from .description.actuators import HydraulicCylinder
+from .description.effects import Payload
+from .dynamics.dae import SpanningTerms
+from .dynamics.hydraulics import CylinderState, chamber_flows, chamber_pressures, cylinder_force, force_range
+from .dynamics.loads import JointEffects, Loads
+from .dynamics.reactions import JointReaction, PinReaction, Reactions
+from .errors import (
+    ClosureError,
+    DescriptionError,
+    HybridDynamicsError,
+    InputError,
+    MassSingularityError,
+    SingularityError,
+)
 from .kinematics.inverse import IKStatus
 from .kinematics.pose import Pose
 from .kinematics.solve import IKResult
@@ -20,14 +33,28 @@ __all__ = [
     "ClosedState",
     "ClosureError",
     "ClosureStatus",
+    "CylinderState",
     "DescriptionError",
     "HybridDynamicsError",
+    "HydraulicCylinder",
     "IKResult",
     "IKStatus",
     "InputError",
+    "JointEffects",
+    "JointReaction",
+    "Loads",
+    "MassSingularityError",
+    "Payload",
+    "PinReaction",
     "Pose",
+    "Reactions",
     "Robot",
     "SingularityError",
+    "SpanningTerms",
+    "chamber_flows",
+    "chamber_pressures",
+    "cylinder_force",
+    "force_range",
     "load",
     "shipped_robots",
 ]

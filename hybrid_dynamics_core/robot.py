@@ -13,11 +13,11 @@ from .errors import InputError
 from .kinematics.pose import Pose
 from .kinematics.pose_chain import PoseChain, find_pose_chain
 from .kinematics.solve import IKResult, solve_inverse_kinematics
-from .robot_closure import ClosingRobot
+from .robot_actuators import RobotActuators
 from .state import ClosedState
 
 
-class Robot(ClosingRobot):
+class Robot(RobotActuators):
     """A hybrid robot: closure, kinematics and minimal-form dynamics from the active coordinates u (n,) or (N, n).
 
     Order: u = `active`, z = `passive`, s = `coordinates` = u + z. SI units, radians, base axes.
@@ -64,18 +64,6 @@ class Robot(ClosingRobot):
             except InputError:
                 return None
         return chain
-
-    # -- dynamics ----------------------------------------------------------------------------------------------
-
-    def inverse_dynamics(self, state: ClosedState, ddu: ArrayLike) -> Array:
-        """Actuator torques [N m] and forces [N], (n,) or (N, n), for active accelerations ddu; Chu (2020), Eq. 25."""
-        ddu = self._like(state, "ddu", ddu)
-        return self._checked("inverse_dynamics", programs.INVERSE_DYNAMICS, state, ddu)["tau"]
-
-    def minimal_form(self, state: ClosedState) -> tuple[Array, Array, Array]:
-        """M-bar (n, n), C-bar u' (n,) and G-bar (n,) of M-bar u'' + C-bar u' + G-bar = tau; Chu (2020), Eq. 25."""
-        values = self._checked("minimal_form", programs.MINIMAL_FORM, state)
-        return values["M"], values["h"], values["g"]
 
     def _frame(self, frame: str | None) -> Frame:
         name = frame or self.end_effector

@@ -192,7 +192,7 @@ def planar_equations(tree: Tree, closure: Closure) -> list[LoopEquations]:
     """The equations of a closure whose loop is planar. ValueError with the reason where it is not."""
     a, b = tree.body_index(closure.link_a), tree.body_index(closure.link_b)
     path_a, path_b, ancestor = tree.branches(a, b)
-    basis = _plane_basis(tree, path_a + path_b, ancestor)
+    basis = plane_basis(tree, path_a + path_b, ancestor)
     ends = []
     for body, point, rotation in ((a, closure.point_a, closure.rotation_a), (b, closure.point_b, closure.rotation_b)):
         turned, origin = tree.zero_pose(body, ancestor)
@@ -223,7 +223,7 @@ def planar_equations(tree: Tree, closure: Closure) -> list[LoopEquations]:
     return equations
 
 
-def _plane_basis(tree: Tree, bodies: list[int], ancestor: int) -> Array:
+def plane_basis(tree: Tree, bodies: list[int], ancestor: int) -> Array:
     """Rows: two in-plane axes and the normal, in the ancestor's frame; the normal is the first revolute axis."""
     axes = [(tree.bodies[i], tree.zero_pose(i, ancestor)[0] @ tree.bodies[i].axis) for i in bodies]
     normals = [axis for body, axis in axes if body.type == "revolute"]

@@ -54,6 +54,10 @@ class Graph:
         self.blocks.append(Block(kind, size, arguments, body))
         return [Symbol(self, self._node(("block", len(self.blocks) - 1, k))) for k in range(outputs)]
 
+    def output(self, block: int, k: int) -> Symbol:
+        """The symbol for an output of a block."""
+        return Symbol(self, self._node(("block", block, k)))
+
     def operands(self, index: int) -> list[int]:
         """Nodes that a node is computed from."""
         op, a, b = self.nodes[index]

@@ -5,20 +5,42 @@ as it stands, on arrays (one array a scalar), or traced into a kernel. Chu (2020
 """
 
 from .closure import ACCELERATIONS, CLOSE
-from .dynamics import INVERSE_DYNAMICS, MINIMAL_FORM
+from .derivatives import forward_dynamics_derivatives, inverse_dynamics_derivatives
+from .dynamics import (
+    FORWARD_DYNAMICS,
+    INVERSE_DYNAMICS,
+    MINIMAL_FORM,
+    forward_dynamics,
+    inverse_dynamics,
+    minimal_form,
+    passive_forces,
+)
 from .kinematics import forward_kinematics, jacobian
-from .model import Inputs, Model, Program, closure_code, singular_code
+from .matrices import coriolis_matrix, spanning_terms
+from .model import MASS_SINGULAR, Inputs, Model, Program, closure_code, singular_code
+from .reactions import reactions
 
 __all__ = [
     "ACCELERATIONS",
     "CLOSE",
+    "FORWARD_DYNAMICS",
     "INVERSE_DYNAMICS",
+    "MASS_SINGULAR",
     "MINIMAL_FORM",
     "Inputs",
     "Model",
     "Program",
     "closure_code",
+    "coriolis_matrix",
+    "forward_dynamics",
+    "forward_dynamics_derivatives",
     "forward_kinematics",
+    "inverse_dynamics",
+    "inverse_dynamics_derivatives",
     "jacobian",
+    "minimal_form",
+    "passive_forces",
+    "reactions",
     "singular_code",
+    "spanning_terms",
 ]

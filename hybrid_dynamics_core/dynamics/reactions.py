@@ -1,0 +1,111 @@
+"""What pins, joints and the foundation have to bear, with names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from ..description.model import Array, Closure
+from ..mechanism.tree import Tree
+from .pins import Pin
+
+UNDEFINED = 1e-10  # share below which a pin's force would lose half its digits
+
+
+@dataclass(frozen=True, eq=False)
+class PinReaction:
+    """What a closure bears; a batch has a leading N. Base axes.
+
+    Attributes:
+        place: (3,) the pin [m].
+        force: (3,) [N] on link a, by link b.
+        moment: (3,) [N m] about the pin, on link a.
+        links: names of link a and link b.
+        silent: what the model cannot tell, since the rigid links do not settle how a closure and the joints of its loop
+            share it: it is taken to be borne by the joints, and is in their wrenches. In x, y, z of the pin: z is the
+            normal of a planar loop.
+        share: how well force and moment are told from the forces along the joints, 1 at best. They are NaN where this
+            is 0 to working precision: where all bars of a parallelogram are in line, a force along them could be any.
+    """
+
+    place: Array
+    force: Array
+    moment: Array
+    links: tuple[str, str]
+    silent: tuple[str, ...]
+    share: float | Array
+
+
+@dataclass(frozen=True, eq=False)
+class JointReaction:
+    """What a joint passes on to its link; a batch has a leading N. Base axes.
+
+    Attributes:
+        place: (3,) origin of the link that the joint carries [m].
+        force: (3,) [N] on that link, by the link before it.
+        moment: (3,) [N m] about the place. Along the joint's axis the force (moment) is that of the actuator less
+            friction, springs and what the rotor takes; zero for a passive joint without them.
+        links: names of the link before and of the link that the joint carries.
+    """
+
+    place: Array
+    force: Array
+    moment: Array
+    links: tuple[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Reactions:
+    """All reactions at a state and acceleration.
+
+    `tau`: (n,) actuator forces; `pins` by closure, `joints` by joint; `base`: (6,) force [N] and moment [N m] about
+    the base origin that the foundation exerts on the robot, base axes.
+    """
+
+    tau: Array
+    pins: Mapping[str, PinReaction]
+    joints: Mapping[str, JointReaction]
+    base: Array
+
+
+def named_reactions(
+    values: Mapping[str, Array], pins: Sequence[Pin], tree: Tree, closures: Sequence[Closure]
+) -> Reactions:
+    """The flat results of the program with their names; what no pin force settles becomes NaN."""
+    undefined = ~(values["pin_shares"] > UNDEFINED)
+    values["pin_shares"][np.isnan(values["pin_shares"]) & np.isfinite(values["tau"][..., :1])] = 0.0
+    for key in ("pin_forces", "pin_moments"):
+        values[key][undefined] = np.nan
+    for k, pin in enumerate(pins):
+        side_a, side_b, _ = tree.branches(pin.body_a, pin.body_b)
+        for i in (*side_a, *side_b):
+            for key in ("joint_forces", "joint_moments"):
+                values[key][..., i, :][undefined[..., k]] = np.nan
+    by_pin = {
+        pin.name: _pin(values, k, pin, closure) for k, (pin, closure) in enumerate(zip(pins, closures, strict=True))
+    }
+    joints = {
+        body.joint: JointReaction(
+            place=values["joint_places"][..., i, :],
+            force=values["joint_forces"][..., i, :],
+            moment=values["joint_moments"][..., i, :],
+            links=(tree.bodies[body.parent].name if body.parent >= 0 else tree.base, body.name),
+        )
+        for i, body in enumerate(tree.bodies)
+    }
+    return Reactions(values["tau"], MappingProxyType(by_pin), MappingProxyType(joints), values["base"])
+
+
+def _pin(values: Mapping[str, Array], k: int, pin: Pin, closure: Closure) -> PinReaction:
+    share = values["pin_shares"][..., k]
+    return PinReaction(
+        place=values["pin_places"][..., k, :],
+        force=values["pin_forces"][..., k, :],
+        moment=values["pin_moments"][..., k, :],
+        links=(closure.link_a, closure.link_b),
+        silent=pin.silent,
+        share=float(share) if share.ndim == 0 else share,
+    )

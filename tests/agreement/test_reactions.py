@@ -1,0 +1,135 @@
+"""Reactions against the balance of every link on its own, with the motion taken from Pinocchio."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from hybrid_dynamics_core import ClosedState, Loads, Payload, Reactions, Robot
+from tests.agreement.pinocchio_model import PinocchioRobot
+from tests.robots import ROBOTS, random_states, random_vector, robot, scaled
+
+WRENCH = np.array([40.0, -30.0, 20.0, 3.0, -2.0, 5.0])
+
+
+@cache
+def oracle(name: str) -> PinocchioRobot:
+    machine = robot(name)
+    return PinocchioRobot(machine.description, machine.coordinates)
+
+
+def inertia_wrenches(name: str, s: np.ndarray, ds: np.ndarray, dds: np.ndarray) -> dict[str, tuple]:
+    """By link: origin, and the force and moment about it that its motion needs, in base axes; no gravity."""
+    theirs = oracle(name)
+    model, data = theirs.model, theirs.data
+    pin.forwardKinematics(model, data, theirs.order(s), theirs.order(ds), theirs.order(dds))
+    result = {}
+    for link, (index, _) in theirs.frames.items():
+        if index == 0:
+            continue
+        inertia, v, a = model.inertias[index], data.v[index], data.a[index]
+        force = inertia * a + v.cross(inertia * v)
+        pose = data.oMi[index]
+        result[link] = (pose.translation, pose.rotation @ force.linear, pose.rotation @ force.angular)
+    return result
+
+
+def acting(
+    machine: Robot, state: ClosedState, reactions: Reactions, loads: Loads, link: str, origin: np.ndarray
+) -> tuple:
+    """Sum of forces on a link and of moments about its origin: joints, pins, weight, applied wrench."""
+    pose, own = machine.forward_kinematics(state, link), machine.description.links[link]
+    acts = [(own.mass * loads.gravity, np.zeros(3), pose.position + pose.rotation @ own.com)]
+    for sign, of_joint, of_pin in ((1.0, 1, 0), (-1.0, 0, 1)):
+        touching = [j for j in reactions.joints.values() if j.links[of_joint] == link]
+        touching += [p for p in reactions.pins.values() if p.links[of_pin] == link]
+        acts += [(sign * r.force, sign * r.moment, r.place) for r in touching]
+    for frame, wrench in loads.wrenches.items():
+        if machine._frame(frame).link == link:
+            acts.append((wrench.values[:3], wrench.values[3:], machine.forward_kinematics(state, frame).position))
+    return sum(f for f, _, _ in acts), sum(m + np.cross(place - origin, f) for f, m, place in acts)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_every_link_is_in_balance(name: str) -> None:
+    """Newton and Euler on each free body."""
+    machine = robot(name)
+    loads = machine.loads.with_wrench(WRENCH).with_wrench(-0.5 * WRENCH, machine.frames[-1])
+    for k, state in enumerate(random_states(name)):
+        ddu = random_vector(machine, k)
+        reactions = machine.reactions(state, ddu, loads)
+        needs = inertia_wrenches(name, state.s, state.ds, machine.accelerations(state, ddu))
+        size = max(np.abs(r.force).max() for r in (*reactions.joints.values(), *reactions.pins.values()))
+        for link, (origin, force, moment) in needs.items():
+            f, m = acting(machine, state, reactions, loads, link, origin)
+            assert np.abs(f - force).max() < 1e-10 * size
+            assert np.abs(m - moment).max() < 1e-10 * size
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_joints_without_drives_turn_freely(name: str) -> None:
+    """Along their axes the wrenches of active joints are tau, those of passive joints nothing."""
+    machine = robot(name)
+    for k, state in enumerate(random_states(name)):
+        ddu = random_vector(machine, k)
+        reactions = machine.reactions(state, ddu)
+        tau = machine.inverse_dynamics(state, ddu)
+        along = np.zeros(len(state.s))
+        for body in machine._model.tree.bodies:
+            reaction = reactions.joints[body.joint]
+            axis = machine.forward_kinematics(state, body.name).rotation @ body.axis
+            along[body.coordinate] = axis @ (reaction.moment if body.type == "revolute" else reaction.force)
+        size = max(np.abs(r.force).max() for r in reactions.joints.values())
+        assert scaled(reactions.tau - tau, tau) < 1e-12
+        assert np.abs(along[: state.n] - tau).max() < 1e-11 * size
+        assert np.abs(along[state.n :]).max(initial=0.0) < 1e-11 * size
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_reactions_do_no_work(name: str) -> None:
+    """Force times difference of the two links' speeds at the pin, moment times that of their turning."""
+    machine = robot(name)
+    for k, state in enumerate(random_states(name)):
+        reactions = machine.reactions(state, random_vector(machine, k))
+        for closure in reactions.pins.values():
+            twists = []
+            for link in closure.links:
+                twist = machine.jacobian(state, link) @ state.du if link != "base" else np.zeros(6)
+                arm = closure.place - (machine.forward_kinematics(state, link).position if link != "base" else 0)
+                twists.append((twist[:3] + np.cross(twist[3:], arm), twist[3:]))
+            (va, wa), (vb, wb) = twists
+            work = closure.force @ (va - vb) + closure.moment @ (wa - wb)
+            assert abs(work) < 1e-9 * max(np.abs(closure.force).max() + np.abs(closure.moment).max(), 1.0)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_foundation_bears_weight_and_inertia(name: str) -> None:
+    machine = robot(name)
+    for k, state in enumerate(random_states(name)):
+        ddu = random_vector(machine, k)
+        needs = inertia_wrenches(name, state.s, state.ds, machine.accelerations(state, ddu))
+        force, moment = np.zeros(3), np.zeros(3)
+        for link, (origin, f, m) in needs.items():
+            own, pose = machine.description.links[link], machine.forward_kinematics(state, link)
+            weight = own.mass * machine.loads.gravity
+            force += f - weight
+            moment += m + np.cross(origin, f) - np.cross(pose.position + pose.rotation @ own.com, weight)
+        base = machine.reactions(state, ddu).base
+        assert scaled(base - [*force, *moment], base) < 1e-11
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_batch_is_its_states(name: str) -> None:
+    machine, states = robot(name), random_states(name)
+    batch = machine.close(np.array([s.u for s in states]), np.array([s.du for s in states]))
+    loads = machine.loads.with_payload(Payload(3.0, [0.1, 0, 0]))
+    many = machine.reactions(batch, loads=loads)
+    for k, state in enumerate(states):
+        single = machine.reactions(state, loads=loads)
+        for name_, reaction in single.pins.items():
+            assert many.pins[name_].force[k] == pytest.approx(reaction.force, rel=1e-8, abs=1e-9)
+        for name_, joint in single.joints.items():
+            assert many.joints[name_].moment[k] == pytest.approx(joint.moment, rel=1e-8, abs=1e-8)
