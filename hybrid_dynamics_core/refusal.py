@@ -21,7 +21,10 @@ def refusal(model: Model, u: Array, signs: Array, code: int, distance: float, in
     k = (code - 1) // 2
     steps = model.plan.steps
     if k >= len(steps):
-        problem = "the loops close only with a frame turned half round; the configuration belongs to no assembly"
+        problem = (
+            "the loops do not close here as a whole: equations that should follow from the others are left open, "
+            "or a frame is turned half round; the mechanism cannot take this configuration"
+        )
         return ClosureError(problem, loop=steps[-1].name, index=index)
     if code != closure_code(k):
         return _singular(steps[k].name, distance, index)

@@ -145,6 +145,7 @@ class RobotDynamics(ClosingRobot):
             raise mass_singularity(mass, codes, self.active)
         for value in values.values():
             value[codes != 0] = np.nan
+        finite_where_good(values, codes)
         return values
 
     def _load_inputs(self, loads: Loads, rows: int | None) -> tuple[Loading, dict[str, Array]]:

@@ -21,7 +21,7 @@ from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import ok, try_shutdown
+from rclpy.utilities import ok, remove_ros_args, try_shutdown
 from sensor_msgs.msg import JointState
 
 from hybrid_dynamics_core import Robot, load
@@ -117,10 +117,16 @@ def make_executor() -> Executor:
     return EventsExecutor()
 
 
+USAGE = "usage: hybrid_dynamics_node --ros-args [-p robot:=NAME_OR_FILE] [--params-file FILE] [-r __node:=NAME]"
+
+
 def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM. Returns the exit code of the process."""
     # Outside a sourced ROS installation nothing says where packages are: in a plain environment, here.
     os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
+    leftover = remove_ros_args(sys.argv if args is None else args)[1:]
+    if leftover:
+        return _failed(ValueError(f"cannot use {' '.join(leftover)}; {USAGE}"))
     stop = threading.Event()
     for number in _STOP_SIGNALS:
         signal.signal(number, lambda *_: stop.set())
