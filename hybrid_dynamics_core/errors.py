@@ -71,3 +71,13 @@ class SingularityError(StateError):
     def __init__(self, message: str, *, loop: str, distance: float, index: int | None = None) -> None:
         self.distance = distance
         super().__init__(message, loop=loop, index=index)
+
+
+class MissingPackageError(HybridDynamicsError, ImportError):
+    """A package that only some functions need is not installed; `extra` is the extra that brings it."""
+
+    def __init__(self, package: str, extra: str, what: str) -> None:
+        self.extra = extra
+        super().__init__(
+            f"{what} need {package}: pip install {package}, or this package with its extra '{extra}'", name=package
+        )
