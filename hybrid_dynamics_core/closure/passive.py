@@ -24,6 +24,7 @@ class ClosedMotion:
     def __init__(
         self, tree: Tree, plan: ClosurePlan, u: Sequence[Scalar], branch: Sequence[Scalar], guess: Sequence[Scalar]
     ) -> None:
+        self._tree = tree
         self.given = plan.given
         self.size = len(tree.coordinates)
         self.steps = plan.steps
@@ -99,10 +100,15 @@ class ClosedMotion:
         return total
 
     def distances(self) -> list[Scalar]:
-        """Per step: distance to a singularity, 1 at best and 0 where J_z of the step is singular."""
+        """Per step: distance to a singularity, 1 at best and 0 where J_z of the step is singular.
+
+        A displacement counts in lengths of the loop, so the size of the robot does not matter.
+        """
         result = []
         parts = zip(self.steps, self.blocks, self._inverses, self.margins, strict=True)
         for step, block, inverse, margin in parts:
             closed_form = len(block) == 1 and not step.iterates
-            result.append(sqrt(margin) if closed_form else inverse.conditioning(block))
+            length = max(equation.loop.length for equation in step.equations)
+            units = [1.0 if self._tree.is_revolute(k) else length for k in step.unknowns]
+            result.append(sqrt(margin) if closed_form else inverse.conditioning(block, units))
         return result

@@ -73,6 +73,8 @@ class _Names:
                     ("frames", name), f"'{name}' is also the name of a link; frames need names of their own"
                 )
             self._require(frame["link"], self.places, ("frames", name, "link"), "link or frame")
+        for name in self.frames:
+            self._carrier(name)
         self._require(self.document.data["end_effector"]["link"], self.places, ("end_effector", "link"), "link")
 
     def _joints(self) -> None:
@@ -111,9 +113,13 @@ class _Names:
 
     def _carrier(self, name: str) -> str:
         """The link under a frame."""
-        for _ in self.frames:
-            if name in self.frames and self.frames[name]["link"] != name:
-                name = self.frames[name]["link"]
+        seen: list[str] = []
+        while name in self.frames and self.frames[name]["link"] != name:
+            if name in seen:
+                problem = f"stands on itself: {' on '.join([*seen, name])}"
+                raise self.document.error(("frames", name), problem)
+            seen.append(name)
+            name = self.frames[name]["link"]
         return name
 
     def _reaches_base(self, link: str) -> None:

@@ -24,8 +24,9 @@ class Transform:
 
     def __matmul__(self, inner: Transform) -> Transform:
         """The pose of `inner`, which is given in this frame, in the frame around."""
-        rotation = inner.rotation if self.rotation is IDENTITY else snapped(self.rotation @ inner.rotation)
-        return Transform(rotation, self.point(inner.translation))
+        if self.is_identity():
+            return inner
+        return Transform(snapped(self.rotation @ inner.rotation), self.point(inner.translation))
 
     def point(self, point: Array) -> Array:
         """A point of this frame in the frame around."""

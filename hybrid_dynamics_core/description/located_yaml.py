@@ -6,6 +6,7 @@ import re
 from typing import Any
 
 import yaml
+from yaml.reader import ReaderError
 
 from ..errors import DescriptionError
 from .document import Document, File, Path_, dotted
@@ -45,7 +46,7 @@ class _Reader:
         self._count = 0
 
     def document(self) -> Document:
-        loader = _Loader(self.text)
+        loader = self._loader()
         try:
             node = loader.get_single_node()
             data = None if node is None else self._read(loader, node, ())
@@ -61,6 +62,14 @@ class _Reader:
         finally:
             loader.dispose()
         return Document(data, self.file, self._lines)
+
+    def _loader(self) -> _Loader:
+        try:
+            return _Loader(self.text)
+        except ReaderError as error:
+            line = self.text[: error.position].count("\n") + 1
+            problem = f"not valid YAML: the character U+{ord(self.text[error.position]):04X} is not allowed"
+            raise DescriptionError(problem, file=self.file, line=line) from error
 
     def _read(self, loader: _Loader, node: yaml.Node, path: Path_) -> Any:
         self._count += 1

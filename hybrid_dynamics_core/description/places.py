@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from ..errors import DescriptionError
 from .document import Path_
 from .geometry import Transform
 from .model import Frame
@@ -18,34 +17,31 @@ class Places:
 
     def __init__(self, numbers: Numbers) -> None:
         data = numbers.document.data
-        self._document = numbers.document
         self._own: dict[str, Transform] = {}
-        self._on: dict[str, tuple[str, Transform, Path_]] = {}
+        self._on: dict[str, tuple[str, Transform]] = {}
         for name, entry in data.get("frames", {}).items():
             path: Path_ = ("frames", name)
             if name == entry["link"]:
                 self._own[name] = numbers.pose(entry, path)
             else:
-                self._on[name] = (entry["link"], numbers.pose(entry, path), path)
+                self._on[name] = (entry["link"], numbers.pose(entry, path))
         for name, entry in data.get("joints", {}).items():
             if entry["type"] == "fixed":
                 path = ("joints", name)
                 pose = numbers.pose(entry.get("origin", {}), (*path, "origin"))
-                self._on[entry["child"]] = (entry["parent"], pose @ self._own.pop(entry["child"], Transform()), path)
+                self._on[entry["child"]] = (entry["parent"], pose @ self._own.pop(entry["child"], Transform()))
 
     def is_fixed(self, link: str) -> bool:
         """Whether the name stands on another link at a constant pose."""
         return link in self._on
 
-    def place(self, name: str, seen: tuple[str, ...] = ()) -> tuple[str, Transform]:
-        """The moving link under a name and the pose on it. A name that is not known stands for itself."""
-        if name not in self._on:
-            return name, self._own.get(name, Transform())
-        parent, pose, path = self._on[name]
-        if name in seen:
-            raise self._cycle(path, (*seen, name))
-        link, outer = self.place(parent, (*seen, name))
-        return link, outer @ pose
+    def place(self, name: str) -> tuple[str, Transform]:
+        """The moving link under a name and the pose on it."""
+        pose = Transform()
+        while name in self._on:
+            name, outer = self._on[name]
+            pose = outer @ pose
+        return name, self._own.get(name, Transform()) @ pose
 
     def frame(self, name: str, pose: Transform | None = None) -> Frame:
         """The frame with this name, or one at a pose on it."""
@@ -53,6 +49,3 @@ class Places:
         if pose is not None:
             transform = transform @ pose
         return Frame(link, transform.rotation, transform.translation)
-
-    def _cycle(self, path: Path_, names: tuple[str, ...]) -> DescriptionError:
-        return self._document.error(path, f"stands on itself: {' on '.join(names)}")

@@ -37,7 +37,7 @@ def check_schema(document: Document, part: str = "") -> None:
         return
     path: Path_ = tuple(error.absolute_path)
     extra = _extra_key(error)
-    raise document.error((*path, extra) if extra else path, _words(error, extra))
+    raise document.error(path if extra is None else (*path, extra), _words(error, extra))
 
 
 def _relevance(error: Any) -> Any:
@@ -58,17 +58,17 @@ def _plain(name: str) -> str:
     return "".join(c for c in letters if not unicodedata.combining(c)).casefold()
 
 
-def _extra_key(error: Any) -> str:
+def _extra_key(error: Any) -> str | None:
     if error.validator != "additionalProperties" or error.schema.get("additionalProperties") is not False:
-        return ""
+        return None
     return next(str(key) for key in error.instance if key not in error.schema.get("properties", {}))
 
 
 _KINDS = {"object": "a mapping", "array": "a list", "string": "text", "number": "a number"}
 
 
-def _words(error: Any, extra: str) -> str:
-    if extra:
+def _words(error: Any, extra: str | None) -> str:
+    if extra is not None:
         known = list(error.schema.get("properties", {}))
         return f"unknown key{nearest(extra, known)}; known keys: {', '.join(known)}"
     told = error.absolute_path and "description" in error.schema
@@ -89,7 +89,9 @@ def _say_type(error: Any) -> str:
 
 def _say_size(error: Any) -> str:
     wanted = error.schema.get("minItems", error.schema.get("minProperties"))
-    return f"has {len(error.instance)} entries; expected {wanted}"
+    split = isinstance(error.instance, list) and any(str(v).count("(") != str(v).count(")") for v in error.instance)
+    hint = "; put an expression with a comma in quotes" if split else ""
+    return f"has {len(error.instance)} entries; expected {wanted}{hint}"
 
 
 _SAY: dict[str, Callable[[Any], str]] = {

@@ -9,8 +9,8 @@ import pinocchio as pin
 import pytest
 
 from hybrid_dynamics_core import DescriptionError
-from hybrid_dynamics_core.description import RobotDescription, read_description, read_urdf
-from tests.description.oracle import close, frame_pose, freedom, gaps
+from hybrid_dynamics_core.description import read_description, read_urdf
+from tests.description.oracle import close, frame_pose, freedom, gaps, mass_matrix
 
 
 def body(name: str, mass: float, com: str = "0 0 0", rpy: str = "0 0 0", more: str = "") -> str:
@@ -68,24 +68,6 @@ def pinocchio_state(text: str, s: dict[str, float]) -> tuple[pin.Model, pin.Data
     pin.framesForwardKinematics(model, data, q)
     pin.crba(model, data, q)
     return model, data
-
-
-def mass_matrix(robot: RobotDescription, s: dict[str, float], names: list[str]) -> np.ndarray:
-    """From the kinetic energy of every link, with central differences of its pose."""
-    h, total = 1e-6, np.zeros((len(names), len(names)))
-    for link in robot.links.values():
-        if link.name == robot.base:
-            continue
-        linear, angular = [], []
-        turn = frame_pose(robot, link.name, s)[:3, :3]
-        for name in names:
-            a, b = (frame_pose(robot, link.name, {**s, name: s[name] + d}) for d in (h, -h))
-            linear.append((a @ [*link.com, 1] - b @ [*link.com, 1])[:3] / (2 * h))
-            rate = turn.T @ (a - b)[:3, :3] / (2 * h)
-            angular.append([rate[2, 1], rate[0, 2], rate[1, 0]])
-        jv, jw = np.array(linear).T, np.array(angular).T
-        total += link.mass * jv.T @ jv + jw.T @ link.inertia @ jw
-    return total
 
 
 def test_poses_and_masses_are_pinocchios(tmp_path: Path) -> None:
