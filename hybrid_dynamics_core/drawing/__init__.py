@@ -11,21 +11,20 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
 from ..errors import InputError, MissingPackageError
 from ..robot import Robot
 from ..state import ClosedState
+from .options import Names, known_names
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 __all__ = ["draw", "draw_modes", "draw_on"]
-
-Names = Literal["none", "active", "joints", "all"]
 
 
 def draw(
@@ -46,7 +45,7 @@ def draw(
     _need_matplotlib()
     from .figure import robot_figure, save  # noqa: PLC0415  needs Matplotlib
 
-    figure = robot_figure(robot, state, _known(names), title)
+    figure = robot_figure(robot, state, known_names(names), title)
     if path is not None:
         save(figure, Path(path))
     return figure
@@ -58,7 +57,7 @@ def draw_on(axes: Axes, robot: Robot, state: ClosedState | None = None, *, names
     from .picture import limits_of, make_scene, paint_scene  # noqa: PLC0415
 
     scene = make_scene(robot, state)
-    paint_scene(axes, scene, _known(names), limits_of(scene))
+    paint_scene(axes, scene, known_names(names), limits_of(scene))
 
 
 def draw_modes(
@@ -84,17 +83,10 @@ def draw_modes(
     if not modes:
         raise InputError(f"{robot.name} has no assembly mode at these active coordinates: its loops do not close")
     own = robot.close(u, check=False).branch
-    figure = modes_figure(robot, modes[:most], own, _known(names), title)
+    figure = modes_figure(robot, modes[:most], own, known_names(names), title)
     if path is not None:
         save(figure, Path(path))
     return figure
-
-
-def _known(names: Names) -> Names:
-    known = Names.__args__  # type: ignore[attr-defined]
-    if names not in known:
-        raise InputError(f"names: '{names}' is none of {', '.join(known)}")
-    return names
 
 
 def _need_matplotlib() -> None:

@@ -68,9 +68,13 @@ def _attach_slides(skeleton: Skeleton, found: dict[str, Attached], group: Group)
         child.fixed.append(group.last.point)
     if group.kind != "prismatic":
         return
-    cylinder = _cylinder(skeleton, joint, parent.fixed, child.fixed + child.ends)
+    grounded = joint.parent == skeleton.base
+    cylinder = None if grounded else _cylinder(skeleton, joint, parent.fixed, child.fixed + child.ends)
     if cylinder is None:
-        parent.fixed.append(joint.start)
+        ends = rail(joint)
+        way = (ends - joint.start) @ joint.axis
+        held = way.mean() if grounded else np.clip(0.0, *way)
+        parent.fixed.append(joint.start + held * joint.axis)
         child.fixed.append(joint.point)
     else:
         parent.barrels.append(cylinder)
@@ -89,6 +93,13 @@ def _cylinder(skeleton: Skeleton, joint: PlacedJoint, feet: Sequence[Array], end
     if not pairs or max(lengths) < 0.02 * size:
         return None
     return Cylinder(joint, *pairs[int(np.argmax(lengths))])
+
+
+def rail(joint: PlacedJoint) -> Array:
+    """(2, 3) ends of the way of a prismatic joint: its limits, or from zero to where it is [m]."""
+    way = [float((joint.point - joint.start) @ joint.axis)]
+    way += [limit for limit in joint.limits if np.isfinite(limit)] or [0.0]
+    return np.asarray(joint.start + np.outer([min(way), max(way)], joint.axis))
 
 
 def extent(skeleton: Skeleton) -> float:

@@ -14,15 +14,16 @@ from .style import INK, STEEL
 
 
 def ground_outlines(scene: Scene) -> list[Array]:
-    """(4, 2) each: the rectangle that the ground at one place of the base takes; its first row is the place held."""
+    """(5, 2) each: what the ground at one place of the base takes, from the place that it holds round."""
     unit = scene.unit
     outlines = []
     for point in scene.ground:
         x, y = scene.view.flat(point)
         down = -1.0 if _rises(scene, point) else 1.0
-        drop = 3.0 * unit if _is_pivot(scene, point) else 1.3 * unit
+        drop = (3.0 if _is_pivot(scene, point) else 1.3 if _hinges(scene, point) else 0.5) * unit
         foot, low = y + down * drop, y + down * (drop + 1.1 * unit)
-        outlines.append(np.array([[x, y], [x - 3.6 * unit, foot], [x - 3.6 * unit, low], [x + 3.6 * unit, low]]))
+        left, right = x - 3.6 * unit, x + 3.6 * unit
+        outlines.append(np.array([[x, y], [left, foot], [left, low], [right, low], [right, foot]]))
     return outlines
 
 
@@ -30,7 +31,7 @@ def draw_ground(axes: Axes, scene: Scene) -> None:
     """Hatched ground at every place where the base of a planar mechanism is held."""
     unit, owner = scene.unit, f"link:{scene.skeleton.base}"
     for k, (point, outline) in enumerate(zip(scene.ground, ground_outlines(scene), strict=True)):
-        (x, y), (left, foot), (_, low), (right, _) = outline
+        (x, y), (left, foot), _, (right, low), _ = outline
         gid = owner if k == 0 else f"{owner}.{k + 1}"
         if _is_pivot(scene, point):
             corners = [[x, y], [x - 1.8 * unit, foot], [x + 1.8 * unit, foot]]
@@ -44,10 +45,15 @@ def draw_ground(axes: Axes, scene: Scene) -> None:
         axes.add_collection(hatch)
 
 
+def _hinges(scene: Scene, point: Array) -> list[Array]:
+    """Axes of the hinges that stand at a place of the base."""
+    own = [j for j in scene.skeleton.joints if j.parent == scene.skeleton.base and j.type == "revolute"]
+    return [j.axis for j in own if np.linalg.norm(j.start - point) < scene.unit]
+
+
 def _is_pivot(scene: Scene, point: Array) -> bool:
     """Whether a hinge with its axis towards the viewer stands here."""
-    own = [j for j in scene.skeleton.joints if j.parent == scene.skeleton.base]
-    return any(np.linalg.norm(j.start - point) < scene.unit and abs(j.axis @ scene.view.toward) > 0.5 for j in own)
+    return any(abs(axis @ scene.view.toward) > 0.5 for axis in _hinges(scene, point))
 
 
 def _rises(scene: Scene, point: Array) -> bool:

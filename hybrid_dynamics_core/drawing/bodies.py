@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from ..description.model import Array
-from .attach import Attached
+from .attach import Attached, rail
 from .parts import Part, Role, stub
 from .points import distinct, ends_of, rank
 from .skeleton import PlacedJoint
@@ -62,13 +62,9 @@ def _plate(points: Array) -> Array:
 
 def slide_parts(joint: PlacedJoint, unit: float) -> list[Part]:
     """A prismatic joint that is no cylinder: a block on a rail."""
-    lower, upper = (np.array(limit) if np.isfinite(limit) else None for limit in joint.limits)
-    ends = [joint.start, joint.point]
-    ends += [joint.start + limit * joint.axis for limit in (lower, upper) if limit is not None]
-    way = [float((end - joint.start) @ joint.axis) for end in ends]
-    rail = joint.start + np.outer([min(way) - 3.0 * unit, max(way) + 3.0 * unit], joint.axis)
+    ends = rail(joint) + np.outer([-3.0 * unit, 3.0 * unit], joint.axis)
     owner = f"joint:{joint.name}"
     return [
-        Part(owner, "rail", rail, 0.4 * unit, joint.axis, (joint.parent,)),
+        Part(owner, "rail", ends, 0.4 * unit, joint.axis, (joint.parent,)),
         Part(owner, "block", stub(joint.point, joint.axis, 1.7 * unit), 1.2 * unit, joint.axis, (joint.child,)),
     ]

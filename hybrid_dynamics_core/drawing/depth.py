@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from ..description.model import Array
 from .parts import Part, Role
 from .scene import Scene
 from .view import View
@@ -54,5 +55,14 @@ def _joined(part: Part, parts: Sequence[Part], reach: float, view: View) -> list
         if (other.role not in _SYMBOLS or (part.role == "rod" and other.role == "collar"))
         and set(other.links) & set(part.links)
         and not (part.role == "collar" and other.role == "rod" and _faces(other, view))
-        and np.linalg.norm(other.points - middle, axis=1).min() < reach
+        and _distance(other.points, middle) < reach
     ]
+
+
+def _distance(points: Array, place: Array) -> float:
+    """From a place to the nearest of the points, or to the line between two of them."""
+    if len(points) == 2:
+        way = points[1] - points[0]
+        share = np.clip((place - points[0]) @ way / max(float(way @ way), 1e-18), 0.0, 1.0)
+        points = points[:1] + share * way
+    return float(np.linalg.norm(points - place, axis=1).min())

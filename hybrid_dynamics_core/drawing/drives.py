@@ -9,7 +9,7 @@ from matplotlib.path import Path
 
 from ..description.model import Array
 from .attach import Cylinder
-from .parts import Part, across_axis, stub
+from .parts import across_axis, stub
 from .skeleton import PlacedJoint
 from .symbols import Stroke
 from .view import View
@@ -36,9 +36,9 @@ def turn_arrow(joint: PlacedJoint, view: View, unit: float, shell: int) -> Strok
 
 
 def travel_arrow(
-    joint: PlacedJoint, cylinder: Cylinder | None, view: View, unit: float, parts: Sequence[Part]
+    joint: PlacedJoint, cylinder: Cylinder | None, view: View, unit: float, covered: Sequence[Path]
 ) -> Stroke:
-    """A double arrow beside a prismatic joint, on the side and at the place where it covers least."""
+    """A double arrow beside a prismatic joint, on the side and at the place where it covers least of outlines."""
     sideways = np.cross(view.toward, joint.axis)
     sideways /= max(float(np.linalg.norm(sideways)), 1e-9)
     middles = [joint.point]
@@ -49,7 +49,6 @@ def travel_arrow(
     choices = [
         stub(middle + side * _BESIDE * unit * sideways, joint.axis, half) for middle in middles for side in (1.0, -1.0)
     ]
-    covered = [Path(part.outline(view)) for part in parts if part.radius > 0.0]
     costs = [_covering(view, choice, covered) + 0.1 * k for k, choice in enumerate(choices)]
     return Stroke(f"drive:{joint.name}", "travel", choices[int(np.argmin(costs))])
 

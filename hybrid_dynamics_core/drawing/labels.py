@@ -42,8 +42,6 @@ class Labeller:
         self.origin = np.array([box.x0, box.y0])
         shape = np.maximum(np.ceil(np.array([box.height, box.width]) / _CELL).astype(int), 1)
         self.grid = np.zeros(tuple(shape))
-        rows, columns = np.indices(self.grid.shape)
-        self._centres = np.stack([columns.ravel() + 0.5, rows.ravel() + 0.5], axis=1)
         for outline, weight in covered:
             self._cover(self._cells(outline), weight)
 
@@ -57,8 +55,13 @@ class Labeller:
 
     def _cover(self, outline: Array, weight: float) -> None:
         if len(outline) > 2:
-            inside = Path(outline).contains_points(self._centres, radius=0.0).reshape(self.grid.shape)
-            self.grid[inside] = np.maximum(self.grid[inside], weight)
+            low = np.maximum(np.floor(outline.min(axis=0)).astype(int), 0)
+            high = np.maximum(np.ceil(outline.max(axis=0)).astype(int), low)
+            cells = self.grid[low[1] : high[1], low[0] : high[0]]
+            rows, columns = np.indices(cells.shape)
+            centres = np.stack([columns.ravel() + 0.5, rows.ravel() + 0.5], axis=1) + low
+            inside = Path(outline).contains_points(centres).reshape(cells.shape)
+            cells[inside] = np.maximum(cells[inside], weight)
         steps = np.concatenate(
             [np.linspace(a, b, 12) for a, b in zip(outline, np.roll(outline, -1, axis=0), strict=True)]
         )

@@ -104,6 +104,6 @@ def subtitle(scene: Scene) -> str:
     """One line: how many joints of which kind, how many loops."""
     active = sum(j.active for j in scene.skeleton.joints)
     passive, loops = len(scene.skeleton.joints) - active, len(scene.skeleton.closures)
-    if not loops:
-        return f"{active} active joints"
-    return f"{active} active and {passive} passive joints, {loops} loop{'s' * (loops != 1)}"
+    if not passive:
+        return f"{active} active joint{'s' * (active != 1)}"
+    return f"{active} active and {passive} passive joint{'s' * (passive != 1)}, {loops} loop{'s' * (loops != 1)}"

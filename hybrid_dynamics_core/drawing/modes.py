@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from ..assembly import AssemblyMode
 from ..robot import Robot
 from .layout import axes_at, framed
-from .names import Names
+from .options import Names
 from .picture import limits_of, make_scene, paint_scene
 from .style import INK, QUIET, STYLE
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, Literal
+from typing import Any, Final
 
-from ..description.model import Array
+import numpy as np
+
 from .labels import Label
+from .options import Names
 from .scene import Scene
 from .style import INK, PURPLE, QUIET, RED, deep, mix
-
-Names = Literal["none", "active", "joints", "all"]
 
 _PILL: Final = mix(RED, INK, 0.12)
 _BOX: Final = {"boxstyle": "round,pad=0.28,rounding_size=0.6", "facecolor": _PILL, "edgecolor": "none"}
@@ -21,9 +21,7 @@ def name_labels(scene: Scene, names: Names) -> list[Label]:
     """Active joints, then the end effector, then what else is asked for: passive joints, links."""
     if names == "none":
         return []
-    anchors, unit = _drives(scene), scene.unit
-    active = [joint.name for joint in scene.skeleton.joints if joint.active]
-    labels = [Label(name, anchors[name], 2.0 * unit, _DRIVEN, f"name:{name}", _PILL) for name in active]
+    unit, labels = scene.unit, _active(scene)
     tip = scene.skeleton.tip
     own = {**_QUIET, "color": PURPLE}
     labels.append(Label(tip.name, scene.view.flat(tip.point), unit, own, f"name:{tip.name}", PURPLE))
@@ -32,14 +30,16 @@ def name_labels(scene: Scene, names: Names) -> list[Label]:
     return labels + (_links(scene) if names == "all" else [])
 
 
-def _drives(scene: Scene) -> dict[str, Array]:
-    """By active joint, the middle of its arrow."""
-    found: dict[str, Array] = {}
+def _active(scene: Scene) -> list[Label]:
+    """A label beside the arrow of every active joint."""
+    labels = []
     for stroke in scene.strokes:
         if stroke.role in ("turn", "travel"):
-            flat = scene.view.flat(stroke.points)
-            found[stroke.owner.removeprefix("drive:")] = 0.5 * (flat.min(axis=0) + flat.max(axis=0))
-    return found
+            flat, name = scene.view.flat(stroke.points), stroke.owner.removeprefix("drive:")
+            middle = 0.5 * (flat.min(axis=0) + flat.max(axis=0))
+            clear = 1.3 * scene.unit if stroke.role == "travel" else 0.5 * float(np.ptp(flat, axis=0).max())
+            labels.append(Label(name, middle, clear, _DRIVEN, f"name:{name}", _PILL))
+    return labels
 
 
 def _passive(scene: Scene) -> list[Label]:

@@ -58,8 +58,8 @@ class Painter:
             self._add(f"{part.owner}.light", _shrunk(outline, 0.3, 0.28), mix(face, WHITE, 0.75), "none")
         if cap is None or part.role not in _CAPPED:
             return
-        oblique = part.axis is not None and abs(part.axis @ self.view.toward) < 0.95
-        self._add(f"{part.owner}.cap", cap, mix(face, WHITE, 0.35) if oblique else face, edge, 0.8 * width)
+        if part.axis is not None and abs(part.axis @ self.view.toward) < 0.999:  # otherwise it is the outline
+            self._add(f"{part.owner}.cap", cap, mix(face, WHITE, 0.35), edge, 0.8 * width)
         if part.role == "pin" or (part.role == "hinge" and active):
             self._add(f"{part.owner}.dot", _shrunk(cap, 0.34, 0.0), edge if part.role == "pin" else WHITE, "none")
 

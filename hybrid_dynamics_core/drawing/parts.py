@@ -13,7 +13,7 @@ from .view import UP, View
 Role = Literal[
     "plate", "bar", "rod", "barrel", "block", "rail", "hinge", "collar", "ball", "cross", "pin", "weld", "base"
 ]
-_AROUND = np.linspace(0.0, 2.0 * np.pi, 33)[:-1]
+_AROUND = np.linspace(0.0, 2.0 * np.pi, 29)[:-1]
 _CIRCLE = np.stack([np.cos(_AROUND), np.sin(_AROUND)], axis=1)
 
 

@@ -11,7 +11,8 @@ from ..state import ClosedState
 from .backdrop import draw_ground, draw_loops, ground_outlines
 from .floor import base_axes, draw_floor, floor_corners
 from .labels import Labeller
-from .names import Names, name_labels
+from .names import name_labels
+from .options import Names
 from .paint import Painter
 from .scene import Scene, build_scene
 from .skeleton import place
@@ -42,7 +43,7 @@ def paint_scene(axes: Axes, scene: Scene, names: Names, limits: Array) -> None:
         for stroke in base_axes(scene):
             painter.arrow(stroke)
     _fill(axes, limits)
-    covered = painter.covered + [(outline[1:], 1.0) for outline in ground_outlines(scene)]
+    covered = painter.covered + [(outline, 1.0) for outline in ground_outlines(scene)]
     Labeller(axes, covered).place(name_labels(scene, names))
 
 

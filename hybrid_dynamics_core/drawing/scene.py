@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.path import Path
 
 from ..description.model import Array, Loop, RobotDescription
-from .attach import Attached, Cylinder, attach, extent
+from .attach import Attached, Cylinder, attach, extent, rail
 from .bodies import link_parts, shapes, slide_parts
 from .drives import travel_arrow, turn_arrow
 from .groups import Group, group_joints
@@ -20,6 +21,7 @@ from .symbols import Mark, Stroke, closure_marks, joint_marks, triad
 from .view import UP, View
 
 _UNIT = 0.0125  # radius of a joint, of the size of the picture
+_SMALLEST = 0.1  # [m] size of the picture of a robot that is one point
 _TRIAD = 0.075  # length of the end effector's axes
 
 
@@ -41,18 +43,19 @@ def build_scene(description: RobotDescription, skeleton: Skeleton, view: View, u
     """Turn a skeleton into marks; `unit` as in another scene, or such that it suits this one."""
     if view.planar:
         skeleton = skeleton.pressed(view.toward)
-    if unit is None:
-        width, height = np.ptp(view.flat(skeleton.points), axis=0)
-        unit = _UNIT * max(float(width), 1.25 * float(height), 1e-6)
     groups = group_joints(skeleton)
     attached = attach(skeleton, groups)
     cylinders = {c.joint.name: c for what in attached.values() for c in what.barrels}
+    slides = [g.first for g in groups if g.kind == "prismatic" and g.first.name not in cylinders]
+    if unit is None:
+        points = view.flat(np.vstack([skeleton.points, *(rail(joint) for joint in slides)]))
+        width, height = np.ptp(points, axis=0)
+        unit = _UNIT * (max(float(width), 1.25 * float(height)) or _SMALLEST)
     marks: list[Mark] = [*_bodies(skeleton, groups, attached, unit)]
+    for joint in slides:
+        marks += slide_parts(joint, unit)
     for group in groups:
-        cylinder = cylinders.get(group.first.name)
-        if group.kind == "prismatic" and cylinder is None:
-            marks += slide_parts(group.first, unit)
-        marks += joint_marks(group, cylinder, view, unit)
+        marks += joint_marks(group, cylinders.get(group.first.name), view, unit)
     hinges = [joint.point for joint in skeleton.joints if joint.type == "revolute"]
     for closure in skeleton.closures:
         marks += closure_marks(closure, _normal(skeleton, closure), hinges, unit)
@@ -84,11 +87,12 @@ def _drives(
     skeleton: Skeleton, cylinders: Mapping[str, Cylinder], view: View, unit: float, parts: Sequence[Part]
 ) -> list[Stroke]:
     """An arrow for every active joint; arrows round one place get growing radii."""
+    covered = [Path(part.outline(view)) for part in parts]
     strokes: list[Stroke] = []
     turned: list[Array] = []
     for joint in skeleton.joints:
         if joint.active and joint.type == "prismatic":
-            strokes.append(travel_arrow(joint, cylinders.get(joint.name), view, unit, parts))
+            strokes.append(travel_arrow(joint, cylinders.get(joint.name), view, unit, covered))
         elif joint.active:
             shell = sum(float(np.linalg.norm(joint.point - place)) < unit for place in turned)
             turned.append(joint.point)

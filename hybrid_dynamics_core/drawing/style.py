@@ -34,9 +34,6 @@ STYLE: Final[dict[Any, Any]] = {
     "axes.grid": True,
     "axes.axisbelow": True,
     "axes.linewidth": 0.8,
-    "axes3d.xaxis.panecolor": "#f7f8fa",
-    "axes3d.yaxis.panecolor": "#f7f8fa",
-    "axes3d.zaxis.panecolor": "#eef1f4",
     "grid.color": GRID,
     "grid.linewidth": 0.6,
     "hatch.linewidth": 0.7,
@@ -46,6 +43,12 @@ STYLE: Final[dict[Any, Any]] = {
     "lines.solid_capstyle": "round",
     "mathtext.fontset": "dejavusans",
     "svg.hashsalt": "hybrid_dynamics",  # the same drawing gives the same file
+}
+
+PANES: Final[dict[Any, Any]] = {  # of three-dimensional axes, from Matplotlib 3.7
+    "axes3d.xaxis.panecolor": "#f7f8fa",
+    "axes3d.yaxis.panecolor": "#f7f8fa",
+    "axes3d.zaxis.panecolor": "#eef1f4",
 }
 
 
