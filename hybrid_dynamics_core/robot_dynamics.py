@@ -19,6 +19,7 @@ from .dynamics.loads import Loads, described_loads
 from .dynamics.mass import mass_singularity
 from .dynamics.pins import Pin, find_pins
 from .dynamics.reactions import Reactions, named_reactions
+from .inputs import finite_where_good
 from .robot_closure import ClosingRobot
 from .state import ClosedState
 

@@ -124,9 +124,6 @@ def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM. Returns the exit code of the process."""
     # Outside a sourced ROS installation nothing says where packages are: in a plain environment, here.
     os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
-    leftover = remove_ros_args(sys.argv if args is None else args)[1:]
-    if leftover:
-        return _failed(ValueError(f"cannot use {' '.join(leftover)}; {USAGE}"))
     stop = threading.Event()
     for number in _STOP_SIGNALS:
         signal.signal(number, lambda *_: stop.set())
@@ -136,6 +133,7 @@ def main(args: list[str] | None = None) -> int:
     except RuntimeError as error:  # wrong ROS arguments
         return _failed(error)
     try:
+        _refuse_others(remove_ros_args(sys.argv if args is None else args)[1:])
         _run(stop)
     except (HybridDynamicsError, ParameterError, ParameterException, OSError) as error:
         return _failed(error)
@@ -145,6 +143,12 @@ def main(args: list[str] | None = None) -> int:
         for number in _STOP_SIGNALS:
             signal.signal(number, signal.SIG_IGN)
     return 0
+
+
+def _refuse_others(arguments: list[str]) -> None:
+    """A word that is no ROS argument would be left out in silence, and another robot started than was meant."""
+    if arguments:
+        raise ParameterError(f"cannot use {' '.join(arguments)}; {USAGE}")
 
 
 def _failed(error: Exception) -> int:
