@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .closure.newton_step import NewtonStep
 from .description.model import Array
 from .kernels.run import Codes
 from .programs import Model
@@ -29,8 +28,9 @@ class Closer:
 
     def __init__(self, model: Model, run: RunClose) -> None:
         self.given = list(model.plan.given)
-        self.iterates = any(isinstance(step, NewtonStep) for step in model.plan.steps)
+        self.iterates = any(step.iterates for step in model.plan.steps)
         self._reference = np.array(model.plan.reference.q, dtype=float)
+        self._turns = np.array([model.tree.is_revolute(k) for k in range(len(self._reference))])
         self._run = run
 
     def close(self, u: Array, du: Array, signs: Array, start: Start | None) -> tuple[Values, Codes]:
@@ -38,9 +38,10 @@ class Closer:
         if start is None and not self.iterates:
             return self._run(u, du, signs, self._reference)
         start = start or self.reference(signs)
-        predicted = self._predicted(start, u)
+        move = u - start.s[..., self.given]
+        predicted = _mapped(start.velocity_map, move)
         values, codes = self._run(u, du, signs, start.s + predicted)
-        rough = ~smooth(values["s"] - start.s, predicted)
+        rough = ~smooth(values["s"] - start.s, predicted, _mapped(values["R"], move), self._turns)
         # a closed form that fails has no answer; an iteration may only have been started too far off
         rough = rough | (codes != 0) if self.iterates else rough & (codes == 0)
         if not np.any(rough):
@@ -81,12 +82,14 @@ class Closer:
         values, _ = self.at(self._reference, signs)
         return Start(values["s"], values["R"])
 
-    def _predicted(self, start: Start, u: Array) -> Array:
-        moved: Array = np.einsum("...ij,...j->...i", start.velocity_map, u - start.s[..., self.given])
-        return moved
-
     def _follow(self, start: Array, ends: Array, signs: Array) -> Tracked:
         def close(at: Array, guess: Array) -> tuple[Values, Codes]:
             return self._run(at, np.zeros_like(at), signs, guess)
 
-        return track(close, start, start[:, self.given], ends)
+        return track(close, start, start[:, self.given], ends, self._turns)
+
+
+def _mapped(velocity_map: Array, move: Array) -> Array:
+    """R du, one state or many."""
+    moved: Array = np.einsum("...ij,...j->...i", velocity_map, move)
+    return moved

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from .closure.newton_step import NewtonStep
 from .closure.plan import given_posture
 from .closure.posture import Posture
 from .closure.reach import allowed_range
@@ -44,6 +45,10 @@ def _singular(loop: str, distance: float, index: int | None) -> SingularityError
 def _open(model: Model, step: Step, posture: Posture, index: int | None) -> StateError:
     names = model.tree.coordinates
     known = step.known
+    values = ", ".join(f"{names[c]} = {posture.q[c]:.9g}" for c in known)
+    if isinstance(step, NewtonStep):  # an iteration knows no range
+        problem = f"loop '{step.name}' cannot close at {values}: no closed configuration was found on the way there"
+        return ClosureError(problem, loop=step.name, index=index)
     for coordinate in (c for c in known if c in model.plan.given):
         value = float(posture.q[coordinate])
         near = float(model.plan.reference.q[coordinate])
@@ -63,7 +68,6 @@ def _open(model: Model, step: Step, posture: Posture, index: int | None) -> Stat
             allowed=allowed,
             index=index,
         )
-    values = ", ".join(f"{names[c]} = {posture.q[c]:.9g}" for c in known)
     problem = f"loop '{step.name}' cannot close at {values}: its links do not reach each other"
     return ClosureError(problem, loop=step.name, index=index)
 

@@ -14,6 +14,7 @@ from . import programs
 from .algebra.scalar import Scalar
 from .assembly import AssemblyMode, list_modes, matching_signs, signs_of_names
 from .closing import Closer, Start
+from .closure.mobility import find_mobility, with_mobility
 from .closure.plan import ClosurePlan, build_plan
 from .closure.reach import allowed_range
 from .description.model import Array, JointType, RobotDescription, frozen
@@ -31,8 +32,14 @@ class ClosingRobot:
     """Names, limits and closure of a robot; `Robot` adds what is asked of the closed mechanism."""
 
     def __init__(self, description: RobotDescription) -> None:
-        self.description = description
         tree = build_tree(description)
+        self.idle: tuple[str, ...] = ()  # active coordinates that no motor drives
+        self.dependent_motors: tuple[str, ...] = ()  # motors that follow from the other ones: passive coordinates
+        if description.active_set == "motors":
+            mobility = find_mobility(tree, description)
+            self.idle, self.dependent_motors = mobility.idle, mobility.dependent
+            description, tree = with_mobility(description, mobility)
+        self.description = description
         self._model = programs.Model(tree, build_plan(tree, description))
         self._signs = frozen(self._model.plan.branch)
         self._start = frozen(self._model.plan.reference.q)
@@ -86,6 +93,14 @@ class ClosingRobot:
     def loops(self) -> tuple[str, ...]:
         """Names of the blocks of loops, in the order in which they close: a loop, or several joined by +."""
         return tuple(dict.fromkeys(step.name for step in self._model.plan.steps))
+
+    @property
+    def redundant_equations(self) -> Mapping[str, int]:
+        """By loop: how many of its equations follow from the others and were left out (by rank)."""
+        counts: dict[str, int] = {}
+        for equation in self._model.plan.redundant:
+            counts[equation.loop.name] = counts.get(equation.loop.name, 0) + 1
+        return MappingProxyType(counts)
 
     @cached_property
     def reference(self) -> Array:
@@ -255,6 +270,7 @@ class ClosingRobot:
         status = np.where(codes == 0, 0, np.where(codes % 2 == 1, ClosureStatus.UNREACHABLE, ClosureStatus.SINGULAR))
         status = np.where(codes == JUMP, ClosureStatus.SINGULAR, status)
         single = u.ndim == 1
+        iterations = np.nan_to_num(values["iterations"][..., 0]).astype(int)
         return ClosedState(
             u=frozen(u),
             du=frozen(du),
@@ -268,6 +284,7 @@ class ClosingRobot:
             loops=self.loops,
             distances=self._by_loop(values["distances"]),
             status=ClosureStatus(int(status)) if single else status,
+            iterations=int(iterations) if single else iterations,
         )
 
     def _by_loop(self, distances: Array) -> Array:

@@ -1,8 +1,10 @@
 """Following a configuration along a motion: predict with R, correct with the closure, refuse a jump.
 
-A mechanism on its branch moves smoothly, so the corrected state lies near the predicted one, the nearer the shorter
-the step. Where it does not, the step is shortened; where no step is short enough, the motion meets a singular place
-(a toggle, a change point) or would have to jump to another assembly mode, and is refused.
+A mechanism on its branch moves smoothly, so the move of a step is what R foretells at its start and what R tells in
+hindsight at its end, the nearer the shorter the step. Where it is not, the step is shortened; where no step is short
+enough, the motion meets a singular place (a toggle, a change point) or would have to jump to another assembly mode,
+and is refused. Both ends are asked, because at a change point R jumps where the coordinates do not: a step that ends
+just beyond it is foretold well.
 """
 
 from __future__ import annotations
@@ -35,8 +37,11 @@ class Tracked:
     progress: Array
 
 
-def track(close: Close, start_s: Array, start_u: Array, end_u: Array) -> Tracked:
-    """Follow each row (N, ...) along the straight line from start_u to end_u, beginning at the closed s there."""
+def track(close: Close, start_s: Array, start_u: Array, end_u: Array, turns: NDArray[np.bool_]) -> Tracked:
+    """Follow each row (N, ...) along the straight line from start_u to end_u, beginning at the closed s there.
+
+    `turns`: which coordinates are angles (n_s,).
+    """
     n = len(end_u)
     s, done, length = start_s.copy(), np.zeros(n), np.ones(n)
     values, codes = close(start_u, s)
@@ -52,7 +57,8 @@ def track(close: Close, start_s: Array, start_u: Array, end_u: Array) -> Tracked
         predicted = np.einsum("nij,nj->ni", velocity_map[rows], move)
         goal = start_u[rows] + ahead[:, None] * (end_u[rows] - start_u[rows])
         values, tried = close(goal, s[rows] + predicted)
-        good = (tried == 0) & smooth(values["s"] - s[rows], predicted)
+        hindsight = np.einsum("nij,nj->ni", values["R"], move)
+        good = (tried == 0) & smooth(values["s"] - s[rows], predicted, hindsight, turns)
         kept = rows[good]
         s[kept], velocity_map[kept], done[kept] = values["s"][good], values["R"][good], ahead[good]
         length[kept] *= 2.0
@@ -64,10 +70,14 @@ def track(close: Close, start_s: Array, start_u: Array, end_u: Array) -> Tracked
     return Tracked(s, codes, done)
 
 
-def smooth(moved: Array, predicted: Array) -> NDArray[np.bool_]:
-    """Whether the move (..., n_s) is the predicted one but for a small correction."""
+def smooth(moved: Array, predicted: Array, hindsight: Array, turns: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Whether the move (..., n_s) is the one that R foretells and tells in hindsight, but for a small correction.
+
+    Whole turns of an angle are no move.
+    """
     size = np.abs(predicted).max(axis=-1)
     with np.errstate(invalid="ignore"):
-        correction = np.abs(moved - predicted).max(axis=-1)
+        whole = np.where(turns, 2.0 * np.pi * np.round((moved - predicted) / (2.0 * np.pi)), 0.0)
+        correction = np.maximum(np.abs(moved - whole - predicted), np.abs(moved - whole - hindsight)).max(axis=-1)
         near: NDArray[np.bool_] = (correction <= CORRECTION * size + SLACK) & (size <= LARGEST)
     return near

@@ -7,13 +7,16 @@ from hypothesis import strategies as st
 
 from hybrid_dynamics_core import Robot
 
+NEAR = 0.05  # [m]
 MARGIN = 0.03  # of a limited range left out at both ends: next to a toggle point rates grow without bound
 
 
 def positions(robot: Robot) -> st.SearchStrategy[np.ndarray]:
-    """Active coordinates within the limits; unlimited angles within a turn."""
-    lower = np.where(np.isfinite(robot.limits[:, 0]), robot.limits[:, 0], -np.pi)
-    upper = np.where(np.isfinite(robot.limits[:, 1]), robot.limits[:, 1], np.pi)
+    """Active coordinates within the limits; unlimited angles within a turn, unlimited strokes near the reference."""
+    turns = np.array([robot.joint_types[name] == "revolute" for name in robot.active])
+    half = np.where(turns, np.pi, NEAR)
+    lower = np.where(np.isfinite(robot.limits[:, 0]), robot.limits[:, 0], robot.reference - half)
+    upper = np.where(np.isfinite(robot.limits[:, 1]), robot.limits[:, 1], robot.reference + half)
     return vectors(lower + MARGIN * (upper - lower), upper - MARGIN * (upper - lower))
 
 

@@ -24,12 +24,20 @@ class Inverse:
             *entries, self.determinant = invert([entry for row in matrix for entry in row], size)
             self.adjugate, self.divisor = [entries[k * size : (k + 1) * size] for k in range(size)], 1.0
 
-    def conditioning(self, matrix: Matrix) -> Scalar:
-        """size / (||A|| ||A^-1||) in Frobenius norms: 1 at best, 0 where A is singular."""
+    def conditioning(self, matrix: Matrix, units: Sequence[float]) -> Scalar:
+        """size / (||A|| ||A^-1||) in Frobenius norms: 1 at best, 0 where A is singular.
+
+        A is the matrix with each column multiplied by its unit: what the unknown of the column is counted in.
+        """
+        total = _sum(a * a * (unit * unit) for row in matrix for a, unit in zip(row, units, strict=True))
         if self.size == 2:  # the adjugate has the norm of the matrix
-            return 2.0 * absolute(self.divisor) / _sum(a * a for row in matrix for a in row)
-        product = _sum(a * a for row in matrix for a in row) * _sum(a * a for row in self.adjugate for a in row)
-        return self.size * absolute(self.divisor) / sqrt(product)
+            return 2.0 * units[0] * units[1] * absolute(self.divisor) / total
+        rows = zip(self.adjugate, units, strict=True)
+        return (
+            self.size
+            * absolute(self.divisor)
+            / sqrt(total * _sum(a * a / (unit * unit) for row, unit in rows for a in row))
+        )
 
     def solve(self, rhs: Sequence[Scalar]) -> list[Scalar]:
         """x with matrix x = rhs."""

@@ -17,6 +17,7 @@ from .matching import Block
 from .newton_step import NewtonStep
 from .parallelogram import PARALLELOGRAM, AngleStep
 from .planar import AngleSum, PlanarPin
+from .relation import CoordinateRelation, RelationStep
 from .step import Step
 
 
@@ -63,6 +64,13 @@ def _angle_sum(block: Block, context: Context) -> Step | None:
     return AngleStep(loop, block.unknowns[0], PARALLELOGRAM if parallelogram else "only")
 
 
+def _relation(block: Block, context: Context) -> Step | None:
+    loop, unknown = block.equations[0].loop, block.unknowns[0]
+    if len(block.equations) != 1 or not isinstance(loop, CoordinateRelation):
+        return None
+    return RelationStep(loop, unknown, context.revolute(unknown))
+
+
 def _one_distance(block: Block, context: Context) -> Step | None:
     loop = block.equations[0].loop
     if len(block.equations) != 1 or not isinstance(loop, Distance):
@@ -93,6 +101,7 @@ def _three_spheres(block: Block, context: Context) -> Step | None:  # noqa: ARG0
 _PATTERNS: tuple[Callable[[Block, Context], Step | None], ...] = (
     _planar_pin,
     _angle_sum,
+    _relation,
     _one_distance,
     _direction,
     _three_spheres,

@@ -215,7 +215,8 @@ def planar_equations(tree: Tree, closure: Closure) -> list[LoopEquations]:
     if closure.kind == "frame":
         if np.linalg.norm(frame_a[2] - frame_b[2]) > PARALLEL:
             raise ValueError("its frames are tilted out of the loop's plane against each other")
-        offset = math.atan2(frame_a[1, 0], frame_a[0, 0]) - math.atan2(frame_b[1, 0], frame_b[0, 0])
+        apart = frame_a @ frame_b.T  # a turn about the normal
+        offset = math.atan2(apart[1, 0], apart[0, 0])
         turns = [(j.coordinate, j.sign) for j in geometry.chain_a if j.revolute]
         turns += [(j.coordinate, -j.sign) for j in geometry.chain_b if j.revolute]
         equations.append(AngleSum(closure.name, tuple(turns), offset))

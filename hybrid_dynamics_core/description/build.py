@@ -11,14 +11,15 @@ import numpy as np
 from .actuators import read_actuators
 from .document import Document, Path_
 from .effects import JointEffect, Payload, check_effects, read_effects, read_payloads
-from .geometry import Transform, rotation_about
+from .geometry import TRIANGLE_SLACK, Transform, rotation_about
 from .inertia import read_inertia
-from .model import Array, Closure, Frame, Joint, Link, Loop, RobotDescription, frozen
+from .model import Array, Closure, Frame, Joint, Link, Loop, Mimic, RobotDescription, frozen
 from .places import Places
 from .values import Numbers
 
 T = TypeVar("T")
 STANDARD_GRAVITY = [0, 0, -9.81]
+PRINTED = 1e-3  # relative slack of inertias that a drawing program printed with few digits
 
 
 def build_description(document: Document) -> RobotDescription:
@@ -48,6 +49,8 @@ class _Builder:
             end_effector="end_effector",
             frames=self.frames(),
             reference=self.each("reference", lambda _, value, path: numbers.number(value, path)),
+            active_set=data.get("active_set", "exact"),
+            mimics=self.mimics(),
             file=self.document.file,
             lines=self.document.lines(),
             files=self.document.files(),
@@ -85,7 +88,8 @@ class _Builder:
         if mass < 0.0:
             raise self.document.error((*path, "mass"), f"is {mass:g} kg; a mass is zero or positive")
         where = (*path, "inertia")
-        inertia = read_inertia(self.numbers, entry.get("inertia", {"xx": 0}), mass, where)
+        slack = PRINTED if name in self.document.printed else TRIANGLE_SLACK
+        inertia = read_inertia(self.numbers, entry.get("inertia", {"xx": 0}), mass, where, slack)
         if mass == 0.0 and np.any(inertia):
             raise self.document.error(where, "the link has an inertia but no mass; give its mass")
         if mass > 0.0 and "inertia" not in entry:
@@ -111,6 +115,17 @@ class _Builder:
             translation = frozen(translation + rotation @ (axis * offset))
         limits = self.numbers.limits(entry.get("limits"), (*path, "limits"))
         return Joint(name, entry["type"], parent.link, entry["child"], rotation, translation, axis, limits)
+
+    def mimics(self) -> Mapping[str, Mimic]:
+        """Joints that follow others."""
+        told = {name: entry["mimic"] for name, entry in self.data["joints"].items() if "mimic" in entry}
+        return MappingProxyType({name: self.mimic(entry, ("joints", name, "mimic")) for name, entry in told.items()})
+
+    def mimic(self, entry: Mapping[str, Any], path: Path_) -> Mimic:
+        factor = self.numbers.number(entry.get("multiplier", 1), (*path, "multiplier"))
+        if factor == 0.0:
+            raise self.document.error((*path, "multiplier"), "is 0, so the joint would not move; make it a fixed joint")
+        return Mimic(entry["joint"], factor, self.numbers.number(entry.get("offset", 0), (*path, "offset")))
 
     # -- frames and closures -----------------------------------------------------------------------------------
 
@@ -154,7 +169,7 @@ class _Builder:
 
     def payloads(self) -> Mapping[str, tuple[str, Payload]]:
         def inertia(entry: Any, mass: float, path: Path_) -> Array:
-            return read_inertia(self.numbers, entry, mass, path)
+            return read_inertia(self.numbers, entry, mass, path, TRIANGLE_SLACK)
 
         entries = self.data.get("payloads", {})
         return read_payloads(entries, self.numbers.number, inertia, self.document.error)

@@ -50,8 +50,13 @@ class _Names:
             self._reaches_base(link)
         self._closures()
         moving = [name for name, joint in self.joints.items() if joint["type"] != "fixed"]
-        for k, name in enumerate(self.document.data["active"]):
+        active = self.document.data["active"]
+        for k, name in enumerate(active):
             self._require(name, moving, ("active", k), "joint")
+            source = self.joints[name].get("mimic", {}).get("joint")
+            if source in active:
+                problem = f"'{name}' follows '{source}', which is active too; leave one out"
+                raise self.document.error(("active", k), problem)
         for name, payload in self.document.data.get("payloads", {}).items():
             self._require(payload["on"], [*self.places, "end_effector"], ("payloads", name, "on"), "link or frame")
         for name in self.document.data.get("reference", {}):
@@ -90,6 +95,21 @@ class _Names:
                     "parent: close the second connection with a loop or a closure",
                 )
             self.parent_joint[child] = name
+            if "mimic" in joint:
+                self._mimic(name, joint["mimic"]["joint"])
+
+    def _mimic(self, name: str, source: str) -> None:
+        path: Path_ = ("joints", name, "mimic", "joint")
+        moving = [other for other, joint in self.joints.items() if joint["type"] != "fixed"]
+        self._require(source, moving, path, "joint")
+        seen = [name]
+        while "mimic" in self.joints[source]:
+            if source in seen:
+                raise self.document.error(path, f"'{name}' follows itself ({' -> '.join([*seen, source])})")
+            seen.append(source)
+            source = self.joints[source]["mimic"]["joint"]
+            if source not in self.joints:
+                return
 
     def _carrier(self, name: str) -> str:
         """The link under a frame."""

@@ -95,7 +95,7 @@ class _Check:
             return False
         if joint.parent == self.links[on]:
             return True
-        if on != "base" or role == "k1" or other is None or other.parent != joint.parent:
+        if on != "base" or other is None or other.parent != joint.parent:
             return False
         if joint.type != "revolute" or other.type != "revolute":
             return False

@@ -31,6 +31,7 @@ class Document:
         self.data = data
         self.file = file
         self.notes: list[str] = []  # what the loader assumed, for `RobotDescription.notes`
+        self.printed: set[str] = set()  # links whose numbers were rounded by the tool that printed them
         self._places: dict[Path_, tuple[File, int]] = {path: (file, line) for path, line in lines.items()}
         self._origins: dict[Path_, Origin] = {}
         self._scopes: dict[Path_, Mapping[str, float]] = {}
@@ -71,6 +72,10 @@ class Document:
         self._places[path] = (file, line)
         self.section(path[0])[path[1]] = value
 
+    def mark(self, path: Path_, file: File, line: int) -> None:
+        """Tell where an entry inside an added one stands."""
+        self._places[path] = (file, line)
+
     def alias(self, path: Path_, origin: Path_) -> None:
         """A value inside an added entry that the user wrote elsewhere."""
         self._origins[path] = Origin(origin)
@@ -91,16 +96,12 @@ class Document:
             return (*outer, *path[n:]), note
         return path, ""
 
-    def place(self, path: Path_) -> tuple[File, int]:
+    def place(self, path: Path_) -> tuple[File, int | None]:
         """File and line of the entry, or of the nearest enclosing one that has them."""
         path, _ = self.written(path)
         while path and path not in self._places:
             path = path[:-1]
-        return self._places.get(path, (self.file, 1))
-
-    def line(self, path: Path_) -> int:
-        """The line of the entry, or of the nearest enclosing one."""
-        return self.place(path)[1]
+        return self._places.get(path, (self.file, None))
 
     def error(self, path: Path_, problem: str) -> DescriptionError:
         """A DescriptionError that points at the entry as the user wrote it."""
@@ -110,7 +111,8 @@ class Document:
 
     def lines(self) -> dict[str, int]:
         """Line of every entry by dotted key, those of added entries too."""
-        return {dotted(path): self.place(path)[1] for path in (*self._places, *self._origins)}
+        lines = {dotted(path): self.place(path)[1] for path in (*self._places, *self._origins)}
+        return {key: line for key, line in lines.items() if line is not None}
 
     def files(self) -> dict[str, File]:
         """File of the entries that stand in another one."""

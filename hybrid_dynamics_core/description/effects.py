@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InputError
-from .geometry import check_inertia
+from .geometry import TRIANGLE_SLACK, check_inertia
 from .model import Array, RobotDescription, frozen
 
 SMOOTHING = 1e-3  # [rad/s or m/s] over which Coulomb friction changes sign, unless the file says otherwise
@@ -57,7 +57,7 @@ class Payload:
         if not (np.isfinite(self.mass) and self.mass >= 0.0 and np.isfinite(com).all() and np.isfinite(inertia).all()):
             raise InputError(f"a payload has a mass of zero or more and finite numbers, not {self.mass} kg")
         try:
-            check_inertia(inertia)
+            check_inertia(inertia, TRIANGLE_SLACK)
         except ValueError as error:
             raise InputError(f"payload: {error}") from error
         object.__setattr__(self, "com", com)

@@ -6,10 +6,12 @@ from .chain import expand_chain
 from .document import Document
 from .legs import expand_legs
 from .modules import expand_modules
+from .urdf import expand_urdf
 
 
 def expand(document: Document) -> None:
     """Rewrite everything that has a longer form, in place."""
+    expand_urdf(document)
     expand_chain(document)
     expand_modules(document)
     expand_legs(document)

@@ -81,7 +81,7 @@ def rotation_to_axis(axis: Array) -> Array:
     return snapped(np.column_stack([x, np.cross(axis, x), axis]))
 
 
-def check_inertia(inertia: Array, relative: float = TRIANGLE_SLACK) -> None:
+def check_inertia(inertia: Array, relative: float) -> None:
     """ValueError unless the tensor can belong to a rigid body: symmetric, moments >= 0, triangle inequality.
 
     `relative`: what the printed numbers may be off, of the largest moment.

@@ -15,14 +15,14 @@ from .values import Numbers
 COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 
-def read_inertia(numbers: Numbers, entry: Any, mass: float, path: Path_, slack: float | None = None) -> Array:
+def read_inertia(numbers: Numbers, entry: Any, mass: float, path: Path_, slack: float) -> Array:
     """The tensor (3, 3) about the centre of mass in link axes [kg m^2]; DescriptionError for an impossible one."""
     if isinstance(entry, list):
         inertia = frozen([numbers.vector(row, (*path, k)) for k, row in enumerate(entry)])
     else:
         inertia = _in_link_axes(numbers, entry, _tensor(numbers, entry, mass, path), path)
     try:
-        check_inertia(inertia) if slack is None else check_inertia(inertia, slack)
+        check_inertia(inertia, slack)
     except ValueError as error:
         raise numbers.document.error(path, str(error)) from error
     return inertia

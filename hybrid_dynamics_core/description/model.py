@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 JointType = Literal["revolute", "prismatic"]
 ClosureKind = Literal["planar", "point", "axis", "frame"]
+ActiveSet = Literal["exact", "motors"]
 
 
 def frozen(values: ArrayLike) -> Array:
@@ -68,6 +69,15 @@ class Joint:
     translation: Array
     axis: Array
     limits: tuple[float, float] = (-math.inf, math.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class Mimic:
+    """A joint that follows another one: q = multiplier * q_source + offset, one equation between coordinates."""
+
+    source: str
+    multiplier: float = 1.0
+    offset: float = 0.0  # [rad or m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +133,8 @@ class RobotDescription:
     end_effector: str
     frames: Mapping[str, Frame]
     reference: Mapping[str, float] = field(default_factory=dict)
+    active_set: ActiveSet = "exact"  # "motors": independent coordinates are found from the motors by rank
+    mimics: Mapping[str, Mimic] = field(default_factory=dict)  # by the joint that follows
     file: str | Path | None = None
     lines: Mapping[str, int] = field(default_factory=dict)  # where each entry stands, by dotted key
     files: Mapping[str, str | Path | None] = field(default_factory=dict)  # of entries that stand in another file

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import unicodedata
 from collections.abc import Callable, Iterable
 from functools import cache
 from importlib import resources
@@ -44,9 +45,17 @@ def _relevance(error: Any) -> Any:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """A hint such as ' (did you mean "mass"?)', or nothing."""
-    match = difflib.get_close_matches(name, list(known), n=1)
-    return f" (did you mean '{match[0]}'?)" if match else ""
+    """A hint such as ' (did you mean "mass"?)', or nothing; capitals and accents count little."""
+    plain: dict[str, str] = {}
+    for other in known:
+        plain.setdefault(_plain(other), other)
+    match = difflib.get_close_matches(_plain(name), list(plain), n=1)
+    return f" (did you mean '{plain[match[0]]}'?)" if match else ""
+
+
+def _plain(name: str) -> str:
+    letters = unicodedata.normalize("NFKD", name)
+    return "".join(c for c in letters if not unicodedata.combining(c)).casefold()
 
 
 def _extra_key(error: Any) -> str:

@@ -87,3 +87,21 @@ def rank(robot: RobotDescription, s: Mapping[str, float], names: Iterable[str]) 
 def freedom(robot: RobotDescription, s: Mapping[str, float]) -> int:
     """Degrees of freedom at a closed configuration."""
     return len(robot.joints) - (rank(robot, s, list(robot.joints)) if robot.closures else 0)
+
+
+def mass_matrix(robot: RobotDescription, s: dict[str, float], names: list[str]) -> np.ndarray:
+    """From the kinetic energy of every link, with central differences of its pose."""
+    h, total = 1e-6, np.zeros((len(names), len(names)))
+    for link in robot.links.values():
+        if link.name == robot.base:
+            continue
+        linear, angular = [], []
+        turn = frame_pose(robot, link.name, s)[:3, :3]
+        for name in names:
+            a, b = (frame_pose(robot, link.name, {**s, name: s[name] + d}) for d in (h, -h))
+            linear.append((a @ [*link.com, 1] - b @ [*link.com, 1])[:3] / (2 * h))
+            rate = turn.T @ (a - b)[:3, :3] / (2 * h)
+            angular.append([rate[2, 1], rate[0, 2], rate[1, 0]])
+        jv, jw = np.array(linear).T, np.array(angular).T
+        total += link.mass * jv.T @ jv + jw.T @ link.inertia @ jw
+    return total
