@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from . import programs
 from .description.model import Array, Frame
 from .dynamics.dae import SpanningTerms
+from .dynamics.energy import Energy
 from .dynamics.load_inputs import load_inputs
 from .dynamics.loading import Loading
 from .dynamics.loads import Loads, described_loads
@@ -23,6 +24,7 @@ from .robot_closure import ClosingRobot
 from .state import ClosedState
 
 LoadedProgram = Callable[[Loading], programs.Program]
+MotionFunction = Callable[[Array, Array, Array], tuple[Array, float]]
 
 
 class RobotDynamics(ClosingRobot):
@@ -86,6 +88,35 @@ class RobotDynamics(ClosingRobot):
     def passive_forces(self, state: ClosedState, loads: Loads | None = None) -> Array:
         """What friction, springs and applied wrenches add to M-bar u'' + C-bar u' + G-bar = tau, (n,) or (N, n)."""
         return self._evaluate("passive_forces", programs.passive_forces, state, loads)["tau"]
+
+    def motion_near(self, state: ClosedState, loads: Loads | None = None) -> MotionFunction:
+        """For integrators: (u, u', tau) -> (u'', power in [W]), all (n,), followed from one closed state nearby.
+
+        The power is that of tau and of applied wrenches, less friction's; energy changes by it. Where the loops do not
+        close the results are NaN. Raises MassSingularityError as `forward_dynamics` does.
+        """
+        self._own(state)
+        loads = self.loads if loads is None else loads
+        loading, arrays = self._load_inputs(loads, None)
+        program, key = programs.motion(loading), loading.key("motion")
+
+        def motion(u: Array, du: Array, tau: Array) -> tuple[Array, float]:
+            guess = state.s + state.R @ (u - state.u)
+            known = {"branch": state.signs, "guess": guess, "gravity": loads.gravity, **arrays}
+            values, code = self._run(key, program, None, u=u, du=du, tau=tau, **known)
+            if code == 0:
+                return values["ddu"], float(values["power"])
+            if code == programs.MASS_SINGULAR:
+                mass = self.minimal_form(self.close(u, du, near=state), loads)[0]
+                raise mass_singularity(mass, code, self.active)
+            return np.full_like(u, np.nan), np.nan
+
+        return motion
+
+    def energy(self, state: ClosedState, loads: Loads | None = None) -> Energy:
+        """Energies of motion, of gravity (zero at the base origin) and of springs [J], each a number or (N,)."""
+        values = self._evaluate("energy", programs.energy, state, loads)
+        return Energy(values["kinetic"], values["potential"], values["springs"])
 
     def coriolis_matrix(self, state: ClosedState, loads: Loads | None = None) -> Array:
         """C-bar (n, n) or (N, n, n), the Christoffel matrix of M-bar: M-bar' - 2 C-bar is skew. Chu (2020), Eq. 25."""

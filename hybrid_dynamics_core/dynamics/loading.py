@@ -111,9 +111,20 @@ class LoadedTree:
 
     def passive_forces(self, ds: Sequence[Scalar]) -> list[Scalar]:
         """What the loads alone take along s, at rates s': friction, springs, less the work of the wrenches."""
+        return [force + self._spring(k) for k, force in enumerate(self.dissipative_forces(ds))]
+
+    def dissipative_forces(self, ds: Sequence[Scalar]) -> list[Scalar]:
+        """Those of them that take energy out of the robot, or bring it in: friction and wrenches."""
         nothing: list[Wrench] = [((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)) for _ in self.tree.tree.bodies]
         wrenches = self.tree.along_joints(self.tree.transmitted(nothing, self.applied))
-        return self.added(wrenches, ds, [0.0] * len(ds))
+        return [force + self._friction(k, ds[k]) for k, force in enumerate(wrenches)]
+
+    def rotor_energy(self, ds: Sequence[Scalar]) -> Scalar:
+        """Kinetic energy of the rotors."""
+        total: Scalar = 0.0
+        for armature, rate in zip(self.values.armature, ds, strict=False):
+            total = total + 0.5 * armature * rate * rate
+        return total
 
     def spring_energy(self) -> Scalar:
         """Energy stored in the springs, zero at rest position."""

@@ -15,6 +15,7 @@ from .dynamics import (
     minimal_form,
     passive_forces,
 )
+from .energy import energy, motion
 from .kinematics import forward_kinematics, jacobian
 from .matrices import coriolis_matrix, spanning_terms
 from .model import MASS_SINGULAR, Inputs, Model, Program, closure_code, singular_code
@@ -32,6 +33,7 @@ __all__ = [
     "Program",
     "closure_code",
     "coriolis_matrix",
+    "energy",
     "forward_dynamics",
     "forward_dynamics_derivatives",
     "forward_kinematics",
@@ -39,6 +41,7 @@ __all__ = [
     "inverse_dynamics_derivatives",
     "jacobian",
     "minimal_form",
+    "motion",
     "passive_forces",
     "reactions",
     "singular_code",
