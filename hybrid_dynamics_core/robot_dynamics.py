@@ -18,6 +18,7 @@ from .dynamics.load_inputs import load_inputs
 from .dynamics.loading import Loading
 from .dynamics.loads import Loads, described_loads
 from .dynamics.mass import mass_singularity
+from .dynamics.parameters import Parameters, described_parameters
 from .dynamics.pins import Pin, find_pins
 from .dynamics.reactions import Reactions, named_reactions
 from .robot_closure import ClosingRobot
@@ -88,6 +89,28 @@ class RobotDynamics(ClosingRobot):
     def passive_forces(self, state: ClosedState, loads: Loads | None = None) -> Array:
         """What friction, springs and applied wrenches add to M-bar u'' + C-bar u' + G-bar = tau, (n,) or (N, n)."""
         return self._evaluate("passive_forces", programs.passive_forces, state, loads)["tau"]
+
+    def regressor(
+        self,
+        state: ClosedState,
+        ddu: ArrayLike,
+        parameters: Parameters | None = None,
+        loads: Loads | None = None,
+    ) -> Array:
+        """Y (n, p) or (N, n, p) of Y pi = tau: tau is linear in the parameters pi of links and joints.
+
+        parameters: which, and in what order (None: the inertias of all links that have mass). Of `loads` gravity and
+            the smoothing of friction count; payloads, springs and wrenches are not part of Y pi.
+        """
+        ddu = self._like(state, "ddu", ddu)
+        parameters = described_parameters(self.description) if parameters is None else parameters
+        parameters.check(self.description)
+        loads = self.loads if loads is None else loads
+        known = {"u": state.u, "du": state.du, "ddu": ddu, "branch": state.signs, "guess": state.s}
+        known |= {"gravity": loads.gravity, "smoothing": loads.effects.smoothing}
+        values, codes = self._run(f"regressor {parameters}", programs.regressor(parameters), None, **known)
+        values["Y"][codes != 0] = np.nan
+        return values["Y"]
 
     def motion_near(self, state: ClosedState, loads: Loads | None = None) -> MotionFunction:
         """For integrators: (u, u', tau) -> (u'', power in [W]), all (n,), followed from one closed state nearby.

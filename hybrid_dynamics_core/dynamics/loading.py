@@ -135,11 +135,11 @@ class LoadedTree:
         return total
 
     def _friction(self, k: int, rate: Scalar) -> Scalar:
-        """b q' + f q' / sqrt(q'^2 + v^2): Coulomb's sign made smooth over rates of about v."""
+        """b q' + f sign(q'), the sign made smooth."""
         if not self.loading.friction:
             return 0.0
         v = self.values
-        return rate * v.viscous[k] + v.coulomb[k] * rate / sqrt(rate * rate + v.smoothing[k] * v.smoothing[k])
+        return rate * v.viscous[k] + v.coulomb[k] * smooth_sign(rate, v.smoothing[k])
 
     def _rotor(self, k: int, acceleration: Scalar) -> Scalar:
         return self.values.armature[k] * acceleration if self.loading.drives else 0.0
@@ -167,6 +167,11 @@ class LoadedTree:
             force, moment = transposed_matvec(rotation, force), transposed_matvec(rotation, moment)
             put(body, force, add(moment, cross(place, force)))
         return applied
+
+
+def smooth_sign(rate: Scalar, smoothing: Scalar) -> Scalar:
+    """q' / sqrt(q'^2 + v^2): the sign of a rate, made smooth over rates of about v."""
+    return rate / sqrt(rate * rate + smoothing * smoothing)
 
 
 def _wrench(values: Sequence[Scalar], n: int) -> Wrench:

@@ -20,6 +20,7 @@ from .kinematics import forward_kinematics, jacobian
 from .matrices import coriolis_matrix, spanning_terms
 from .model import MASS_SINGULAR, Inputs, Model, Program, closure_code, singular_code
 from .reactions import reactions
+from .regressor import regressor
 
 __all__ = [
     "ACCELERATIONS",
@@ -44,6 +45,7 @@ __all__ = [
     "motion",
     "passive_forces",
     "reactions",
+    "regressor",
     "singular_code",
     "spanning_terms",
 ]
