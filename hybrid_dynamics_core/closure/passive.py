@@ -44,6 +44,7 @@ class ClosedMotion:
             for step, rows in zip(plan.steps, self.rows, strict=True)
         ]
         self._inverses = [Inverse(block) for block in self.blocks]
+        self.surplus = [linear[e.loop].residual[e.index] for e in plan.redundant]
 
     def rates(self, du: Sequence[Scalar]) -> list[Scalar]:
         """s' from u'."""

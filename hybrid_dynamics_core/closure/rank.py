@@ -20,12 +20,16 @@ STIR = 0.07  # [rad or m] how far the given coordinates are moved off symmetric 
 
 @dataclass(frozen=True)
 class Ranked:
-    """Independent equations, the ones that follow from them, and unknowns that no equation holds (idle)."""
+    """Independent equations, the ones that follow from them, and unknowns that no equation holds (idle).
+
+    `rank`: number of independent equations with no coordinate given; None where nothing closes.
+    """
 
     independent: list[Equation]
     redundant: list[Equation]
     idle: list[int]
     residual: dict[str, float]  # by loop, at the configuration that closes best
+    rank: int | None
 
 
 def rank_equations(
@@ -44,8 +48,21 @@ def rank_equations(
     chosen = _independent_rows(jacobian)
     idle = _idle(jacobian[chosen], unknowns)
     return Ranked(
-        [equations[k] for k in chosen], [e for k, e in enumerate(equations) if k not in chosen], idle, residual
+        [equations[k] for k in chosen],
+        [e for k, e in enumerate(equations) if k not in chosen],
+        idle,
+        residual,
+        _rank(tree, loops, moved),
     )
+
+
+def _rank(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> int | None:
+    """Rank of all equations where they close with every coordinate free, from s."""
+    everything = range(len(s))
+    closed, residual = close_numerically(tree, loops, s, everything)
+    if max(residual.values(), default=0.0) > CLOSED:
+        return None
+    return len(_independent_rows(jacobian_of(tree, loops, closed, everything)[1]))
 
 
 def close_numerically(
