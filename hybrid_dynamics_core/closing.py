@@ -10,7 +10,7 @@ import numpy as np
 from .description.model import Array
 from .kernels.run import Codes
 from .programs import Model
-from .tracking import Tracked, smooth, track
+from .tracking import JUMP, Tracked, smooth, track
 
 Values = dict[str, Array]
 RunClose = Callable[[Array, Array, Array, Array], tuple[Values, Codes]]  # (u, du, branch signs, guess)
@@ -49,15 +49,15 @@ class Closer:
             return values, codes
         if u.ndim == 1:
             found = self._follow(start.s[None], u[None], signs)
-            values, _ = self._run(u, du, signs, found.s[0])
-            return values, found.codes[0]
+            values, codes = self._run(u, du, signs, found.s[0])
+            return values, _code(found.codes, codes)[0]
         rows = np.flatnonzero(rough)
         found = self._follow(np.broadcast_to(start.s, (len(u), len(self._reference)))[rows], u[rows], signs)
-        again, _ = self._run(u[rows], du[rows], signs, found.s)
+        again, at_end = self._run(u[rows], du[rows], signs, found.s)
         for key, value in values.items():
             value[rows] = again[key]
         codes = codes.copy()
-        codes[rows] = found.codes
+        codes[rows] = _code(found.codes, at_end)
         return values, codes
 
     def path(self, u: Array, du: Array, signs: Array, start: Start | None) -> tuple[Values, Codes]:
@@ -88,6 +88,12 @@ class Closer:
             return self._run(at, np.zeros_like(at), signs, guess)
 
         return track(close, start, start[:, self.given], ends, self._turns, self._passive)
+
+
+def _code(on_the_way: Codes, at_end: Codes) -> Codes:
+    """Status of rows that were followed: why the end does not close or, where it does, that the way was lost."""
+    lost = np.where(at_end == 0, JUMP, at_end)
+    return np.atleast_1d(np.where(on_the_way == 0, at_end, lost))
 
 
 def _mapped(velocity_map: Array, move: Array) -> Array:

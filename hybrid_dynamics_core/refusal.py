@@ -20,11 +20,12 @@ def refusal(model: Model, u: Array, signs: Array, code: int, distance: float, in
     """The error for one state u (n,) whose kernel status is `code`."""
     k = (code - 1) // 2
     steps = model.plan.steps
-    if k >= len(steps):
-        problem = (
-            "the loops do not close here as a whole: equations that should follow from the others are left open, "
-            "or a frame is turned half round; the mechanism cannot take this configuration"
-        )
+    if k > len(steps):
+        names = "+".join(dict.fromkeys(e.loop.name for e in model.plan.redundant))
+        problem = "closes at the reference but not here: it has more equations than it can meet in motion"
+        return ClosureError(f"loop '{names}' {problem}", loop=names, index=index)
+    if k == len(steps):
+        problem = "the loops close only with a frame turned half round; the configuration belongs to no assembly"
         return ClosureError(problem, loop=steps[-1].name, index=index)
     if code != closure_code(k):
         return _singular(steps[k].name, distance, index)

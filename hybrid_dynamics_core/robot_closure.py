@@ -360,8 +360,10 @@ class ClosingRobot:
             return
         row = None if u.ndim == 1 else int(np.flatnonzero(codes)[0])
         code = int(codes if row is None else codes[row])
-        near = (distances if row is None else distances[row])[(code - 1) // 2] if code > 0 else 0.0
-        raise self._refusal(self._model, u if row is None else u[row], signs, code, float(near), row)
+        near = distances if row is None else distances[row]
+        step = (code - 1) // 2
+        distance = float(near[step]) if 0 <= step < len(near) else 0.0
+        raise self._refusal(self._model, u if row is None else u[row], signs, code, distance, row)
 
     def _refusal(
         self, model: programs.Model, u: Array, signs: Array, code: int, distance: float, row: int | None

@@ -38,13 +38,13 @@ class ClosedMotion:
             linear[loop] = loop.linearise(self.posture)
             self.residuals += linear[loop].residual
             self.guards += loop.guards(self.posture)
-        self.redundant_residuals = [linear[e.loop].residual[e.index] for e in plan.redundant]
         self.rows = [[linear[e.loop].rows[e.index] for e in step.equations] for step in plan.steps]
         self.blocks = [
             [[row.get(k, 0.0) for k in step.unknowns] for row in rows]
             for step, rows in zip(plan.steps, self.rows, strict=True)
         ]
         self._inverses = [Inverse(block) for block in self.blocks]
+        self.surplus = [linear[e.loop].residual[e.index] for e in plan.redundant]
 
     def rates(self, du: Sequence[Scalar]) -> list[Scalar]:
         """s' from u'."""

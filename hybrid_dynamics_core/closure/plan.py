@@ -98,6 +98,8 @@ def _independent(
     if not matching.surplus:
         return equations, []
     ranked = rank_equations(tree, loops, [near.get(k, 0.0) for k in range(len(tree.coordinates))], unknowns)
+    if ranked.rank is not None and ranked.rank > len(unknowns):
+        raise robot.error("active", _wrong_count(tree, len(unknowns), ranked.rank))
     worst = max(ranked.residual, key=lambda name: ranked.residual[name])
     if ranked.residual[worst] > CLOSED:
         raise robot.error(
@@ -115,6 +117,10 @@ def _independent(
 
 def _wrong_count(tree: Tree, unknowns: int, equations: int) -> str:
     freedom = len(tree.coordinates) - equations
+    if freedom <= 0:
+        return (
+            f"the {equations} independent loop equations hold all {len(tree.coordinates)} joints fast; nothing can move"
+        )
     return (
         f"{len(tree.coordinates) - unknowns} joints are named, but {len(tree.coordinates)} joints with {equations} "
         f"independent loop equations have {freedom} degrees of freedom; name {freedom}"

@@ -20,12 +20,16 @@ STIRS = (0.07, 0.02, -0.02, 0.005, -0.005)  # [rad or m] moves of the given coor
 
 @dataclass(frozen=True)
 class Ranked:
-    """Independent equations, the ones that follow from them, and unknowns that no equation holds (idle)."""
+    """Independent equations, the ones that follow from them, and unknowns that no equation holds (idle).
+
+    `rank`: number of independent equations with no coordinate given; None where nothing closes.
+    """
 
     independent: list[Equation]
     redundant: list[Equation]
     idle: list[int]
     residual: dict[str, float]  # by loop, at the configuration that closes best
+    rank: int | None
     rigid: bool = False  # closes where it stands, but not where the given coordinates are moved a little
 
 
@@ -37,12 +41,16 @@ def rank_equations(
     closed, residual = close_numerically(tree, loops, start, unknowns)
     moved = _near_by(tree, loops, closed, unknowns)
     if moved is None:
-        return Ranked([], [], [], residual, rigid=True)
+        return Ranked([], [], [], residual, _rank(tree, loops, closed), rigid=True)
     jacobian = jacobian_of(tree, loops, moved, unknowns)[1]
     chosen = _independent_rows(jacobian)
     idle = _idle(jacobian[chosen], unknowns)
     return Ranked(
-        [equations[k] for k in chosen], [e for k, e in enumerate(equations) if k not in chosen], idle, residual
+        [equations[k] for k in chosen],
+        [e for k, e in enumerate(equations) if k not in chosen],
+        idle,
+        residual,
+        _rank(tree, loops, moved),
     )
 
 
@@ -56,6 +64,15 @@ def _near_by(tree: Tree, loops: Sequence[LoopEquations], closed: Array, unknowns
         if max(residual.values(), default=0.0) < 1e-9:
             return moved
     return None
+
+
+def _rank(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> int | None:
+    """Rank of all equations where they close with every coordinate free, from s."""
+    everything = range(len(s))
+    closed, residual = close_numerically(tree, loops, s, everything)
+    if max(residual.values(), default=0.0) > CLOSED:
+        return None
+    return len(_independent_rows(jacobian_of(tree, loops, closed, everything)[1]))
 
 
 def close_numerically(

@@ -7,7 +7,7 @@ from ..closure.passive import ClosedMotion
 from ..kernels.trace import Check, Results
 from .model import Inputs, Model, Program, closure_code, singular_code
 
-OPEN = 1e-6  # residual, in lengths of the loop, of an equation that should follow from the others
+OPEN = 1e-6  # residual, in lengths of the loop, beyond which an equation that should follow from the others is open
 SINGULAR = 1e-5  # reciprocal condition below which rates would lose half their digits
 
 
@@ -19,7 +19,8 @@ def closed_motion(model: Model, x: Inputs) -> tuple[ClosedMotion, list[Check], l
     for k, (margin, distance) in enumerate(zip(motion.margins, distances, strict=True)):
         checks += [Check(margin, 0.0, closure_code(k)), Check(distance, SINGULAR, singular_code(k))]
     checks += [Check(guard, 0.0, closure_code(len(distances))) for guard in motion.guards]
-    checks += [Check(-absolute(r), -OPEN, closure_code(len(distances))) for r in motion.redundant_residuals]
+    surplus = closure_code(len(distances) + 1)
+    checks += [Check(OPEN - absolute(residual), 0.0, surplus) for residual in motion.surplus]
     return motion, checks, distances
 
 

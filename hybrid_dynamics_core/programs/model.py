@@ -62,7 +62,10 @@ class Program:
 
 
 def closure_code(step: int) -> int:
-    """Status of a state in which the step cannot close."""
+    """Status of a state in which the step cannot close.
+
+    Beyond the last step: frames turned half round, then equations that should follow from the others and do not.
+    """
     return 2 * step + 1
 
 
