@@ -10,7 +10,7 @@ PACKAGE = ElementTree.parse(Path(__file__).resolve().parent / "package.xml").get
 NAME = PACKAGE.findtext("name")  # colcon wants the name of package.xml here
 
 EXTRAS = {
-    "fast": ["numba"],
+    "fast": ["llvmlite>=0.45"],  # the compiler of numba
     "plot": ["matplotlib"],
     "bag": ["rosbags"],
     # ROS 2 Jazzy from PyPI, for machines without a ROS installation. Always the ros-jazzy-* names: the others

@@ -196,14 +196,8 @@ class Robot:
     def _run(self, key: str, program: programs.Program, **inputs: Array) -> tuple[dict[str, Array], Codes]:
         kernel = self._kernels.get(key)
         if kernel is None:
-            kernel = self._kernels[key] = self._kernel(program)
+            kernel = self._kernels[key] = _kernel(program, self._model)
         return kernel(*(inputs[name] for name in program.inputs))
-
-    def _kernel(self, program: programs.Program) -> Kernel:
-        def run(*vectors: Sequence[Scalar]) -> Results:
-            return program.run(self._model, programs.Inputs(**dict(zip(program.inputs, vectors, strict=True))))
-
-        return Kernel(run, [self._model.size(name) for name in program.inputs])
 
     def _checked(
         self, key: str, program: programs.Program, state: ClosedState, ddu: Array | None = None
@@ -249,3 +243,10 @@ class Robot:
 
     def __repr__(self) -> str:
         return f"Robot('{self.name}', active={list(self.active)}, passive={list(self.passive)})"
+
+
+def _kernel(program: programs.Program, model: programs.Model) -> Kernel:
+    def run(*vectors: Sequence[Scalar]) -> Results:
+        return program.run(model, programs.Inputs(**dict(zip(program.inputs, vectors, strict=True))))
+
+    return Kernel(run, [model.size(name) for name in program.inputs])
