@@ -2,6 +2,9 @@
 VENV := $(if $(VIRTUAL_ENV),$(VIRTUAL_ENV),$(CURDIR)/.venv)
 PYTHON := $(firstword $(wildcard $(VENV)/bin/python) python3)
 RUN := $(VENV)/bin
+ifneq ($(words $(CURDIR) $(VENV)),2)
+$(error make cannot work in a folder with spaces in its path: $(CURDIR))
+endif
 
 # A sourced ROS installation must not mix with ROS 2 from PyPI.
 unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH PYTHONPATH

@@ -48,8 +48,8 @@ setup(
     python_requires=">=3.11",
     packages=find_packages(include=["hybrid_dynamics_core*", "hybrid_dynamics_ros*"]),
     package_data={
-        "hybrid_dynamics_core": ["py.typed", "robots/*.yaml", "description/*.json"],
-        "hybrid_dynamics_ros": ["py.typed"],
+        "hybrid_dynamics_core": ["py.typed", "robots/*.yaml", "templates/*.yaml", "description/*.json"],
+        "hybrid_dynamics_ros": ["py.typed", "demo/*.xml", "recordings/*/*"],
     },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),

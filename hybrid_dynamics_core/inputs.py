@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -29,3 +31,15 @@ def vectors(name: str, value: ArrayLike, names: tuple[str, ...], rows: int | Non
         where = names[place[-1]] + (f" in row {place[0]}" if array.ndim == 2 else "")
         raise InputError(f"{name}: {where} is {array[place]}; expected finite numbers")
     return array
+
+
+def named_values(
+    label: str, values: Mapping[str, float] | None, names: tuple[str, ...], known: tuple[str, ...]
+) -> Array:
+    """Values in the order of `names`, zero where left out. InputError for other names and for what is not finite."""
+    given = values or {}
+    for name in given:
+        if name not in names:
+            where = "values" if name in known else "the robot"
+            raise InputError(f"{label}: '{name}' is not among the coordinates of {where} ({', '.join(names)})")
+    return vectors(label, [given.get(name, 0.0) for name in names], names, -1)

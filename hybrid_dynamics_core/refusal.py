@@ -66,3 +66,15 @@ def _open(model: Model, step: Step, posture: Posture, index: int | None) -> Stat
     values = ", ".join(f"{names[c]} = {posture.q[c]:.9g}" for c in known)
     problem = f"loop '{step.name}' cannot close at {values}: its links do not reach each other"
     return ClosureError(problem, loop=step.name, index=index)
+
+
+def jump(model: Model, index: int | None) -> SingularityError:
+    """The error for a motion that has no smooth way on."""
+    names = "+".join(dict.fromkeys(name for step in model.plan.steps for name in step.loops))
+    return SingularityError(
+        "the way there leaves this assembly mode: it meets a toggle or change point, or would have to jump to another "
+        "mode; take another way, or start from a state on the wanted mode",
+        loop=names,
+        distance=0.0,
+        index=index,
+    )

@@ -34,6 +34,8 @@ class ClosedState:
         branch: assembly mode of each loop by name.
         distances: (loops,) distance of each loop to its nearest singularity, 0 singular, 1 best:
             2 |det J_z| / ||J_z||_F^2 with J_z made dimensionless.
+        iterations: of the closure; 0 where every loop has a closed form. (N,) for a batch.
+        dds: (n_s,) accelerations of all coordinates where they were given (`close_given`), else None.
         status: ClosureStatus (an int array for a batch); only `close(..., check=False)` returns others than OK.
     """
 
@@ -49,6 +51,8 @@ class ClosedState:
     loops: tuple[str, ...]
     distances: Array
     status: ClosureStatus | np.ndarray
+    iterations: int | np.ndarray = 0
+    dds: Array | None = None
 
     @property
     def n(self) -> int:

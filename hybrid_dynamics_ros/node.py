@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 import time
+import traceback
 from collections.abc import Callable
 from typing import Any
 
@@ -76,8 +77,9 @@ class HybridDynamicsNode:
     def _process(self, sample: JointSample) -> None:
         try:
             result = self._pipeline.process(sample)
-        except Exception as error:  # noqa: BLE001 - one message must not end the node, whatever the fault
-            self._warn(RejectionCode.INTERNAL, f"fault of the node: {error!r}")
+        except Exception:  # noqa: BLE001 - one message must not end the node, whatever the fault
+            self._pipeline.counts.rejected[RejectionCode.INTERNAL] += 1
+            self._warn(RejectionCode.INTERNAL, f"fault of the node:\n{traceback.format_exc()}")
             return
         if isinstance(result, Rejection):
             self._warn(result.code, f"rejected, {result.code.value}: {result.text}")

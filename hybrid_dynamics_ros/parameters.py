@@ -59,11 +59,11 @@ MAX_GAP: Final = Parameter(
 )
 INPUT_QOS: Final = Parameter("qos.input", qos.RELIABLE, "Reliability of the subscriptions.", choices=qos.NAMES)
 INPUT_DEPTH: Final = Parameter(
-    "qos.input_depth", 50, "Messages that wait at most in each subscription.", bounds=(1, 100000)
+    "qos.input_depth", 200, "Messages that wait at most in each subscription.", bounds=(1, 100000)
 )
 OUTPUT_QOS: Final = Parameter("qos.output", qos.RELIABLE, "Reliability of the publishers.", choices=qos.NAMES)
 OUTPUT_DEPTH: Final = Parameter(
-    "qos.output_depth", 50, "Messages that wait at most in each publisher.", bounds=(1, 100000)
+    "qos.output_depth", 200, "Messages that wait at most in each publisher.", bounds=(1, 100000)
 )
 LOG_PERIOD: Final = Parameter(
     "log_period",

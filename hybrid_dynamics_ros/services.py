@@ -35,8 +35,7 @@ _REJECTIONS: Final = {
     RejectionCode.INTERNAL: ErrorCode.INTERNAL,
 }  # all others: BAD_INPUT
 
-_IK_STATUS: Final = {
-    IKStatus.SOLVED: ErrorCode.OK,
+_IK_CODES: Final = {
     IKStatus.OUT_OF_REACH: ErrorCode.OUT_OF_REACH,
     IKStatus.LIMIT: ErrorCode.LIMIT,
     IKStatus.SINGULAR: ErrorCode.SINGULAR,
@@ -108,9 +107,9 @@ def solve_ik(robot: Robot, request: SolveIK.Request, response: SolveIK.Response)
         seed = JointOrder(robot.active).arrange(conversions.sample_of_state(request.seed)).position
     result = robot.inverse_kinematics(target, seed=seed, all_solutions=request.all_solutions)
 
-    response.error_code = _IK_STATUS[result.status]
     state = result.state
-    if response.error_code != OK or state is None:
+    if result.status is not IKStatus.SOLVED or state is None:
+        response.error_code = _IK_CODES.get(result.status, ErrorCode.INTERNAL)
         response.error_text = " ".join(result.message.split())
         response.residual = math.nan
         return
@@ -132,8 +131,6 @@ def _target(robot: Robot, target: PoseStamped, *, position_only: bool) -> FloatA
             f"target is in frame '{frame}', expected '{robot.base_frame}' or none",
         )
     position, quaternion = conversions.pose_arrays(target.pose)
-    if not np.isfinite(position).all():
-        raise RejectedError(RejectionCode.NOT_FINITE, f"target position is {position.tolist()}")
     return position if position_only else Pose.from_quaternion(position, quaternion)
 
 

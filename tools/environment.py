@@ -7,32 +7,34 @@ VENV is made where it does not exist. `run` brings ROS 2 from PyPI, the interfac
 A stamp in VENV remembers what each step was given: a step with unchanged inputs is skipped.
 """
 
-import hashlib
-import json
-import os
 import platform
 import shutil
-import subprocess
 import sys
-import sysconfig
-import time
-from dataclasses import dataclass
-from importlib import metadata, util
-from pathlib import Path
 
 if sys.version_info < (3, 11):  # noqa: UP036  (for those who have an older one)
     newer = [name for name in ("python3.13", "python3.12", "python3.11") if shutil.which(name)]
     example = newer[0] if newer else "/path/to/python3.11"
     sys.exit(f"Python {platform.python_version()} is too old: 3.11 or newer is needed. Try PYTHON={example}")
 
+import hashlib
+import json
+import os
+import subprocess
+import sysconfig
+import time
 import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib import metadata, util
+from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-RUN = "fast,plot,bag,ros"
-EXTRAS = {"run": RUN, "test": f"{RUN},test,dev", "colcon": f"{RUN},colcon"}
+RUN_EXTRAS = "fast,plot,bag,ros"
+PURPOSES = ("run", "test", "colcon")
+NAME = "hybrid-dynamics-ros"
 PACKAGE_INPUTS = ("setup.*", "pyproject.toml", "package.xml", "*/__init__.py", "launch/*.py", "config/*.yaml")
 INTERFACE_INPUTS = ("setup.py", "pyproject.toml", "package.xml", "*.txt", "cmake/*", "msg/*", "srv/*")
-PIP = (sys.executable, "-m", "pip", "install", "--no-input", "--disable-pip-version-check")
+PIP = [sys.executable, "-m", "pip", "install", "--no-input", "--disable-pip-version-check", "--progress-bar=off"]
 HEARTBEAT = 15.0  # [s] between signs of life of a long step
 
 
@@ -58,13 +60,15 @@ class Step:
 
 
 def main(venv: Path, purpose: str) -> None:
-    """Bring the environment at ``venv`` up to date for ``purpose``, a key of EXTRAS."""
+    """Bring the environment at ``venv`` up to date for ``purpose``, one of PURPOSES."""
     if Path(sys.prefix).resolve() != venv.resolve():
         make_venv(venv)
         python = str(venv / "bin" / "python")
         os.execv(python, [python, __file__, str(venv), purpose])  # noqa: S606
     stamp_file = venv / "hybrid_dynamics_setup.json"
     stamp = json.loads(stamp_file.read_text(encoding="utf-8")) if stamp_file.exists() else {}
+    if stamp.setdefault("home", str(venv)) != str(venv):  # its scripts name the old path
+        sys.exit(f"{venv} was made as {stamp['home']} and moved since: remove it, then try again")
     for step in steps(purpose):
         if not step.is_done(stamp):
             require_build_tools()
@@ -73,28 +77,33 @@ def main(venv: Path, purpose: str) -> None:
             stamp_file.write_text(json.dumps(stamp, indent=2), encoding="utf-8")
 
 
-def steps(purpose: str) -> list[Step]:
-    """What there is to do, in order."""
+def steps(purpose: str) -> Iterator[Step]:
+    """What there is to do, in order. Each step may rely on those before it."""
     interfaces = ROOT / "msg_defs"
-    todo = [
-        Step(
-            f"Installing ROS 2 Jazzy and libraries from PyPI ({EXTRAS[purpose]})",
-            ["--editable", f"{ROOT}[{EXTRAS[purpose]}]"],
-            files(ROOT, PACKAGE_INPUTS),
-            "hybrid-dynamics-ros",
-        ),
-        Step(
-            "Building and installing the interfaces of msg_defs/",
-            ["--no-deps", "--force-reinstall", str(interfaces)],
-            files(interfaces, INTERFACE_INPUTS),
-            "hybrid-dynamics-msgs",
-        ),
-    ]
+    yield Step(
+        f"Installing ROS 2 Jazzy and libraries from PyPI ({RUN_EXTRAS})",
+        ["--editable", f"{ROOT}[{RUN_EXTRAS}]"],
+        files(ROOT, PACKAGE_INPUTS),
+        NAME,
+    )
+    yield Step(
+        "Building and installing the interfaces of msg_defs/",
+        ["--no-deps", "--force-reinstall", str(interfaces)],
+        files(interfaces, INTERFACE_INPUTS),
+        "hybrid-dynamics-msgs",
+    )
+    if purpose == "test":
+        yield Step("Installing the tools of tests and lint", requirements("test", "dev"), [], "pytest")
     if purpose == "colcon":
         project = tomllib.loads((interfaces / "pyproject.toml").read_text(encoding="utf-8"))
-        tools = project["build-system"]["requires"]
-        todo.append(Step("Installing the build tools of ROS 2 Jazzy", tools, [], "ros-jazzy-ament-cmake"))
-    return todo
+        tools = requirements("colcon") + project["build-system"]["requires"]
+        yield Step("Installing colcon and the build tools of ROS 2 Jazzy", tools, [], "colcon-core")
+
+
+def requirements(*extras: str) -> list[str]:
+    """What the extras of the installed package ask for."""
+    lines = [line.partition(";") for line in metadata.requires(NAME) or ()]
+    return [name.strip() for name, _, marker in lines if any(f'"{extra}"' in marker for extra in extras)]
 
 
 def files(folder: Path, patterns: tuple[str, ...]) -> list[Path]:
@@ -169,6 +178,9 @@ def last_lines(log: Path, count: int) -> str:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 3 or sys.argv[2] not in EXTRAS:
+    if len(sys.argv) != 3 or sys.argv[2] not in PURPOSES:
         sys.exit(__doc__)
-    main(Path(sys.argv[1]).absolute(), sys.argv[2])
+    try:
+        main(Path(sys.argv[1]).absolute(), sys.argv[2])
+    except KeyboardInterrupt:
+        sys.exit("interrupted: what was done so far stays, the rest is done next time")

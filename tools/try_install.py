@@ -20,6 +20,7 @@ from hybrid_dynamics_msgs.msg import ErrorCode
 from hybrid_dynamics_msgs.srv import SolveFK
 from sensor_msgs.msg import JointState
 
+ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = "hybrid_dynamics_ros"
 SHARED = ("package.xml", "launch/hybrid_dynamics.launch.py", "config/forging_chu2020.yaml")
 PATIENCE = 30.0  # [s] for the node to come up, to answer and to end
@@ -28,8 +29,9 @@ PATIENCE = 30.0  # [s] for the node to come up, to answer and to end
 def main(install: Path) -> None:
     """Try everything; the first failure ends the program with its reason."""
     for name in ("hybrid_dynamics_core", "hybrid_dynamics_ros", "hybrid_dynamics_msgs"):
-        origin = Path(str(import_module(name).__file__))
-        require(origin.is_relative_to(install), f"{name} comes from {origin}, not from {install}")
+        folder = Path(str(import_module(name).__file__)).parent
+        require(folder.is_relative_to(install), f"{name} comes from {folder}, not from {install}")
+        require(not missing(name, folder), f"not installed from {name}: {', '.join(missing(name, folder))}")
     share = Path(get_package_share_directory(PACKAGE))
     for name in SHARED:
         require((share / name).is_file(), f"{share / name} is missing")
@@ -45,6 +47,13 @@ def main(install: Path) -> None:
     finally:
         node.kill()
     print("  node: started, answered a call, ended cleanly", flush=True)
+
+
+def missing(package: str, installed: Path) -> list[str]:
+    """Source files of a package, data included, that were not installed."""
+    source = ROOT / package
+    files = (path.relative_to(source) for path in source.rglob("*") if path.is_file())
+    return [str(file) for file in files if "__pycache__" not in file.parts and not (installed / file).exists()]
 
 
 def call_forward_kinematics(node: subprocess.Popen[bytes]) -> None:

@@ -53,7 +53,7 @@ def invert_columns(entries: Sequence[Scalar], size: int) -> list[Scalar]:
 
 
 def newton(body: Body, guess: Sequence[Scalar], parameters: Sequence[Scalar]) -> list[Scalar]:
-    """Solve body(x, p) residuals = 0 from a guess: x, then 1.0 if it converged or -1.0 if not."""
+    """Solve body(x, p) residuals = 0 from a guess: x, then the number of iterations, negative if not converged."""
     symbol = _symbol([*guess, *parameters])
     if symbol is not None:
         size = len(guess)
@@ -68,7 +68,9 @@ def newton_floats(body: Body, guess: Sequence[float], parameters: Sequence[float
     """`newton` on floats."""
     size = len(guess)
     x = np.array(guess)
-    for _ in range(MAX_ITERATIONS):
+    count = 0
+    while count < MAX_ITERATIONS:
+        count += 1
         values = np.array(body(x.tolist(), parameters))
         try:
             step = np.linalg.solve(values[size:].reshape(size, size), values[:size])
@@ -79,8 +81,8 @@ def newton_floats(body: Body, guess: Sequence[float], parameters: Sequence[float
             break
         x = x - step * min(1.0, LARGEST_STEP / max(largest, 1e-300))
         if largest < SMALL_STEP:
-            return [*x.tolist(), 1.0]
-    return [*x.tolist(), -1.0]
+            return [*x.tolist(), float(count)]
+    return [*x.tolist(), -float(count)]
 
 
 def newton_columns(body: Body, guess: Sequence[Scalar], parameters: Sequence[Scalar]) -> list[Scalar]:
@@ -88,9 +90,10 @@ def newton_columns(body: Body, guess: Sequence[Scalar], parameters: Sequence[Sca
     size = len(guess)
     full = np.broadcast_arrays(*guess, *parameters)
     x, known = np.array(full[:size]), np.array(full[size:])
-    state = np.zeros(x.shape[1])  # 0 working, 1 converged, -1 given up
+    count = np.zeros(x.shape[1])
+    converged, working = np.zeros(x.shape[1], dtype=bool), np.ones(x.shape[1], dtype=bool)
     for _ in range(MAX_ITERATIONS):
-        rows = np.flatnonzero(state == 0.0)
+        rows = np.flatnonzero(working)
         if not len(rows):
             break
         values = np.array(np.broadcast_arrays(x[0, rows], *body(list(x[:, rows]), list(known[:, rows])))[1:])
@@ -100,8 +103,10 @@ def newton_columns(body: Body, guess: Sequence[Scalar], parameters: Sequence[Sca
         step = np.linalg.solve(jacobian, values[:size].T[..., None])[..., 0].T
         largest = np.abs(step).max(axis=0)
         x[:, rows] -= np.where(fine, step * np.minimum(1.0, LARGEST_STEP / np.maximum(largest, 1e-300)), 0.0)
-        state[rows] = np.where(fine, np.where(largest < SMALL_STEP, 1.0, 0.0), -1.0)
-    return [*x, np.where(state == 1.0, 1.0, -1.0)]
+        count[rows] += 1.0
+        converged[rows] = fine & (largest < SMALL_STEP)
+        working[rows] = fine & ~converged[rows]
+    return [*x, np.where(converged, count, -count)]
 
 
 def _symbol(entries: Sequence[Scalar]) -> Any:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from ..description.model import RobotDescription
-from .parallelogram import Parallelogram
+from .parallelogram import AngleStep
 from .patterns import Context
 from .posture import Posture
 from .step import Step
@@ -26,8 +26,8 @@ def choose_branch(
     best = min(_signs(robot, step, context, bool(told)), key=distance)
     if not _margin(step, posture, best, guess) > 0.0:
         problem = "does not close at the reference configuration; mend the geometry or give a reference that closes"
-        raise robot.error(_key(robot, step), problem)
-    if isinstance(step, Parallelogram):
+        raise robot.error(robot.closure_key(step.loops[0]), problem)
+    if isinstance(step, AngleStep):
         step.near(posture, context.near)
         step.solve(posture, best, guess)
     return best
@@ -42,19 +42,17 @@ def _margin(step: Step, posture: Posture, sign: float, guess: Sequence[float]) -
 
 def _signs(robot: RobotDescription, step: Step, context: Context, told: bool) -> list[float]:
     modes = step.modes
-    named = next((context.closures[name].assembly for name in step.loops), None)
-    if named is not None and len(step.loops) == 1:
+    closure = context.closures.get(step.loops[0]) if context.named and len(step.loops) == 1 else None
+    named = None if closure is None else closure.assembly
+    if named is not None:
         if named not in modes:
-            raise robot.error(f"{_key(robot, step)}.assembly", f"is '{named}'; this loop has {' and '.join(modes)}")
+            raise robot.error(
+                f"{robot.closure_key(step.loops[0])}.assembly", f"is '{named}'; this loop has {' and '.join(modes)}"
+            )
         return [1.0, -1.0][modes.index(named) :][:1]
     if len(modes) > 1 and not told and step.needs_mode:
         raise robot.error(
-            _key(robot, step),
+            robot.closure_key(step.loops[0]),
             f"has the assembly modes {' and '.join(modes)}; name one as assembly, or give its joints in reference",
         )
     return [1.0, -1.0][: len(modes)]
-
-
-def _key(robot: RobotDescription, step: Step) -> str:
-    name = step.loops[0]
-    return f"loops.{name}" if name in robot.loops else f"closures.{name}"

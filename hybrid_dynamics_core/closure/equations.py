@@ -45,6 +45,10 @@ class LoopEquations(ABC):
     def bias(self, posture: Posture, rates: Sequence[Scalar]) -> list[Scalar]:
         """(d/dt J_s) s' of each equation [1/s^2] at a closed posture."""
 
+    def marks(self, posture: Posture) -> list[Scalar]:  # noqa: ARG002
+        """Where the loop puts its links: equal where two sets of joint values mean the same configuration."""
+        return []
+
     def guards(self, posture: Posture) -> list[Scalar]:  # noqa: ARG002  most closures need none
         """Scalars that must be positive: what the equations alone cannot tell, such as a frame turned half round."""
         return []

@@ -100,6 +100,11 @@ class Distance(LoopEquations):
         total = total - dot(stretch, stretch) - dot(leg.end, leg.bias(rates)[0])
         return [total / self.length**2]
 
+    def marks(self, posture: Posture) -> list[Scalar]:
+        """Meeting point and target."""
+        origin, _, target = self.ends(posture)
+        return [*origin.end, *target.end]
+
 
 class Direction(LoopEquations):
     """The two other parts of the point closure: along the motion that each angle of the pivot gives the leg's end."""

@@ -34,12 +34,12 @@ def match(equations: Sequence[Equation], unknowns: Sequence[int]) -> Matching:
     shape = (len(equations), len(unknowns))
     if not pairs:
         return Matching([], list(unknowns), list(equations))
-    incidence = csr_array(coo_array((np.ones(len(pairs)), np.array(pairs).T), shape=shape))
+    incidence = csr_array(coo_array((np.ones(len(pairs)), np.array(pairs, dtype=np.int32).T), shape=shape))
     matched = maximum_bipartite_matching(incidence, perm_type="column")
     surplus = [e for e, m in zip(equations, matched.tolist(), strict=True) if m < 0]
-    undetermined = [k for k in unknowns if column[k] not in set(matched.tolist())]
-    if surplus or undetermined:
-        return Matching([], undetermined, surplus)
+    loose = _loose(incidence, matched)
+    if surplus or loose:
+        return Matching([], [unknowns[k] for k in loose], surplus)
     depends = csr_array(incidence[:, matched])  # equation r needs the unknowns of the equations in its row
     _, label = connected_components(depends, directed=True, connection="strong")
     blocks = [
@@ -47,6 +47,19 @@ def match(equations: Sequence[Equation], unknowns: Sequence[int]) -> Matching:
         for rows in _ordered(depends, label)
     ]
     return Matching(blocks, [], [])
+
+
+def _loose(incidence: csr_array, matched: np.ndarray) -> list[int]:
+    """Columns without an equation, and all that could be without one instead (alternating paths)."""
+    owner = {int(c): row for row, c in enumerate(matched) if c >= 0}
+    loose = [c for c in range(incidence.shape[1]) if c not in owner]
+    by_column = incidence.tocsc()
+    for c in loose:  # grows while it is walked
+        for row in by_column[:, [c]].indices:
+            other = int(matched[row])
+            if other >= 0 and other not in loose:
+                loose.append(other)
+    return sorted(loose)
 
 
 def _ordered(depends: csr_array, label: np.ndarray) -> list[list[int]]:

@@ -15,6 +15,7 @@ class NewtonStep(Step):
     """Equations of any loops, solved together; the branch is where the guess leads."""
 
     modes = ("reference",)
+    iterates = True
 
     def __init__(self, equations: Sequence[Equation], unknowns: Sequence[int], revolute: Mapping[int, bool]) -> None:
         self.equations = tuple(equations)
@@ -23,10 +24,10 @@ class NewtonStep(Step):
         self._known = self.known
 
     def solve(self, posture: Posture, branch: Scalar, guess: Sequence[Scalar]) -> Scalar:  # noqa: ARG002
-        """The margin is 1 if the iteration converged and -1 if it did not."""
+        """The margin is the number of iterations, negative if they did not converge."""
         parameters: list[Scalar] = []
         for k in self._known:
-            parameters += [posture.c[k], posture.s[k]] if self._revolute[k] else [posture.q[k]]
+            parameters += [posture.q[k], posture.c[k], posture.s[k]] if self._revolute[k] else [posture.q[k]]
         *values, converged = newton(self.body, [guess[k] for k in self.unknowns], parameters)
         for k, value in zip(self.unknowns, values, strict=True):
             put = posture.set_angle if self._revolute[k] else posture.set_length
@@ -38,10 +39,9 @@ class NewtonStep(Step):
         posture = Posture(1 + max((*self._known, *self.unknowns)))
         given = iter(parameters)
         for k in self._known:
+            posture.q[k] = next(given)
             if self._revolute[k]:
                 posture.c[k], posture.s[k] = next(given), next(given)
-            else:
-                posture.q[k] = next(given)
         for k, value in zip(self.unknowns, unknowns, strict=True):
             posture.q[k] = value
             if self._revolute[k]:

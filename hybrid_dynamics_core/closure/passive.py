@@ -91,9 +91,18 @@ class ClosedMotion:
             multipliers.append(mu)
         return [f[k] for k in self.given], multipliers[::-1]
 
+    def iterations(self) -> Scalar:
+        """Number of iterations of all steps together; 0 where everything has a closed form."""
+        total: Scalar = 0.0
+        for step, margin in zip(self.steps, self.margins, strict=True):
+            total = total + margin if step.iterates else total
+        return total
+
     def distances(self) -> list[Scalar]:
         """Per step: distance to a singularity, 1 at best and 0 where J_z of the step is singular."""
         result = []
-        for block, inverse, margin in zip(self.blocks, self._inverses, self.margins, strict=True):
-            result.append(sqrt(margin) if len(block) == 1 else inverse.conditioning(block))
+        parts = zip(self.steps, self.blocks, self._inverses, self.margins, strict=True)
+        for step, block, inverse, margin in parts:
+            closed_form = len(block) == 1 and not step.iterates
+            result.append(sqrt(margin) if closed_form else inverse.conditioning(block))
         return result

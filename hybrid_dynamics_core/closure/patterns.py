@@ -15,8 +15,9 @@ from .leg import Direction, Distance
 from .leg_steps import PivotDirection, SlideDistance, ThreeSpheres, TurnDistance, slides_only
 from .matching import Block
 from .newton_step import NewtonStep
-from .parallelogram import PARALLELOGRAM, Parallelogram
-from .planar import PlanarPin
+from .parallelogram import PARALLELOGRAM, AngleStep
+from .planar import AngleSum, PlanarPin
+from .relation import CoordinateRelation, RelationStep
 from .step import Step
 
 
@@ -27,6 +28,7 @@ class Context:
     tree: Tree
     closures: Mapping[str, Closure]
     near: Mapping[int, float]
+    named: bool = True  # whether the modes that the file names are meant: for the active coordinates only
 
     def revolute(self, coordinate: int) -> bool:
         """Whether a coordinate is an angle."""
@@ -34,7 +36,7 @@ class Context:
 
 
 def make_step(block: Block, context: Context) -> Step:
-    """The step that solves a block. ValueError where the file claims a pattern that the geometry does not have."""
+    """The step that solves a block."""
     for pattern in _PATTERNS:
         step = pattern(block, context)
         if step is not None:
@@ -51,9 +53,22 @@ def _planar_pin(block: Block, context: Context) -> Step | None:
     if not isinstance(pin, PlanarPin):
         return None
     first, second = (j for j in pin.geometry.joints if j.coordinate in block.unknowns)
-    if context.closures[pin.name].assembly == PARALLELOGRAM:
-        return Parallelogram(pin, (first, second))
     return dyad(pin, (first, second), context.near)
+
+
+def _angle_sum(block: Block, context: Context) -> Step | None:
+    loop = block.equations[0].loop
+    if len(block.equations) != 1 or not isinstance(loop, AngleSum):
+        return None
+    parallelogram = context.closures[loop.name].assembly == PARALLELOGRAM
+    return AngleStep(loop, block.unknowns[0], PARALLELOGRAM if parallelogram else "only")
+
+
+def _relation(block: Block, context: Context) -> Step | None:
+    loop, unknown = block.equations[0].loop, block.unknowns[0]
+    if len(block.equations) != 1 or not isinstance(loop, CoordinateRelation):
+        return None
+    return RelationStep(loop, unknown, context.revolute(unknown))
 
 
 def _one_distance(block: Block, context: Context) -> Step | None:
@@ -85,6 +100,8 @@ def _three_spheres(block: Block, context: Context) -> Step | None:  # noqa: ARG0
 
 _PATTERNS: tuple[Callable[[Block, Context], Step | None], ...] = (
     _planar_pin,
+    _angle_sum,
+    _relation,
     _one_distance,
     _direction,
     _three_spheres,

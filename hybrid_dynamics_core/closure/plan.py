@@ -6,20 +6,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ..algebra.scalar import Scalar
-from ..description.model import Closure, RobotDescription
+from ..description.model import RobotDescription
 from ..mechanism.tree import Tree
 from .branch import choose_branch
 from .equations import Equation, LoopEquations
-from .leg import Direction, Distance, find_pivot
+from .loops import loop_equations
 from .matching import match
+from .newton_step import NewtonStep
 from .patterns import Context, make_step
-from .planar import planar_equations
 from .posture import Posture
-from .rank import rank_equations
-from .spatial import Chain, SpatialClosure, closure_chains
+from .rank import CLOSED, close_numerically, rank_equations
 from .step import Step
-
-CLOSED = 1e-6  # residual, in lengths of the loop, up to which a reference counts as closed
 
 
 @dataclass(frozen=True)
@@ -46,27 +43,25 @@ def build_plan(
     `near`: a configuration from which modes are read and iterations start (the description's reference if None).
     Raises DescriptionError where the loops do not fit the given coordinates or do not close.
     """
+    named = given is None
     given = tuple(range(tree.n_active)) if given is None else tuple(given)
     if near is None:
         near = {k: robot.reference[name] for k, name in enumerate(tree.coordinates) if name in robot.reference}
     unknowns = [k for k in range(len(tree.coordinates)) if k not in given]
-    loops = _all_equations(tree, robot, frozenset(unknowns))
+    loops = loop_equations(tree, robot, frozenset(unknowns))
     equations, redundant = _independent(tree, robot, loops, near, unknowns)
     matching = match(equations, unknowns)
     if matching.undetermined:
         names = ", ".join(tree.coordinates[k] for k in matching.undetermined)
         raise robot.error("active", f"the loops do not determine {names}; choose other active joints")
-    context = Context(tree, {c.name: c for c in robot.closures}, near)
+    context = Context(tree, {c.name: c for c in robot.closures}, near, named)
     guess = [float(near.get(k, 0.0)) for k in range(len(tree.coordinates))]
     posture = given_posture(tree, {k: guess[k] for k in given})
-    steps, branch = [], []
-    for block in matching.blocks:
-        try:
-            steps.append(make_step(block, context))
-        except ValueError as error:
-            key = f"{_key(robot, block.equations[0].loop.name)}.assembly"
-            raise robot.error(key, f"is not a parallelogram: {error}") from error
-        branch.append(choose_branch(robot, steps[-1], context, posture, guess))
+    steps = [make_step(block, context) for block in matching.blocks]
+    if any(isinstance(step, NewtonStep) for step in steps):  # these start where everything is closed already
+        closed, residual = close_numerically(tree, loops, guess, unknowns)
+        guess = closed.tolist() if max(residual.values()) < CLOSED else guess
+    branch = [choose_branch(robot, step, context, posture, guess) for step in steps]
     _check_closed(robot, loops, posture)
     return ClosurePlan(given, tuple(steps), tuple(branch), posture, tuple(loops), tuple(redundant))
 
@@ -79,34 +74,6 @@ def given_posture(tree: Tree, values: Mapping[int, Scalar]) -> Posture:
             put = posture.set_angle if body.type == "revolute" else posture.set_length
             put(body.coordinate, values[body.coordinate])
     return posture
-
-
-def _all_equations(tree: Tree, robot: RobotDescription, unknowns: frozenset[int]) -> list[LoopEquations]:
-    """Every closure as equations, in the form that splits best."""
-    seen: dict[int, int] = {}
-    chains = {c.name: closure_chains(tree, c) for c in robot.closures}
-    for a, b in chains.values():
-        for k in a.coordinates | b.coordinates:
-            seen[k] = seen.get(k, 0) + 1
-    private = frozenset(k for k, count in seen.items() if count == 1) & unknowns
-    loops: list[LoopEquations] = []
-    for closure in robot.closures:
-        try:
-            loops += planar_equations(tree, closure)
-        except ValueError as error:
-            if closure.kind == "planar":
-                raise robot.error(_key(robot, closure.name), str(error)) from error
-            loops += _spatial(closure, chains[closure.name], private)
-    return loops
-
-
-def _spatial(closure: Closure, chains: tuple[Chain, Chain], private: frozenset[int]) -> list[LoopEquations]:
-    if closure.kind == "point":
-        for leg, target in (chains, chains[::-1]):
-            pivot = find_pivot(leg, private)
-            if pivot is not None:
-                return [Distance(closure.name, pivot, target), Direction(closure.name, pivot, leg, target)]
-    return [SpatialClosure(closure.name, closure.kind, *chains)]
 
 
 def _independent(
@@ -132,7 +99,7 @@ def _independent(
     worst = max(ranked.residual, key=lambda name: ranked.residual[name])
     if ranked.residual[worst] > CLOSED:
         raise robot.error(
-            _key(robot, worst),
+            robot.closure_key(worst),
             f"does not close: {ranked.residual[worst]:.2g} of its length is left open; mend the geometry, "
             "or give a reference nearer to a closed configuration",
         )
@@ -156,9 +123,5 @@ def _check_closed(robot: RobotDescription, loops: Sequence[LoopEquations], postu
         if not error < CLOSED or flipped:
             size = f"{error:.2g} of its length is left open" if not flipped else "its frames face opposite ways"
             raise robot.error(
-                _key(robot, loop.name), f"does not close at the reference: {size}; mend geometry or reference"
+                robot.closure_key(loop.name), f"does not close at the reference: {size}; mend geometry or reference"
             )
-
-
-def _key(robot: RobotDescription, name: str) -> str:
-    return f"loops.{name}" if name in robot.loops else f"closures.{name}"

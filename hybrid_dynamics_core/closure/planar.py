@@ -19,6 +19,7 @@ from ..mechanism.tree import Tree
 from .equations import Linearised, LoopEquations, Row
 from .posture import Posture
 
+Turns = tuple[tuple[int, float], ...]  # (coordinate, +1 or -1)
 APART = 1e-6  # [m] along the loop's axis up to which two points count as one: printed numbers are rounded
 PARALLEL = 1e-9  # sine of the angle up to which two constant axes count as parallel
 
@@ -145,35 +146,46 @@ class PlanarPin(LoopEquations):
         a, b = self.chains(posture)
         return list(scale(1.0 / self.length, sub(a.bias(rates), b.bias(rates))))
 
+    def marks(self, posture: Posture) -> list[Scalar]:
+        """Pivots and ends."""
+        return [x for chain in self.chains(posture) for p in (*chain.pivots, chain.end) if p is not None for x in p]
+
 
 class AngleSum(LoopEquations):
-    """The two end links of a planar loop are parallel: the sine of the angle between them is zero."""
+    """offset + sum of +-angles = 0 modulo a turn: the end links of a planar loop, or two bars, stay parallel."""
 
     length = 1.0
 
-    def __init__(self, name: str, geometry: PlanarGeometry, offset: float) -> None:
+    def __init__(self, name: str, turns: Turns, offset: float) -> None:
+        sums: dict[int, float] = {}
+        for k, sign in turns:
+            sums[k] = sums.get(k, 0.0) + sign
         self.name, self.offset = name, offset
-        turns = [(j.coordinate, j.sign) for j in geometry.chain_a if j.revolute]
-        self.turns = turns + [(j.coordinate, -j.sign) for j in geometry.chain_b if j.revolute]
+        self.turns = tuple((k, sign) for k, sign in sums.items() if sign)
         self.involved = (frozenset(k for k, _ in self.turns),)
 
-    def _difference(self, posture: Posture) -> tuple[Scalar, Scalar]:
+    def _sum(self, posture: Posture) -> tuple[Scalar, Scalar]:
+        """Cosine and sine of the sum."""
         c, s = constant((math.cos(self.offset), math.sin(self.offset)))
         for k, sign in self.turns:
             c, s = turn(posture.c[k], sign * posture.s[k], (c, s))
         return c, s
 
     def linearise(self, posture: Posture) -> Linearised:
-        """Constant row where the links are parallel."""
-        return Linearised([dict(self.turns)], [self._difference(posture)[1]])
+        """A constant row; the residual is the sine of the sum."""
+        return Linearised([dict(self.turns)], [self._sum(posture)[1]])
 
     def bias(self, posture: Posture, rates: Sequence[Scalar]) -> list[Scalar]:  # noqa: ARG002
         """None: the relation between the angles is linear."""
         return [0.0]
 
+    def marks(self, posture: Posture) -> list[Scalar]:
+        """The angles themselves."""
+        return [x for k, _ in self.turns for x in (posture.c[k], posture.s[k])]
+
     def guards(self, posture: Posture) -> list[Scalar]:
         """Parallel, not opposed."""
-        return [self._difference(posture)[0]]
+        return [self._sum(posture)[0]]
 
 
 def planar_equations(tree: Tree, closure: Closure) -> list[LoopEquations]:
@@ -203,8 +215,11 @@ def planar_equations(tree: Tree, closure: Closure) -> list[LoopEquations]:
     if closure.kind == "frame":
         if np.linalg.norm(frame_a[2] - frame_b[2]) > PARALLEL:
             raise ValueError("its frames are tilted out of the loop's plane against each other")
-        offset = math.atan2(frame_a[1, 0], frame_a[0, 0]) - math.atan2(frame_b[1, 0], frame_b[0, 0])
-        equations.append(AngleSum(closure.name, geometry, offset))
+        apart = frame_a @ frame_b.T  # a turn about the normal
+        offset = math.atan2(apart[1, 0], apart[0, 0])
+        turns = [(j.coordinate, j.sign) for j in geometry.chain_a if j.revolute]
+        turns += [(j.coordinate, -j.sign) for j in geometry.chain_b if j.revolute]
+        equations.append(AngleSum(closure.name, tuple(turns), offset))
     return equations
 
 

@@ -13,6 +13,7 @@ from .equations import Equation, LoopEquations
 from .posture import Posture
 
 MAX_ITERATIONS = 200
+CLOSED = 1e-6  # residual, in lengths of the loop, up to which a configuration counts as closed
 INDEPENDENT = 1e-7  # share of a row that must be left after the rows before it are taken out
 STIR = 0.07  # [rad or m] how far the given coordinates are moved off symmetric places before the rank is read
 
@@ -39,7 +40,7 @@ def rank_equations(
     moved, moved_residual = close_numerically(tree, loops, stirred, unknowns)
     if max(moved_residual.values(), default=0.0) > 1e-9:
         moved = closed
-    jacobian = _jacobian(tree, loops, moved, unknowns)[1]
+    jacobian = jacobian_of(tree, loops, moved, unknowns)[1]
     chosen = _independent_rows(jacobian)
     idle = _idle(jacobian[chosen], unknowns)
     return Ranked(
@@ -56,7 +57,7 @@ def close_numerically(
     best, best_s = np.inf, s.copy()
     stalled = 0
     for _ in range(MAX_ITERATIONS):
-        residual, jacobian = _jacobian(tree, loops, s, unknowns)
+        residual, jacobian = jacobian_of(tree, loops, s, unknowns)
         size = float(np.abs(residual).max(initial=0.0))
         stalled = 0 if size < 0.9 * best else stalled + 1
         if size < best:
@@ -82,7 +83,8 @@ def posture_of(tree: Tree, s: Sequence[float] | Array) -> Posture:
     return posture
 
 
-def _jacobian(tree: Tree, loops: Sequence[LoopEquations], s: Array, unknowns: Sequence[int]) -> tuple[Array, Array]:
+def jacobian_of(tree: Tree, loops: Sequence[LoopEquations], s: Array, unknowns: Sequence[int]) -> tuple[Array, Array]:
+    """Residuals (m,) of all equations at s, and their Jacobian (m, unknowns)."""
     posture = posture_of(tree, s)
     residual, rows = [], []
     for loop in loops:

@@ -174,6 +174,11 @@ class SpatialClosure(LoopEquations):
                 result.append(dot(sub(alpha_a, alpha_b), cross(x, y)) + dot(sub(omega_a, omega_b), turning))
         return result
 
+    def marks(self, posture: Posture) -> list[Scalar]:
+        """Joint origins and ends of both chains, and how the ends lie."""
+        states = [chain.at(posture) for chain in (self.a, self.b)]
+        return [x for state in states for v in (*state.origins, state.end, *state.rotation) for x in v]
+
     def guards(self, posture: Posture) -> list[Scalar]:
         """Axes that the equations make parallel must not be opposed."""
         if not self.pairs:

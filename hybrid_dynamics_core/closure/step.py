@@ -21,6 +21,7 @@ class Step(ABC):
     equations: tuple[Equation, ...]
     unknowns: tuple[int, ...]
     modes: tuple[str, ...] = ONLY
+    iterates = False  # whether the margin is a number of iterations
     needs_mode = False  # whether the file must tell the mode; otherwise the one nearest zero is taken
 
     @property

@@ -1,157 +1,177 @@
-"""Checked plain data -> frozen objects: expressions become numbers, offsets and shapes are expanded."""
+"""Checked and expanded plain data -> frozen objects: expressions become numbers, offsets and shapes are worked in."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
 
-from .expressions import evaluate
-from .geometry import check_inertia, rod_inertia, rotation_about, rotation_from_rpy, unit_axis
-from .located_yaml import LocatedDocument, Path_
-from .model import Array, Closure, Frame, Joint, Link, Loop, RobotDescription, frozen
+from .document import Document, Path_
+from .geometry import TRIANGLE_SLACK, Transform, rotation_about
+from .inertia import read_inertia
+from .model import Array, Closure, Frame, Joint, Link, Loop, Mimic, RobotDescription, frozen
+from .places import Places
+from .values import Numbers
 
 T = TypeVar("T")
 STANDARD_GRAVITY = [0, 0, -9.81]
-_FLOAT_LIMIT = 1e12  # beyond this an SI value of a robot is a slip
+PRINTED = 1e-3  # relative slack of inertias that a drawing program printed with few digits
 
 
-def build_description(document: LocatedDocument) -> RobotDescription:
-    """Build every part of a schema-checked document."""
+def build_description(document: Document) -> RobotDescription:
+    """Build every part of an expanded document whose names are checked."""
     return _Builder(document).robot()
 
 
 class _Builder:
-    def __init__(self, document: LocatedDocument) -> None:
+    def __init__(self, document: Document) -> None:
         self.document = document
         self.data: dict[str, Any] = document.data
-        self.parameters: dict[str, float] = {}
-        for name, value in self.data.get("parameters", {}).items():
-            self.parameters[name] = self.number(value, ("parameters", name))
+        self.numbers = Numbers(document)
+        self.places = Places(self.numbers)
 
     def robot(self) -> RobotDescription:
-        data = self.data
+        data, numbers = self.data, self.numbers
         return RobotDescription(
             name=data["name"],
             source=data.get("source", ""),
-            gravity=self.vector(data.get("gravity", STANDARD_GRAVITY), ("gravity",)),
+            gravity=numbers.vector(data.get("gravity", STANDARD_GRAVITY), ("gravity",)),
             base=data.get("base", "base"),
-            links=self.each("links", self.link),
-            joints=self.each("joints", self.joint),
-            closures=tuple(self.closure(name, entry) for name, entry in data.get("loops", {}).items()),
-            loops=self.each("loops", lambda name, entry, _: _loop(name, entry)),
+            links=self.links(),
+            joints=self.joints(),
+            closures=tuple(self.each("closures", self.closure).values()),
+            loops=self.each("loops", self.loop),
             active=tuple(data["active"]),
             end_effector="end_effector",
-            frames=MappingProxyType(
-                {
-                    **self.each("frames", self.frame),
-                    "end_effector": self.frame("", data["end_effector"], ("end_effector",)),
-                }
-            ),
-            reference=self.each("reference", lambda _, value, path: self.number(value, path)),
+            frames=self.frames(),
+            reference=self.each("reference", lambda _, value, path: numbers.number(value, path)),
+            active_set=data.get("active_set", "exact"),
+            mimics=self.mimics(),
             file=self.document.file,
             lines=self.document.lines(),
+            files=self.document.files(),
+            notes=tuple(self.document.notes),
         )
 
     def each(self, section: str, build: Callable[[str, Any, Path_], T]) -> Mapping[str, T]:
         entries = self.data.get(section, {})
         return MappingProxyType({name: build(name, value, (section, name)) for name, value in entries.items()})
 
-    def number(self, value: float | str, path: Path_) -> float:
-        try:
-            number = evaluate(value, self.parameters) if isinstance(value, str) else float(value)
-        except (ValueError, OverflowError) as error:
-            raise self.document.error(path, str(error)) from error
-        if not math.isfinite(number) or abs(number) > _FLOAT_LIMIT:
-            raise self.document.error(path, f"is {value}; expected a finite number in SI units")
-        return number
+    # -- links -------------------------------------------------------------------------------------------------
 
-    def vector(self, values: list[Any], path: Path_) -> Array:
-        return frozen([self.number(v, (*path, k)) for k, v in enumerate(values)])
+    def links(self) -> Mapping[str, Link]:
+        """Moving links and the base, each with the links fixed to it as one body."""
+        links: dict[str, Link] = {}
+        fixed: list[tuple[str, Link]] = []
+        for name, entry in self.data["links"].items():
+            link = self.link(name, entry or {}, ("links", name))
+            carrier, pose = self.places.place(name)
+            link = _moved(link, pose)
+            if self.places.is_fixed(name):
+                fixed.append((carrier, link))
+            else:
+                links[name] = link
+        for carrier, link in fixed:
+            if link.mass:
+                links[carrier] = _joined(links.get(carrier, Link(carrier)), link)
+        return MappingProxyType(links)
 
-    def pose(self, entry: Mapping[str, Any], path: Path_) -> tuple[Array, Array]:
-        xyz = self.vector(entry.get("xyz", [0, 0, 0]), (*path, "xyz"))
-        roll, pitch, yaw = self.vector(entry.get("rpy", [0, 0, 0]), (*path, "rpy"))
-        return rotation_from_rpy(roll, pitch, yaw), xyz
-
-    def frame(self, _: str, entry: Mapping[str, Any], path: Path_) -> Frame:
-        rotation, translation = self.pose(entry, path)
-        return Frame(entry["link"], rotation, translation)
-
-    def link(self, name: str, entry: Mapping[str, Any] | None, path: Path_) -> Link:
-        entry = entry or {}
-        mass = self.number(entry.get("mass", 0), (*path, "mass"))
+    def link(self, name: str, entry: Mapping[str, Any], path: Path_) -> Link:
+        mass = self.numbers.number(entry.get("mass", 0), (*path, "mass"))
         if mass < 0.0:
             raise self.document.error((*path, "mass"), f"is {mass:g} kg; a mass is zero or positive")
-        inertia = self.inertia(entry.get("inertia", {"xx": 0}), mass, (*path, "inertia"))
+        where = (*path, "inertia")
+        slack = PRINTED if name in self.document.printed else TRIANGLE_SLACK
+        inertia = read_inertia(self.numbers, entry.get("inertia", {"xx": 0}), mass, where, slack)
         if mass == 0.0 and np.any(inertia):
-            raise self.document.error((*path, "inertia"), "the link has an inertia but no mass; give its mass")
-        return Link(name, mass, self.vector(entry.get("com", [0, 0, 0]), (*path, "com")), inertia)
+            raise self.document.error(where, "the link has an inertia but no mass; give its mass")
+        if mass > 0.0 and "inertia" not in entry:
+            self.document.notes.append(f"{name}: no inertia given; its {mass:g} kg are taken as a point at its com")
+        com = self.numbers.vector(entry.get("com", [0, 0, 0]), (*path, "com"))
+        return Link(name, mass, com, inertia)
 
-    def inertia(self, entry: Any, mass: float, path: Path_) -> Array:
-        if isinstance(entry, list):
-            inertia = frozen([self.vector(row, (*path, k)) for k, row in enumerate(entry)])
-        elif "rod" in entry:
-            rod = entry["rod"]
-            inertia = rod_inertia(mass, rod["axis"], self.number(rod["length"], (*path, "rod", "length")))
-        else:
-            part = {key: self.number(value, (*path, key)) for key, value in entry.items()}
-            xx, yy, zz, xy, xz, yz = (part.get(key, 0.0) for key in ("xx", "yy", "zz", "xy", "xz", "yz"))
-            inertia = frozen([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        try:
-            check_inertia(inertia)
-        except ValueError as error:
-            raise self.document.error(path, str(error)) from error
-        return inertia
+    # -- joints ------------------------------------------------------------------------------------------------
+
+    def joints(self) -> Mapping[str, Joint]:
+        moving = {name: entry for name, entry in self.data["joints"].items() if entry["type"] != "fixed"}
+        return MappingProxyType({name: self.joint(name, entry, ("joints", name)) for name, entry in moving.items()})
 
     def joint(self, name: str, entry: Mapping[str, Any], path: Path_) -> Joint:
-        rotation, translation = self.pose(entry.get("origin", {}), (*path, "origin"))
-        axis = self.axis(entry["axis"], (*path, "axis"))
-        offset = self.number(entry.get("offset", 0), (*path, "offset"))
+        pose = self.numbers.pose(entry.get("origin", {}), (*path, "origin"))
+        parent = self.places.frame(entry["parent"], pose)
+        rotation, translation = parent.rotation, parent.translation
+        axis = self.numbers.axis(entry["axis"], (*path, "axis"))
+        offset = self.numbers.number(entry.get("offset", 0), (*path, "offset"))
         if offset and entry["type"] == "revolute":
             rotation = frozen(rotation @ rotation_about(axis, offset))
         elif offset:
             translation = frozen(translation + rotation @ (axis * offset))
-        return Joint(
-            name,
-            entry["type"],
-            entry["parent"],
-            entry["child"],
-            rotation,
-            translation,
-            axis,
-            self.limits(entry.get("limits"), (*path, "limits")),
+        limits = self.numbers.limits(entry.get("limits"), (*path, "limits"))
+        return Joint(name, entry["type"], parent.link, entry["child"], rotation, translation, axis, limits)
+
+    def mimics(self) -> Mapping[str, Mimic]:
+        """Joints that follow others."""
+        told = {name: entry["mimic"] for name, entry in self.data["joints"].items() if "mimic" in entry}
+        return MappingProxyType({name: self.mimic(entry, ("joints", name, "mimic")) for name, entry in told.items()})
+
+    def mimic(self, entry: Mapping[str, Any], path: Path_) -> Mimic:
+        factor = self.numbers.number(entry.get("multiplier", 1), (*path, "multiplier"))
+        if factor == 0.0:
+            raise self.document.error((*path, "multiplier"), "is 0, so the joint would not move; make it a fixed joint")
+        return Mimic(entry["joint"], factor, self.numbers.number(entry.get("offset", 0), (*path, "offset")))
+
+    # -- frames and closures -----------------------------------------------------------------------------------
+
+    def frames(self) -> Mapping[str, Frame]:
+        """Named frames, the places of links fixed to others, and the end effector."""
+        named = {name: self.places.frame(name) for name in self.data.get("frames", {})}
+        fixed = {name: self.places.frame(name) for name in self.data["links"] if self.places.is_fixed(name)}
+        end_effector = self.frame("end_effector", self.data["end_effector"], ("end_effector",))
+        return MappingProxyType({**named, **fixed, "end_effector": end_effector})
+
+    def frame(self, _: str, entry: Mapping[str, Any], path: Path_) -> Frame:
+        return self.places.frame(entry["link"], self.numbers.pose(entry, path))
+
+    def closure(self, name: str, entry: Mapping[str, Any], path: Path_) -> Closure:
+        a, b = (
+            self.places.frame(link, self.numbers.place(place, (*path, "between", link)))
+            for link, place in entry["between"].items()
         )
-
-    def axis(self, entry: str | list[Any], path: Path_) -> Array:
-        try:
-            return unit_axis(entry if isinstance(entry, str) else [float(v) for v in self.vector(entry, path)])
-        except ValueError as error:
-            raise self.document.error(path, str(error)) from error
-
-    def limits(self, entry: list[Any] | None, path: Path_) -> tuple[float, float]:
-        if entry is None:
-            return -math.inf, math.inf
-        lower, upper = (float(v) for v in self.vector(entry, path))
-        if lower >= upper:
-            raise self.document.error(path, f"the lower limit {lower:g} is not below the upper limit {upper:g}")
-        return lower, upper
-
-    def closure(self, name: str, entry: Mapping[str, Any]) -> Closure:
-        path: Path_ = ("loops", name, "pin")
-        (link_a, point_a), (link_b, point_b) = entry["pin"].items()
         return Closure(
             name,
-            link_a,
-            self.vector(point_a, (*path, link_a)),
-            link_b,
-            self.vector(point_b, (*path, link_b)),
+            a.link,
+            a.translation,
+            b.link,
+            b.translation,
+            entry["kind"],
+            a.rotation,
+            b.rotation,
             assembly=entry.get("assembly"),
         )
 
+    def loop(self, name: str, entry: Mapping[str, Any], _: Path_) -> Loop:
+        base, arm, k1, k2 = (self.places.place(entry[role])[0] for role in ("base", "arm", "k1", "k2"))
+        return Loop(name, entry["type"], base, arm, k1, k2)
 
-def _loop(name: str, entry: Mapping[str, Any]) -> Loop:
-    return Loop(name, entry["type"], entry["base"], entry["arm"], entry["k1"], entry["k2"])
+
+def _moved(link: Link, pose: Transform) -> Link:
+    """The link with its data in the frame in which `pose` stands."""
+    if pose.is_identity():
+        return link
+    inertia = pose.rotation @ link.inertia @ pose.rotation.T
+    return Link(link.name, link.mass, pose.point(link.com), frozen((inertia + inertia.T) / 2.0))
+
+
+def _joined(a: Link, b: Link) -> Link:
+    """Two bodies given in one frame as one."""
+    mass = a.mass + b.mass
+    com = frozen((a.mass * a.com + b.mass * b.com) / mass)
+    inertia = a.inertia + b.inertia + a.mass * _spread(a.com - com) + b.mass * _spread(b.com - com)
+    return Link(a.name, mass, com, frozen(inertia))
+
+
+def _spread(arm: Array) -> Array:
+    """Steiner's term of a unit mass."""
+    return np.asarray(arm @ arm * np.eye(3) - np.outer(arm, arm))

@@ -1,109 +1,139 @@
-"""What the schema cannot say: names that exist, one tree, loops of the type they claim."""
+"""What the schema cannot say: names that exist, one tree, values within their limits."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
-from .located_yaml import LocatedDocument, Path_
+from .document import Document, Path_
 from .model import RobotDescription
 from .schema import nearest
 
 
-def check_description(document: LocatedDocument, robot: RobotDescription) -> None:
-    """Raise a DescriptionError at the first entry that contradicts another one."""
-    _check_tree(document, robot)
-    _check_frames(document, robot)
-    _check_loops(document, robot)
-    _check_active(document, robot)
+def check_names(document: Document) -> None:
+    """Raise a DescriptionError at the first name of an expanded document that does not fit the others."""
+    _Names(document).check()
 
 
-def _require(document: LocatedDocument, name: str, known: Iterable[str], path: Path_, kind: str) -> None:
-    known = list(known)
-    if name not in known:
-        raise document.error(path, f"there is no {kind} '{name}'{nearest(name, known)}; known: {', '.join(known)}")
-
-
-def _links(robot: RobotDescription) -> list[str]:
-    return [robot.base, *(name for name in robot.links if name != robot.base)]
-
-
-def _check_tree(document: LocatedDocument, robot: RobotDescription) -> None:
-    parent_joint: dict[str, str] = {}
-    for name, joint in robot.joints.items():
-        path: Path_ = ("joints", name)
-        _require(document, joint.parent, _links(robot), (*path, "parent"), "link")
-        _require(document, joint.child, _links(robot), (*path, "child"), "link")
-        if joint.child == robot.base:
-            raise document.error((*path, "child"), f"the base '{robot.base}' cannot be a child; swap parent and child")
-        if joint.child in parent_joint:
-            other = parent_joint[joint.child]
-            raise document.error(
-                (*path, "child"),
-                f"link '{joint.child}' already hangs on joint '{other}'; a link has one joint to its parent: "
-                "close the second connection with a loop",
-            )
-        parent_joint[joint.child] = name
-    for link in robot.links:
-        if link != robot.base and link not in parent_joint:
-            raise document.error(
-                ("links", link), "no joint has this link as its child; add the joint or remove the link"
-            )
-        _check_reaches_base(document, robot, parent_joint, link)
-
-
-def _check_reaches_base(
-    document: LocatedDocument, robot: RobotDescription, parent_joint: dict[str, str], link: str
-) -> None:
-    seen = [link]
-    while seen[-1] != robot.base:
-        parent = robot.joints[parent_joint[seen[-1]]].parent
-        if parent in seen:
-            chain = " -> ".join([*reversed(seen), parent] if len(seen) == 1 else [*seen, parent])
-            raise document.error(
-                ("joints", parent_joint[link]),
-                f"the joints form a cycle ({chain}) that never reaches the base '{robot.base}'",
-            )
-        seen.append(parent)
-
-
-def _check_frames(document: LocatedDocument, robot: RobotDescription) -> None:
-    for name, frame in robot.frames.items():
-        path: Path_ = (name,) if name == "end_effector" else ("frames", name)
-        _require(document, frame.link, _links(robot), (*path, "link"), "link")
-        if name in _links(robot) and name != frame.link:
-            raise document.error(path, f"'{name}' is also the name of a link; frames need names of their own")
-
-
-def _check_active(document: LocatedDocument, robot: RobotDescription) -> None:
-    for k, name in enumerate(robot.active):
-        _require(document, name, robot.joints, ("active", k), "joint")
+def check_values(document: Document, robot: RobotDescription) -> None:
+    """Raise a DescriptionError at the first built value that contradicts another one."""
     for name, value in robot.reference.items():
-        _require(document, name, robot.joints, ("reference", name), "joint")
         lower, upper = robot.joints[name].limits
         if not lower <= value <= upper:
             raise document.error(
                 ("reference", name), f"is {value:g}, outside the limits [{lower:g}, {upper:g}] of the joint"
             )
+    for closure in robot.closures:
+        if closure.link_a == closure.link_b:
+            raise document.error(
+                ("closures", closure.name), f"both ends are on the link '{closure.link_a}', which cannot move in itself"
+            )
 
 
-def _check_loops(document: LocatedDocument, robot: RobotDescription) -> None:
-    hangs_on = {joint.child: joint.parent for joint in robot.joints.values()}
-    pins = {closure.name: {closure.link_a, closure.link_b} for closure in robot.closures}
-    for name, loop in robot.loops.items():
-        path: Path_ = ("loops", name)
-        for role in ("base", "arm", "k1", "k2"):
-            _require(document, getattr(loop, role), _links(robot), (*path, role), "link")
-        for link in pins[name]:
-            _require(document, link, (loop.base, loop.arm, loop.k1, loop.k2), (*path, "pin"), "link of this loop")
-        k2_on, pin_to = (loop.k1, {loop.k2, loop.arm}) if loop.type == "A" else (loop.arm, {loop.k1, loop.k2})
-        if hangs_on.get(loop.k2) != k2_on:
-            raise document.error(
-                (*path, "k2"),
-                f"in a loop of Type {loop.type} '{loop.k2}' hangs on '{k2_on}', not on '{hangs_on.get(loop.k2)}'",
+class _Names:
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        data: Mapping[str, Any] = document.data
+        self.base: str = data.get("base", "base")
+        self.links: dict[str, Any] = data.get("links", {})
+        self.joints: dict[str, Any] = data.get("joints", {})
+        self.frames: dict[str, Any] = data.get("frames", {})
+        self.places = list(dict.fromkeys([self.base, *self.links, *self.frames]))
+        self.parent_joint: dict[str, str] = {}
+
+    def check(self) -> None:
+        if not self.joints:
+            raise self.document.error((), "there are no joints; give joints, chain, legs, modules or urdf")
+        self._frames()
+        self._joints()
+        for link in self.links:
+            self._reaches_base(link)
+        self._closures()
+        moving = [name for name, joint in self.joints.items() if joint["type"] != "fixed"]
+        active = self.document.data["active"]
+        for k, name in enumerate(active):
+            self._require(name, moving, ("active", k), "joint")
+            source = self.joints[name].get("mimic", {}).get("joint")
+            if source in active:
+                problem = f"'{name}' follows '{source}', which is active too; leave one out"
+                raise self.document.error(("active", k), problem)
+        for name in self.document.data.get("reference", {}):
+            self._require(name, moving, ("reference", name), "joint")
+
+    def _require(self, name: str, known: Iterable[str], path: Path_, kind: str) -> None:
+        known = list(known)
+        if name not in known:
+            told = ", ".join(known[:40]) + (", ..." if len(known) > 40 else "")
+            raise self.document.error(path, f"there is no {kind} '{name}'{nearest(name, known)}; known: {told}")
+
+    def _frames(self) -> None:
+        for name, frame in self.frames.items():
+            if (name in self.links or name == self.base) and name != frame["link"]:
+                raise self.document.error(
+                    ("frames", name), f"'{name}' is also the name of a link; frames need names of their own"
+                )
+            self._require(frame["link"], self.places, ("frames", name, "link"), "link or frame")
+        self._require(self.document.data["end_effector"]["link"], self.places, ("end_effector", "link"), "link")
+
+    def _joints(self) -> None:
+        links = list(dict.fromkeys([self.base, *self.links]))
+        for name, joint in self.joints.items():
+            path: Path_ = ("joints", name)
+            self._require(joint["parent"], self.places, (*path, "parent"), "link")
+            child = joint["child"]
+            self._require(child, links, (*path, "child"), "link")
+            if child == self.base:
+                raise self.document.error(
+                    (*path, "child"), f"the base '{self.base}' cannot be a child; swap parent and child"
+                )
+            if child in self.parent_joint:
+                raise self.document.error(
+                    (*path, "child"),
+                    f"link '{child}' already hangs on joint '{self.parent_joint[child]}'; a link has one joint to its "
+                    "parent: close the second connection with a loop or a closure",
+                )
+            self.parent_joint[child] = name
+            if "mimic" in joint:
+                self._mimic(name, joint["mimic"]["joint"])
+
+    def _mimic(self, name: str, source: str) -> None:
+        path: Path_ = ("joints", name, "mimic", "joint")
+        moving = [other for other, joint in self.joints.items() if joint["type"] != "fixed"]
+        self._require(source, moving, path, "joint")
+        seen = [name]
+        while "mimic" in self.joints[source]:
+            if source in seen:
+                raise self.document.error(path, f"'{name}' follows itself ({' -> '.join([*seen, source])})")
+            seen.append(source)
+            source = self.joints[source]["mimic"]["joint"]
+            if source not in self.joints:
+                return
+
+    def _carrier(self, name: str) -> str:
+        """The link under a frame."""
+        for _ in self.frames:
+            if name in self.frames and self.frames[name]["link"] != name:
+                name = self.frames[name]["link"]
+        return name
+
+    def _reaches_base(self, link: str) -> None:
+        if link != self.base and link not in self.parent_joint:
+            raise self.document.error(
+                ("links", link), "no joint has this link as its child; add the joint or remove the link"
             )
-        if hangs_on.get(loop.k1) != loop.base:
-            raise document.error((*path, "k1"), f"l_k1 = '{loop.k1}' must hang on the loop's base '{loop.base}'")
-        if pins[name] != pin_to:
-            raise document.error(
-                (*path, "pin"), f"in a loop of Type {loop.type} the pin ties {' and '.join(sorted(pin_to))}"
-            )
+        seen = [link]
+        while seen[-1] != self.base:
+            parent = self._carrier(self.joints[self.parent_joint[seen[-1]]]["parent"])
+            if parent in seen:
+                chain = " -> ".join([*seen, parent])
+                raise self.document.error(
+                    ("joints", self.parent_joint[link]),
+                    f"the joints form a cycle ({chain}) that never reaches the base '{self.base}'; "
+                    "cut it at one joint and close it there with a loop or a closure",
+                )
+            seen.append(parent)
+
+    def _closures(self) -> None:
+        for name, closure in self.document.data.get("closures", {}).items():
+            for link in closure["between"]:
+                self._require(link, self.places, ("closures", name, "between", link), "link")

@@ -17,7 +17,7 @@ MAX_LENGTH = 200
 
 
 def evaluate(text: str, names: Mapping[str, float]) -> float:
-    """Value of an arithmetic expression: numbers, names, pi, + - * /, parentheses, sqrt(), sin(), cos().
+    """Value of an arithmetic expression: numbers, names, pi, + - * /, parentheses, functions of `FUNCTIONS`.
 
     Raises ValueError with a reason that reads as the end of a sentence.
     """
@@ -30,15 +30,21 @@ def evaluate(text: str, names: Mapping[str, float]) -> float:
             f"'{text}' is neither a number nor an expression (+ - * / over numbers and parameters)"
         ) from None
     try:
-        value = _value(tree.body, names)
+        return _value(tree.body, names)
     except ZeroDivisionError:
         raise ValueError(f"'{text}' divides by zero") from None
-    if not math.isfinite(value):
-        raise ValueError(f"'{text}' is not finite")
-    return value
 
 
-_FUNCTIONS: dict[str, Callable[[float], float]] = {"sqrt": math.sqrt, "sin": math.sin, "cos": math.cos}
+FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {  # name: number of arguments, function
+    "sqrt": (1, math.sqrt),
+    "abs": (1, abs),
+    "sin": (1, math.sin),
+    "cos": (1, math.cos),
+    "tan": (1, math.tan),
+    "asin": (1, math.asin),
+    "acos": (1, math.acos),
+    "atan2": (2, math.atan2),
+}
 
 
 def _value(node: ast.expr, names: Mapping[str, float]) -> float:
@@ -51,14 +57,23 @@ def _value(node: ast.expr, names: Mapping[str, float]) -> float:
         return -value if isinstance(node.op, ast.USub) else value
     if isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
         return _BINARY[type(node.op)](_value(node.left, names), _value(node.right, names))
-    if (
-        isinstance(node, ast.Call)
-        and isinstance(node.func, ast.Name)
-        and node.func.id in _FUNCTIONS
-        and len(node.args) == 1
-    ):
-        return _FUNCTIONS[node.func.id](_value(node.args[0], names))
-    raise ValueError("only numbers, parameters, pi, + - * /, parentheses, sqrt(), sin() and cos() are allowed")
+    if isinstance(node, ast.Call):
+        return _called(node, names)
+    raise ValueError(f"only numbers, parameters, pi, + - * /, parentheses and {', '.join(FUNCTIONS)} are allowed")
+
+
+def _called(node: ast.Call, names: Mapping[str, float]) -> float:
+    name = node.func.id if isinstance(node.func, ast.Name) else ""
+    if name not in FUNCTIONS or node.keywords:
+        raise ValueError(f"only numbers, parameters, pi, + - * /, parentheses and {', '.join(FUNCTIONS)} are allowed")
+    count, function = FUNCTIONS[name]
+    if len(node.args) != count:
+        raise ValueError(f"{name}() takes {count} value{'s' if count > 1 else ''}")
+    values = [_value(argument, names) for argument in node.args]
+    try:
+        return function(*values)
+    except ValueError:
+        raise ValueError(f"{name}({', '.join(f'{v:g}' for v in values)}) has no value") from None
 
 
 def _named(name: str, names: Mapping[str, float]) -> float:

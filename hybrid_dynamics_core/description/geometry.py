@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -11,6 +12,30 @@ from .model import Array, frozen
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 TRIANGLE_SLACK = 1e-9  # relative: rounding of printed moments, not physics
+IDENTITY = frozen(np.eye(3))
+
+
+@dataclass(frozen=True, eq=False)
+class Transform:
+    """A pose: `rotation` (3, 3) and `translation` (3,) [m] take coordinates of the frame to those around it."""
+
+    rotation: Array = field(default_factory=lambda: IDENTITY)
+    translation: Array = field(default_factory=lambda: frozen(np.zeros(3)))
+
+    def __matmul__(self, inner: Transform) -> Transform:
+        """The pose of `inner`, which is given in this frame, in the frame around."""
+        rotation = inner.rotation if self.rotation is IDENTITY else snapped(self.rotation @ inner.rotation)
+        return Transform(rotation, self.point(inner.translation))
+
+    def point(self, point: Array) -> Array:
+        """A point of this frame in the frame around."""
+        if self.is_identity():
+            return point
+        return frozen(self.translation + self.rotation @ point)
+
+    def is_identity(self) -> bool:
+        """Whether nothing is moved at all."""
+        return bool(np.array_equal(self.rotation, IDENTITY) and not self.translation.any())
 
 
 def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> Array:
@@ -48,18 +73,23 @@ def unit_axis(axis: str | list[float]) -> Array:
     return frozen(constant([v / length for v in axis]))
 
 
-def rod_inertia(mass: float, axis: str, length: float) -> Array:
-    """Slender uniform rod about its centre [kg m^2]."""
-    moment = mass * length * length / 12.0
-    return frozen(np.diag([0.0 if name == axis else moment for name in "xyz"]))
+def rotation_to_axis(axis: Array) -> Array:
+    """A rotation matrix (3, 3) whose z axis is the unit vector `axis`."""
+    side = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    x = side - (side @ axis) * axis
+    x /= np.linalg.norm(x)
+    return snapped(np.column_stack([x, np.cross(axis, x), axis]))
 
 
-def check_inertia(inertia: Array) -> None:
-    """ValueError unless the tensor can belong to a rigid body: symmetric, moments >= 0, triangle inequality."""
+def check_inertia(inertia: Array, relative: float) -> None:
+    """ValueError unless the tensor can belong to a rigid body: symmetric, moments >= 0, triangle inequality.
+
+    `relative`: what the printed numbers may be off, of the largest moment.
+    """
     if not np.array_equal(inertia, inertia.T):
         raise ValueError("the inertia matrix is not symmetric")
     moments = np.linalg.eigvalsh(inertia)
-    slack = TRIANGLE_SLACK * max(float(moments[-1]), 1e-300)
+    slack = relative * max(float(moments[-1]), 1e-300)
     if moments[0] < -slack:
         raise ValueError(f"a principal moment of inertia is negative ({moments[0]:.6g} kg m^2)")
     if moments[0] + moments[1] < moments[2] - slack:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Any
 
 import yaml
 
 from ..errors import DescriptionError
+from .document import Document, File, Path_, dotted
 
-Path_ = tuple[str | int, ...]
 MAX_NODES = 200_000  # an alias bomb expands far beyond what a robot needs
 
 
@@ -33,39 +32,35 @@ _Loader.add_implicit_resolver("tag:yaml.org,2002:int", _INT, list("-+0123456789"
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", _FLOAT, list("-+.0123456789"))
 
 
-class LocatedDocument:
-    """Plain data of a YAML file (`data`) and where each entry stands (`line(path)`)."""
+def read_yaml(text: str, file: File = None) -> Document:
+    """The document of a YAML text; DescriptionError where it is not valid, repeats a key or holds code."""
+    return _Reader(text, file).document()
 
-    def __init__(self, text: str, file: str | Path | None = None) -> None:
+
+class _Reader:
+    def __init__(self, text: str, file: File) -> None:
+        self.text = text
         self.file = file
         self._lines: dict[Path_, int] = {(): 1}
         self._count = 0
-        loader = _Loader(text)
+
+    def document(self) -> Document:
+        loader = _Loader(self.text)
         try:
             node = loader.get_single_node()
-            self.data: Any = None if node is None else self._read(loader, node, ())
+            data = None if node is None else self._read(loader, node, ())
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
             line = None if mark is None else mark.line + 1
-            raise DescriptionError(f"not valid YAML: {error.problem or error.context}", file=file, line=line) from error
+            problem = f"not valid YAML: {error.problem or error.context}"
+            raise DescriptionError(problem, file=self.file, line=line) from error
         except yaml.YAMLError as error:
-            raise DescriptionError(f"not valid YAML: {error}", file=file) from error
+            raise DescriptionError(f"not valid YAML: {error}", file=self.file) from error
+        except RecursionError:
+            raise DescriptionError("nested too deeply (an alias inside itself?)", file=self.file) from None
         finally:
             loader.dispose()
-
-    def lines(self) -> dict[str, int]:
-        """Line of every entry by dotted key."""
-        return {dotted(path): line for path, line in self._lines.items()}
-
-    def line(self, path: Path_) -> int:
-        """The line of the entry, or of the nearest enclosing one that exists."""
-        while path not in self._lines:
-            path = path[:-1]
-        return self._lines[path]
-
-    def error(self, path: Path_, problem: str) -> DescriptionError:
-        """A DescriptionError that points at the entry."""
-        return DescriptionError(problem, key=dotted(path), file=self.file, line=self.line(path))
+        return Document(data, self.file, self._lines)
 
     def _read(self, loader: _Loader, node: yaml.Node, path: Path_) -> Any:
         self._count += 1
@@ -79,7 +74,11 @@ class LocatedDocument:
             return self._read_mapping(loader, node, path)
         if isinstance(node, yaml.SequenceNode):
             return [self._read(loader, child, (*path, k)) for k, child in enumerate(node.value)]
-        return loader.construct_object(node)
+        try:
+            return loader.construct_object(node)
+        except ValueError as error:
+            line = node.start_mark.line + 1
+            raise DescriptionError(f"not a value: {error}", key=dotted(path), file=self.file, line=line) from error
 
     def _read_mapping(self, loader: _Loader, node: yaml.MappingNode, path: Path_) -> dict[str, Any]:
         result: dict[str, Any] = {}
@@ -101,11 +100,3 @@ class LocatedDocument:
             self._lines[here] = key_node.start_mark.line + 1
             result[key] = self._read(loader, value_node, here)
         return result
-
-
-def dotted(path: Path_) -> str:
-    """('links', 'l1', 'com', 0) -> 'links.l1.com[0]'."""
-    text = ""
-    for part in path:
-        text += f"[{part}]" if isinstance(part, int) else (f".{part}" if text else part)
-    return text

@@ -19,6 +19,7 @@ from ..errors import DescriptionError
 Array = NDArray[np.float64]
 JointType = Literal["revolute", "prismatic"]
 ClosureKind = Literal["planar", "point", "axis", "frame"]
+ActiveSet = Literal["exact", "motors"]
 
 
 def frozen(values: ArrayLike) -> Array:
@@ -64,6 +65,15 @@ class Joint:
     translation: Array
     axis: Array
     limits: tuple[float, float] = (-math.inf, math.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class Mimic:
+    """A joint that follows another one: q = multiplier * q_source + offset, one equation between coordinates."""
+
+    source: str
+    multiplier: float = 1.0
+    offset: float = 0.0  # [rad or m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,12 +129,21 @@ class RobotDescription:
     end_effector: str
     frames: Mapping[str, Frame]
     reference: Mapping[str, float] = field(default_factory=dict)
+    active_set: ActiveSet = "exact"  # "motors": independent coordinates are found from the motors by rank
+    mimics: Mapping[str, Mimic] = field(default_factory=dict)  # by the joint that follows
     file: str | Path | None = None
     lines: Mapping[str, int] = field(default_factory=dict)  # where each entry stands, by dotted key
+    files: Mapping[str, str | Path | None] = field(default_factory=dict)  # of entries that stand in another file
+    notes: tuple[str, ...] = ()  # what the loader assumed or left out, one sentence each
+
+    def closure_key(self, closure: str) -> str:
+        """The key under which the file gives a closure: a loop of Type A to D, or a closure of its own."""
+        return f"loops.{closure}" if closure in self.loops else f"closures.{closure}"
 
     def error(self, key: str, problem: str) -> DescriptionError:
         """A DescriptionError that points at an entry, or at the nearest one around it."""
         near = key
         while near and near not in self.lines:
             near = near.rpartition(".")[0]
-        return DescriptionError(problem, key=key, file=self.file, line=self.lines.get(near))
+        file = self.files.get(near, self.file)
+        return DescriptionError(problem, key=key, file=file, line=self.lines.get(near))

@@ -2,39 +2,82 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from ..errors import DescriptionError
 from .build import build_description
-from .check import check_description
-from .located_yaml import LocatedDocument
+from .check import check_names, check_values
+from .check_loops import check_loop_names, check_loops
+from .defaults import driven_joints, farthest_link
+from .document import Document
+from .expand import expand
+from .files import read_text
+from .gepetto import gepetto_document, is_gepetto
+from .located_yaml import read_yaml
 from .model import RobotDescription
 from .schema import check_schema
-
-MAX_BYTES = 5_000_000
+from .urdf import expand_urdf
 
 
 def read_description(path: str | Path) -> RobotDescription:
-    """Read, check and expand a description file (YAML, UTF-8).
+    """Read, check and expand a description file: YAML of format 1, URDF, or a robot.yaml beside its URDF.
 
     Raises DescriptionError with file, line, key, what was expected and how to mend it.
     """
-    path = Path(path)
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise DescriptionError(f"larger than {MAX_BYTES} bytes; not a robot description", file=path)
-        text = path.read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise DescriptionError(f"not UTF-8 text (byte {error.start})", file=path) from error
-    except OSError as error:
-        raise DescriptionError(f"cannot be read: {error.strerror or error}", file=path) from error
-    return parse_description(text, file=path)
+    if Path(path).suffix == ".urdf":
+        return read_urdf(path)
+    return parse_description(read_text(Path(path)), file=path)
 
 
 def parse_description(text: str, file: str | Path | None = None) -> RobotDescription:
     """The same from text; `file` is named in messages."""
-    document = LocatedDocument(text, file)
+    document = read_yaml(text, file)
+    if is_gepetto(document.data):
+        return describe(gepetto_document(document))
     check_schema(document)
+    return describe(document)
+
+
+def read_urdf(
+    path: str | Path,
+    closures: Mapping[str, Any] | None = None,
+    active: Sequence[str] = (),
+    end_effector: str | Mapping[str, Any] | None = None,
+    **entries: Any,
+) -> RobotDescription:
+    """A robot from a URDF file, its loops and its driven joints, all as plain data of a description file.
+
+    `closures`: {name: {kind, between: {link: place, link: place}}}; `active`: may be left out where there are no
+    closures; `end_effector`: a link or {link, xyz, rpy}, the link behind the most joints if None; `entries`: anything
+    else a description file may hold, such as `reference` or `frames`. Raises DescriptionError.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise DescriptionError("cannot be read: there is no such file", file=path)
+    data = {"format": 1, "name": "robot", "urdf": path.name, "closures": dict(closures or {}), **entries}
+    data["active"] = list(active) or ["all"]
+    told = {"link": end_effector} if isinstance(end_effector, str) else end_effector
+    data["end_effector"] = {"link": "farthest"} if told is None else dict(told)
+    document = Document(data, path, {})
+    check_schema(document)
+    data["name"] = expand_urdf(document)
+    if not active and closures:
+        raise document.error(("active",), "with closures, name the driven joints")
+    if not active:
+        data["active"] = driven_joints(document)
+    if told is None:
+        data["end_effector"] = {"link": farthest_link(document)}
+    return describe(document)
+
+
+def describe(document: Document) -> RobotDescription:
+    """Expand, check and build a document that fits the schema."""
+    expand(document)
+    check_names(document)
+    check_loop_names(document)
     description = build_description(document)
-    check_description(document, description)
+    check_values(document, description)
+    check_loops(document, description)
     return description

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import unicodedata
 from collections.abc import Callable, Iterable
 from functools import cache
 from importlib import resources
@@ -12,7 +13,7 @@ from typing import Any
 import jsonschema
 from jsonschema.exceptions import best_match
 
-from .located_yaml import LocatedDocument, Path_
+from .document import Document, Path_
 
 
 @cache
@@ -23,11 +24,14 @@ def robot_schema() -> dict[str, Any]:
     return schema
 
 
-def check_schema(document: LocatedDocument) -> None:
-    """Raise a DescriptionError at the first entry that does not fit the schema."""
+def check_schema(document: Document, part: str = "") -> None:
+    """Raise a DescriptionError at the first entry that does not fit the schema, or one of its definitions."""
+    schema = robot_schema()
+    if part:
+        schema = {"$defs": schema["$defs"], **schema["$defs"][part]}
     if not isinstance(document.data, dict):
-        raise document.error((), "expected a mapping with the keys format, name, links, joints, ...")
-    validator = jsonschema.Draft202012Validator(robot_schema())
+        raise document.error((), f"expected a mapping with the keys {', '.join(list(schema['properties'])[:6])}, ...")
+    validator = jsonschema.Draft202012Validator(schema)
     error = best_match(validator.iter_errors(document.data), key=_relevance)
     if error is None:
         return
@@ -41,9 +45,17 @@ def _relevance(error: Any) -> Any:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """A hint such as ' (did you mean "mass"?)', or nothing."""
-    match = difflib.get_close_matches(name, list(known), n=1)
-    return f" (did you mean '{match[0]}'?)" if match else ""
+    """A hint such as ' (did you mean "mass"?)', or nothing; capitals and accents count little."""
+    plain: dict[str, str] = {}
+    for other in known:
+        plain.setdefault(_plain(other), other)
+    match = difflib.get_close_matches(_plain(name), list(plain), n=1)
+    return f" (did you mean '{plain[match[0]]}'?)" if match else ""
+
+
+def _plain(name: str) -> str:
+    letters = unicodedata.normalize("NFKD", name)
+    return "".join(c for c in letters if not unicodedata.combining(c)).casefold()
 
 
 def _extra_key(error: Any) -> str:
@@ -90,6 +102,10 @@ _SAY: dict[str, Callable[[Any], str]] = {
     "dependentRequired": lambda _: "needs 'mass' beside it",
     "enum": lambda e: f"is {e.instance!r}; expected one of {', '.join(map(str, e.schema['enum']))}",
     "const": lambda e: f"is {e.instance!r}; expected {e.schema['const']!r}",
+    "not": lambda e: f"has keys that exclude each other: {', '.join(e.instance)}",
+    "minLength": lambda _: "is empty; expected a name",
+    "maxLength": lambda e: f"{_short(e.instance)} is longer than {e.schema['maxLength']} characters",
+    "minimum": lambda e: f"is {e.instance}; expected {e.schema['minimum']} or more",
     "oneOf": lambda e: f"is {_short(e.instance)}; expected another form",
     "uniqueItems": lambda e: f"names one entry twice: {_short(e.instance)}",
     "pattern": lambda e: f"'{e.instance}' is not a valid name: letters, digits and _, a letter first, at most 64",

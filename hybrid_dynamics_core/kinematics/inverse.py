@@ -34,29 +34,30 @@ class IKStatus(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """A target: `position` (3,) [m], and `rotation` (3, 3) or None; `length` [m] weighs a radian against metres.
+    """A target: `position` (3,) [m] and `rotation` (3, 3), of which the coordinates of `rows` count.
 
-    `solve_terms(u)` gives for (N, n): position (N, 3), rotation (N, 3, 3), Jacobian (N, 6, n), status (N,).
+    rows: of x, y, z and the rotation vector's three parts, all in base axes; `length` [m] weighs a radian against
+    metres. `solve_terms(u)` gives for (N, n): position (N, 3), rotation (N, 3, 3), Jacobian (N, 6, n), status (N,).
     """
 
     solve_terms: Callable[[Array], tuple[Array, Array, Array, Array]]
     position: Array
-    rotation: Array | None
+    rotation: Array
+    rows: tuple[int, ...]
     length: float
     lower: Array
     upper: Array
 
     def error(self, u: Array) -> tuple[Array, Array, Mask]:
-        """Error (N, 3 or 6) [m], its Jacobian (N, 3 or 6, n), and whether each state closes (N,)."""
+        """Error (N, rows) [m], its Jacobian (N, rows, n), and whether each state closes (N,)."""
         position, rotation, jacobian, status = self.solve_terms(u)
-        error = self.position - position
         good = status == 0
-        if self.rotation is None:
-            return error, jacobian[:, :3], good
-        turn = np.zeros_like(error)
-        turn[good] = rotation_vector(self.rotation @ np.swapaxes(rotation[good], -1, -2))
+        turn = np.zeros_like(position)
+        if max(self.rows) >= 3 and good.any():
+            turn[good] = rotation_vector(self.rotation @ np.swapaxes(rotation[good], -1, -2))
+        error = np.concatenate([self.position - position, self.length * turn], axis=-1)
         jacobian = jacobian * np.repeat([1.0, self.length], 3)[:, None]
-        return np.concatenate([error, self.length * turn], axis=-1), jacobian, good
+        return error[:, self.rows], jacobian[:, self.rows], good
 
 
 @dataclass(frozen=True, eq=False)

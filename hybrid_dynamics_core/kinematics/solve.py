@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -51,14 +51,18 @@ class IKResult:
 
 
 def solve_inverse_kinematics(
-    robot: Robot, target: ArrayLike | Pose, seed: ArrayLike | None, all_solutions: bool
+    robot: Robot,
+    target: ArrayLike | Pose,
+    seed: ArrayLike | None,
+    all_solutions: bool,
+    mask: Sequence[bool] | None,
 ) -> IKResult:
     """See `Robot.inverse_kinematics`."""
-    position, rotation = _target(target)
+    position, rotation, rows = _target(target, mask)
     start = robot.reference if seed is None else vectors("seed", seed, robot.active, -1)
     length = max(float(np.linalg.norm(robot.forward_kinematics(robot.close(robot.reference)).position)), 1e-3)
     terms = partial(robot_terms, robot)
-    task = Task(terms, position, rotation, length, *_inside(robot.limits))
+    task = Task(terms, position, rotation, rows, length, *_inside(robot.limits))
     descent = descend(task, start[None], SOLVED * 1e-3)
     if all_solutions or not _solved(descent).any():
         descent = _joined(descent, descend(task, _starts(robot, task, start), SOLVED * 1e-3))
@@ -109,14 +113,22 @@ def robot_terms(robot: Robot, u: Array) -> tuple[Array, Array, Array, Array]:
     return pose.position, pose.rotation, robot.jacobian(state), np.asarray(state.status)
 
 
-def _target(target: ArrayLike | Pose) -> tuple[Array, Array | None]:
+def _target(target: ArrayLike | Pose, mask: Sequence[bool] | None) -> tuple[Array, Array, tuple[int, ...]]:
+    """Position, rotation, and which of the six coordinates count."""
     if isinstance(target, Pose):
-        pose = checked_pose(target)
-        return pose.position, pose.rotation
-    position = vectors("target", target, ("x", "y", "z"))
-    if position.ndim != 1:
-        raise InputError(f"the target has shape {position.shape}; expected one position (3,) or a Pose")
-    return position, None
+        pose, rows = checked_pose(target), tuple(range(6))
+    else:
+        position = vectors("target", target, ("x", "y", "z"))
+        if position.ndim != 1:
+            raise InputError(f"the target has shape {position.shape}; expected one position (3,) or a Pose")
+        pose, rows = Pose(position, np.eye(3)), (0, 1, 2)
+    if mask is not None:
+        if len(mask) != 6 or not any(mask):
+            raise InputError("mask: expected six booleans for x, y, z and rotation about x, y, z, at least one True")
+        rows = tuple(k for k in range(6) if mask[k])
+        if max(rows) > 2 and not isinstance(target, Pose):
+            raise InputError("mask: a rotation counts, but the target is only a position; give a Pose")
+    return pose.position, pose.rotation, rows
 
 
 def _solved(descent: Descent) -> Mask:
@@ -136,7 +148,7 @@ def _joined(a: Descent, b: Descent) -> Descent:
 def _failure(robot: Robot, task: Task, descent: Descent, best: int) -> tuple[IKStatus, str]:
     """Which of the reasons it was."""
     residual = float(descent.residual[best])
-    asked = 6 if task.rotation is not None else 3
+    asked = len(task.rows)
     few = ""
     if len(robot.active) < asked:
         few = f"; {len(robot.active)} active joints cannot meet every target of {asked} coordinates"

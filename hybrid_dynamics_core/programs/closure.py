@@ -32,6 +32,7 @@ def _close(model: Model, x: Inputs) -> Results:
         "bias": motion.accelerations([0.0] * len(x.u), ds),
         "residuals": motion.residuals,
         "distances": distances,
+        "iterations": [motion.iterations()],
     }
     return Results(outputs, checks)
 

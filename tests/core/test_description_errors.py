@@ -83,7 +83,8 @@ def test_message_names_file_line_key_and_expectation(tmp_path: Path, old: str, n
     if "\n" not in old and key and new in GOOD.replace(old, new, 1):
         changed = GOOD.replace(old, new, 1)[: GOOD.index(old) + len(new)].count("\n") + 1
         same_entry = (
-            key.split(".", maxsplit=1)[0] in ("links", "joints", "gravity", "parameters", "name", "format") and key != "joints.q"
+            key.split(".", maxsplit=1)[0] in ("links", "joints", "gravity", "parameters", "name", "format")
+            and key != "joints.q"
         )
         assert not same_entry or error.line == changed
 

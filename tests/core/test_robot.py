@@ -187,3 +187,17 @@ class TestInverseKinematics:
             forging.inverse_kinematics(Pose(np.zeros(3), 2.0 * np.eye(3)))
         with pytest.raises(InputError, match="unit quaternion"):
             Pose.from_quaternion([0, 0, 0], [0, 0, 0, 2])
+
+    def test_masked_target_asks_for_some_coordinates_only(self, forging: Robot) -> None:
+        pose = forging.forward_kinematics(forging.close(U))
+        lifted = Pose(pose.position + np.array([9.0, 9.0, 0.05]), pose.rotation)
+        result = forging.inverse_kinematics(lifted, seed=U, mask=[False, False, True, False, False, False])
+        assert result.status is IKStatus.SOLVED
+        reached = forging.forward_kinematics(forging.close(result.u))
+        assert reached.position[2] == pytest.approx(pose.position[2] + 0.05, abs=1e-9)
+        assert set(result.redundant) == {"q1", "q4", "q12", "q22"}
+
+    @pytest.mark.parametrize("mask", [[True] * 5, [False] * 6, [False] * 3 + [True] * 3])
+    def test_bad_masks_are_refused(self, forging: Robot, mask: list[bool]) -> None:
+        with pytest.raises(InputError, match="mask"):
+            forging.inverse_kinematics([0.3, 0.3, 1.1], mask=mask)

@@ -178,6 +178,10 @@ class Client:
             return all(self._received.values())
 
         wait_until(round_trip, "an answer on every topic")
+        # A first answer is lost where the node has not found its reader yet: ask again until one comes.
+        for name, service in self._services.items():
+            question = service.srv_type.Request()
+            wait_until(lambda s=service, q=question: s.call(q, timeout_sec=2.0), f"an answer of {name}")
         return self
 
     def new_stamp(self, after_s=10.0):

@@ -68,12 +68,20 @@ def test_solve_ik_inverts_solve_fk(client, robot):
     np.testing.assert_allclose(response.solution.position[:4], POSITION, rtol=0, atol=1e-9)
     assert list(response.redundant) == ["q4"]
     assert response.residual < 1e-9
-    assert response.solutions
-    assert list(response.solutions[0].name) == ACTIVE
+    assert len(response.solutions) > 1  # turned to the target, and turned away and leaning back
+    assert response.solutions[0].position == response.solution.position[:4]
     for solution in response.solutions:
+        assert list(solution.name) == ACTIVE
         pose = robot.forward_kinematics(robot.close(np.array(solution.position)))
         np.testing.assert_allclose(pose.position, TOOL, rtol=0, atol=1e-9)
     assert len(response.loops) == len(response.branches) > 0
+
+
+def test_solve_ik_gives_one_solution_unless_all_are_asked_for(client):
+    response = client.call("solve_ik", SolveIK.Request(target=target(TOOL), position_only=True))
+    assert response.error_code == ErrorCode.OK, response.error_text
+    (solution,) = response.solutions
+    assert solution.position == response.solution.position[:4]
 
 
 def test_solve_ik_takes_a_full_pose(client, robot):

@@ -138,6 +138,15 @@ def test_bad_samples_are_rejected_counted_and_do_not_touch_the_filter(robot, kin
     assert f"8 rejected: {code.value}" in disturbed.counts.summary()
 
 
+def test_a_rate_near_the_end_of_the_range_is_forgotten_after_the_gap(pipeline):
+    """The differences overflow: samples are refused until the filter starts anew, then all is well again."""
+    pipeline.process(sample(0.0, velocity=np.array([0.0, 0.0, 0.0, 1.7e308])))
+    results = [pipeline.process(sample(10.0 * k)) for k in range(1, 60)]
+    assert [isinstance(r, MotionResult) for r in results] == [10.0 * k > 500.0 for k in range(1, 60)]
+    assert {r.code for r in results if isinstance(r, Rejection)} == {RejectionCode.OVERFLOW}
+    np.testing.assert_allclose(results[-1].efforts, EFFORTS, rtol=1e-9, atol=1e-9)
+
+
 def test_an_unreachable_sample_names_the_joint_and_its_value(pipeline):
     rejection = pipeline.process(BAD["long cylinder"][0])
     assert "q12" in rejection.text

@@ -1,5 +1,7 @@
 """Services as functions: what cannot be provoked from outside, and the mapping of errors to codes."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hybrid_dynamics_msgs.msg import ErrorCode
@@ -43,9 +45,45 @@ def test_whatever_fails_the_client_gets_a_code_a_text_and_nothing_half_done(robo
         assert np.isnan(response.residual)
 
 
-def test_every_status_of_the_solver_has_a_code():
-    codes = [services._IK_STATUS[status] for status in IKStatus]
-    assert len(set(codes)) == len(IKStatus)
+class Unlucky:
+    """A robot whose inverse kinematics ends with a chosen status."""
+
+    def __init__(self, robot, status):
+        self._robot, self._status = robot, status
+
+    def __getattr__(self, name):
+        return getattr(self._robot, name)
+
+    def inverse_kinematics(self, target, seed=None, all_solutions=False):
+        return dataclasses.replace(
+            self._robot.inverse_kinematics(target, seed, all_solutions), status=self._status, message="no\nluck"
+        )
+
+
+@pytest.mark.parametrize(
+    ("status", "code"),
+    [
+        (IKStatus.OUT_OF_REACH, ErrorCode.OUT_OF_REACH),
+        (IKStatus.LIMIT, ErrorCode.LIMIT),
+        (IKStatus.SINGULAR, ErrorCode.SINGULAR),
+        (IKStatus.NOT_CONVERGED, ErrorCode.NOT_CONVERGED),
+    ],
+)
+def test_the_statuses_of_the_solver_become_codes_and_no_solution(robot, status, code):
+    request = SolveIK.Request(position_only=True)
+    point = request.target.pose.position
+    point.x, point.y, point.z = 0.3226478557853928, 0.38451674127506036, 1.1179125884719605
+    response = services.guarded(services.solve_ik, Unlucky(robot, status), request, SolveIK.Response())
+    assert response.error_code == code
+    assert response.error_text == "no luck"
+    assert np.isnan(response.residual)
+    assert not response.solution.name
+    assert not response.solutions
+
+
+def test_every_failure_of_the_solver_has_a_code_of_its_own():
+    assert set(services._IK_CODES) == set(IKStatus) - {IKStatus.SOLVED}
+    assert len(set(services._IK_CODES.values())) == len(services._IK_CODES)
 
 
 def test_frames_come_in_the_order_asked_for(robot):

@@ -53,7 +53,7 @@ def call_block(nodes: Nodes, number: int) -> list[str]:
 
 
 def outputs(block: Block) -> int:
-    """Number of outputs: the inverse and the determinant, or the solution and whether it converged."""
+    """Number of outputs: the inverse and the determinant, or the solution and the number of iterations."""
     return block.size + 1 if block.body is not None else block.size**2 + 1
 
 
@@ -128,16 +128,17 @@ def _invert(n: int) -> str:
 
 
 def _newton(name: str, block: Block) -> str:
-    """`@newton.N(given, out)`: from guess and parameters to the solution, and 1.0 if it converged or -1.0 if not."""
+    """`@newton.N(given, out)`: from guess and parameters to the solution and the iterations, negative if it failed."""
     n = block.size
     f = Function(f"define internal void @newton.{name}(ptr %given, ptr %out) noinline")
     values, work = f.slot("double", n + n * n), f.slot("double", n * (n + 1))
     working, largest = f.slot("i1"), f.slot("double")
     with f.loop(0, n) as k:
         f.store(f.load("%given", k), "%out", k)
-    f.store(constant(-1.0), "%out", n)
     f.store("true", working, kind="i1", align=1)
-    with f.loop(0, MAX_ITERATIONS, while_=working):
+    with f.loop(1, MAX_ITERATIONS + 1, while_=working) as iteration:
+        count = f.let(f"sitofp i64 {iteration} to double")
+        f.store(f.let(f"fneg double {count}"), "%out", n)
         f.do(f"call void @body.{name}(ptr %out, ptr {f.at('%given', n)}, ptr {values})")
         with f.loop(0, n) as r:
             line = f.let(f"mul i64 {r}, {n + 1}")
@@ -157,7 +158,7 @@ def _newton(name: str, block: Block) -> str:
                 step = f.let(f"fmul {FAST} double {share}, {f.load(work, f.let(f'mul i64 {k}, {n + 1}'), n)}")
                 f.store(f.let(f"fsub {FAST} double {f.load('%out', k)}, {step}"), "%out", k)
             with f.when(f.let(f"fcmp olt double {most}, {constant(SMALL_STEP)}")):
-                f.store(constant(1.0), "%out", n)
+                f.store(count, "%out", n)
                 f.store("false", working, kind="i1", align=1)
     f.do("ret void")
     return f.text()

@@ -1,0 +1,155 @@
+"""Assembly modes: their names and signs, and all of them at a given input."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from .closure.leg_steps import PivotDirection
+from .closure.newton_step import NewtonStep
+from .closure.plan import ClosurePlan, given_posture
+from .closure.posture import Posture
+from .closure.rank import posture_of
+from .closure.step import Step
+from .description.model import Array
+from .errors import InputError
+from .programs import Model
+from .state import ClosedState
+
+Found = tuple[Array, Array, Mapping[str, str]]  # branch signs, configuration s, mode names
+STARTS = 600  # of a Newton block: several for each of the modes a platform can have (40 for a Gough platform)
+SAME = 1e-6  # [rad or m] solutions nearer than this are one
+
+
+@dataclass(frozen=True, eq=False)
+class AssemblyMode:
+    """One way in which the loops close: `branch` names the mode of each loop, `state` is closed on it."""
+
+    branch: Mapping[str, str]
+    state: ClosedState
+
+
+def signs_of_names(plan: ClosurePlan, signs: Array, branch: Mapping[str, str]) -> Array:
+    """The branch signs with some modes replaced by name. InputError for a loop or mode that does not exist."""
+    result = np.array(signs)
+    steps = {step.name: k for k, step in enumerate(plan.steps)}
+    for loop, mode in branch.items():
+        if loop not in steps:
+            raise InputError(f"branch: there is no loop '{loop}'; known: {', '.join(steps)}")
+        modes = plan.steps[steps[loop]].modes
+        if mode not in modes:
+            raise InputError(f"branch: loop '{loop}' has no mode '{mode}'; known: {', '.join(modes)}")
+        result[steps[loop]] = 1.0 - 2.0 * modes.index(mode)
+    return result
+
+
+def matching_signs(model: Model, s: Array) -> Array:
+    """The branch signs on which a plan gives the closed configuration s (n_s,)."""
+    exact = posture_of(model.tree, s)
+    signs = []
+    for step in model.plan.steps:
+        options = [1.0, -1.0][: len(step.modes)]
+        signs.append(min(options, key=lambda sign, step=step: _miss(step, exact, sign, s)))  # type: ignore[misc]
+    return np.array(signs)
+
+
+def _miss(step: Step, exact: Posture, sign: float, s: Array) -> float:
+    trial = exact.copy()
+    try:
+        margin = step.solve(trial, sign, s.tolist())
+    except ZeroDivisionError:
+        return np.inf
+    miss = sum(abs(float(trial.q[k]) - float(s[k])) for k in step.unknowns)
+    return miss if margin > -SAME and np.isfinite(miss) else np.inf
+
+
+def list_modes(model: Model, u: Array, signs: Array, start: Array) -> Iterator[Found]:
+    """Every way to close at u: branch signs, configuration s and mode names."""
+    guess = start.tolist()
+
+    def extend(k: int, posture: Posture, chosen: list[float], names: dict[str, str]) -> Iterator[Found]:
+        if k == len(model.plan.steps):
+            s = np.array([float(q) for q in posture.q])
+            yield np.array(chosen), s, MappingProxyType(dict(names))
+            return
+        for sign, name, closed in _solutions(model, k, posture, float(signs[k]), guess):
+            yield from extend(k + 1, closed, [*chosen, sign], {**names, model.plan.steps[k].name: name})
+
+    yield from extend(0, given_posture(model.tree, dict(zip(model.plan.given, u.tolist(), strict=True))), [], {})
+
+
+def _solutions(
+    model: Model, k: int, posture: Posture, own: float, guess: Sequence[float]
+) -> Iterator[tuple[float, str, Posture]]:
+    step = model.plan.steps[k]
+    if isinstance(step, NewtonStep):
+        yield from _newton_solutions(model, step, posture, guess)
+        return
+    options = [own] if isinstance(step, PivotDirection) else [1.0, -1.0][: len(step.modes)]
+    for sign in options:
+        trial = posture.copy()
+        try:
+            margin = step.solve(trial, sign, guess)
+        except ZeroDivisionError:
+            continue
+        if margin > 0.0:
+            yield sign, step.modes[0 if sign > 0 else 1], trial
+
+
+def _newton_solutions(
+    model: Model, step: NewtonStep, posture: Posture, guess: Sequence[float]
+) -> Iterator[tuple[float, str, Posture]]:
+    """Newton from many starts at once; distinct answers, the one nearest the reference first."""
+    found = _many_starts(model, step, posture, guess)
+    near = np.array([guess[k] for k in step.unknowns])
+    found.sort(key=lambda x: float(np.abs(_wrapped(model, step, x - near)).max()))
+    number = 1
+    for x in found:
+        trial = posture.copy()
+        for coordinate, value in zip(step.unknowns, near + _wrapped(model, step, x - near), strict=True):
+            put = trial.set_angle if model.tree.is_revolute(coordinate) else trial.set_length
+            put(coordinate, float(value))
+        yield 1.0, step.modes[0] if number == 1 else f"mode_{number}", trial
+        number += 1
+
+
+def _many_starts(model: Model, step: NewtonStep, posture: Posture, guess: Sequence[float]) -> list[Array]:
+    from scipy.stats import qmc  # noqa: PLC0415  slow to import, and only this needs it
+
+    length = max(equation.loop.length for equation in step.equations)
+    spans = np.array([np.pi if model.tree.is_revolute(k) else 1.5 * length for k in step.unknowns])
+    centre = np.array([0.0 if model.tree.is_revolute(k) else guess[k] for k in step.unknowns])
+    points = centre + spans * (2.0 * qmc.Halton(len(spans), scramble=False).random(STARTS) - 1.0)
+    points = np.vstack([[guess[k] for k in step.unknowns], points])
+    starts: list[Array] = [np.zeros(len(points))] * len(guess)
+    for column, k in enumerate(step.unknowns):
+        starts[k] = points[:, column]
+    many = posture.copy()
+    converged = np.asarray(step.solve(many, 1.0, starts)) > 0.0
+    answers = np.stack([many.q[k] for k in step.unknowns], axis=1)[converged]
+    kept: list[Array] = []
+    poses: list[Array] = []
+    for x in answers:
+        pose = _fingerprint(model, step, posture, x)
+        if all(np.abs(pose - other).max() > SAME for other in poses):
+            kept.append(x)
+            poses.append(pose)
+    return kept
+
+
+def _fingerprint(model: Model, step: NewtonStep, posture: Posture, x: Array) -> Array:
+    """Where the block's loops put their links: equal for two sets of angles that mean the same configuration."""
+    trial = posture.copy()
+    for k, value in zip(step.unknowns, x, strict=True):
+        put = trial.set_angle if model.tree.is_revolute(k) else trial.set_length
+        put(k, float(value))
+    marks = [mark for loop in dict.fromkeys(e.loop for e in step.equations) for mark in loop.marks(trial)]
+    return np.array([float(m) for m in marks])
+
+
+def _wrapped(model: Model, step: NewtonStep, difference: Array) -> Array:
+    turn = np.array([model.tree.is_revolute(k) for k in step.unknowns])
+    return np.where(turn, np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi, difference)

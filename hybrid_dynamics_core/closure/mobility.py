@@ -1,0 +1,80 @@
+"""How many independent coordinates a mechanism has, and which: for files that list motors, not coordinates.
+
+A motor set may be short (a rod that turns about its own axis, a free foot) or redundant. Motors that depend on the
+ones before them become passive; what the motors leave free becomes a further independent coordinate, without effort.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..description.model import Array, RobotDescription
+from ..mechanism.tree import Tree, build_tree
+from .loops import loop_equations
+from .rank import CLOSED, close_numerically, jacobian_of
+
+INDEPENDENT = 1e-6  # share of a coordinate's motion that must not follow from the coordinates chosen before
+
+
+@dataclass(frozen=True)
+class Mobility:
+    """`active`: independent coordinates; `idle`: those among them that no motor drives; `dependent`: passive motors."""
+
+    active: tuple[str, ...]
+    idle: tuple[str, ...]
+    dependent: tuple[str, ...]
+
+
+def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
+    """Read the mobility from the null space of J_s at a closed configuration near the reference."""
+    names = tree.coordinates
+    start = [robot.reference.get(name, 0.0) for name in names]
+    loops = loop_equations(tree, robot, frozenset(range(len(names))))
+    passive = [k for k, name in enumerate(names) if name not in robot.active]
+    s, residual = close_numerically(tree, loops, start, passive)
+    if max(residual.values(), default=0.0) > CLOSED:  # redundant motors must give way
+        s, residual = close_numerically(tree, loops, start, range(len(names)))
+    worst = max(residual, key=lambda name: residual[name], default="")
+    if worst and residual[worst] > CLOSED:
+        raise robot.error(
+            "closures", f"loop '{worst}' does not close: {residual[worst]:.2g} of its length is left open at best"
+        )
+    motions = _null_space(jacobian_of(tree, loops, s, range(len(names)))[1])
+    order = [names.index(name) for name in robot.active] + passive
+    chosen = _independent(motions, order)
+    motors = tuple(names[k] for k in chosen if names[k] in robot.active)
+    idle = tuple(names[k] for k in chosen if names[k] not in robot.active)
+    return Mobility(motors + idle, idle, tuple(name for name in robot.active if name not in motors))
+
+
+def with_mobility(robot: RobotDescription, mobility: Mobility) -> tuple[RobotDescription, Tree]:
+    """The description with its independent coordinates as active ones, and its tree."""
+    settled = replace(robot, active=mobility.active)
+    return settled, build_tree(settled)
+
+
+def _null_space(jacobian: Array) -> Array:
+    """Motions (n_s, mobility) that keep all loops closed."""
+    if not len(jacobian):
+        return np.eye(jacobian.shape[1])
+    _, sizes, vectors = np.linalg.svd(jacobian)
+    rank = int((sizes > 1e-8 * max(float(sizes[0]), 1e-300)).sum())
+    return vectors[rank:].T
+
+
+def _independent(motions: Array, order: Sequence[int]) -> list[int]:
+    """Coordinates in order, each kept if its motion does not follow from the ones kept before."""
+    basis: list[Array] = []
+    kept: list[int] = []
+    for k in order:
+        row = motions[k].copy()
+        for direction in basis:
+            row = row - (direction @ row) * direction
+        size = float(np.linalg.norm(row))
+        if size > INDEPENDENT and len(kept) < motions.shape[1]:
+            basis.append(row / size)
+            kept.append(k)
+    return kept

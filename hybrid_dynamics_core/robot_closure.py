@@ -1,0 +1,360 @@
+"""The closing half of a robot: names, limits, and every way to close its loops."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import programs
+from .algebra.scalar import Scalar
+from .assembly import AssemblyMode, list_modes, matching_signs, signs_of_names
+from .closing import Closer, Start
+from .closure.mobility import find_mobility, with_mobility
+from .closure.plan import ClosurePlan, build_plan
+from .closure.reach import allowed_range
+from .description.model import Array, JointType, RobotDescription, frozen
+from .errors import DescriptionError, InputError
+from .inputs import named_values, vectors
+from .kernels.run import Codes, Kernel
+from .kernels.trace import Results
+from .mechanism.tree import build_tree
+from .refusal import jump, refusal
+from .state import ClosedState, ClosureStatus
+from .tracking import JUMP
+
+
+class ClosingRobot:
+    """Names, limits and closure of a robot; `Robot` adds what is asked of the closed mechanism."""
+
+    def __init__(self, description: RobotDescription) -> None:
+        tree = build_tree(description)
+        self.idle: tuple[str, ...] = ()  # active coordinates that no motor drives
+        self.dependent_motors: tuple[str, ...] = ()  # motors that follow from the other ones: passive coordinates
+        if description.active_set == "motors":
+            mobility = find_mobility(tree, description)
+            self.idle, self.dependent_motors = mobility.idle, mobility.dependent
+            description, tree = with_mobility(description, mobility)
+        self.description = description
+        self._model = programs.Model(tree, build_plan(tree, description))
+        self._signs = frozen(self._model.plan.branch)
+        self._start = frozen(self._model.plan.reference.q)
+        self._gravity = description.gravity
+        self._kernels: dict[str, Kernel] = {}
+        self._given_models: dict[tuple[str, ...], programs.Model] = {}
+
+    # -- names -------------------------------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        """Name of the robot."""
+        return self.description.name
+
+    @property
+    def active(self) -> tuple[str, ...]:
+        """Names of the active coordinates u."""
+        return self.coordinates[: self._model.tree.n_active]
+
+    @property
+    def passive(self) -> tuple[str, ...]:
+        """Names of the passive coordinates z."""
+        return self.coordinates[self._model.tree.n_active :]
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of all coordinates s = [u; z]."""
+        return self._model.tree.coordinates
+
+    @cached_property
+    def joint_types(self) -> Mapping[str, JointType]:
+        """'revolute' or 'prismatic' by coordinate name, in the order of `coordinates`."""
+        return MappingProxyType({name: self.description.joints[name].type for name in self.coordinates})
+
+    @property
+    def base_frame(self) -> str:
+        """Name of the base link, in whose frame poses are given."""
+        return self.description.base
+
+    @property
+    def end_effector(self) -> str:
+        """Name of the end-effector frame."""
+        return self.description.end_effector
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Frames whose pose can be asked: named frames and links."""
+        return (*self.description.frames, *self.description.links)
+
+    @property
+    def loops(self) -> tuple[str, ...]:
+        """Names of the blocks of loops, in the order in which they close: a loop, or several joined by +."""
+        return tuple(dict.fromkeys(step.name for step in self._model.plan.steps))
+
+    @property
+    def redundant_equations(self) -> Mapping[str, int]:
+        """By loop: how many of its equations follow from the others and were left out (by rank)."""
+        counts: dict[str, int] = {}
+        for equation in self._model.plan.redundant:
+            counts[equation.loop.name] = counts.get(equation.loop.name, 0) + 1
+        return MappingProxyType(counts)
+
+    @cached_property
+    def reference(self) -> Array:
+        """The active coordinates (n,) of the description's reference configuration."""
+        return frozen(self._model.plan.reference.q[: len(self.active)])
+
+    @cached_property
+    def limits(self) -> Array:
+        """(n, 2) lower and upper limit of each active coordinate [rad or m], infinite where there is none.
+
+        The description's limits, narrowed to the `closing_range`.
+        """
+        told = np.array([self.description.joints[name].limits for name in self.active])
+        lower, upper = self.closing_range.T
+        return frozen(np.stack([np.maximum(told[:, 0], lower), np.minimum(told[:, 1], upper)], axis=1))
+
+    @cached_property
+    def closing_range(self) -> Array:
+        """(n, 2) range of each active coordinate [rad or m] between the toggle points of its loop.
+
+        Infinite where the coordinate is in no loop, or in one with other given coordinates.
+        """
+        limits = np.tile([-np.inf, np.inf], (len(self.active), 1))
+        for step in self._model.plan.steps:
+            known = step.known
+            if len(known) == 1 and known[0] < len(self.active):
+                k = known[0]
+                found = allowed_range(self._model.tree, step, self._model.plan.reference, k, float(self.reference[k]))
+                if found is not None:
+                    limits[k] = max(limits[k, 0], found[0]), min(limits[k, 1], found[1])
+        return frozen(limits)
+
+    # -- closure -----------------------------------------------------------------------------------------------
+
+    def close(
+        self,
+        u: ArrayLike,
+        du: ArrayLike | None = None,
+        check: bool = True,
+        near: ClosedState | None = None,
+        branch: Mapping[str, str] | None = None,
+    ) -> ClosedState:
+        """Close all loops at the active coordinates u and rates du (zero if None), each (n,) or (N, n).
+
+        near: a closed state (one, or one a row) to come from. The way from there is followed in small steps, its
+            branch is kept, and a jump to another assembly mode is refused. Without it the robot's own branch is taken;
+            loops that have no closed form are followed from the reference configuration.
+        branch: assembly modes by loop name, where they differ from the robot's (or from `near`'s).
+
+        With `check` a state that cannot close raises ClosureError and a singular one SingularityError; without it
+        its row is NaN and its `status` says why. Raises InputError for wrong shapes and values that are not finite.
+        """
+        u = vectors("u", u, self.active)
+        du = np.zeros_like(u) if du is None else vectors("du", du, self.active, len(u) if u.ndim == 2 else -1)
+        signs = self._signs if near is None else near.signs
+        if branch is not None:
+            signs = frozen(signs_of_names(self._model.plan, signs, branch))
+        values, codes = self._closer.close(u, du, signs, self._start_at(near))
+        return self._state(u, du, signs, values, codes, check)
+
+    def close_path(self, u: ArrayLike, du: ArrayLike | None = None, near: ClosedState | None = None) -> ClosedState:
+        """Close along a motion u (N, n): each row is followed from the one before, the first from `near`.
+
+        Raises ClosureError or SingularityError with the `index` of the first row that cannot be reached on the
+        branch: out of reach, at a toggle or change point, or only by a jump to another assembly mode.
+        """
+        u = vectors("u", u, self.active, len(np.atleast_2d(np.asarray(u))))
+        du = np.zeros_like(u) if du is None else vectors("du", du, self.active, len(u))
+        signs = self._signs if near is None else near.signs
+        values, codes = self._closer.path(u, du, signs, self._start_at(near))
+        return self._state(u, du, signs, values, codes, check=True)
+
+    def _start_at(self, near: ClosedState | None) -> Start | None:
+        if near is None:
+            return None
+        self._own(near)
+        return Start(near.s, near.R)
+
+    def _close_kernel(self, key: str, model: programs.Model) -> Closer:
+        def run(u: Array, du: Array, branch: Array, guess: Array) -> tuple[dict[str, Array], Codes]:
+            return self._run(key, programs.CLOSE, model, u=u, du=du, branch=branch, guess=guess)
+
+        return Closer(model, run)
+
+    @cached_property
+    def _closer(self) -> Closer:
+        return self._close_kernel("close", self._model)
+
+    def close_given(
+        self,
+        values: Mapping[str, float],
+        rates: Mapping[str, float] | None = None,
+        accelerations: Mapping[str, float] | None = None,
+        near: ClosedState | None = None,
+    ) -> ClosedState:
+        """Close from any independent set of coordinates: `values` by name [rad or m], with rates and accelerations.
+
+        Rates and accelerations left out are zero. The configuration is followed from `near` (the reference if None).
+        Returns the ClosedState with s, ds and dds. Raises InputError, with the reason, for a set that does not
+        determine the rest, ClosureError or SingularityError where it cannot be reached.
+        """
+        names = tuple(values)
+        model = self._model_for(names)
+        at, speed, push = (
+            named_values(label, part, names, self.coordinates)
+            for label, part in (("values", values), ("rates", rates), ("accelerations", accelerations))
+        )
+        start = self._start if near is None else near.s
+        signs = matching_signs(model, start)
+        closer = self._close_kernel(f"close {names}", model)
+        here, _ = closer.at(start, signs)
+        closed, code = closer.close(at, speed, signs, Start(here["s"], here["R"]))
+        if code != 0:
+            raise self._refusal(model, at, signs, int(code), 0.0, None)
+        given = {"u": at, "du": speed, "ddu": push, "branch": signs, "guess": closed["s"]}
+        moved, _ = self._run(f"accelerations {names}", programs.ACCELERATIONS, model, **given)
+        n = len(self.active)
+        own = frozen(matching_signs(self._model, closed["s"]))
+        u, du = closed["s"][:n].copy(), closed["ds"][:n].copy()
+        result, codes = self._run("close", programs.CLOSE, u=u, du=du, branch=own, guess=closed["s"])
+        return replace(self._state(u, du, own, result, codes, check=True), dds=moved["dds"])
+
+    def assembly_modes(self, u: ArrayLike) -> tuple[AssemblyMode, ...]:
+        """All assembly modes at the active coordinates u (n,): names by loop, and the closed state of each.
+
+        The second solution of a universal joint (the same leg with its cross turned over) is not listed.
+        """
+        u = vectors("u", u, self.active, -1)
+        modes = []
+        for signs, s, names in list_modes(self._model, u, self._signs, self._start):
+            values, codes = self._run("close", programs.CLOSE, u=u, du=np.zeros_like(u), branch=signs, guess=s)
+            if codes == 0:
+                state = self._state(u, np.zeros_like(u), frozen(signs), values, codes, check=True)
+                modes.append(AssemblyMode(names, replace(state, branch=names)))
+        return tuple(modes)
+
+    # -- inside ------------------------------------------------------------------------------------------------
+
+    def _model_for(self, names: tuple[str, ...]) -> programs.Model:
+        """The model with other given coordinates."""
+        if names not in self._given_models:
+            unknown = [name for name in names if name not in self.coordinates]
+            if unknown:
+                raise InputError(f"there is no coordinate '{unknown[0]}'; known: {', '.join(self.coordinates)}")
+            if len(names) != len(self.active):
+                problem = f"the mechanism has {len(self.active)} degrees of freedom; name {len(self.active)}"
+                raise InputError(f"{', '.join(names)} ({len(names)} coordinates) cannot be given together: {problem}")
+            tree = self._model.tree
+            near = dict(enumerate(self._start.tolist()))
+            given = [self.coordinates.index(name) for name in names]
+            try:
+                plan = build_plan(tree, self.description, given, near)
+            except DescriptionError as error:
+                raise InputError(f"{', '.join(names)} cannot be given together: {error.problem}") from error
+            self._given_models[names] = programs.Model(tree, plan)
+        return self._given_models[names]
+
+    def _state(
+        self, u: Array, du: Array, signs: Array, values: dict[str, Array], codes: Codes, check: bool
+    ) -> ClosedState:
+        if check:
+            self._refuse(u, signs, codes, values["distances"])
+        else:
+            for value in values.values():
+                value[codes != 0] = np.nan
+        residual = np.abs(values["residuals"]).max(axis=-1, initial=0.0)
+        status = np.where(codes == 0, 0, np.where(codes % 2 == 1, ClosureStatus.UNREACHABLE, ClosureStatus.SINGULAR))
+        status = np.where(codes == JUMP, ClosureStatus.SINGULAR, status)
+        single = u.ndim == 1
+        iterations = np.nan_to_num(values["iterations"][..., 0]).astype(int)
+        return ClosedState(
+            u=frozen(u),
+            du=frozen(du),
+            s=values["s"],
+            ds=values["ds"],
+            R=values["R"],
+            bias=values["bias"],
+            residual=float(residual) if single else residual,
+            branch=self._branch_names(self._model.plan, signs),
+            signs=signs,
+            loops=self.loops,
+            distances=self._by_loop(values["distances"]),
+            status=ClosureStatus(int(status)) if single else status,
+            iterations=int(iterations) if single else iterations,
+        )
+
+    def _by_loop(self, distances: Array) -> Array:
+        """Distances of the steps (..., steps) -> the smallest of each entry of `loops`."""
+        names = [step.name for step in self._model.plan.steps]
+        columns = [[k for k, name in enumerate(names) if name == loop] for loop in self.loops]
+        return np.stack([distances[..., part].min(axis=-1) for part in columns], axis=-1) if columns else distances
+
+    def _run(
+        self, key: str, program: programs.Program, model: programs.Model | None = None, **inputs: Array
+    ) -> tuple[dict[str, Array], Codes]:
+        kernel = self._kernels.get(key)
+        if kernel is None:
+            kernel = self._kernels[key] = _kernel(program, model or self._model)
+        return kernel(*(inputs[name] for name in program.inputs))
+
+    def _checked(
+        self, key: str, program: programs.Program, state: ClosedState, ddu: Array | None = None
+    ) -> dict[str, Array]:
+        """Run on a state; rows that `close(..., check=False)` let through stay NaN."""
+        self._own(state)
+        zero = np.zeros_like(state.u) if ddu is None else ddu
+        values, codes = self._run(
+            key,
+            program,
+            u=state.u,
+            du=state.du,
+            ddu=zero,
+            branch=state.signs,
+            guess=state.s,
+            gravity=self._gravity,
+        )
+        for value in values.values():
+            value[codes != 0] = np.nan
+        return values
+
+    def _own(self, state: ClosedState) -> None:
+        if not isinstance(state, ClosedState):
+            raise InputError(f"expected a ClosedState from robot.close(u, du), got {type(state).__name__}")
+        if state.s.shape[-1] != len(self.coordinates) or state.loops != self.loops:
+            raise InputError("the state belongs to another robot")
+
+    def _like(self, state: ClosedState, name: str, value: ArrayLike) -> Array:
+        self._own(state)
+        return vectors(name, value, self.active, len(state.u) if state.u.ndim == 2 else -1)
+
+    @staticmethod
+    def _branch_names(plan: ClosurePlan, signs: Array) -> Mapping[str, str]:
+        return MappingProxyType(
+            {step.name: step.modes[0 if sign > 0 else 1] for step, sign in zip(plan.steps, signs, strict=True)}
+        )
+
+    def _refuse(self, u: Array, signs: Array, codes: Codes, distances: Array) -> None:
+        if not codes.any():
+            return
+        row = None if u.ndim == 1 else int(np.flatnonzero(codes)[0])
+        code = int(codes if row is None else codes[row])
+        near = (distances if row is None else distances[row])[(code - 1) // 2] if code > 0 else 0.0
+        raise self._refusal(self._model, u if row is None else u[row], signs, code, float(near), row)
+
+    def _refusal(
+        self, model: programs.Model, u: Array, signs: Array, code: int, distance: float, row: int | None
+    ) -> Exception:
+        if code == JUMP:
+            return jump(model, row)
+        return refusal(model, u, signs, code, distance, row)
+
+
+def _kernel(program: programs.Program, model: programs.Model) -> Kernel:
+    def run(*vectors: Sequence[Scalar]) -> Results:
+        return program.run(model, programs.Inputs(**dict(zip(program.inputs, vectors, strict=True))))
+
+    return Kernel(run, [model.size(name) for name in program.inputs])

@@ -1,0 +1,8 @@
+"""python -m hybrid_dynamics_ros.demo."""
+
+import sys
+
+from hybrid_dynamics_ros.demo.cli import main
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,9 @@
+"""What can go wrong in a demo, said in words for the terminal."""
+
+
+class DemoError(Exception):
+    """The demo cannot go on; the text says why and what to do."""
+
+
+class InterruptedDemoError(DemoError):
+    """Someone asked the demo to stop."""

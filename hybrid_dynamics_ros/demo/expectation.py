@@ -1,0 +1,65 @@
+"""What must come out of the node for a recording: how many messages of each topic, and with which stamps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hybrid_dynamics_ros.demo.bags import RawMessage, decode
+from hybrid_dynamics_ros.demo.topics import EFFORTS, INPUT, POSE, STATES, TYPES
+from hybrid_dynamics_ros.estimator import EstimatorState, MotionEstimator
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Expectation:
+    """What a recording leads to.
+
+    Attributes:
+        stamp_ns: header stamps of the input (N,) [ns].
+        acceleration: (N, n) estimate of the node's filter [rad/s^2 or m/s^2]; NaN rows while it fills, where
+            the node sends no efforts.
+    """
+
+    stamp_ns: NDArray[np.int64]
+    acceleration: FloatArray
+
+    @property
+    def with_efforts(self) -> NDArray[np.bool_]:
+        """Inputs (N,) that are answered with efforts."""
+        return np.asarray(np.isfinite(self.acceleration).all(axis=1))
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Number of messages on each topic."""
+        total = len(self.stamp_ns)
+        return {INPUT: total, STATES: total, EFFORTS: int(self.with_efforts.sum()), POSE: total}
+
+    @property
+    def duration(self) -> float:
+        """From the first to the last stamp [s]."""
+        return float(self.stamp_ns[-1] - self.stamp_ns[0]) * 1e-9
+
+
+def expect(messages: Sequence[RawMessage], bandwidth: float, max_gap: float) -> Expectation:
+    """What the node makes of JointState messages with velocities.
+
+    Args:
+        messages: the recording.
+        bandwidth: of the node's acceleration filter [Hz].
+        max_gap: of the node's acceleration filter [s].
+    """
+    estimator = MotionEstimator(bandwidth, max_gap)
+    state: EstimatorState | None = None
+    stamps, accelerations = [], []
+    for _, data in messages:
+        message = decode(data, TYPES[INPUT])
+        stamps.append(message.header.stamp.sec * 10**9 + message.header.stamp.nanosec)
+        state, estimate = estimator.step(state, stamps[-1], message.position, message.velocity)
+        unknown = np.full(len(message.velocity), np.nan)
+        accelerations.append(unknown if estimate.acceleration is None else estimate.acceleration)
+    return Expectation(np.array(stamps, dtype=np.int64), np.array(accelerations))

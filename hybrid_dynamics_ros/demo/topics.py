@@ -1,0 +1,19 @@
+"""Names and types of the topics that the demo plays, records and shows."""
+
+from __future__ import annotations
+
+from typing import Final
+
+NODE: Final = "/hybrid_dynamics"
+INPUT: Final = f"{NODE}/active_joint_states"
+STATES: Final = f"{NODE}/joint_states"
+EFFORTS: Final = f"{NODE}/required_efforts"
+POSE: Final = f"{NODE}/end_effector_pose"
+
+TYPES: Final = {
+    INPUT: "sensor_msgs/msg/JointState",
+    STATES: "sensor_msgs/msg/JointState",
+    EFFORTS: "sensor_msgs/msg/JointState",
+    POSE: "geometry_msgs/msg/PoseStamped",
+}
+OUTPUTS: Final = (STATES, EFFORTS, POSE)

@@ -1,0 +1,42 @@
+"""The trajectory of the paper's numerical example."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+ROBOT: Final = "forging_chu2020"
+SOURCE: Final = "Chu et al. (2020), Appl. Sci. 10, 2567"
+JOINTS: Final = ("q1", "q12", "q22", "q4")
+DURATION: Final = 10.0  # [s]
+
+# Chu (2020), Section 3: q = start + rate t, with q1 and q4 in degrees there.
+_START: Final = (0.0, 0.1, 0.15, 0.0)  # [rad, m, m, rad]
+_RATE: Final = (float(np.deg2rad(10.0)), 0.01, 0.005, float(np.deg2rad(5.0)))  # [rad/s, m/s, m/s, rad/s]
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Motion of the active joints, a row for each sample; columns in the order of ``JOINTS``.
+
+    Attributes:
+        time: (N,) [s] from 0.
+        position: (N, 4) [rad or m].
+        velocity: (N, 4) [rad/s or m/s].
+    """
+
+    time: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+
+
+def paper_trajectory(frequency: int) -> Trajectory:
+    """The trajectory sampled at ``frequency`` [Hz], both ends included: constant rates, no accelerations."""
+    time = np.arange(round(DURATION * frequency) + 1) / frequency
+    position = np.array(_START) + np.outer(time, _RATE)
+    return Trajectory(time, position, np.tile(_RATE, (time.size, 1)))

@@ -1,0 +1,57 @@
+"""What the two packages say of themselves agrees, in every place that says it."""
+
+import tomllib
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+import yaml
+
+import hybrid_dynamics_core
+
+ROOT = Path(__file__).resolve().parents[2]
+MANIFESTS = [ROOT / "package.xml", ROOT / "msg_defs" / "package.xml"]
+
+
+@pytest.mark.parametrize("manifest", MANIFESTS, ids=lambda path: path.parent.name)
+def test_both_packages_have_the_version_of_the_library(manifest: Path) -> None:
+    assert ElementTree.parse(manifest).findtext("version") == hybrid_dynamics_core.__version__
+
+
+def test_the_interfaces_that_are_built_are_those_that_are_there() -> None:
+    cmake = (ROOT / "msg_defs" / "CMakeLists.txt").read_text(encoding="utf-8")
+    there = sorted([*ROOT.glob("msg_defs/msg/*.msg"), *ROOT.glob("msg_defs/srv/*.srv")])
+    built = [line.strip().strip('"') for line in cmake.splitlines() if line.strip().endswith(('.msg"', '.srv"'))]
+    assert built == [str(path.relative_to(ROOT / "msg_defs")) for path in there]
+
+
+@pytest.mark.parametrize("path", sorted(ROOT.glob("msg_defs/*/*.[ms][sr][gv]")), ids=lambda path: path.name)
+def test_every_field_of_an_interface_is_explained(path: Path) -> None:
+    for block in path.read_text(encoding="utf-8").replace("---\n", "\n").split("\n\n"):
+        lines = block.strip().splitlines()
+        explained = all("#" in line for line in lines) or lines[0].startswith("#")
+        assert explained, f"no comment above: {block}"
+
+
+def test_the_ros_wheels_are_pinned_alike_everywhere() -> None:
+    build = tomllib.loads((ROOT / "msg_defs" / "pyproject.toml").read_text(encoding="utf-8"))["build-system"]
+    setups = [(ROOT / folder / "setup.py").read_text(encoding="utf-8") for folder in (".", "msg_defs")]
+    for pin in (requirement for requirement in build["requires"] if "-msgs==" in requirement):
+        assert all(pin in setup for setup in setups), pin
+
+
+@pytest.mark.ros
+def test_the_shipped_parameters_are_all_of_the_node_with_their_defaults() -> None:
+    from hybrid_dynamics_ros.parameters import TABLE
+
+    defaults = {parameter.name: parameter.default for parameter in TABLE}
+    values = yaml.safe_load((ROOT / "config" / "forging_chu2020.yaml").read_text(encoding="utf-8"))
+    assert flat(values["/**"]["ros__parameters"]) == defaults
+
+
+def flat(tree: dict, prefix: str = "") -> dict:
+    """{"a": {"b": 1}} as {"a.b": 1}."""
+    entries = {}
+    for key, value in tree.items():
+        entries |= flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
+    return entries
