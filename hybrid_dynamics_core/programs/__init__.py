@@ -4,7 +4,7 @@ A program takes named vectors of scalars and returns named outputs with the chec
 as it stands, on arrays (one array a scalar), or traced into a kernel. Chu (2020) gives the equations.
 """
 
-from .closure import ACCELERATIONS, CLOSE
+from .closure import ACCELERATIONS, CLOSE, MOTION
 from .dynamics import INVERSE_DYNAMICS, MINIMAL_FORM
 from .kinematics import forward_kinematics, jacobian
 from .model import Inputs, Model, Program, closure_code, singular_code
@@ -14,6 +14,7 @@ __all__ = [
     "CLOSE",
     "INVERSE_DYNAMICS",
     "MINIMAL_FORM",
+    "MOTION",
     "Inputs",
     "Model",
     "Program",
