@@ -6,7 +6,16 @@
 >>> tau = robot.inverse_dynamics(state, [0.0, 0.0, 0.0, 0.0])
 """
 
-from .errors import ClosureError, DescriptionError, HybridDynamicsError, InputError, SingularityError
+from .description.effects import Payload
+from .dynamics.loads import JointEffects, Loads
+from .errors import (
+    ClosureError,
+    DescriptionError,
+    HybridDynamicsError,
+    InputError,
+    MassSingularityError,
+    SingularityError,
+)
 from .kinematics.inverse import IKStatus
 from .kinematics.pose import Pose
 from .kinematics.solve import IKResult
@@ -25,6 +34,10 @@ __all__ = [
     "IKResult",
     "IKStatus",
     "InputError",
+    "JointEffects",
+    "Loads",
+    "MassSingularityError",
+    "Payload",
     "Pose",
     "Robot",
     "SingularityError",

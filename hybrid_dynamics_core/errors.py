@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .description.model import Array
 
 
 class HybridDynamicsError(Exception):
@@ -71,3 +75,20 @@ class SingularityError(StateError):
     def __init__(self, message: str, *, loop: str, distance: float, index: int | None = None) -> None:
         self.distance = distance
         super().__init__(message, loop=loop, index=index)
+
+
+class MassSingularityError(HybridDynamicsError, ArithmeticError):
+    """M-bar cannot be inverted: some motion of the active joints moves no mass, so forces give no acceleration.
+
+    Attributes: ``joint``, the active joint that moves most in it; ``direction`` (n,), that motion; ``eigenvalues``
+    (n,) of M-bar, ascending; ``index``, the row in a batch, or None.
+    """
+
+    def __init__(
+        self, message: str, *, joint: str, direction: Array, eigenvalues: Array, index: int | None = None
+    ) -> None:
+        self.joint = joint
+        self.direction = direction
+        self.eigenvalues = eigenvalues
+        self.index = index
+        super().__init__(message if index is None else f"row {index}: {message}")

@@ -10,12 +10,14 @@ finite raise InputError, states that do not close raise what `robot.close` raise
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Callable, Sequence
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from . import programs
 from .description.model import Array, Frame
+from .dynamics.loading import Loading
+from .dynamics.loads import Loads
 from .fused_call import FusedCall
 
 if TYPE_CHECKING:
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
 
 Call = Callable[..., Any]
 FindFrame = Callable[[str | None], Frame]
+Prepare = Callable[[Loads], tuple[Loading, dict[str, Array]]]  # which loads, and all inputs that are not of a state
 
 
 class RobotKernels:
@@ -38,14 +41,17 @@ class RobotKernels:
     from the reference configuration, which takes longer, unless guess=(n_s,), a configuration near by, is given.
     """
 
-    def __init__(self, robot: Robot, find: FindFrame, own: Mapping[str, Array], frame: str | None = None) -> None:
-        self._robot, self._find, self._own = robot, find, own
-        self._frame = frame
+    def __init__(self, robot: Robot, find: FindFrame, prepare: Prepare, loads: Loads, frame: str | None = None) -> None:
+        self._robot, self._find, self._prepare, self._loads, self._frame = robot, find, prepare, loads, frame
 
     def at(self, frame: str) -> RobotKernels:
-        """The same calls with another frame in place of the end effector."""
+        """The same calls with another frame, or link, in place of the end effector."""
         self._find(frame)
-        return RobotKernels(self._robot, self._find, self._own, frame)
+        return RobotKernels(self._robot, self._find, self._prepare, self._loads, frame)
+
+    def under(self, loads: Loads) -> RobotKernels:
+        """The same calls under other loads. Loads of the same kinds with other values use the same compiled code."""
+        return RobotKernels(self._robot, self._find, self._prepare, loads, self._frame)
 
     @cached_property
     def close(self) -> Call:
@@ -65,12 +71,26 @@ class RobotKernels:
     @cached_property
     def inverse_dynamics(self) -> Call:
         """(u, du, ddu) -> tau (n,): actuator torques and forces; Chu (2020), Eq. 25."""
-        return self._fused("inverse_dynamics", programs.INVERSE_DYNAMICS)
+        return self._loaded("inverse_dynamics", programs.inverse_dynamics)
 
     @cached_property
     def minimal_form(self) -> Call:
         """(u, du) -> M-bar (n, n), C-bar u' (n,), G-bar (n,); Chu (2020), Eq. 25."""
-        return self._fused("minimal_form", programs.MINIMAL_FORM)
+        return self._loaded("minimal_form", programs.minimal_form)
 
-    def _fused(self, key: str, program: programs.Program, optional: Sequence[str] = ()) -> Call:
-        return FusedCall(self._robot, key, program, self._own, optional).caller()
+    @cached_property
+    def forward_dynamics(self) -> Call:
+        """(u, du, tau) -> ddu (n,): active accelerations from actuator torques and forces."""
+        return self._loaded("forward_dynamics", programs.forward_dynamics, self._robot.forward_dynamics)
+
+    def _loaded(self, name: str, program: Callable[[Loading], programs.Program], explain: Call | None = None) -> Call:
+        """The call of a program under the loads; `explain`: the robot's own method, asked where there is no answer."""
+        loading, _ = self._prepare(self._loads)
+        again = None if explain is None else partial(explain, loads=self._loads)
+        return self._fused(loading.key(name), program(loading), explain=again)
+
+    def _fused(
+        self, key: str, program: programs.Program, optional: Sequence[str] = (), explain: Call | None = None
+    ) -> Call:
+        _, own = self._prepare(self._loads)
+        return FusedCall(self._robot, key, program, own, optional, explain).caller()

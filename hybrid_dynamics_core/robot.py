@@ -8,16 +8,18 @@ from functools import cached_property
 from numpy.typing import ArrayLike
 
 from . import programs
-from .description.model import Array, Frame
+from .description.model import Array, Frame, frozen
+from .dynamics.loading import Loading
+from .dynamics.loads import Loads
 from .errors import InputError
 from .fused import RobotKernels
 from .kinematics.pose import Pose
 from .kinematics.solve import IKResult, solve_inverse_kinematics
-from .robot_closure import ClosingRobot
+from .robot_dynamics import RobotDynamics
 from .state import ClosedState
 
 
-class Robot(ClosingRobot):
+class Robot(RobotDynamics):
     """A hybrid robot: closure, kinematics and minimal-form dynamics from the active coordinates u (n,) or (N, n).
 
     Order: u = `active`, z = `passive`, s = `coordinates` = u + z. SI units, radians, base axes.
@@ -26,8 +28,7 @@ class Robot(ClosingRobot):
     @cached_property
     def kernels(self) -> RobotKernels:
         """Fused calls, from active coordinates straight to a result: the fastest there is."""
-        own = {"branch": self._signs, "guess": self._start, "gravity": self._gravity}
-        return RobotKernels(self, self._frame, own)
+        return RobotKernels(self, self._frame, self._fused_inputs, self.loads)
 
     def forward_kinematics(self, state: ClosedState, frame: str | None = None) -> Pose:
         """Pose of the end effector, or of any name in `frames`, in the base frame: (3,) and (3, 3), or (N, ...)."""
@@ -60,17 +61,10 @@ class Robot(ClosingRobot):
         """
         return solve_inverse_kinematics(self, target, seed, all_solutions, mask)
 
-    # -- dynamics ----------------------------------------------------------------------------------------------
-
-    def inverse_dynamics(self, state: ClosedState, ddu: ArrayLike) -> Array:
-        """Actuator torques [N m] and forces [N], (n,) or (N, n), for active accelerations ddu; Chu (2020), Eq. 25."""
-        ddu = self._like(state, "ddu", ddu)
-        return self._checked("inverse_dynamics", programs.INVERSE_DYNAMICS, state, ddu)["tau"]
-
-    def minimal_form(self, state: ClosedState) -> tuple[Array, Array, Array]:
-        """M-bar (n, n), C-bar u' (n,) and G-bar (n,) of M-bar u'' + C-bar u' + G-bar = tau; Chu (2020), Eq. 25."""
-        values = self._checked("minimal_form", programs.MINIMAL_FORM, state)
-        return values["M"], values["h"], values["g"]
+    def _fused_inputs(self, loads: Loads) -> tuple[Loading, dict[str, Array]]:
+        """Which loads there are, and the robot's own values of all inputs that do not belong to a state."""
+        loading, arrays = self._load_inputs(loads, None)
+        return loading, {"branch": self._signs, "guess": self._start, "gravity": frozen(loads.gravity), **arrays}
 
     def _frame(self, frame: str | None) -> Frame:
         name = frame or self.end_effector

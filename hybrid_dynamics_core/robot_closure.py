@@ -363,4 +363,4 @@ def _kernel(program: programs.Program, model: programs.Model) -> Kernel:
     def run(*vectors: Sequence[Scalar]) -> Results:
         return program.run(model, programs.Inputs(**dict(zip(program.inputs, vectors, strict=True))))
 
-    return Kernel(run, [model.size(name) for name in program.inputs])
+    return Kernel(run, [program.size(model, name) for name in program.inputs])

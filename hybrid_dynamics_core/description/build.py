@@ -8,7 +8,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from .actuators import read_actuators
 from .document import Document, Path_
+from .effects import JointEffect, Payload, check_effects, read_effects, read_payloads
 from .geometry import TRIANGLE_SLACK, Transform, rotation_about
 from .inertia import read_inertia
 from .model import Array, Closure, Frame, Joint, Link, Loop, Mimic, RobotDescription, frozen
@@ -53,6 +55,9 @@ class _Builder:
             lines=self.document.lines(),
             files=self.document.files(),
             notes=tuple(self.document.notes),
+            effects=self.effects(),
+            payloads=self.payloads(),
+            actuators=read_actuators(data.get("actuators", {}), data["joints"], numbers.number, self.document.error),
         )
 
     def each(self, section: str, build: Callable[[str, Any, Path_], T]) -> Mapping[str, T]:
@@ -154,6 +159,20 @@ class _Builder:
     def loop(self, name: str, entry: Mapping[str, Any], _: Path_) -> Loop:
         base, arm, k1, k2 = (self.places.place(entry[role])[0] for role in ("base", "arm", "k1", "k2"))
         return Loop(name, entry["type"], base, arm, k1, k2)
+
+    # -- forces ------------------------------------------------------------------------------------------------
+
+    def effects(self) -> Mapping[str, JointEffect]:
+        effects = read_effects(self.data["joints"], self.numbers.number)
+        check_effects(effects, self.document.error)
+        return effects
+
+    def payloads(self) -> Mapping[str, tuple[str, Payload]]:
+        def inertia(entry: Any, mass: float, path: Path_) -> Array:
+            return read_inertia(self.numbers, entry, mass, path, TRIANGLE_SLACK)
+
+        entries = self.data.get("payloads", {})
+        return read_payloads(entries, self.numbers.number, inertia, self.document.error)
 
 
 def _moved(link: Link, pose: Transform) -> Link:

@@ -57,6 +57,8 @@ class _Names:
             if source in active:
                 problem = f"'{name}' follows '{source}', which is active too; leave one out"
                 raise self.document.error(("active", k), problem)
+        for name, payload in self.document.data.get("payloads", {}).items():
+            self._require(payload["on"], [*self.places, "end_effector"], ("payloads", name, "on"), "link or frame")
         for name in self.document.data.get("reference", {}):
             self._require(name, moving, ("reference", name), "joint")
 

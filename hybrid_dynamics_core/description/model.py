@@ -9,12 +9,16 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import DescriptionError
+
+if TYPE_CHECKING:
+    from .actuators import HydraulicCylinder
+    from .effects import JointEffect, Payload
 
 Array = NDArray[np.float64]
 JointType = Literal["revolute", "prismatic"]
@@ -135,6 +139,9 @@ class RobotDescription:
     lines: Mapping[str, int] = field(default_factory=dict)  # where each entry stands, by dotted key
     files: Mapping[str, str | Path | None] = field(default_factory=dict)  # of entries that stand in another file
     notes: tuple[str, ...] = ()  # what the loader assumed or left out, one sentence each
+    effects: Mapping[str, JointEffect] = field(default_factory=dict)  # by joint, where the file gives any
+    payloads: Mapping[str, tuple[str, Payload]] = field(default_factory=dict)  # frame and body by name
+    actuators: Mapping[str, HydraulicCylinder] = field(default_factory=dict)  # by joint
 
     def closure_key(self, closure: str) -> str:
         """The key under which the file gives a closure: a loop of Type A to D, or a closure of its own."""

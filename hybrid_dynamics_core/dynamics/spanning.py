@@ -5,7 +5,7 @@ Link frames; a rotation takes link coordinates to the parent's (or the base's wh
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from ..algebra.scalar import Scalar
 from ..algebra.vector import (
@@ -25,6 +25,8 @@ from ..algebra.vector import (
 )
 from ..closure.posture import Posture
 from ..mechanism.tree import Body, Tree
+
+Wrench = tuple[Vector, Vector]  # force and moment about the link origin, in link axes
 
 
 class TreeKinematics:
@@ -47,6 +49,14 @@ class TreeKinematics:
             rotation = matmul(self.rotations[i], rotation)
         return rotation, origin
 
+    def poses(self) -> list[tuple[Rotation, Vector]]:
+        """Rotation and origin of every body in the base frame."""
+        result: list[tuple[Rotation, Vector]] = []
+        for b, rotation, origin in zip(self.tree.bodies, self.rotations, self.origins, strict=True):
+            outer, start = result[b.parent] if b.parent >= 0 else (IDENTITY3, ZERO3)
+            result.append((matmul(outer, rotation), add(start, matvec(outer, origin))))
+        return result
+
     def jacobian(self, body: int, point: Vector) -> dict[int, tuple[Vector, Vector]]:
         """Per coordinate on the path to `body`: linear velocity of `point` (base frame) and angular velocity."""
         columns: dict[int, tuple[Vector, Vector]] = {}
@@ -65,23 +75,10 @@ class TreeKinematics:
 
         Recursive Newton-Euler about the link origins; gravity enters as an acceleration of the base.
         """
-        wrenches = self._body_wrenches(gravity, ds, dds)
-        forces: list[Scalar] = [0.0] * len(self.tree.coordinates)
-        for i in range(len(self.tree.bodies) - 1, -1, -1):
-            b = self.tree.bodies[i]
-            force, moment = wrenches[i]
-            forces[b.coordinate] = dot(b.axis, moment if b.type == "revolute" else force)
-            if b.parent >= 0:
-                force = matvec(self.rotations[i], force)
-                moment = add(matvec(self.rotations[i], moment), cross(self.origins[i], force))
-                parent_force, parent_moment = wrenches[b.parent]
-                wrenches[b.parent] = (add(parent_force, force), add(parent_moment, moment))
-        return forces
+        return self.along_joints(self.transmitted(self.body_wrenches(gravity, ds, dds)))
 
-    def _body_wrenches(
-        self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]
-    ) -> list[tuple[Vector, Vector]]:
-        """Inertial force and moment about the origin of each body, in its own frame."""
+    def body_wrenches(self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]) -> list[Wrench]:
+        """What has to act on each body, gravity aside, for it to move so."""
         base = (ZERO3, ZERO3, scale(-1.0, gravity))
         motions: list[tuple[Vector, Vector, Vector]] = []  # angular velocity, angular and linear acceleration
         wrenches = []
@@ -101,8 +98,32 @@ class TreeKinematics:
             wrenches.append(_newton_euler(b, omega, alpha, accel))
         return wrenches
 
+    def transmitted(self, needed: Sequence[Wrench], applied: Mapping[int, Wrench] | None = None) -> list[Wrench]:
+        """What each joint passes on to its body: what it and all behind it need, less what is `applied` there."""
+        wrenches = list(needed)
+        for i, (force, moment) in (applied or {}).items():
+            wrenches[i] = (sub(wrenches[i][0], force), sub(wrenches[i][1], moment))
+        for i in range(len(wrenches) - 1, -1, -1):
+            parent = self.tree.bodies[i].parent
+            if parent >= 0:
+                force, moment = self.to_parent(i, wrenches[i])
+                wrenches[parent] = (add(wrenches[parent][0], force), add(wrenches[parent][1], moment))
+        return wrenches
 
-def _newton_euler(b: Body, omega: Vector, alpha: Vector, accel: Vector) -> tuple[Vector, Vector]:
+    def to_parent(self, body: int, wrench: Wrench) -> Wrench:
+        """A wrench on a body, about the parent's origin and in its axes."""
+        force = matvec(self.rotations[body], wrench[0])
+        return force, add(matvec(self.rotations[body], wrench[1]), cross(self.origins[body], force))
+
+    def along_joints(self, wrenches: Sequence[Wrench]) -> list[Scalar]:
+        """The part of each joint's wrench along its axis, in the order of s."""
+        forces: list[Scalar] = [0.0] * len(self.tree.coordinates)
+        for b, (force, moment) in zip(self.tree.bodies, wrenches, strict=True):
+            forces[b.coordinate] = dot(b.axis, moment if b.type == "revolute" else force)
+        return forces
+
+
+def _newton_euler(b: Body, omega: Vector, alpha: Vector, accel: Vector) -> Wrench:
     force = scale(b.mass, accel)
     force = add(force, add(cross(alpha, b.first_moment), cross(omega, cross(omega, b.first_moment))))
     moment = add(matvec(b.inertia, alpha), cross(omega, matvec(b.inertia, omega)))

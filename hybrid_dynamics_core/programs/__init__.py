@@ -5,21 +5,38 @@ as it stands, on arrays (one array a scalar), or traced into a kernel. Chu (2020
 """
 
 from .closure import ACCELERATIONS, CLOSE, MOTION
-from .dynamics import INVERSE_DYNAMICS, MINIMAL_FORM
+from .dynamics import (
+    FORWARD_DYNAMICS,
+    INVERSE_DYNAMICS,
+    MINIMAL_FORM,
+    forward_dynamics,
+    inverse_dynamics,
+    minimal_form,
+    passive_forces,
+)
 from .kinematics import forward_kinematics, jacobian
-from .model import Inputs, Model, Program, closure_code, singular_code
+from .matrices import coriolis_matrix, spanning_terms
+from .model import MASS_SINGULAR, Inputs, Model, Program, closure_code, singular_code
 
 __all__ = [
     "ACCELERATIONS",
     "CLOSE",
+    "FORWARD_DYNAMICS",
     "INVERSE_DYNAMICS",
+    "MASS_SINGULAR",
     "MINIMAL_FORM",
     "MOTION",
     "Inputs",
     "Model",
     "Program",
     "closure_code",
+    "coriolis_matrix",
+    "forward_dynamics",
     "forward_kinematics",
+    "inverse_dynamics",
     "jacobian",
+    "minimal_form",
+    "passive_forces",
     "singular_code",
+    "spanning_terms",
 ]

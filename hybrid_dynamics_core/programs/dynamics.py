@@ -2,40 +2,122 @@
 
 from __future__ import annotations
 
+from ..algebra.definite import Definite
 from ..algebra.scalar import Scalar
 from ..algebra.vector import Vector
-from ..dynamics.spanning import TreeKinematics
-from ..kernels.trace import Results
+from ..closure.passive import ClosedMotion
+from ..dynamics.loading import NOTHING, LoadedTree, Loading
+from ..kernels.trace import Check, Results
 from .closure import closed_motion
-from .model import Inputs, Model, Program
+from .model import MASS_SINGULAR, Inputs, Model, Program
+
+SINGULAR_MASS = 1e-13  # share of the robot's own scale of inertia below which a pivot of M-bar is rounding
+NO_GRAVITY: Vector = (0.0, 0.0, 0.0)
 
 
-def _inverse_dynamics(model: Model, x: Inputs) -> Results:
-    """tau = R^T (M s'' + C s' + g), Chu (2020), Eq. 22 to 25."""
-    motion, checks, _ = closed_motion(model, x)
-    ds = motion.rates(x.du)
-    tree = TreeKinematics(model.tree, motion.posture)
-    forces = tree.inverse_dynamics(tuple(x.gravity), ds, motion.accelerations(x.ddu, ds))
-    return Results({"tau": motion.project(forces)[0]}, checks)
+class Dynamics:
+    """The closed mechanism at a state, with its loads: what all dynamic programs start from."""
+
+    def __init__(self, model: Model, x: Inputs, loading: Loading = NOTHING) -> None:
+        self.motion, self.checks, _ = closed_motion(model, x)
+        self.ds = self.motion.rates(x.du)
+        self.gravity = tuple(x.gravity)
+        self.laden = LoadedTree(model.tree, loading, x, self.motion.posture)
+        self.tree = self.laden.tree
+        self.n = len(x.u)
+
+    def inverse(self, ddu: list[Scalar]) -> list[Scalar]:
+        """tau for active accelerations."""
+        return self.project(self.laden.forces(self.gravity, self.ds, self.motion.accelerations(ddu, self.ds)))
+
+    def project(self, forces: list[Scalar]) -> list[Scalar]:
+        """R^T f."""
+        return self.motion.project(forces)[0]
+
+    def mass_matrix(self) -> list[list[Scalar]]:
+        """M-bar = R^T M R, column by column; of each pair of equal entries one is computed."""
+        columns = [self.project(self.laden.inertial_forces(column)) for column in columns_of(self.motion)]
+        return [[columns[min(i, j)][max(i, j)] for j in range(self.n)] for i in range(self.n)]
 
 
-def _minimal_form(model: Model, x: Inputs) -> Results:
-    """M-bar, C-bar u' and G-bar of  M-bar u'' + C-bar u' + G-bar = tau, Chu (2020), Eq. 25."""
-    motion, checks, _ = closed_motion(model, x)
-    tree = TreeKinematics(model.tree, motion.posture)
-    still: list[Scalar] = [0.0] * motion.size
-    ds = motion.rates(x.du)
-    no_gravity: Vector = (0.0, 0.0, 0.0)
-    n = len(x.u)
-
-    def tau(g: Vector, rates: list[Scalar], dds: list[Scalar]) -> list[Scalar]:
-        return motion.project(tree.inverse_dynamics(g, rates, dds))[0]
-
-    columns = [tau(no_gravity, still, list(column)) for column in zip(*motion.velocity_map(), strict=True)]
-    mass = [[columns[min(i, j)][max(i, j)] for j in range(n)] for i in range(n)]
-    bias = tau(no_gravity, ds, motion.accelerations([0.0] * n, ds))
-    return Results({"M": mass, "h": bias, "g": tau(tuple(x.gravity), still, still)}, checks)
+def columns_of(motion: ClosedMotion) -> list[list[Scalar]]:
+    """The columns of R, Chu (2020), Eq. 20."""
+    return [list(column) for column in zip(*motion.velocity_map(), strict=True)]
 
 
-INVERSE_DYNAMICS = Program(("u", "du", "ddu", "branch", "guess", "gravity"), _inverse_dynamics)
-MINIMAL_FORM = Program(("u", "du", "branch", "guess", "gravity"), _minimal_form)
+def inverse_dynamics(loading: Loading = NOTHING) -> Program:
+    """Program for tau = R^T (M s'' + C s' + g + loads), Chu (2020), Eq. 22 to 25."""
+
+    def run(model: Model, x: Inputs) -> Results:
+        dynamics = Dynamics(model, x, loading)
+        return Results({"tau": dynamics.inverse(list(x.ddu))}, dynamics.checks)
+
+    return Program(("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes)
+
+
+def minimal_form(loading: Loading = NOTHING) -> Program:
+    """Program for M-bar, C-bar u' and G-bar of  M-bar u'' + C-bar u' + G-bar + loads = tau, Chu (2020), Eq. 25."""
+
+    def run(model: Model, x: Inputs) -> Results:
+        dynamics = Dynamics(model, x, loading)
+        motion, tree, ds = dynamics.motion, dynamics.tree, dynamics.ds
+        still: list[Scalar] = [0.0] * motion.size
+        bias = tree.inverse_dynamics(NO_GRAVITY, ds, motion.accelerations([0.0] * dynamics.n, ds))
+        gravity = tree.inverse_dynamics(dynamics.gravity, still, still)
+        outputs = {"M": dynamics.mass_matrix(), "h": dynamics.project(bias), "g": dynamics.project(gravity)}
+        return Results(outputs, dynamics.checks)
+
+    return Program(("u", "du", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes)
+
+
+def passive_forces(loading: Loading = NOTHING) -> Program:
+    """Program for what friction, springs and wrenches take of tau at rest or in motion."""
+
+    def run(model: Model, x: Inputs) -> Results:
+        dynamics = Dynamics(model, x, loading)
+        forces = dynamics.laden.passive_forces(dynamics.ds)
+        return Results({"tau": dynamics.project(forces)}, dynamics.checks)
+
+    return Program(("u", "du", "branch", "guess", *loading.inputs), run, loading.sizes)
+
+
+def forward_dynamics(loading: Loading = NOTHING) -> Program:
+    """Program for u'' from tau: M-bar u'' = tau - (C-bar u' + G-bar + loads)."""
+
+    def run(model: Model, x: Inputs) -> Results:
+        dynamics = Dynamics(model, x, loading)
+        ddu, checks = solve_motion(model, dynamics, list(x.tau))
+        return Results({"ddu": ddu}, dynamics.checks + checks)
+
+    return Program(("u", "du", "tau", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes)
+
+
+def solve_motion(model: Model, dynamics: Dynamics, tau: list[Scalar]) -> tuple[list[Scalar], list[Check]]:
+    """u'' from tau, and the checks that M-bar is regular."""
+    mass = Definite(dynamics.mass_matrix())
+    bias = dynamics.inverse([0.0] * dynamics.n)
+    ddu = mass.solve([t - b for t, b in zip(tau, bias, strict=True)])
+    sizes = inertia_scales(model, dynamics.motion)
+    checks = [Check(pivot / size, SINGULAR_MASS, MASS_SINGULAR) for pivot, size in zip(mass.pivots, sizes, strict=True)]
+    return ddu, checks
+
+
+def inertia_scales(model: Model, motion: ClosedMotion) -> list[Scalar]:
+    """What M-bar's diagonal would be, were the whole robot moved by each coordinate: the scale of its rounding."""
+    bodies = model.tree.bodies
+    mass = sum(b.mass for b in bodies) or 1.0
+    lengths = sum(float(x) ** 2 for b in bodies for x in b.translation)
+    inertia = sum(b.inertia[0][0] + b.inertia[1][1] + b.inertia[2][2] for b in bodies) + mass * lengths
+    own = [inertia if model.tree.is_revolute(k) else mass for k in range(motion.size)]
+    scales = []
+    for column in columns_of(motion):
+        total: Scalar = 0.0
+        for size, factor in zip(own, column, strict=True):
+            total = total + size * (factor * factor)
+        scales.append(total)
+    return scales
+
+
+INVERSE_DYNAMICS = inverse_dynamics()
+MINIMAL_FORM = minimal_form()
+FORWARD_DYNAMICS = forward_dynamics()

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from ..algebra.scalar import Scalar
 from ..closure.plan import ClosurePlan
+from ..dynamics.loading import FRICTION, SPRINGS, LoadValues
 from ..kernels.trace import Results
 from ..mechanism.tree import Tree
 
 Scalars = Sequence[Scalar]
+
+ALONG_S = ("guess", "armature", *FRICTION, *SPRINGS)  # inputs with one entry a coordinate
+MASS_SINGULAR = -2  # status where M-bar is singular; others belong to the closure
 
 
 @dataclass(frozen=True)
@@ -22,21 +26,23 @@ class Model:
 
     def size(self, name: str) -> int:
         """Length of an input vector."""
-        n = len(self.plan.given)
-        sizes = {"branch": len(self.plan.steps), "guess": len(self.tree.coordinates), "gravity": 3}
-        return sizes.get(name, n)
+        if name in ALONG_S:
+            return len(self.tree.coordinates)
+        return {"branch": len(self.plan.steps), "gravity": 3}.get(name, len(self.plan.given))
 
 
 @dataclass(frozen=True)
-class Inputs:
+class Inputs(LoadValues):
     """Input vectors; a program has those that it names.
 
-    Active coordinates, rates, accelerations; branch sign of each step; s where iterations start; gravity [m/s^2].
+    Active coordinates, rates, accelerations and efforts; branch sign of each step; s where iterations start;
+    gravity [m/s^2]; values of the loads.
     """
 
     u: Scalars = ()
     du: Scalars = ()
     ddu: Scalars = ()
+    tau: Scalars = ()
     branch: Scalars = ()
     guess: Scalars = ()
     gravity: Scalars = ()
@@ -44,10 +50,15 @@ class Inputs:
 
 @dataclass(frozen=True)
 class Program:
-    """The names of the input vectors it needs, in order, and the text."""
+    """The names of its input vectors, in order, and the text; `sizes` of those that the model does not know."""
 
     inputs: tuple[str, ...]
     run: Callable[[Model, Inputs], Results]
+    sizes: Mapping[str, int] = field(default_factory=dict)
+
+    def size(self, model: Model, name: str) -> int:
+        """Length of an input vector."""
+        return self.sizes.get(name) or model.size(name)
 
 
 def closure_code(step: int) -> int:

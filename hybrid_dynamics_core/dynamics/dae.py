@@ -1,0 +1,35 @@
+"""The equations of motion of the spanning tree with its loops as constraints, for teaching and as an oracle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..description.model import Array
+
+
+@dataclass(frozen=True, eq=False)
+class SpanningTerms:
+    """Terms of  M s'' + C s' + g + extra + J^T lambda = [tau; 0],  J s'' + bias = 0;  a batch has a leading N.
+
+    Chu (2020), Eq. 10 and 18, in the order of `robot.coordinates`.
+
+    Attributes:
+        M: (n_s, n_s) mass matrix of the open tree, rotors and payloads included.
+        C: (n_s, n_s) matrix of its Christoffel symbols: M' - 2 C is skew.
+        g: (n_s,) gravity.
+        extra: (n_s,) friction, springs and applied wrenches.
+        J: (n_z, n_s) the loops' equations as they are closed, one row each, lengths over the loop's length:
+            a parallelogram closes by two relations between angles.
+        bias: (n_z,) J' s' [1/s^2].
+        multipliers: (n_z,) lambda of the rows [N m]. What they are at the pins, `robot.reactions` tells.
+        loops: the loop of each row.
+    """
+
+    M: Array
+    C: Array
+    g: Array
+    extra: Array
+    J: Array
+    bias: Array
+    multipliers: Array
+    loops: tuple[str, ...]

@@ -1,0 +1,119 @@
+"""The dynamic part of Robot: forces from motion and motion from forces, with everything that acts on the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import programs
+from .description.model import Array, Frame
+from .dynamics.dae import SpanningTerms
+from .dynamics.load_inputs import load_inputs
+from .dynamics.loading import Loading
+from .dynamics.loads import Loads, described_loads
+from .dynamics.mass import mass_singularity
+from .robot_closure import ClosingRobot
+from .state import ClosedState
+
+LoadedProgram = Callable[[Loading], programs.Program]
+
+
+class RobotDynamics(ClosingRobot):
+    """Methods of Robot. States come from `robot.close`; one state gives (n,), a batch (N, n), in the order of `active`.
+
+    `loads` is everything that acts besides the actuators; None: what the description gives, `robot.loads`.
+    """
+
+    if TYPE_CHECKING:  # in Robot
+
+        def _frame(self, frame: str | None) -> Frame: ...
+
+    @cached_property
+    def loads(self) -> Loads:
+        """What the description says acts on the robot: gravity, payloads, friction, rotors, springs."""
+        return described_loads(self.description, self.coordinates)
+
+    def inverse_dynamics(self, state: ClosedState, ddu: ArrayLike, loads: Loads | None = None) -> Array:
+        """Actuator torques [N m] and forces [N], (n,) or (N, n), for active accelerations ddu; Chu (2020), Eq. 25."""
+        ddu = self._like(state, "ddu", ddu)
+        return self._evaluate("inverse_dynamics", programs.inverse_dynamics, state, loads, ddu=ddu)["tau"]
+
+    def forward_dynamics(self, state: ClosedState, tau: ArrayLike, loads: Loads | None = None) -> Array:
+        """Active accelerations (n,) or (N, n) [rad/s^2, m/s^2] from actuator torques [N m] and forces [N].
+
+        Raises MassSingularityError where M-bar is singular to working precision: some motion of the active joints
+        moves no mass. Chu (2020), Eq. 25.
+        """
+        tau = self._like(state, "tau", tau)
+        return self._evaluate("forward_dynamics", programs.forward_dynamics, state, loads, tau=tau)["ddu"]
+
+    def minimal_form(self, state: ClosedState, loads: Loads | None = None) -> tuple[Array, Array, Array]:
+        """M-bar (n, n), C-bar u' (n,) and G-bar (n,) of M-bar u'' + C-bar u' + G-bar = tau; Chu (2020), Eq. 25.
+
+        Payloads and rotors are in them; what friction, springs and wrenches add to tau is `passive_forces`.
+        """
+        values = self._evaluate("minimal_form", programs.minimal_form, state, loads)
+        return values["M"], values["h"], values["g"]
+
+    def passive_forces(self, state: ClosedState, loads: Loads | None = None) -> Array:
+        """What friction, springs and applied wrenches add to M-bar u'' + C-bar u' + G-bar = tau, (n,) or (N, n)."""
+        return self._evaluate("passive_forces", programs.passive_forces, state, loads)["tau"]
+
+    def coriolis_matrix(self, state: ClosedState, loads: Loads | None = None) -> Array:
+        """C-bar (n, n) or (N, n, n), the Christoffel matrix of M-bar: M-bar' - 2 C-bar is skew. Chu (2020), Eq. 25."""
+        return self._evaluate("coriolis_matrix", programs.coriolis_matrix, state, loads)["C"]
+
+    def velocity_map_rate(self, state: ClosedState) -> Array:
+        """R' (n_s, n) or (N, n_s, n), the rate of R along the motion: s'' = R u'' + R' u'. Chu (2020), Eq. 20."""
+        return self._evaluate("coriolis_matrix", programs.coriolis_matrix, state, None)["dR"]
+
+    def spanning_terms(
+        self, state: ClosedState, ddu: ArrayLike | None = None, loads: Loads | None = None
+    ) -> SpanningTerms:
+        """The terms of the full DAE in all coordinates s, Chu (2020), Eq. 10, and its multipliers for ddu (zero)."""
+        ddu = np.zeros_like(state.u) if ddu is None else self._like(state, "ddu", ddu)
+        values = self._evaluate("spanning_terms", programs.spanning_terms, state, loads, ddu=ddu)
+        equations = [e for step in self._model.plan.steps for e in step.equations]
+        return SpanningTerms(
+            M=values["M"],
+            C=values["C"],
+            g=values["g"],
+            extra=values["e"],
+            J=values["J"],
+            bias=values["bias"],
+            multipliers=values["multipliers"],
+            loops=tuple(e.loop.name for e in equations),
+        )
+
+    def _evaluate(
+        self, key: str, program: LoadedProgram, state: ClosedState, loads: Loads | None, **more: Array
+    ) -> dict[str, Array]:
+        """Run a program on a state; rows that `close(..., check=False)` let through stay NaN."""
+        self._own(state)
+        loads = self.loads if loads is None else loads
+        loading, arrays = self._load_inputs(loads, None if state.u.ndim == 1 else len(state.u))
+        inputs = {"u": state.u, "du": state.du, "branch": state.signs, "guess": state.s, "gravity": loads.gravity}
+        values, codes = self._run(loading.key(key), program(loading), None, **inputs, **arrays, **more)
+        if (codes == programs.MASS_SINGULAR).any():
+            mass = self.minimal_form(state, loads)[0]
+            raise mass_singularity(mass, codes, self.active)
+        for value in values.values():
+            value[codes != 0] = np.nan
+        return values
+
+    def _load_inputs(self, loads: Loads, rows: int | None) -> tuple[Loading, dict[str, Array]]:
+        known = self._known_loads.get(loads)
+        if known is None:
+            known = load_inputs(loads, self._model.tree, self._frame, rows)
+            if all(wrench.values.ndim == 1 for wrench in loads.wrenches.values()):
+                self._known_loads[loads] = known
+        return known
+
+    @cached_property
+    def _known_loads(self) -> WeakKeyDictionary[Loads, tuple[Loading, dict[str, Array]]]:
+        return WeakKeyDictionary()
