@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import platform
 from collections.abc import Callable
 
@@ -13,8 +14,10 @@ from .ir.module import Form, module_text
 from .trace import Trace
 
 NAME = "native"
-LEVEL = 2  # of LLVM's optimisation
-VECTORS = 20_000  # live nodes up to which states are worked side by side: beyond, that takes too long to compile
+LEVEL = 1  # of LLVM's optimisation: the graph is in its best form already, and higher levels take longer
+LONG = 250_000  # live nodes from which compiling well would take more than half a minute
+
+_log = logging.getLogger(__name__)
 
 
 def reason_against() -> str:
@@ -35,15 +38,20 @@ def identity() -> list[str]:
         *version,
         *llvm.processor(),
         str(LEVEL),
-        str(VECTORS),
+        str(LONG),
         str(extension.header().size),
     ]
 
 
 def make(trace: Trace, form: Form) -> bytes:
     """Object code of one form of a trace."""
-    width = llvm.width() if len(trace.live()) <= VECTORS else 1
-    return llvm.compile_text(module_text(trace, form, width, extension.header()), LEVEL)
+    size = len(trace.live())
+    level = LEVEL if size < LONG else 0
+    if level != LEVEL:
+        _log.warning(
+            "a program of %d operations is compiled quickly instead of well: it runs several times slower", size
+        )
+    return llvm.compile_text(module_text(trace, form, llvm.width(), extension.header()), level)
 
 
 def load(artifact: Artifact) -> Callable[..., int]:

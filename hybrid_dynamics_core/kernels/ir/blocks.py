@@ -8,7 +8,7 @@ from __future__ import annotations
 from ...algebra.numerics import LARGEST_STEP, MAX_ITERATIONS, SMALL_STEP
 from ..graph import Block
 from ..trace import Trace, body_name, trace_body
-from .nodes import Nodes
+from .nodes import Fetch, Nodes
 from .text import FAST, Function, Lanes, constant
 
 
@@ -60,12 +60,21 @@ def outputs(block: Block) -> int:
 def _body(inner: Trace) -> str:
     """`@body.N(x, p, values)`: flat residuals and Jacobian of what Newton iterates."""
     f = Function(f"define internal void @body.{inner.name}(ptr %a0, ptr %a1, ptr %out)")
-    inputs = {(v, k): f.load(f"%a{v}", k) for v, k in sorted(inner.used_inputs())}
-    nodes = Nodes(inner, Lanes(f, 1), inputs, call_block)
+    nodes = Nodes(inner, Lanes(f, 1), inner.live(), fetch_input(inner), call_block)
     for k, value in enumerate(inner.outputs):
         f.store(nodes.value(value), "%out", k)
     f.do("ret void")
     return f.text()
+
+
+def fetch_input(trace: Trace) -> Fetch:
+    """Inputs from the vectors %a0, %a1, ... of one state."""
+
+    def fetch(lanes: Lanes, index: int) -> str:
+        _, vector, component = trace.graph.nodes[index]
+        return lanes.function.load(f"%a{int(vector)}", int(component))
+
+    return fetch
 
 
 def _eliminate(n: int, m: int) -> str:

@@ -9,7 +9,7 @@ from .blocks import block_functions
 from .entry import DECLARATIONS, Header, one_entry, rows_entry
 from .nodes import atan2_functions
 from .sincos import sincos_functions
-from .states import one_function, rows_function, wide_function
+from .states import one_functions, rows_function, wide_functions
 from .text import declarations
 
 Form = Literal["one", "rows"]
@@ -22,8 +22,8 @@ def module_text(trace: Trace, form: Form, width: int, header: Header) -> str:
     parts += dict.fromkeys(text for w in widths for text in (*sincos_functions(w), *atan2_functions(w)))
     parts += block_functions(trace)
     if form == "one":
-        parts += [one_function(trace), one_entry(trace, header)]
+        parts += [*one_functions(trace), one_entry(trace, header)]
     else:
-        parts.append(wide_function(trace, width) if width > 1 else one_function(trace))
+        parts += wide_functions(trace, width) if width > 1 else one_functions(trace)
         parts += [rows_function(trace, width), rows_entry(trace, header)]
     return "".join(parts)

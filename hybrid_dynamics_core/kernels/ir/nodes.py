@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable
 
 from ..graph import Operand, Symbol
 from ..trace import Trace
@@ -11,19 +11,21 @@ from .text import Function, Lanes
 _ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 _INTRINSIC = {"sqrt": "sqrt", "abs": "fabs"}
 CallBlock = Callable[["Nodes", int], list[str]]  # (nodes, number of the block) -> names of its outputs
+Fetch = Callable[[Lanes, int], str]  # (where to write, a node that was not computed here) -> name of its value
 
 
 class Nodes:
-    """Writes the live nodes of a trace into a function; `value` then names each."""
+    """Writes nodes of a trace into a function; `value` names each. What is not written here is fetched when needed."""
 
-    def __init__(self, trace: Trace, lanes: Lanes, inputs: Mapping[tuple[int, int], str], call: CallBlock) -> None:
+    def __init__(self, trace: Trace, lanes: Lanes, indices: Iterable[int], fetch: Fetch, call: CallBlock) -> None:
         self.trace, self.lanes = trace, lanes
-        self._inputs, self._call = inputs, call
+        self._fetch, self._call = fetch, call
         self._names: dict[int, str] = {}
         self._blocks: dict[int, list[str]] = {}
         self._angles: dict[str, tuple[str, str]] = {}
-        for index in trace.live():
-            self._names[index] = self._node(index)
+        for index in indices:
+            if trace.graph.nodes[index][0] != "input":
+                self._names[index] = self._node(index)
 
     @property
     def function(self) -> Function:
@@ -32,14 +34,15 @@ class Nodes:
 
     def value(self, x: Operand | int) -> str:
         """The name of a node's value (a node by symbol or index), or a constant."""
-        if isinstance(x, Symbol):
-            return self._names[x.index]
-        return self._names[x] if isinstance(x, int) else self.lanes.constant(float(x))
+        if isinstance(x, float):
+            return self.lanes.constant(x)
+        index = x.index if isinstance(x, Symbol) else x
+        if index not in self._names:
+            self._names[index] = self._fetch(self.lanes, index)
+        return self._names[index]
 
     def _node(self, index: int) -> str:
         op, a, b = self.trace.graph.nodes[index]
-        if op == "input":
-            return self._inputs[int(a), int(b)]
         if op == "block":
             if int(a) not in self._blocks:
                 self._blocks[int(a)] = self._call(self, int(a))

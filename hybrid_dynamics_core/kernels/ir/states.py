@@ -11,8 +11,9 @@ import math
 from ..graph import Symbol
 from ..status import NOT_FINITE
 from ..trace import Trace
-from .blocks import call_block
+from .blocks import call_block, fetch_input
 from .nodes import Nodes
+from .parts import Parts
 from .text import Function, Lanes
 
 BLOCK = 64  # states whose inputs are gathered at a time: several vectors' worth, still in the first cache
@@ -24,22 +25,26 @@ def sizes(trace: Trace) -> list[int]:
 
 
 def _parameters(trace: Trace) -> list[str]:
-    return [f"ptr %a{v}" for v in range(len(trace.inputs))] + [f"ptr %o{k}" for k in range(len(trace.layout))]
+    return [f"ptr %a{v}" for v in range(len(trace.inputs))]
 
 
-def one_function(trace: Trace) -> str:
-    """`@one(a0, ..., o0, ...)`: fill the outputs of a state, return its status."""
-    f = Function(f"define internal i64 @one({', '.join(_parameters(trace))}) alwaysinline")
-    inputs = {(v, k): f.load(f"%a{v}", k) for v, k in _read(trace)}
-    lanes = Lanes(f, 1)
-    nodes = Nodes(trace, lanes, inputs, call_block)
+def _outs(trace: Trace) -> list[str]:
+    return [f"ptr %o{k}" for k in range(len(trace.layout))]
+
+
+def one_functions(trace: Trace) -> list[str]:
+    """`@one(a0, ..., o0, ...)`: fill the outputs of a state, return its status; after the parts that it calls."""
+    parts = Parts(trace, 1, "one", _parameters(trace), fetch_input(trace))
+    f = Function(f"define internal i64 @one({', '.join(_parameters(trace) + _outs(trace))}) alwaysinline")
+    nodes = parts.nodes(Lanes(f, 1), call_block)
+    inputs = [f.load(f"%a{v}", k) for v, k in _read(trace)]
     status = _status(nodes, inputs)
     values = iter(trace.outputs)
     for k, size in enumerate(sizes(trace)):
         for j in range(size):
             f.store(nodes.value(next(values)), f"%o{k}", j)
     f.do(f"ret i64 {status}")
-    return f.text()
+    return [*parts.functions(call_block), f.text()]
 
 
 def _read(trace: Trace) -> list[tuple[int, int]]:
@@ -48,7 +53,7 @@ def _read(trace: Trace) -> list[tuple[int, int]]:
     return [(v, k) for v in sorted(vectors) for k in range(trace.inputs[v])]
 
 
-def _status(nodes: Nodes, inputs: dict[tuple[int, int], str]) -> str:
+def _status(nodes: Nodes, inputs: list[str]) -> str:
     """Status of each lane."""
     lanes, trace = nodes.lanes, nodes.trace
     finite = lanes.compare("oeq", _not_finite(nodes, inputs), lanes.constant(0.0))
@@ -59,26 +64,31 @@ def _status(nodes: Nodes, inputs: dict[tuple[int, int], str]) -> str:
     return status
 
 
-def _not_finite(nodes: Nodes, inputs: dict[tuple[int, int], str]) -> str:
+def _not_finite(nodes: Nodes, inputs: list[str]) -> str:
     """Zero, but NaN where an input or output is not finite: each times zero, summed in four chains."""
     lanes = nodes.lanes
     results = {o.index: nodes.value(o) for o in nodes.trace.outputs if isinstance(o, Symbol)}
     zero = lanes.constant(0.0)
     chains = [zero] * 4
-    for k, value in enumerate([*inputs.values(), *results.values()]):
+    for k, value in enumerate([*inputs, *results.values()]):
         chains[k % 4] = lanes.arithmetic("fadd", chains[k % 4], lanes.arithmetic("fmul", value, zero))
     first, second = (lanes.arithmetic("fadd", a, b) for a, b in (chains[:2], chains[2:]))
     return lanes.arithmetic("fadd", first, second)
 
 
-def wide_function(trace: Trace, width: int) -> str:
+def wide_functions(trace: Trace, width: int) -> list[str]:
     """`@wide(in, o0, ..., status)`: `width` states at once. Inputs come by component, outputs go to rows."""
-    outs = "".join(f"ptr %o{k}, " for k in range(len(trace.layout)))
-    f = Function(f"define internal void @wide(ptr %in, {outs}ptr %status) noinline")
+    column = {key: n for n, key in enumerate(_read(trace))}
+
+    def fetch(lanes: Lanes, index: int) -> str:
+        _, vector, component = trace.graph.nodes[index]
+        return _load_column(lanes, column[int(vector), int(component)])
+
+    parts = Parts(trace, width, "wide", ["ptr %in"], fetch)
+    f = Function(f"define internal void @wide({', '.join(['ptr %in', *_outs(trace), 'ptr %status'])}) noinline")
     lanes = Lanes(f, width)
-    places = {key: f.at("%in", BLOCK * n) for n, key in enumerate(_read(trace))}
-    inputs = {key: f.let(f"load {lanes.kind}, ptr {place}, align 8") for key, place in places.items()}
-    nodes = Nodes(trace, lanes, inputs, call_block)
+    nodes = parts.nodes(lanes, call_block)
+    inputs = [_load_column(lanes, n) for n in column.values()]
     f.do(f"store {lanes.integer} {_status(nodes, inputs)}, ptr %status, align 8")
     values = iter(trace.outputs)
     for k, size in enumerate(sizes(trace)):
@@ -87,7 +97,12 @@ def wide_function(trace: Trace, width: int) -> str:
             for lane in range(width):
                 f.store(f.let(f"extractelement {lanes.kind} {value}, i64 {lane}"), f"%o{k}", lane * size + j)
     f.do("ret void")
-    return f.text()
+    return [*parts.functions(call_block), f.text()]
+
+
+def _load_column(lanes: Lanes, number: int) -> str:
+    place = lanes.function.at("%in", BLOCK * number)
+    return lanes.function.let(f"load {lanes.kind}, ptr {place}, align 8")
 
 
 def rows_function(trace: Trace, width: int) -> str:
