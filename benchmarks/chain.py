@@ -1,4 +1,4 @@
-"""Chains of four-bar stages of any length: each stage stands on the rocker of the one before, turned by a right angle."""
+"""Chains of four-bar stages: each stands on the rocker of the one before, turned by a right angle."""
 
 from __future__ import annotations
 

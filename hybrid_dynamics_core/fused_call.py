@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from . import programs
 from .description.model import Array, frozen
 from .errors import InputError
-from .inputs import vectors
+from .inputs import numbers, vectors
 from .kernels.caller import Signature, make_caller
 from .kernels.run import Codes
 
@@ -95,7 +95,7 @@ class FusedCall:
         return inputs
 
     def _checked_parameter(self, name: str, value: ArrayLike, rows: int | None) -> Array:
-        array = np.asarray(value, dtype=np.float64)
+        array = numbers(name, value)
         size = self._sizes[name]
         if array.shape != (size,) and (rows is None or array.shape != (rows, size)):
             raise InputError(f"{name} has shape {array.shape}; expected ({size},), or one such row for each state")

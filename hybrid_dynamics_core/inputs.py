@@ -11,15 +11,24 @@ from .description.model import Array
 from .errors import InputError
 
 
+def numbers(name: str, value: ArrayLike) -> Array:
+    """An array of real numbers, not looked at further."""
+    try:
+        array = np.asarray(value)
+        real = array if array.dtype.kind == "c" else array.astype(np.float64, copy=False)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} is not an array of numbers: {error}") from error
+    if real.dtype.kind == "c":
+        raise InputError(f"{name} is not an array of real numbers: it is complex")
+    return real
+
+
 def vectors(name: str, value: ArrayLike, names: tuple[str, ...], rows: int | None = None) -> Array:
     """(n,) or (N, n) finite values, one per name; with `rows` given the batch must be that long (-1: one state).
 
     Raises InputError that says which entry is wrong.
     """
-    try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} is not an array of numbers: {error}") from error
+    array = numbers(name, value)
     n = len(names)
     if array.ndim not in (1, 2) or array.shape[-1] != n:
         raise InputError(f"{name} has shape {array.shape}; expected ({n},) or (N, {n}) in the order {', '.join(names)}")

@@ -1,4 +1,4 @@
-"""This library: compiled, and without a compiler."""
+"""The library itself: compiled, and without a compiler."""
 
 from __future__ import annotations
 

@@ -111,7 +111,9 @@ class Newton:
         for closure in robot.description.closures:
             ends = []
             for link, point in ((closure.link_a, closure.point_a), (closure.link_b, closure.point_b)):
-                frame = pin.Frame(f"{closure.name} {link}", links[link], pin.SE3(np.eye(3), point), pin.FrameType.OP_FRAME)
+                frame = pin.Frame(
+                    f"{closure.name} {link}", links[link], pin.SE3(np.eye(3), point), pin.FrameType.OP_FRAME
+                )
                 ends.append(self.model.addFrame(frame))
             self.pins.append(ends)
         self.data = self.model.createData()

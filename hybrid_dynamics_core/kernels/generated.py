@@ -71,6 +71,10 @@ def _suits(array: object, *shapes: tuple[int, ...], dtype: np.dtype[Any] = _FLOA
     return type(array) is np.ndarray and array.dtype == dtype and array.shape in shapes
 
 
+def _can_be_filled(array: Array) -> bool:
+    return array.flags.c_contiguous and array.flags.writeable
+
+
 class OneState:
     """Calls a function of floats with arrays: inputs, then outputs, which are filled."""
 
@@ -81,6 +85,8 @@ class OneState:
     def __call__(self, *arrays: Array) -> int:
         """The status; `NOT_TAKEN` also where a division by zero is left to NumPy."""
         if len(arrays) != len(self._shapes) or not all(map(_suits, arrays, self._shapes)):
+            return NOT_TAKEN
+        if not all(map(_can_be_filled, arrays[self._count :])):
             return NOT_TAKEN
         inputs = [a.tolist() for a in arrays[: self._count]]
         try:
@@ -114,6 +120,7 @@ class ManyStates:
             and _suits(status, (n,), dtype=np.dtype(np.int64))
             and all(_suits(a, (size,), (n, size)) for a, size in zip(inputs, self._inputs, strict=True))
             and all(_suits(a, (n, *shape)) for a, shape in zip(outs, self._shapes, strict=True))
+            and all(map(_can_be_filled, outs))
         ):
             return NOT_TAKEN
         self._run(inputs, [out.reshape(n, math.prod(out.shape[1:])) for out in outs], status)
