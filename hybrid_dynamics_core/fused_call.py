@@ -70,6 +70,8 @@ class FusedCall:
             inputs |= {"branch": state.signs, "guess": state.s}
         codes = self._run(inputs, outs, threads)
         if codes.any():
+            for name in self._given:
+                vectors(name, inputs[name], self._robot.active)
             for array in outs:
                 array[codes != 0] = np.nan
             if check:
@@ -81,7 +83,7 @@ class FusedCall:
         rows: int | None = None
         for name, value in values.items():
             if name in self._given:
-                inputs[name] = vectors(name, value, self._robot.active)
+                inputs[name] = value if self._is_batch(value) else vectors(name, value, self._robot.active)
                 shape = inputs[name].shape
                 if name == "u":
                     rows = shape[0] if len(shape) == 2 else None
@@ -93,6 +95,12 @@ class FusedCall:
             else:
                 inputs[name] = self._checked_parameter(name, value, rows)
         return inputs
+
+    def _is_batch(self, value: object) -> bool:
+        """Whether nothing has to be converted; that all is finite the kernel finds out itself."""
+        if type(value) is not np.ndarray or value.dtype != np.float64:
+            return False
+        return value.ndim == 2 and value.shape[1] == len(self._robot.active)
 
     def _checked_parameter(self, name: str, value: ArrayLike, rows: int | None) -> Array:
         array = numbers(name, value)

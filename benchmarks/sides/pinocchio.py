@@ -174,10 +174,11 @@ class Constrained:
     """Pinocchio's own constrained forward dynamics, with the closure by hand for positions and rates."""
 
     def __init__(self, robot: Robot) -> None:
+        """Pins as points that coincide: in a plane one of the three equations of each is redundant."""
         self.hand = ByHand(robot)
         self.model, links = build(robot.description)
         self.data = self.model.createData()
-        models = []
+        models = pin.StdVec_RigidConstraintModel()
         for closure in robot.description.closures:
             ends = [links[closure.link_a], pin.SE3(np.eye(3), np.array(closure.point_a))]
             ends += [links[closure.link_b], pin.SE3(np.eye(3), np.array(closure.point_b))]
@@ -185,21 +186,25 @@ class Constrained:
                 pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, self.model, *ends, pin.ReferenceFrame.LOCAL)
             )
         self.constraints = models
-        self.constraint_data = [c.createData() for c in models]
-        pin.initConstraintDynamics(self.model, self.data, models)
-        self.settings = pin.ProximalSettings(1e-12, 1e-9, 20)  # in a plane one row of each pin is redundant
+        self.constraint_data = pin.StdVec_RigidConstraintData()
+        for model in models:
+            self.constraint_data.append(model.createData())
+        pin.initConstraintDynamics(self.model, self.data, self.constraints, self.constraint_data)
+        self.settings = pin.ProximalSettings(1e-10, 1e-4, 100)  # accuracy, damping, most iterations
         self.tau = np.zeros(12)
 
     def forward_dynamics(self, u: Array, du: Array, tau: Array) -> Array:
+        """By the factorised system of all constraints."""
+        a = pin.constraintDynamics(*self._state(u, du, tau), self.constraints, self.constraint_data, self.settings)
+        return a[self.hand.place[:N]]
+
+    def _state(self, u: Array, du: Array, tau: Array) -> tuple[pin.Model, pin.Data, Array, Array, Array]:
         hand, place = self.hand, self.hand.place
         t1, t2 = triangles(u[1], u[2])
         hand.q[place] = positions(*u.tolist(), t1, t2)
         hand.v[place] = linear(*du.tolist(), t1, t2)
         self.tau[place[:N]] = tau
-        a = pin.constraintDynamics(
-            self.model, self.data, hand.q, hand.v, self.tau, self.constraints, self.constraint_data, self.settings
-        )
-        return a[place[:N]]
+        return self.model, self.data, hand.q, hand.v, self.tau
 
 
 def sides(robot: Robot) -> list[Side]:

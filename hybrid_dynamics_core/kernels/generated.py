@@ -19,7 +19,7 @@ from .status import GOOD, NOT_FINITE, NOT_TAKEN
 from .trace import Trace
 
 NAME = "python"
-BLOCK = 4096  # states worked at once: the rows in use stay in the cache
+BLOCK = 8192  # states worked at once: fewer, and the calls of NumPy count; more, and the rows leave the cache
 
 _FLOAT64 = np.dtype(np.float64)
 Array = NDArray[np.float64]
