@@ -9,8 +9,10 @@
 from .description.actuators import HydraulicCylinder
 from .description.effects import Payload
 from .dynamics.dae import SpanningTerms
+from .dynamics.energy import Energy
 from .dynamics.hydraulics import CylinderState, chamber_flows, chamber_pressures, cylinder_force, force_range
 from .dynamics.loads import JointEffects, Loads
+from .dynamics.parameters import Parameters
 from .dynamics.reactions import JointReaction, PinReaction, Reactions
 from .errors import (
     ClosureError,
@@ -35,6 +37,7 @@ __all__ = [
     "ClosureStatus",
     "CylinderState",
     "DescriptionError",
+    "Energy",
     "HybridDynamicsError",
     "HydraulicCylinder",
     "IKResult",
@@ -44,6 +47,7 @@ __all__ = [
     "JointReaction",
     "Loads",
     "MassSingularityError",
+    "Parameters",
     "Payload",
     "PinReaction",
     "Pose",

@@ -31,6 +31,7 @@ class Closer:
         self.iterates = any(step.iterates for step in model.plan.steps)
         self._reference = np.array(model.plan.reference.q, dtype=float)
         self._turns = np.array([model.tree.is_revolute(k) for k in range(len(self._reference))])
+        self._passive = np.array([k not in self.given for k in range(len(self._reference))])
         self._run = run
 
     def close(self, u: Array, du: Array, signs: Array, start: Start | None) -> tuple[Values, Codes]:
@@ -41,7 +42,7 @@ class Closer:
         move = u - start.s[..., self.given]
         predicted = _mapped(start.velocity_map, move)
         values, codes = self._run(u, du, signs, start.s + predicted)
-        rough = ~smooth(values["s"] - start.s, predicted, _mapped(values["R"], move), self._turns)
+        rough = ~smooth(values["s"] - start.s, predicted, _mapped(values["R"], move), self._turns, self._passive)
         # a closed form that fails has no answer; an iteration may only have been started too far off
         rough = rough | (codes != 0) if self.iterates else rough & (codes == 0)
         if not np.any(rough):
@@ -86,7 +87,7 @@ class Closer:
         def close(at: Array, guess: Array) -> tuple[Values, Codes]:
             return self._run(at, np.zeros_like(at), signs, guess)
 
-        return track(close, start, start[:, self.given], ends, self._turns)
+        return track(close, start, start[:, self.given], ends, self._turns, self._passive)
 
 
 def _code(on_the_way: Codes, at_end: Codes) -> Codes:

@@ -92,3 +92,13 @@ class MassSingularityError(HybridDynamicsError, ArithmeticError):
         self.eigenvalues = eigenvalues
         self.index = index
         super().__init__(message if index is None else f"row {index}: {message}")
+
+
+class MissingPackageError(HybridDynamicsError, ImportError):
+    """A package that only some functions need is not installed; `extra` is the extra that brings it."""
+
+    def __init__(self, package: str, extra: str, what: str) -> None:
+        self.extra = extra
+        super().__init__(
+            f"{what} need {package}: pip install {package}, or this package with its extra '{extra}'", name=package
+        )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .description.model import Array
 from .errors import InputError
@@ -17,7 +17,10 @@ def vectors(name: str, value: ArrayLike, names: tuple[str, ...], rows: int | Non
     Raises InputError that says which entry is wrong.
     """
     try:
-        array = np.asarray(value, dtype=np.float64)
+        told = np.asarray(value)
+        if told.dtype.kind not in "iuf" and told.size:
+            raise InputError(f"{name} holds {told.dtype.name} values; expected real numbers")
+        array = np.asarray(told, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"{name} is not an array of numbers: {error}") from error
     n = len(names)
@@ -31,6 +34,15 @@ def vectors(name: str, value: ArrayLike, names: tuple[str, ...], rows: int | Non
         where = names[place[-1]] + (f" in row {place[0]}" if array.ndim == 2 else "")
         raise InputError(f"{name}: {where} is {array[place]}; expected finite numbers")
     return array
+
+
+def finite_where_good(results: Mapping[str, Array], codes: NDArray[np.int64]) -> None:
+    """InputError where a state that closes has a result that is no number: its input is too large to compute with."""
+    for name, value in results.items():
+        good = np.isfinite(value).reshape(*np.shape(codes), -1).all(axis=-1) | (codes != 0)
+        if not np.all(good):
+            row = "" if np.ndim(codes) == 0 else f" of row {int(np.flatnonzero(~good)[0])}"
+            raise InputError(f"the result ({name}{row}) is not finite: the input is too large to compute with")
 
 
 def named_values(

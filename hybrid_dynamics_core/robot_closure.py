@@ -19,7 +19,7 @@ from .closure.plan import ClosurePlan, build_plan
 from .closure.reach import allowed_range
 from .description.model import Array, JointType, RobotDescription, frozen
 from .errors import DescriptionError, InputError
-from .inputs import named_values, vectors
+from .inputs import finite_where_good, named_values, vectors
 from .kernels.run import Codes, Kernel
 from .kernels.trace import Results
 from .mechanism.tree import build_tree
@@ -148,18 +148,22 @@ class ClosingRobot:
         near: a closed state (one, or one a row) to come from. The way from there is followed in small steps, its
             branch is kept, and a jump to another assembly mode is refused. Without it the robot's own branch is taken;
             loops that have no closed form are followed from the reference configuration.
-        branch: assembly modes by loop name, where they differ from the robot's (or from `near`'s).
+        branch: assembly modes by loop name, where they differ from the robot's; not together with `near`.
 
         With `check` a state that cannot close raises ClosureError and a singular one SingularityError; without it
         its row is NaN and its `status` says why. Raises InputError for wrong shapes and values that are not finite.
         """
         u = vectors("u", u, self.active)
         du = np.zeros_like(u) if du is None else vectors("du", du, self.active, len(u) if u.ndim == 2 else -1)
+        start = self._start_at(near, len(u) if u.ndim == 2 else 0)
         signs = self._signs if near is None else near.signs
+        if branch is not None and near is not None:
+            raise InputError("give near or branch, not both: the branch of near is kept")
         if branch is not None:
             signs = frozen(signs_of_names(self._model.plan, signs, branch))
-        values, codes = self._closer.close(u, du, signs, self._start_at(near))
-        return self._state(u, du, signs, values, codes, check)
+        values, codes = self._closer.close(u, du, signs, start)
+        state = self._state(u, du, signs, values, codes, check)
+        return state if near is None else replace(state, branch=self._followed(near, state))
 
     def close_path(self, u: ArrayLike, du: ArrayLike | None = None, near: ClosedState | None = None) -> ClosedState:
         """Close along a motion u (N, n): each row is followed from the one before, the first from `near`.
@@ -167,16 +171,29 @@ class ClosingRobot:
         Raises ClosureError or SingularityError with the `index` of the first row that cannot be reached on the
         branch: out of reach, at a toggle or change point, or only by a jump to another assembly mode.
         """
-        u = vectors("u", u, self.active, len(np.atleast_2d(np.asarray(u))))
+        u = vectors("u", u, self.active)
+        if u.ndim == 1:
+            raise InputError(f"u has shape {u.shape}; expected a motion (N, {len(self.active)})")
         du = np.zeros_like(u) if du is None else vectors("du", du, self.active, len(u))
         signs = self._signs if near is None else near.signs
-        values, codes = self._closer.path(u, du, signs, self._start_at(near))
-        return self._state(u, du, signs, values, codes, check=True)
+        values, codes = self._closer.path(u, du, signs, self._start_at(near, 0))
+        state = self._state(u, du, signs, values, codes, check=True)
+        return state if near is None else replace(state, branch=self._followed(near, state))
 
-    def _start_at(self, near: ClosedState | None) -> Start | None:
+    def _followed(self, near: ClosedState, state: ClosedState) -> Mapping[str, str]:
+        """Names of the modes after a motion from `near`: loops without a closed form are on the mode they came from."""
+        iterating = {step.name for step in self._model.plan.steps if step.iterates}
+        own = {name: near.branch[name] for name in iterating if name in near.branch}
+        return MappingProxyType({**state.branch, **own})
+
+    def _start_at(self, near: ClosedState | None, rows: int) -> Start | None:
         if near is None:
             return None
         self._own(near)
+        if np.any(near.status):
+            raise InputError("near: the state is not closed (its status says why); come from one that is")
+        if near.s.ndim == 2 and near.s.shape[0] != rows:
+            raise InputError(f"near holds {near.s.shape[0]} states; expected one, or one a row of u")
         return Start(near.s, near.R)
 
     def _close_kernel(self, key: str, model: programs.Model) -> Closer:
@@ -266,6 +283,7 @@ class ClosingRobot:
         else:
             for value in values.values():
                 value[codes != 0] = np.nan
+        finite_where_good(values, codes)
         residual = np.abs(values["residuals"]).max(axis=-1, initial=0.0)
         status = np.where(codes == 0, 0, np.where(codes % 2 == 1, ClosureStatus.UNREACHABLE, ClosureStatus.SINGULAR))
         status = np.where(codes == JUMP, ClosureStatus.SINGULAR, status)
@@ -319,6 +337,7 @@ class ClosingRobot:
         )
         for value in values.values():
             value[codes != 0] = np.nan
+        finite_where_good(values, codes)
         return values
 
     def _own(self, state: ClosedState) -> None:

@@ -13,16 +13,20 @@ from numpy.typing import ArrayLike
 from . import programs
 from .description.model import Array, Frame
 from .dynamics.dae import SpanningTerms
+from .dynamics.energy import Energy
 from .dynamics.load_inputs import load_inputs
 from .dynamics.loading import Loading
 from .dynamics.loads import Loads, described_loads
 from .dynamics.mass import mass_singularity
+from .dynamics.parameters import Parameters, described_parameters
 from .dynamics.pins import Pin, find_pins
 from .dynamics.reactions import Reactions, named_reactions
+from .inputs import finite_where_good
 from .robot_closure import ClosingRobot
 from .state import ClosedState
 
 LoadedProgram = Callable[[Loading], programs.Program]
+MotionFunction = Callable[[Array, Array, Array], tuple[Array, float]]
 
 
 class RobotDynamics(ClosingRobot):
@@ -87,6 +91,57 @@ class RobotDynamics(ClosingRobot):
         """What friction, springs and applied wrenches add to M-bar u'' + C-bar u' + G-bar = tau, (n,) or (N, n)."""
         return self._evaluate("passive_forces", programs.passive_forces, state, loads)["tau"]
 
+    def regressor(
+        self,
+        state: ClosedState,
+        ddu: ArrayLike,
+        parameters: Parameters | None = None,
+        loads: Loads | None = None,
+    ) -> Array:
+        """Y (n, p) or (N, n, p) of Y pi = tau: tau is linear in the parameters pi of links and joints.
+
+        parameters: which, and in what order (None: the inertias of all links that have mass). Of `loads` gravity and
+            the smoothing of friction count; payloads, springs and wrenches are not part of Y pi.
+        """
+        ddu = self._like(state, "ddu", ddu)
+        parameters = described_parameters(self.description) if parameters is None else parameters
+        parameters.check(self.description)
+        loads = self.loads if loads is None else loads
+        known = {"u": state.u, "du": state.du, "ddu": ddu, "branch": state.signs, "guess": state.s}
+        known |= {"gravity": loads.gravity, "smoothing": loads.effects.smoothing}
+        values, codes = self._run(f"regressor {parameters}", programs.regressor(parameters), None, **known)
+        values["Y"][codes != 0] = np.nan
+        return values["Y"]
+
+    def motion_near(self, state: ClosedState, loads: Loads | None = None) -> MotionFunction:
+        """For integrators: (u, u', tau) -> (u'', power in [W]), all (n,), followed from one closed state nearby.
+
+        The power is that of tau and of applied wrenches, less friction's; energy changes by it. Where the loops do not
+        close the results are NaN. Raises MassSingularityError as `forward_dynamics` does.
+        """
+        self._own(state)
+        loads = self.loads if loads is None else loads
+        loading, arrays = self._load_inputs(loads, None)
+        program, key = programs.motion(loading), loading.key("motion")
+
+        def motion(u: Array, du: Array, tau: Array) -> tuple[Array, float]:
+            guess = state.s + state.R @ (u - state.u)
+            known = {"branch": state.signs, "guess": guess, "gravity": loads.gravity, **arrays}
+            values, code = self._run(key, program, None, u=u, du=du, tau=tau, **known)
+            if code == 0:
+                return values["ddu"], float(values["power"])
+            if code == programs.MASS_SINGULAR:
+                mass = self.minimal_form(self.close(u, du, near=state), loads)[0]
+                raise mass_singularity(mass, code, self.active)
+            return np.full_like(u, np.nan), np.nan
+
+        return motion
+
+    def energy(self, state: ClosedState, loads: Loads | None = None) -> Energy:
+        """Energies of motion, of gravity (zero at the base origin) and of springs [J], each a number or (N,)."""
+        values = self._evaluate("energy", programs.energy, state, loads)
+        return Energy(values["kinetic"], values["potential"], values["springs"])
+
     def coriolis_matrix(self, state: ClosedState, loads: Loads | None = None) -> Array:
         """C-bar (n, n) or (N, n, n), the Christoffel matrix of M-bar: M-bar' - 2 C-bar is skew. Chu (2020), Eq. 25."""
         return self._evaluate("coriolis_matrix", programs.coriolis_matrix, state, loads)["C"]
@@ -145,6 +200,7 @@ class RobotDynamics(ClosingRobot):
             raise mass_singularity(mass, codes, self.active)
         for value in values.values():
             value[codes != 0] = np.nan
+        finite_where_good(values, codes)
         return values
 
     def _load_inputs(self, loads: Loads, rows: int | None) -> tuple[Loading, dict[str, Array]]:

@@ -54,6 +54,10 @@ class ClosedState:
     iterations: int | np.ndarray = 0
     dds: Array | None = None
 
+    def __post_init__(self) -> None:
+        for array in (self.s, self.ds, self.R, self.bias, self.distances):
+            array.flags.writeable = False
+
     @property
     def n(self) -> int:
         """Number of active coordinates."""

@@ -20,6 +20,7 @@ from .description.model import Array
 Values = Mapping[str, Array]
 Close = Callable[[Array, Array], tuple[Values, NDArray[np.int64]]]  # (u, guess) -> values with s and R, status codes
 
+Mask = NDArray[np.bool_]
 CORRECTION = 0.25  # largest part of the predicted step that the correction may be
 SLACK = 1e-9  # [rad or m] rounding that a correction may always have
 LARGEST = 0.5  # [rad or m] longest predicted step of a passive coordinate
@@ -37,10 +38,10 @@ class Tracked:
     progress: Array
 
 
-def track(close: Close, start_s: Array, start_u: Array, end_u: Array, turns: NDArray[np.bool_]) -> Tracked:
+def track(close: Close, start_s: Array, start_u: Array, end_u: Array, turns: Mask, passive: Mask) -> Tracked:
     """Follow each row (N, ...) along the straight line from start_u to end_u, beginning at the closed s there.
 
-    `turns`: which coordinates are angles (n_s,).
+    `turns`, `passive`: which coordinates are angles, and which are not given (n_s,).
     """
     n = len(end_u)
     s, done, length = start_s.copy(), np.zeros(n), np.ones(n)
@@ -58,7 +59,7 @@ def track(close: Close, start_s: Array, start_u: Array, end_u: Array, turns: NDA
         goal = start_u[rows] + ahead[:, None] * (end_u[rows] - start_u[rows])
         values, tried = close(goal, s[rows] + predicted)
         hindsight = np.einsum("nij,nj->ni", values["R"], move)
-        good = (tried == 0) & smooth(values["s"] - s[rows], predicted, hindsight, turns)
+        good = (tried == 0) & smooth(values["s"] - s[rows], predicted, hindsight, turns, passive)
         kept = rows[good]
         s[kept], velocity_map[kept], done[kept] = values["s"][good], values["R"][good], ahead[good]
         length[kept] *= 2.0
@@ -70,14 +71,16 @@ def track(close: Close, start_s: Array, start_u: Array, end_u: Array, turns: NDA
     return Tracked(s, codes, done)
 
 
-def smooth(moved: Array, predicted: Array, hindsight: Array, turns: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def smooth(moved: Array, predicted: Array, hindsight: Array, turns: Mask, passive: Mask) -> Mask:
     """Whether the move (..., n_s) is the one that R foretells and tells in hindsight, but for a small correction.
 
     Whole turns of an angle are no move.
     """
-    size = np.abs(predicted).max(axis=-1)
+    size = np.abs(predicted).max(axis=-1, initial=0.0, where=passive)  # given coordinates may go any way
     with np.errstate(invalid="ignore"):
         whole = np.where(turns, 2.0 * np.pi * np.round((moved - predicted) / (2.0 * np.pi)), 0.0)
-        correction = np.maximum(np.abs(moved - whole - predicted), np.abs(moved - whole - hindsight)).max(axis=-1)
-        near: NDArray[np.bool_] = (correction <= CORRECTION * size + SLACK) & (size <= LARGEST)
+        correction = np.maximum(np.abs(moved - whole - predicted), np.abs(moved - whole - hindsight)).max(
+            axis=-1, initial=0.0, where=passive
+        )
+        near: Mask = (correction <= CORRECTION * size + SLACK) & (size <= LARGEST)
     return near

@@ -20,8 +20,8 @@ _NS: int = 10**9
 
 
 def stamp_to_ns(stamp: Time) -> int:
-    """Stamp in nanoseconds; negative where the message says so."""
-    return int(stamp.sec) * _NS + int(stamp.nanosec)
+    """Stamp in nanoseconds; negative where the message says so, or where its nanoseconds are a second or more."""
+    return int(stamp.sec) * _NS + int(stamp.nanosec) if int(stamp.nanosec) < _NS else -1
 
 
 def ns_to_stamp(stamp_ns: int) -> Time:

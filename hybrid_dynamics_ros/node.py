@@ -21,7 +21,7 @@ from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import ok, try_shutdown
+from rclpy.utilities import ok, remove_ros_args, try_shutdown
 from sensor_msgs.msg import JointState
 
 from hybrid_dynamics_core import Robot, load
@@ -117,6 +117,9 @@ def make_executor() -> Executor:
     return EventsExecutor()
 
 
+USAGE = "usage: hybrid_dynamics_node --ros-args [-p robot:=NAME_OR_FILE] [--params-file FILE] [-r __node:=NAME]"
+
+
 def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM. Returns the exit code of the process."""
     # Outside a sourced ROS installation nothing says where packages are: in a plain environment, here.
@@ -130,6 +133,7 @@ def main(args: list[str] | None = None) -> int:
     except RuntimeError as error:  # wrong ROS arguments
         return _failed(error)
     try:
+        _refuse_others(remove_ros_args(sys.argv if args is None else args)[1:])
         _run(stop)
     except (HybridDynamicsError, ParameterError, ParameterException, OSError) as error:
         return _failed(error)
@@ -139,6 +143,12 @@ def main(args: list[str] | None = None) -> int:
         for number in _STOP_SIGNALS:
             signal.signal(number, signal.SIG_IGN)
     return 0
+
+
+def _refuse_others(arguments: list[str]) -> None:
+    """A word that is no ROS argument would be left out in silence, and another robot started than was meant."""
+    if arguments:
+        raise ParameterError(f"cannot use {' '.join(arguments)}; {USAGE}")
 
 
 def _failed(error: Exception) -> int:

@@ -79,8 +79,8 @@ def solve_fk(robot: Robot, request: SolveFK.Request, response: SolveFK.Response)
     _require_finite(state.s, velocity, *(pose.position for pose in poses))
 
     stamp = given.header.stamp
-    response.joint_state = conversions.joint_state(Header(stamp=stamp), robot.coordinates, state.s, velocity)
     header = Header(stamp=stamp, frame_id=robot.base_frame)
+    response.joint_state = conversions.joint_state(header, robot.coordinates, state.s, velocity)
     response.poses = [conversions.pose_stamped(header, pose.position, pose.quaternion) for pose in poses]
     response.residual = float(np.max(state.residual))
 

@@ -72,7 +72,7 @@ def _serial() -> RobotDescription:
     return describe("serial", rows, [], ["a", "b", "c", "d"], {"a": 0.3, "b": 0.4, "c": 0.1, "d": -0.2})
 
 
-def _five_bar() -> RobotDescription:
+def _two_cranks() -> RobotDescription:
     rows: list[JointRow] = [
         ("a", "revolute", "base", "l1", (0, 0, 0), "y"),
         ("b", "revolute", "l1", "l2", (0.4, 0, 0), "y"),
@@ -80,7 +80,7 @@ def _five_bar() -> RobotDescription:
         ("d", "revolute", "l3", "l4", (0.4, 0, 0), "y"),
     ]
     pin = Closure("pin", "l2", frozen([0.6, 0, 0]), "l4", frozen([0.6, 0, 0]), assembly="counterclockwise")
-    return describe("five_bar", rows, [pin], ["a", "c"], {"a": -1.9, "c": 1.2})
+    return describe("two_cranks", rows, [pin], ["a", "c"], {"a": -1.9, "c": 1.2})
 
 
 def _slider_crank() -> RobotDescription:
@@ -152,32 +152,6 @@ def _welded_five_bar() -> RobotDescription:
     return describe("welded", rows, [pin], ["a"], {"a": 0.9, "b": -0.6, "c": -1.2, "d": -0.9})
 
 
-def _gough() -> RobotDescription:
-    """Six legs on universal joints under a platform that six massless joints carry."""
-    rows: list[JointRow] = []
-    parent = "base"
-    for name, kind, axis in zip("xyzABC", 3 * ["prismatic"] + 3 * ["revolute"], 2 * ["x", "y", "z"], strict=True):
-        child = "platform" if name == "C" else f"carrier_{name}"
-        rows.append((name, kind, parent, child, (0, 0, 0), axis))
-        parent = child
-    closures, active = [], []
-    for k in range(6):
-        low = 2 * math.pi / 3 * (k // 2) + (0.25 if k % 2 else -0.25)
-        high = 2 * math.pi / 3 * (k // 2) + (math.pi / 3 - 0.25 if k % 2 else 0.25 - math.pi / 3)
-        foot = (0.6 * math.cos(low), 0.6 * math.sin(low), 0)
-        rows += [
-            (f"u{k}", "revolute", "base", f"cross{k}", foot, "x"),
-            (f"v{k}", "revolute", f"cross{k}", f"barrel{k}", (0, 0, 0), "y"),
-            (f"s{k}", "prismatic", f"barrel{k}", f"rod{k}", (0, 0, 0.3), "z"),
-        ]
-        top = frozen([0.35 * math.cos(high), 0.35 * math.sin(high), -0.05])
-        closures.append(Closure(f"ball{k}", f"rod{k}", frozen([0, 0, 0.2]), "platform", top, "point"))
-        active.append(f"s{k}")
-    massless = [row[3] for row in rows if row[3].startswith(("carrier", "cross"))]
-    reference = {"z": 0.7, **{f"s{k}": 0.25 for k in range(6)}}
-    return describe("gough", rows, closures, active, reference, massless)
-
-
 def _parallelogram() -> RobotDescription:
     """A four-bar of equal opposite bars with a dyad on its coupler: regular where its bars are in line."""
     rows: list[JointRow] = [
@@ -192,13 +166,12 @@ def _parallelogram() -> RobotDescription:
 
 _MAKERS = {
     "serial": _serial,
-    "five_bar": _five_bar,
+    "two_cranks": _two_cranks,
     "slider_crank": _slider_crank,
     "three_rrr": _three_rrr,
     "rssr": _rssr,
     "seven_bar": _seven_bar,
     "welded": _welded_five_bar,
-    "gough": _gough,
     "parallelogram": _parallelogram,
 }
 MECHANISMS = tuple(_MAKERS)

@@ -49,4 +49,5 @@ def random_vector(machine: Robot, seed: int, size: float = 1.0) -> np.ndarray:
 
 def scaled(error: np.ndarray, *scales: np.ndarray) -> float:
     """Largest error relative to the largest of the terms that make the value up."""
-    return float(np.abs(error).max() / max(float(np.abs(s).max()) for s in scales))
+    worst = float(np.abs(error).max(initial=0.0))
+    return worst / max(float(np.abs(s).max()) for s in scales) if worst else 0.0

@@ -63,6 +63,8 @@ def build_plan(
         guess = closed.tolist() if max(residual.values()) < CLOSED else guess
     branch = [choose_branch(robot, step, context, posture, guess) for step in steps]
     _check_closed(robot, loops, posture)
+    if named:
+        _check_limits(tree, robot, posture)
     return ClosurePlan(given, tuple(steps), tuple(branch), posture, tuple(loops), tuple(redundant))
 
 
@@ -105,6 +107,9 @@ def _independent(
             f"does not close: {ranked.residual[worst]:.2g} of its length is left open; mend the geometry, "
             "or give a reference nearer to a closed configuration",
         )
+    if ranked.rigid:
+        problem = "close at the reference, but not next to it: over-determined, the mechanism cannot move"
+        raise robot.error("closures" if "closures" in robot.lines else "loops", problem)
     if ranked.idle:
         raise robot.error("active", _wrong_count(tree, len(unknowns), len(ranked.independent)))
     return ranked.independent, ranked.redundant
@@ -131,3 +136,11 @@ def _check_closed(robot: RobotDescription, loops: Sequence[LoopEquations], postu
             raise robot.error(
                 robot.closure_key(loop.name), f"does not close at the reference: {size}; mend geometry or reference"
             )
+
+
+def _check_limits(tree: Tree, robot: RobotDescription, posture: Posture) -> None:
+    for body in tree.bodies:
+        value, (lower, upper) = float(posture.q[body.coordinate]), body.limits
+        if not lower - CLOSED <= value <= upper + CLOSED:
+            problem = f"the loops close at the reference with {value:.6g}, outside [{lower:.6g}, {upper:.6g}]"
+            raise robot.error(f"joints.{body.joint}", f"{problem}; mend the limits, the reference or the assembly mode")

@@ -15,7 +15,7 @@ from .posture import Posture
 MAX_ITERATIONS = 200
 CLOSED = 1e-6  # residual, in lengths of the loop, up to which a configuration counts as closed
 INDEPENDENT = 1e-7  # share of a row that must be left after the rows before it are taken out
-STIR = 0.07  # [rad or m] how far the given coordinates are moved off symmetric places before the rank is read
+STIRS = (0.07, 0.02, -0.02, 0.005, -0.005)  # [rad or m] moves of the given coordinates off symmetric places
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,7 @@ class Ranked:
     idle: list[int]
     residual: dict[str, float]  # by loop, at the configuration that closes best
     rank: int | None
+    rigid: bool = False  # closes where it stands, but not where the given coordinates are moved a little
 
 
 def rank_equations(
@@ -38,12 +39,9 @@ def rank_equations(
     """Close all loops numerically from `start` (all coordinates), then sort the equations by rank."""
     equations = [Equation(loop, k) for loop in loops for k in range(loop.size)]
     closed, residual = close_numerically(tree, loops, start, unknowns)
-    stirred = np.array(closed)
-    given = [k for k in range(len(closed)) if k not in unknowns]
-    stirred[given] += STIR * np.cos(1.0 + 2.0 * np.arange(len(given)))
-    moved, moved_residual = close_numerically(tree, loops, stirred, unknowns)
-    if max(moved_residual.values(), default=0.0) > 1e-9:
-        moved = closed
+    moved = _near_by(tree, loops, closed, unknowns)
+    if moved is None:
+        return Ranked([], [], [], residual, _rank(tree, loops, closed), rigid=True)
     jacobian = jacobian_of(tree, loops, moved, unknowns)[1]
     chosen = _independent_rows(jacobian)
     idle = _idle(jacobian[chosen], unknowns)
@@ -54,6 +52,18 @@ def rank_equations(
         residual,
         _rank(tree, loops, moved),
     )
+
+
+def _near_by(tree: Tree, loops: Sequence[LoopEquations], closed: Array, unknowns: Sequence[int]) -> Array | None:
+    """A closed configuration near one that may be special, with the given coordinates moved; None if there is none."""
+    given = [k for k in range(len(closed)) if k not in unknowns]
+    for size in STIRS:
+        stirred = np.array(closed)
+        stirred[given] += size * np.cos(1.0 + 2.0 * np.arange(len(given)))
+        moved, residual = close_numerically(tree, loops, stirred, unknowns)
+        if max(residual.values(), default=0.0) < 1e-9:
+            return moved
+    return None
 
 
 def _rank(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> int | None:

@@ -111,9 +111,20 @@ class LoadedTree:
 
     def passive_forces(self, ds: Sequence[Scalar]) -> list[Scalar]:
         """What the loads alone take along s, at rates s': friction, springs, less the work of the wrenches."""
+        return [force + self._spring(k) for k, force in enumerate(self.dissipative_forces(ds))]
+
+    def dissipative_forces(self, ds: Sequence[Scalar]) -> list[Scalar]:
+        """Those of them that take energy out of the robot, or bring it in: friction and wrenches."""
         nothing: list[Wrench] = [((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)) for _ in self.tree.tree.bodies]
         wrenches = self.tree.along_joints(self.tree.transmitted(nothing, self.applied))
-        return self.added(wrenches, ds, [0.0] * len(ds))
+        return [force + self._friction(k, ds[k]) for k, force in enumerate(wrenches)]
+
+    def rotor_energy(self, ds: Sequence[Scalar]) -> Scalar:
+        """Kinetic energy of the rotors."""
+        total: Scalar = 0.0
+        for armature, rate in zip(self.values.armature, ds, strict=False):
+            total = total + 0.5 * armature * rate * rate
+        return total
 
     def spring_energy(self) -> Scalar:
         """Energy stored in the springs, zero at rest position."""
@@ -124,11 +135,11 @@ class LoadedTree:
         return total
 
     def _friction(self, k: int, rate: Scalar) -> Scalar:
-        """b q' + f q' / sqrt(q'^2 + v^2): Coulomb's sign made smooth over rates of about v."""
+        """b q' + f sign(q'), the sign made smooth."""
         if not self.loading.friction:
             return 0.0
         v = self.values
-        return rate * v.viscous[k] + v.coulomb[k] * rate / sqrt(rate * rate + v.smoothing[k] * v.smoothing[k])
+        return rate * v.viscous[k] + v.coulomb[k] * smooth_sign(rate, v.smoothing[k])
 
     def _rotor(self, k: int, acceleration: Scalar) -> Scalar:
         return self.values.armature[k] * acceleration if self.loading.drives else 0.0
@@ -156,6 +167,11 @@ class LoadedTree:
             force, moment = transposed_matvec(rotation, force), transposed_matvec(rotation, moment)
             put(body, force, add(moment, cross(place, force)))
         return applied
+
+
+def smooth_sign(rate: Scalar, smoothing: Scalar) -> Scalar:
+    """q' / sqrt(q'^2 + v^2): the sign of a rate, made smooth over rates of about v."""
+    return rate / sqrt(rate * rate + smoothing * smoothing)
 
 
 def _wrench(values: Sequence[Scalar], n: int) -> Wrench:

@@ -27,6 +27,7 @@ from ..closure.posture import Posture
 from ..mechanism.tree import Body, Tree
 
 Wrench = tuple[Vector, Vector]  # force and moment about the link origin, in link axes
+BodyMotion = tuple[Vector, Vector, Vector]  # angular velocity, angular and linear acceleration of the origin, link axes
 
 
 class TreeKinematics:
@@ -79,9 +80,13 @@ class TreeKinematics:
 
     def body_wrenches(self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]) -> list[Wrench]:
         """What has to act on each body, gravity aside, for it to move so."""
+        motions = self.motions(gravity, ds, dds)
+        return [_newton_euler(b, *motion) for b, motion in zip(self.tree.bodies, motions, strict=True)]
+
+    def motions(self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]) -> list[BodyMotion]:
+        """How each body moves, seen from a base that falls freely."""
         base = (ZERO3, ZERO3, scale(-1.0, gravity))
-        motions: list[tuple[Vector, Vector, Vector]] = []  # angular velocity, angular and linear acceleration
-        wrenches = []
+        motions: list[BodyMotion] = []
         for i, b in enumerate(self.tree.bodies):
             omega, alpha, accel = motions[b.parent] if b.parent >= 0 else base
             r = self.origins[i]
@@ -95,8 +100,7 @@ class TreeKinematics:
             else:
                 accel = add(accel, add(ddq, scale(2.0, cross(omega, step))))
             motions.append((omega, alpha, accel))
-            wrenches.append(_newton_euler(b, omega, alpha, accel))
-        return wrenches
+        return motions
 
     def transmitted(self, needed: Sequence[Wrench], applied: Mapping[int, Wrench] | None = None) -> list[Wrench]:
         """What each joint passes on to its body: what it and all behind it need, less what is `applied` there."""

@@ -92,6 +92,6 @@ def split(flat: np.ndarray, layout: Sequence[tuple[str, tuple[int, ...]]]) -> di
     start = 0
     for name, shape in layout:
         size = int(np.prod(shape, dtype=int))
-        result[name] = flat[..., start : start + size].reshape(*flat.shape[:-1], *shape)
+        result[name] = flat[..., start : start + size].reshape((*flat.shape[:-1], *shape))
         start += size
     return result

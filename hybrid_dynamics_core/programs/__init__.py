@@ -15,10 +15,12 @@ from .dynamics import (
     minimal_form,
     passive_forces,
 )
+from .energy import energy, motion
 from .kinematics import forward_kinematics, jacobian
 from .matrices import coriolis_matrix, spanning_terms
 from .model import MASS_SINGULAR, Inputs, Model, Program, closure_code, singular_code
 from .reactions import reactions
+from .regressor import regressor
 
 __all__ = [
     "ACCELERATIONS",
@@ -32,6 +34,7 @@ __all__ = [
     "Program",
     "closure_code",
     "coriolis_matrix",
+    "energy",
     "forward_dynamics",
     "forward_dynamics_derivatives",
     "forward_kinematics",
@@ -39,8 +42,10 @@ __all__ = [
     "inverse_dynamics_derivatives",
     "jacobian",
     "minimal_form",
+    "motion",
     "passive_forces",
     "reactions",
+    "regressor",
     "singular_code",
     "spanning_terms",
 ]

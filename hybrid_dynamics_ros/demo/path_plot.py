@@ -9,8 +9,8 @@ from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
 from hybrid_dynamics_core import ClosedState, Robot
+from hybrid_dynamics_core.drawing.style import BLUE, GREEN, INK, ORANGE, PURPLE, RED, SHADOW
 from hybrid_dynamics_ros.demo.results import Results
-from hybrid_dynamics_ros.demo.style import BLUE, GREEN, INK, ORANGE, PURPLE, RED, SHADOW
 
 FloatArray = NDArray[np.float64]
 

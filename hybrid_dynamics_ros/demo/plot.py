@@ -14,9 +14,9 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.drawing.style import BLUE, GREEN, ORANGE, PANES, PURPLE, QUIET, RED, STYLE
 from hybrid_dynamics_ros.demo.path_plot import draw_path
 from hybrid_dynamics_ros.demo.results import Results
-from hybrid_dynamics_ros.demo.style import BLUE, GREEN, ORANGE, PURPLE, QUIET, RED, STYLE
 
 # Joint, symbol of the paper, unit, what it drives, colour.
 _EFFORTS: Final = (
@@ -37,7 +37,7 @@ def save_figure(results: Results, robot: Robot, stem: Path, subtitle: str) -> tu
         stem: path without suffix.
         subtitle: where the motion and the numbers come from.
     """
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context({**STYLE, **PANES}):
         figure = draw(results, robot, subtitle)
         png, svg = stem.with_suffix(".png"), stem.with_suffix(".svg")
         _save(figure, png, dpi=110, pil_kwargs={"optimize": True})

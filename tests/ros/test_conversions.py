@@ -30,8 +30,9 @@ def test_stamps_go_to_nanoseconds_and_back(sec, nanosec, stamp_ns):
     assert conversions.ns_to_stamp(stamp_ns) == Time(sec=sec, nanosec=nanosec)
 
 
-def test_nanoseconds_beyond_a_second_carry_over():
-    assert conversions.stamp_to_ns(Time(sec=1, nanosec=2_500_000_000)) == 3_500_000_000
+def test_nanoseconds_of_a_second_or_more_are_no_stamp():
+    assert conversions.stamp_to_ns(Time(sec=1, nanosec=2_500_000_000)) < 0
+    assert conversions.stamp_to_ns(Time(sec=1, nanosec=999_999_999)) == 1_999_999_999
 
 
 @pytest.mark.parametrize("values", [[], [1.5], [0.1, -0.0, np.nan, np.inf, 5e-324, 1e300]])

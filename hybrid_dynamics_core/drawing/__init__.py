@@ -1,0 +1,96 @@
+"""Drawings of mechanisms: links, joints and loops of any robot, with the active joints named.
+
+>>> from hybrid_dynamics_core import load
+>>> from hybrid_dynamics_core.drawing import draw
+>>> figure = draw(load("forging_chu2020"), path="forging.svg")
+
+Matplotlib is needed only here: the extra `plot`.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
+
+from ..errors import InputError, MissingPackageError
+from ..robot import Robot
+from ..state import ClosedState
+from .options import Names, known_names
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["draw", "draw_modes", "draw_on"]
+
+
+def draw(
+    robot: Robot,
+    state: ClosedState | None = None,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    names: Names = "active",
+    title: str | None = None,
+) -> Figure:
+    """Draw a robot: a side view where all of it moves in one plane, an oblique view where not.
+
+    state: one closed state; the reference configuration if None.
+    path: where to write the figure, as .svg or .png.
+    names: which names are shown: none, those of the active joints, of all joints, or of links too.
+    Raises InputError for a batch of states and for other suffixes, MissingPackageError without Matplotlib.
+    """
+    _need_matplotlib()
+    from .figure import robot_figure, save  # noqa: PLC0415  needs Matplotlib
+
+    figure = robot_figure(robot, state, known_names(names), title)
+    if path is not None:
+        save(figure, Path(path))
+    return figure
+
+
+def draw_on(axes: Axes, robot: Robot, state: ClosedState | None = None, *, names: Names = "active") -> None:
+    """Draw a robot on two-dimensional axes whose size is final, without title and key; the limits are set here."""
+    _need_matplotlib()
+    from .picture import limits_of, make_scene, paint_scene  # noqa: PLC0415
+
+    scene = make_scene(robot, state)
+    paint_scene(axes, scene, known_names(names), limits_of(scene))
+
+
+def draw_modes(
+    robot: Robot,
+    u: ArrayLike | None = None,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    most: int = 12,
+    names: Names = "none",
+    title: str | None = None,
+) -> Figure:
+    """Draw the assembly modes of a robot at the active coordinates u (n,), side by side in one scale.
+
+    u: the reference configuration if None. most: how many modes are drawn, in the order of `robot.assembly_modes`.
+    Raises InputError where no mode closes, and as `draw` does.
+    """
+    _need_matplotlib()
+    from .figure import save  # noqa: PLC0415
+    from .modes import modes_figure  # noqa: PLC0415
+
+    u = robot.reference if u is None else u
+    modes = robot.assembly_modes(u)
+    if not modes:
+        raise InputError(f"{robot.name} has no assembly mode at these active coordinates: its loops do not close")
+    own = robot.close(u, check=False).branch
+    figure = modes_figure(robot, modes[:most], own, known_names(names), title)
+    if path is not None:
+        save(figure, Path(path))
+    return figure
+
+
+def _need_matplotlib() -> None:
+    try:
+        import matplotlib  # noqa: F401, PLC0415
+    except ImportError as error:
+        raise MissingPackageError("matplotlib", "plot", "drawings") from error

@@ -1,0 +1,129 @@
+"""Names beside what they name: each label takes the free place nearest to its anchor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.path import Path
+
+from ..description.model import Array
+
+_CELL = 3.0  # [px] of the grid that remembers what is covered
+_DIRECTIONS = np.linspace(0.0, 2.0 * np.pi, 25)[:-1]
+_DISTANCES = (2.0, 6.0, 12.0, 20.0, 30.0, 44.0, 60.0, 80.0, 110.0)  # [pt] beyond the symbol
+_EDGE = 0.8  # weight of an outline
+_LEADER = 11.0  # [pt] a label farther away than this gets a line
+
+
+@dataclass(frozen=True, eq=False)
+class Label:
+    """A text for a point (2,) of the drawing; `clear`: radius of the symbol around it, in data units."""
+
+    text: str
+    at: Array
+    clear: float
+    style: dict[str, Any]
+    gid: str
+    colour: str
+    inside: bool = False  # may stand on the point itself
+
+
+class Labeller:
+    """Places labels on axes whose limits and size are final."""
+
+    def __init__(self, axes: Axes, covered: Sequence[tuple[Array, float]]) -> None:
+        self.axes = axes
+        self.point = float(axes.figure.dpi) / 72.0  # [px]
+        box = axes.bbox
+        self.origin = np.array([box.x0, box.y0])
+        shape = np.maximum(np.ceil(np.array([box.height, box.width]) / _CELL).astype(int), 1)
+        self.grid = np.zeros(tuple(shape))
+        for outline, weight in covered:
+            self._cover(self._cells(outline), weight)
+
+    def place(self, labels: Sequence[Label]) -> None:
+        """Put labels one after another, the important ones first."""
+        for label in labels:
+            self._place(label)
+
+    def _cells(self, points: Array) -> Array:
+        return np.asarray((self.axes.transData.transform(points) - self.origin) / _CELL)
+
+    def _cover(self, outline: Array, weight: float) -> None:
+        if len(outline) > 2:
+            low = np.maximum(np.floor(outline.min(axis=0)).astype(int), 0)
+            high = np.maximum(np.ceil(outline.max(axis=0)).astype(int), low)
+            cells = self.grid[low[1] : high[1], low[0] : high[0]]
+            rows, columns = np.indices(cells.shape)
+            centres = np.stack([columns.ravel() + 0.5, rows.ravel() + 0.5], axis=1) + low
+            inside = Path(outline).contains_points(centres).reshape(cells.shape)
+            cells[inside] = np.maximum(cells[inside], weight)
+        steps = np.concatenate(
+            [np.linspace(a, b, 12) for a, b in zip(outline, np.roll(outline, -1, axis=0), strict=True)]
+        )
+        columns, rows = np.floor(steps).astype(int).T
+        ok = (rows >= 0) & (columns >= 0) & (rows < self.grid.shape[0]) & (columns < self.grid.shape[1])
+        self.grid[rows[ok], columns[ok]] = np.maximum(self.grid[rows[ok], columns[ok]], _EDGE)
+
+    def _place(self, label: Label) -> None:
+        text = self.axes.annotate(
+            label.text, (float(label.at[0]), float(label.at[1])), xytext=(0, 0), textcoords="offset points",
+            ha="center", va="center", annotation_clip=False, zorder=20, **label.style,
+        )  # fmt: skip
+        text.set_gid(label.gid)
+        box = text.get_window_extent()
+        pad = 2.5 * self.point if "bbox" in label.style else 0.5 * self.point
+        half = np.array([box.width, box.height]) / 2.0 + pad
+        anchor = self.axes.transData.transform(label.at)
+        clear = float(np.linalg.norm(self.axes.transData.transform(label.at + np.array([label.clear, 0.0])) - anchor))
+        best, far = self._best(anchor, half, clear, label.inside)
+        text.set_position((best - anchor) / self.point)
+        self._remember(best, half)
+        if far > _LEADER:
+            self._lead(label, anchor, best, half, clear)
+
+    def _best(self, anchor: Array, half: Array, clear: float, inside: bool) -> tuple[Array, float]:
+        """Centre of the free place nearest to an anchor, and how far it is from the symbol [pt]."""
+        best, far = anchor, 0.0
+        least = self._cost(anchor, half) if inside else np.inf
+        for distance in _DISTANCES:
+            for direction in _DIRECTIONS:
+                centre = _beside(anchor, direction, clear + distance * self.point, half)
+                cost = self._cost(centre, half) + 0.05 * distance - 0.2 * np.sin(direction)
+                if cost < least:
+                    best, least, far = centre, cost, distance
+        return best, far
+
+    def _lead(self, label: Label, anchor: Array, centre: Array, half: Array, clear: float) -> None:
+        way = (centre - anchor) / np.linalg.norm(centre - anchor)
+        reach = float(np.min(half / np.maximum(np.abs(way), 1e-9)))
+        ends = np.array([anchor + 0.6 * clear * way, centre - reach * way])
+        self.axes.plot(*self.axes.transData.inverted().transform(ends).T, color=label.colour, linewidth=0.7, zorder=19)
+
+    def _cost(self, centre: Array, half: Array) -> float:
+        """What a box would cover, and how much of it would stand outside of the axes."""
+        (x0, y0), (x1, y1) = self._box(centre, half)
+        rows, columns = self.grid.shape
+        outside = float(max(0, -x0) + max(0, -y0) + max(0, x1 - columns) + max(0, y1 - rows))
+        inside = self.grid[max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)]
+        return 0.25 * float(inside.sum()) + 5.0 * outside
+
+    def _remember(self, centre: Array, half: Array) -> None:
+        (x0, y0), (x1, y1) = self._box(centre, half)
+        self.grid[max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)] = 30.0
+
+    def _box(self, centre: Array, half: Array) -> tuple[tuple[int, int], tuple[int, int]]:
+        low = np.floor((centre - half - self.origin) / _CELL).astype(int)
+        high = np.ceil((centre + half - self.origin) / _CELL).astype(int)
+        return (int(low[0]), int(low[1])), (int(high[0]), int(high[1]))
+
+
+def _beside(anchor: Array, direction: float, clear: float, half: Array) -> Array:
+    """Centre of a box that begins at a distance from the anchor in a direction."""
+    way = np.array([np.cos(direction), np.sin(direction)])
+    edge = float(np.min(half / np.maximum(np.abs(way), 1e-9)))
+    return np.asarray(anchor + (clear + edge) * way)

@@ -1,0 +1,73 @@
+"""Assembly modes side by side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..assembly import AssemblyMode
+from ..robot import Robot
+from .layout import axes_at, framed
+from .options import Names
+from .picture import limits_of, make_scene, paint_scene
+from .style import INK, QUIET, STYLE
+
+_WIDTHS: Final = {1: 6.0, 2: 4.4, 3: 3.6, 4: 3.1}  # [in] of a panel, by their number in a row
+_LINE: Final = 0.155  # [in] height of a line of a panel's title
+_SIDES: Final = (0.66, 0.1)  # [in] left and right of a panel's axes
+_SHAPES: Final = (0.5, 1.5)  # least and greatest height of a panel over its width
+
+
+def modes_figure(
+    robot: Robot, modes: Sequence[AssemblyMode], own: Mapping[str, str], names: Names, title: str | None
+) -> Figure:
+    """Modes in one view and scale, each under the names of what differs; `own`: the mode of the robot's file."""
+    with mpl.rc_context({**STYLE, "font.size": 8.0}):
+        first = make_scene(robot, modes[0].state)
+        scenes = [first, *(make_scene(robot, mode.state, first) for mode in modes[1:])]
+        boxes = np.array([limits_of(scene) for scene in scenes])
+        limits = np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+        texts = [_text(k, modes, own) for k in range(len(modes))]
+        across, up = np.ptp(limits, axis=0)
+        shape = float(np.clip(up / across, *_SHAPES))
+        columns = _columns(len(modes), shape)
+        width = _WIDTHS[columns] - sum(_SIDES)
+        height = width * shape
+        above = 0.14 + _LINE * (1 + max(text.count("\n") for text in texts))
+        below = 0.46 if first.view.planar else 0.08
+        pitch = above + height + below
+        rows = math.ceil(len(modes) / columns)
+        line = "the same active joints, every way in which the loops close"
+        size = (columns * _WIDTHS[columns], rows * pitch)
+        figure, key = framed(size, first, robot.description, title or f"{robot.name}: assembly modes", line)
+        for k, (scene, text) in enumerate(zip(scenes, texts, strict=True)):
+            left, bottom = (k % columns) * _WIDTHS[columns] + _SIDES[0], key + (rows - 1 - k // columns) * pitch + below
+            axes = axes_at(figure, (left, bottom, width, height))
+            chosen = modes[k].branch == own
+            axes.set_title(text, fontsize=8, color=INK if chosen else QUIET, fontweight="bold" if chosen else "normal")
+            paint_scene(axes, scene, names, limits)
+            if k % columns:
+                axes.set_ylabel("")
+    return figure
+
+
+def _columns(count: int, shape: float) -> int:
+    """Panels in a row, so that the figure is about one and a half times as wide as high and few places stay empty."""
+
+    def unsuited(columns: int) -> float:
+        rows = math.ceil(count / columns)
+        return abs(math.log(columns / (rows * (shape + 0.2)) / 1.5)) + 0.4 * (rows * columns - count)
+
+    return min(_WIDTHS, key=unsuited)
+
+
+def _text(k: int, modes: Sequence[AssemblyMode], own: Mapping[str, str]) -> str:
+    """Number of a mode and the loops in which the modes differ, one a line."""
+    told = [name for name in modes[k].branch if len({mode.branch[name] for mode in modes}) > 1]
+    mark = " (the robot's own)" if modes[k].branch == own else ""
+    return "\n".join([f"{k + 1}{mark}", *(f"{name}: {modes[k].branch[name]}" for name in told)])

@@ -1,0 +1,20 @@
+"""The energy of a robot."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..description.model import Array
+
+
+class Energy(NamedTuple):
+    """Energies [J], each a number or (N,): of motion (rotors too), of gravity, of springs."""
+
+    kinetic: Array
+    potential: Array
+    springs: Array
+
+    @property
+    def total(self) -> Array:
+        """All of it."""
+        return self.kinetic + self.potential + self.springs

@@ -1,0 +1,89 @@
+"""The parameters in which tau is linear: inertias of links, friction and rotors of joints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..description.effects import effects_of
+from ..description.model import Array, Link, RobotDescription, frozen
+from ..errors import InputError
+from .load_inputs import inertial_vector
+from .loading import INERTIAL
+
+if TYPE_CHECKING:
+    from .loads import JointEffects
+
+COMPONENTS = ("m", "mx", "my", "mz", "Jxx", "Jxy", "Jxz", "Jyy", "Jyz", "Jzz")
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Which parameters are asked for, in order: ten a link, then one a joint for each kind.
+
+    A link has m [kg], m c [kg m] and its inertia J about the link's origin [kg m^2], in link axes; a joint viscous
+    friction, Coulomb friction and armature in the units of `JointEffects`.
+    """
+
+    links: tuple[str, ...]
+    viscous: tuple[str, ...] = ()
+    coulomb: tuple[str, ...] = ()
+    armature: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """One name a parameter, such as 'l2.mx' or 'q1.viscous'."""
+        inertial = [f"{link}.{part}" for link in self.links for part in COMPONENTS]
+        return (*inertial, *(f"{joint}.{kind}" for kind in JOINT_KINDS for joint in getattr(self, kind)))
+
+    @property
+    def inertial_size(self) -> int:
+        """Number of inertial parameters; those of the joints come after."""
+        return INERTIAL * len(self.links)
+
+    def values(self, description: RobotDescription, effects: JointEffects | None = None) -> Array:
+        """What the description says (and, for the joints, other `effects` if given)."""
+        inertial = [inertial_vector(k.mass, k.com, k.inertia) for k in (description.links[name] for name in self.links)]
+        joints = [self._told(description, effects, kind, name) for kind in JOINT_KINDS for name in getattr(self, kind)]
+        return frozen(np.concatenate([*inertial, np.array(joints)]))
+
+    def _told(self, description: RobotDescription, effects: JointEffects | None, kind: str, joint: str) -> float:
+        if effects is None:
+            return float(getattr(effects_of(description, joint), kind))
+        coordinates = (*description.active, *(name for name in description.joints if name not in description.active))
+        return float(getattr(effects, kind)[coordinates.index(joint)])
+
+    def check(self, description: RobotDescription) -> None:
+        """Raise InputError for names that the robot does not have."""
+        for link in self.links:
+            moving = [name for name in description.links if name != description.base]
+            if link not in moving:
+                raise InputError(f"there is no moving link '{link}'; known: {', '.join(moving)}")
+        for kind in JOINT_KINDS:
+            for joint in getattr(self, kind):
+                if joint not in description.joints:
+                    raise InputError(f"there is no joint '{joint}'; known: {', '.join(description.joints)}")
+
+
+JOINT_KINDS = ("viscous", "coulomb", "armature")
+
+
+def described_parameters(description: RobotDescription, friction: Sequence[str] = ()) -> Parameters:
+    """Inertias of all links that have mass (of all, where none has), and friction of the joints named."""
+    massive = tuple(name for name, link in description.links.items() if link.mass and name != description.base)
+    links = massive or tuple(name for name in description.links if name != description.base)
+    return Parameters(links, tuple(friction), tuple(friction))
+
+
+def link_of(name: str, values: Array) -> Link:
+    """A link from its ten parameters; a massless one where m is zero."""
+    mass, moment = float(values[0]), np.asarray(values[1:4])
+    about = np.zeros((3, 3))
+    about[np.triu_indices(3)] = values[4:]
+    about = about + np.triu(about, 1).T
+    com = moment / mass if mass else np.zeros(3)
+    inertia = about - mass * (com @ com * np.eye(3) - np.outer(com, com))
+    return Link(name, mass, frozen(com), frozen((inertia + inertia.T) / 2.0))

@@ -1,0 +1,112 @@
+"""What a simulation watches for: ends of strokes, limits of joints, singular configurations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..description.model import Array
+from ..errors import InputError
+from ..robot import Robot
+from ..state import ClosedState, ClosureStatus
+
+LIMIT, SINGULAR = "limit", "singular"
+HALVINGS = 60  # of a step, until its time is known to rounding
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something met at a time [s]: `kind` "limit" or "singular"; `name` of the coordinate or loop; `message`."""
+
+    time: float
+    kind: str
+    name: str
+    message: str
+
+
+@dataclass(frozen=True)
+class _Limit:
+    name: str
+    index: int
+    value: float
+    upper: bool
+
+    def left(self, s: Array) -> float:
+        """How far it is to the limit, negative beyond."""
+        return float(self.value - s[self.index] if self.upper else s[self.index] - self.value)
+
+
+class Watch:
+    """Watches the states of one robot."""
+
+    def __init__(self, robot: Robot, singular: float) -> None:
+        self._singular = singular
+        self._limits = _limits(robot)
+
+    def check_start(self, state: ClosedState) -> None:
+        """Raise InputError where the start is beyond a limit or too near to a singular place."""
+        for limit in self._limits:
+            if limit.left(state.s) < 0.0:
+                side = "above" if limit.upper else "below"
+                raise InputError(f"{limit.name} = {state.s[limit.index]:.6g} starts {side} its limit {limit.value:.6g}")
+        if state.singularity < self._singular:
+            raise InputError(
+                f"loop '{state.singular_loop}' starts {state.singularity:.3g} from a singular configuration; the "
+                f"simulation would end at {self._singular:.3g}"
+            )
+
+    def margins(self, state: ClosedState) -> Array:
+        """One entry a limit and one for the nearest singularity; not above zero where the event has come."""
+        if state.status is not ClosureStatus.OK:
+            return np.full(len(self._limits) + 1, -1.0)
+        left = [limit.left(state.s) for limit in self._limits]
+        return np.array([*left, float(state.singularity) - self._singular])
+
+    def find(
+        self, before: Array, at: Callable[[float], ClosedState], t: tuple[float, float], ignored: Sequence[int]
+    ) -> tuple[int, float] | None:
+        """The first event in a step from t[0], where the margins were `before`, to t[1]: its index and time."""
+        watched = np.ones(len(before), dtype=bool)
+        watched[list(ignored)] = False
+
+        def met(time: float) -> np.ndarray:
+            return np.flatnonzero(watched & (before > 0.0) & ~(self.margins(at(time)) > 0.0))
+
+        if not len(met(t[1])):
+            return None
+        low, high = t
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            if not low < middle < high:
+                break
+            low, high = (low, middle) if len(met(middle)) else (middle, high)
+        # several at once where the loops stop closing: then it is the singularity that was met
+        return int(met(high)[-1]), low
+
+    def event(self, index: int, time: float, state: ClosedState) -> Event:
+        """The event with this index; `state` just before it."""
+        if index == len(self._limits):
+            message = f"loop '{state.singular_loop}' came to {state.singularity:.3g} from a singular configuration"
+            return Event(time, SINGULAR, str(state.singular_loop), message)
+        limit = self._limits[index]
+        side = "upper" if limit.upper else "lower"
+        return Event(time, LIMIT, limit.name, f"{limit.name} reached its {side} limit {limit.value:.6g}")
+
+    def is_limit(self, index: int) -> bool:
+        """Whether the event is of a coordinate, not of a singularity."""
+        return index < len(self._limits)
+
+
+def _limits(robot: Robot) -> list[_Limit]:
+    """Finite limits of all joints, narrowed by the strokes of their cylinders."""
+    found = []
+    for k, name in enumerate(robot.coordinates):
+        lower, upper = robot.description.joints[name].limits
+        if name in robot.cylinders:
+            stroke = robot.cylinders[name].stroke
+            lower, upper = max(lower, stroke[0]), min(upper, stroke[1])
+        found += [_Limit(name, k, lower, False)] if np.isfinite(lower) else []
+        found += [_Limit(name, k, upper, True)] if np.isfinite(upper) else []
+    return found

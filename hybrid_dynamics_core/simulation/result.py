@@ -1,0 +1,131 @@
+"""What a simulation recorded."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..description.model import Array
+from ..dynamics.energy import Energy
+from ..errors import InputError
+from ..state import ClosedState
+from .events import Event
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FORMAT = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """A recorded motion of N samples.
+
+    Attributes:
+        robot, names: name of the robot and of its active coordinates.
+        t: (N,) [s]; the last sample is where the simulation ended.
+        state: ClosedState of all samples: s, ds, R, residuals, distances to singularities.
+        ddu, tau: (N, n) active accelerations and efforts.
+        energy: Energy of all samples [J]; work: (N,) [J] brought in by tau and wrenches less friction, since the start.
+        events: what was met; completed: whether the end of the time span was reached; message: why it ended.
+        steps, evaluations: of the integrator.
+    """
+
+    robot: str
+    names: tuple[str, ...]
+    t: Array
+    state: ClosedState
+    ddu: Array
+    tau: Array
+    energy: Energy
+    work: Array
+    events: tuple[Event, ...]
+    message: str
+    completed: bool
+    steps: int
+    evaluations: int
+
+    @property
+    def u(self) -> Array:
+        """(N, n) active coordinates."""
+        return self.state.u
+
+    @property
+    def du(self) -> Array:
+        """(N, n) active rates."""
+        return self.state.du
+
+    @property
+    def energy_error(self) -> Array:
+        """(N,) energy less what was brought in, since the start [J]: zero but for the integrator's error."""
+        total = self.energy.total
+        return np.asarray(total - total[0] - self.work)
+
+    @property
+    def relative_energy_error(self) -> float:
+        """Largest energy error in parts of the energy that was exchanged (range of kinetic or potential energy)."""
+        exchanged = max(float(np.ptp(part)) for part in (*self.energy, self.work))
+        worst = float(np.abs(self.energy_error).max())
+        return worst / exchanged if worst else 0.0
+
+    @property
+    def residual(self) -> float:
+        """Largest error of the loop equations over all samples."""
+        return float(np.max(self.state.residual))
+
+    def plot(self) -> Figure:
+        """Coordinates, rates, efforts and energy over time. Needs matplotlib."""
+        from .plot import plot_simulation  # noqa: PLC0415  matplotlib is optional
+
+        return plot_simulation(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write everything to an .npz file, which `load_simulation` reads; the file appears when it is complete."""
+        target = Path(path)
+        head = {
+            "format": FORMAT,
+            **{k: getattr(self, k) for k in ("robot", "names", "message", "completed", "steps", "evaluations")},
+            "events": [asdict(event) for event in self.events],
+            "branch": dict(self.state.branch),
+            "loops": self.state.loops,
+        }
+        arrays: dict[str, Any] = {k: getattr(self, k) for k in ("t", "ddu", "tau", "work")}
+        arrays |= {f"energy_{k}": v for k, v in self.energy._asdict().items()}
+        arrays |= {f"state_{k}": getattr(self.state, k) for k in _state_arrays() if getattr(self.state, k) is not None}
+        aside = target.with_name(f".{target.name}.part")
+        with aside.open("wb") as file:
+            np.savez_compressed(file, head=np.array(json.dumps(head)), **arrays)
+        aside.replace(target)
+
+
+def load_simulation(path: str | os.PathLike[str]) -> Simulation:
+    """Read what `Simulation.save` wrote. Raises InputError for another file."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            head = json.loads(str(file["head"]))
+            arrays = {k: file[k] for k in file.files if k != "head"}
+    except (OSError, KeyError, ValueError) as error:
+        raise InputError(f"{path} is not a saved simulation: {error}") from error
+    if head.get("format") != FORMAT:
+        raise InputError(f"{path} has format {head.get('format')}; this version reads {FORMAT}")
+    states = {k.removeprefix("state_"): v for k, v in arrays.items() if k.startswith("state_")}
+    state = ClosedState(**states, branch=MappingProxyType(head["branch"]), loops=tuple(head["loops"]))
+    return Simulation(
+        robot=head["robot"],
+        names=tuple(head["names"]),
+        state=state,
+        energy=Energy(*(arrays[f"energy_{k}"] for k in Energy._fields)),
+        events=tuple(Event(**event) for event in head["events"]),
+        **{k: arrays[k] for k in ("t", "ddu", "tau", "work")},
+        **{k: head[k] for k in ("message", "completed", "steps", "evaluations")},
+    )
+
+
+def _state_arrays() -> list[str]:
+    return [f.name for f in fields(ClosedState) if f.name not in ("branch", "loops")]

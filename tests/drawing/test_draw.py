@@ -1,0 +1,143 @@
+"""What a drawing holds: every link, joint, loop and active name, in both formats."""
+
+import re
+from itertools import combinations
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+from matplotlib.text import Text
+
+from hybrid_dynamics_core import ClosedState, InputError, Robot
+from hybrid_dynamics_core.drawing import draw, draw_on
+from hybrid_dynamics_core.drawing.style import RED
+
+from .conftest import drawing_of
+
+
+def gids(figure: Figure) -> set[str]:
+    return {artist.get_gid() for artist in figure.findobj() if artist.get_gid()}
+
+
+def owners(found: set[str], kind: str) -> set[str]:
+    """Names with artists of their own; several that are drawn as one are joined by +."""
+    joined = [gid.removeprefix(f"{kind}:") for gid in found if gid.startswith(f"{kind}:")]
+    return {name for part in joined for name in part.split("+")}
+
+
+def labels(figure: Figure) -> set[str]:
+    found = [artist for artist in figure.findobj(Text) if (artist.get_gid() or "").startswith("name:")]
+    return {name for artist in found for name in artist.get_text().split(", ")}
+
+
+def test_every_link_joint_and_closure_has_its_artist(robot: Robot) -> None:
+    found = gids(drawing_of(robot.name))
+    assert owners(found, "link") >= {robot.base_frame, *robot.description.links}
+    assert owners(found, "joint") >= set(robot.coordinates)
+    assert owners(found, "closure") >= {closure.name for closure in robot.description.closures}
+
+
+def test_the_svg_holds_them_by_name_and_the_active_names_as_text(robot: Robot, tmp_path) -> None:
+    path = tmp_path / "robot.svg"
+    draw(robot, path=path)
+    tree = ElementTree.parse(path)
+    ids = {element.get("id") for element in tree.iter() if element.get("id")}
+    written = {"".join(element.itertext()).strip() for element in tree.iter() if element.tag.endswith("}text")}
+    assert owners(ids, "link") >= {robot.base_frame, *robot.description.links}
+    assert owners(ids, "joint") >= set(robot.coordinates)
+    assert written >= {*robot.active, robot.end_effector, robot.name}
+    for closure in robot.description.closures:
+        assert any(text.startswith(f"{closure.name}: ") for text in written), closure.name
+
+
+def test_names_are_shown_as_asked(robot: Robot) -> None:
+    shown = {names: labels(draw(robot, names=names)) for names in ("none", "joints", "all")}
+    shown["active"] = labels(drawing_of(robot.name))
+    assert shown["none"] == set()
+    assert shown["active"] == {*robot.active, robot.end_effector}
+    assert shown["joints"] == {*robot.coordinates, robot.end_effector}
+    assert shown["all"] > shown["joints"]
+    assert shown["all"] <= {*robot.coordinates, *robot.frames}
+
+
+def test_active_joints_and_no_others_have_the_colour_of_drives(robot: Robot) -> None:
+    figure = drawing_of(robot.name)
+    red = {
+        re.sub(r"\.\d+$", "", patch.get_gid()).removeprefix("joint:")
+        for patch in figure.findobj(Polygon)
+        if (patch.get_gid() or "").startswith("joint:") and to_hex(patch.get_facecolor()) == RED
+    }
+    assert red == set(robot.active)
+    assert owners(gids(figure), "drive") == {*robot.active, *(f"{name}.head" for name in robot.active)} | {
+        f"{name}.head.2" for name in robot.active if robot.joint_types[name] == "prismatic"
+    }
+
+
+def test_names_of_active_joints_do_not_hide_each_other(robot: Robot) -> None:
+    figure = drawing_of(robot.name)
+    named = [artist for artist in figure.findobj(Text) if (artist.get_gid() or "").startswith("name:")]
+    assert len(named) == len(robot.active) + 1
+    boxes = [label.get_window_extent() for label in named]
+    for one, other in combinations(boxes, 2):
+        assert not one.overlaps(other)
+    for box in boxes:
+        assert np.all(figure.bbox.min <= box.min)
+        assert np.all(box.max <= figure.bbox.max)
+
+
+def test_scales_are_equal(robot: Robot) -> None:
+    (axes,) = drawing_of(robot.name).axes
+    corner, right, up = axes.transData.transform([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])
+    assert right[0] - corner[0] == pytest.approx(up[1] - corner[1], rel=1e-9)
+
+
+def test_the_same_robot_gives_the_same_file(robot: Robot, tmp_path) -> None:
+    files = [tmp_path / name for name in ("one.svg", "two.svg")]
+    for file in files:
+        draw(robot, path=file)
+    assert files[0].read_bytes() == files[1].read_bytes()
+
+
+def test_a_png_is_written(forging: Robot, tmp_path) -> None:
+    path = tmp_path / "robot.PNG"
+    draw(forging, path=path)
+    assert path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_robot_on_axes_of_a_larger_figure(forging: Robot) -> None:
+    figure = Figure()
+    left, right = figure.subplots(1, 2)
+    left.plot([0, 1], [0, 1])
+    draw_on(right, forging, forging.close(forging.reference), names="joints")
+    assert set(forging.coordinates) <= {text.get_text() for text in right.texts}
+    assert len(figure.texts) == 0
+    assert not left.texts
+
+
+def test_a_state_moves_what_is_drawn(forging: Robot) -> None:
+    figures = [draw(forging), draw(forging, forging.close([0.0, 0.15, 0.15, 0.0]))]
+    ends = [next(a for a in f.findobj() if a.get_gid() == "link:l42").get_xy() for f in figures]
+    assert np.abs(ends[0].mean(axis=0) - ends[1].mean(axis=0)).max() > 0.01
+
+
+def bad_states(robot: Robot) -> list[tuple[ClosedState, str]]:
+    u = robot.reference
+    open_state = robot.close([0.0, 9.0, 0.1, 0.0], check=False)
+    return [(robot.close(np.stack([u, u])), "one state"), (open_state, "not finite")]
+
+
+def test_a_batch_and_an_open_state_are_refused(forging: Robot) -> None:
+    for state, words in bad_states(forging):
+        with pytest.raises(InputError, match=words):
+            draw(forging, state)
+
+
+def test_other_formats_and_unknown_choices_are_refused(forging: Robot, tmp_path) -> None:
+    with pytest.raises(InputError, match=r"\.svg or \.png, not as '\.pdf'"):
+        draw(forging, path=tmp_path / "robot.pdf")
+    with pytest.raises(InputError, match="none of none, active, joints, all"):
+        draw(forging, names="some")
+    assert not list(tmp_path.iterdir())

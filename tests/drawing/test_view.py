@@ -1,0 +1,125 @@
+"""Which mechanisms are planar, from where they are seen, and where their parts are."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.drawing.groups import group_joints
+from hybrid_dynamics_core.drawing.parts import hull
+from hybrid_dynamics_core.drawing.picture import make_scene
+from hybrid_dynamics_core.drawing.skeleton import place
+from hybrid_dynamics_core.drawing.view import choose_view, find_plane
+from hybrid_dynamics_core.mechanism.tree import build_tree
+
+from .conftest import robot_of
+
+PLANAR = {"excavator", "five_bar", "forging_chu2020", "palletizer", "type_c", "type_d"}
+PLANAR |= {"wrist", "slider_crank", "hinge_and_weld", "pendulum", "point"}
+EXACT = 1e-12  # [m] the same products of rotations in another order
+
+
+def at(robot: Robot, **values: float):
+    u = [values.get(name, value) for name, value in zip(robot.active, robot.reference, strict=True)]
+    return place(robot, robot.close(u))
+
+
+def test_planar_mechanisms_are_known(robot: Robot) -> None:
+    view = choose_view(place(robot, robot.close(robot.reference)))
+    assert view.planar == (robot.name in PLANAR)
+
+
+def test_a_turned_column_and_a_rolled_gripper_leave_an_arm_planar() -> None:
+    normal = find_plane(at(robot_of("forging_chu2020"), q1=0.8, q4=1.3))
+    assert normal is not None
+    assert abs(normal @ [-np.sin(0.8), np.cos(0.8), 0.0]) == pytest.approx(1.0)
+
+
+def test_a_turned_wrist_makes_an_arm_spatial() -> None:
+    assert find_plane(at(robot_of("wrist"), q4=0.6)) is None
+
+
+def test_a_side_view_stands_upright_and_looks_to_the_right() -> None:
+    for turn in (0.0, 0.8, 2.5, -1.6):
+        skeleton = at(robot_of("excavator"), q1=turn)
+        view = choose_view(skeleton)
+        np.testing.assert_allclose(view.up, [0.0, 0.0, 1.0], atol=1e-12)
+        assert view.flat(skeleton.tip.point)[0] > 1.0  # the bucket is to the right of the column
+    assert choose_view(at(robot_of("excavator"))).names == ("x [m]", "z [m]")
+    assert choose_view(at(robot_of("excavator"), q1=0.8)).names == ("along the arm [m]", "z [m]")
+    assert choose_view(at(robot_of("five_bar"))).names == ("x [m]", "y [m]")
+
+
+def test_a_view_is_orthonormal_and_from_above(robot: Robot) -> None:
+    view = choose_view(place(robot, robot.close(robot.reference)))
+    axes = np.stack([view.right, view.up, view.toward])
+    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
+    assert view.planar or 0.2 < view.toward[2] < 0.6
+
+
+def test_joints_closures_and_frames_are_where_kinematics_puts_them(robot: Robot) -> None:
+    state = robot.close(robot.reference)
+    skeleton = place(robot, state)
+    for joint in skeleton.joints:
+        pose = robot.forward_kinematics(state, joint.child)
+        np.testing.assert_allclose(joint.point, pose.position, atol=EXACT)
+        axis = pose.rotation @ robot.description.joints[joint.name].axis
+        np.testing.assert_allclose(joint.axis, axis, atol=EXACT)
+    tip = robot.forward_kinematics(state)
+    np.testing.assert_allclose(skeleton.tip.point, tip.position, atol=EXACT)
+    np.testing.assert_allclose(skeleton.tip.rotation, tip.rotation, atol=EXACT)
+    for closure in skeleton.closures:
+        planar = find_plane(skeleton) if closure.kind == "planar" else None
+        gap = closure.points[0] - closure.points[1]
+        if planar is not None:
+            gap = gap - (gap @ planar) * planar
+        assert np.linalg.norm(gap) < 1e-9  # the closure's own tolerance
+
+
+def test_every_joint_is_in_one_group_and_every_link_between_joints_too(robot: Robot) -> None:
+    groups = group_joints(place(robot, robot.close(robot.reference)))
+    names = [joint.name for group in groups for joint in group.joints]
+    assert sorted(names) == sorted(robot.coordinates)
+    children = {body.joint: body.name for body in build_tree(robot.description).bodies}
+    for group in groups:
+        assert list(group.inner) == [children[joint.name] for joint in group.joints[:-1]]
+
+
+def test_legs_of_a_platform_have_universal_joints_and_its_pose_is_no_mechanism() -> None:
+    kinds = {group.names: group.kind for group in group_joints(at(robot_of("staicu2015")))}
+    assert kinds["x+y+z"] == "carrier"
+    assert kinds["alpha_1+alpha_2+alpha_3"] == "spherical"
+    assert all(kinds[f"phi10_{leg}+phi21_{leg}"] == "universal" for leg in "ABCDEF")
+    gough = {group.names: group.kind for group in group_joints(at(robot_of("gough")))}
+    assert gough["x+y+z+alpha_1+alpha_2+alpha_3"] == "carrier"
+    arm = {group.kind for group in group_joints(at(robot_of("wrist")))}
+    assert arm == {"revolute"}  # what is driven is always drawn by itself
+
+
+def test_cylinders_reach_from_pin_to_pin() -> None:
+    scene = make_scene(robot_of("excavator"), None)
+    by_name = {joint.name: joint.point for joint in scene.skeleton.joints}
+    pins = {closure.name: closure.point for closure in scene.skeleton.closures}
+    ends = {"barrel_1": ("q11", "boom_cylinder"), "barrel_2": ("q21", "stick_cylinder")}
+    for part in scene.parts:
+        if part.role == "barrel" and part.links[0] in ends:
+            foot, pin = by_name[ends[part.links[0]][0]], pins[ends[part.links[0]][1]]
+            np.testing.assert_allclose(part.points[0], foot, atol=1e-9)
+            along = (pin - foot) / np.linalg.norm(pin - foot)
+            np.testing.assert_allclose(part.axis, along, atol=1e-9)
+
+
+COORDINATES = st.integers(-50, 50).map(float)
+
+
+@given(st.lists(st.tuples(COORDINATES, COORDINATES), min_size=3, max_size=25))
+def test_a_hull_is_convex_and_holds_every_point(points: list[tuple[float, float]]) -> None:
+    corners = hull(np.array(points))
+    assert {tuple(corner) for corner in corners} <= set(points)
+    if len(corners) > 2:
+        edges = np.roll(corners, -1, axis=0) - corners
+        for point in np.array(points):
+            offsets = point - corners
+            turns = edges[:, 0] * offsets[:, 1] - edges[:, 1] * offsets[:, 0]
+            assert turns.min() >= 0.0  # whole numbers: no rounding

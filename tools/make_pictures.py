@@ -1,0 +1,107 @@
+"""Draw every shipped robot into docs/images/robots and write docs/robots.md, the page that shows them."""
+
+from __future__ import annotations
+
+from itertools import groupby
+from pathlib import Path
+from textwrap import fill
+
+from hybrid_dynamics_core import Robot, load, shipped_robots
+from hybrid_dynamics_core.drawing import draw, draw_modes
+from hybrid_dynamics_core.drawing.legend import loop_type
+from hybrid_dynamics_core.drawing.skeleton import place
+from hybrid_dynamics_core.drawing.view import find_plane
+
+ROOT = Path(__file__).resolve().parents[1]
+ROBOTS = "hybrid_dynamics_core/robots"
+IMAGES = "images/robots"
+LARGEST = 150_000  # bytes of a picture
+MODES = ("forging_chu2020",)  # robots whose assembly modes are shown too
+
+HEAD = """\
+# The shipped robots
+
+Each is one file, taken by name: `load("excavator")`. In the pictures what a motor or a cylinder drives is vermilion,
+with the name of its joint; the arm is grey, and each loop has a colour of its own. A robot of yours is drawn with
+
+```bash
+python -m hybrid_dynamics_core.drawing my_robot.yaml my_robot.svg
+```
+
+or, from Python, with `draw(robot, path="my_robot.svg")` of `hybrid_dynamics_core.drawing`; `draw_modes` puts its
+assembly modes side by side. `tools/make_pictures.py` makes this page and its pictures.
+"""
+
+
+def page() -> str:
+    """The text of docs/robots.md."""
+    return "\n".join([HEAD, *(section(load(name)) for name in shipped_robots())])
+
+
+def section(robot: Robot) -> str:
+    """One robot: picture, what it is, where its numbers come from, active joints and loops."""
+    name, description = robot.name, robot.description
+    motors = ", ".join(f"`{joint}` ({robot.joint_types[joint]})" for joint in robot.active)
+    lines = [
+        f"## {name}\n",
+        f"![{name}: links, joints and loops]({IMAGES}/{name}.svg)\n",
+        f"{wrapped(about(name))}\n",
+        wrapped(f"* file: [`{name}.yaml`](../{ROBOTS}/{name}.yaml)"),
+        wrapped(f"* numbers: {description.source}"),
+        wrapped(f"* active joints: {motors}"),
+        wrapped(f"* loops: {loops(robot)}"),
+    ]
+    if name in MODES:
+        lines.append(f"\n![{name}: its assembly modes side by side]({IMAGES}/{name}_modes.svg)")
+    return "\n".join(lines) + "\n"
+
+
+def wrapped(text: str) -> str:
+    """Text in lines of at most 120 characters; those of a list item stand under it."""
+    indent = "  " if text.startswith("* ") else ""
+    return fill(text, 120, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+
+
+def about(name: str) -> str:
+    """The first paragraph of the comment at the head of a robot's file."""
+    lines = (ROOT / ROBOTS / f"{name}.yaml").read_text(encoding="utf-8").splitlines()
+    words: list[str] = []
+    for line in lines:
+        text = line.removeprefix("#").strip()
+        if not line.startswith("#") or not text:
+            break
+        words.append(text)
+    return " ".join(words)
+
+
+def loops(robot: Robot) -> str:
+    """Loops by type: names, then what closes them."""
+    told = [(loop_type(robot.description, closure), f"`{closure.name}`") for closure in robot.description.closures]
+    groups = [(kind, [name for _, name in members]) for kind, members in groupby(told, key=lambda pair: pair[0])]
+    return "; ".join(
+        f"{', '.join(names)}: {kind if 'Type' in kind else f'closed by a {kind}'}" for kind, names in groups
+    )
+
+
+def pictures(folder: Path) -> None:
+    """Draw every robot. Planar ones have room for the names of all joints."""
+    for name in shipped_robots():
+        robot = load(name)
+        planar = find_plane(place(robot, robot.close(robot.reference))) is not None
+        files = [folder / f"{name}.svg"]
+        draw(robot, path=files[0], names="joints" if planar else "active")
+        if name in MODES:
+            files.append(folder / f"{name}_modes.svg")
+            draw_modes(robot, path=files[1])
+        for file in files:
+            size = file.stat().st_size
+            print(f"{file.relative_to(ROOT)}: {size} bytes")
+            if size > LARGEST:
+                raise SystemExit(f"{file} is larger than {LARGEST} bytes")
+
+
+if __name__ == "__main__":
+    folder = ROOT / "docs" / IMAGES
+    folder.mkdir(parents=True, exist_ok=True)
+    pictures(folder)
+    (ROOT / "docs" / "robots.md").write_text(page(), encoding="utf-8")
