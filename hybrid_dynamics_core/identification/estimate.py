@@ -1,0 +1,159 @@
+"""Estimation of parameters from logged motion and efforts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import stats
+from scipy.linalg import solve_triangular
+
+from ..description.effects import JointEffect, effects_of
+from ..description.model import Array, RobotDescription
+from ..dynamics.loads import Loads
+from ..dynamics.parameters import JOINT_KINDS, Parameters, described_parameters, link_of
+from ..errors import InputError
+from ..inputs import vectors
+from ..robot import Robot
+from ..state import ClosedState
+from .base import BaseParameters, base_parameters
+from .consistency import consistent
+
+PRIOR_WEIGHT = 1e-3  # of the divergence from the prior against half the sum of squares of normalised residuals
+RUNS = 3  # estimates, each weighted with the residuals of the one before
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """Estimated parameters.
+
+    Attributes:
+        base: which combinations the data can show.
+        estimate: (b,) of them, by weighted least squares.
+        deviation: (b,) standard deviation of each; interval: (b, 2) where each lies with 95 % confidence. Both take the
+            noise of the samples as independent: filtered or densely sampled logs make them too narrow.
+        values: (p,) of all parameters, physical: positive masses, inertias that bodies can have, friction above zero.
+            Combinations that the data cannot show stay near the description.
+        noise: (n,) standard deviation of the residuals of each active joint [N m or N].
+        explained: (n,) share of the variance of tau that the estimate explains, 1 at best.
+        condition: condition number of the data: above a few hundred the motion excites too little.
+    """
+
+    base: BaseParameters
+    estimate: Array
+    deviation: Array
+    interval: Array
+    values: Array
+    noise: Array
+    explained: Array
+    condition: float
+
+    @property
+    def parameters(self) -> Parameters:
+        """Which parameters were asked for."""
+        return self.base.parameters
+
+    def described(self, description: RobotDescription) -> RobotDescription:
+        """The description with the physical estimates in it."""
+        names, links = self.parameters, dict(description.links)
+        for k, link in enumerate(names.links):
+            links[link] = link_of(link, self.values[10 * k : 10 * k + 10])
+        effects: dict[str, JointEffect] = dict(description.effects)
+        rest = iter(self.values[names.inertial_size :])
+        for kind in JOINT_KINDS:
+            for joint in getattr(names, kind):
+                effects[joint] = _with(effects.get(joint, effects_of(description, joint)), kind, float(next(rest)))
+        return replace(description, links=MappingProxyType(links), effects=MappingProxyType(effects))
+
+    def table(self) -> Mapping[str, tuple[float, float, float]]:
+        """Estimate and 95 % interval by the name of each base parameter."""
+        rows = zip(self.base.names, self.estimate, self.interval, strict=True)
+        return MappingProxyType({name: (float(value), float(low), float(high)) for name, value, (low, high) in rows})
+
+
+def identify(
+    robot: Robot,
+    state: ClosedState,
+    ddu: ArrayLike,
+    tau: ArrayLike,
+    parameters: Parameters | None = None,
+    loads: Loads | None = None,
+) -> Identification:
+    """Estimate parameters from N samples: a batch state, accelerations and measured efforts (N, n).
+
+    parameters: which to estimate (None: inertias of all links with mass, friction of no joint); all others, and what
+        `loads` gives, are taken as they are. Raises InputError where there are fewer equations than base parameters.
+    """
+    parameters = described_parameters(robot.description) if parameters is None else parameters
+    loads = robot.loads if loads is None else loads
+    if state.u.ndim != 2:
+        raise InputError("identification takes a batch of states")
+    tau = vectors("tau", tau, robot.active, len(state.u))
+    prior = parameters.values(robot.description, loads.effects)
+    regressor = robot.regressor(state, ddu, parameters, loads)
+    known = robot.inverse_dynamics(state, ddu, loads) - regressor @ prior  # of what is not asked for
+    base = base_parameters(robot, parameters, loads)
+    fit = _Fit(regressor, tau - known, base)
+    start = _positive(prior, fit, parameters.inertial_size)
+    weighted = fit.weighted(regressor)
+    values = consistent(weighted, fit.weighted_target, start, len(parameters.links), PRIOR_WEIGHT)
+    return Identification(base, fit.beta, fit.deviation, fit.interval, values, fit.noise, fit.explained, fit.condition)
+
+
+class _Fit:
+    """Least squares in the base parameters, each joint's equations weighted with its own noise."""
+
+    def __init__(self, regressor: Array, target: Array, base: BaseParameters) -> None:
+        samples, n, _ = regressor.shape
+        self.regressor, self.target = regressor, target
+        self.columns = regressor[..., base.kept]
+        free = samples * n - base.size
+        if free <= 0:
+            raise InputError(f"{samples * n} equations cannot tell {base.size} base parameters; give more samples")
+        self.noise = np.ones(n)
+        for _ in range(RUNS - 1):
+            residual = target - self.columns @ self._solved()[0]
+            share = np.sqrt((residual**2).sum(axis=0) * n / free)
+            self.noise = np.maximum(share, 1e-14 * np.abs(target).max(initial=1e-300))
+        self.beta, triangle, sizes = self._solved()
+        self.condition = float(np.linalg.cond(triangle))
+        residual = target - self.columns @ self.beta
+        scale = np.sqrt(((residual / self.noise) ** 2).sum() / free)
+        inverse = solve_triangular(triangle, np.eye(base.size))
+        self.deviation = scale * np.linalg.norm(inverse, axis=1) / sizes
+        reach = float(stats.t.ppf(0.975, free)) * self.deviation
+        self.interval = np.stack([self.beta - reach, self.beta + reach], axis=1)
+        self.explained = 1.0 - residual.var(axis=0) / np.maximum(target.var(axis=0), 1e-300)
+
+    def _solved(self) -> tuple[Array, Array, Array]:
+        """The estimate with the weights as they are, the triangle of the scaled equations and the scales."""
+        matrix = self.weighted(self.columns)
+        sizes = np.linalg.norm(matrix, axis=0)
+        q, triangle = np.linalg.qr(matrix / sizes)
+        return np.asarray(solve_triangular(triangle, q.T @ self.weighted_target) / sizes), triangle, sizes
+
+    def weighted(self, rows: Array) -> Array:
+        """Equations (N, n, k) as a matrix (N n, k), each divided by its joint's noise."""
+        return np.asarray((rows / self.noise[:, None]).reshape(-1, rows.shape[-1]))
+
+    @property
+    def weighted_target(self) -> Array:
+        """The right-hand side (N n,)."""
+        return np.asarray((self.target / self.noise).ravel())
+
+
+def _positive(prior: Array, fit: _Fit, inertial: int) -> Array:
+    """The prior; joint parameters of zero (those after the inertial ones) get what would make a hundredth of tau."""
+    sizes = np.sqrt((fit.regressor[..., inertial:] ** 2).mean(axis=(0, 1)))
+    small = 0.01 * float(np.sqrt((fit.target**2).mean())) / np.maximum(sizes, 1e-300)
+    joints = prior[inertial:]
+    return np.concatenate([prior[:inertial], np.where(joints > 0.0, joints, small)])
+
+
+def _with(effect: JointEffect, kind: str, value: float) -> JointEffect:
+    if kind == "armature":
+        return replace(effect, rotor_inertia=value, gear_ratio=1.0)
+    return replace(effect, **{kind: value})
