@@ -28,6 +28,6 @@ def platform(
 
 
 def own_pose(robot: Robot, link: str, pose: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """The pose, reached at the reference, as the link sees it: what takes poses of the link to poses of the platform."""
+    """The pose, reached at the reference, as the link sees it: takes poses of the link to poses of the platform."""
     at_reference = robot.forward_kinematics(robot.close(robot.reference), frame=link)
     return at_reference.rotation.T @ pose[0], at_reference.rotation.T @ (pose[1] - at_reference.position)

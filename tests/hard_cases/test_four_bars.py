@@ -74,10 +74,13 @@ class TestMirrorBranches:
         modes = crank_rocker.assembly_modes([0.7])
         assert sorted(mode.branch["bar"] for mode in modes) == ["clockwise", "counterclockwise"]
 
-    def test_way_to_the_mirror_image_is_refused(self, crank_rocker: Robot) -> None:
-        state = crank_rocker.close([0.7])
-        with pytest.raises(SingularityError, match="another mode"):
-            crank_rocker.close([0.7], near=state, branch={"bar": "clockwise"})
+    def test_a_state_keeps_its_side(self, crank_rocker: Robot) -> None:
+        """Coming from the mirrored mode its motion stays there, all the way round."""
+        state = crank_rocker.close([0.7], branch={"bar": "clockwise"})
+        path = crank_rocker.close_path(0.7 + np.linspace(0.0, 2 * np.pi, 30)[:, None], near=state)
+        assert path.branch["bar"] == "clockwise"
+        assert np.all(np.sin(path.s[:, 2]) < 0.0)  # the rocker never crosses the ground
+        assert np.all(np.sin(crank_rocker.close(path.u).s[:, 2]) > 0.0)
 
 
 class TestRoundAndRound:
