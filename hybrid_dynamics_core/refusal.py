@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from .closure.newton_step import NewtonStep
 from .closure.plan import given_posture
 from .closure.posture import Posture
@@ -57,9 +55,9 @@ def _open(model: Model, step: Step, posture: Posture, index: int | None) -> Stat
         value = float(posture.q[coordinate])
         near = float(model.plan.reference.q[coordinate])
         allowed = allowed_range(model.tree, step, posture, coordinate, near)
-        if allowed is None or allowed == (-math.inf, math.inf):
+        if allowed is None:
             continue
-        if min(abs(value - edge) for edge in allowed) < EDGE:
+        if allowed[0] - EDGE < value < allowed[1] + EDGE:  # closes on both sides: two modes meet here
             return _singular(step.name, 0.0, index)
         unit = "rad" if model.tree.is_revolute(coordinate) else "m"
         others = ", ".join(f"{names[c]} = {posture.q[c]:.9g}" for c in known if c != coordinate)

@@ -24,7 +24,7 @@ Mask = NDArray[np.bool_]
 CORRECTION = 0.25  # largest part of the predicted step that the correction may be
 SLACK = 1e-9  # [rad or m] rounding that a correction may always have
 LARGEST = 0.5  # [rad or m] longest predicted step of a passive coordinate
-SHORTEST = 1e-9  # of the way: a shorter step means that there is no smooth way on
+SHORTEST = 1e-7  # of the way: a shorter step means that there is no smooth way on
 MAX_ROUNDS = 400
 JUMP = -1  # status code of a state that closes, but not on a smooth way from the start
 

@@ -33,6 +33,7 @@ def invert(entries: Sequence[Scalar], size: int) -> list[Scalar]:
     return invert_floats(entries, size)
 
 
+@np.errstate(all="ignore")  # what is not finite is told by the status
 def invert_floats(entries: Sequence[float], size: int) -> list[float]:
     """`invert` of floats."""
     matrix = np.array(entries).reshape(size, size)
@@ -42,6 +43,7 @@ def invert_floats(entries: Sequence[float], size: int) -> list[float]:
         return [np.nan] * (size * size) + [0.0]
 
 
+@np.errstate(all="ignore")  # what is not finite is told by the status
 def invert_columns(entries: Sequence[Scalar], size: int) -> list[Scalar]:
     """`invert` of many matrices, one array an entry."""
     matrices = np.stack(np.broadcast_arrays(*entries), axis=-1).reshape(-1, size, size)
@@ -85,6 +87,7 @@ def newton_floats(body: Body, guess: Sequence[float], parameters: Sequence[float
     return [*x.tolist(), -float(count)]
 
 
+@np.errstate(all="ignore")  # what is not finite is told by the status
 def newton_columns(body: Body, guess: Sequence[Scalar], parameters: Sequence[Scalar]) -> list[Scalar]:
     """`newton` on arrays, one problem a column; each stops for itself."""
     size = len(guess)

@@ -9,6 +9,7 @@ from ..description.model import RobotDescription
 from .parallelogram import AngleStep
 from .patterns import Context
 from .posture import Posture
+from .rank import CLOSED, posture_of
 from .step import Step
 
 
@@ -26,11 +27,23 @@ def choose_branch(
     best = min(_signs(robot, step, context, bool(told)), key=distance)
     if not _margin(step, posture, best, guess) > 0.0:
         problem = "does not close at the reference configuration; mend the geometry or give a reference that closes"
+        if _closed(step, context, guess):
+            problem = (
+                "is singular at the reference configuration: what is given does not hold it there; give other joints, "
+                "or another reference"
+            )
         raise robot.error(robot.closure_key(step.loops[0]), problem)
     if isinstance(step, AngleStep):
         step.near(posture, context.near)
         step.solve(posture, best, guess)
     return best
+
+
+def _closed(step: Step, context: Context, guess: Sequence[float]) -> bool:
+    """Whether the block is closed at the guess."""
+    posture = posture_of(context.tree, guess)
+    loops = dict.fromkeys(equation.loop for equation in step.equations)
+    return max(abs(float(r)) for loop in loops for r in loop.linearise(posture).residual) < CLOSED
 
 
 def _margin(step: Step, posture: Posture, sign: float, guess: Sequence[float]) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-from hybrid_dynamics_core.description import Closure, RobotDescription
+from hybrid_dynamics_core.description import Closure, Joint, RobotDescription
 
 LOCAL = pin.ReferenceFrame.LOCAL
 
@@ -30,7 +30,7 @@ class PinocchioRobot:
         self.index = np.array([self.model.joints[self.model.getJointId(n)].idx_v for n in names])
         self.closures = robot.closures
 
-    def _open(self, robot: RobotDescription, waiting: dict) -> list[str]:
+    def _open(self, robot: RobotDescription, waiting: dict[str, Joint]) -> list[str]:
         last = self.model.names[-1]
         ready = [n for n, j in waiting.items() if j.parent in self.frames]
         own = [n for n in ready if last in robot.joints and robot.joints[n].parent == robot.joints[last].child]
@@ -141,7 +141,8 @@ class PinocchioRobot:
         velocity, acceleration = self.data.v[index], self.data.a[index]
         at_point = velocity.linear + np.cross(velocity.angular, point)
         spatial = acceleration.linear + np.cross(acceleration.angular, point)
-        return rotation @ (spatial + np.cross(velocity.angular, at_point))
+        result: np.ndarray = rotation @ (spatial + np.cross(velocity.angular, at_point))
+        return result
 
     # -- links and forces --------------------------------------------------------------------------------------
 
@@ -160,7 +161,8 @@ class PinocchioRobot:
 
     def tree_forces(self, s: np.ndarray, ds: np.ndarray, dds: np.ndarray) -> np.ndarray:
         """M s'' + C s' + g of the open tree (n_s,)."""
-        return pin.rnea(self.model, self.data, self.order(s), self.order(ds), self.order(dds))[self.index]
+        forces: np.ndarray = pin.rnea(self.model, self.data, self.order(s), self.order(ds), self.order(dds))
+        return forces[self.index]
 
     def mass_matrix(self, s: np.ndarray) -> np.ndarray:
         """M(s) of the open tree (n_s, n_s), from unit accelerations: one algorithm less to trust."""

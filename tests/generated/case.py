@@ -55,7 +55,8 @@ class Case:
         way = rng.normal(size=self.n)
         way *= size * rng.uniform() / max(float(np.linalg.norm(way)), 1e-9)
         active = range(self.n)
-        return self.space.follow(self.start, active, way, floor * self.space.margin(self.start, active))[1]
+        least = floor * self.space.margin(self.start, active)
+        return self.space.follow(self.start, active, way, least, far=2.5)[1]  # less than half a turn
 
     def rates(self, seed: int) -> np.ndarray:
         """Active rates or accelerations (n,)."""

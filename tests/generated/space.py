@@ -130,14 +130,23 @@ class Space:
             result[free] = -np.linalg.lstsq(jacobian[:, free], jacobian[:, fixed], rcond=1e-9)[0]
         return result
 
-    def follow(self, s: np.ndarray, fixed: Sequence[int], move: np.ndarray, floor: float) -> tuple[float, np.ndarray]:
+    def follow(
+        self,
+        s: np.ndarray,
+        fixed: Sequence[int],
+        move: np.ndarray,
+        floor: float = 0.0,
+        far: float = np.inf,
+        shortest: float = 0.01,
+    ) -> tuple[float, np.ndarray]:
         """Go along `move` of the fixed coordinates in small steps: (share of the way, s) where it ended.
 
-        Stops before the margin falls below the floor, and before any coordinate has gone 2.5 rad or m.
+        Stops before the margin falls below the floor, and before any coordinate has gone as far as `far` [rad or m].
+        shortest: step, as a share of the way, that is given up.
         """
         fixed = list(fixed)
         start, done, length = s.copy(), 0.0, 0.25
-        while done < 1.0 and length > 0.01:
+        while done < 1.0 and length > shortest:
             ahead = min(1.0, done + length)
             slopes = self.velocity_map(s, fixed)
             guess = s + slopes @ ((ahead - done) * move)
@@ -147,7 +156,7 @@ class Space:
             if after is None or not small or np.abs(after - guess).max() > 0.02 or self.margin(after, fixed) < floor:
                 length /= 2.0
                 continue
-            if np.abs(after - start).max() > 2.5:
+            if np.abs(after - start).max() > far:
                 break
-            s, done = after, ahead
+            s, done, length = after, ahead, 1.5 * length
         return done, s

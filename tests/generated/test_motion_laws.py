@@ -19,26 +19,12 @@ def apart(case: Case, a: np.ndarray, b: np.ndarray) -> float:
     return float(np.abs(np.where(turning, np.remainder(a - b + np.pi, 2.0 * np.pi) - np.pi, a - b)).max())
 
 
-def side(case: Case, s: np.ndarray) -> np.ndarray:
-    """The passive Jacobian; its determinant changes sign between two assembly modes that meet."""
-    return case.space.equations(s)[1][:, case.n :]
-
-
-def same_side(case: Case, a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether the determinants at two configurations have one sign.
-
-    The equations in space are more than the unknowns: both are taken in the row space that they have at a.
-    """
-    q, _ = np.linalg.qr(side(case, a))
-    return bool(np.linalg.det(q.T @ side(case, a)) * np.linalg.det(q.T @ side(case, b)) > 0.0)
-
-
 @examples(30)
 @given(robots(), STATES)
 def test_one_long_step_ends_where_small_steps_do(case: Case, seed: int) -> None:
     """Where the oracle comes through, far from singular places, the step is taken, and to the same configuration.
 
-    Where it does not, the step is refused or ends on the same side of every singular place.
+    Where it does not, the step is refused or ends in a closed configuration.
     """
     rng = np.random.default_rng(seed)
     near = case.robot.close(case.start[: case.n])
@@ -46,7 +32,7 @@ def test_one_long_step_ends_where_small_steps_do(case: Case, seed: int) -> None:
     for _ in range(2):
         way = rng.normal(size=case.n)
         way *= rng.uniform(0.3, 1.5) / np.linalg.norm(way)
-        done, s = case.space.follow(near.s, active, way, 0.3 * case.space.margin(near.s, active))
+        done, s = case.space.follow(near.s, active, way, 0.3 * case.space.margin(near.s, active), far=2.5)
         try:
             state = case.robot.close(near.u + way, near=near)
         except StateError:
@@ -58,21 +44,26 @@ def test_one_long_step_ends_where_small_steps_do(case: Case, seed: int) -> None:
         near = state
 
 
-@examples(25)
+@examples(20)
 @given(class_three(max_links=3, max_loops=3), STATES)
-def test_step_that_is_not_refused_stays_on_its_side_of_singular_places(case: Case, seed: int) -> None:
-    assume(case.n < len(case.start))
+def test_step_that_is_not_refused_has_a_smooth_way(case: Case, seed: int) -> None:
+    """However long: the oracle comes there too, in steps down to a thousandth, by the same way.
+
+    Named parallelograms are left out: they pass through places that are singular for their pins.
+    """
+    assume(all(c.assembly is None for c in case.description.closures))
     rng = np.random.default_rng(seed)
     near = case.robot.close(case.start[: case.n])
-    for _ in range(6):
+    for _ in range(4):
         way = rng.normal(size=case.n)
         way *= rng.uniform(0.5, 3.0) / np.linalg.norm(way)
         try:
             state = case.robot.close(near.u + way, near=near)
         except StateError:
             continue
-        middle = case.robot.close(near.u + 0.5 * way, near=near)  # no place between is singular either
-        assert same_side(case, near.s, middle.s) or same_side(case, middle.s, state.s)
+        done, s = case.space.follow(near.s, range(case.n), way, shortest=1e-3)
+        assert done == 1.0
+        assert apart(case, state.s, s) < 1e-10 / case.space.margin(s, range(case.n))
         near = state
 
 
@@ -114,7 +105,7 @@ def test_any_independent_coordinates_give_the_rest(case: Case, seed: int) -> Non
     assume(len(given_ones) == case.n and start_margin > 0.02)
     rng = np.random.default_rng(seed)
     way = 0.3 * rng.uniform(-1.0, 1.0, size=case.n) / np.sqrt(case.n)
-    _, s = case.space.follow(case.start, given_ones, way, 0.5 * start_margin)
+    _, s = case.space.follow(case.start, given_ones, way, 0.5 * start_margin, far=2.5)
     margin = min(1.0, case.space.margin(s, given_ones))
     names = [case.robot.coordinates[k] for k in given_ones]
     rates, push = (rng.uniform(-1.0, 1.0, size=case.n) for _ in range(2))
@@ -173,7 +164,7 @@ def test_too_few_or_too_many_coordinates_are_refused(case: Case, seed: int) -> N
 
 @examples(25)
 @given(class_three(max_links=4, max_loops=4), STATES)
-def test_a_mode_named_is_kept_and_leaving_it_is_refused(case: Case, seed: int) -> None:
+def test_a_mode_named_is_kept(case: Case, seed: int) -> None:
     s = case.somewhere(seed)
     u = s[: case.n]
     own = case.robot.close(u)
@@ -194,7 +185,7 @@ def test_a_mode_named_is_kept_and_leaving_it_is_refused(case: Case, seed: int) -
             stayed = case.robot.close(u, near=state)
             assert stayed.branch == state.branch
             assert apart(case, stayed.s, state.s) < 1e-12
-            with pytest.raises(InputError, match="not both"):
+            with pytest.raises(InputError, match="the branch of near is kept"):
                 case.robot.close(u, near=own, branch={loop: other})
 
 

@@ -1,0 +1,182 @@
+"""Four-bars where they are hard: folded, at change points, on mirror branches, round and round."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hybrid_dynamics_core import ClosureError, DescriptionError, Robot, SingularityError
+from tests.hard_cases.linkages import four_bar, robot
+
+GROUND, CRANK = 0.3, 0.1  # of the parallelogram: coupler like ground, rocker like crank
+
+
+@pytest.fixture(scope="module")
+def crank_rocker() -> Robot:
+    """Shortest and longest bar together are shorter than the other two: the crank turns all round."""
+    return robot(four_bar(0.3, 0.1, 0.3, 0.2))
+
+
+@pytest.fixture(scope="module")
+def parallelogram() -> Robot:
+    return robot(four_bar(GROUND, CRANK, GROUND, CRANK, assembly="parallelogram", reference="q1: 1, q2: -1, q3: 1"))
+
+
+@pytest.fixture(scope="module")
+def general() -> Robot:
+    """The same bars, not named a parallelogram."""
+    return robot(four_bar(GROUND, CRANK, GROUND, CRANK, assembly="", reference="q1: 1, q2: -1, q3: 1"))
+
+
+class TestFolded:
+    @pytest.mark.parametrize("sign", [-1, 1])
+    def test_rocker_stops_where_crank_and_coupler_are_in_line(self, sign: int) -> None:
+        """Driven by the rocker: from the law of cosines, with the diagonal coupler + crank or coupler - crank."""
+        driven = robot(four_bar(0.3, 0.1, 0.3, 0.2, active="q3", reference="q3: 1.6"))
+        diagonal = 0.3 + sign * 0.1
+        edge = np.pi - np.arccos((0.3**2 + 0.2**2 - diagonal**2) / (2 * 0.3 * 0.2))
+        assert driven.closing_range[0, 0 if sign > 0 else 1] == pytest.approx(edge, abs=1e-12)
+        outward = -float(sign)
+        inside, outside = edge - 1e-4 * outward, edge + 1e-4 * outward
+        assert 0.0 < float(driven.close([inside]).singularity) < 0.03  # goes down with the root of the way left
+        with pytest.raises(ClosureError, match="outside the allowed") as caught:
+            driven.close([outside])
+        assert caught.value.allowed == pytest.approx(tuple(driven.closing_range[0]), abs=1e-12)
+        with pytest.raises(SingularityError):
+            driven.close([edge])
+        with pytest.raises(ClosureError):
+            driven.close([outside], near=driven.close([inside]))
+
+    def test_all_bars_in_line_is_singular_however_driven(self) -> None:
+        """Ground + crank = coupler + rocker: the linkage folds flat at q1 = pi."""
+        for active, flat in (("q1", np.pi), ("q3", np.pi)):
+            folding = robot(
+                four_bar(0.4, 0.1, 0.3, 0.2, active=active, reference="q1: 2.9, q2: -0.5, q3: 2.5", assembly="")
+            )
+            with pytest.raises(SingularityError):
+                folding.close([flat])
+
+    def test_a_bar_that_reaches_nowhere_is_refused_when_loaded(self) -> None:
+        with pytest.raises(DescriptionError, match=r"loops\.bar: does not close") as caught:
+            robot(four_bar(1.3, 0.1, 0.3, 0.1))
+        assert caught.value.line is not None
+
+
+class TestMirrorBranches:
+    @pytest.mark.parametrize("u", [0.3, 1.0, 2.0, -2.5, 3.0])
+    def test_modes_are_mirror_images(self, crank_rocker: Robot, u: float) -> None:
+        """Mirrored in the line of the ground: crank and mode change sides, all angles change sign."""
+        other = crank_rocker.close([-u], branch={"bar": "clockwise"})
+        assert other.s == pytest.approx(-crank_rocker.close([u]).s, abs=1e-14)
+        assert np.abs(other.R - crank_rocker.close([u]).R).max() < 1e-13
+
+    def test_both_modes_are_listed(self, crank_rocker: Robot) -> None:
+        modes = crank_rocker.assembly_modes([0.7])
+        assert sorted(mode.branch["bar"] for mode in modes) == ["clockwise", "counterclockwise"]
+
+    def test_a_state_keeps_its_side(self, crank_rocker: Robot) -> None:
+        """Coming from the mirrored mode its motion stays there, all the way round."""
+        state = crank_rocker.close([0.7], branch={"bar": "clockwise"})
+        path = crank_rocker.close_path(0.7 + np.linspace(0.0, 2 * np.pi, 30)[:, None], near=state)
+        assert path.branch["bar"] == "clockwise"
+        assert np.all(np.sin(path.s[:, 2]) < 0.0)  # the rocker never crosses the ground
+        assert np.all(np.sin(crank_rocker.close(path.u).s[:, 2]) > 0.0)
+
+
+class TestRoundAndRound:
+    def test_crank_turns_ten_times(self, crank_rocker: Robot) -> None:
+        """The coupler's angle from the crank goes round with it; whole turns of it are no jump."""
+        state = crank_rocker.close([0.7])
+        for u in 0.7 + np.arange(1, 201) * np.pi / 10:
+            state = crank_rocker.close([u], near=state)
+            assert state.s[2] == pytest.approx(crank_rocker.close([np.remainder(u, 2 * np.pi)]).s[2], abs=1e-12)
+        far = crank_rocker.close([0.7 + 20 * np.pi], near=crank_rocker.close([0.7]))
+        assert far.s[2] == pytest.approx(state.s[2], abs=1e-12)
+
+    def test_parallelogram_turns_ten_times_through_its_change_points(self, parallelogram: Robot) -> None:
+        """q2 = -q1, q3 = q1, everywhere, with unit rates and nothing near singular."""
+        u = np.linspace(1.0, 1.0 + 20 * np.pi, 200)
+        path = parallelogram.close_path(u[:, None], np.ones((200, 1)))
+        assert path.s == pytest.approx(np.column_stack([u, -u, u]), abs=1e-12)
+        assert path.ds == pytest.approx(np.tile([1.0, -1.0, 1.0], (200, 1)), abs=1e-15)
+        assert np.min(path.singularity) == 1.0
+        for flat in (0.0, np.pi, -np.pi):
+            assert parallelogram.close([flat], near=parallelogram.close([1.0])).s == pytest.approx([flat, -flat, flat])
+
+    @pytest.mark.parametrize("given", ["q2", "q3"])
+    def test_parallelogram_is_regular_from_any_joint(self, parallelogram: Robot, given: str) -> None:
+        for value in np.linspace(-4.0, 4.0, 17):
+            state = parallelogram.close_given({given: value})
+            u = -value if given == "q2" else value
+            assert state.s == pytest.approx([u, -u, u], abs=1e-13)
+
+
+class TestChangePoints:
+    def test_change_point_itself_is_singular(self, general: Robot) -> None:
+        for u in (0.0, np.pi):
+            with pytest.raises(SingularityError) as caught:
+                general.close([u])
+            assert caught.value.loop == "bar"
+            assert caught.value.distance < 1e-5
+
+    def test_no_step_crosses_a_change_point(self, general: Robot) -> None:
+        """Two hundred steps over q1 = 0 or pi, long and short, from all distances: every one is refused.
+
+        Just beyond, the coordinates are nearly where they were foretold; only their rates have jumped.
+        """
+        rng = np.random.default_rng(4)
+        for _ in range(200):
+            edge = rng.choice([0.0, np.pi])
+            before, beyond = 10.0 ** rng.uniform(-4.0, 0.3, size=2)
+            inward = 1.0 if edge == 0.0 else -1.0
+            start = general.close([edge + inward * before])
+            with pytest.raises(SingularityError, match=r"change point|singular"):
+                general.close([edge - inward * beyond], near=start)
+
+    def test_steps_on_one_side_are_taken(self, general: Robot) -> None:
+        rng = np.random.default_rng(5)
+        for start, end in rng.uniform(0.01, np.pi - 0.01, size=(100, 2)):
+            state = general.close([end], near=general.close([start]))
+            assert state.s == pytest.approx([end, -end, end], abs=1e-9)  # the parallelogram, near its change points
+
+    def test_path_over_a_change_point_names_the_row(self, general: Robot) -> None:
+        u = np.linspace(1.0, -1.0, 12)[:, None]  # steps of 0.18: the seventh lies beyond zero
+        with pytest.raises(SingularityError) as caught:
+            general.close_path(u)
+        assert caught.value.index == 6
+
+    def test_beyond_it_the_mode_of_the_same_name_is_the_other_linkage(self, general: Robot) -> None:
+        """Asked without a way there: the named side of the diagonal, which here is the anti-parallelogram."""
+        name = general.close([1.0]).branch["bar"]
+        anti = general.close([-1.0])
+        assert anti.branch["bar"] == name
+        assert abs(anti.s[2] - anti.s[0]) > 0.1
+        crossed = next(m for m in general.assembly_modes([-1.0]) if m.branch["bar"] != name)
+        assert crossed.state.s == pytest.approx([-1.0, 1.0, -1.0], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"active": "q1, q2"}, "2 joints are named, .* 1 degrees of freedom; name 1"),
+        ({"active": "q1, q2, q3"}, "3 joints are named, .* 1 degrees of freedom; name 1"),
+        ({"assembly": ""}, "has the assembly modes counterclockwise and clockwise; name one"),
+        ({"assembly": "open"}, "is 'open'; this loop has counterclockwise and clockwise"),
+        ({"assembly": "parallelogram"}, r"opposite bars are 0\.1 m and 0\.2 m long"),
+    ],
+)
+def test_wrong_files_are_refused_with_the_reason(change: dict[str, str], words: str) -> None:
+    with pytest.raises(DescriptionError, match=words) as caught:
+        robot(four_bar(0.3, 0.1, 0.3, 0.2, **change))
+    assert caught.value.line is not None
+
+
+def test_too_many_active_joints_are_refused_even_where_they_agree(crank_rocker: Robot) -> None:
+    """With a reference that closes the surplus equations hold there, and nowhere else."""
+    closed = ", ".join(
+        f"{n}: {float(v)!r}" for n, v in zip(crank_rocker.coordinates, crank_rocker.close([1.0]).s, strict=True)
+    )
+    for assembly in ("", "counterclockwise"):
+        for active, count in (("q1, q2", 2), ("q1, q2, q3", 3)):
+            with pytest.raises(DescriptionError, match=f"{count} joints are named, .* name 1"):
+                robot(four_bar(0.3, 0.1, 0.3, 0.2, assembly, active, closed))
