@@ -15,7 +15,8 @@ LINKS = 3  # of a stage
 
 def chain(stages: int) -> Robot:
     """A robot of `stages` cranks, couplers and rockers; the cranks are active."""
-    joints, links, closures, reference = {}, {"base": Link("base")}, [], {}
+    joints, links, closures = {}, {"base": Link("base")}, []
+    reference: dict[str, float] = {}
     stand = "base"
     for k in range(stages):
         turned = frozen(rotation_from_rpy(np.pi / 2, 0.0, 0.0) if k else np.eye(3))

@@ -6,6 +6,7 @@ Names of lengths as in Chu et al. (2020), Table 1; order of s: q1 q12 q22 q4 | q
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 L1, L11, L2, L21, B2, B3, C2 = 0.7, 0.4, 0.7, 0.4, 0.3, 0.2, 0.2
@@ -41,20 +42,23 @@ def crank(base: float, arm: float, length: float) -> Triangle:
     return Triangle(math.acos(c), math.atan2(arm * s, base + arm * c), angle1, tilt1, angle2, tilt2)
 
 
-def positions(q1: float, q12: float, q22: float, q4: float, t1: Triangle, t2: Triangle) -> list[float]:
+def positions(u: Sequence[float], t1: Triangle, t2: Triangle) -> list[float]:
     """s from the actuators and both triangles."""
+    q1, q12, q22, q4 = u
     q2, q3 = t1.angle, t2.angle - math.pi
     return [q1, q12, q22, q4, q2, q3, t1.tilt, t2.tilt, q2, math.pi / 2 - q2, q2 + q3 + math.pi / 2, -q2 - q3]
 
 
-def linear(v1: float, v12: float, v22: float, v4: float, t1: Triangle, t2: Triangle) -> list[float]:
+def linear(v: Sequence[float], t1: Triangle, t2: Triangle) -> list[float]:
     """R v: all rates from those of the actuators."""
+    v1, v12, v22, v4 = v
     w2, w3 = t1.angle1 * v12, t2.angle1 * v22
     return [v1, v12, v22, v4, w2, w3, t1.tilt1 * v12, t2.tilt1 * v22, w2, -w2, w2 + w3, -w2 - w3]
 
 
-def quadratic(v12: float, v22: float, t1: Triangle, t2: Triangle) -> list[float]:
+def quadratic(v: Sequence[float], t1: Triangle, t2: Triangle) -> list[float]:
     """R' v: all accelerations with the actuators' zero."""
+    _, v12, v22, _ = v
     b2, b3 = t1.angle2 * v12 * v12, t2.angle2 * v22 * v22
     return [0.0, 0.0, 0.0, 0.0, b2, b3, t1.tilt2 * v12 * v12, t2.tilt2 * v22 * v22, b2, -b2, b2 + b3, -b2 - b3]
 
@@ -71,6 +75,6 @@ def projected(f: list[float], t1: Triangle, t2: Triangle) -> list[float]:
     ]
 
 
-def triangles(q12: float, q22: float) -> tuple[Triangle, Triangle]:
+def triangles(u: Sequence[float]) -> tuple[Triangle, Triangle]:
     """The triangles of both cylinders."""
-    return crank(L1, ARM, L11 + q12), crank(FORE, B3, L21 + q22)
+    return crank(L1, ARM, L11 + u[1]), crank(FORE, B3, L21 + u[2])

@@ -45,32 +45,34 @@ def find_sides(robot: Robot, modules: Sequence[str], say: Callable[[str], None])
     return found
 
 
-def compare(robot: Robot, sides: Sequence[Side], rounds: int, seconds: float) -> dict[str, dict[str, Timing]]:
+def compare(
+    robot: Robot, sides: Sequence[Side], rounds: int, seconds: float, size: int = BATCH
+) -> dict[str, dict[str, Timing]]:
     """By work and side: seconds a call, or a state of a batch."""
     agree.check(robot, sides, list(WORKS))
-    states = agree.random_states(robot, BATCH)
+    states = agree.random_states(robot, size)
     first = {key: values[0] for key, values in states.items()}
     result = {}
     for work in WORKS:
         given = agree.arguments(work, states if work == "id_batch" else first)
         calls = {side.name: (side.calls[work], given) for side in sides if work in side.calls}
         timings = measure(calls, rounds, seconds) if calls else {}
-        share = 1 / BATCH if work == "id_batch" else 1.0
+        share = 1 / size if work == "id_batch" else 1.0
         result[work] = {name: Timing(t.median * share, t.least * share) for name, t in timings.items()}
     return result
 
 
-def threads(robot: Robot, rounds: int) -> dict[int, Timing]:
+def threads(robot: Robot, rounds: int, size: int = BATCH) -> dict[int, Timing]:
     """Seconds (of the clock on the wall) a state of a batch on one thread and on two."""
-    states = agree.random_states(robot, BATCH)
-    u, du, ddu, out = states["u"], states["du"], states["ddu"], np.empty((BATCH, len(robot.active)))
+    states = agree.random_states(robot, size)
+    u, du, ddu, out = states["u"], states["du"], states["ddu"], np.empty((size, len(robot.active)))
 
     def batch(count: int) -> np.ndarray:
         return np.asarray(robot.kernels.inverse_dynamics(u, du, ddu, out, threads=count))
 
     calls = {str(count): (batch, (count,)) for count in (1, 2)}
     timings = measure(calls, rounds, clock=time.perf_counter)
-    return {int(name): Timing(t.median / BATCH, t.least / BATCH) for name, t in timings.items()}
+    return {int(name): Timing(t.median / size, t.least / size) for name, t in timings.items()}
 
 
 def starts() -> dict[str, tuple[float, float]]:

@@ -39,7 +39,7 @@ def numbers(robot: Robot) -> list[float]:
     ixx, iyy, izz = ({name: float(link.inertia[k, k]) for name, link in links.items()} for k in range(3))
 
     def total(of: Any) -> float:
-        return sum(mass[name] * of(kx, a, b) for name, (kx, a, b, _) in ARM_LINKS.items())
+        return sum(mass[name] * float(of(kx, a, b)) for name, (kx, a, b, _) in ARM_LINKS.items())
 
     def turning(direction: str, of: dict[str, float]) -> float:
         return sum(of[name] for name, row in ARM_LINKS.items() if row[3] == direction)
@@ -56,7 +56,11 @@ def numbers(robot: Robot) -> list[float]:
     ]
     diff = {name: ixx[name] - iyy[name] for name in links}
     plane = [turning("e2", izz), turning("e3", izz), turning("e2", diff), turning("e3", diff)]
-    yaw = izz["l1"] + ixx["l32"] + sum(iyy[n] for n in ("l2", "l31", "l3", "l41", "l42", "l4", "l11", "l12", "l21", "l22"))
+    yaw = (
+        izz["l1"]
+        + ixx["l32"]
+        + sum(iyy[n] for n in ("l2", "l31", "l3", "l41", "l42", "l4", "l11", "l12", "l21", "l22"))
+    )
     cylinders: list[float] = []
     for barrel, rod, length in (("l11", "l12", L11), ("l21", "l22", L21)):
         both = (izz[barrel] + izz[rod], diff[barrel] + diff[rod])

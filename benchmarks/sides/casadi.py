@@ -8,6 +8,7 @@ import subprocess
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import casadi
 import numpy as np
@@ -30,6 +31,10 @@ def sides(robot: Robot) -> list[Side]:
     if compiler is not None:
         result.append(_side("CasADi, generated C", _external(machine, compiler)))
     return result
+
+
+def _memory(array: Any) -> memoryview:
+    return memoryview(array)
 
 
 def _external(function: casadi.Function, compiler: str) -> casadi.Function:
@@ -55,10 +60,10 @@ def _caller(function: casadi.Function) -> Callable[..., Array]:
 
     def call(u: Array, du: Array, ddu: Array) -> Array:
         out = np.empty(4)
-        buffer.set_arg(0, memoryview(u))
-        buffer.set_arg(1, memoryview(du))
-        buffer.set_arg(2, memoryview(ddu))
-        buffer.set_res(0, memoryview(out))
+        buffer.set_arg(0, _memory(u))
+        buffer.set_arg(1, _memory(du))
+        buffer.set_arg(2, _memory(ddu))
+        buffer.set_res(0, _memory(out))
         trigger()
         return out
 
@@ -73,8 +78,8 @@ def _batch(function: casadi.Function) -> Callable[..., Array]:
         for start in range(0, len(u), MAPPED):
             rows = slice(start, start + MAPPED)
             for k, vector in enumerate((u, du, ddu)):
-                buffer.set_arg(k, memoryview(vector[rows]))
-            buffer.set_res(0, memoryview(out[rows]))
+                buffer.set_arg(k, _memory(vector[rows]))
+            buffer.set_res(0, _memory(out[rows]))
             trigger()
         return out
 

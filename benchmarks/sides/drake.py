@@ -62,13 +62,13 @@ class ByHand:
     def inverse_dynamics(self, u: Array, du: Array, ddu: Array) -> Array:
         """Gravity as a force element, then the tree's inverse dynamics."""
         plant, context, place = self.plant, self.context, self.place
-        q1, q12, q22, q4 = u.tolist()
-        v1, v12, v22, v4 = du.tolist()
-        t1, t2 = triangles(q12, q22)
-        self.state[place] = positions(q1, q12, q22, q4, t1, t2)
-        self.state[12 + place] = linear(v1, v12, v22, v4, t1, t2)
-        a = linear(*ddu.tolist(), t1, t2)
-        self.a[place] = [x + y for x, y in zip(a, quadratic(v12, v22, t1, t2), strict=True)]
+        q = u.tolist()
+        v = du.tolist()
+        t1, t2 = triangles(q)
+        self.state[place] = positions(q, t1, t2)
+        self.state[12 + place] = linear(v, t1, t2)
+        a = linear(ddu.tolist(), t1, t2)
+        self.a[place] = [x + y for x, y in zip(a, quadratic(v, t1, t2), strict=True)]
         plant.SetPositionsAndVelocities(context, self.state)
         plant.CalcForceElementsContribution(context, self.forces)
         force = plant.CalcInverseDynamics(context, self.a, self.forces)

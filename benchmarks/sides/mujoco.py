@@ -54,13 +54,13 @@ class ByHand:
     def inverse_dynamics(self, u: Array, du: Array, ddu: Array) -> Array:
         """The steps that mj_rne needs, and no others."""
         m, d, place = self.model, self.data, self.place
-        q1, q12, q22, q4 = u.tolist()
-        v1, v12, v22, v4 = du.tolist()
-        t1, t2 = triangles(q12, q22)
-        d.qpos[place] = positions(q1, q12, q22, q4, t1, t2)
-        d.qvel[place] = linear(v1, v12, v22, v4, t1, t2)
-        a = linear(*ddu.tolist(), t1, t2)
-        d.qacc[place] = [x + y for x, y in zip(a, quadratic(v12, v22, t1, t2), strict=True)]
+        q = u.tolist()
+        v = du.tolist()
+        t1, t2 = triangles(q)
+        d.qpos[place] = positions(q, t1, t2)
+        d.qvel[place] = linear(v, t1, t2)
+        a = linear(ddu.tolist(), t1, t2)
+        d.qacc[place] = [x + y for x, y in zip(a, quadratic(v, t1, t2), strict=True)]
         mujoco.mj_kinematics(m, d)
         mujoco.mj_comPos(m, d)
         mujoco.mj_comVel(m, d)

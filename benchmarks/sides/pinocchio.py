@@ -11,7 +11,6 @@ from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.description import RobotDescription
 
 Array = np.ndarray
-IN_PLANE = np.array([0, 1, 2])
 N = 4
 
 
@@ -50,50 +49,56 @@ class ByHand:
         self.q, self.v, self.a = np.zeros(12), np.zeros(12), np.zeros(12)
 
     def inverse_dynamics(self, u: Array, du: Array, ddu: Array) -> Array:
-        q1, q12, q22, q4 = u.tolist()
-        v1, v12, v22, v4 = du.tolist()
-        t1, t2 = triangles(q12, q22)
-        a = linear(*ddu.tolist(), t1, t2)
-        extra = quadratic(v12, v22, t1, t2)
+        """rnea on the tree, projected."""
+        q = u.tolist()
+        v = du.tolist()
+        t1, t2 = triangles(q)
+        a = linear(ddu.tolist(), t1, t2)
+        extra = quadratic(v, t1, t2)
         place = self.place
-        self.q[place] = positions(q1, q12, q22, q4, t1, t2)
-        self.v[place] = linear(v1, v12, v22, v4, t1, t2)
+        self.q[place] = positions(q, t1, t2)
+        self.v[place] = linear(v, t1, t2)
         self.a[place] = [x + y for x, y in zip(a, extra, strict=True)]
         forces = pin.rnea(self.model, self.data, self.q, self.v, self.a)
         return np.array(projected(forces[place].tolist(), t1, t2))
 
     def minimal_form(self, u: Array, du: Array) -> tuple[Array, Array, Array]:
+        """crba and rnea on the tree, projected."""
         model, data, place = self.model, self.data, self.place
-        q1, q12, q22, q4 = u.tolist()
-        _, v12, v22, _ = du.tolist()
-        t1, t2 = triangles(q12, q22)
-        self.q[place] = positions(q1, q12, q22, q4, t1, t2)
-        self.v[place] = linear(*du.tolist(), t1, t2)
-        self.a[place] = quadratic(v12, v22, t1, t2)
-        R = np.array([linear(*e, t1, t2) for e in np.eye(4).tolist()]).T[self.order]
+        q = u.tolist()
+        v = du.tolist()
+        t1, t2 = triangles(q)
+        self.q[place] = positions(q, t1, t2)
+        self.v[place] = linear(v, t1, t2)
+        self.a[place] = quadratic(v, t1, t2)
+        R = np.array([linear(e, t1, t2) for e in np.eye(4).tolist()]).T[self.order]
         gravity = pin.computeGeneralizedGravity(model, data, self.q)
         bias = pin.rnea(model, data, self.q, self.v, self.a) - gravity
         M = pin.crba(model, data, self.q)
         return R.T @ M @ R, R.T @ bias, R.T @ gravity
 
     def forward_dynamics(self, u: Array, du: Array, tau: Array) -> Array:
+        """crba and rnea on the tree, projected, and a system of four solved."""
         model, data, place = self.model, self.data, self.place
-        q1, q12, q22, q4 = u.tolist()
-        _, v12, v22, _ = du.tolist()
-        t1, t2 = triangles(q12, q22)
-        self.q[place] = positions(q1, q12, q22, q4, t1, t2)
-        self.v[place] = linear(*du.tolist(), t1, t2)
-        self.a[place] = quadratic(v12, v22, t1, t2)
-        R = np.array([linear(*e, t1, t2) for e in np.eye(4).tolist()]).T[self.order]
+        q = u.tolist()
+        v = du.tolist()
+        t1, t2 = triangles(q)
+        self.q[place] = positions(q, t1, t2)
+        self.v[place] = linear(v, t1, t2)
+        self.a[place] = quadratic(v, t1, t2)
+        R = np.array([linear(e, t1, t2) for e in np.eye(4).tolist()]).T[self.order]
         bias = pin.rnea(model, data, self.q, self.v, self.a)
         M = pin.crba(model, data, self.q)
         return np.linalg.solve(R.T @ M @ R, tau - R.T @ bias)
 
     def close(self, u: Array, du: Array) -> tuple[Array, Array]:
-        t1, t2 = triangles(u[1], u[2])
-        return np.array(positions(*u.tolist(), t1, t2)), np.array(linear(*du.tolist(), t1, t2))
+        """s and s'; no need of Pinocchio."""
+        q = u.tolist()
+        t1, t2 = triangles(q)
+        return np.array(positions(q, t1, t2)), np.array(linear(du.tolist(), t1, t2))
 
     def batch(self, u: Array, du: Array, ddu: Array) -> Array:
+        """A loop: there is no call for many states."""
         return np.array([self.inverse_dynamics(*row) for row in zip(u, du, ddu, strict=True)])
 
 
@@ -147,10 +152,12 @@ class Newton:
         return R
 
     def close(self, u: Array, du: Array) -> tuple[Array, Array]:
+        """s and s'."""
         q, rows = self._close(u)
         return q[self.place], (self._map(rows) @ du)[self.place]
 
     def inverse_dynamics(self, u: Array, du: Array, ddu: Array) -> Array:
+        """Accelerations from the drift of the pins, then rnea on the tree, projected."""
         model, data = self.model, self.data
         q, rows = self._close(u)
         R = self._map(rows)
@@ -167,7 +174,7 @@ class Newton:
             for i, j in self.pins
         ]
         a[self.passive] -= np.linalg.solve(rows[:, self.passive], np.concatenate(bias))
-        return R.T @ pin.rnea(model, data, q, v, a)
+        return np.asarray(R.T @ pin.rnea(model, data, q, v, a))
 
 
 class Constrained:
@@ -196,13 +203,14 @@ class Constrained:
     def forward_dynamics(self, u: Array, du: Array, tau: Array) -> Array:
         """By the factorised system of all constraints."""
         a = pin.constraintDynamics(*self._state(u, du, tau), self.constraints, self.constraint_data, self.settings)
-        return a[self.hand.place[:N]]
+        return np.asarray(a[self.hand.place[:N]])
 
     def _state(self, u: Array, du: Array, tau: Array) -> tuple[pin.Model, pin.Data, Array, Array, Array]:
         hand, place = self.hand, self.hand.place
-        t1, t2 = triangles(u[1], u[2])
-        hand.q[place] = positions(*u.tolist(), t1, t2)
-        hand.v[place] = linear(*du.tolist(), t1, t2)
+        q = u.tolist()
+        t1, t2 = triangles(q)
+        hand.q[place] = positions(q, t1, t2)
+        hand.v[place] = linear(du.tolist(), t1, t2)
         self.tau[place[:N]] = tau
         return self.model, self.data, hand.q, hand.v, self.tau
 

@@ -70,15 +70,16 @@ class ByHand:
 
     def inverse_dynamics(self, u: Array, du: Array, ddu: Array) -> Array:
         """tau of one state."""
-        q1, q12, q22, q4 = u.tolist()
-        v1, v12, v22, v4 = du.tolist()
-        t1, t2 = triangles(q12, q22)
-        s, ds = positions(q1, q12, q22, q4, t1, t2), linear(v1, v12, v22, v4, t1, t2)
-        dds = [x + y for x, y in zip(linear(*ddu.tolist(), t1, t2), quadratic(v12, v22, t1, t2), strict=True)]
+        q = u.tolist()
+        v = du.tolist()
+        t1, t2 = triangles(q)
+        s, ds = positions(q, t1, t2), linear(v, t1, t2)
+        dds = [x + y for x, y in zip(linear(ddu.tolist(), t1, t2), quadratic(v, t1, t2), strict=True)]
         return np.array(projected(self._tree(s, ds, dds), t1, t2))
 
     def _tree(self, s: list[float], ds: list[float], dds: list[float]) -> list[float]:
-        motions, forces, maps = [], [], []
+        motions: list[tuple[Array, Array]] = []
+        forces, maps = [], []
         still = np.zeros(6)
         for parent, k, turns, place, axis, along, square, inertia in self.bodies:
             v, a = motions[parent] if parent >= 0 else (still, self.base)
