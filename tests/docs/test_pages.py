@@ -43,3 +43,23 @@ def test_figure_10_is_made(tmp_path: Path) -> None:
     scope = run("docs/figure_10.md", tmp_path)
     assert scope["tau"].shape == (101, 4)
     assert (tmp_path / "figure_10.svg").stat().st_size > 10_000
+
+
+def test_dynamics_runs_and_does_what_it_says(tmp_path: Path) -> None:
+    scope = run("docs/dynamics.md", tmp_path)
+    assert scope["ddu"] == pytest.approx([0.1, 0.2, 0.0, 0.0], abs=1e-9)
+    assert scope["pendulum"].loads.effects.armature == pytest.approx([2.0, 0.0])
+    assert scope["fall"].events[0].message.startswith("q22 reached its lower limit 0.32")
+    assert scope["fall"].relative_energy_error < 1e-8
+    assert scope["fall"].residual < 1e-12
+    assert (tmp_path / "fall.npz").is_file()
+    assert scope["run"].completed
+    assert scope["run"].u[-1] == pytest.approx(scope["path"](1.0).u, abs=2e-3)
+    assert _inside(scope) > 0.85
+
+
+def _inside(scope: dict[str, Any]) -> float:
+    """Share of the true base parameters within the intervals of the estimate."""
+    found = scope["found"]
+    truth = found.base.values(found.parameters.values(scope["robot"].description))
+    return float(((truth > found.interval[:, 0]) & (truth < found.interval[:, 1])).mean())
