@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from hybrid_dynamics_core import ClosedState, Robot
 from tests.generated.assembly import turn, unit
 from tests.generated.case import Case
+from tests.generated.class_three import class_three
 from tests.generated.rerooted import other_cuts, rerooted
 from tests.generated.robots import STATES, examples, moved, robots, shuffled, swapped
 from tests.robots import ROBOTS, random_states, random_vector, robot, scaled
@@ -24,6 +25,7 @@ from tests.robots import ROBOTS, random_states, random_vector, robot, scaled
 # Both robots round each coordinate to about 1e-15 over the distance to a singularity, R to that over its square, and
 # R' u', which goes into tau, to that over its cube: with random_states above 0.02 they reach a few parts in 1e9 there.
 ROUNDING = 1e-13
+NAMED = ("counterclockwise", "clockwise", "extended", "retracted")
 
 
 def alike(one: Robot, state: ClosedState, other: Robot, twin: ClosedState, seed: int) -> None:
@@ -123,3 +125,18 @@ def test_random_robots_cut_open_elsewhere(case: Case, seed: int) -> None:
     assume(cuts)
     closure, joint = cuts[seed % len(cuts)]
     generated_alike(case, Robot(rerooted(case.description, case.start, case.robot.coordinates, closure, joint)), seed)
+
+
+@examples(10)
+@given(class_three(max_links=4, max_loops=4), STATES)
+def test_names_of_modes_mean_the_same_in_another_order(case: Case, seed: int) -> None:
+    """The modes at a random state, written into the description by name, are found again from a shuffled one."""
+    s = case.somewhere(seed)
+    branch = case.robot.close(s[: case.n]).branch
+    named = {loop: mode for loop, mode in branch.items() if mode in NAMED}
+    assume(named)
+    closures = [replace(c, assembly=named.get(c.name, c.assembly)) for c in case.description.closures]
+    other = Robot(shuffled(replace(case.description, closures=tuple(closures)), seed))
+    twin = other.close(s[: case.n])
+    apart = twin.s[[other.coordinates.index(name) for name in case.robot.coordinates]] - s
+    assert np.abs(np.sin(0.5 * apart)).max() < 1e-9  # up to whole turns
