@@ -112,13 +112,13 @@ def generated_alike(case: Case, other: Robot, seed: int) -> None:
     alike(case.robot, state, other, other.close(s[: case.n], du, near=anchor), seed)
 
 
-@examples(6)
+@examples(4)
 @given(robots(), STATES, st.sampled_from([mounted, retold]))
 def test_copies_of_random_robots(case: Case, seed: int, copy: object) -> None:
     generated_alike(case, copy(case.robot, seed), seed)  # type: ignore[operator]
 
 
-@examples(8)
+@examples(6)
 @given(robots(), STATES)
 def test_random_robots_cut_open_elsewhere(case: Case, seed: int) -> None:
     cuts = other_cuts(case.description)
