@@ -18,10 +18,12 @@ EXTRAS = {
     # The interfaces come from this repository: pip install ./msg_defs ".[ros]"
     "ros": [
         "ros-jazzy-builtin-interfaces==2.0.3",
+        "ros-jazzy-diagnostic-msgs==5.3.6",
         "ros-jazzy-geometry-msgs==5.3.6",
         "ros-jazzy-rclpy==7.1.6",
         "ros-jazzy-sensor-msgs==5.3.6",
         "ros-jazzy-std-msgs==5.3.6",
+        "ros-jazzy-trajectory-msgs==5.3.6",
         "ros-rclpy[fastrtps]==7.1.6",
     ],
     "test": ["hypothesis", "matplotlib", "mujoco", "pin", "pytest", "pytest-timeout", "rosbags"],
