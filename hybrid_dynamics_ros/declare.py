@@ -67,8 +67,9 @@ def declare(node: Node) -> Settings:
     known = [row.name for row in TABLE]
     for name in _overrides(node):
         if name not in known and not _OTHERS.fullmatch(name):
-            near = difflib.get_close_matches(name, known, n=1)
-            hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(known)}"
+            last = {row.rpartition(".")[2]: row for row in known}  # people forget the group a parameter is in
+            near = difflib.get_close_matches(name, [*known, *last], n=1)
+            hint = f"did you mean {last.get(near[0], near[0])}?" if near else f"known: {', '.join(known)}"
             raise ParameterError(f"there is no parameter {name}; {hint}")
     return Settings(values)
 

@@ -37,6 +37,7 @@ from hybrid_dynamics_ros.stream import Stream
 from hybrid_dynamics_ros.throttle import Log
 
 NODE_NAME: Final = "hybrid_dynamics"
+UNCONFIGURED: Final = "stays unconfigured"  # begins the log line that says why
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
 
@@ -139,7 +140,7 @@ class HybridDynamicsNode(LifecycleNode):
         if self._stream is not None:
             self._stream.destroy()
         self._stream, self._failure = None, reason
-        self.get_logger().error(f"stays unconfigured: {reason}")
+        self.get_logger().error(f"{UNCONFIGURED}: {reason}")
         return FAILURE
 
     def _allowed(self, settings: Settings, rows: Sequence[Parameter[Any]]) -> str:

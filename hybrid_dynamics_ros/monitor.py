@@ -57,7 +57,7 @@ class Monitor:
         self._reported = time.monotonic()
 
     def answered(self, latency: float) -> None:
-        """An input was answered this long after it was sent [s]."""
+        """An input was answered this long after the node took it up [s]."""
         self._latencies.append(latency)
 
     def rejected(self, rejection: Rejection) -> None:

@@ -214,7 +214,9 @@ DIAGNOSTICS_PERIOD: Final = Parameter[float](
 )
 LEAST_RATE: Final = _level("least_rate", 0.0, "Warn where the input has a lower rate than this.", "Hz")
 LATEST_AGE: Final = _level("latest_age", 1.0, "Warn where stamps are older than this, by the node's clock.", "s")
-LATENCY: Final = _level("latency", 0.02, "Warn where answers take longer than this, at the 99th percentile.", "s")
+LATENCY: Final = _level(
+    "latency", 0.02, "Warn where an input takes longer than this from take-up to answers, at the 99th percentile.", "s"
+)
 RESIDUAL: Final = _level("residual", 1e-6, "Error where loops are closed no better than this.", "1")
 SINGULARITY_WARN: Final = _level("singularity_warn", 0.1, "Warn nearer to a singularity than this.", "1")
 SINGULARITY_ERROR: Final = _level("singularity_error", 0.02, "Error nearer to a singularity than this.", "1")

@@ -76,21 +76,21 @@ class Stream:
     def _on_lost(self, event: QoSMessageLostInfo) -> None:
         self._runtime.monitor.lost = event.total_count
 
-    def _on_state(self, message: JointState, info: Any) -> None:
-        self._process(conversions.sample_of_state, message, info)
+    def _on_state(self, message: JointState) -> None:
+        self._process(conversions.sample_of_state, message)
 
-    def _on_motion(self, message: JointMotion, info: Any) -> None:
-        self._process(conversions.sample_of_motion, message, info)
+    def _on_motion(self, message: JointMotion) -> None:
+        self._process(conversions.sample_of_motion, message)
 
-    def _process(self, sample_of: Any, message: Any, info: Any) -> None:
+    def _process(self, sample_of: Any, message: Any) -> None:
         if not self.active:
             return
-        runtime = self._runtime
+        runtime, start = self._runtime, time.perf_counter()
         try:
             self._answer(sample_of(message))
         except Exception:  # noqa: BLE001 - one message must not end the node, whatever the fault
             self._refuse(runtime.pipeline.reject(Rejection(RejectionCode.INTERNAL, traceback.format_exc())))
-        runtime.monitor.answered((time.time_ns() - info["source_timestamp"]) * 1e-9)
+        runtime.monitor.answered(time.perf_counter() - start)
 
     def _answer(self, sample: JointSample) -> None:
         runtime = self._runtime

@@ -6,32 +6,36 @@ interpreter, and passes on what comes back. A process that dies or takes too lon
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import queue
-import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Pipe
 from multiprocessing.reduction import ForkingPickler
 from types import MappingProxyType
 from typing import Any, Final
 
-from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.description.model import RobotDescription
 from hybrid_dynamics_ros.conditions import Conditions
 from hybrid_dynamics_ros.samples import Rejection, RejectionCode
-from hybrid_dynamics_ros.services.answers import guarded, refused
-from hybrid_dynamics_ros.services.context import Context, Situation
+from hybrid_dynamics_ros.services.answers import refused
+from hybrid_dynamics_ros.services.context import Situation
 from hybrid_dynamics_ros.services.table import BY_NAME, Lane
 
 Done = Callable[[Any, Conditions | None], None]
-_NICENESS: Final = 5  # the stream comes first where processors are short
 _START: Final = 60.0  # [s] for a process to import all it needs
 _END: Final = 5.0  # [s] for a thread to see that it is over
 
-ForkingPickler.register(MappingProxyType, lambda proxy: (MappingProxyType, (dict(proxy),)))
+
+def _proxy(values: dict[Any, Any]) -> MappingProxyType[Any, Any]:
+    return MappingProxyType(values)
+
+
+# Frozen descriptions and states hold read-only mappings, which Python does not pickle.
+ForkingPickler.register(MappingProxyType, lambda proxy: (_proxy, (dict(proxy),)))
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,7 @@ class Job:
 
     def refuse(self, code: RejectionCode, text: str) -> None:
         """Answer it with a reason instead."""
-        self.done(refused(BY_NAME[self.service].kind.Response(), Rejection(code, text)), None)  # type: ignore[attr-defined]
+        self.done(refused(BY_NAME[self.service].kind.Response(), Rejection(code, text)), None)
 
 
 class Workers:
@@ -94,20 +98,25 @@ class _Worker:
 
     def join(self) -> None:
         self._thread.join(_END)
-        self._process.join(_END)
+        self._process.wait(_END)
         self._connection.close()
 
     def _start(self) -> None:
-        context = multiprocessing.get_context("spawn")
-        self._connection, theirs = context.Pipe()
-        self._process = context.Process(target=_serve, args=(theirs,), name=f"{self._name} services", daemon=True)
-        self._process.start()
+        self._connection, theirs = Pipe()
+        words = ["-m", "hybrid_dynamics_ros.worker", str(theirs.fileno()), str(os.getpid())]
+        # Not multiprocessing's own processes: they bring a third one along, and import the main module again.
+        self._process = subprocess.Popen(  # noqa: S603 - our own module
+            [sys.executable, *words],
+            pass_fds=[theirs.fileno()],
+            stdin=subprocess.DEVNULL,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        )
         theirs.close()
         self._fresh = True
 
     def _restart(self) -> None:
         self._process.kill()
-        self._process.join()
+        self._process.wait()
         self._connection.close()
         if not self._stopping:
             self._start()
@@ -122,6 +131,9 @@ class _Worker:
             except (EOFError, OSError):
                 self._restart()
                 job.refuse(RejectionCode.INTERNAL, "the process that worked on this call ended; call again")
+            except Exception as error:  # noqa: BLE001 - without this thread no call would be answered any more
+                self._restart()
+                job.refuse(RejectionCode.INTERNAL, f"fault of the node: {error!r}")
 
     def _work(self, job: Job) -> None:
         if self._fresh:
@@ -137,29 +149,3 @@ class _Worker:
             return
         response, conditions = self._connection.recv()
         job.done(response, conditions)
-
-
-def _serve(connection: Connection) -> None:
-    """The process: a robot, then jobs, until the node is gone."""
-    signal.signal(
-        signal.SIGINT, signal.SIG_IGN
-    )  # Ctrl-C reaches all processes of a terminal: the node says when it ends
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    os.nice(_NICENESS)
-    try:
-        robot = Robot(connection.recv())
-        connection.send(None)
-        while True:
-            name, request, situation = connection.recv()
-            service = BY_NAME[name]
-            response = service.kind.Response()  # type: ignore[attr-defined]
-            connection.send(guarded(service.answer, Context(robot, situation), request, response))
-    except (EOFError, OSError):
-        return  # the node is gone
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-    os._exit(0)

@@ -25,6 +25,7 @@ from hybrid_dynamics_ros.demo.recorder import QUEUE, Recorder
 from hybrid_dynamics_ros.demo.recording import SHIPPED
 from hybrid_dynamics_ros.demo.trajectory import ROBOT
 from hybrid_dynamics_ros.executor import make_executor
+from hybrid_dynamics_ros.lifecycle import UNCONFIGURED
 from hybrid_dynamics_ros.parameters import INPUT_DEPTH, OUTPUT_DEPTH, Parameter
 from hybrid_dynamics_ros.parameters import ROBOT as ROBOT_PARAMETER
 
@@ -92,6 +93,8 @@ class Session:
         start = time.monotonic()
         while not recorder.connected():
             self._spin(executor, model, player)
+            if UNCONFIGURED in (words := model.said()):
+                raise DemoError(f"The node has no robot; it said:\n{words}")
             if time.monotonic() > start + _START_DEADLINE:
                 raise DemoError(f"The node did not answer within {_START_DEADLINE:.0f} s; it said:\n{model.said()}")
         self._say(f"ready after {time.monotonic() - start:.1f} s\n")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Final
+from typing import Any, Final
 
 from hybrid_dynamics_msgs import srv
 
@@ -28,7 +28,7 @@ class Service:
     """One service: its name below ``~/``, its type, what answers it, and where."""
 
     name: str
-    kind: type
+    kind: Any  # has Request and Response
     answer: Answer
     lane: Lane
 

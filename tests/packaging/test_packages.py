@@ -44,9 +44,13 @@ def test_the_ros_wheels_are_pinned_alike_everywhere() -> None:
 def test_the_shipped_parameters_are_all_of_the_node_with_their_defaults() -> None:
     from hybrid_dynamics_ros.parameters import TABLE
 
-    defaults = {parameter.name: parameter.default for parameter in TABLE}
-    values = yaml.safe_load((ROOT / "config" / "forging_chu2020.yaml").read_text(encoding="utf-8"))
-    assert flat(values["/**"]["ros__parameters"]) == defaults
+    text = (ROOT / "config" / "forging_chu2020.yaml").read_text(encoding="utf-8")
+    values = flat(yaml.safe_load(text)["/**"]["ros__parameters"])
+    given = {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
+    assert given == {row.name: row.default for row in TABLE if row.default is not None}
+    for row in TABLE:
+        assert row.text.split()[0] in text
+        assert f"{row.name.rpartition('.')[2]}: " in text
 
 
 def flat(tree: dict, prefix: str = "") -> dict:

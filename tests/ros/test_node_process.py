@@ -10,6 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rclpy
+from diagnostic_msgs.msg import DiagnosticStatus
+from hybrid_dynamics_msgs.msg import ErrorCode
+from hybrid_dynamics_msgs.srv import SolveFK
 from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 from sensor_msgs.msg import JointState
 
@@ -69,23 +72,45 @@ def fatal_line(node):
     return line
 
 
-def test_an_unknown_robot_ends_in_one_line_and_a_failure(start_node):
-    assert "no_such_robot" in fatal_line(start_node("-p", "robot:=no_such_robot"))
+def test_an_unknown_robot_leaves_the_node_unconfigured_with_the_reason(start_node):
+    node = start_node("-p", "robot:=no_such_robot")
+    line = node.wait_for("stays unconfigured: .*").group()
+    assert "no_such_robot" in line
+    assert node.stop() == 0
 
 
-def test_a_wrong_robot_file_ends_in_one_line_with_file_and_line(start_node, tmp_path, robot):
+def test_a_wrong_robot_file_is_told_with_its_line_and_a_mended_one_works_in_the_same_process(
+    start_node, tmp_path, robot, connect
+):
     shipped = Path(sys.modules["hybrid_dynamics_core"].__file__).parent / "robots" / f"{robot.name}.yaml"
     lines = shipped.read_text().splitlines(keepends=True)
     number = next(k for k, line in enumerate(lines) if line.startswith("gravity:"))
     lines[number] = "gravity: [0, 0, down]\n"
     wrong = tmp_path / "wrong.yaml"
     wrong.write_text("".join(lines))
-    line = fatal_line(start_node("-p", f"robot:={wrong}"))
+    node = start_node("-p", f"robot:={wrong}", "-p", "diagnostics.period:=0.1")
+    line = node.wait_for("stays unconfigured: .*").group()
     assert f"{wrong}:{number + 1}" in line
     assert "gravity" in line
+    client = connect(only=("get_state", "solve_fk", "change_state"))
+    assert client.state() == "unconfigured"
+    refused = client.call("solve_fk", SolveFK.Request())
+    assert refused.error_code == ErrorCode.NOT_READY
+    client.wait_until(lambda: client.diagnostics, "a report")
+    assert client.diagnostics[-1].level == DiagnosticStatus.ERROR
+    assert f"{wrong}:{number + 1}" in client.diagnostics[-1].message
+    assert not client.change("configure")
+
+    wrong.write_text(shipped.read_text())
+    assert client.change("configure")
+    assert client.change("activate")
+    client.connect()
+    stamp = client.new_stamp()
+    client.publish("active_joint_states", state(), stamp)
+    assert len(client.wait_for("joint_states", stamp).position) == 12
 
 
-def test_a_mended_robot_file_starts(start_node, tmp_path, robot):
+def test_a_copied_robot_file_starts(start_node, tmp_path, robot):
     shipped = Path(sys.modules["hybrid_dynamics_core"].__file__).parent / "robots" / f"{robot.name}.yaml"
     shutil.copy(shipped, tmp_path / "robot.yaml")
     node = start_node("-p", f"robot:={tmp_path / 'robot.yaml'}")
@@ -101,6 +126,9 @@ def test_a_mended_robot_file_starts(start_node, tmp_path, robot):
         ("qos.input:=perfect", ["qos.input", "perfect", "reliable, best_effort"]),
         ("qos.input_depth:=0", ["qos.input_depth", "0"]),
         ("robot:=''", ["robot"]),
+        ("acceleration_filter.bandwith:=1.0", ["did you mean acceleration_filter.bandwidth?"]),
+        ("bandwidth:=1.0", ["did you mean acceleration_filter.bandwidth?"]),
+        ("gravity:=[0.0, 1.0]", ["gravity", "expected 3 entries"]),
     ],
 )
 def test_a_wrong_parameter_ends_in_one_line_and_a_failure(start_node, argument, words):
