@@ -238,7 +238,8 @@ def test_a_path_of_the_end_effector_becomes_a_trajectory(client, robot):
 
 
 def test_parameters_are_checked_before_they_are_taken_and_work_at_once(client, robot):
-    assert "0.01 to 1000" in client.set_parameter("acceleration_filter.bandwidth", -1.0)
+    reason = client.set_parameter("acceleration_filter.bandwidth", -1.0)
+    assert all(word in reason for word in ("acceleration_filter.bandwidth", "0.01", "1000"))
     assert client.set_parameter("acceleration_filter.bandwidth", 20) == ""
     assert "cleanup" in client.set_parameter("robot", "excavator")
     assert "elbow" in client.set_parameter("payload.frame", "elbow") or client.set_parameter("payload.mass", 1.0)
@@ -265,8 +266,10 @@ def test_the_description_is_there_for_those_who_come_late_and_reports_go_out(cli
 
 
 def test_another_robot_is_configured_in_the_same_process(start_node, connect):
-    node = start_node("-p", "autostart:=false")
-    client = connect(only=("get_state", "solve_fk", "describe_robot", "change_state", "set_parameters"))
+    node = start_node("-p", "autostart:=false", "-r", "__ns:=/second")
+    client = connect(
+        "/second/hybrid_dynamics", only=("get_state", "solve_fk", "describe_robot", "change_state", "set_parameters")
+    )
     assert client.state() == "unconfigured"
     assert client.call("solve_fk", SolveFK.Request()).error_code == ErrorCode.NOT_READY
     assert not client.change("activate")
@@ -295,8 +298,9 @@ def test_another_robot_is_configured_in_the_same_process(start_node, connect):
 
 
 def test_serial_joints_may_be_measured_in_place_of_cylinders(start_node, connect, robot):
-    start_node("-p", "measured:=[q1, q2, q3, q4]", "-p", "sensors.q2.scale:=0.001").wait_for("measured joints")
-    client = connect(only=("get_state",))
+    arguments = ("-p", "measured:=[q1, q2, q3, q4]", "-p", "sensors.q2.scale:=0.001", "-r", "__ns:=/third")
+    start_node(*arguments).wait_for("measured joints")
+    client = connect("/third/hybrid_dynamics", only=("get_state",))
     closed = robot.close(POSITION, RATES)
     names = ["q1", "q2", "q3", "q4"]
     reading = closed.s[[robot.coordinates.index(name) for name in names]] * [1.0, 1000.0, 1.0, 1.0]
