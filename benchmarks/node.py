@@ -4,6 +4,7 @@ python -m benchmarks.node [--rate 1000] [--seconds 10] [--robot forging_chu2020]
 
 Three processes: a sender, the node (or the echo), a receiver. Sender and receiver handle serialised messages, so that
 they cost little. The latency of an input runs from before it is published until the last of its three answers is there.
+  --alone  leaves the echo node out
   --calls  asks for inverse kinematics out of reach all the time, from a fourth process
   --flood  10000 messages a second for the time given, then 200 a second: when is the latency as it was before?
   --soak   one robot at 200 Hz for so long: latency and memory of the node by tenths of the time
@@ -53,7 +54,7 @@ def main() -> None:
     if options.flood:
         flood(options)
         return
-    for what in ("echo", "node"):
+    for what in ("node",) if options.alone else ("echo", "node"):
         with _subject(what, options.robot) as process, _caller(options.calls and what == "node"):
             used = _cpu(process.pid)
             found = _measure(options.robot, [(options.rate, options.seconds)])
@@ -127,6 +128,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--seconds", type=float, default=10.0)
     parser.add_argument("--robot", default="forging_chu2020")
     parser.add_argument("--calls", action="store_true")
+    parser.add_argument("--alone", action="store_true", help="without the echo node")
     parser.add_argument("--flood", action="store_true")
     parser.add_argument("--soak", type=float)
     parser.add_argument("--part", help=argparse.SUPPRESS)

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from hybrid_dynamics_msgs.srv import ConvertTrajectory
 from rclpy.lifecycle import LifecycleNode
+from rclpy.qos import QoSProfile
 from rclpy.service import Service as RosService
 from trajectory_msgs.msg import JointTrajectory
 
@@ -21,6 +22,8 @@ from hybrid_dynamics_ros.services.table import TABLE, Lane, Service
 from hybrid_dynamics_ros.throttle import Log
 from hybrid_dynamics_ros.workers import Job, Workers
 
+# The usual ten that wait would let calls of a flood vanish unanswered.
+_REQUESTS: Final = QoSProfile(depth=1000)
 TRAJECTORY: Final = "convert_trajectory"
 _UNREADY: Final = "the node is not configured: it has no robot yet"
 
@@ -75,7 +78,8 @@ class Calls:
         self._workers: Workers | None = None
         self.active = False
         for service in TABLE:
-            answer_later(node.create_service(service.kind, f"~/{service.name}", self._responder(service)))
+            name, responder = f"~/{service.name}", self._responder(service)
+            answer_later(node.create_service(service.kind, name, responder, qos_profile=_REQUESTS))
         self._converted = node.create_publisher(JointTrajectory, "~/active_joint_trajectory", 10)
         node.create_subscription(JointTrajectory, "~/joint_trajectory", self._on_trajectory, 10)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any, Final
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from hybrid_dynamics_ros.parameters import (
     PAYLOAD_FRAME,
     PAYLOAD_INERTIA,
     PAYLOAD_MASS,
+    Parameter,
     Settings,
 )
 
@@ -30,6 +32,10 @@ class Mass:
     mass: float
     com: Floats
     inertia: Floats
+
+
+_PAYLOAD: Final[tuple[Parameter[Any], ...]] = (PAYLOAD_FRAME, PAYLOAD_MASS, PAYLOAD_COM, PAYLOAD_INERTIA)
+_NOTHING: Final = Mass(0.0, (), ())
 
 
 @dataclass(frozen=True)
@@ -48,11 +54,15 @@ class Conditions:
         others = {name: mass for name, mass in self.payloads.items() if name != frame}
         return replace(self, payloads={**others, frame: body} if body.mass > 0.0 else others)
 
-    def with_settings(self, settings: Settings, end_effector: str) -> Conditions:
-        """With gravity and payload of the parameters."""
-        frame = settings[PAYLOAD_FRAME] or end_effector
+    def with_settings(self, settings: Settings, before: Settings | None, end_effector: str) -> Conditions:
+        """With gravity and payload of the parameters; what a call has set stays while theirs does not change."""
+        changed = replace(self, gravity=settings[GRAVITY])
+        if before is not None and all(settings[row] == before[row] for row in _PAYLOAD):
+            return changed
+        if before is not None:
+            changed = changed.with_payload(before[PAYLOAD_FRAME] or end_effector, _NOTHING)
         body = Mass(settings[PAYLOAD_MASS], settings[PAYLOAD_COM], settings[PAYLOAD_INERTIA])
-        return replace(self, gravity=settings[GRAVITY]).with_payload(frame, body)
+        return changed.with_payload(settings[PAYLOAD_FRAME] or end_effector, body)
 
 
 def loads_of(robot: Robot, conditions: Conditions) -> Loads:

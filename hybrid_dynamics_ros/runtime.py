@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core import Loads, Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_ros.conditions import Conditions, loads_of
 from hybrid_dynamics_ros.monitor import Monitor
@@ -16,6 +16,7 @@ from hybrid_dynamics_ros.parameters import (
     BANDWIDTH,
     MAX_GAP,
     MEASURED,
+    PAYLOAD_FRAME,
     STILL,
     ParameterError,
     Settings,
@@ -44,6 +45,7 @@ class Runtime:
         self.monitor = Monitor(Strokes(robot))
         self.result: MotionResult | None = None
         self.conditions = Conditions()
+        self._taken: Settings | None = None
         self.take(settings)
         self._warm_up()
 
@@ -55,23 +57,28 @@ class Runtime:
     def problem(self, settings: Settings) -> str:
         """Why the robot cannot work with these settings, or ""."""
         try:
-            loads_of(self.robot, self.conditions.with_settings(settings, self.robot.end_effector))
-        except HybridDynamicsError as error:
+            self._conditions(settings)
+        except (HybridDynamicsError, ParameterError) as error:
             return " ".join(str(error).split())
         return ""
+
+    def _conditions(self, settings: Settings) -> tuple[Conditions, Loads]:
+        _require_known(PAYLOAD_FRAME.name, (settings[PAYLOAD_FRAME] or self.robot.end_effector,), self.robot.frames)
+        conditions = self.conditions.with_settings(settings, self._taken, self.robot.end_effector)
+        return conditions, loads_of(self.robot, conditions)
 
     def take(self, settings: Settings) -> None:
         """Work with these settings from now on.
 
         Raises:
             HybridDynamicsError: the payload is none.
+            ParameterError: its frame is none of the robot.
         """
-        conditions = self.conditions.with_settings(settings, self.robot.end_effector)
-        self.pipeline.loads = loads_of(self.robot, conditions)
+        conditions, self.pipeline.loads = self._conditions(settings)
         self.pipeline.calibration = _calibration(settings, self.measured)
         if any(settings[row] != self.settings[row] for row in (BANDWIDTH, MAX_GAP)):
             self.pipeline.set_filter(settings[BANDWIDTH], settings[MAX_GAP])
-        self.conditions, self.settings = conditions, settings
+        self.conditions, self.settings, self._taken = conditions, settings, settings
 
     def change(self, conditions: Conditions) -> None:
         """Work under other conditions from now on; they were checked by whoever made them."""
@@ -125,6 +132,6 @@ def _calibration(settings: Settings, joints: tuple[str, ...]) -> Calibration | N
 def _require_known(parameter: str, names: tuple[str, ...], known: tuple[str, ...]) -> None:
     for name in names:
         if name not in known:
-            raise ParameterError(f"parameter {parameter}: there is no joint '{name}'; known: {', '.join(known)}")
+            raise ParameterError(f"parameter {parameter}: there is no '{name}'; known: {', '.join(known)}")
         if names.count(name) > 1:
             raise ParameterError(f"parameter {parameter}: joint '{name}' is named twice")

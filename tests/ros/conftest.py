@@ -49,6 +49,7 @@ from hybrid_dynamics_msgs.msg import JointMotion
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import QoSProfile
 from rclpy.type_support import check_for_type_support
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
@@ -148,7 +149,7 @@ class Client:
         self.diagnostics = []
         self._node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         self._services = {
-            name: self._node.create_client(kind, f"{namespace}/{name}")
+            name: self._node.create_client(kind, f"{namespace}/{name}", qos_profile=QoSProfile(depth=500))
             for name, kind in (
                 *((service.name, service.kind) for service in SERVICES),
                 ("change_state", ChangeState),
