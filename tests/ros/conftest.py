@@ -238,6 +238,9 @@ class Client:
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, 10**9)
         self._publishers[topic].publish(message)
 
+    def publish_as_it_is(self, topic, message):
+        self._publishers[topic].publish(message)
+
     def wait_for(self, topic, stamp_ns):
         """The message of a topic with this stamp."""
         messages = self._received[topic]
