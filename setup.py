@@ -58,6 +58,8 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
         (f"share/{NAME}/launch", sorted(glob("launch/*.launch.py"))),
         (f"share/{NAME}/config", sorted(glob("config/*.yaml"))),
+        (f"share/{NAME}/rviz", sorted(glob("rviz/*.rviz"))),
+        (f"share/{NAME}/security", sorted(glob("security/*.xml"))),
     ],
     zip_safe=False,  # robot files are read as files
     install_requires=["numpy>=1.26", "scipy>=1.11", "PyYAML", "jsonschema"],

@@ -53,6 +53,18 @@ def test_the_shipped_parameters_are_all_of_the_node_with_their_defaults() -> Non
         assert f"{row.name.rpartition('.')[2]}: " in text
 
 
+@pytest.mark.ros
+def test_every_shipped_robot_has_parameters_that_the_node_knows() -> None:
+    from hybrid_dynamics_ros.parameters import TABLE
+
+    known = {row.name for row in TABLE}
+    assert {path.stem for path in ROOT.glob("config/*.yaml")} == set(hybrid_dynamics_core.shipped_robots())
+    for path in ROOT.glob("config/*.yaml"):
+        values = flat(yaml.safe_load(path.read_text(encoding="utf-8"))["/**"]["ros__parameters"])
+        assert values["robot"] == path.stem
+        assert set(values) <= known
+
+
 def flat(tree: dict, prefix: str = "") -> dict:
     """{"a": {"b": 1}} as {"a.b": 1}."""
     entries = {}

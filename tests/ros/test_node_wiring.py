@@ -1,5 +1,9 @@
 """The node in this process, callbacks called by hand: faults that no message from outside can provoke."""
 
+import time
+from pathlib import Path
+from xml.etree import ElementTree
+
 import pytest
 import rclpy
 from hybrid_dynamics_msgs.msg import ErrorCode
@@ -84,3 +88,41 @@ def test_what_configure_makes_cleanup_takes_away(ros_node):
         ros_node.trigger_deactivate()
         ros_node.trigger_cleanup()
         assert ({*ros_node.publishers}, {*ros_node.subscriptions}) == before
+
+
+POLICY = ElementTree.parse(Path(__file__).resolve().parents[2] / "security" / "hybrid_dynamics.policy.xml")
+OPTIONAL = {"/clock", "/tf"}  # by use_sim_time and rates.tf
+
+
+def allowed(kind, right):
+    """Names that the policy gives the node, as they are without remapping."""
+    profile = POLICY.find("./enclaves/enclave[@path='/hybrid_dynamics']/profiles/profile")
+    names = {entry.text for block in profile.findall(f"{kind}[@{right}='ALLOW']") for entry in block}
+    return {
+        name.replace("~/", "/hybrid_dynamics/") if name.startswith("~") else f"/{name.lstrip('/')}" for name in names
+    }
+
+
+def test_the_policy_allows_exactly_what_the_node_needs():
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    node = HybridDynamicsNode(context=context)
+    try:
+        node.start()
+        own = node.get_name(), node.get_namespace()
+
+        def names(listed):
+            return {name for name, _ in listed(*own)}
+
+        needed = allowed("services", "reply")
+        end = time.monotonic() + 20.0
+        while names(node.get_service_names_and_types_by_node) != needed and time.monotonic() < end:
+            time.sleep(0.05)  # the graph is told step by step
+        assert names(node.get_service_names_and_types_by_node) == needed
+        assert names(node.get_publisher_names_and_types_by_node) == allowed("topics", "publish") - OPTIONAL
+        assert names(node.get_subscriber_names_and_types_by_node) == allowed("topics", "subscribe") - OPTIONAL
+        assert not names(node.get_client_names_and_types_by_node)
+    finally:
+        node.discard()
+        node.destroy_node()
+        context.try_shutdown()
