@@ -3,6 +3,7 @@
 import importlib.metadata
 import shutil
 import signal
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -10,10 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rclpy
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 from hybrid_dynamics_msgs.msg import ErrorCode
 from hybrid_dynamics_msgs.srv import SolveFK
 from rclpy.qos import QoSProfile, QoSReliabilityPolicy
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 ACTIVE = ["q1", "q12", "q22", "q4"]
@@ -207,4 +210,38 @@ def test_best_effort_input_connects_to_a_best_effort_publisher(start_node, conne
         client.wait_until(answered, "an answer to a best-effort message")
     finally:
         sensor.destroy_node()
+        context.try_shutdown()
+
+
+def test_without_ros_the_command_says_how_to_get_it():
+    code = (
+        "import sys; sys.modules['rclpy'] = None; from hybrid_dynamics_ros.node import main; sys.exit(main(['node']))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 1
+    assert "the Python module rclpy is not there" in done.stderr
+    assert "pip install" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_with_simulated_time_ages_are_by_that_clock(start_node, connect):
+    node = start_node("-p", "use_sim_time:=true", "-p", "diagnostics.period:=0.1")
+    node.wait_for(READY)
+    client = connect(only=("get_state",))
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    simulator = rclpy.create_node("simulator", context=context)
+    try:
+        clock = simulator.create_publisher(Clock, "/clock", 10)
+        stamp = client.new_stamp()
+
+        def age():
+            clock.publish(Clock(clock=Time(sec=stamp // 10**9 + 3, nanosec=stamp % 10**9)))
+            client.publish("active_joint_states", state(), stamp)
+            values = {entry.key: entry.value for status in client.diagnostics[-1:] for entry in status.values}
+            return float(values.get("age of the stamp [s]", "nan")) == 3.0
+
+        client.wait_until(age, "an age of 3 s by /clock")
+    finally:
+        simulator.destroy_node()
         context.try_shutdown()
