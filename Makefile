@@ -27,7 +27,7 @@ demo: setup ## play the recorded trajectory into the node, show and plot what co
 	$(RUN)/python -m hybrid_dynamics_ros.demo $(ARGS)
 
 test: lint ## install, lint and run all tests
-	$(RUN)/python -m pytest $(ARGS)
+	$(RUN)/python -m pytest --numprocesses auto --dist loadgroup $(ARGS)
 
 lint: setup-test ## ruff, mypy and import-linter
 	$(RUN)/ruff check .

@@ -10,7 +10,8 @@ PACKAGE = ElementTree.parse(Path(__file__).resolve().parent / "package.xml").get
 NAME = PACKAGE.findtext("name")  # colcon wants the name of package.xml here
 
 EXTRAS = {
-    "fast": ["numba"],
+    "fast": ["llvmlite>=0.45"],  # the compiler of numba
+    "cli": ["click"],
     "plot": ["matplotlib"],
     "bag": ["rosbags"],
     # ROS 2 Jazzy from PyPI, for machines without a ROS installation. Always the ros-jazzy-* names: the others
@@ -26,7 +27,7 @@ EXTRAS = {
         "ros-jazzy-trajectory-msgs==5.3.6",
         "ros-rclpy[fastrtps]==7.1.6",
     ],
-    "test": ["hypothesis", "matplotlib", "mujoco", "pin", "pytest", "pytest-timeout", "rosbags"],
+    "test": ["hypothesis", "matplotlib", "mujoco", "pin", "pytest", "pytest-timeout", "pytest-xdist", "rosbags"],
     "dev": ["import-linter", "mypy", "ruff", "types-PyYAML", "types-jsonschema"],
     "colcon": [
         "colcon-bash",
@@ -48,8 +49,14 @@ setup(
     author_email=PACKAGE.find("maintainer").get("email"),
     license=PACKAGE.findtext("license"),
     python_requires=">=3.11",
-    packages=find_packages(include=["hybrid_dynamics_core*", "hybrid_dynamics_ros*"]),
+    packages=[
+        *find_packages(include=["hybrid_dynamics_cli*", "hybrid_dynamics_core*", "hybrid_dynamics_ros*"]),
+        *(f"hybrid_dynamics_{name}" for name in find_packages(include=["benchmarks*"])),
+    ],
+    package_dir={"hybrid_dynamics_benchmarks": "benchmarks"},  # `hybrid-dynamics benchmark` runs them
     package_data={
+        "hybrid_dynamics_benchmarks": ["sides/*.c"],
+        "hybrid_dynamics_cli": ["py.typed"],
         "hybrid_dynamics_core": ["py.typed", "robots/*.yaml", "templates/*.yaml", "description/*.json"],
         "hybrid_dynamics_ros": ["py.typed", "demo/*.xml", "recordings/*/*"],
     },
@@ -64,5 +71,10 @@ setup(
     zip_safe=False,  # robot files are read as files
     install_requires=["numpy>=1.26", "scipy>=1.11", "PyYAML", "jsonschema"],
     extras_require=EXTRAS,
-    entry_points={"console_scripts": ["hybrid_dynamics_node = hybrid_dynamics_ros.node:main"]},
+    entry_points={
+        "console_scripts": [
+            "hybrid-dynamics = hybrid_dynamics_cli.__main__:main",
+            "hybrid_dynamics_node = hybrid_dynamics_ros.node:main",
+        ]
+    },
 )

@@ -11,18 +11,23 @@ from .description.model import Array
 from .errors import InputError
 
 
+def numbers(name: str, value: ArrayLike) -> Array:
+    """An array of real numbers, not looked at further."""
+    try:
+        told = np.asarray(value)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} is not an array of numbers: {error}") from error
+    if told.dtype.kind not in "iuf" and told.size:
+        raise InputError(f"{name} is not an array of numbers: it holds {told.dtype.name} values; expected real ones")
+    return told.astype(np.float64, copy=False)
+
+
 def vectors(name: str, value: ArrayLike, names: tuple[str, ...], rows: int | None = None) -> Array:
     """(n,) or (N, n) finite values, one per name; with `rows` given the batch must be that long (-1: one state).
 
     Raises InputError that says which entry is wrong.
     """
-    try:
-        told = np.asarray(value)
-        if told.dtype.kind not in "iuf" and told.size:
-            raise InputError(f"{name} holds {told.dtype.name} values; expected real numbers")
-        array = np.asarray(told, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} is not an array of numbers: {error}") from error
+    array = numbers(name, value)
     n = len(names)
     if array.ndim not in (1, 2) or array.shape[-1] != n:
         raise InputError(f"{name} has shape {array.shape}; expected ({n},) or (N, {n}) in the order {', '.join(names)}")

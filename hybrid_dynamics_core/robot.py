@@ -8,8 +8,11 @@ from functools import cached_property
 from numpy.typing import ArrayLike
 
 from . import programs
-from .description.model import Array, Frame
+from .description.model import Array, Frame, frozen
+from .dynamics.loading import Loading
+from .dynamics.loads import Loads
 from .errors import InputError
+from .fused import RobotKernels
 from .kinematics.pose import Pose
 from .kinematics.pose_chain import PoseChain, find_pose_chain
 from .kinematics.solve import IKResult, solve_inverse_kinematics
@@ -22,6 +25,11 @@ class Robot(RobotActuators):
 
     Order: u = `active`, z = `passive`, s = `coordinates` = u + z. SI units, radians, base axes.
     """
+
+    @cached_property
+    def kernels(self) -> RobotKernels:
+        """Fused calls, from active coordinates straight to a result: the fastest there is."""
+        return RobotKernels(self, self._frame, self._fused_inputs, self.loads)
 
     def forward_kinematics(self, state: ClosedState, frame: str | None = None) -> Pose:
         """Pose of the end effector, or of any name in `frames`, in the base frame: (3,) and (3, 3), or (N, ...)."""
@@ -64,6 +72,11 @@ class Robot(RobotActuators):
             except InputError:
                 return None
         return chain
+
+    def _fused_inputs(self, loads: Loads) -> tuple[Loading, dict[str, Array]]:
+        """Which loads there are, and the robot's own values of all inputs that do not belong to a state."""
+        loading, arrays = self._load_inputs(loads, None)
+        return loading, {"branch": self._signs, "guess": self._start, "gravity": frozen(loads.gravity), **arrays}
 
     def _frame(self, frame: str | None) -> Frame:
         name = frame or self.end_effector

@@ -67,12 +67,29 @@ class RobotActuators(RobotDynamics):
         """
         tau = self._like(state, "tau", tau)
         rows = state.R[..., [self.coordinates.index(name) for name in self.drives], :]
-        try:
-            forces = np.asarray(np.linalg.solve(np.swapaxes(rows, -1, -2), tau[..., None])[..., 0], dtype=np.float64)
-        except np.linalg.LinAlgError as error:
-            problem = f"the drives {', '.join(self.drives)} cannot give every tau here: one of them moves nothing"
-            raise SingularityError(problem, loop="", distance=0.0) from error
+        self._check_drives(rows)
+        forces: Array = np.linalg.solve(np.swapaxes(rows, -1, -2), tau[..., None])[..., 0].astype(np.float64)
         return MappingProxyType({name: forces[..., k] for k, name in enumerate(self.drives)})
+
+    def _check_drives(self, rows: Array) -> None:
+        """Raise SingularityError where some motion, to the digits there are, moves none of the drives: rows of R."""
+        good = np.isfinite(rows).all(axis=(-2, -1), keepdims=True)  # rows that do not close stay NaN
+        sizes = np.linalg.norm(rows, axis=-1, keepdims=True)
+        scaled = np.where(good, rows / np.maximum(sizes, 1.0), np.eye(rows.shape[-1]))
+        _, values, motions = np.linalg.svd(scaled)
+        bad = np.atleast_1d(values[..., -1] < INDEPENDENT)
+        if not bad.any():
+            return
+        row = int(np.flatnonzero(bad)[0])
+        distance, motion = np.atleast_2d(values)[row, -1], motions.reshape(-1, *motions.shape[-2:])[row, -1]
+        motion = motion / motion[np.argmax(np.abs(motion))]
+        told = ", ".join(f"{n} ({x:+.3g})" for n, x in zip(self.active, motion, strict=True) if abs(x) > 1e-6)
+        problem = (
+            f"the drives {', '.join(self.drives)} cannot give every tau here: moving {told} moves none of them "
+            f"(smallest singular value {distance:.2g})"
+        )
+        index = None if rows.ndim == 2 else row
+        raise SingularityError(problem, loop="", distance=float(distance), index=index)
 
     def hydraulics(self, state: ClosedState, tau: ArrayLike) -> Mapping[str, CylinderState]:
         """Pressures, flows and stroke left of every cylinder for actuator forces tau, by joint."""

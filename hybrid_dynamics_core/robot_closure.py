@@ -21,6 +21,7 @@ from .description.model import Array, JointType, RobotDescription, frozen
 from .errors import DescriptionError, InputError
 from .inputs import finite_where_good, named_values, vectors
 from .kernels.run import Codes, Kernel
+from .kernels.status import NOT_FINITE
 from .kernels.trace import Results
 from .mechanism.tree import build_tree
 from .refusal import jump, refusal
@@ -311,13 +312,16 @@ class ClosingRobot:
         columns = [[k for k, name in enumerate(names) if name == loop] for loop in self.loops]
         return np.stack([distances[..., part].min(axis=-1) for part in columns], axis=-1) if columns else distances
 
+    def kernel(self, key: str, program: programs.Program, model: programs.Model | None = None) -> Kernel:
+        """The kernel of a program, made when first asked for; `key` tells programs and models apart."""
+        if key not in self._kernels:
+            self._kernels[key] = _kernel(program, model or self._model)
+        return self._kernels[key]
+
     def _run(
         self, key: str, program: programs.Program, model: programs.Model | None = None, **inputs: Array
     ) -> tuple[dict[str, Array], Codes]:
-        kernel = self._kernels.get(key)
-        if kernel is None:
-            kernel = self._kernels[key] = _kernel(program, model or self._model)
-        return kernel(*(inputs[name] for name in program.inputs))
+        return self.kernel(key, program, model)(*(inputs[name] for name in program.inputs))
 
     def _checked(
         self, key: str, program: programs.Program, state: ClosedState, ddu: Array | None = None
@@ -370,6 +374,8 @@ class ClosingRobot:
     ) -> Exception:
         if code == JUMP:
             return jump(model, row)
+        if code == NOT_FINITE:
+            return InputError("the result is beyond the range of floating point numbers")
         return refusal(model, u, signs, code, distance, row)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
@@ -20,7 +20,7 @@ from .dynamics.loads import Loads, described_loads
 from .dynamics.mass import mass_singularity
 from .dynamics.parameters import Parameters, described_parameters
 from .dynamics.pins import Pin, find_pins
-from .dynamics.reactions import ALWAYS_SETTLED, Reactions, named_reactions
+from .dynamics.reactions import Reactions, named_reactions
 from .inputs import finite_where_good
 from .robot_closure import ClosingRobot
 from .state import ClosedState
@@ -179,7 +179,7 @@ class RobotDynamics(ClosingRobot):
         def program(loading: Loading) -> programs.Program:
             return programs.reactions(closures, loading)
 
-        values = self._evaluate("reactions", program, state, loads, ALWAYS_SETTLED, ddu=ddu)
+        values = self._evaluate("reactions", program, state, loads, ddu=ddu)
         return named_reactions(values, self._pins, self._model.tree, closures)
 
     @cached_property
@@ -187,18 +187,9 @@ class RobotDynamics(ClosingRobot):
         return find_pins(self._model.tree, self._model.plan, self.description.closures)
 
     def _evaluate(
-        self,
-        key: str,
-        program: LoadedProgram,
-        state: ClosedState,
-        loads: Loads | None,
-        finite: Collection[str] | None = None,
-        **more: Array,
+        self, key: str, program: LoadedProgram, state: ClosedState, loads: Loads | None, **more: Array
     ) -> dict[str, Array]:
-        """Run a program on a state; rows that `close(..., check=False)` let through stay NaN.
-
-        `finite`: the results that are finite wherever the state closes; all, if None.
-        """
+        """Run a program on a state; rows that `close(..., check=False)` let through stay NaN."""
         self._own(state)
         loads = self.loads if loads is None else loads
         loading, arrays = self._load_inputs(loads, None if state.u.ndim == 1 else len(state.u))
@@ -209,7 +200,7 @@ class RobotDynamics(ClosingRobot):
             raise mass_singularity(mass, codes, self.active)
         for value in values.values():
             value[codes != 0] = np.nan
-        finite_where_good({k: v for k, v in values.items() if finite is None or k in finite}, codes)
+        finite_where_good(values, codes)
         return values
 
     def _load_inputs(self, loads: Loads, rows: int | None) -> tuple[Loading, dict[str, Array]]:

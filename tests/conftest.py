@@ -2,13 +2,34 @@
 
 from __future__ import annotations
 
+import os
+import tempfile
+from pathlib import Path
+
 import pytest
 from hypothesis import HealthCheck, settings
 
 from hybrid_dynamics_core import Robot, load
 
+if "PYTEST_XDIST_WORKER" not in os.environ:  # kernels are kept for this run of all workers, not with the user's own
+    _kept = tempfile.TemporaryDirectory()
+    os.environ["HYBRID_DYNAMICS_CACHE"] = _kept.name
+
+ROOT = Path(__file__).resolve().parent
+
 settings.register_profile("project", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize=True)
 settings.load_profile("project")
+
+
+PROCESSES = ("demo", "packaging", "ros")  # folders whose tests start processes: one after the other
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Groups for pytest-xdist: a file stays on one worker, and so do all tests that start processes."""
+    for item in items:
+        folder = item.path.relative_to(ROOT).parts[0]
+        group = "processes" if folder in PROCESSES else item.nodeid.partition("::")[0]
+        item.add_marker(pytest.mark.xdist_group(group))
 
 
 @pytest.fixture(scope="session")

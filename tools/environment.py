@@ -29,7 +29,7 @@ from importlib import metadata, util
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-RUN_EXTRAS = "fast,plot,bag,ros"
+RUN_EXTRAS = "fast,cli,plot,bag,ros"
 PURPOSES = ("run", "test", "colcon")
 NAME = "hybrid-dynamics-ros"
 PACKAGE_INPUTS = (

@@ -11,11 +11,13 @@ class Definite:
     """A symmetric positive definite matrix, ready to solve with; only its lower triangle is read.
 
     `pivots` are D: what is left of each diagonal entry after the rows before it. All are positive where the matrix is
-    positive definite; one that is next to nothing says that the matrix is singular.
+    positive definite; one that is next to nothing says that the matrix is singular. `floor`: added where one divides
+    by a pivot, so small that it counts only where nothing is left; it keeps results of no meaning finite.
     """
 
-    def __init__(self, matrix: Sequence[Sequence[Scalar]]) -> None:
+    def __init__(self, matrix: Sequence[Sequence[Scalar]], floor: Scalar = 0.0) -> None:
         self.size = len(matrix)
+        self._floor = floor
         self.pivots: list[Scalar] = []
         self._lower: list[list[Scalar]] = []
         for i in range(self.size):
@@ -25,7 +27,7 @@ class Definite:
                 for k in range(j):
                     value = value - scaled[k] * self._lower[j][k]
                 scaled.append(value)
-            row = [value / _divisor(pivot) for value, pivot in zip(scaled, self.pivots, strict=True)]
+            row = [value / self._divisor(pivot) for value, pivot in zip(scaled, self.pivots, strict=True)]
             pivot = matrix[i][i]
             for a, b in zip(scaled, row, strict=True):
                 pivot = pivot - a * b
@@ -40,13 +42,13 @@ class Definite:
             for a, b in zip(row, x, strict=True):
                 value = value - a * b
             x.append(value)
-        x = [value / _divisor(pivot) for value, pivot in zip(x, self.pivots, strict=True)]
+        x = [value / self._divisor(pivot) for value, pivot in zip(x, self.pivots, strict=True)]
         for i in range(self.size - 1, -1, -1):
             for j in range(i + 1, self.size):
                 x[i] = x[i] - self._lower[j][i] * x[j]
         return x
 
-
-def _divisor(pivot: Scalar) -> Scalar:
-    """A pivot that is the constant zero (its matrix is refused by its pivots) must not stop a trace."""
-    return 1.0 if isinstance(pivot, float) and pivot == 0.0 else pivot
+    def _divisor(self, pivot: Scalar) -> Scalar:
+        """A pivot that is the constant zero (its matrix is refused by its pivots) must not stop a trace."""
+        raised = pivot + self._floor
+        return 1.0 if isinstance(raised, float) and raised == 0.0 else raised

@@ -19,6 +19,7 @@ from ..mechanism.tree import Tree
 from .equations import Linearised, LoopEquations, Row
 from .posture import Posture
 
+_End = tuple[int, Array, Array]  # body, point and rotation on it
 Turns = tuple[tuple[int, float], ...]  # (coordinate, +1 or -1)
 APART = 1e-6  # [m] along the loop's axis up to which two points count as one: printed numbers are rounded
 PARALLEL = 1e-9  # sine of the angle up to which two constant axes count as parallel
@@ -190,11 +191,11 @@ class AngleSum(LoopEquations):
 
 def planar_equations(tree: Tree, closure: Closure) -> list[LoopEquations]:
     """The equations of a closure whose loop is planar. ValueError with the reason where it is not."""
-    a, b = tree.body_index(closure.link_a), tree.body_index(closure.link_b)
-    path_a, path_b, ancestor = tree.branches(a, b)
+    one, other = _ordered_ends(tree, closure)
+    path_a, path_b, ancestor = tree.branches(one[0], other[0])
     basis = plane_basis(tree, path_a + path_b, ancestor)
     ends = []
-    for body, point, rotation in ((a, closure.point_a, closure.rotation_a), (b, closure.point_b, closure.rotation_b)):
+    for body, point, rotation in (one, other):
         turned, origin = tree.zero_pose(body, ancestor)
         ends.append((basis @ (turned @ point + origin), basis @ turned @ rotation))
     (end_a, frame_a), (end_b, frame_b) = ends
@@ -221,6 +222,22 @@ def planar_equations(tree: Tree, closure: Closure) -> list[LoopEquations]:
         turns += [(j.coordinate, -j.sign) for j in geometry.chain_b if j.revolute]
         equations.append(AngleSum(closure.name, tuple(turns), offset))
     return equations
+
+
+def _ordered_ends(tree: Tree, closure: Closure) -> tuple[_End, _End]:
+    """The end with more joints before it first; of equal ones, that with the earlier coordinate.
+
+    The first joint's axis and the order of the ends say what counterclockwise is: that must not depend on the order
+    in which a file names the ends, keys of a mapping.
+    """
+    a: _End = (tree.body_index(closure.link_a), closure.point_a, closure.rotation_a)
+    b: _End = (tree.body_index(closure.link_b), closure.point_b, closure.rotation_b)
+    path_a, path_b, _ = tree.branches(a[0], b[0])
+
+    def rank(path: list[int]) -> tuple[int, int]:
+        return -len(path), min((tree.bodies[i].coordinate for i in path), default=0)
+
+    return (a, b) if rank(path_a) <= rank(path_b) else (b, a)
 
 
 def plane_basis(tree: Tree, bodies: list[int], ancestor: int) -> Array:

@@ -23,12 +23,15 @@ from .trajectory import JointTrajectory
 class GravityCompensation:
     """Holds weight, springs and applied wrenches, and nothing else: the arm moves as if it had no weight.
 
-    `damping`: (n,) or a number [N m s/rad or N s/m], tau falls by it times u'.
+    `damping`: (n,) or a number [N m s/rad or N s/m], tau falls by it times u'. Raises InputError for another shape.
     """
 
     robot: Robot
     damping: ArrayLike = 0.0
     loads: Loads | None = None
+
+    def __post_init__(self) -> None:
+        _check_gains(self.robot, damping=self.damping)
 
     def __call__(self, t: float, state: ClosedState) -> Array:  # noqa: ARG002  one signature for all controllers
         """The efforts."""
@@ -51,6 +54,10 @@ class ComputedTorque:
     kd: ArrayLike
     loads: Loads | None = None
 
+    def __post_init__(self) -> None:
+        _check_gains(self.robot, kp=self.kp, kd=self.kd)
+        _check_trajectory(self.robot, self.trajectory)
+
     def __call__(self, t: float, state: ClosedState) -> Array:
         """The efforts."""
         goal = self.trajectory(t)
@@ -72,6 +79,10 @@ class FeedForward:
     loads: Loads | None = None
     model: bool = True
 
+    def __post_init__(self) -> None:
+        _check_gains(self.robot, kp=self.kp, kd=self.kd)
+        _check_trajectory(self.robot, self.trajectory)
+
     def __call__(self, t: float, state: ClosedState) -> Array:
         """The efforts."""
         goal = self.trajectory(t)
@@ -90,5 +101,24 @@ def efforts_along(robot: Robot, trajectory: JointTrajectory, times: ArrayLike, l
     times = np.asarray(times, dtype=float)
     if times.ndim != 1 or not len(times):
         raise InputError(f"times has shape {times.shape}; expected (N,)")
+    _check_trajectory(robot, trajectory)
     goal = trajectory(times)
     return robot.inverse_dynamics(robot.close_path(goal.u, goal.du), goal.ddu, loads)
+
+
+def _check_gains(robot: Robot, **gains: ArrayLike) -> None:
+    """Raise InputError for gains that are neither a number nor one for each active joint, finite and not negative."""
+    n = len(robot.active)
+    for name, gain in gains.items():
+        values = np.asarray(gain, dtype=float)
+        if values.shape not in ((), (n,)):
+            raise InputError(f"{name} has shape {values.shape}; expected a number or ({n},): {', '.join(robot.active)}")
+        if not (np.isfinite(values) & (values >= 0.0)).all():
+            raise InputError(f"{name} is {values.tolist()}; expected finite numbers, zero or positive")
+
+
+def _check_trajectory(robot: Robot, trajectory: JointTrajectory) -> None:
+    """Raise InputError for a trajectory of another number of joints."""
+    columns, n = trajectory.positions.shape[1], len(robot.active)
+    if columns != n:
+        raise InputError(f"the trajectory has {columns} joints; {robot.name} has {n}: {', '.join(robot.active)}")

@@ -12,6 +12,8 @@ from typing import Any
 
 from .document import Document, Path_
 
+COPIED = ("limits", "friction", "drive", "spring")  # keys of a row that a joint has too
+
 
 def expand_chain(document: Document) -> None:
     """Add the joint of every row, and the frame of its link in the standard convention."""
@@ -35,8 +37,7 @@ def _expand_row(document: Document, row: dict[str, Any], parent: str, written: P
         "origin": [about_z] if standard else [about_x, about_z],
         "axis": "z",
     }
-    if "limits" in row:
-        joint["limits"] = row["limits"]
+    joint |= {key: row[key] for key in COPIED if key in row}
     path = ("joints", row["joint"])
     document.add(path, joint, written)
     document.alias((*path, "parent"), (*written, "parent") if "parent" in row else (*written[:1], "base"))

@@ -82,7 +82,8 @@ class Document:
 
     def scope(self, path: Path_, default: Mapping[str, float]) -> Mapping[str, float]:
         """The names that an expression at this place may use."""
-        return self._scopes.get(path[:2], default)
+        own = len(path) > 2 and path[:3] in self._origins  # a value inside, which the user wrote elsewhere
+        return default if own else self._scopes.get(path[:2], default)
 
     def written(self, path: Path_) -> tuple[Path_, str]:
         """The path as the user wrote it, and what stood between."""

@@ -64,6 +64,7 @@ class _Module:
     def expand(self) -> None:
         scope: dict[str, float] = {}
         self._check_parameters()
+        self._check_joints()
         self._parameters(scope, self.template.data.get("parameters", {}), None)
         self._values(scope, self.template.data.get("values", {}), "values")
         for label in self._scopes(scope):
@@ -92,6 +93,13 @@ class _Module:
             if isinstance(value, list) and len(value) != len(self.labels):
                 count = f"{len(value)} entries; expected one number, or {len(self.labels)}: one for each leg"
                 raise self.document.error(path, f"has {count}")
+
+    def _check_joints(self) -> None:
+        known = [name for part in (self.template.data, self.legs) for name in part.get("joints", {})]
+        for name in self.entry.get("joints", {}):
+            if name not in known:
+                problem = f"the template {self.template.name} has no joint '{name}'{nearest(name, known)}"
+                raise self.document.error((*self.path, "joints", name), f"{problem}; known: {', '.join(known)}")
 
     def _parameters(self, scope: dict[str, float], parameters: Mapping[str, Any], leg: int | None) -> None:
         given = self.entry.get("parameters", {})
@@ -150,9 +158,18 @@ class _Module:
         note = f"template {self.template.name}: {section}.{name}"
         origin = Origin(self.path, note)
         mend = "give this module other leg names (legs) or a prefix"
+        if section == "joints":
+            entry = {**entry, **self._told(name, full)}
         self.document.add((section, full), self._renamed(section, entry, origin), origin, scope, mend)
         if section == "joints" and entry["parent"] == "on":
             self.document.alias((section, full, "parent"), (*self.path, "on"))
+
+    def _told(self, name: str, full: str) -> Mapping[str, Any]:
+        """Friction, drive and spring that the module gives a joint of the template."""
+        told: Mapping[str, Any] = self.entry.get("joints", {}).get(name, {})
+        for key in told:
+            self.document.alias(("joints", full, key), (*self.path, "joints", name, key))
+        return told
 
     def _joint(self, local: str) -> str:
         return self.prefix + local

@@ -139,6 +139,7 @@ class _Urdf:
             lower, upper = (self.numbers(limit, key, 1, (*path, "limits"), [0.0])[0] for key in ("lower", "upper"))
             if lower or upper:  # both 0 is what exporters write for no limits
                 entry["limits"] = [lower, upper]
+        self.friction(element, entry, path)
         mimic = element.first("mimic")
         if mimic is not None:
             self.document.mark((*path, "mimic"), self.file, mimic.line)
@@ -148,6 +149,15 @@ class _Urdf:
             )
             source = mimic.attributes.get("joint", "")
             entry["mimic"] = {"joint": source, "multiplier": factor, "offset": offset}
+
+    def friction(self, element: Element, entry: dict[str, Any], path: Path_) -> None:
+        told = element.first("dynamics")
+        if told is None:
+            return
+        self.document.mark((*path, "friction"), self.file, told.line)
+        keys = (("viscous", "damping"), ("coulomb", "friction"))
+        values = {key: self.numbers(told, name, 1, (*path, "friction"), [0.0])[0] for key, name in keys}
+        entry["friction"] = values
 
     def replaced(self, element: Element, name: str, entry: dict[str, Any], kind: str, written: Path_) -> None:
         """Joints that stand in place of one: about the axes of its frame, massless links between."""

@@ -25,6 +25,7 @@ from ..mechanism.tree import Tree
 from .spanning import TreeKinematics
 
 INDEPENDENT = 1e-7  # share of a direction's work that the directions before it must leave
+NOTHING = 1e-30  # share that is far below the rounding of every share that counts
 STIR = (0.0, 0.07, -0.11)  # [rad or m] off the reference, which may be a special place
 FORCE_3, FORCE_2 = (0, 1, 2), (0, 1)
 _HELD = {"planar": FORCE_2, "point": FORCE_3, "axis": (*FORCE_3, 3, 4), "frame": (*FORCE_3, 3, 4, 5)}
@@ -74,7 +75,8 @@ class Pin:
         """
         work = self.work(tree)
         products = [[_product(a, b) for b in work] for a in work]
-        gram = Definite(products)
+        size = sum((row[k] for k, row in enumerate(products)), 0.0) / max(len(products), 1)
+        gram = Definite(products, NOTHING * size)
         parts = gram.solve([_product(row, generalised) for row in work])
         rotation = self._rotation(tree)
         force, moment = ZERO3, ZERO3
@@ -83,7 +85,6 @@ class Pin:
                 force = add(force, scale(part, rotation[direction]))
             else:
                 moment = add(moment, scale(self.length * part, rotation[direction % 3]))
-        size = sum((row[k] for k, row in enumerate(products)), 0.0) / max(len(products), 1)
         share: Scalar = 1.0
         for pivot in gram.pivots:
             share = share * (pivot / size)

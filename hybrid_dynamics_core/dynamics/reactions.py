@@ -13,7 +13,6 @@ from ..mechanism.tree import Tree
 from .pins import Pin
 
 UNDEFINED = 1e-10  # share below which a pin's force would lose half its digits
-ALWAYS_SETTLED = ("tau", "base")  # what no pin's share can leave undefined
 
 
 @dataclass(frozen=True, eq=False)

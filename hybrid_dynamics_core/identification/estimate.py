@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import stats
-from scipy.linalg import solve_triangular
+from scipy.linalg import qr, solve_triangular
 
 from ..description.effects import JointEffect, effects_of
 from ..description.model import Array, RobotDescription
@@ -18,8 +18,8 @@ from ..dynamics.parameters import JOINT_KINDS, Parameters, described_parameters,
 from ..errors import InputError
 from ..inputs import vectors
 from ..robot import Robot
-from ..state import ClosedState
-from .base import BaseParameters, base_parameters
+from ..state import ClosedState, ClosureStatus
+from .base import RANK, BaseParameters, base_parameters
 from .consistency import consistent
 
 PRIOR_WEIGHT = 1e-3  # of the divergence from the prior against half the sum of squares of normalised residuals
@@ -85,12 +85,14 @@ def identify(
     """Estimate parameters from N samples: a batch state, accelerations and measured efforts (N, n).
 
     parameters: which to estimate (None: inertias of all links with mass, friction of no joint); all others, and what
-        `loads` gives, are taken as they are. Raises InputError where there are fewer equations than base parameters.
+        `loads` gives, are taken as they are. Raises InputError where the samples do not show all base parameters, for a
+        row whose loops do not close, and for entries that are not finite.
     """
     parameters = described_parameters(robot.description) if parameters is None else parameters
     loads = robot.loads if loads is None else loads
     if state.u.ndim != 2:
         raise InputError("identification takes a batch of states")
+    _check_closed(state)
     tau = vectors("tau", tau, robot.active, len(state.u))
     prior = parameters.values(robot.description, loads.effects)
     regressor = robot.regressor(state, ddu, parameters, loads)
@@ -103,6 +105,17 @@ def identify(
     return Identification(base, fit.beta, fit.deviation, fit.interval, values, fit.noise, fit.explained, fit.condition)
 
 
+def _check_closed(state: ClosedState) -> None:
+    """Raise InputError at the first row that `close(..., check=False)` let through."""
+    status = np.asarray(state.status)
+    rows = np.flatnonzero(status != ClosureStatus.OK)
+    if len(rows):
+        problem = ClosureStatus(status[rows[0]]).name.lower()
+        raise InputError(
+            f"{len(rows)} of {len(status)} states do not close, row {rows[0]} the first ({problem}); leave them out"
+        )
+
+
 class _Fit:
     """Least squares in the base parameters, each joint's equations weighted with its own noise."""
 
@@ -113,6 +126,7 @@ class _Fit:
         free = samples * n - base.size
         if free <= 0:
             raise InputError(f"{samples * n} equations cannot tell {base.size} base parameters; give more samples")
+        self._check_shown(base)
         self.noise = np.ones(n)
         for _ in range(RUNS - 1):
             residual = target - self.columns @ self._solved()[0]
@@ -127,6 +141,20 @@ class _Fit:
         reach = float(stats.t.ppf(0.975, free)) * self.deviation
         self.interval = np.stack([self.beta - reach, self.beta + reach], axis=1)
         self.explained = 1.0 - residual.var(axis=0) / np.maximum(target.var(axis=0), 1e-300)
+
+    def _check_shown(self, base: BaseParameters) -> None:
+        """Raise InputError where some base parameters have no effect of their own on these samples."""
+        matrix = self.columns.reshape(-1, base.size)
+        sizes = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
+        triangle, order = qr(matrix / sizes, mode="r", pivoting=True)
+        pivots = np.abs(np.diag(triangle))
+        rank = int((pivots > RANK * pivots[0]).sum())
+        if rank < base.size:
+            hidden = ", ".join(base.names[k] for k in sorted(order[rank:])[:3])
+            raise InputError(
+                f"the motion shows {rank} of {base.size} base parameters, not {hidden}"
+                f"{', ...' if base.size - rank > 3 else ''}; give more varied motion, or ask for fewer parameters"
+            )
 
     def _solved(self) -> tuple[Array, Array, Array]:
         """The estimate with the weights as they are, the triangle of the scaled equations and the scales."""

@@ -141,15 +141,23 @@ class Symbol:
         inner = self._negated()
         if inner is not None:
             return inner * -factor
+        op, a, b = self.graph.nodes[self.index]
+        if op == "mul" and isinstance(b, float):
+            return Symbol(self.graph, int(a)) * (b * factor)
         return -self._times(-factor) if factor < 0.0 else self.graph.apply("mul", self, factor)
 
     def __truediv__(self, other: Operand) -> Operand:
         if isinstance(other, Symbol):
-            return self.graph.apply("div", self, other)
+            return self * other.reciprocal()
         return self._times(1.0 / other)
 
     def __rtruediv__(self, other: float) -> Operand:
-        return 0.0 if other == 0.0 else self.graph.apply("div", float(other), self)
+        return 0.0 if other == 0.0 else self.reciprocal() * other
+
+    def reciprocal(self) -> Operand:
+        """1 / self: one division, however many are divided by it."""
+        inner = self._negated()
+        return -inner.reciprocal() if inner is not None else self.graph.apply("div", 1.0, self)
 
     def __neg__(self) -> Symbol:
         inner = self._negated()

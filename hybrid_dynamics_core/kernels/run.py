@@ -1,8 +1,13 @@
-"""A traced program as a callable: one state or many, from generated code."""
+"""A program of one robot as functions on arrays: compiled where that is possible, generated Python elsewhere.
+
+Traced, compiled and loaded when first called; what was made is kept on disk (`cache`).
+"""
 
 from __future__ import annotations
 
-import math
+import hashlib
+import json
+import os
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
@@ -10,46 +15,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..algebra.numerics import invert_columns, invert_floats, newton_columns, newton_floats
 from ..description.model import Array
-from .emit import emit_columns, emit_scalar
-from .trace import Trace, Traceable, split, trace
+from . import cache, generated, native
+from .cache import Artifact
+from .digest import NoDigestError, code_digest, digest
+from .ir.module import Form
+from .status import NOT_TAKEN
+from .threads import in_parts
+from .trace import Trace, Traceable, trace
 
 Codes = NDArray[np.int64]
-BLOCK = 4096  # states worked at once: the columns in use stay in the cache
-
-
-def _sqrt(x: float) -> float:
-    return math.sqrt(x) if x >= 0.0 else math.nan
-
-
-_SCALAR = {
-    "sin": math.sin,
-    "cos": math.cos,
-    "sqrt": _sqrt,
-    "fabs": math.fabs,
-    "atan2": math.atan2,
-    "invert": invert_floats,
-    "newton": newton_floats,
-}
-_COLUMNS = {
-    "sin": np.sin,
-    "cos": np.cos,
-    "sqrt": np.sqrt,
-    "fabs": np.abs,
-    "atan2": np.arctan2,
-    "logical_not": np.logical_not,
-    "invert": invert_columns,
-    "newton": newton_columns,
-}
+_FORMS: tuple[Form, ...] = ("one", "rows")
+VARIABLE = "HYBRID_DYNAMICS_KERNELS"  # "python": never compile
 
 
 class Kernel:
-    """A program of one robot; traced and compiled when first called."""
+    """A program whose arguments are vectors of the given sizes; it works as `backend` says."""
 
-    def __init__(self, program: Traceable, sizes: Sequence[int]) -> None:
+    def __init__(self, program: Traceable, sizes: Sequence[int], backend: str | None = None) -> None:
         self._program = program
         self._sizes = tuple(sizes)
+        self.backend = backend or default_backend()
 
     @cached_property
     def trace(self) -> Trace:
@@ -57,48 +43,99 @@ class Kernel:
         return trace(self._program, self._sizes)
 
     @cached_property
-    def _scalar(self) -> Callable[..., tuple[int, list[float]]]:
-        return _compiled(emit_scalar(self.trace), _SCALAR)
+    def one(self) -> Callable[..., int]:
+        """One state: inputs (size,), then named outputs, which are filled; a status code."""
+        return self._made("one")
 
     @cached_property
-    def _columns(self) -> Callable[..., None]:
-        return _compiled(emit_columns(self.trace), _COLUMNS)
+    def rows(self) -> Callable[..., int]:
+        """Many states: inputs (size,) or (N, size), outputs (N, *shape) and status (N,) int64, which are filled."""
+        return self._made("rows")
+
+    @cached_property
+    def facts(self) -> dict[str, Any]:
+        """What is to be known of the program without running it: see `facts_of`."""
+        for form in _FORMS:
+            artifact = self._stored(form)
+            if artifact is not None:
+                return artifact.facts
+        return facts_of(self.trace)
+
+    @cached_property
+    def layout(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
+        """Names and shapes of the outputs."""
+        return tuple((name, tuple(shape)) for name, shape in self.facts["layout"])
 
     def __call__(self, *arguments: Array) -> tuple[dict[str, Array], Codes]:
         """Results by name and status; arguments (size,) or (N, size), mixed as they come; results (..., *shape)."""
-        many = [a.shape[0] for a in arguments if a.ndim == 2]
-        if not many:
-            status, values = self._scalar_or_nan([a.tolist() for a in arguments])
-            return split(np.array(values), self.trace.layout), np.array(status)
-        return self._batch(arguments, many[0])
+        names = [name for name, _ in self.layout]
+        many = [len(a) for a in arguments if a.ndim == 2]
+        if many:
+            outs = [np.empty((many[0], *shape)) for _, shape in self.layout]
+            codes = np.empty(many[0], dtype=np.int64)
+            self.fill_rows(arguments, outs, codes)
+            return dict(zip(names, outs, strict=True)), codes
+        outs = [np.empty(shape) for _, shape in self.layout]
+        return dict(zip(names, outs, strict=True)), np.array(self.fill_one(arguments, outs))
 
-    def _scalar_or_nan(self, arguments: list[list[float]]) -> tuple[int, list[float]]:
+    def fill_one(self, arguments: Sequence[Array], outs: Sequence[Array]) -> int:
+        """Fill the outputs of one state from any arrays of the right sizes; the status."""
+        status = self.one(*arguments, *outs)
+        if status != NOT_TAKEN:
+            return status
+        codes = np.empty(1, dtype=np.int64)
+        self.fill_rows(arguments, [out[None] for out in outs], codes)
+        return int(codes[0])
+
+    def fill_rows(self, arguments: Sequence[Array], outs: Sequence[Array], codes: Codes, threads: int = 1) -> None:
+        """Fill the outputs (N, *shape) and status (N,) of many states from any arrays of the right sizes."""
+        if in_parts(self.rows, arguments, [*outs, codes], threads) == NOT_TAKEN:
+            plain = [np.require(a, np.float64, ["C", "A"]).view(np.ndarray) for a in arguments]
+            if in_parts(self.rows, plain, [*outs, codes], threads) == NOT_TAKEN:
+                shapes = [a.shape for a in (*arguments, *outs)]
+                raise ValueError(f"a kernel of {self._sizes} -> {self.layout} was given arrays of shapes {shapes}")
+
+    # -- making ------------------------------------------------------------------------------------------------
+
+    def _made(self, form: Form) -> Callable[..., int]:
+        artifact = self._stored(form)
+        if artifact is None:
+            make = native.make if self.backend == native.NAME else generated.make
+            artifact = Artifact(facts_of(self.trace), make(self.trace, form))
+            if self._identity is not None:
+                cache.write(self._key(form), artifact)
+        return native.load(artifact) if self.backend == native.NAME else generated.load(artifact, form)
+
+    def _stored(self, form: Form) -> Artifact | None:
+        return None if self._identity is None else cache.read(self._key(form))
+
+    def _key(self, form: Form) -> str:
+        return hashlib.sha256(f"{self._identity} {form}".encode()).hexdigest()
+
+    @cached_property
+    def _identity(self) -> str | None:
+        """Digest of everything that the code depends on; None where that cannot be told."""
+        if cache.folder() is None:
+            return None
         try:
-            return self._scalar(*arguments)
-        except (ZeroDivisionError, ValueError, OverflowError):  # NumPy gives NaN here, math refuses: run it on NumPy
-            flat, status = self._rows([np.array(a)[None] for a in arguments], 1)
-            return int(status[0]), flat[0].tolist()
-
-    def _batch(self, arguments: Sequence[Array], n: int) -> tuple[dict[str, Array], Codes]:
-        full = [a if a.ndim == 2 else np.broadcast_to(a, (n, a.shape[0])) for a in arguments]
-        flat, status = self._rows(full, n)
-        return split(flat, self.trace.layout), status
-
-    def _rows(self, arguments: Sequence[Array], n: int) -> tuple[Array, Codes]:
-        flat = np.empty((n, len(self.trace.outputs)))
-        status = np.empty(n, dtype=np.int64)
-        with np.errstate(all="ignore"):
-            for start in range(0, n, BLOCK):
-                rows = slice(start, start + BLOCK)
-                columns = [np.ascontiguousarray(a[rows].T) for a in arguments]
-                out = np.empty((flat.shape[1], columns[0].shape[1]))
-                self._columns(*columns, out, status[rows])
-                flat[rows] = out.T
-        return flat, status
+            program = digest((self._program, self._sizes))
+        except NoDigestError:
+            return None
+        environment = native.identity() if self.backend == native.NAME else generated.identity()
+        return hashlib.sha256(json.dumps([program, code_digest(), environment]).encode()).hexdigest()
 
 
-def _compiled(source: str, names: dict[str, Any]) -> Callable[..., Any]:
-    scope: dict[str, Any] = dict(names)
-    exec(compile(source, "<kernel>", "exec"), scope)  # noqa: S102  source from numbered variables only, see emit
-    function: Callable[..., Any] = scope["kernel"]
-    return function
+def facts_of(traced: Trace) -> dict[str, Any]:
+    """Sizes of the inputs, names and shapes of the outputs, which inputs are read, whether anything is iterated."""
+    return {
+        "inputs": list(traced.inputs),
+        "layout": [[name, list(shape)] for name, shape in traced.layout],
+        "read": sorted({v for v, _ in traced.used_inputs()}),
+        "iterates": any(traced.graph.blocks[number].body is not None for number in traced.live_blocks()),
+    }
+
+
+def default_backend() -> str:
+    """`native` where machine code can be made and is not switched off, otherwise `python`."""
+    told = os.environ.get(VARIABLE, "").strip().lower()
+    return generated.NAME if told == generated.NAME or native.reason_against() else native.NAME

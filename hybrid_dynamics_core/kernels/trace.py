@@ -34,13 +34,17 @@ Traceable = Callable[..., Results]
 
 @dataclass(frozen=True)
 class Trace:
-    """A traced program: the graph, the inputs' sizes, the flat outputs and their names and shapes in order."""
+    """A traced program: the graph, the inputs' sizes, the flat outputs and their names and shapes in order.
+
+    `name`: "0", and for the body of a block the name of its trace, a dot and the block's number.
+    """
 
     graph: Graph
     inputs: tuple[int, ...]
     outputs: tuple[Operand, ...]
     layout: tuple[tuple[str, tuple[int, ...]], ...]
     checks: tuple[Check, ...]
+    name: str = "0"
 
     def live(self) -> list[int]:
         """Nodes that outputs or checks depend on, in order."""
@@ -54,19 +58,43 @@ class Trace:
                 stack += self.graph.operands(index)
         return sorted(wanted)
 
+    def live_blocks(self) -> list[int]:
+        """Numbers of the blocks that outputs or checks depend on, in order."""
+        nodes = (self.graph.nodes[i] for i in self.live())
+        return sorted({int(a) for op, a, _ in nodes if op == "block"})
 
-def trace(program: Traceable, sizes: Sequence[int]) -> Trace:
+    def used_inputs(self) -> set[tuple[int, int]]:
+        """(vector, component) of the inputs that outputs or checks depend on."""
+        nodes = (self.graph.nodes[i] for i in self.live())
+        return {(int(a), int(b)) for op, a, b in nodes if op == "input"}
+
+
+def trace(program: Traceable, sizes: Sequence[int], name: str = "0") -> Trace:
     """Trace a program whose arguments are vectors of the given sizes."""
     graph = Graph()
     arguments = [[graph.input(v, k) for k in range(size)] for v, size in enumerate(sizes)]
     results = program(*arguments)
     flat: list[Operand] = []
     layout = []
-    for name, value in results.outputs.items():
+    for output, value in results.outputs.items():
         shape = _shape(value)
-        layout.append((name, shape))
+        layout.append((output, shape))
         flat += _flatten(value)
-    return Trace(graph, tuple(sizes), tuple(flat), tuple(layout), tuple(results.checks))
+    return Trace(graph, tuple(sizes), tuple(flat), tuple(layout), tuple(results.checks), name)
+
+
+def body_name(outer: Trace, number: int) -> str:
+    """Name of the trace of a block's body."""
+    return f"{outer.name}.{number}"
+
+
+def trace_body(outer: Trace, number: int) -> Trace:
+    """The function that a Newton block iterates: unknowns and parameters in, flat residuals and Jacobian out."""
+    block = outer.graph.blocks[number]
+    function = block.body
+    assert function is not None  # noqa: S101  only Newton has one
+    sizes = [len(v) for v in block.arguments]
+    return trace(lambda x, p: Results({"values": function(x, p)}, []), sizes, body_name(outer, number))
 
 
 def _shape(value: Any) -> tuple[int, ...]:

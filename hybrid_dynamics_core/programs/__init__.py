@@ -4,7 +4,7 @@ A program takes named vectors of scalars and returns named outputs with the chec
 as it stands, on arrays (one array a scalar), or traced into a kernel. Chu (2020) gives the equations.
 """
 
-from .closure import ACCELERATIONS, CLOSE
+from .closure import ACCELERATIONS, CLOSE, MOTION
 from .derivatives import forward_dynamics_derivatives, inverse_dynamics_derivatives
 from .dynamics import (
     FORWARD_DYNAMICS,
@@ -29,6 +29,7 @@ __all__ = [
     "INVERSE_DYNAMICS",
     "MASS_SINGULAR",
     "MINIMAL_FORM",
+    "MOTION",
     "Inputs",
     "Model",
     "Program",

@@ -40,6 +40,12 @@ def _close(model: Model, x: Inputs) -> Results:
     return Results(outputs, checks)
 
 
+def _motion(model: Model, x: Inputs) -> Results:
+    """All coordinates and their rates."""
+    motion, checks, _ = closed_motion(model, x)
+    return Results({"s": motion.posture.q, "ds": motion.rates(x.du)}, checks)
+
+
 def _accelerations(model: Model, x: Inputs) -> Results:
     """s'' of all coordinates."""
     motion, checks, _ = closed_motion(model, x)
@@ -47,4 +53,5 @@ def _accelerations(model: Model, x: Inputs) -> Results:
 
 
 CLOSE = Program(("u", "du", "branch", "guess"), _close)
+MOTION = Program(("u", "du", "branch", "guess"), _motion)
 ACCELERATIONS = Program(("u", "du", "ddu", "branch", "guess"), _accelerations)

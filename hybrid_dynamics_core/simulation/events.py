@@ -37,6 +37,17 @@ class _Limit:
         """How far it is to the limit, negative beyond."""
         return float(self.value - s[self.index] if self.upper else s[self.index] - self.value)
 
+    def speed(self, state: ClosedState) -> float:
+        """The rate at which the limit comes nearer."""
+        rate = float(state.ds[self.index])
+        return rate if self.upper else -rate
+
+    def may_be_passed(self, start: ClosedState, end: ClosedState, duration: float) -> bool:
+        """Whether a coordinate that set out for its limit and turned back may have been there."""
+        speeds = self.speed(start), self.speed(end)
+        farthest = (abs(speeds[0]) + abs(speeds[1])) * duration  # with speeds between these it comes less far
+        return speeds[0] > 0.0 >= speeds[1] and min(self.left(start.s), self.left(end.s)) < farthest
+
 
 class Watch:
     """Watches the states of one robot."""
@@ -65,25 +76,26 @@ class Watch:
         return np.array([*left, float(state.singularity) - self._singular])
 
     def find(
-        self, before: Array, at: Callable[[float], ClosedState], t: tuple[float, float], ignored: Sequence[int]
+        self, start: ClosedState, at: Callable[[float], ClosedState], t: tuple[float, float], ignored: Sequence[int]
     ) -> tuple[int, float] | None:
-        """The first event in a step from t[0], where the margins were `before`, to t[1]: its index and time."""
-        watched = np.ones(len(before), dtype=bool)
+        """The first event in a step from t[0], where the state was `start`, to t[1]: its index and time."""
+        watched = self.margins(start) >= 0.0  # zero: it starts at a limit, and may leave it either way
         watched[list(ignored)] = False
 
-        def met(time: float) -> np.ndarray:
-            return np.flatnonzero(watched & (before > 0.0) & ~(self.margins(at(time)) > 0.0))
+        def met(state: ClosedState) -> np.ndarray:
+            return np.flatnonzero(watched & ~(self.margins(state) > 0.0))
 
-        if not len(met(t[1])):
-            return None
-        low, high = t
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            if not low < middle < high:
-                break
-            low, high = (low, middle) if len(met(middle)) else (middle, high)
+        (low, high), end = t, at(t[1])
+        if not len(met(end)):
+            limits = (self._limits[k] for k in np.flatnonzero(watched[:-1]).tolist())
+            turns = [_turn(limit, at, t) for limit in limits if limit.may_be_passed(start, end, t[1] - t[0])]
+            beyond = [time for time in turns if len(met(at(time)))]
+            if not beyond:
+                return None
+            high = min(beyond)
+        high, low = _bisected(low, high, lambda time: len(met(at(time))) > 0)
         # several at once where the loops stop closing: then it is the singularity that was met
-        return int(met(high)[-1]), low
+        return int(met(at(high))[-1]), low
 
     def event(self, index: int, time: float, state: ClosedState) -> Event:
         """The event with this index; `state` just before it."""
@@ -97,6 +109,21 @@ class Watch:
     def is_limit(self, index: int) -> bool:
         """Whether the event is of a coordinate, not of a singularity."""
         return index < len(self._limits)
+
+
+def _turn(limit: _Limit, at: Callable[[float], ClosedState], t: tuple[float, float]) -> float:
+    """When a coordinate that set out for its limit turned back."""
+    return _bisected(*t, lambda time: not limit.speed(at(time)) > 0.0)[0]
+
+
+def _bisected(low: float, high: float, true: Callable[[float], bool]) -> tuple[float, float]:
+    """The time at which `true` becomes so, as it is at `high`, and the one just before."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
+        low, high = (low, middle) if true(middle) else (middle, high)
+    return high, low
 
 
 def _limits(robot: Robot) -> list[_Limit]:

@@ -145,9 +145,8 @@ class _Run:
             y = dense(t)
             return self._near(y[:n], y[n : 2 * n])
 
-        before = self.watch.margins(self.anchor)
         ignored: list[int] = []
-        while (found := self.watch.find(before, at, (old, new), ignored)) is not None:
+        while (found := self.watch.find(self.anchor, at, (old, new), ignored)) is not None:
             index, time = found
             self.events.append(self.watch.event(index, time, at(time)))
             if self.settings.stop_at_limits or not self.watch.is_limit(index):
@@ -202,6 +201,7 @@ class _Run:
             steps=self.steps,
             evaluations=self.evaluations,
             names=self.robot.active,
+            coordinates=self.robot.coordinates,
         )
 
 

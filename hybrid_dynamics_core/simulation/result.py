@@ -7,7 +7,7 @@ import os
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from .events import Event
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FORMAT = 1
+FORMAT = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class Simulation:
     """A recorded motion of N samples.
 
     Attributes:
-        robot, names: name of the robot and of its active coordinates.
+        robot, names: name of the robot and of its active coordinates; coordinates: names of all, the order of state.s.
         t: (N,) [s]; the last sample is where the simulation ended.
         state: ClosedState of all samples: s, ds, R, residuals, distances to singularities.
         ddu, tau: (N, n) active accelerations and efforts.
@@ -39,6 +39,7 @@ class Simulation:
 
     robot: str
     names: tuple[str, ...]
+    coordinates: tuple[str, ...]
     t: Array
     state: ClosedState
     ddu: Array
@@ -85,12 +86,38 @@ class Simulation:
 
         return plot_simulation(self)
 
+    def table(self) -> tuple[tuple[str, ...], Array]:
+        """Names of the columns, and (N, columns): time, all coordinates and rates, accelerations, efforts, energies."""
+        head = ["t", *self.coordinates, *(f"{name}.rate" for name in self.coordinates)]
+        head += [f"{name}.{what}" for what in ("acceleration", "effort") for name in self.names]
+        head += [*(f"energy.{part}" for part in self.energy._fields), "work"]
+        parts = (self.t, self.state.s, self.state.ds, self.ddu, self.tau, *self.energy, self.work)
+        return tuple(head), np.column_stack(parts)
+
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write everything to an .npz file, which `load_simulation` reads; the file appears when it is complete."""
+        """Write to a file, which appears when it is complete.
+
+        .csv: the `table`, its names in the first line, SI units; .npz: everything, which `load_simulation` reads.
+        Raises InputError for another ending.
+        """
         target = Path(path)
+        writers = {".npz": self._write_npz, ".csv": self._write_csv}
+        if target.suffix not in writers:
+            raise InputError(f"{target.name} ends in '{target.suffix}'; expected {' or '.join(writers)}")
+        aside = target.with_name(f".{target.name}.part")
+        with aside.open("wb") as file:
+            writers[target.suffix](file)
+        aside.replace(target)
+
+    def _write_csv(self, file: BinaryIO) -> None:
+        head, rows = self.table()
+        np.savetxt(file, rows, fmt="%.17g", delimiter=",", header=",".join(head), comments="")
+
+    def _write_npz(self, file: BinaryIO) -> None:
+        told = ("robot", "names", "coordinates", "message", "completed", "steps", "evaluations")
         head = {
             "format": FORMAT,
-            **{k: getattr(self, k) for k in ("robot", "names", "message", "completed", "steps", "evaluations")},
+            **{k: getattr(self, k) for k in told},
             "events": [asdict(event) for event in self.events],
             "branch": dict(self.state.branch),
             "loops": self.state.loops,
@@ -98,10 +125,7 @@ class Simulation:
         arrays: dict[str, Any] = {k: getattr(self, k) for k in ("t", "ddu", "tau", "work")}
         arrays |= {f"energy_{k}": v for k, v in self.energy._asdict().items()}
         arrays |= {f"state_{k}": getattr(self.state, k) for k in _state_arrays() if getattr(self.state, k) is not None}
-        aside = target.with_name(f".{target.name}.part")
-        with aside.open("wb") as file:
-            np.savez_compressed(file, head=np.array(json.dumps(head)), **arrays)
-        aside.replace(target)
+        np.savez_compressed(file, head=np.array(json.dumps(head)), **arrays)
 
 
 def load_simulation(path: str | os.PathLike[str]) -> Simulation:
@@ -119,6 +143,7 @@ def load_simulation(path: str | os.PathLike[str]) -> Simulation:
     return Simulation(
         robot=head["robot"],
         names=tuple(head["names"]),
+        coordinates=tuple(head["coordinates"]),
         state=state,
         energy=Energy(*(arrays[f"energy_{k}"] for k in Energy._fields)),
         events=tuple(Event(**event) for event in head["events"]),

@@ -170,6 +170,36 @@ class PinocchioRobot:
         gravity = self.tree_forces(s, still, still)
         return np.array([self.tree_forces(s, still, e) - gravity for e in np.eye(len(s))]).T
 
+    def crba(self, s: np.ndarray) -> np.ndarray:
+        """M(s) of the open tree by Pinocchio's composite rigid body algorithm."""
+        upper = np.triu(pin.crba(self.model, self.data, self.order(s)))
+        return (upper + np.triu(upper, 1).T)[np.ix_(self.index, self.index)]
+
+    def constraint_dynamics(self, s: np.ndarray, ds: np.ndarray, tau: np.ndarray) -> np.ndarray:
+        """s'' of the tree with its closures as contacts, for forces tau along all coordinates (n_s,).
+
+        The rows that a planar loop has too many leave the multipliers open, not s'': the proximal iteration settles s''
+        in a few rounds, and is stopped after them.
+        """
+        models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
+        for model in (m for closure in self.closures for m in self._contacts(closure)):
+            models.append(model)
+            datas.append(model.createData())
+        pin.initConstraintDynamics(self.model, self.data, models, datas)
+        q, v, forces = (self.order(x) for x in (s, ds, tau))
+        settings = pin.ProximalSettings(1e-14, 1e-10, 20)
+        dds: np.ndarray = pin.constraintDynamics(self.model, self.data, q, v, forces, models, datas, settings)
+        return dds[self.index]
+
+    def _contacts(self, closure: Closure) -> list[pin.RigidConstraintModel]:
+        """A weld is a contact of six rows, a ball or pin one of three, a tied axis two of these on the axis."""
+        (i, a), (j, b) = (self._place(closure, end) for end in "ab")
+        kind = pin.ContactType.CONTACT_6D if closure.kind == "frame" else pin.ContactType.CONTACT_3D
+        shifts = [
+            pin.SE3(np.eye(3), np.array([0.0, 0.0, z])) for z in ((0.0, 0.5) if closure.kind == "axis" else (0.0,))
+        ]
+        return [pin.RigidConstraintModel(kind, self.model, i, a * up, j, b * up, LOCAL) for up in shifts]
+
 
 def _tied(closure: Closure) -> list[int]:
     """Axes of the closure's frame about which the ends cannot turn against each other."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 
 from tests.agreement.mujoco_model import MujocoRobot
 from tests.agreement.pinocchio_model import PinocchioRobot
@@ -81,8 +81,7 @@ def test_efforts_are_the_tree_forces_projected(engine: type, case: Case, seed: i
 def test_closing_accelerations_are_pinocchios(case: Case, seed: int) -> None:
     """J s'' + J' s' = 0 for the points of all closures, with Pinocchio's accelerations."""
     s, du, ddu = case.somewhere(seed), case.rates(seed), case.rates(seed + 1)
-    if not case.description.closures:
-        return
+    assume(case.description.closures)
     state = case.robot.close(s[: case.n], du)
     dds = case.robot.accelerations(state, ddu)
     other = PinocchioRobot(case.description, case.robot.coordinates)

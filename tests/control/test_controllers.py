@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -133,6 +135,21 @@ def test_efforts_along_a_trajectory_are_its_inverse_dynamics(forging: Robot) -> 
     with pytest.raises(ClosureError) as caught:
         efforts_along(forging, beyond, np.linspace(0, 1, 11))
     assert caught.value.index == 7
+
+
+def test_what_does_not_fit_the_robot_is_refused(forging: Robot) -> None:
+    path, other = motion_of("forging_chu2020")[1], JointTrajectory.between([0.0], [1.0], 1.0)
+    calls: dict[str, Callable] = {
+        r"damping has shape \(2,\); expected a number or \(4,\)": lambda: GravityCompensation(forging, [1.0, 2.0]),
+        r"kp has shape \(4, 4\)": lambda: ComputedTorque(forging, path, np.eye(4), 1.0),
+        r"kd is -1\.0; expected finite numbers": lambda: ComputedTorque(forging, path, 1.0, -1.0),
+        "kp is nan": lambda: FeedForward(forging, path, np.nan),
+        "has 1 joints; forging_chu2020 has 4": lambda: FeedForward(forging, other),
+        "the trajectory has 1 joints": lambda: efforts_along(forging, other, [0.0]),
+    }
+    for words, call in calls.items():
+        with pytest.raises(InputError, match=words):
+            call()
 
 
 class TestTrajectory:

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import InputError, MassSingularityError, Payload, Robot
+from hybrid_dynamics_core.control import ComputedTorque, FeedForward, GravityCompensation, JointTrajectory
 from hybrid_dynamics_core.description.reader import parse_description
+from hybrid_dynamics_core.simulation import Settings, simulate
 from tests.mechanisms import mechanism
 
 FILE = resources.files("hybrid_dynamics_core").joinpath("robots/forging_chu2020.yaml").read_text(encoding="utf-8")
@@ -33,6 +35,24 @@ def test_gripper_without_axial_inertia_is_refused_with_evidence(slender: Robot) 
     assert np.abs(error.direction) == pytest.approx([0, 0, 0, 1])
     assert error.eigenvalues[0] == pytest.approx(0.0, abs=1e-9)
     assert error.index is None
+
+
+def test_so_is_every_other_call_that_needs_the_inverse(slender: Robot) -> None:
+    state, still = slender.close(U), np.zeros(4)
+    path = JointTrajectory.between(U, np.add(U, [0.1, 0.01, 0.01, 0.1]), 1.0)
+    calls = [
+        lambda: slender.forward_dynamics_derivatives(state, still),
+        lambda: slender.forward_dynamics(state, slender.generalised_forces(state, {"q12": 1e3, "q22": -2e3})),
+        lambda: slender.motion_near(state)(state.u, state.du, still),
+        *(lambda m=m: simulate(slender, U, settings=Settings(method=m)) for m in ("DOP853", "RK45", "Radau", "LSODA")),
+        lambda: simulate(slender, U, settings=Settings(hold=0.01)),
+        lambda: simulate(slender, U, None, ComputedTorque(slender, path, 10.0, 5.0)),
+        lambda: simulate(slender, U, None, GravityCompensation(slender)),
+        lambda: simulate(slender, U, None, FeedForward(slender, path)),
+    ]
+    for call in calls:
+        with pytest.raises(MassSingularityError, match=r"accelerating q4 \(\+1\) takes no force"):
+            call()
 
 
 def test_row_of_a_batch_is_named(slender: Robot) -> None:

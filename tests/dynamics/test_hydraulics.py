@@ -9,17 +9,19 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from hybrid_dynamics_core import (
     HydraulicCylinder,
     InputError,
     Robot,
+    SingularityError,
     chamber_flows,
     chamber_pressures,
     cylinder_force,
     force_range,
 )
-from tests.mechanisms import changed
+from tests.mechanisms import changed, mechanism
 
 BOOM = HydraulicCylinder("q12", bore=0.08, rod=0.05, stroke=(-0.05, 0.6), return_pressure=3e5, supply_pressure=2.5e7)
 STICK = HydraulicCylinder("q22", bore=0.06, rod=0.04, stroke=(-0.05, 0.25), sign=-1.0, count=2)
@@ -120,3 +122,20 @@ def test_wrong_forces_are_refused(oiled: Robot) -> None:
         oiled.generalised_forces(state, {"q99": 1.0})
     with pytest.raises(InputError, match="'q12' has shape"):
         oiled.generalised_forces(state, {"q12": [1.0, 2.0]})
+
+
+def test_drive_at_its_dead_centre_is_refused_with_evidence() -> None:
+    """A cylinder that pushes a crank by its rod: with both in line no force turns it."""
+    robot = mechanism("slider_crank")
+    robot = changed(robot, actuators=MappingProxyType({"s": HydraulicCylinder("s", bore=0.05, rod=0.03)}))
+    assert robot.drives == ("s", "t")
+    k = robot.coordinates.index("s")
+    dead = brentq(lambda a: robot.close([0.0, a]).R[k, 1], -1.0, 1.0, xtol=1e-15)
+    assert robot.close([0.0, dead]).singularity > 0.5  # the loop itself closes well
+    for u in ([0.0, dead], [[0.0, 0.6], [0.0, dead]]):
+        state = robot.close(u)
+        with pytest.raises(SingularityError, match=r"moving a \(\+1\) moves none of them") as caught:
+            robot.drive_forces(state, np.ones_like(state.u))
+        assert caught.value.index == (None if state.u.ndim == 1 else 1)
+        assert caught.value.distance < 1e-9
+    assert np.isfinite(robot.drive_forces(robot.close([[0.0, 0.6], [0.0, 0.6]]), np.ones((2, 2)))["s"]).all()

@@ -166,6 +166,30 @@ class TestBadInput:
         with pytest.raises(InputError, match="no joint 'q99'"):
             base_parameters(forging, Parameters((), ("q99",)))
 
+    def test_rows_that_are_no_measurements_are_named(self, forging: Robot) -> None:
+        state, ddu = random_motion(forging, 20)
+        tau = forging.inverse_dynamics(state, ddu)
+        for name, values in (("tau", tau), ("ddu", ddu)):
+            for bad in (np.nan, np.inf):
+                spoilt = values.copy()
+                spoilt[7, 2] = bad
+                told = {"tau": tau, "ddu": ddu} | {name: spoilt}
+                with pytest.raises(InputError, match=rf"{name}: q22 in row 7 is {bad}; expected finite numbers"):
+                    identify(forging, state, told["ddu"], told["tau"])
+        u = state.u.copy()
+        u[3], u[12] = [0, 0.9, 0.1, 0], [0, 0.7, 0.1, 0]
+        torn = forging.close(u, state.du, check=False)
+        with pytest.raises(InputError, match=r"2 of 20 states do not close, row 3 the first \(unreachable\)"):
+            identify(forging, torn, ddu, tau)
+
+    def test_motion_that_shows_nothing_is_refused(self, forging: Robot) -> None:
+        """The same sample many times over: as many equations as one likes, four of them independent."""
+        state, ddu = random_motion(forging, 1)
+        many = forging.close(np.tile(state.u, (30, 1)), np.tile(state.du, (30, 1)))
+        ddu = np.tile(ddu, (30, 1))
+        with pytest.raises(InputError, match="shows 4 of 43 base parameters"):
+            identify(forging, many, ddu, forging.inverse_dynamics(many, ddu))
+
 
 class TestConsistency:
     def test_pseudo_inertia_is_of_the_body(self) -> None:

@@ -12,6 +12,7 @@ from tests.laws.test_loads import heavy_loads
 from tests.robots import ROBOTS, random_states, random_vector, robot, scaled
 
 H = 2e-4  # truncation H^4 and rounding 1e-16 / H meet at about 1e-12 of the higher derivatives
+ROUNDING = 1e-12  # the mass matrix comes out of two programs, which round in different orders
 
 
 def slope(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray) -> np.ndarray:
@@ -48,7 +49,8 @@ class TestDerivatives:
             by_du = slope(lambda du, s=state: tau(s.u, du), state.du)
             assert scaled(d_u - by_u, by_u, d_ddu) < tolerance(state)
             assert scaled(d_du - by_du, by_du, d_ddu) < tolerance(state)
-            assert np.array_equal(d_ddu, machine.minimal_form(state, loads)[0])
+            mass = machine.minimal_form(state, loads)[0]
+            assert scaled(d_ddu - mass, mass) < ROUNDING
 
     def test_forward_dynamics(self, name: str, laden: bool) -> None:
         machine, tau = robot(name), random_vector(robot(name), 2, 30.0)

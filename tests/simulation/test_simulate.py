@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from hybrid_dynamics_core import ClosedState, InputError, Robot, load
 from hybrid_dynamics_core.simulation import Settings, Simulation, load_simulation, simulate
-from tests.mechanisms import mechanism
+from tests.mechanisms import describe, mechanism
 from tests.robots import random_states, robot
 
 SWINGING = ("forging_chu2020", "palletizer", "ankle", "gough", "serial", "three_rrr", "rssr", "parallelogram")
@@ -101,6 +102,31 @@ class TestEvents:
         assert float(motion.state.singularity[-1]) == pytest.approx(0.01, abs=1e-4)
         assert motion.relative_energy_error < 1e-6
 
+    def test_limit_passed_and_left_again_within_a_step_is_met(self) -> None:
+        """A mass on a spring whose limit is 1e-5 short of its swing: beyond it for 0.009 s, far less than a step."""
+        rows = [("q", "prismatic", "base", "mass", (0, 0, 0), "x")]
+        description = replace(describe("spring_mass", rows, [], ["q"], {}), gravity=np.zeros(3))
+        swing = 0.1
+        joint = replace(description.joints["q"], limits=(-1.0, swing * (1.0 - 1e-5)))
+        machine = Robot(replace(description, joints={"q": joint}))
+        stiffness = float(machine.minimal_form(machine.close([0.0]))[0][0, 0])  # 1 rad/s
+        settings = Settings(loads=machine.loads.with_effects(stiffness=[stiffness]), rtol=1e-7)
+        motion = simulate(machine, [0.0], [swing], t_span=(0.0, 20.0), settings=settings)
+        assert motion.steps > 2
+        assert motion.t[-1] / motion.steps > 0.1
+        assert [event.name for event in motion.events] == ["q"]
+        assert motion.t[-1] == pytest.approx(np.arcsin(1.0 - 1e-5), abs=1e-4)
+
+    def test_limit_at_which_it_starts_is_not_passed(self) -> None:
+        excavator = load("excavator")
+        start = [0.0, 0.7, 0.32, 0.6]  # q22 at the end of its stroke
+        pushed = simulate(excavator, start, t_span=(0.0, 0.2))  # by the weight of the arm
+        assert (pushed.t[-1], [event.name for event in pushed.events]) == (0.0, ["q22"])
+        weight = excavator.minimal_form(excavator.close(start))[2]
+        drawn = simulate(excavator, start, tau=np.add(weight, [0, 0, 500.0, 0]), t_span=(0.0, 0.2))
+        assert drawn.completed
+        assert drawn.u[-1, 2] > 0.32
+
     def test_stroke_of_a_cylinder_counts(self) -> None:
         from hybrid_dynamics_core import HydraulicCylinder
         from tests.mechanisms import changed
@@ -185,9 +211,23 @@ class TestRecord:
             assert np.array_equal(getattr(again, name), getattr(motion, name))
         assert np.array_equal(again.state.s, motion.state.s)
         assert again.events == motion.events
-        assert (again.message, again.robot, again.names) == (motion.message, motion.robot, motion.names)
+        for name in ("message", "robot", "names", "coordinates", "completed", "steps", "evaluations"):
+            assert getattr(again, name) == getattr(motion, name)
         assert dict(again.state.branch) == dict(motion.state.branch)
         assert np.array_equal(again.energy.total, motion.energy.total)
+
+    def test_saved_as_a_table(self, motion: Simulation, tmp_path: Path) -> None:
+        motion.save(tmp_path / "fall.csv")
+        assert [p.name for p in tmp_path.iterdir()] == ["fall.csv"]
+        rows = np.genfromtxt(tmp_path / "fall.csv", delimiter=",", names=True, deletechars="")
+        assert np.array_equal(rows["t"], motion.t)
+        assert np.array_equal(rows["q12.effort"], motion.tau[:, 1])
+        assert np.array_equal(rows["q3.rate"], motion.state.ds[:, motion.coordinates.index("q3")])
+        assert np.array_equal(rows["q22.acceleration"], motion.ddu[:, 2])
+        assert np.array_equal(rows["energy.kinetic"], motion.energy.kinetic)
+        assert len(rows.dtype.names or ()) == 1 + 12 + 12 + 4 + 4 + 3 + 1
+        with pytest.raises(InputError, match=r"ends in '.xls'; expected .npz or .csv"):
+            motion.save(tmp_path / "fall.xls")
 
     def test_other_files_are_refused(self, tmp_path: Path) -> None:
         np.savez(tmp_path / "other.npz", x=np.zeros(3))

@@ -1,0 +1,64 @@
+"""What the project wants to reach, as ratios of times measured in one run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from .measure import Timing
+
+OURS, PLAIN = "hybrid_dynamics", "hybrid_dynamics, no compiler"
+FLOOR = "C by hand, extension module"
+BY_HAND, NEWTON = "Pinocchio, closure by hand", "Pinocchio, Newton closure"
+CONSTRAINED = "Pinocchio, constraintDynamics"
+
+
+@dataclass(frozen=True)
+class Goal:
+    """`work` on `side` against the fastest of `others`: at least `faster` times faster, or at most `slower` slower."""
+
+    work: str
+    text: str
+    others: tuple[str, ...]
+    faster: float = 0.0
+    slower: float = 0.0
+    side: str = OURS
+
+    def measured(self, times: Mapping[str, Mapping[str, Timing]]) -> float | None:
+        """How many times faster, or slower; None where a side is missing."""
+        rows = times.get(self.work, {})
+        others = [rows[name].median for name in self.others if name in rows]
+        if self.side not in rows or not others:
+            return None
+        ratio = min(others) / rows[self.side].median
+        return ratio if self.faster else 1.0 / ratio
+
+    def reached(self, value: float) -> bool:
+        """Whether a measured ratio is good enough."""
+        return value >= self.faster if self.faster else value <= self.slower
+
+
+GOALS = (
+    Goal("id", "inverse dynamics, new array: Pinocchio, closure by hand", (BY_HAND,), faster=8.0),
+    Goal("id", "inverse dynamics, new array: Pinocchio, Newton closure", (NEWTON,), faster=500.0),
+    Goal("id", "inverse dynamics, new array: C by hand", (FLOOR,), slower=6.0),
+    Goal("id_out", "inverse dynamics, `out=`: C by hand", (FLOOR,), slower=4.0),
+    Goal("minimal", "M-bar, C-bar u', G-bar: Pinocchio", (BY_HAND,), faster=10.0),
+    Goal("fd", "forward dynamics: the fastest of Pinocchio", (BY_HAND, CONSTRAINED), faster=5.0),
+    Goal("close", "closure with rates: Pinocchio, Newton closure", (NEWTON,), faster=300.0),
+    Goal("id_batch", "inverse dynamics, batch: loop over Pinocchio", (BY_HAND,), faster=140.0),
+    Goal("id_batch", "inverse dynamics, batch: C by hand", (FLOOR,), slower=5.0),
+    Goal("id", "without compiler, inverse dynamics: plain NumPy", ("plain NumPy, closure by hand",), 6.0, side=PLAIN),
+)
+
+
+def table(times: Mapping[str, Mapping[str, Timing]], goals: Sequence[Goal] = GOALS) -> list[str]:
+    """One row a goal that the installed sides allow to measure."""
+    lines = ["| this library beside | wanted | measured | |", "|---|---|---:|---|"]
+    for goal in goals:
+        value = goal.measured(times)
+        if value is not None:
+            wanted = f"{goal.faster:g} times faster" if goal.faster else f"within {goal.slower:g} times"
+            verdict = "reached" if goal.reached(value) else "not reached"
+            lines.append(f"| {goal.text} | {wanted} | {value:.3g} | {verdict} |")
+    return lines

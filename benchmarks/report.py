@@ -1,0 +1,37 @@
+"""The whole report as Markdown."""
+
+from __future__ import annotations
+
+from . import agree, goals, machine, run, table
+
+
+def report(quick: bool = False, modules: tuple[str, ...] = run.MODULES) -> str:
+    """The whole report as Markdown; `quick`: few short rounds, to see that it runs."""
+    rounds, seconds = (3, 0.001) if quick else (9, 0.02)
+    notes: list[str] = []
+    robot = run.forging()
+    sides = run.find_sides(robot, modules, notes.append)
+    size = 2 * agree.MANY if quick else run.BATCH
+    times = run.compare(robot, sides, rounds, seconds, size)
+    one, two = run.threads(robot, rounds, size).values()
+    lines = [
+        *machine.description(),
+        "",
+        f"The forging robot: CPU time, median of {rounds} interleaved rounds; of batches of {size}, per state.",
+        "",
+        *table.comparison(times),
+        "",
+        *goals.table(times),
+        "",
+        f"Batch on two threads: {one.median / two.median:.2f} times the states of one (time on the wall).",
+        "",
+        *(
+            f"Import, load and first result, {name}: {wall:.2f} s ({cpu:.2f} s of CPU)"
+            for name, (wall, cpu) in run.starts().items()
+        ),
+        "",
+        *table.scaling(run.scaling(run.STAGES[:2] if quick else run.STAGES, rounds)),
+        "",
+        *notes,
+    ]
+    return "\n".join(lines).rstrip() + "\n"

@@ -1,0 +1,1 @@
+"""One module a side: `sides(robot)` gives what it brings; importing it fails where its engine is not installed."""

@@ -1,0 +1,109 @@
+"""The floor: an extension module in C, written by hand for this one robot and compiled here."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import shlex
+import shutil
+import subprocess
+import sysconfig
+import tempfile
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from hybrid_dynamics_core import Robot
+
+from ..closed_form import ARM, B3, C2, FORE, L1, L2, L11, L21
+from ..side import Side
+
+FLAGS = ("-O3", "-march=native", "-ffast-math", "-fno-finite-math-only", "-fopenmp-simd", "-fPIC")
+C1, FORE_ARM, L42, L4, ROD = 0.2, 0.6, 0.2, 0.2, 0.4
+ARM_LINKS = {  # kx, a, b of the mass, and with which direction the link turns
+    "l2": (0.0, L2 / 2, 0.0, "e2"),
+    "l31": (-C1, L2 / 2, 0.0, "e2"),
+    "l3": (0.0, L2, 0.2, "e3"),
+    "l41": (0.0, L2, FORE_ARM / 2, "e3"),
+    "l32": (-C1 / 2, L2, 0.0, ""),
+    "l42": (L42 / 2, L2, FORE_ARM, ""),
+    "l4": (L42 + L4 / 2, L2, FORE_ARM, ""),
+}
+
+
+def numbers(robot: Robot) -> list[float]:
+    """What `setup` takes, in the order of the structure in floor.c."""
+    links = robot.description.links
+    mass = {name: link.mass for name, link in links.items()}
+    ixx, iyy, izz = ({name: float(link.inertia[k, k]) for name, link in links.items()} for k in range(3))
+
+    def total(of: Any) -> float:
+        return sum(mass[name] * float(of(kx, a, b)) for name, (kx, a, b, _) in ARM_LINKS.items())
+
+    def turning(direction: str, of: dict[str, float]) -> float:
+        return sum(of[name] for name, row in ARM_LINKS.items() if row[3] == direction)
+
+    sums = [
+        total(lambda _, a, b: a),  # noqa: ARG005
+        total(lambda _, a, b: b),  # noqa: ARG005
+        total(lambda kx, a, b: kx * kx),  # noqa: ARG005
+        total(lambda _, a, b: a * a),  # noqa: ARG005
+        total(lambda _, a, b: a * b),
+        total(lambda _, a, b: b * b),  # noqa: ARG005
+        total(lambda kx, a, b: kx * a),  # noqa: ARG005
+        total(lambda kx, a, b: kx * b),  # noqa: ARG005
+    ]
+    diff = {name: ixx[name] - iyy[name] for name in links}
+    plane = [turning("e2", izz), turning("e3", izz), turning("e2", diff), turning("e3", diff)]
+    yaw = (
+        izz["l1"]
+        + ixx["l32"]
+        + sum(iyy[n] for n in ("l2", "l31", "l3", "l41", "l42", "l4", "l11", "l12", "l21", "l22"))
+    )
+    cylinders: list[float] = []
+    for barrel, rod, length in (("l11", "l12", L11), ("l21", "l22", L21)):
+        both = (izz[barrel] + izz[rod], diff[barrel] + diff[rod])
+        cylinders += [mass[barrel], length / 2, mass[rod], -ROD / 2, *both]
+    triangles = [L1, ARM, L11, FORE, B3, L21]
+    return [-float(robot.description.gravity[2]), *triangles, *sums, *plane, yaw, ixx["l4"], *cylinders, -L1, C2]
+
+
+def compiled() -> ModuleType:
+    """The extension module. Raises OSError where there is no C compiler."""
+    command = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+    if command is None:
+        raise OSError("no C compiler")
+    include = [f"-I{sysconfig.get_path('include')}", f"-I{np.get_include()}"]
+    source = Path(__file__).with_name("floor.c")
+    with tempfile.TemporaryDirectory(prefix="floor") as place:
+        code, target = Path(place, "floor.o"), Path(place, f"floor{sysconfig.get_config_var('EXT_SUFFIX')}")
+        _call([command, *FLAGS, *include, "-c", str(source), "-o", str(code)])
+        _call([command, "-shared", str(code), "-o", str(target), "-lm"])  # fast-math here would disable subnormals
+        return _loaded(target)
+
+
+def _call(arguments: list[str]) -> None:
+    answer = subprocess.run(arguments, capture_output=True, text=True, check=False)  # noqa: S603  the system's compiler
+    if answer.returncode != 0:
+        raise OSError(f"{shlex.join(arguments)}\n{answer.stderr}")
+
+
+def _loaded(target: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location("floor", target)
+    if spec is None or spec.loader is None:
+        raise OSError("the extension module cannot be loaded")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def sides(robot: Robot) -> list[Side]:
+    """The floor, for single calls and batches."""
+    module = compiled()
+    values = numbers(robot)
+    if not all(map(math.isfinite, values)):
+        raise ValueError("the robot's numbers are not finite")
+    module.setup(*values)
+    return [Side("C by hand, extension module", {"id": module.one, "id_out": module.one, "id_batch": module.many})]

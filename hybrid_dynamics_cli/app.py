@@ -1,0 +1,76 @@
+"""The group of verbs. A verb is a module of `verbs` with a click command named `command`; it is loaded when used."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import click
+
+from hybrid_dynamics_core import __version__
+from hybrid_dynamics_core.errors import HybridDynamicsError
+
+VERBS = {  # in the order in which they are shown: name -> module
+    "check": "check",
+    "info": "info",
+    "fk": "fk",
+    "ik": "ik",
+    "id": "inverse_dynamics",
+    "fd": "forward_dynamics",
+    "branches": "branches",
+    "benchmark": "benchmark",
+}
+FAILED = 1  # the question has no answer, or the robot is wrong; click itself ends with 2 where the command line is
+
+
+class Verbs(click.Group):
+    """Loads the module of a verb when it is asked for, so that `--help` and completion stay quick."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
+        """Names of all verbs."""
+        return list(VERBS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
+        """The verb of a name."""
+        if cmd_name not in VERBS:
+            return None
+        from importlib import import_module  # noqa: PLC0415
+
+        command: click.Command = import_module(f".verbs.{VERBS[cmd_name]}", __package__).command
+        return command
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Errors of the library end with their message alone."""
+        try:
+            return super().invoke(ctx)
+        except HybridDynamicsError as error:
+            raise click.ClickException(str(error)) from error
+        except FloatingPointError as error:
+            raise click.ClickException(f"the numbers are beyond what can be computed with: {error}") from error
+
+
+EPILOG = """\b
+Examples:
+  hybrid-dynamics check my_robot.yaml --draw my_robot.svg
+  hybrid-dynamics id forging_chu2020 -u 0,0.10,0.15,0
+  hybrid-dynamics ik excavator --position 4.0 0 0.5 --json
+
+\b
+Shell completion, for bash (zsh and fish alike), in ~/.bashrc:
+  eval "$(_HYBRID_DYNAMICS_COMPLETE=bash_source hybrid-dynamics)"
+"""
+
+
+@click.group(cls=Verbs, epilog=EPILOG, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="hybrid-dynamics")
+def app() -> None:
+    """The model of a hybrid robot: closure, kinematics and dynamics of serial arms with closed loops.
+
+    ROBOT is the name of a robot that comes with the library, or the path of a description file. Values are in rad, m,
+    N and N m.
+    """
+
+
+def run() -> None:
+    """The command, with the name that help and completion show."""
+    sys.exit(app(prog_name="hybrid-dynamics"))

@@ -1,0 +1,103 @@
+"""What the verbs take: robots, vectors of numbers, output options."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+import numpy as np
+from click.shell_completion import CompletionItem
+
+from hybrid_dynamics_core import InputError, Robot, load, shipped_robots
+from hybrid_dynamics_core.description.expressions import evaluate
+from hybrid_dynamics_core.description.model import Array
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+class RobotType(click.ParamType):  # type: ignore[type-arg]
+    """A shipped robot's name, or the path of a description file."""
+
+    name = "robot"
+
+    def shell_complete(
+        self,
+        ctx: click.Context,  # noqa: ARG002
+        param: click.Parameter,  # noqa: ARG002
+        incomplete: str,
+    ) -> list[CompletionItem]:
+        """Names of shipped robots, then files."""
+        named = [CompletionItem(name) for name in shipped_robots() if name.startswith(incomplete)]
+        return named or [CompletionItem(incomplete, type="file")]
+
+
+class NumberType(click.ParamType):  # type: ignore[type-arg]
+    """A number, or a term as descriptions take them: 0.1, pi/2, 30*deg."""
+
+    name = "number"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """The value of a term."""
+        if isinstance(value, float):
+            return value
+        try:
+            return evaluate(str(value), NAMES)
+        except (ValueError, ArithmeticError) as error:
+            self.fail(f"'{value}': {error}", param, ctx)
+
+
+NAMES = {"deg": math.pi / 180.0}  # besides pi
+NUMBER = NumberType()
+robot_argument = click.argument("robot", type=RobotType(), metavar="ROBOT")
+json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for programs.")
+
+
+def vector_option(*names: str, **more: Any) -> Callable[[Command], Command]:
+    """An option for one value per active joint: `0,0.1,0.15,0`, or `q12=0.1,q4=pi/2` where the others stay."""
+    more["help"] = f"{more['help']} As 0,0.1,30*deg or by name, q12=0.1,q4=pi/2."
+    return click.option(*names, metavar="VALUES", **more)
+
+
+def loaded(robot: str) -> Robot:
+    """The robot; a file that cannot be read is told as what it is."""
+    try:
+        return load(robot)
+    except OSError as error:
+        raise click.ClickException(f"{robot}: {error.strerror or error}") from error
+
+
+def vector(name: str, text: str | None, names: Sequence[str], default: Array) -> Array:
+    """Values (n,) from the text of an option; those that are not named are taken from `default`.
+
+    Raises InputError that says which part is wrong.
+    """
+    values = np.array(default, dtype=float)
+    if text is None or not text.strip():
+        return values
+    parts = [part.strip() for part in text.split(",")]
+    named = ["=" in part for part in parts]
+    if not any(named) and len(parts) != len(names):
+        raise InputError(f"{name}: {len(parts)} values; expected {len(names)}, for {', '.join(names)}")
+    if any(named) and not all(named):
+        raise InputError(f"{name}: either all values by name, or none: '{text}'")
+    for k, part in enumerate(parts):
+        key, _, term = part.rpartition("=")
+        key = key.strip()
+        if key and key not in names:
+            raise InputError(f"{name}: '{key}' is not an active joint; they are {', '.join(names)}")
+        try:
+            values[names.index(key) if key else k] = evaluate(term, NAMES)
+        except (ValueError, ArithmeticError) as error:
+            raise InputError(f"{name}: '{part}': {error}") from error
+    return values
+
+
+def output_path(path: str) -> Path:
+    """A file that can be written: its folder is there."""
+    place = Path(path)
+    if not place.parent.is_dir():
+        raise click.ClickException(f"{path}: there is no folder {place.parent}")
+    return place

@@ -1,0 +1,78 @@
+"""Whether a description is right, and a picture of it."""
+
+from __future__ import annotations
+
+from typing import Any, get_args
+
+import click
+import numpy as np
+
+from hybrid_dynamics_core import MassSingularityError, Robot, SingularityError
+from hybrid_dynamics_core.drawing.options import Names
+
+from ..output import number, show
+from ..parameters import json_option, loaded, output_path, robot_argument
+from .info import facts
+from .info import text as info_text
+
+SMALL = 1e-3  # distance to a singularity below which a reference is a poor place to start from
+
+EPILOG = """\b
+Examples:
+  hybrid-dynamics check my_robot.yaml
+  hybrid-dynamics check my_robot.yaml --draw my_robot.svg --names all
+"""
+
+
+@click.command(epilog=EPILOG)
+@robot_argument
+@click.option("--draw", "picture", metavar="FILE", help="Draw the mechanism to an .svg or .png file.")
+@click.option("--names", type=click.Choice(get_args(Names)), default="active", help="Whose names are drawn.")
+@click.option("--modes", is_flag=True, help="Draw all assembly modes of the reference side by side.")
+@json_option
+def command(robot: str, picture: str | None, names: Names, modes: bool, as_json: bool) -> None:
+    """Check a robot: its file, its loops, its masses. Ends with 1 where something is wrong."""
+    machine = loaded(robot)
+    notes = remarks(machine)
+    told: dict[str, Any] = {"ok": True, "notes": notes, **facts(machine)}
+    lines = [info_text(machine, told), "", *(f"note: {note}" for note in notes)]
+    if picture is not None:
+        draw(machine, picture, names, modes)
+        told["picture"] = picture
+        lines.append(f"drawn to {picture}")
+    lines.append("The description is right: every loop closes.")
+    show(told, as_json, "\n".join(lines))
+
+
+def remarks(machine: Robot) -> list[str]:
+    """What is no fault, and yet to be known."""
+    state = machine.close(machine.reference)
+    notes = []
+    if float(state.singularity) < SMALL:
+        notes.append(
+            f"the reference is near a singularity of {state.singular_loop} ({number(float(state.singularity))})"
+        )
+    if not any(link.mass for link in machine.description.links.values()):
+        notes.append("no link has a mass: kinematics only, all efforts are zero")
+        return notes
+    try:
+        mass = machine.minimal_form(state)[0]
+        machine.forward_dynamics(state, np.zeros(len(machine.active)))
+        spread = np.linalg.cond(mass)
+        if spread > 1e9:
+            notes.append(f"M-bar has the condition number {number(spread)}: some motion moves hardly any mass")
+    except (MassSingularityError, SingularityError) as error:
+        notes.append(f"no forward dynamics: {error}")
+    return notes
+
+
+def draw(machine: Robot, picture: str, names: Names, modes: bool) -> None:
+    """Write the picture."""
+    from hybrid_dynamics_core.drawing import draw as draw_robot  # noqa: PLC0415  Matplotlib is an extra
+    from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415
+
+    path = output_path(picture)
+    if modes:
+        draw_modes(machine, path=path, names="none" if names == "active" else names)
+    else:
+        draw_robot(machine, path=path, names=names)

@@ -1,0 +1,73 @@
+"""Inverse kinematics."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+import numpy as np
+
+from hybrid_dynamics_core import IKResult, IKStatus, Pose, Robot
+
+from ..output import number, show, table, unit
+from ..parameters import NUMBER, json_option, loaded, robot_argument, vector, vector_option
+
+EPILOG = """\b
+Examples:
+  hybrid-dynamics ik forging_chu2020 --position 0.32 0.38 1.12
+  hybrid-dynamics ik gough --position 0 0 0.6 --quaternion 0 0 0 1 --all
+
+Ends with 1 where there is no solution.
+"""
+
+
+@click.command(epilog=EPILOG)
+@robot_argument
+@click.option(
+    "--position", nargs=3, type=NUMBER, required=True, metavar="X Y Z", help="Of the end effector, in the base."
+)
+@click.option("--quaternion", nargs=4, type=NUMBER, metavar="X Y Z W", help="Its orientation; left out, it is free.")
+@vector_option("--seed", help="Where the search starts; the robot's reference where left out.")
+@click.option("--all", "every", is_flag=True, help="All distinct solutions found.")
+@json_option
+def command(
+    robot: str,
+    position: tuple[float, ...],
+    quaternion: tuple[float, ...] | None,
+    seed: str | None,
+    every: bool,
+    as_json: bool,
+) -> None:
+    """Active coordinates that bring the end effector to a place, within the limits."""
+    machine = loaded(robot)
+    target = np.array(position) if not quaternion else Pose.from_quaternion(position, quaternion)
+    start = vector("--seed", seed, machine.active, machine.reference)
+    result = machine.inverse_kinematics(target, seed=start, all_solutions=every)
+    told: dict[str, Any] = {
+        "status": result.status,
+        "message": result.message,
+        "residual": result.residual,
+        "u": dict(zip(machine.active, result.u, strict=True)),
+        "solutions": [dict(zip(machine.active, u, strict=True)) for u in result.solutions],
+        "branch": dict(result.branch),
+        "redundant": list(result.redundant),
+        "iterations": result.iterations,
+    }
+    show(told, as_json, text(machine, result))
+    if result.status is not IKStatus.SOLVED:
+        raise SystemExit(1)
+
+
+def text(machine: Robot, result: IKResult) -> str:
+    """Solutions as columns, or why there is none."""
+    if result.status is not IKStatus.SOLVED:
+        return result.message
+    rows = [
+        [name, *(float(u[k]) for u in result.solutions), unit(machine.joint_types[name])]
+        for k, name in enumerate(machine.active)
+    ]
+    heads = ["value"] if len(result.solutions) == 1 else [f"solution {k + 1}" for k in range(len(result.solutions))]
+    lines = [table(["active joint", *heads, "unit"], rows), f"residual {number(result.residual)} m"]
+    if result.redundant:
+        lines.append(f"not determined by the target, and left near the seed: {', '.join(result.redundant)}")
+    return "\n".join(lines)

@@ -1,0 +1,81 @@
+"""What a robot is: its coordinates, loops, links."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from hybrid_dynamics_core import Robot
+
+from ..output import number, plain, show, table, unit
+from ..parameters import json_option, loaded, robot_argument
+
+
+@click.command(epilog="Example: hybrid-dynamics info forging_chu2020")
+@robot_argument
+@json_option
+def command(robot: str, as_json: bool) -> None:
+    """Show coordinates, limits, loops and masses of a robot."""
+    machine = loaded(robot)
+    told = facts(machine)
+    show(told, as_json, text(machine, told))
+
+
+def facts(machine: Robot) -> dict[str, Any]:
+    """What is to be known of a robot, as plain data."""
+    state = machine.close(machine.reference)
+    limits = {name: plain(machine.limits[k]) for k, name in enumerate(machine.active)}
+    coordinates = [
+        {
+            "name": name,
+            "type": machine.joint_types[name],
+            "active": name in machine.active,
+            "reference": float(state.s[k]),
+            "limits": limits.get(name, plain(list(machine.description.joints[name].limits))),
+        }
+        for k, name in enumerate(machine.coordinates)
+    ]
+    return {
+        "name": machine.name,
+        "base": machine.base_frame,
+        "end_effector": machine.end_effector,
+        "active": list(machine.active),
+        "coordinates": coordinates,
+        "loops": [
+            {"name": loop, "branch": state.branch.get(loop), "distance_to_singularity": float(distance)}
+            for loop, distance in zip(state.loops, state.distances, strict=True)
+        ],
+        "redundant_equations": dict(machine.redundant_equations),
+        "links": {name: {"mass": link.mass} for name, link in machine.description.links.items()},
+        "gravity": plain(machine.description.gravity),
+        "frames": list(machine.frames),
+    }
+
+
+def text(machine: Robot, told: dict[str, Any]) -> str:
+    """The facts as tables."""
+    rows = []
+    for entry in told["coordinates"]:
+        lower, upper = (number(float("nan") if v is None else v) for v in entry["limits"])
+        kind = unit(entry["type"])
+        rows.append(
+            [entry["name"], "active" if entry["active"] else "", entry["type"], entry["reference"], lower, upper, kind]
+        )
+    mass = sum(link["mass"] for link in told["links"].values())
+    title = (
+        f"{machine.name}: {len(machine.active)} active of {len(machine.coordinates)} coordinates, "
+        f"{len(told['loops'])} loops, {len(told['links'])} links, {number(mass)} kg; "
+        f"end effector {machine.end_effector}"
+    )
+    lines = [
+        title,
+        "",
+        table(["coordinate", "", "type", "reference", "lower", "upper", "unit"], rows),
+    ]
+    if told["loops"]:
+        loops = [[e["name"], e["branch"] or "", e["distance_to_singularity"]] for e in told["loops"]]
+        lines += ["", table(["loop", "assembly mode", "distance to singularity (0..1)"], loops)]
+    for loop, count in told["redundant_equations"].items():
+        lines.append(f"{loop}: {count} of its equations follow from the others")
+    return "\n".join(lines)

@@ -1,0 +1,153 @@
+"""Kernels as generated Python source: plain floats for one state, NumPy for many. Needs no compiler."""
+
+from __future__ import annotations
+
+import math
+import platform
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..algebra.numerics import invert_columns, invert_floats, newton_columns, newton_floats
+from .cache import Artifact
+from .emit_numpy import emit_columns
+from .emit_python import emit_scalar
+from .ir.module import Form
+from .status import GOOD, NOT_FINITE, NOT_TAKEN
+from .trace import Trace
+
+NAME = "python"
+BLOCK = 8192  # states worked at once: fewer, and the calls of NumPy count; more, and the rows leave the cache
+
+_FLOAT64 = np.dtype(np.float64)
+Array = NDArray[np.float64]
+
+
+def _sqrt(x: float) -> float:
+    return math.sqrt(x) if x >= 0.0 else math.nan
+
+
+_SCALAR = {
+    "sin": math.sin,
+    "cos": math.cos,
+    "sqrt": _sqrt,
+    "fabs": math.fabs,
+    "atan2": math.atan2,
+    "invert": invert_floats,
+    "newton": newton_floats,
+}
+_UFUNCS = ("add", "subtract", "multiply", "divide", "negative", "sin", "cos", "sqrt", "absolute", "arctan2")
+_COLUMNS = {
+    **{name: getattr(np, name) for name in (*_UFUNCS, "greater", "logical_not")},
+    "fabs": np.abs,
+    "atan2": np.arctan2,
+    "invert": invert_columns,
+    "newton": newton_columns,
+}
+
+
+def identity() -> list[str]:
+    """Everything outside the program that the source depends on."""
+    return [NAME, platform.python_version(), np.__version__]
+
+
+def make(trace: Trace, form: Form) -> bytes:
+    """Source of one form of a trace."""
+    return (emit_scalar if form == "one" else emit_columns)(trace).encode()
+
+
+def load(artifact: Artifact, form: Form) -> Callable[..., int]:
+    """The function in a source, called with arrays as the compiled ones are."""
+    scope: dict[str, Any] = dict(_SCALAR if form == "one" else _COLUMNS)
+    exec(compile(artifact.code, "<kernel>", "exec"), scope)  # noqa: S102  numbered variables only, and checked
+    if form == "one":
+        return OneState(scope["kernel"], artifact.facts)
+    return ManyStates(scope["kernel"], scope["ROWS"], artifact.facts)
+
+
+def _suits(array: object, *shapes: tuple[int, ...], dtype: np.dtype[Any] = _FLOAT64) -> bool:
+    return type(array) is np.ndarray and array.dtype == dtype and array.shape in shapes
+
+
+def _can_be_filled(array: Array) -> bool:
+    return array.flags.c_contiguous and array.flags.writeable
+
+
+class OneState:
+    """Calls a function of floats with arrays: inputs, then outputs, which are filled."""
+
+    def __init__(self, kernel: Callable[..., tuple[int, list[float]]], facts: dict[str, Any]) -> None:
+        self._kernel, self._read, self._count = kernel, facts["read"], len(facts["inputs"])
+        self._shapes = [*((size,) for size in facts["inputs"]), *(tuple(shape) for _, shape in facts["layout"])]
+
+    def __call__(self, *arrays: Array) -> int:
+        """The status; `NOT_TAKEN` also where a division by zero is left to NumPy."""
+        if len(arrays) != len(self._shapes) or not all(map(_suits, arrays, self._shapes)):
+            return NOT_TAKEN
+        if not all(map(_can_be_filled, arrays[self._count :])):
+            return NOT_TAKEN
+        inputs = [a.tolist() for a in arrays[: self._count]]
+        try:
+            status, values = self._kernel(*inputs)
+        except (ZeroDivisionError, ValueError, OverflowError):
+            return NOT_TAKEN
+        start = 0
+        for out in arrays[self._count :]:
+            out[...] = np.reshape(values[start : start + out.size], out.shape)
+            start += out.size
+        if status == GOOD and not math.isfinite(sum(values) + sum(sum(inputs[v]) for v in self._read)):
+            return NOT_FINITE
+        return status
+
+
+class ManyStates:
+    """Calls a function of columns with arrays: inputs (size,) or (N, size), outputs (N, *shape), status (N,)."""
+
+    def __init__(self, kernel: Callable[..., None], rows: int, facts: dict[str, Any]) -> None:
+        self._kernel, self._rows, self._read = kernel, rows, facts["read"]
+        self._inputs: list[int] = facts["inputs"]
+        self._shapes = [tuple(shape) for _, shape in facts["layout"]]
+
+    def __call__(self, *arrays: Any) -> int:
+        """0, or `NOT_TAKEN`."""
+        count = len(self._inputs)
+        inputs, outs, status = arrays[:count], arrays[count:-1], arrays[-1]
+        n = len(status)
+        if not (
+            len(outs) == len(self._shapes)
+            and _suits(status, (n,), dtype=np.dtype(np.int64))
+            and all(_suits(a, (size,), (n, size)) for a, size in zip(inputs, self._inputs, strict=True))
+            and all(_suits(a, (n, *shape)) for a, shape in zip(outs, self._shapes, strict=True))
+            and all(map(_can_be_filled, outs))
+        ):
+            return NOT_TAKEN
+        self._run(inputs, [out.reshape(n, math.prod(out.shape[1:])) for out in outs], status)
+        return GOOD
+
+    def _run(self, inputs: Sequence[Array], outs: Sequence[Array], status: NDArray[np.int64]) -> None:
+        n = len(status)
+        scratch = np.empty((self._rows, min(n, BLOCK)))
+        results = np.empty((sum(out.shape[1] for out in outs), min(n, BLOCK)))
+        with np.errstate(all="ignore"):
+            for start in range(0, n, BLOCK):
+                m = min(BLOCK, n - start)
+                rows = slice(start, start + m)
+                columns = [_columns(a, rows, m) for a in inputs]
+                self._kernel(*columns, scratch[:, :m], results[:, :m], status[rows])
+                finite = np.isfinite(results[:, :m]).all(axis=0)
+                for v in self._read:
+                    finite &= np.isfinite(columns[v]).all(axis=0)
+                status[rows][(status[rows] == GOOD) & ~finite] = NOT_FINITE
+                first = 0
+                for out in outs:
+                    out[rows] = results[first : first + out.shape[1], :m].T
+                    first += out.shape[1]
+
+
+def _columns(array: Array, rows: slice, count: int) -> Array:
+    """Components by row; those that all states share are not repeated in memory."""
+    if array.ndim == 1:
+        return np.broadcast_to(array[:, None], (len(array), count))
+    return np.ascontiguousarray(array[rows].T)

@@ -1,0 +1,93 @@
+"""The nodes of a trace as instructions, on one state or on a vector of states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from ..graph import Operand, Symbol
+from ..trace import Trace
+from .text import Function, Lanes
+
+_ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
+_INTRINSIC = {"sqrt": "sqrt", "abs": "fabs"}
+CallBlock = Callable[["Nodes", int], list[str]]  # (nodes, number of the block) -> names of its outputs
+Fetch = Callable[[Lanes, int], str]  # (where to write, a node that was not computed here) -> name of its value
+
+
+class Nodes:
+    """Writes nodes of a trace into a function; `value` names each. What is not written here is fetched when needed."""
+
+    def __init__(self, trace: Trace, lanes: Lanes, indices: Iterable[int], fetch: Fetch, call: CallBlock) -> None:
+        self.trace, self.lanes = trace, lanes
+        self._fetch, self._call = fetch, call
+        self._names: dict[int, str] = {}
+        self._blocks: dict[int, list[str]] = {}
+        self._angles: dict[str, tuple[str, str]] = {}
+        for index in indices:
+            if trace.graph.nodes[index][0] != "input":
+                self._names[index] = self._node(index)
+
+    @property
+    def function(self) -> Function:
+        """The function written to."""
+        return self.lanes.function
+
+    def value(self, x: Operand | int) -> str:
+        """The name of a node's value (a node by symbol or index), or a constant."""
+        if isinstance(x, float):
+            return self.lanes.constant(x)
+        index = x.index if isinstance(x, Symbol) else x
+        if index not in self._names:
+            self._names[index] = self._fetch(self.lanes, index)
+        return self._names[index]
+
+    def _node(self, index: int) -> str:
+        op, a, b = self.trace.graph.nodes[index]
+        if op == "block":
+            if int(a) not in self._blocks:
+                self._blocks[int(a)] = self._call(self, int(a))
+            return self._blocks[int(a)][int(b)]
+        left = self.value(a)
+        if op == "neg":
+            return self.function.let(f"fneg {self.lanes.kind} {left}")
+        if op in _ARITHMETIC:
+            return self.lanes.arithmetic(_ARITHMETIC[op], left, self.value(b))
+        return self._call_function(op, left, b)
+
+    def _call_function(self, op: str, left: str, b: int | float) -> str:
+        if op in ("sin", "cos"):
+            return self._angle(left)[0 if op == "sin" else 1]
+        if op == "atan2":
+            kind = self.lanes.kind
+            return self.function.let(f"call {kind} {_atan2(self.lanes.width)}({kind} {left}, {kind} {self.value(b)})")
+        return self.lanes.intrinsic(_INTRINSIC[op], left)
+
+    def _angle(self, angle: str) -> tuple[str, str]:
+        if angle not in self._angles:
+            f, kind = self.function, self.lanes.kind
+            pair = f"{{ {kind}, {kind} }}"
+            both = f.let(f"call {pair} @sincos.{self.lanes.width}({kind} {angle})")
+            self._angles[angle] = (
+                f.let(f"extractvalue {pair} {both}, 0"),
+                f.let(f"extractvalue {pair} {both}, 1"),
+            )
+        return self._angles[angle]
+
+
+def _atan2(width: int) -> str:
+    return "@atan2" if width == 1 else f"@atan2.{width}"
+
+
+def atan2_functions(width: int) -> list[str]:
+    """`@atan2`: the C library's, and `@atan2.W`: the same lane by lane."""
+    if width == 1:
+        return ["declare double @atan2(double, double)\n"]
+    kind = f"<{width} x double>"
+    f = Function(f"define internal {kind} {_atan2(width)}({kind} %y, {kind} %x)")
+    result = "poison"
+    for lane in range(width):
+        y, x = (f.let(f"extractelement {kind} {v}, i64 {lane}") for v in ("%y", "%x"))
+        angle = f.let(f"call double @atan2(double {y}, double {x})")
+        result = f.let(f"insertelement {kind} {result}, double {angle}, i64 {lane}")
+    f.do(f"ret {kind} {result}")
+    return ["declare double @atan2(double, double)\n", f.text()]

@@ -1,0 +1,100 @@
+"""A long trace in parts: functions one after the other, with memory for what a later one needs.
+
+The time that LLVM takes for one function grows faster than its length, so this keeps it proportional to the trace.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..graph import Symbol
+from ..trace import Trace
+from .nodes import CallBlock, Fetch, Nodes
+from .text import Function, Lanes
+
+LONGEST = 2000  # nodes of a part
+
+
+class Parts:
+    """The live nodes of a trace, divided; `slots`: numbers (of lanes) that pass from a part to a later one.
+
+    `name` of the functions, their `parameters` (typed, as in a definition), and how they `fetch` inputs.
+    """
+
+    def __init__(self, trace: Trace, width: int, name: str, parameters: Sequence[str], fetch: Fetch) -> None:
+        self.trace, self.width, self.name, self.parameters = trace, width, name, list(parameters)
+        self._fetch_input = fetch
+        self._divided = _divide(trace)
+        self._place, self.slots = _places(trace, self._divided)
+
+    def nodes(self, lanes: Lanes, call: CallBlock) -> Nodes:
+        """Make the values of all nodes available in a function that has the same parameters."""
+        if len(self._divided) == 1:
+            return Nodes(self.trace, lanes, self._divided[0], self._fetch_input, call)
+        memory = lanes.function.slot(lanes.kind, self.slots)
+        for k in range(len(self._divided)):
+            lanes.function.do(f"call void @{self.name}.{k}({', '.join([*self.parameters, f'ptr {memory}'])})")
+        return Nodes(self.trace, lanes, [], self._from(memory), call)
+
+    def functions(self, call: CallBlock) -> list[str]:
+        """The parts as functions; none where one is enough."""
+        return [] if len(self._divided) == 1 else [self._function(k, call) for k in range(len(self._divided))]
+
+    def _function(self, k: int, call: CallBlock) -> str:
+        f = Function(f"define internal void @{self.name}.{k}({', '.join([*self.parameters, 'ptr %memory'])}) noinline")
+        lanes = Lanes(f, self.width)
+        nodes = Nodes(self.trace, lanes, self._divided[k], self._from("%memory"), call)
+        for index in self._divided[k]:
+            if index in self._place:
+                value = nodes.value(index)
+                f.do(f"store {lanes.kind} {value}, ptr {self._address(f, '%memory', index)}, align 8")
+        f.do("ret void")
+        return f.text()
+
+    def _from(self, memory: str) -> Fetch:
+        def fetch(lanes: Lanes, index: int) -> str:
+            if index not in self._place:
+                return self._fetch_input(lanes, index)
+            place = self._address(lanes.function, memory, index)
+            return lanes.function.let(f"load {lanes.kind}, ptr {place}, align 8")
+
+        return fetch
+
+    def _address(self, f: Function, memory: str, index: int) -> str:
+        return f.at(memory, self._place[index] * self.width)
+
+
+def _divide(trace: Trace) -> list[list[int]]:
+    """Live nodes in runs of about equal length; outputs of one block stay together."""
+    live = trace.live()
+    count = -(-len(live) // LONGEST) or 1
+    length = -(-len(live) // count) or 1
+    parts: list[list[int]] = [[]]
+    for index in live:
+        if len(parts[-1]) >= length and trace.graph.nodes[index][0] != "block":
+            parts.append([])
+        parts[-1].append(index)
+    return parts
+
+
+def _places(trace: Trace, parts: list[list[int]]) -> tuple[dict[int, int], int]:
+    """Where each node that a later part needs is kept, and how many places there are; they are used again."""
+    owner = {index: k for k, part in enumerate(parts) for index in part if trace.graph.nodes[index][0] != "input"}
+    last: dict[int, int] = {}
+    for k, part in enumerate(parts):
+        for index in part:
+            last.update({x: k for x in trace.graph.operands(index) if owner.get(x, k) < k})
+    results = [*trace.outputs, *(check.value for check in trace.checks)]
+    last.update({x.index: len(parts) for x in results if isinstance(x, Symbol) and x.index in owner})
+    place: dict[int, int] = {}
+    free: list[int] = []
+    total = 0
+    for k, part in enumerate(parts):
+        free += [place[x] for x, end in last.items() if end == k - 1 and x in place]
+        for index in part:
+            if index in last:
+                if not free:
+                    free.append(total)
+                    total += 1
+                place[index] = free.pop()
+    return place, total
