@@ -129,7 +129,6 @@ class Pipeline:
             InputError: the measured coordinates do not determine the others.
         """
         self.robot = robot
-        self.loads = robot.loads
         self.measured = tuple(measured or robot.active)
         self.calibration: Calibration | None = None
         self.mode: ClosedState | None = None
@@ -137,11 +136,18 @@ class Pipeline:
         self._direct = self.measured == robot.active
         self._order = JointOrder(self.measured)
         self._near: ClosedState | None = None
+        self.set_loads(robot.loads)
         self._state: EstimatorState | None = None
         self.set_filter(bandwidth, max_gap)
         if not self._direct:
             start = robot.close(robot.reference)
             robot.close_given({name: float(start.s[robot.coordinates.index(name)]) for name in self.measured})
+
+    def set_loads(self, loads: Loads) -> None:
+        """Everything that acts on the robot, from now on."""
+        self.loads = loads
+        # On the modes of the robot file, one call of compiled code does what is needed.
+        self._fused = self.robot.kernels.under(loads).inverse_dynamics
 
     def set_filter(self, bandwidth: float, max_gap: float) -> None:
         """Another bandwidth [Hz] and gap [s] from now on; the estimates start anew."""
@@ -207,7 +213,7 @@ class Pipeline:
         state, acceleration = self._close(motion, event)
         efforts = None
         if motion.velocity is not None and acceleration is not None:
-            efforts = self.robot.inverse_dynamics(state, acceleration, self.loads)
+            efforts = self._efforts(state, acceleration)
         _require_finite(position=state.s, velocity=state.ds, efforts=efforts)
         return MotionResult(
             robot=self.robot,
@@ -219,6 +225,12 @@ class Pipeline:
             efforts=efforts,
             event=event,
         )
+
+    def _efforts(self, state: ClosedState, acceleration: FloatArray) -> FloatArray:
+        if self.mode is not None or not self._direct:
+            return self.robot.inverse_dynamics(state, acceleration, self.loads)
+        efforts: FloatArray = self._fused(state.u, state.du, acceleration)
+        return efforts
 
     def _close(self, motion: ActiveMotion, event: StampEvent | None) -> tuple[ClosedState, FloatArray | None]:
         """The closed state, and the accelerations of the active joints where they are known."""
