@@ -19,10 +19,12 @@ EXTRAS = {
     # The interfaces come from this repository: pip install ./msg_defs ".[ros]"
     "ros": [
         "ros-jazzy-builtin-interfaces==2.0.3",
+        "ros-jazzy-diagnostic-msgs==5.3.6",
         "ros-jazzy-geometry-msgs==5.3.6",
         "ros-jazzy-rclpy==7.1.6",
         "ros-jazzy-sensor-msgs==5.3.6",
         "ros-jazzy-std-msgs==5.3.6",
+        "ros-jazzy-trajectory-msgs==5.3.6",
         "ros-rclpy[fastrtps]==7.1.6",
     ],
     "test": ["hypothesis", "matplotlib", "mujoco", "pin", "pytest", "pytest-timeout", "pytest-xdist", "rosbags"],
@@ -63,6 +65,8 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
         (f"share/{NAME}/launch", sorted(glob("launch/*.launch.py"))),
         (f"share/{NAME}/config", sorted(glob("config/*.yaml"))),
+        (f"share/{NAME}/rviz", sorted(glob("rviz/*.rviz"))),
+        (f"share/{NAME}/security", sorted(glob("security/*.xml"))),
     ],
     zip_safe=False,  # robot files are read as files
     install_requires=["numpy>=1.26", "scipy>=1.11", "PyYAML", "jsonschema"],

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import array
+import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from builtin_interfaces.msg import Time
+from builtin_interfaces.msg import Duration, Time
 from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
 from hybrid_dynamics_msgs.msg import JointMotion
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
-from hybrid_dynamics_ros.pipeline import MotionResult
 from hybrid_dynamics_ros.samples import FloatArray, JointSample
 
 _NS: int = 10**9
@@ -49,14 +49,24 @@ def sample_of_state(message: JointState) -> JointSample:
     )
 
 
-def sample_of_motion(message: JointMotion) -> JointSample:
-    """A JointMotion as a sample: it has all three arrays, so an empty one stays an array of wrong length."""
+def sample_of_motion(message: JointMotion, *, complete: bool = True) -> JointSample:
+    """A JointMotion as a sample.
+
+    Args:
+        message: the motion.
+        complete: whether it has to have all three arrays: an empty one stays an array of wrong length then, else
+            it is one that is not given.
+    """
+
+    def part(field: Any) -> FloatArray | None:
+        return from_field(field) if complete or len(field) else None
+
     return JointSample(
         stamp_ns=stamp_to_ns(message.header.stamp),
         names=message.name,
         position=from_field(message.position),
-        velocity=from_field(message.velocity),
-        acceleration=from_field(message.acceleration),
+        velocity=part(message.velocity),
+        acceleration=part(message.acceleration),
     )
 
 
@@ -76,10 +86,10 @@ def joint_state(
     return message
 
 
-def pose_stamped(header: Header, position: FloatArray, quaternion: FloatArray) -> PoseStamped:
-    """A pose from a position (3,) [m] and a unit quaternion (4,) x y z w, in the frame of the header."""
+def pose_stamped(header: Header, position: FloatArray, rotation: FloatArray) -> PoseStamped:
+    """A pose from a position (3,) [m] and a rotation matrix (3, 3), in the frame of the header."""
     px, py, pz = position.tolist()
-    x, y, z, w = quaternion.tolist()
+    x, y, z, w = quaternion(rotation)
     return PoseStamped(
         header=header,
         pose=Pose(position=Point(x=px, y=py, z=pz), orientation=Quaternion(x=x, y=y, z=z, w=w)),
@@ -92,24 +102,35 @@ def pose_arrays(pose: Pose) -> tuple[FloatArray, FloatArray]:
     return np.array([p.x, p.y, p.z], dtype=np.float64), np.array([o.x, o.y, o.z, o.w], dtype=np.float64)
 
 
-def result_messages(
-    result: MotionResult, coordinates: Sequence[str], active: Sequence[str], base_frame: str
-) -> tuple[JointState, JointState | None, PoseStamped]:
-    """The messages that one result becomes: joint states, efforts (None where there are none), tool pose.
-
-    Args:
-        result: what the pipeline found.
-        coordinates: names of all coordinates.
-        active: names of the active ones.
-        base_frame: frame of the pose.
-    """
-    header = Header(stamp=ns_to_stamp(result.stamp_ns))
-    efforts = None
-    if result.efforts is not None:
-        efforts = joint_state(header, active, result.active_position, result.active_velocity, result.efforts)
-    pose_header = Header(stamp=header.stamp, frame_id=base_frame)
-    return (
-        joint_state(header, coordinates, result.position, result.velocity),
-        efforts,
-        pose_stamped(pose_header, result.tool_position, result.tool_quaternion),
+def quaternion(rotation: FloatArray) -> tuple[float, float, float, float]:
+    """Unit quaternion x, y, z, w with w >= 0 of a rotation matrix (3, 3), by way of its largest component."""
+    (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
+    squares = (1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i, 1.0 + a + e + i)  # 4 x^2, 4 y^2, 4 z^2, 4 w^2
+    largest = max(range(4), key=squares.__getitem__)
+    columns = (
+        (squares[0], b + d, c + g, h - f),
+        (b + d, squares[1], f + h, c - g),
+        (c + g, f + h, squares[2], d - b),
+        (h - f, c - g, d - b, squares[3]),
     )
+    x, y, z, w = columns[largest]
+    scale = math.copysign(1.0 / math.sqrt(x * x + y * y + z * z + w * w), w)
+    return scale * x, scale * y, scale * z, scale * w
+
+
+def joint_motion(
+    header: Header, names: Sequence[str], position: FloatArray, velocity: FloatArray, acceleration: FloatArray
+) -> JointMotion:
+    """A JointMotion of the named joints, arrays in their order."""
+    return JointMotion(
+        header=header,
+        name=list(names),
+        position=to_field(position),
+        velocity=to_field(velocity),
+        acceleration=to_field(acceleration),
+    )
+
+
+def seconds(duration: Duration) -> float:
+    """A duration in seconds."""
+    return float(duration.sec) + 1e-9 * float(duration.nanosec)

@@ -1,140 +1,324 @@
-"""The parameters of the node: one table, and the settings read from it."""
+"""The parameters of the node: one table, the values read from it, and the check of every value.
+
+Knows no rclpy: `declare.py` puts the table onto a node.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from enum import Enum
+from types import MappingProxyType
+from typing import Any, Final, Generic, TypeVar, cast
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
-from rclpy.node import Node
+RELIABLE: Final = "reliable"
+BEST_EFFORT: Final = "best_effort"
+SENSOR_DATA: Final = "sensor_data"
+LATEST: Final = "latest"
+PROFILES: Final = (RELIABLE, BEST_EFFORT, SENSOR_DATA, LATEST)
 
-from hybrid_dynamics_ros import qos
-
-Value = str | int | float
+Value = str | int | float | bool | tuple[float, ...] | tuple[str, ...] | None
+T = TypeVar("T", bound=Value)
+Floats = tuple[float, ...] | None
+Words = tuple[str, ...] | None
 
 
 class ParameterError(ValueError):
-    """A parameter has a value that the node cannot use."""
+    """A parameter has a value that the node cannot use, or a name that it does not know."""
+
+
+class Change(Enum):
+    """When a parameter may change."""
+
+    NEVER = "it is fixed once the node runs; start the node with another value"
+    UNCONFIGURED = "it changes only while the node is unconfigured; call the transition cleanup first"
+    ANY_TIME = "at any time"
 
 
 @dataclass(frozen=True)
-class Parameter:
-    """One line of the table. The type is that of ``default``.
+class Parameter(Generic[T]):
+    """One line of the table.
 
     Attributes:
         name: parameter name.
-        default: value where none is given.
+        default: value where none is given; None: not set.
         text: what it is, one sentence.
         unit: unit of a number, or "".
         bounds: lowest and highest number, both allowed.
         choices: the words that are allowed; empty means any.
-        read_only: whether it is fixed once the node runs.
+        kind: type of the value; for arrays that of their entries.
+        length: entries of an array, None any number; 0 no array.
+        change: when it may change.
     """
 
     name: str
-    default: Value
+    default: T
     text: str
     unit: str = ""
     bounds: tuple[float, float] | None = None
     choices: tuple[str, ...] = ()
-    read_only: bool = True
+    kind: type[Any] = float
+    length: int | None = 0
+    change: Change = Change.UNCONFIGURED
 
 
-ROBOT: Final = Parameter(
-    "robot", "forging_chu2020", "Robot of this node: name of a shipped robot, or path of a description file."
+_LARGE: Final = 1e9
+_RATE: Final = "a second, by the stamps of the input; 0: one for every input, -1: none."
+
+
+def _rate(topic: str, default: float) -> Parameter[float]:
+    text = f"Messages on ~/{topic} at most {_RATE}"
+    return Parameter(f"rates.{topic}", default, text, unit="Hz", bounds=(-1.0, 1e5), change=Change.ANY_TIME)
+
+
+def _level(name: str, default: float, text: str, unit: str) -> Parameter[float]:
+    return Parameter(f"diagnostics.{name}", default, text, unit, (0.0, _LARGE), change=Change.ANY_TIME)
+
+
+ROBOT: Final = Parameter[str](
+    "robot", "forging_chu2020", "Robot of this node: name of a shipped robot, or path of a description file.", kind=str
 )
-BANDWIDTH: Final = Parameter(
+AUTOSTART: Final = Parameter[bool](
+    "autostart", True, "Configure and activate at once, without anybody to ask for it.", kind=bool, change=Change.NEVER
+)
+MEASURED: Final = Parameter[Words](
+    "measured",
+    None,
+    "Joints that the input measures: any independent set. Not set: the active joints of the robot.",
+    kind=str,
+    length=None,
+)
+BANDWIDTH: Final = Parameter[float](
     "acceleration_filter.bandwidth",
     10.0,
     "Bandwidth of the estimated accelerations (3 dB down), and of the velocities where messages have none.",
     unit="Hz",
     bounds=(0.01, 1000.0),
+    change=Change.ANY_TIME,
 )
-MAX_GAP: Final = Parameter(
+MAX_GAP: Final = Parameter[float](
     "acceleration_filter.max_gap",
     0.5,
     "Stamps further apart than this restart the estimation of accelerations.",
     unit="s",
     bounds=(0.001, 3600.0),
+    change=Change.ANY_TIME,
 )
-INPUT_QOS: Final = Parameter("qos.input", qos.RELIABLE, "Reliability of the subscriptions.", choices=qos.NAMES)
-INPUT_DEPTH: Final = Parameter(
-    "qos.input_depth", 200, "Messages that wait at most in each subscription.", bounds=(1, 100000)
+GRAVITY: Final = Parameter[Floats](
+    "gravity",
+    None,
+    "Gravity in the axes of the base frame. Not set: that of the robot file.",
+    unit="m/s^2",
+    bounds=(-1000.0, 1000.0),
+    length=3,
+    change=Change.ANY_TIME,
 )
-OUTPUT_QOS: Final = Parameter("qos.output", qos.RELIABLE, "Reliability of the publishers.", choices=qos.NAMES)
-OUTPUT_DEPTH: Final = Parameter(
-    "qos.output_depth", 200, "Messages that wait at most in each publisher.", bounds=(1, 100000)
+PAYLOAD_FRAME: Final = Parameter[str](
+    "payload.frame",
+    "",
+    "Frame that carries the payload. Empty: the end effector.",
+    kind=str,
+    change=Change.ANY_TIME,
 )
-LOG_PERIOD: Final = Parameter(
+PAYLOAD_MASS: Final = Parameter[float](
+    "payload.mass", 0.0, "Mass of the payload.", unit="kg", bounds=(0.0, _LARGE), change=Change.ANY_TIME
+)
+PAYLOAD_COM: Final = Parameter[tuple[float, ...]](
+    "payload.com",
+    (0.0, 0.0, 0.0),
+    "Centre of mass of the payload, in the axes of its frame.",
+    unit="m",
+    bounds=(-_LARGE, _LARGE),
+    length=3,
+    change=Change.ANY_TIME,
+)
+PAYLOAD_INERTIA: Final = Parameter[tuple[float, ...]](
+    "payload.inertia",
+    (0.0,) * 6,
+    "Inertia of the payload about its centre of mass, in the axes of its frame: xx, xy, xz, yy, yz, zz.",
+    unit="kg m^2",
+    bounds=(-_LARGE, _LARGE),
+    length=6,
+    change=Change.ANY_TIME,
+)
+INPUT_QOS: Final = Parameter[str](
+    "qos.input", RELIABLE, "Quality of service of the subscriptions.", choices=PROFILES, kind=str
+)
+INPUT_DEPTH: Final = Parameter[int](
+    "qos.input_depth", 200, "Messages that wait at most in each subscription.", bounds=(1, 100000), kind=int
+)
+OUTPUT_QOS: Final = Parameter[str](
+    "qos.output", RELIABLE, "Quality of service of the publishers.", choices=PROFILES, kind=str
+)
+OUTPUT_DEPTH: Final = Parameter[int](
+    "qos.output_depth", 200, "Messages that wait at most in each publisher.", bounds=(1, 100000), kind=int
+)
+RATES: Final[tuple[Parameter[float], ...]] = tuple(
+    _rate(topic, default)
+    for topic, default in (
+        ("joint_states", 0.0),
+        ("required_efforts", 0.0),
+        ("closed_state", 0.0),
+        ("end_effector_pose", 0.0),
+        ("end_effector_twist", 100.0),
+        ("loop_reactions", 20.0),
+        ("cylinder_states", 20.0),
+    )
+)
+TF_RATE: Final = Parameter[float](
+    "rates.tf",
+    -1.0,
+    f"Transforms of all links on /tf at most {_RATE} Needs tf2_msgs. Not beside robot_state_publisher.",
+    unit="Hz",
+    bounds=(-1.0, 1e5),
+)
+STILL: Final = Parameter[float](
+    "assembly.still_below",
+    1e-3,
+    "The robot counts as standing while no measured joint is faster than this.",
+    unit="rad/s or m/s",
+    bounds=(0.0, 1000.0),
+    change=Change.ANY_TIME,
+)
+TIMEOUT: Final = Parameter[float](
+    "services.timeout",
+    60.0,
+    "Longest time that one service call may be worked on.",
+    unit="s",
+    bounds=(0.1, 86400.0),
+    change=Change.ANY_TIME,
+)
+QUEUE: Final = Parameter[int](
+    "services.queue",
+    64,
+    "Service calls that wait at most; more are answered with BUSY.",
+    bounds=(1, 100000),
+    kind=int,
+    change=Change.ANY_TIME,
+)
+LEAST_SINGULARITY: Final = Parameter[float](
+    "trajectory.least_singularity",
+    0.02,
+    "A point of a trajectory nearer to a singularity than this is bad: 0 singular, 1 best.",
+    bounds=(0.0, 1.0),
+    change=Change.ANY_TIME,
+)
+DIAGNOSTICS_PERIOD: Final = Parameter[float](
+    "diagnostics.period",
+    1.0,
+    "Time between two messages on /diagnostics.",
+    unit="s",
+    bounds=(0.05, 3600.0),
+    change=Change.NEVER,
+)
+LEAST_RATE: Final = _level("least_rate", 0.0, "Warn where the input has a lower rate than this.", "Hz")
+LATEST_AGE: Final = _level("latest_age", 1.0, "Warn where stamps are older than this, by the node's clock.", "s")
+LATENCY: Final = _level(
+    "latency", 0.02, "Warn where an input takes longer than this from take-up to answers, at the 99th percentile.", "s"
+)
+RESIDUAL: Final = _level("residual", 1e-6, "Error where loops are closed no better than this.", "1")
+SINGULARITY_WARN: Final = _level("singularity_warn", 0.1, "Warn nearer to a singularity than this.", "1")
+SINGULARITY_ERROR: Final = _level("singularity_error", 0.02, "Error nearer to a singularity than this.", "1")
+STROKE_WARN: Final = _level("stroke_warn", 0.01, "Warn nearer to the end of a stroke than this.", "rad or m")
+STROKE_ERROR: Final = _level(
+    "stroke_error", 0.0, "Error beyond the end of a stroke by less than this left.", "rad or m"
+)
+LOG_PERIOD: Final = Parameter[float](
     "log_period",
     5.0,
     "Least time between two log lines of the same kind about bad input.",
     unit="s",
     bounds=(0.0, 3600.0),
+    change=Change.ANY_TIME,
 )
 
-TABLE: Final = (ROBOT, BANDWIDTH, MAX_GAP, INPUT_QOS, INPUT_DEPTH, OUTPUT_QOS, OUTPUT_DEPTH, LOG_PERIOD)
+_ROWS: Final[list[Any]] = [
+    *(ROBOT, AUTOSTART, MEASURED, BANDWIDTH, MAX_GAP, GRAVITY),
+    *(PAYLOAD_FRAME, PAYLOAD_MASS, PAYLOAD_COM, PAYLOAD_INERTIA),
+    *(INPUT_QOS, INPUT_DEPTH, OUTPUT_QOS, OUTPUT_DEPTH),
+    *(*RATES, TF_RATE, STILL, TIMEOUT, QUEUE, LEAST_SINGULARITY),
+    *(DIAGNOSTICS_PERIOD, LEAST_RATE, LATEST_AGE, LATENCY, RESIDUAL),
+    *(SINGULARITY_WARN, SINGULARITY_ERROR, STROKE_WARN, STROKE_ERROR, LOG_PERIOD),
+]
+TABLE: Final[tuple[Parameter[Any], ...]] = tuple(_ROWS)
+
+# For every measured joint J, as sensors.J.NAME: coordinate = sign * scale * (reading - offset).
+SENSOR: Final = "sensors"
 
 
-@dataclass(frozen=True)
-class Settings:
-    """Values of the parameters, checked. Units as in the table."""
+def sensor_rows(joint: str) -> tuple[Parameter[float], Parameter[float], Parameter[float]]:
+    """The lines of the table for the sensor of one joint: offset, sign and scale."""
 
-    robot: str
-    bandwidth: float
-    max_gap: float
-    input_qos: str
-    input_depth: int
-    output_qos: str
-    output_depth: int
-    log_period: float
+    def row(name: str, default: float, text: str, unit: str, bounds: tuple[float, float]) -> Parameter[float]:
+        return Parameter(f"{SENSOR}.{joint}.{name}", default, text, unit, bounds, change=Change.ANY_TIME)
 
-
-def descriptor(parameter: Parameter) -> ParameterDescriptor:
-    """The parameter as ROS tools see it."""
-    message = ParameterDescriptor(
-        name=parameter.name,
-        description=parameter.text + (f" [{parameter.unit}]" if parameter.unit else ""),
-        additional_constraints=f"one of: {', '.join(parameter.choices)}" if parameter.choices else "",
-        read_only=parameter.read_only,
+    return (
+        row("offset", 0.0, "Reading where the joint is at zero.", "of the reading", (-_LARGE, _LARGE)),
+        row("sign", 1.0, "1.0, or -1.0 where the reading falls while the joint rises.", "1", (-1.0, 1.0)),
+        row("scale", 1.0, "Joint coordinate for one unit of the reading.", "rad or m", (1e-12, _LARGE)),
     )
-    if parameter.bounds is not None:
-        low, high = parameter.bounds
-        if isinstance(parameter.default, int):
-            message.integer_range = [IntegerRange(from_value=int(low), to_value=int(high), step=0)]
-        else:
-            message.floating_point_range = [FloatingPointRange(from_value=low, to_value=high, step=0.0)]
-    return message
 
 
-def declare(node: Node) -> Settings:
-    """Declare the whole table on a node and read the values that were given.
+class Settings:
+    """Checked values of the table: settings[BANDWIDTH] is a float [Hz]. Never changes; `replaced` makes another."""
+
+    def __init__(self, values: Mapping[str, Value] = MappingProxyType({})) -> None:
+        """Values by name; defaults where none is given."""
+        self._values = {**{row.name: row.default for row in TABLE}, **values}
+
+    def __getitem__(self, row: Parameter[T]) -> T:
+        return cast(T, self._values.get(row.name, row.default))
+
+    def replaced(self, changes: Mapping[str, Value]) -> Settings:
+        """The settings with other values by name."""
+        return Settings({**self._values, **changes})
+
+
+def checked(row: Parameter[Any], value: Any) -> Value:
+    """The value as the table has it: a whole number for a real one is taken, arrays become tuples.
 
     Raises:
-        ParameterError: a word is none of the choices, or a text is empty.
-        rclpy.exceptions.ParameterException: a value has the wrong type or is out of its range.
+        ParameterError: what is wrong with it, and what is expected.
     """
-    values: dict[str, Any] = {}
-    for parameter in TABLE:
-        given = node.declare_parameter(parameter.name, parameter.default, descriptor(parameter)).value
-        _check(parameter, given)
-        values[parameter.name] = given
-    return Settings(
-        robot=values[ROBOT.name],
-        bandwidth=values[BANDWIDTH.name],
-        max_gap=values[MAX_GAP.name],
-        input_qos=values[INPUT_QOS.name],
-        input_depth=values[INPUT_DEPTH.name],
-        output_qos=values[OUTPUT_QOS.name],
-        output_depth=values[OUTPUT_DEPTH.name],
-        log_period=values[LOG_PERIOD.name],
-    )
+    if value is None:
+        return cast(Value, row.default)
+    if row.length != 0:
+        return _checked_array(row, value)
+    entry = _entry(row, value)
+    if entry == "" and row.default != "":
+        raise _wrong(row, value, row.text)
+    if row.name.startswith(SENSOR) and row.name.endswith(".sign") and abs(entry) != 1.0:
+        raise _wrong(row, value, "expected 1.0 or -1.0")
+    return cast(Value, entry)
 
 
-def _check(parameter: Parameter, value: Any) -> None:
-    if parameter.choices and value not in parameter.choices:
-        raise ParameterError(
-            f"parameter {parameter.name} is '{value}', expected one of: {', '.join(parameter.choices)}"
-        )
-    if value == "":
-        raise ParameterError(f"parameter {parameter.name} is empty: {parameter.text}")
+def _checked_array(row: Parameter[Any], value: Any) -> Value:
+    if isinstance(value, str | bytes) or not isinstance(value, Sequence):
+        raise _wrong(row, value, "expected an array")
+    if row.length is not None and len(value) != row.length:
+        raise _wrong(row, list(value), f"expected {row.length} entries")
+    return cast(Value, tuple(_entry(row, entry) for entry in value))
+
+
+def _entry(row: Parameter[Any], value: Any) -> Any:
+    if row.kind is float and type(value) is int:
+        value = float(value)
+    if type(value) is not row.kind:
+        raise _wrong(row, value, f"expected {_KINDS[row.kind]}")
+    if row.choices and value not in row.choices:
+        raise _wrong(row, value, f"expected one of: {', '.join(row.choices)}")
+    if row.bounds is not None:
+        low, high = row.bounds
+        if not (math.isfinite(value) and low <= value <= high):
+            unit = f" {row.unit}" if row.unit else ""
+            raise _wrong(row, value, f"expected a number from {low:g} to {high:g}{unit}")
+    return value
+
+
+_KINDS: Final = {str: "a word", int: "a whole number", float: "a number", bool: "true or false"}
+
+
+def _wrong(row: Parameter[Any], value: object, expected: str) -> ParameterError:
+    shown = f"'{value}'" if isinstance(value, str) else value
+    return ParameterError(f"parameter {row.name} is {shown}: {expected}")

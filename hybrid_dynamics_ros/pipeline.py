@@ -1,4 +1,4 @@
-"""From a sample of the active joints to the full state, the efforts and the end-effector pose.
+"""From a sample of the measured joints to the full state and the efforts.
 
 Knows no ROS: a live node and a tool that reads recordings run the same code. What comes out depends on
 nothing but the samples that went in before, in their order.
@@ -7,16 +7,19 @@ nothing but the samples that went in before, in their order.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
-from hybrid_dynamics_core import ClosedState, Robot
-from hybrid_dynamics_core.errors import HybridDynamicsError
+from hybrid_dynamics_core import ClosedState, Loads, Pose, Robot
+from hybrid_dynamics_core.errors import HybridDynamicsError, InputError
 from hybrid_dynamics_ros.estimator import Estimate, EstimatorState, MotionEstimator
 from hybrid_dynamics_ros.filters import StampEvent
 from hybrid_dynamics_ros.samples import (
     ActiveMotion,
+    Calibration,
     FloatArray,
     JointOrder,
     JointSample,
@@ -26,36 +29,61 @@ from hybrid_dynamics_ros.samples import (
     rejection_of,
 )
 
+_RESTARTS = (StampEvent.FIRST, StampEvent.BACKWARD, StampEvent.GAP)
+
 
 @dataclass(frozen=True, eq=False)
 class MotionResult:
     """All that one sample says about the robot. Coordinates are in the order of ``robot.coordinates``.
 
     Attributes:
+        robot, loads: what the result was computed with.
         stamp_ns: stamp of the sample [ns].
-        position: all coordinates, active then passive, (n_s,) [rad or m].
-        velocity: their rates, (n_s,) [rad/s or m/s]; None until the filter has its samples, where the
-            sample carried none.
-        active_position, active_velocity, active_acceleration: what the efforts were computed for, (n,) each
-            [rad or m, per s, per s^2]; the last two None until the filter has its samples.
+        state: the loops, closed.
+        moving: whether rates are known; if not, those of ``state`` are zero and say nothing.
+        active_acceleration: (n,) [rad/s^2 or m/s^2]; None until the filter has its samples.
         efforts: what the active joints must give, (n,) [N m or N]; None until the filter has its samples.
-        tool_position: end-effector point in the base frame, (3,) [m].
-        tool_quaternion: end-effector orientation in the base frame, (4,), x y z w.
-        residual: largest gap left in a loop [m or rad].
         event: what the stamp meant to the filter; None where it was not asked.
     """
 
+    robot: Robot
+    loads: Loads
     stamp_ns: int
-    position: FloatArray
-    velocity: FloatArray | None
-    active_position: FloatArray
-    active_velocity: FloatArray | None
+    state: ClosedState
+    moving: bool
     active_acceleration: FloatArray | None
     efforts: FloatArray | None
-    tool_position: FloatArray
-    tool_quaternion: FloatArray
-    residual: float
     event: StampEvent | None
+
+    @property
+    def position(self) -> FloatArray:
+        """All coordinates, active then passive, (n_s,) [rad or m]."""
+        return self.state.s
+
+    @property
+    def velocity(self) -> FloatArray | None:
+        """Rates of all coordinates, (n_s,) [rad/s or m/s]; None until they are known."""
+        return self.state.ds if self.moving else None
+
+    @property
+    def active_position(self) -> FloatArray:
+        """What the efforts were computed for, (n,) [rad or m]."""
+        return self.state.u
+
+    @property
+    def active_velocity(self) -> FloatArray | None:
+        """What the efforts were computed for, (n,) [rad/s or m/s]; None until it is known."""
+        return self.state.du if self.moving else None
+
+    @property
+    def residual(self) -> float:
+        """Largest error of the loop equations, in lengths of the loop or [rad]."""
+        return float(self.state.residual)
+
+    @cached_property
+    def pose(self) -> Pose:
+        """End effector in the base frame."""
+        return self.robot.forward_kinematics(self.state)
 
 
 @dataclass
@@ -88,17 +116,52 @@ class Counts:
 class Pipeline:
     """One robot, one stream of samples."""
 
-    def __init__(self, robot: Robot, bandwidth: float, max_gap: float) -> None:
-        """Robot, bandwidth of the rate estimates [Hz], and the gap between stamps that restarts them [s]."""
+    def __init__(self, robot: Robot, bandwidth: float, max_gap: float, measured: Sequence[str] | None = None) -> None:
+        """The pipeline of one robot.
+
+        Args:
+            robot: the robot.
+            bandwidth: of the rate estimates [Hz].
+            max_gap: between stamps, restarts them [s].
+            measured: coordinates that the samples give, any independent set; None: the active ones.
+
+        Raises:
+            InputError: the measured coordinates do not determine the others.
+        """
         self.robot = robot
+        self.measured = tuple(measured or robot.active)
+        self.calibration: Calibration | None = None
+        self.mode: ClosedState | None = None
         self.counts = Counts()
-        self._order = JointOrder(robot.active)
-        self._estimator = MotionEstimator(bandwidth, max_gap)
+        self._direct = self.measured == robot.active
+        self._order = JointOrder(self.measured)
+        self._near: ClosedState | None = None
+        self.set_loads(robot.loads)
         self._state: EstimatorState | None = None
+        self.set_filter(bandwidth, max_gap)
+        if not self._direct:
+            start = robot.close(robot.reference)
+            robot.close_given({name: float(start.s[robot.coordinates.index(name)]) for name in self.measured})
+
+    def set_loads(self, loads: Loads) -> None:
+        """Everything that acts on the robot, from now on."""
+        self.loads = loads
+        # On the modes of the robot file, one call of compiled code does what is needed.
+        self._fused = self.robot.kernels.under(loads).inverse_dynamics
+
+    def set_filter(self, bandwidth: float, max_gap: float) -> None:
+        """Another bandwidth [Hz] and gap [s] from now on; the estimates start anew."""
+        self._estimator = MotionEstimator(bandwidth, max_gap)
+        self._state = None
+
+    def set_mode(self, mode: ClosedState | None) -> None:
+        """Keep the assembly modes of a closed state from now on; None: those of the robot file."""
+        self.mode = self._near = mode
+        self._state = None
 
     def reset(self) -> None:
         """Forget the samples so far; the counts stay."""
-        self._state = None
+        self._state, self._near = None, self.mode
 
     def process(self, sample: JointSample) -> MotionResult | Rejection:
         """The result of one sample, or why there is none.
@@ -112,15 +175,16 @@ class Pipeline:
             with np.errstate(all="ignore"):
                 result = self._process(sample)
         except RejectedError as error:
-            return self._reject(error.rejection)
+            return self.reject(error.rejection)
         except HybridDynamicsError as error:
-            return self._reject(rejection_of(error))
+            return self.reject(rejection_of(error))
         self.counts.with_efforts += result.efforts is not None
         if result.event is not None:
             self.counts.events[result.event] += 1
         return result
 
-    def _reject(self, rejection: Rejection) -> Rejection:
+    def reject(self, rejection: Rejection) -> Rejection:
+        """Count a rejection."""
         self.counts.rejected[rejection.code] += 1
         return rejection
 
@@ -128,6 +192,8 @@ class Pipeline:
         if sample.stamp_ns < 0:
             raise RejectedError(RejectionCode.BAD_STAMP, f"stamp is {sample.stamp_ns} ns, expected 0 or more")
         motion = self._order.arrange(sample)
+        if self.calibration is not None:
+            motion = motion.calibrated(self.calibration)
         if motion.acceleration is not None:
             motion.complete()
             return self._evaluate(sample.stamp_ns, motion, None)
@@ -140,36 +206,57 @@ class Pipeline:
     def _estimate(self, stamp_ns: int, motion: ActiveMotion) -> tuple[EstimatorState, Estimate]:
         state, estimate = self._estimator.step(self._state, stamp_ns, motion.position, motion.velocity)
         if not np.isfinite(state.filter.derivatives).all():
-            raise RejectedError(RejectionCode.OVERFLOW, "estimated rates of the active joints are not finite")
+            raise RejectedError(RejectionCode.OVERFLOW, "estimated rates of the measured joints are not finite")
         return state, estimate
 
     def _evaluate(self, stamp_ns: int, motion: ActiveMotion, event: StampEvent | None) -> MotionResult:
-        state = self.robot.close(motion.position, motion.velocity)
-        pose = self.robot.forward_kinematics(state)
-        result = MotionResult(
+        state, acceleration = self._close(motion, event)
+        efforts = None
+        if motion.velocity is not None and acceleration is not None:
+            efforts = self._efforts(state, acceleration)
+        _require_finite(position=state.s, velocity=state.ds, efforts=efforts)
+        return MotionResult(
+            robot=self.robot,
+            loads=self.loads,
             stamp_ns=stamp_ns,
-            position=state.s,
-            velocity=None if motion.velocity is None else state.ds,
-            active_position=motion.position,
-            active_velocity=motion.velocity,
-            active_acceleration=motion.acceleration,
-            efforts=self._efforts(state, motion),
-            tool_position=pose.position,
-            tool_quaternion=pose.quaternion,
-            residual=float(np.max(state.residual)),
+            state=state,
+            moving=motion.velocity is not None,
+            active_acceleration=acceleration,
+            efforts=efforts,
             event=event,
         )
-        _require_finite(result)
-        return result
 
-    def _efforts(self, state: ClosedState, motion: ActiveMotion) -> FloatArray | None:
-        if motion.velocity is None or motion.acceleration is None:
-            return None
-        return self.robot.inverse_dynamics(state, motion.acceleration)
+    def _efforts(self, state: ClosedState, acceleration: FloatArray) -> FloatArray:
+        if self.mode is not None or not self._direct:
+            return self.robot.inverse_dynamics(state, acceleration, self.loads)
+        efforts: FloatArray = self._fused(state.u, state.du, acceleration)
+        return efforts
+
+    def _close(self, motion: ActiveMotion, event: StampEvent | None) -> tuple[ClosedState, FloatArray | None]:
+        """The closed state, and the accelerations of the active joints where they are known."""
+        if self._direct and self.mode is None:
+            return self.robot.close(motion.position, motion.velocity), motion.acceleration
+        near = self.mode if event in _RESTARTS else self._near
+        if self._direct:
+            state = self.robot.close(motion.position, motion.velocity, near=near)
+        else:
+            state = self._close_measured(motion, near)
+        self._near = state
+        if self._direct or motion.acceleration is None or state.dds is None:
+            return state, motion.acceleration
+        return state, state.dds[: state.n]
+
+    def _close_measured(self, motion: ActiveMotion, near: ClosedState | None) -> ClosedState:
+        values, rates, accelerations = (
+            None if part is None else dict(zip(self.measured, part.tolist(), strict=True))
+            for part in (motion.position, motion.velocity, motion.acceleration)
+        )
+        if values is None:
+            raise InputError("the positions are missing")
+        return self.robot.close_given(values, rates, accelerations, near=near)
 
 
-def _require_finite(result: MotionResult) -> None:
-    for name in ("position", "velocity", "efforts", "tool_position", "tool_quaternion"):
-        values = getattr(result, name)
+def _require_finite(**results: FloatArray | None) -> None:
+    for name, values in results.items():
         if values is not None and not np.isfinite(values).all():
-            raise RejectedError(RejectionCode.OVERFLOW, f"{name.replace('_', ' ')} would not be finite")
+            raise RejectedError(RejectionCode.OVERFLOW, f"{name} would not be finite")

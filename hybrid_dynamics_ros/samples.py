@@ -23,9 +23,15 @@ class RejectionCode(Enum):
     MISSING_JOINT = "missing joint"  # an active joint is not named
     NOT_FINITE = "not finite"  # NaN or infinity for an active joint
     BAD_STAMP = "bad stamp"  # negative
+    BAD_REQUEST = "bad request"  # of a service: a frame, a mode or a choice that there is not
     UNREACHABLE = "unreachable"  # a loop cannot be closed
+    LIMIT = "limit"  # of a trajectory: a joint beyond its limit
     SINGULAR = "singular"  # a loop is at a toggle point
     OVERFLOW = "overflow"  # input so large that a result is not finite
+    NOT_READY = "not ready"  # of a service: no robot yet, or no input yet
+    REFUSED = "refused"  # of a service: the state of the robot forbids it
+    BUSY = "busy"  # of a service: too many calls wait
+    TIMEOUT = "timeout"  # of a service: it took too long
     INTERNAL = "internal"  # the model failed in a way that is not the input's fault
 
 
@@ -78,12 +84,29 @@ class JointSample:
 
 
 @dataclass(frozen=True, eq=False)
+class Calibration:
+    """Sensors: coordinate = factor * (reading - offset), arrays (n,) in the order of the measured joints."""
+
+    offset: FloatArray
+    factor: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class ActiveMotion:
-    """Motion of the active joints in the robot's order, finite: arrays (n,) as in :class:`JointSample`."""
+    """Motion of the measured joints in their order, finite: arrays (n,) as in :class:`JointSample`."""
 
     position: FloatArray
     velocity: FloatArray | None
     acceleration: FloatArray | None
+
+    def calibrated(self, calibration: Calibration) -> ActiveMotion:
+        """The motion of the joints from the readings of their sensors."""
+        factor = calibration.factor
+        return ActiveMotion(
+            factor * (self.position - calibration.offset),
+            None if self.velocity is None else factor * self.velocity,
+            None if self.acceleration is None else factor * self.acceleration,
+        )
 
     def complete(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Position, velocity and acceleration.

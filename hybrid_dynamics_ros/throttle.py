@@ -1,8 +1,10 @@
-"""Log lines at a limited rate, for each kind of line on its own."""
+"""Log lines and messages at a limited rate."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Hashable
+from typing import Protocol
 
 
 class Throttle:
@@ -10,7 +12,7 @@ class Throttle:
 
     def __init__(self, period: float) -> None:
         """Least time between two lines of the same kind [s]; 0 lets all through."""
-        self._period = period
+        self.period = period
         self._last: dict[Hashable, float] = {}
         self._held: dict[Hashable, int] = {}
 
@@ -22,8 +24,52 @@ class Throttle:
             now: monotonic time [s].
         """
         last = self._last.get(kind)
-        if last is not None and now - last < self._period:
+        if last is not None and now - last < self.period:
             self._held[kind] = self._held.get(kind, 0) + 1
             return None
         self._last[kind] = now
         return self._held.pop(kind, 0)
+
+
+class Warns(Protocol):
+    """A logger."""
+
+    def warning(self, message: str) -> object:
+        """Log a line."""
+
+
+class Log:
+    """Warnings of each kind at a limited rate."""
+
+    def __init__(self, logger: Warns, period: float) -> None:
+        """Logger, and least time between two lines of the same kind [s]."""
+        self._logger = logger
+        self.throttle = Throttle(period)
+
+    def warn(self, kind: Hashable, text: str) -> None:
+        """Log a line, unless one of its kind was logged just now."""
+        held = self.throttle.admit(kind, time.monotonic())
+        if held is not None:
+            self._logger.warning(text + (f" (and {held} like this before)" if held else ""))
+
+
+class Pace:
+    """Picks messages so that no more than a rate come through, by their stamps."""
+
+    def __init__(self) -> None:
+        self._next = 0
+        self._last = 0
+
+    def due(self, stamp_ns: int, rate: float) -> bool:
+        """Whether the message with this stamp [ns] goes out at this rate [Hz]; 0: all do, below: none."""
+        if rate <= 0.0:
+            return rate == 0.0
+        period = round(1e9 / rate)
+        early = stamp_ns < self._next and stamp_ns >= self._last  # an earlier stamp starts anew
+        self._last = stamp_ns
+        if early:
+            return False
+        behind = stamp_ns - self._next
+        # On a grid of periods, so that jitter of the stamps does not lower the rate.
+        self._next = self._next + period if 0 <= behind < period else stamp_ns + period
+        return True

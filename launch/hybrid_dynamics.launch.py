@@ -1,37 +1,46 @@
-"""Start the node: ros2 launch hybrid_dynamics_ros hybrid_dynamics.launch.py robot:=forging_chu2020."""
+"""Start the node: ros2 launch hybrid_dynamics_ros hybrid_dynamics.launch.py robot:=excavator."""
 
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
-from launch_ros.substitutions import FindPackageShare
 
 PACKAGE = "hybrid_dynamics_ros"
-ROBOT_TEXT = "Name of a shipped robot, or path of a description file. Empty: the one that params_file names"
+ARGUMENTS = (
+    ("robot", "forging_chu2020", "Name of a shipped robot, or path of a description file"),
+    ("params_file", "", "File with parameters of the node. Empty: defaults"),
+    ("name", "hybrid_dynamics", "Name of the node"),
+    ("namespace", "", "Namespace of the node"),
+    ("autostart", "true", "Configure and activate at once; false: a lifecycle manager does"),
+    ("use_sim_time", "false", "Time from /clock"),
+)
 
 
 def generate_launch_description() -> LaunchDescription:
     """Declare the arguments, then start the node with them."""
-    shipped = PathJoinSubstitution([FindPackageShare(PACKAGE), "config", "forging_chu2020.yaml"])
-    return LaunchDescription(
-        [
-            DeclareLaunchArgument("robot", default_value="", description=ROBOT_TEXT),
-            DeclareLaunchArgument("params_file", default_value=shipped, description="Parameters of the node"),
-            OpaqueFunction(function=start_node),
-        ]
-    )
+    declared = [
+        DeclareLaunchArgument(name, default_value=default, description=text) for name, default, text in ARGUMENTS
+    ]
+    return LaunchDescription([*declared, OpaqueFunction(function=start_node)])
 
 
 def start_node(context: LaunchContext) -> list[Node]:
-    """Give the node the parameters of the file, then the robot where one is named."""
-    robot = LaunchConfiguration("robot").perform(context)
-    chosen = [{"robot": robot}] if robot else []
+    """Give the node the parameters of the file, then those of the arguments, which win."""
+    given = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
     return [
         Node(
             package=PACKAGE,
             executable="hybrid_dynamics_node",
-            name="hybrid_dynamics",
-            parameters=[LaunchConfiguration("params_file"), *chosen],
+            name=given["name"],
+            namespace=given["namespace"],
+            parameters=[
+                *([given["params_file"]] if given["params_file"] else []),
+                {
+                    "robot": given["robot"],
+                    "autostart": given["autostart"] == "true",
+                    "use_sim_time": given["use_sim_time"] == "true",
+                },
+            ],
             output="screen",
         )
     ]

@@ -63,6 +63,7 @@ setup(
         "ros-jazzy-geometry-msgs==5.3.6",
         "ros-jazzy-sensor-msgs==5.3.6",
         "ros-jazzy-std-msgs==5.3.6",
+        "ros-jazzy-trajectory-msgs==5.3.6",
     ],
     packages=[],
     py_modules=[],

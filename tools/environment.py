@@ -32,7 +32,16 @@ ROOT = Path(__file__).resolve().parent.parent
 RUN_EXTRAS = "fast,cli,plot,bag,ros"
 PURPOSES = ("run", "test", "colcon")
 NAME = "hybrid-dynamics-ros"
-PACKAGE_INPUTS = ("setup.*", "pyproject.toml", "package.xml", "*/__init__.py", "launch/*.py", "config/*.yaml")
+PACKAGE_INPUTS = (
+    "setup.*",
+    "pyproject.toml",
+    "package.xml",
+    "*/__init__.py",
+    "launch/*.py",
+    "config/*.yaml",
+    "rviz/*",
+    "security/*",
+)
 INTERFACE_INPUTS = ("setup.py", "pyproject.toml", "package.xml", "*.txt", "cmake/*", "msg/*", "srv/*")
 PIP = [sys.executable, "-m", "pip", "install", "--no-input", "--disable-pip-version-check", "--progress-bar=off"]
 HEARTBEAT = 15.0  # [s] between signs of life of a long step

@@ -22,7 +22,7 @@ from sensor_msgs.msg import JointState
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = "hybrid_dynamics_ros"
-SHARED = ("package.xml", "launch/hybrid_dynamics.launch.py", "config/forging_chu2020.yaml")
+SHARED = ("package.xml", "launch/hybrid_dynamics.launch.py", "config/forging_chu2020.yaml", "rviz/robot.rviz")
 PATIENCE = 30.0  # [s] for the node to come up, to answer and to end
 
 

@@ -77,6 +77,11 @@ def solve_inverse_kinematics(
     best = int(order[0])
     verdict = (IKStatus.SOLVED, "reached") if found else _failure(robot, task, descent, best)
     state = _closed(robot, ends[0])
+    if found and state is None:
+        verdict = (
+            IKStatus.SINGULAR,
+            "only reached where a loop is at a toggle point: the rest of the robot is undefined there",
+        )
     return IKResult(
         u=ends[0],
         status=verdict[0],

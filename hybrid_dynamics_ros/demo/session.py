@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import rclpy
 from rclpy.executors import Executor
@@ -24,8 +24,9 @@ from hybrid_dynamics_ros.demo.processes import Child, child
 from hybrid_dynamics_ros.demo.recorder import QUEUE, Recorder
 from hybrid_dynamics_ros.demo.recording import SHIPPED
 from hybrid_dynamics_ros.demo.trajectory import ROBOT
-from hybrid_dynamics_ros.node import make_executor
-from hybrid_dynamics_ros.parameters import INPUT_DEPTH, OUTPUT_DEPTH
+from hybrid_dynamics_ros.executor import make_executor
+from hybrid_dynamics_ros.lifecycle import UNCONFIGURED
+from hybrid_dynamics_ros.parameters import INPUT_DEPTH, OUTPUT_DEPTH, Parameter
 from hybrid_dynamics_ros.parameters import ROBOT as ROBOT_PARAMETER
 
 _START_DEADLINE: Final = 60.0  # [s] for the node to come up and answer
@@ -68,7 +69,7 @@ class Session:
             DemoError: the node or the player failed.
             InterruptedDemoError: ``stop`` was set.
         """
-        parameters = {ROBOT_PARAMETER: ROBOT, INPUT_DEPTH: QUEUE, OUTPUT_DEPTH: QUEUE}
+        parameters: dict[Parameter[Any], object] = {ROBOT_PARAMETER: ROBOT, INPUT_DEPTH: QUEUE, OUTPUT_DEPTH: QUEUE}
         for_node = list(_NO_LOG_FILES)
         for parameter, value in parameters.items():
             for_node += ["-p", f"{parameter.name}:={value}"]
@@ -92,6 +93,8 @@ class Session:
         start = time.monotonic()
         while not recorder.connected():
             self._spin(executor, model, player)
+            if UNCONFIGURED in (words := model.said()):
+                raise DemoError(f"The node has no robot; it said:\n{words}")
             if time.monotonic() > start + _START_DEADLINE:
                 raise DemoError(f"The node did not answer within {_START_DEADLINE:.0f} s; it said:\n{model.said()}")
         self._say(f"ready after {time.monotonic() - start:.1f} s\n")

@@ -134,7 +134,7 @@ def test_a_node_that_does_not_start_is_reported_with_its_words(tmp_path):
     begin = time.monotonic()
     exit_code, _, err = finish(start("--output", str(tmp_path), code=code))
     assert exit_code == 1
-    assert "The node ended with exit code 1" in err
+    assert "The node has no robot" in err
     assert "no_such_robot" in err
     assert "Traceback" not in err
     assert time.monotonic() - begin < DEADLINE / 2  # it does not wait for a dead node

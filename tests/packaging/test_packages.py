@@ -44,9 +44,25 @@ def test_the_ros_wheels_are_pinned_alike_everywhere() -> None:
 def test_the_shipped_parameters_are_all_of_the_node_with_their_defaults() -> None:
     from hybrid_dynamics_ros.parameters import TABLE
 
-    defaults = {parameter.name: parameter.default for parameter in TABLE}
-    values = yaml.safe_load((ROOT / "config" / "forging_chu2020.yaml").read_text(encoding="utf-8"))
-    assert flat(values["/**"]["ros__parameters"]) == defaults
+    text = (ROOT / "config" / "forging_chu2020.yaml").read_text(encoding="utf-8")
+    values = flat(yaml.safe_load(text)["/**"]["ros__parameters"])
+    given = {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
+    assert given == {row.name: row.default for row in TABLE if row.default is not None}
+    for row in TABLE:
+        assert row.text.split()[0] in text
+        assert f"{row.name.rpartition('.')[2]}: " in text
+
+
+@pytest.mark.ros
+def test_every_shipped_robot_has_parameters_that_the_node_knows() -> None:
+    from hybrid_dynamics_ros.parameters import TABLE
+
+    known = {row.name for row in TABLE}
+    assert {path.stem for path in ROOT.glob("config/*.yaml")} == set(hybrid_dynamics_core.shipped_robots())
+    for path in ROOT.glob("config/*.yaml"):
+        values = flat(yaml.safe_load(path.read_text(encoding="utf-8"))["/**"]["ros__parameters"])
+        assert values["robot"] == path.stem
+        assert set(values) <= known
 
 
 def flat(tree: dict, prefix: str = "") -> dict:

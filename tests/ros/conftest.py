@@ -44,14 +44,19 @@ os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
 os.environ.pop("RMW_IMPLEMENTATION", None)
 
 import rclpy
-from geometry_msgs.msg import PoseStamped
+from diagnostic_msgs.msg import DiagnosticArray
 from hybrid_dynamics_msgs.msg import JointMotion
-from hybrid_dynamics_msgs.srv import InverseDynamics, SolveFK, SolveIK
+from lifecycle_msgs.srv import ChangeState, GetState
+from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import QoSProfile
 from rclpy.type_support import check_for_type_support
 from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory
 
 from hybrid_dynamics_core import load
+from hybrid_dynamics_ros import outputs
+from hybrid_dynamics_ros.services.table import TABLE as SERVICES
 
 with warnings.catch_warnings():
     # Loading the first message type brings in a parser that uses a deprecated module of Python.
@@ -128,20 +133,32 @@ class Client:
         self._received = {}
         self._publishers = {
             name: self._node.create_publisher(kind, f"{namespace}/{name}", 500)
-            for name, kind in (("active_joint_states", JointState), ("active_joint_motions", JointMotion))
+            for name, kind in (
+                ("active_joint_states", JointState),
+                ("active_joint_motions", JointMotion),
+                ("joint_trajectory", JointTrajectory),
+            )
         }
         self._subscriptions = {
             name: self._node.create_subscription(kind, f"{namespace}/{name}", self._collector(name), 500)
             for name, kind in (
-                ("joint_states", JointState),
-                ("required_efforts", JointState),
-                ("end_effector_pose", PoseStamped),
+                *((output.topic, output.kind) for output in outputs.TABLE),
+                ("active_joint_trajectory", JointTrajectory),
             )
         }
+        self.diagnostics = []
+        self._node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         self._services = {
-            name: self._node.create_client(kind, f"{namespace}/{name}")
-            for name, kind in (("solve_ik", SolveIK), ("solve_fk", SolveFK), ("inverse_dynamics", InverseDynamics))
+            name: self._node.create_client(kind, f"{namespace}/{name}", qos_profile=QoSProfile(depth=500))
+            for name, kind in (
+                *((service.name, service.kind) for service in SERVICES),
+                ("change_state", ChangeState),
+                ("get_state", GetState),
+                ("set_parameters", SetParameters),
+                ("get_parameters", GetParameters),
+            )
         }
+        self._name = namespace
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._thread = threading.Thread(target=self._executor.spin, daemon=True)
@@ -175,14 +192,42 @@ class Client:
         def round_trip():
             self.publish("active_joint_motions", probe, self.new_stamp())
             time.sleep(0.05)
-            return all(self._received.values())
+            wanted = ("joint_states", "required_efforts", "closed_state", "end_effector_pose", "end_effector_twist")
+            return all(self._received[name] for name in wanted)
 
         wait_until(round_trip, "an answer on every topic")
+        return self.connect_services()
+
+    def connect_services(self, *names):
+        """Waits until the services answer, all but those that change the node if none is named."""
         # A first answer is lost where the node has not found its reader yet: ask again until one comes.
-        for name, service in self._services.items():
+        for name in names or set(self._services) - {"change_state", "set_parameters"}:
+            service = self._services[name]
+            assert service.wait_for_service(DEADLINE), f"no service {name}"
             question = service.srv_type.Request()
             wait_until(lambda s=service, q=question: s.call(q, timeout_sec=2.0), f"an answer of {name}")
         return self
+
+    def _on_diagnostics(self, message):
+        self.diagnostics += [status for status in message.status if status.name.startswith(self._name.lstrip("/"))]
+
+    def change(self, transition):
+        """Asks for a transition by name; whether it was done."""
+        request = ChangeState.Request()
+        request.transition.label = transition
+        return self.call("change_state", request).success
+
+    def state(self):
+        return self.call("get_state", GetState.Request()).current_state.label
+
+    def set_parameter(self, name, value):
+        """Sets a parameter; why not, or an empty text."""
+        request = SetParameters.Request(parameters=[rclpy.Parameter(name, value=value).to_parameter_msg()])
+        (result,) = self.call("set_parameters", request).results
+        return "" if result.successful else result.reason
+
+    def call_async(self, service, request):
+        return self._services[service].call_async(request)
 
     def new_stamp(self, after_s=10.0):
         """A stamp [ns] so much later than the last one."""
@@ -191,6 +236,9 @@ class Client:
 
     def publish(self, topic, message, stamp_ns):
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, 10**9)
+        self._publishers[topic].publish(message)
+
+    def publish_as_it_is(self, topic, message):
         self._publishers[topic].publish(message)
 
     def wait_for(self, topic, stamp_ns):
@@ -241,9 +289,9 @@ def connect():
     """Makes connected clients that end with the test."""
     clients = []
 
-    def make(namespace="/hybrid_dynamics"):
+    def make(namespace="/hybrid_dynamics", only=()):
         clients.append(Client(namespace))
-        return clients[-1].connect()
+        return clients[-1].connect_services(*only) if only else clients[-1].connect()
 
     yield make
     for client in clients:

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
 from hybrid_dynamics_msgs.msg import JointMotion
+from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from hybrid_dynamics_ros import conversions
-from hybrid_dynamics_ros.pipeline import MotionResult
 
 HEADER = Header(stamp=Time(sec=3, nanosec=4), frame_id="base")
 
@@ -90,48 +90,20 @@ def test_a_joint_state_holds_what_is_known_and_leaves_the_rest_empty():
 
 
 def test_poses_keep_their_order_x_y_z_w():
-    message = conversions.pose_stamped(HEADER, np.array([1.0, 2.0, 3.0]), np.array([0.1, 0.2, 0.3, 0.9]))
-    p, o = message.pose.position, message.pose.orientation
+    wanted = Rotation.from_quat([0.1, 0.2, 0.3, 0.9])
+    message = conversions.pose_stamped(HEADER, np.array([1.0, 2.0, 3.0]), wanted.as_matrix())
+    p = message.pose.position
     assert (p.x, p.y, p.z) == (1.0, 2.0, 3.0)
-    assert (o.x, o.y, o.z, o.w) == (0.1, 0.2, 0.3, 0.9)
     position, quaternion = conversions.pose_arrays(message.pose)
     assert np.array_equal(position, [1.0, 2.0, 3.0])
-    assert np.array_equal(quaternion, [0.1, 0.2, 0.3, 0.9])
+    np.testing.assert_allclose(quaternion, wanted.as_quat(), atol=1e-15)
 
 
-def result(efforts, velocity=(7.0, 8.0)):
-    def optional(values):
-        return None if values is None else np.array(values)
-
-    return MotionResult(
-        stamp_ns=3_000_000_004,
-        position=np.array([1.0, 2.0]),
-        velocity=optional(velocity),
-        active_position=np.array([1.0]),
-        active_velocity=optional(None if velocity is None else velocity[:1]),
-        active_acceleration=np.array([0.5]),
-        efforts=optional(efforts),
-        tool_position=np.zeros(3),
-        tool_quaternion=np.array([0.0, 0.0, 0.0, 1.0]),
-        residual=0.0,
-        event=None,
-    )
-
-
-def test_a_result_becomes_three_messages_with_its_stamp():
-    states, efforts, pose = conversions.result_messages(result([4.0]), ("a", "z"), ("a",), "base_link")
-    for message in (states, efforts, pose):
-        assert message.header.stamp == Time(sec=3, nanosec=4)
-    assert pose.header.frame_id == "base_link"
-    assert states.name == ["a", "z"]
-    assert list(states.position) == [1.0, 2.0]
-    assert list(states.velocity) == [7.0, 8.0]
-    assert efforts.name == ["a"]
-    assert list(efforts.effort) == [4.0]
-    assert list(efforts.velocity) == [7.0]
-
-
-def test_what_a_result_does_not_know_is_not_sent():
-    states, efforts, _ = conversions.result_messages(result(None, velocity=None), ("a", "z"), ("a",), "base")
-    assert efforts is None
-    assert not states.velocity
+@pytest.mark.parametrize("seed", range(40))
+def test_quaternions_are_those_of_an_independent_library(seed):
+    random = np.random.default_rng(seed)
+    wanted = Rotation.from_quat(random.normal(size=4) * np.where(random.random(4) < 0.3, 0.0, 1.0) + [0, 0, 1e-9, 0])
+    found = conversions.quaternion(wanted.as_matrix())
+    np.testing.assert_allclose(np.abs(np.dot(found, wanted.as_quat())), 1.0, atol=1e-14)
+    np.testing.assert_allclose(np.linalg.norm(found), 1.0, atol=1e-15)
+    assert found[3] >= 0.0

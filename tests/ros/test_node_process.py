@@ -3,6 +3,7 @@
 import importlib.metadata
 import shutil
 import signal
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -10,7 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rclpy
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticStatus
+from hybrid_dynamics_msgs.msg import ErrorCode
+from hybrid_dynamics_msgs.srv import SolveFK
 from rclpy.qos import QoSProfile, QoSReliabilityPolicy
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 ACTIVE = ["q1", "q12", "q22", "q4"]
@@ -69,23 +75,45 @@ def fatal_line(node):
     return line
 
 
-def test_an_unknown_robot_ends_in_one_line_and_a_failure(start_node):
-    assert "no_such_robot" in fatal_line(start_node("-p", "robot:=no_such_robot"))
+def test_an_unknown_robot_leaves_the_node_unconfigured_with_the_reason(start_node):
+    node = start_node("-p", "robot:=no_such_robot")
+    line = node.wait_for("stays unconfigured: .*").group()
+    assert "no_such_robot" in line
+    assert node.stop() == 0
 
 
-def test_a_wrong_robot_file_ends_in_one_line_with_file_and_line(start_node, tmp_path, robot):
+def test_a_wrong_robot_file_is_told_with_its_line_and_a_mended_one_works_in_the_same_process(
+    start_node, tmp_path, robot, connect
+):
     shipped = Path(sys.modules["hybrid_dynamics_core"].__file__).parent / "robots" / f"{robot.name}.yaml"
     lines = shipped.read_text().splitlines(keepends=True)
     number = next(k for k, line in enumerate(lines) if line.startswith("gravity:"))
     lines[number] = "gravity: [0, 0, down]\n"
     wrong = tmp_path / "wrong.yaml"
     wrong.write_text("".join(lines))
-    line = fatal_line(start_node("-p", f"robot:={wrong}"))
+    node = start_node("-p", f"robot:={wrong}", "-p", "diagnostics.period:=0.1")
+    line = node.wait_for("stays unconfigured: .*").group()
     assert f"{wrong}:{number + 1}" in line
     assert "gravity" in line
+    client = connect(only=("get_state", "solve_fk", "change_state"))
+    assert client.state() == "unconfigured"
+    refused = client.call("solve_fk", SolveFK.Request())
+    assert refused.error_code == ErrorCode.NOT_READY
+    client.wait_until(lambda: client.diagnostics, "a report")
+    assert client.diagnostics[-1].level == DiagnosticStatus.ERROR
+    assert f"{wrong}:{number + 1}" in client.diagnostics[-1].message
+    assert not client.change("configure")
+
+    wrong.write_text(shipped.read_text())
+    assert client.change("configure")
+    assert client.change("activate")
+    client.connect()
+    stamp = client.new_stamp()
+    client.publish("active_joint_states", state(), stamp)
+    assert len(client.wait_for("joint_states", stamp).position) == 12
 
 
-def test_a_mended_robot_file_starts(start_node, tmp_path, robot):
+def test_a_copied_robot_file_starts(start_node, tmp_path, robot):
     shipped = Path(sys.modules["hybrid_dynamics_core"].__file__).parent / "robots" / f"{robot.name}.yaml"
     shutil.copy(shipped, tmp_path / "robot.yaml")
     node = start_node("-p", f"robot:={tmp_path / 'robot.yaml'}")
@@ -101,6 +129,9 @@ def test_a_mended_robot_file_starts(start_node, tmp_path, robot):
         ("qos.input:=perfect", ["qos.input", "perfect", "reliable, best_effort"]),
         ("qos.input_depth:=0", ["qos.input_depth", "0"]),
         ("robot:=''", ["robot"]),
+        ("acceleration_filter.bandwith:=1.0", ["did you mean acceleration_filter.bandwidth?"]),
+        ("bandwidth:=1.0", ["did you mean acceleration_filter.bandwidth?"]),
+        ("gravity:=[0.0, 1.0]", ["gravity", "expected 3 entries"]),
     ],
 )
 def test_a_wrong_parameter_ends_in_one_line_and_a_failure(start_node, argument, words):
@@ -179,4 +210,38 @@ def test_best_effort_input_connects_to_a_best_effort_publisher(start_node, conne
         client.wait_until(answered, "an answer to a best-effort message")
     finally:
         sensor.destroy_node()
+        context.try_shutdown()
+
+
+def test_without_ros_the_command_says_how_to_get_it():
+    code = (
+        "import sys; sys.modules['rclpy'] = None; from hybrid_dynamics_ros.node import main; sys.exit(main(['node']))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 1
+    assert "the Python module rclpy is not there" in done.stderr
+    assert "pip install" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_with_simulated_time_ages_are_by_that_clock(start_node, connect):
+    node = start_node("-p", "use_sim_time:=true", "-p", "diagnostics.period:=0.1")
+    node.wait_for(READY)
+    client = connect(only=("get_state",))
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    simulator = rclpy.create_node("simulator", context=context)
+    try:
+        clock = simulator.create_publisher(Clock, "/clock", 10)
+        stamp = client.new_stamp()
+
+        def age():
+            clock.publish(Clock(clock=Time(sec=stamp // 10**9 + 3, nanosec=stamp % 10**9)))
+            client.publish("active_joint_states", state(), stamp)
+            values = {entry.key: entry.value for status in client.diagnostics[-1:] for entry in status.values}
+            return float(values.get("age of the stamp [s]", "nan")) == 3.0
+
+        client.wait_until(age, "an age of 3 s by /clock")
+    finally:
+        simulator.destroy_node()
         context.try_shutdown()

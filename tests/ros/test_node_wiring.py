@@ -1,18 +1,22 @@
 """The node in this process, callbacks called by hand: faults that no message from outside can provoke."""
 
-import dataclasses
+import time
+from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 import rclpy
-from hybrid_dynamics_msgs.srv import SolveFK
+from hybrid_dynamics_msgs.msg import ErrorCode
+from hybrid_dynamics_msgs.srv import SetPayload
 from sensor_msgs.msg import JointState
 
-from hybrid_dynamics_ros.node import HybridDynamicsNode
-from hybrid_dynamics_ros.parameters import declare
+from hybrid_dynamics_ros import outputs
+from hybrid_dynamics_ros.lifecycle import HybridDynamicsNode
+from hybrid_dynamics_ros.services.table import TABLE
 
 
 class Faulty:
-    """A robot whose forward kinematics has a bug; all else is that of a real one."""
+    """A robot that has a bug; all else is that of a real one."""
 
     def __init__(self, robot):
         self._robot = robot
@@ -20,7 +24,7 @@ class Faulty:
     def __getattr__(self, name):
         return getattr(self._robot, name)
 
-    def forward_kinematics(self, *_):
+    def close(self, *_, **__):
         raise ZeroDivisionError("a bug")
 
 
@@ -28,53 +32,97 @@ class Faulty:
 def ros_node():
     context = rclpy.Context()
     rclpy.init(context=context)
-    node = rclpy.create_node("wired", context=context)
+    node = HybridDynamicsNode(context=context, namespace="wired")
     yield node
+    node.discard()
     node.destroy_node()
     context.try_shutdown()
-
-
-@pytest.fixture
-def settings(ros_node):
-    return declare(ros_node)
 
 
 MESSAGE = JointState(name=["q1", "q12", "q22", "q4"], position=[0.0, 0.1, 0.15, 0.0])
 
 
-def test_a_bug_in_the_model_is_logged_with_its_place_counted_and_survived(ros_node, robot, settings, capfd):
-    wired = HybridDynamicsNode(ros_node, Faulty(robot), settings)
+def test_a_bug_in_the_model_is_logged_with_its_place_counted_and_survived(ros_node, capfd):
+    ros_node.start()
+    runtime = ros_node._runtime
+    runtime.pipeline.robot = Faulty(runtime.robot)
     for _ in range(3):
-        wired._on_state(MESSAGE)
-    assert "3 received, 0 accepted, 0 with efforts, 3 rejected: internal" in wired.summary()
+        ros_node._stream._on_state(MESSAGE)
+    assert "3 received, 0 accepted, 0 with efforts, 3 rejected: internal" in ros_node.summary()
     logged = capfd.readouterr().err
     assert logged.count("ZeroDivisionError: a bug") == 1  # once in a period
-    assert "forward_kinematics" in logged
+    assert "pipeline.py" in logged
 
 
-def test_a_bug_in_the_model_is_answered_and_logged_by_services(ros_node, robot, settings, capfd):
-    wired = HybridDynamicsNode(ros_node, Faulty(robot), dataclasses.replace(settings, log_period=0.0))
-    services = {service.srv_name.rsplit("/", 1)[-1]: service for service in ros_node.services}
-    response = services["solve_fk"].callback(SolveFK.Request(active_joints=MESSAGE), SolveFK.Response())
-    assert response.error_code == 7
-    assert "ZeroDivisionError('a bug')" in response.error_text
-    assert "solve_fk: fault of the node: ZeroDivisionError('a bug')" in capfd.readouterr().err
-    assert wired.summary().startswith("0 received")
+def test_a_bug_in_the_model_is_answered_and_logged_by_services(ros_node, capfd):
+    ros_node.start()
+    ros_node._runtime.robot = None  # any use of it fails
+    answered = []
+    service = next(service for service in TABLE if service.name == "set_payload")
+    ros_node._calls._call(service, SetPayload.Request(), SetPayload.Response(), answered.append)
+    assert answered[0].error_code == ErrorCode.INTERNAL
+    assert "AttributeError" in answered[0].error_text
+    assert "set_payload: fault of the node: AttributeError" in capfd.readouterr().err
 
 
-def test_the_names_are_those_of_the_documentation(ros_node, robot, settings):
-    HybridDynamicsNode(ros_node, robot, settings)
-    assert {p.topic_name for p in ros_node.publishers} >= {
-        "/wired/joint_states",
-        "/wired/required_efforts",
-        "/wired/end_effector_pose",
-    }
+def test_the_names_are_those_of_the_tables(ros_node):
+    services = {s.srv_name.rsplit("/", 1)[-1] for s in ros_node.services}
+    assert services >= {service.name for service in TABLE}
+    ros_node.start()
+    topics = {p.topic_name for p in ros_node.publishers}
+    assert topics >= {f"/wired/hybrid_dynamics/{output.topic}" for output in outputs.TABLE}
+    assert topics >= {"/diagnostics", "/wired/robot_description"}
     assert {s.topic_name for s in ros_node.subscriptions} >= {
-        "/wired/active_joint_states",
-        "/wired/active_joint_motions",
+        "/wired/hybrid_dynamics/active_joint_states",
+        "/wired/hybrid_dynamics/active_joint_motions",
+        "/wired/hybrid_dynamics/joint_trajectory",
     }
-    assert {s.srv_name.rsplit("/", 1)[-1] for s in ros_node.services} >= {
-        "solve_ik",
-        "solve_fk",
-        "inverse_dynamics",
+
+
+def test_what_configure_makes_cleanup_takes_away(ros_node):
+    before = {*ros_node.publishers}, {*ros_node.subscriptions}
+    for _ in range(2):
+        ros_node.start()
+        assert ros_node._state_machine.current_state[1] == "active"
+        assert len({*ros_node.publishers}) > len(before[0])
+        ros_node.trigger_deactivate()
+        ros_node.trigger_cleanup()
+        assert ({*ros_node.publishers}, {*ros_node.subscriptions}) == before
+
+
+POLICY = ElementTree.parse(Path(__file__).resolve().parents[2] / "security" / "hybrid_dynamics.policy.xml")
+OPTIONAL = {"/clock", "/tf"}  # by use_sim_time and rates.tf
+
+
+def allowed(kind, right):
+    """Names that the policy gives the node, as they are without remapping."""
+    profile = POLICY.find("./enclaves/enclave[@path='/hybrid_dynamics']/profiles/profile")
+    names = {entry.text for block in profile.findall(f"{kind}[@{right}='ALLOW']") for entry in block}
+    return {
+        name.replace("~/", "/hybrid_dynamics/") if name.startswith("~") else f"/{name.lstrip('/')}" for name in names
     }
+
+
+def test_the_policy_allows_exactly_what_the_node_needs():
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    node = HybridDynamicsNode(context=context)
+    try:
+        node.start()
+        own = node.get_name(), node.get_namespace()
+
+        def names(listed):
+            return {name for name, _ in listed(*own)}
+
+        needed = allowed("services", "reply")
+        end = time.monotonic() + 20.0
+        while names(node.get_service_names_and_types_by_node) != needed and time.monotonic() < end:
+            time.sleep(0.05)  # the graph is told step by step
+        assert names(node.get_service_names_and_types_by_node) == needed
+        assert names(node.get_publisher_names_and_types_by_node) == allowed("topics", "publish") - OPTIONAL
+        assert names(node.get_subscriber_names_and_types_by_node) == allowed("topics", "subscribe") - OPTIONAL
+        assert not names(node.get_client_names_and_types_by_node)
+    finally:
+        node.discard()
+        node.destroy_node()
+        context.try_shutdown()

@@ -4,28 +4,42 @@ import pytest
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSReliabilityPolicy
 
 from hybrid_dynamics_ros import qos
-from hybrid_dynamics_ros.parameters import BANDWIDTH, INPUT_DEPTH, INPUT_QOS, ROBOT, TABLE, Settings, descriptor
+from hybrid_dynamics_ros.declare import descriptor
+from hybrid_dynamics_ros.parameters import (
+    AUTOSTART,
+    BANDWIDTH,
+    GRAVITY,
+    INPUT_DEPTH,
+    INPUT_QOS,
+    MEASURED,
+    PAYLOAD_COM,
+    PROFILES,
+    ROBOT,
+    TABLE,
+    ParameterError,
+    Settings,
+    checked,
+    sensor_rows,
+)
 
 
 def test_the_table_is_complete_and_consistent():
-    assert len({parameter.name for parameter in TABLE}) == len(TABLE) == len(Settings.__dataclass_fields__)
+    assert len({parameter.name for parameter in TABLE}) == len(TABLE)
     for parameter in TABLE:
         assert parameter.text.endswith(".")
-        if parameter.bounds is not None:
-            low, high = parameter.bounds
-            assert low <= parameter.default <= high
-        if parameter.choices:
-            assert parameter.default in parameter.choices
+        assert checked(parameter, parameter.default) == parameter.default == Settings()[parameter]
 
 
 def test_descriptors_say_range_unit_choices_and_read_only():
     bandwidth = descriptor(BANDWIDTH)
     assert bandwidth.description.endswith("[Hz]")
-    assert bandwidth.read_only
+    assert not bandwidth.read_only
+    assert descriptor(AUTOSTART).read_only
+    assert "cleanup" in descriptor(ROBOT).additional_constraints
     assert [(r.from_value, r.to_value) for r in bandwidth.floating_point_range] == [(0.01, 1000.0)]
     assert not bandwidth.integer_range
     assert [(r.from_value, r.to_value) for r in descriptor(INPUT_DEPTH).integer_range] == [(1, 100000)]
-    assert descriptor(INPUT_QOS).additional_constraints == "one of: reliable, best_effort"
+    assert descriptor(INPUT_QOS).additional_constraints.startswith("one of: reliable, best_effort,")
     assert not descriptor(ROBOT).floating_point_range
 
 
@@ -42,4 +56,49 @@ def test_profiles_do_what_they_are_called(name, reliability):
 
 
 def test_every_profile_can_be_chosen():
-    assert [qos.profile(name, 1).depth for name in qos.NAMES] == [1, 1]
+    assert [qos.profile(name, 7).depth for name in PROFILES] == [7, 7, 5, 1]
+
+
+@pytest.mark.parametrize(
+    ("row", "given", "taken"),
+    [
+        (BANDWIDTH, 12, 12.0),
+        (GRAVITY, [0, 0, -10], (0.0, 0.0, -10.0)),
+        (GRAVITY, None, None),
+        (MEASURED, ["a", "b"], ("a", "b")),
+        (INPUT_DEPTH, 3, 3),
+    ],
+)
+def test_values_are_taken_as_the_table_has_them(row, given, taken):
+    value = checked(row, given)
+    assert value == taken
+    assert type(value) is type(taken)
+
+
+@pytest.mark.parametrize(
+    ("row", "given", "words"),
+    [
+        (BANDWIDTH, float("nan"), ["acceleration_filter.bandwidth", "nan", "0.01 to 1000 Hz"]),
+        (BANDWIDTH, "fast", ["'fast'", "expected a number"]),
+        (BANDWIDTH, True, ["True", "expected a number"]),
+        (INPUT_DEPTH, 3.0, ["3.0", "expected a whole number"]),
+        (INPUT_QOS, "perfect", ["'perfect'", "reliable, best_effort"]),
+        (GRAVITY, [0.0, 1.0], ["gravity", "expected 3 entries"]),
+        (GRAVITY, 9.81, ["9.81", "expected an array"]),
+        (PAYLOAD_COM, [0.0, float("inf"), 0.0], ["payload.com", "inf"]),
+        (ROBOT, "", ["robot"]),
+        (sensor_rows("q1")[1], 0.5, ["sensors.q1.sign", "0.5", "1.0 or -1.0"]),
+        (sensor_rows("q1")[2], 0.0, ["sensors.q1.scale", "0.0"]),
+    ],
+)
+def test_what_cannot_be_taken_is_named_with_what_is_expected(row, given, words):
+    with pytest.raises(ParameterError) as caught:
+        checked(row, given)
+    assert all(word in str(caught.value) for word in words), caught.value
+
+
+def test_settings_never_change():
+    settings = Settings()
+    other = settings.replaced({BANDWIDTH.name: 3.0})
+    assert (settings[BANDWIDTH], other[BANDWIDTH]) == (10.0, 3.0)
+    assert other[sensor_rows("anything")[2]] == 1.0

@@ -38,8 +38,8 @@ def wavy(k, *, with_velocity=True):
 
 def arrays(result):
     """All numbers of a result, for comparison to the last bit."""
-    names = ("position", "velocity", "active_acceleration", "efforts", "tool_position", "tool_quaternion")
-    return [getattr(result, name) for name in names]
+    names = ("position", "velocity", "active_acceleration", "efforts")
+    return [*(getattr(result, name) for name in names), result.pose.matrix]
 
 
 def same(one, two):
@@ -53,7 +53,7 @@ def test_one_sample_gives_the_full_state_and_the_pose(pipeline, robot):
     assert result.stamp_ns == 7 * MS
     assert np.array_equal(result.position, state.s)
     assert np.array_equal(result.velocity, state.ds)
-    np.testing.assert_allclose(result.tool_position, TOOL, rtol=1e-9)
+    np.testing.assert_allclose(result.pose.position, TOOL, rtol=1e-9)
     assert result.residual < 1e-12
     assert result.efforts is None
     assert result.event is StampEvent.FIRST
@@ -153,19 +153,6 @@ def test_an_unreachable_sample_names_the_joint_and_its_value(pipeline):
     assert "0.9" in rejection.text
 
 
-class Failing:
-    """A robot whose inverse dynamics fails in a chosen way; all else is that of a real one."""
-
-    def __init__(self, robot, error):
-        self._robot, self._error = robot, error
-
-    def __getattr__(self, name):
-        return getattr(self._robot, name)
-
-    def inverse_dynamics(self, _state, _ddu):
-        raise self._error
-
-
 @pytest.mark.parametrize(
     ("error", "code"),
     [
@@ -174,7 +161,11 @@ class Failing:
     ],
 )
 def test_failures_of_the_model_are_rejections(robot, error, code):
-    pipeline = Pipeline(Failing(robot, error), bandwidth=10.0, max_gap=0.5)
+    def fail(*_):
+        raise error
+
+    pipeline = Pipeline(robot, bandwidth=10.0, max_gap=0.5)
+    pipeline._fused = fail
     assert pipeline.process(sample(acceleration=np.zeros(4))).code is code
 
 

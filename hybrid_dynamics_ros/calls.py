@@ -1,0 +1,149 @@
+"""Services and trajectories on a node: each call is answered here or beside, never in the way of the stream."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any, Final
+
+from hybrid_dynamics_msgs.srv import ConvertTrajectory
+from rclpy.lifecycle import LifecycleNode
+from rclpy.qos import QoSProfile
+from rclpy.service import Service as RosService
+from trajectory_msgs.msg import JointTrajectory
+
+from hybrid_dynamics_ros.conditions import Conditions
+from hybrid_dynamics_ros.parameters import QUEUE, TIMEOUT
+from hybrid_dynamics_ros.runtime import Runtime
+from hybrid_dynamics_ros.samples import Rejection, RejectionCode
+from hybrid_dynamics_ros.services.answers import OK, guarded, refused
+from hybrid_dynamics_ros.services.context import Context
+from hybrid_dynamics_ros.services.table import TABLE, Lane, Service
+from hybrid_dynamics_ros.throttle import Log
+from hybrid_dynamics_ros.workers import Job, Workers
+
+# The usual ten that wait would let calls of a flood vanish unanswered.
+_REQUESTS: Final = QoSProfile(depth=1000)
+TRAJECTORY: Final = "convert_trajectory"
+_UNREADY: Final = "the node is not configured: it has no robot yet"
+
+
+class Later:
+    """Stands for a response that comes later: :meth:`tell` gives it, before or after it is known where it goes."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._response: Any = None
+        self._send: Callable[[Any], None] | None = None
+
+    def tell(self, response: Any) -> None:
+        """The response is there."""
+        with self._lock:
+            self._response = response
+            if self._send is not None:
+                self._send(response)
+
+    def when_told(self, send: Callable[[Any], None]) -> None:
+        """Where the response goes."""
+        with self._lock:
+            self._send = send
+            if self._response is not None:
+                send(self._response)
+
+
+def answer_later(service: RosService) -> None:
+    """Let the callback of a service return :class:`Later`. rclpy's own way, coroutines, the events executor has not."""
+    send_now = service.send_response
+    lock = threading.Lock()
+
+    def send(response: Any, header: Any) -> None:
+        def deliver(told: Any) -> None:
+            with lock:
+                send_now(told, header)
+
+        if isinstance(response, Later):
+            response.when_told(deliver)
+        else:
+            deliver(response)
+
+    service.send_response = send  # type: ignore[method-assign]
+
+
+class Calls:
+    """All services on a node. They are there from the first moment on, and say NOT_READY until there is a robot."""
+
+    def __init__(self, node: LifecycleNode, log: Log) -> None:
+        self._node, self._log = node, log
+        self._runtime: Runtime | None = None
+        self._workers: Workers | None = None
+        self.active = False
+        for service in TABLE:
+            name, responder = f"~/{service.name}", self._responder(service)
+            answer_later(node.create_service(service.kind, name, responder, qos_profile=_REQUESTS))
+        self._converted = node.create_publisher(JointTrajectory, "~/active_joint_trajectory", 10)
+        node.create_subscription(JointTrajectory, "~/joint_trajectory", self._on_trajectory, 10)
+
+    def open(self, runtime: Runtime) -> None:
+        """Answer for this robot from now on."""
+        self._workers = Workers(runtime.robot.description)
+        self._runtime = runtime
+
+    def close(self) -> None:
+        """Answer NOT_READY from now on."""
+        self._runtime = None
+        if self._workers is not None:
+            self._workers.close()
+        self._workers = None
+
+    def _responder(self, service: Service) -> Callable[[Any, Any], Any]:
+        def respond(request: Any, response: Any) -> Any:
+            later = Later()
+            self._call(service, request, response, later.tell)
+            return later
+
+        return respond
+
+    def _on_trajectory(self, message: JointTrajectory) -> None:
+        if not self.active:
+            return
+        service = next(service for service in TABLE if service.name == TRAJECTORY)
+
+        def publish(response: ConvertTrajectory.Response) -> None:
+            if response.error_code == OK:
+                self._converted.publish(response.trajectory)
+
+        self._call(service, ConvertTrajectory.Request(joints=message), ConvertTrajectory.Response(), publish)
+
+    def _call(self, service: Service, request: Any, response: Any, tell: Callable[[Any], None]) -> None:
+        runtime, workers = self._runtime, self._workers
+
+        def done(answered: Any, conditions: Conditions | None) -> None:
+            if conditions is not None and runtime is not None:
+                answered = self._change(runtime, conditions, answered)
+            if answered.error_code != OK:
+                self._log.warn((service.name, answered.error_code), f"{service.name}: {answered.error_text}")
+            self._tell(service, answered, tell)
+
+        if runtime is None or workers is None:
+            done(refused(response, Rejection(RejectionCode.NOT_READY, _UNREADY)), None)
+        elif service.lane is Lane.HERE:
+            done(*guarded(service.answer, Context(runtime.robot, runtime.situation()), request, response))
+        else:
+            settings = runtime.settings
+            job = Job(service.name, request, runtime.situation(), settings[TIMEOUT], done)
+            workers.submit(service.lane, job, settings[QUEUE])
+
+    def _change(self, runtime: Runtime, conditions: Conditions, answered: Any) -> Any:
+        """Take conditions that a call made, unless things changed while it was worked on."""
+        if runtime is not self._runtime:
+            return refused(type(answered)(), Rejection(RejectionCode.NOT_READY, _UNREADY))
+        if conditions.mode is not runtime.conditions.mode and runtime.moving:
+            return refused(type(answered)(), Rejection(RejectionCode.REFUSED, "the robot began to move meanwhile"))
+        runtime.change(conditions)
+        return answered
+
+    def _tell(self, service: Service, response: Any, tell: Callable[[Any], None]) -> None:
+        try:
+            tell(response)
+        except Exception as error:  # noqa: BLE001 - the client, or the node, may be gone by now
+            self._log.warn(("undelivered", service.name), f"{service.name}: the answer found nobody: {error}")

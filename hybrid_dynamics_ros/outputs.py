@@ -1,0 +1,225 @@
+"""What goes out for each input: one table of topics, each with the function that fills its message.
+
+Messages are made once and filled again for every result: their names never change. Knows no rclpy.
+"""
+
+from __future__ import annotations
+
+import array
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, PoseStamped, TwistStamped, Vector3, Wrench
+from hybrid_dynamics_msgs.msg import ClosedState, CylinderStates, LoopReactions
+from sensor_msgs.msg import JointState
+
+from hybrid_dynamics_core import ClosedState as Closed
+from hybrid_dynamics_core import CylinderState, Robot
+from hybrid_dynamics_core.errors import SingularityError
+from hybrid_dynamics_ros.conversions import ns_to_stamp, pose_stamped, to_field
+from hybrid_dynamics_ros.pipeline import MotionResult
+from hybrid_dynamics_ros.samples import FloatArray
+
+Fill = Callable[[MotionResult, Time], Any | None]  # the message, or None where this result has none
+_EMPTY: Final = array.array("d")
+
+
+@dataclass(frozen=True)
+class Output:
+    """One topic: its name below ``~/``, its type, and what makes its filler for a robot."""
+
+    topic: str
+    kind: type
+    filler: Callable[[Robot], Fill]
+
+
+def joint_states(robot: Robot) -> Fill:
+    """All joints: position, velocity, and the effort of the drives, zero where nothing drives."""
+    message = JointState(name=list(robot.coordinates))
+    along = _efforts_along_joints(robot)
+
+    def fill(result: MotionResult, stamp: Time) -> JointState:
+        message.header.stamp = stamp
+        message.position = to_field(result.position)
+        message.velocity = _EMPTY if result.velocity is None else to_field(result.velocity)
+        efforts = None if result.efforts is None else along(result.state, result.efforts)
+        message.effort = _EMPTY if efforts is None else to_field(efforts)
+        return message
+
+    return fill
+
+
+def required_efforts(robot: Robot) -> Fill:
+    """Torques and forces of the active joints; nothing before accelerations are known."""
+    message = JointState(name=list(robot.active))
+
+    def fill(result: MotionResult, stamp: Time) -> JointState | None:
+        if result.efforts is None or result.active_velocity is None:
+            return None
+        message.header.stamp = stamp
+        message.position = to_field(result.active_position)
+        message.velocity = to_field(result.active_velocity)
+        message.effort = to_field(result.efforts)
+        return message
+
+    return fill
+
+
+def closed_state(robot: Robot) -> Fill:
+    """Residual, assembly modes, distances to singularities and to the ends of strokes."""
+    strokes = Strokes(robot)
+    message = ClosedState(loops=list(robot.loops), stroke_joints=list(strokes.joints))
+    told: Mapping[str, str] = {}
+
+    def fill(result: MotionResult, stamp: Time) -> ClosedState:
+        nonlocal told
+        state = result.state
+        message.header.stamp = stamp
+        message.residual = result.residual
+        if state.branch != told:
+            told = state.branch
+            message.branches = [told.get(loop, "") for loop in robot.loops]
+        message.singularity = to_field(state.distances)
+        message.nearest_singularity = float(state.singularity)
+        message.nearest_loop = str(state.singular_loop)
+        message.to_lower, message.to_upper = (to_field(part) for part in strokes.left(state.s))
+        return message
+
+    return fill
+
+
+def end_effector_pose(robot: Robot) -> Fill:
+    """Pose of the end effector in the base frame."""
+
+    def fill(result: MotionResult, stamp: Time) -> PoseStamped:
+        message = pose_stamped(
+            header=PoseStamped().header, position=result.pose.position, rotation=result.pose.rotation
+        )
+        message.header.stamp, message.header.frame_id = stamp, robot.base_frame
+        return message
+
+    return fill
+
+
+def end_effector_twist(robot: Robot) -> Fill:
+    """Velocity of the end effector's origin and its rotation, base axes; nothing before rates are known."""
+    message = TwistStamped()
+    message.header.frame_id = robot.base_frame
+
+    def fill(result: MotionResult, stamp: Time) -> TwistStamped | None:
+        if not result.moving:
+            return None
+        twist = (robot.jacobian(result.state) @ result.state.du).tolist()
+        message.header.stamp = stamp
+        message.twist.linear, message.twist.angular = _vector(twist[:3]), _vector(twist[3:])
+        return message
+
+    return fill
+
+
+def loop_reactions(robot: Robot) -> Fill:
+    """Force and moment in every pin; nothing before accelerations are known."""
+    message = LoopReactions()
+    message.header.frame_id = robot.base_frame
+
+    def fill(result: MotionResult, stamp: Time) -> LoopReactions | None:
+        if result.active_acceleration is None or not result.moving:
+            return None
+        pins = robot.reactions(result.state, result.active_acceleration, result.loads).pins
+        message.header.stamp = stamp
+        message.pins = list(pins)
+        message.link_a, message.link_b = ([pin.links[k] for pin in pins.values()] for k in (0, 1))
+        message.places = [Point(x=x, y=y, z=z) for x, y, z in (pin.place.tolist() for pin in pins.values())]
+        message.wrenches = [
+            Wrench(force=_vector(pin.force.tolist()), torque=_vector(pin.moment.tolist())) for pin in pins.values()
+        ]
+        return message
+
+    return fill
+
+
+def cylinder_states(robot: Robot) -> Fill:
+    """Pressures and flows of the cylinders; nothing before accelerations are known, or where no areas are given."""
+    message = CylinderStates(name=list(robot.cylinders))
+    numbers = [name for name in CylinderState.__dataclass_fields__ if name != "overloaded"]
+
+    def fill(result: MotionResult, stamp: Time) -> CylinderStates | None:
+        if result.efforts is None or not robot.cylinders:
+            return None
+        states = robot.hydraulics(result.state, result.efforts).values()
+        message.header.stamp = stamp
+        for name in numbers:
+            setattr(message, name, to_field(np.array([float(getattr(s, name)) for s in states])))
+        message.overloaded = [bool(s.overloaded) for s in states]
+        return message
+
+    return fill
+
+
+TABLE: Final = (
+    Output("joint_states", JointState, joint_states),
+    Output("required_efforts", JointState, required_efforts),
+    Output("closed_state", ClosedState, closed_state),
+    Output("end_effector_pose", PoseStamped, end_effector_pose),
+    Output("end_effector_twist", TwistStamped, end_effector_twist),
+    Output("loop_reactions", LoopReactions, loop_reactions),
+    Output("cylinder_states", CylinderStates, cylinder_states),
+)
+
+
+class Strokes:
+    """Joints whose motion ends somewhere, and what is left to both ends."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.lower, self.upper = joint_limits(robot)
+        self._places = np.flatnonzero(np.isfinite(self.lower) | np.isfinite(self.upper))
+        self.joints = tuple(robot.coordinates[k] for k in self._places)
+        self._ends = self.lower[self._places], self.upper[self._places]
+
+    def left(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """To the lower and the upper end of each of ``joints`` [rad or m], negative beyond it."""
+        here = s[self._places]
+        return here - self._ends[0], self._ends[1] - here
+
+
+def joint_limits(robot: Robot) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper limits of all coordinates (n_s,) [rad or m]; of active ones within what closes."""
+    told = np.array([robot.description.joints[name].limits for name in robot.coordinates], dtype=np.float64)
+    told[: len(robot.active)] = robot.limits
+    return told[:, 0], told[:, 1]
+
+
+def stamp_of(result: MotionResult) -> Time:
+    """The stamp that all messages of a result carry."""
+    return ns_to_stamp(result.stamp_ns)
+
+
+def _efforts_along_joints(robot: Robot) -> Callable[[Closed, FloatArray], FloatArray | None]:
+    size, active = len(robot.coordinates), len(robot.active)
+    if set(robot.drives) == set(robot.active):
+
+        def own(_state: Closed, tau: FloatArray) -> FloatArray:
+            along = np.zeros(size)
+            along[:active] = tau
+            return along
+
+        return own
+    places = [robot.coordinates.index(name) for name in robot.drives]
+
+    def driven(state: Closed, tau: FloatArray) -> FloatArray | None:
+        along = np.zeros(size)
+        try:
+            along[places] = [float(force) for force in robot.drive_forces(state, tau).values()]
+        except SingularityError:
+            return None  # as they stand, the drives cannot give these forces
+        return along
+
+    return driven
+
+
+def _vector(values: Sequence[float]) -> Vector3:
+    x, y, z = values
+    return Vector3(x=x, y=y, z=z)

@@ -1,0 +1,139 @@
+"""Everything that belongs to one configured robot: made whole at configure, thrown away whole at cleanup.
+
+Knows no rclpy.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hybrid_dynamics_core import Loads, Robot
+from hybrid_dynamics_core.errors import HybridDynamicsError
+from hybrid_dynamics_ros.conditions import Conditions, loads_of
+from hybrid_dynamics_ros.monitor import Monitor
+from hybrid_dynamics_ros.outputs import Strokes
+from hybrid_dynamics_ros.parameters import (
+    BANDWIDTH,
+    MAX_GAP,
+    MEASURED,
+    PAYLOAD_FRAME,
+    STILL,
+    ParameterError,
+    Settings,
+    sensor_rows,
+)
+from hybrid_dynamics_ros.pipeline import MotionResult, Pipeline
+from hybrid_dynamics_ros.samples import Calibration
+from hybrid_dynamics_ros.services.context import Situation
+
+
+class Runtime:
+    """One robot at work: pipeline, conditions, settings, and what was seen last."""
+
+    def __init__(self, robot: Robot, settings: Settings) -> None:
+        """Make it, and have the robot's code generated now, not while the first message waits for it.
+
+        Raises:
+            HybridDynamicsError: the measured joints do not determine the others, or the payload is none.
+            ParameterError: a parameter does not go with this robot.
+        """
+        self.robot = robot
+        self.settings = settings
+        measured = settings[MEASURED] or robot.active
+        _require_known("measured", measured, robot.coordinates)
+        self.pipeline = Pipeline(robot, settings[BANDWIDTH], settings[MAX_GAP], measured)
+        self.monitor = Monitor(Strokes(robot))
+        self.result: MotionResult | None = None
+        self.conditions = Conditions()
+        self._taken: Settings | None = None
+        self.take(settings)
+        self._warm_up()
+
+    @property
+    def measured(self) -> tuple[str, ...]:
+        """Joints that the input gives."""
+        return self.pipeline.measured
+
+    def problem(self, settings: Settings) -> str:
+        """Why the robot cannot work with these settings, or ""."""
+        try:
+            self._conditions(settings)
+        except (HybridDynamicsError, ParameterError) as error:
+            return " ".join(str(error).split())
+        return ""
+
+    def _conditions(self, settings: Settings) -> tuple[Conditions, Loads]:
+        _require_known(PAYLOAD_FRAME.name, (settings[PAYLOAD_FRAME] or self.robot.end_effector,), self.robot.frames)
+        conditions = self.conditions.with_settings(settings, self._taken, self.robot.end_effector)
+        return conditions, loads_of(self.robot, conditions)
+
+    def take(self, settings: Settings) -> None:
+        """Work with these settings from now on.
+
+        Raises:
+            HybridDynamicsError: the payload is none.
+            ParameterError: its frame is none of the robot.
+        """
+        conditions, loads = self._conditions(settings)
+        self.pipeline.set_loads(loads)
+        self.pipeline.calibration = _calibration(settings, self.measured)
+        if any(settings[row] != self.settings[row] for row in (BANDWIDTH, MAX_GAP)):
+            self.pipeline.set_filter(settings[BANDWIDTH], settings[MAX_GAP])
+        self.conditions, self.settings, self._taken = conditions, settings, settings
+
+    def change(self, conditions: Conditions) -> None:
+        """Work under other conditions from now on; they were checked by whoever made them."""
+        self.pipeline.set_loads(loads_of(self.robot, conditions))
+        if conditions.mode is not self.conditions.mode:
+            self.pipeline.set_mode(conditions.mode)
+        self.conditions = conditions
+
+    @property
+    def moving(self) -> bool:
+        """Whether a joint moved at the newest input; one whose rate is not known counts as moving."""
+        if self.result is None:
+            return False
+        return not self.result.moving or bool(np.abs(self.result.state.ds).max() > self.settings[STILL])
+
+    def situation(self) -> Situation:
+        """How things stand, for whoever answers a call."""
+        return Situation(
+            conditions=self.conditions,
+            settings=self.settings,
+            measured=self.measured,
+            newest=None if self.result is None else self.result.state.u,
+            moving=self.moving,
+        )
+
+    def reset(self) -> None:
+        """Forget what was seen; the counts stay."""
+        self.pipeline.reset()
+        self.result = None
+
+    def _warm_up(self) -> None:
+        robot, pipeline = self.robot, self.pipeline
+        state = robot.close(robot.reference)
+        zero = np.zeros(state.n)
+        robot.inverse_dynamics(state, zero, pipeline.loads)
+        robot.kernels.under(pipeline.loads).inverse_dynamics(state.u, zero, zero)
+        robot.forward_kinematics(state)
+        robot.jacobian(state)
+        robot.reactions(state, zero, pipeline.loads)
+        robot.hydraulics(state, zero)
+
+
+def _calibration(settings: Settings, joints: tuple[str, ...]) -> Calibration | None:
+    """What the sensors need; None where they read the coordinates themselves."""
+    table = [[settings[row] for row in sensor_rows(joint)] for joint in joints]
+    offset, sign, scale = np.array(table, dtype=np.float64).T
+    if not offset.any() and (sign * scale == 1.0).all():
+        return None
+    return Calibration(offset, sign * scale)
+
+
+def _require_known(parameter: str, names: tuple[str, ...], known: tuple[str, ...]) -> None:
+    for name in names:
+        if name not in known:
+            raise ParameterError(f"parameter {parameter}: there is no '{name}'; known: {', '.join(known)}")
+        if names.count(name) > 1:
+            raise ParameterError(f"parameter {parameter}: joint '{name}' is named twice")

@@ -1,0 +1,74 @@
+"""From what an answer raised to what the client gets: error codes and texts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, Final
+
+import numpy as np
+from hybrid_dynamics_msgs.msg import ErrorCode
+
+from hybrid_dynamics_core.errors import HybridDynamicsError
+from hybrid_dynamics_ros.conditions import Conditions
+from hybrid_dynamics_ros.samples import RejectedError, Rejection, RejectionCode, rejection_of
+from hybrid_dynamics_ros.services.context import Context
+
+OK: Final[int] = ErrorCode.OK
+
+# Fills the response, whose error_code is OK; returns other conditions where the call changes them.
+Answer = Callable[[Context, Any, Any], Conditions | None]
+
+_CODES: Final = {
+    RejectionCode.UNREACHABLE: ErrorCode.OUT_OF_REACH,
+    RejectionCode.LIMIT: ErrorCode.LIMIT,
+    RejectionCode.SINGULAR: ErrorCode.SINGULAR,
+    RejectionCode.INTERNAL: ErrorCode.INTERNAL,
+    RejectionCode.NOT_READY: ErrorCode.NOT_READY,
+    RejectionCode.REFUSED: ErrorCode.REFUSED,
+    RejectionCode.BUSY: ErrorCode.BUSY,
+    RejectionCode.TIMEOUT: ErrorCode.TIMEOUT,
+}  # all others: BAD_INPUT
+
+
+def code_of(rejection: Rejection) -> int:
+    """The ErrorCode that a rejection becomes."""
+    return int(_CODES.get(rejection.code, ErrorCode.BAD_INPUT))
+
+
+def guarded(answer: Answer, context: Context, request: Any, response: Any) -> tuple[Any, Conditions | None]:
+    """The answer to a request, an error code and text included, whatever happens.
+
+    Args:
+        answer: what fills the response.
+        context: the robot and how it stands.
+        request: request message.
+        response: empty response message, to be filled.
+
+    Returns:
+        The response; where something went wrong an empty one with ``error_code`` and ``error_text``. And the
+        conditions that the call changed.
+    """
+    try:
+        # Numbers near the end of the range overflow somewhere in the model; the answer is checked instead.
+        with np.errstate(all="ignore"):
+            return response, answer(context, request, response)
+    except RejectedError as error:
+        rejection = error.rejection
+    except HybridDynamicsError as error:
+        rejection = rejection_of(error)
+    except Exception as error:  # noqa: BLE001 - a client waits for an answer, and the node must go on
+        rejection = Rejection(RejectionCode.INTERNAL, f"fault of the node: {error!r}")
+    return refused(type(response)(), rejection), None
+
+
+def refused(response: Any, rejection: Rejection) -> Any:
+    """An empty response with the reason."""
+    response.error_code = code_of(rejection)
+    response.error_text = rejection.text
+    for number in ("residual", "nearest_singularity"):
+        if hasattr(response, number):
+            setattr(response, number, math.nan)
+    if hasattr(response, "first_bad"):
+        response.first_bad = -1
+    return response

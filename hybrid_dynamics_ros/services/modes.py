@@ -1,0 +1,101 @@
+"""Assembly modes, and what the robot is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from hybrid_dynamics_msgs.msg import AssemblyMode
+from hybrid_dynamics_msgs.srv import DescribeRobot, ListAssemblyModes, SwitchAssemblyMode
+from std_msgs.msg import Header
+
+from hybrid_dynamics_core import ClosedState, HybridDynamicsError, Robot
+from hybrid_dynamics_ros import conversions
+from hybrid_dynamics_ros.conditions import Conditions
+from hybrid_dynamics_ros.outputs import joint_limits
+from hybrid_dynamics_ros.samples import FloatArray, JointOrder, RejectedError, RejectionCode
+from hybrid_dynamics_ros.services.context import Context
+
+_SAME = 1e-6  # [rad or m] configurations nearer than this are one
+
+
+def list_assembly_modes(
+    context: Context, request: ListAssemblyModes.Request, response: ListAssemblyModes.Response
+) -> None:
+    """Every way in which the loops close."""
+    robot = context.robot
+    given = request.active_joints
+    newest = not given.name and not given.position
+    u = context.newest() if newest else JointOrder(robot.active).arrange(conversions.sample_of_state(given)).position
+    modes = robot.assembly_modes(u)
+    if not modes:
+        raise RejectedError(RejectionCode.UNREACHABLE, _why_not(context, u))
+    response.modes = [_message(robot, mode.state) for mode in modes]
+    try:
+        now = context.close(u).s
+    except HybridDynamicsError:
+        now = np.full(len(robot.coordinates), np.nan)
+    response.current = next((k for k, mode in enumerate(modes) if _same(robot, mode.state.s, now)), -1)
+
+
+def switch_assembly_mode(
+    context: Context, request: SwitchAssemblyMode.Request, response: SwitchAssemblyMode.Response
+) -> Conditions:
+    """The stream closes its loops on other modes from now on."""
+    if context.situation.moving:
+        raise RejectedError(RejectionCode.REFUSED, "the robot moves: assembly modes change only while it stands")
+    if not request.loops or len(request.loops) != len(request.branches):
+        text = f"{len(request.loops)} loops and {len(request.branches)} branches; expected one branch for each loop"
+        raise RejectedError(RejectionCode.WRONG_LENGTH, text)
+    robot, u = context.robot, context.newest()
+    unknown = [loop for loop in request.loops if loop not in robot.loops]
+    if unknown:
+        text = f"there is no loop '{unknown[0]}'; known: {', '.join(robot.loops)}"
+        raise RejectedError(RejectionCode.BAD_REQUEST, text)
+    wanted = {**context.close(u).branch, **dict(zip(request.loops, request.branches, strict=True))}
+    modes = robot.assembly_modes(u)
+    chosen = next((mode.state for mode in modes if dict(mode.branch) == wanted), None)
+    if chosen is None:
+        there = "; ".join(", ".join(f"{loop}: {name}" for loop, name in mode.branch.items()) for mode in modes)
+        raise RejectedError(RejectionCode.BAD_REQUEST, f"the loops do not close so here; they close as {there}")
+    response.mode = _message(robot, chosen)
+    return replace(context.situation.conditions, mode=chosen)
+
+
+def describe_robot(context: Context, _request: DescribeRobot.Request, response: DescribeRobot.Response) -> None:
+    """Names, types, limits."""
+    robot = context.robot
+    response.name, response.base_frame, response.end_effector = robot.name, robot.base_frame, robot.end_effector
+    response.joints = list(robot.coordinates)
+    response.types = [str(robot.joint_types[name]) for name in robot.coordinates]
+    response.lower, response.upper = (conversions.to_field(ends) for ends in joint_limits(robot))
+    response.active, response.drives = list(robot.active), list(robot.drives)
+    response.measured = list(context.situation.measured)
+    response.cylinders, response.loops = list(robot.cylinders), list(robot.loops)
+    response.frames = list(robot.frames)
+    response.reference = conversions.to_field(robot.reference)
+    response.notes = list(robot.description.notes)
+
+
+def _message(robot: Robot, state: ClosedState) -> AssemblyMode:
+    return AssemblyMode(
+        loops=list(state.branch),
+        branches=[str(name) for name in state.branch.values()],
+        joint_state=conversions.joint_state(Header(), robot.coordinates, state.s),
+    )
+
+
+def _same(robot: Robot, one: FloatArray, other: FloatArray) -> bool:
+    """Whether two configurations are one; whole turns do not count."""
+    away = one - other
+    turns = np.array([robot.joint_types[name] == "revolute" for name in robot.coordinates])
+    away = np.where(turns, np.remainder(away + np.pi, 2.0 * np.pi) - np.pi, away)
+    return bool(np.abs(away).max() < _SAME)
+
+
+def _why_not(context: Context, u: FloatArray) -> str:
+    try:
+        context.robot.close(u)
+    except HybridDynamicsError as error:
+        return " ".join(str(error).split())
+    return "the loops close in no way"

@@ -1,0 +1,50 @@
+"""All services, a line each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, Final
+
+from hybrid_dynamics_msgs import srv
+
+from hybrid_dynamics_ros.services.answers import Answer
+from hybrid_dynamics_ros.services.dynamics import forward_dynamics, inverse_dynamics, minimal_form, set_payload
+from hybrid_dynamics_ros.services.kinematics import close_loops, compute_jacobian, solve_fk, solve_ik
+from hybrid_dynamics_ros.services.modes import describe_robot, list_assembly_modes, switch_assembly_mode
+from hybrid_dynamics_ros.services.trajectory import convert_trajectory
+
+
+class Lane(Enum):
+    """Where a call is worked on. Short calls never wait behind long ones, and the stream never behind any."""
+
+    HERE = "in the node, between two messages: a few microseconds"
+    SHORT = "in a process beside it: milliseconds"
+    LONG = "in another process beside it: up to seconds"
+
+
+@dataclass(frozen=True)
+class Service:
+    """One service: its name below ``~/``, its type, what answers it, and where."""
+
+    name: str
+    kind: Any  # has Request and Response
+    answer: Answer
+    lane: Lane
+
+
+TABLE: Final = (
+    Service("solve_fk", srv.SolveFK, solve_fk, Lane.SHORT),
+    Service("solve_ik", srv.SolveIK, solve_ik, Lane.LONG),
+    Service("inverse_dynamics", srv.InverseDynamics, inverse_dynamics, Lane.SHORT),
+    Service("forward_dynamics", srv.ForwardDynamics, forward_dynamics, Lane.SHORT),
+    Service("compute_jacobian", srv.ComputeJacobian, compute_jacobian, Lane.SHORT),
+    Service("minimal_form", srv.MinimalForm, minimal_form, Lane.SHORT),
+    Service("close_loops", srv.CloseLoops, close_loops, Lane.SHORT),
+    Service("set_payload", srv.SetPayload, set_payload, Lane.HERE),
+    Service("list_assembly_modes", srv.ListAssemblyModes, list_assembly_modes, Lane.LONG),
+    Service("switch_assembly_mode", srv.SwitchAssemblyMode, switch_assembly_mode, Lane.LONG),
+    Service("convert_trajectory", srv.ConvertTrajectory, convert_trajectory, Lane.LONG),
+    Service("describe_robot", srv.DescribeRobot, describe_robot, Lane.HERE),
+)
+BY_NAME: Final = {service.name: service for service in TABLE}

@@ -1,0 +1,134 @@
+"""The stream on a node: subscriptions in, the pipeline, publishers out."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from typing import Any
+
+from hybrid_dynamics_msgs.msg import JointMotion
+from rclpy.event_handler import QoSMessageLostInfo, SubscriptionEventCallbacks, UnsupportedEventTypeError
+from rclpy.lifecycle import LifecycleNode
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
+from sensor_msgs.msg import JointState
+
+from hybrid_dynamics_core.errors import HybridDynamicsError
+from hybrid_dynamics_ros import conversions, outputs, qos
+from hybrid_dynamics_ros.filters import StampEvent
+from hybrid_dynamics_ros.parameters import INPUT_DEPTH, INPUT_QOS, OUTPUT_DEPTH, OUTPUT_QOS, RATES, TF_RATE
+from hybrid_dynamics_ros.pipeline import MotionResult
+from hybrid_dynamics_ros.runtime import Runtime
+from hybrid_dynamics_ros.samples import JointSample, Rejection, RejectionCode, rejection_of
+from hybrid_dynamics_ros.throttle import Log, Pace
+from hybrid_dynamics_ros.transforms import tf_output
+
+_QUIET = (None, StampEvent.NEXT, StampEvent.FIRST, StampEvent.REPEATED)
+_STUCK = 3  # inputs with the same stamp, one after the other
+
+
+class Stream:
+    """Takes joint states while it is active, and answers each of them on all topics."""
+
+    def __init__(self, node: LifecycleNode, runtime: Runtime, log: Log) -> None:
+        """Create topics on the node."""
+        self.active = False
+        self._node, self._runtime, self._log = node, runtime, log
+        self._repeated = 0
+        settings = runtime.settings
+        profile = qos.profile(settings[OUTPUT_QOS], settings[OUTPUT_DEPTH])
+        table = [
+            (output.topic, output.kind, output.filler, rate) for output, rate in zip(outputs.TABLE, RATES, strict=True)
+        ]
+        self._outputs = [
+            (self._publisher(kind, f"~/{topic}", profile), filler(runtime.robot), rate, Pace())
+            for topic, kind, filler, rate in table
+        ]
+        if settings[TF_RATE] >= 0.0:
+            kind, filler = tf_output()
+            self._outputs.append((self._publisher(kind, "/tf", profile), filler(runtime.robot), TF_RATE, Pace()))
+        self._subscriptions = [
+            self._subscription(JointState, "~/active_joint_states", self._on_state),
+            self._subscription(JointMotion, "~/active_joint_motions", self._on_motion),
+        ]
+
+    def destroy(self) -> None:
+        """Take the topics away."""
+        for subscription in self._subscriptions:
+            self._node.destroy_subscription(subscription)
+        for publisher, *_ in self._outputs:
+            self._node.destroy_publisher(publisher)
+
+    def _publisher(self, kind: type, topic: str, profile: QoSProfile) -> Publisher:
+        return self._node.create_publisher(kind, topic, profile, qos_overriding_options=qos.OVERRIDES)
+
+    def _subscription(self, kind: type, topic: str, callback: Any) -> Subscription:
+        settings = self._runtime.settings
+        profile = qos.profile(settings[INPUT_QOS], settings[INPUT_DEPTH])
+        options: dict[str, Any] = {"qos_overriding_options": qos.OVERRIDES}
+        lost = SubscriptionEventCallbacks(message_lost=self._on_lost)
+        try:
+            return self._node.create_subscription(kind, topic, callback, profile, event_callbacks=lost, **options)
+        except UnsupportedEventTypeError:  # a middleware that does not tell
+            return self._node.create_subscription(kind, topic, callback, profile, **options)
+
+    def _on_lost(self, event: QoSMessageLostInfo) -> None:
+        self._runtime.monitor.lost = event.total_count
+
+    def _on_state(self, message: JointState) -> None:
+        self._process(conversions.sample_of_state, message)
+
+    def _on_motion(self, message: JointMotion) -> None:
+        self._process(conversions.sample_of_motion, message)
+
+    def _process(self, sample_of: Any, message: Any) -> None:
+        if not self.active:
+            return
+        runtime, start = self._runtime, time.perf_counter()
+        try:
+            self._answer(sample_of(message))
+        except Exception:  # noqa: BLE001 - one message must not end the node, whatever the fault
+            self._refuse(runtime.pipeline.reject(Rejection(RejectionCode.INTERNAL, traceback.format_exc())))
+        runtime.monitor.answered(time.perf_counter() - start)
+
+    def _answer(self, sample: JointSample) -> None:
+        runtime = self._runtime
+        result = runtime.pipeline.process(sample)
+        if isinstance(result, Rejection):
+            self._refuse(result)
+            return
+        try:
+            messages = self._messages(result)
+        except HybridDynamicsError as error:
+            self._refuse(runtime.pipeline.reject(rejection_of(error)))
+            return
+        runtime.result = result
+        self._tell(result)
+        for publisher, message in messages:
+            publisher.publish(message)
+
+    def _messages(self, result: MotionResult) -> list[tuple[Publisher, Any]]:
+        """All messages that are due; made before the first is sent, so that all go or none."""
+        stamp, settings = outputs.stamp_of(result), self._runtime.settings
+        due = [
+            (publisher, fill(result, stamp))
+            for publisher, fill, rate, pace in self._outputs
+            if pace.due(result.stamp_ns, settings[rate]) and publisher.get_subscription_count()
+        ]
+        return [(publisher, message) for publisher, message in due if message is not None]
+
+    def _tell(self, result: MotionResult) -> None:
+        self._repeated = self._repeated + 1 if result.event is StampEvent.REPEATED else 0
+        if self._repeated >= _STUCK:
+            stamp = result.stamp_ns * 1e-9
+            self._log.warn("stuck", f"stamps stay at {stamp:.9f} s: no rates and no efforts can be told")
+        elif result.event not in _QUIET:
+            self._log.warn(result.event, f"rates are estimated anew: {result.event.value}")
+
+    def _refuse(self, rejection: Rejection) -> None:
+        self._runtime.monitor.rejected(rejection)
+        if rejection.code is RejectionCode.INTERNAL:
+            self._log.warn(rejection.code, f"fault of the node:\n{rejection.text}")
+        else:
+            self._log.warn(rejection.code, f"rejected, {rejection.code.value}: {rejection.text}")

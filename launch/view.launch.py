@@ -1,0 +1,44 @@
+"""Node, robot_state_publisher and RViz: ros2 launch hybrid_dynamics_ros view.launch.py robot:=excavator."""
+
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.substitutions import FindPackageShare
+
+from hybrid_dynamics_core import load
+from hybrid_dynamics_core.export import to_urdf
+
+SHARE = FindPackageShare("hybrid_dynamics_ros")
+
+
+def generate_launch_description() -> LaunchDescription:
+    """The node as the other launch file starts it, and what shows the robot."""
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument("robot", default_value="forging_chu2020", description="Shipped robot, or a file"),
+            IncludeLaunchDescription(
+                PathJoinSubstitution([SHARE, "launch", "hybrid_dynamics.launch.py"]),
+                launch_arguments={"robot": LaunchConfiguration("robot")}.items(),
+            ),
+            OpaqueFunction(function=show),
+        ]
+    )
+
+
+def show(context: LaunchContext) -> list[Node]:
+    """robot_state_publisher on the full joint state, and RViz with the base frame of this robot as fixed frame."""
+    robot = load(LaunchConfiguration("robot").perform(context))
+    return [
+        Node(
+            package="robot_state_publisher",
+            executable="robot_state_publisher",
+            parameters=[{"robot_description": to_urdf(robot.description)}],
+            remappings=[("joint_states", "hybrid_dynamics/joint_states")],
+        ),
+        Node(
+            package="rviz2",
+            executable="rviz2",
+            arguments=["-d", PathJoinSubstitution([SHARE, "rviz", "robot.rviz"]), "-f", robot.base_frame],
+        ),
+    ]

@@ -1,0 +1,68 @@
+"""The URDF of every robot, as an independent parser reads it: the same poses, masses and gravity forces."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pinocchio
+import pytest
+
+from hybrid_dynamics_core import load, shipped_robots
+from hybrid_dynamics_core.description.geometry import rotation_from_rpy
+from hybrid_dynamics_core.export.urdf import rpy_of, to_urdf
+
+
+def configuration(model: pinocchio.Model, values: dict[str, float]) -> np.ndarray:
+    """q of Pinocchio, which keeps joints without limits as cosine and sine."""
+    q = pinocchio.neutral(model)
+    for name, value in values.items():
+        joint = model.joints[model.getJointId(name)]
+        q[joint.idx_q : joint.idx_q + joint.nq] = [value] if joint.nq == 1 else [np.cos(value), np.sin(value)]
+    return q
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_an_independent_parser_finds_every_frame_where_it_is(name: str) -> None:
+    robot = load(name)
+    model = pinocchio.buildModelFromXML(to_urdf(robot.description))
+    data = model.createData()
+    assert set(model.names[1:]) == set(robot.coordinates)
+    state = robot.close(robot.reference)
+    pinocchio.framesForwardKinematics(
+        model, data, configuration(model, dict(zip(robot.coordinates, state.s.tolist(), strict=True)))
+    )
+    for frame in robot.frames:
+        pose, found = robot.forward_kinematics(state, frame), data.oMf[model.getFrameId(frame)]
+        np.testing.assert_allclose(found.translation, pose.position, atol=1e-9)
+        np.testing.assert_allclose(found.rotation, pose.rotation, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_an_independent_parser_finds_the_same_weight_along_every_joint(name: str) -> None:
+    robot = load(name)
+    model = pinocchio.buildModelFromXML(to_urdf(robot.description))
+    model.gravity.linear = robot.description.gravity
+    state = robot.close(robot.reference)
+    q = configuration(model, dict(zip(robot.coordinates, state.s.tolist(), strict=True)))
+    along = pinocchio.computeGeneralizedGravity(model, model.createData(), q)
+    found = [along[model.joints[model.getJointId(joint)].idx_v] for joint in robot.coordinates]
+    np.testing.assert_allclose(found, robot.spanning_terms(state).g, rtol=1e-9, atol=1e-6)
+
+
+@pytest.mark.parametrize("pitch", [0.0, 0.3, -1.2, np.pi / 2, -np.pi / 2, np.pi / 2 - 1e-7])
+def test_rotations_come_back_from_their_angles(pitch: float) -> None:
+    rotation = rotation_from_rpy(0.4, pitch, -2.1)
+    np.testing.assert_allclose(rotation_from_rpy(*rpy_of(rotation)), rotation, atol=1e-9)
+
+
+def test_the_command_writes_what_the_function_gives(tmp_path) -> None:
+    file = tmp_path / "robot.urdf"
+    command = [sys.executable, "-m", "hybrid_dynamics_core.export"]
+    assert subprocess.run([*command, "excavator", file], check=False).returncode == 0
+    assert file.read_text(encoding="utf-8") == to_urdf(load("excavator").description)
+    wrong = subprocess.run([*command, "no_such_robot"], check=False, capture_output=True, text=True)
+    assert wrong.returncode == 1
+    assert "no_such_robot" in wrong.stderr
+    assert "Traceback" not in wrong.stderr

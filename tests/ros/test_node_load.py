@@ -1,0 +1,192 @@
+"""The running node under load: nothing is lost, nothing leaks, nothing hangs."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hybrid_dynamics_msgs.msg import ErrorCode
+from hybrid_dynamics_msgs.srv import SolveFK, SolveIK
+from sensor_msgs.msg import JointState
+
+ROOT = Path(__file__).resolve().parents[2]
+ACTIVE = ["q1", "q12", "q22", "q4"]
+POSITION = [0.0, 0.1, 0.15, 0.0]
+
+
+def state(position=POSITION, velocity=(0.0,) * 4):
+    return JointState(name=ACTIVE, position=list(position), velocity=list(velocity))
+
+
+def far_target():
+    request = SolveIK.Request(position_only=True, all_solutions=True)
+    request.target.pose.position.x = 100.0
+    return request
+
+
+def benchmark(*words):
+    return subprocess.run(
+        [sys.executable, "-m", "benchmarks.node", *words],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+        timeout=170,
+    ).stdout
+
+
+def test_the_stream_loses_nothing_while_a_target_out_of_reach_is_sought_all_the_time():
+    told = benchmark("--alone", "--calls", "--rate", "400", "--seconds", "4")
+    lost, sent = re.search(r"lost (\d+) of (\d+)", told).groups()
+    answered = int(re.search(r"calls answered meanwhile: (\d+)", told)[1])
+    assert (int(lost), answered > 0) == (0, True), told
+    assert int(sent) >= 1000, told
+
+
+def memory(node):
+    pages = int(Path(f"/proc/{node.process.pid}/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def test_a_flood_of_calls_is_answered_busy_beyond_the_queue_and_the_node_goes_on(start_node, connect):
+    node = start_node("-p", "services.queue:=4")
+    client = connect()
+    calls = [client.call_async("solve_ik", far_target()) for _ in range(60)]
+    begin = time.monotonic()
+    while not all(call.done() for call in calls) and time.monotonic() < begin + 30.0:
+        stamp = client.new_stamp()
+        client.publish("active_joint_states", state(), stamp)
+        client.wait_for("joint_states", stamp)  # the stream goes on all the while
+        time.sleep(0.02)
+    assert all(call.done() for call in calls)
+    codes = [call.result().error_code for call in calls]
+    assert set(codes) == {ErrorCode.OUT_OF_REACH, ErrorCode.BUSY}
+    assert node.stop() == 0
+
+
+def test_clients_that_vanish_leave_the_others_their_answers(start_node, connect):
+    node = start_node()
+    client = connect()
+    code = (
+        "import os, rclpy; from hybrid_dynamics_msgs.srv import SolveIK; rclpy.init(); n = rclpy.create_node('gone');"
+        "c = n.create_client(SolveIK, '/hybrid_dynamics/solve_ik'); c.wait_for_service();"
+        "q = SolveIK.Request(position_only=True); q.target.pose.position.x = 100.0;"
+        "[c.call_async(q) for _ in range(5)]; rclpy.spin_once(n, timeout_sec=0.1); os._exit(0)"
+    )
+    for _ in range(3):
+        subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+    assert client.call("solve_ik", far_target()).error_code == ErrorCode.OUT_OF_REACH
+    assert client.call("solve_fk", SolveFK.Request(active_joints=state())).error_code == ErrorCode.OK
+    assert node.stop() == 0
+    assert "Traceback" not in node.output()
+
+
+def test_a_call_that_takes_too_long_is_ended_and_the_next_one_answered(start_node, connect):
+    node = start_node("-p", "services.timeout:=0.1")
+    client = connect(only=("solve_fk",))
+    client.wait_until(lambda: client.call("solve_ik", far_target()).error_code == ErrorCode.TIMEOUT, "a timeout")
+    assert client.call("solve_fk", SolveFK.Request(active_joints=state())).error_code == ErrorCode.OK
+    assert node.stop() == 0
+
+
+def children(pid):
+    return [int(word) for word in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def test_a_killed_worker_is_replaced_and_a_killed_node_leaves_no_process(start_node, connect):
+    node = start_node()
+    client = connect()
+    workers = children(node.process.pid)
+    assert len(workers) == 2
+    for worker in workers:
+        os.kill(worker, signal.SIGKILL)
+    client.wait_until(
+        lambda: client.call("solve_fk", SolveFK.Request(active_joints=state())).error_code == ErrorCode.OK, "an answer"
+    )
+    workers = children(node.process.pid)
+    node.process.kill()
+    node.process.wait()
+    client.wait_until(lambda: not any(Path(f"/proc/{pid}/exe").exists() for pid in workers), "the end of all workers")
+    again = start_node()  # after SIGKILL a new one has the same names at once
+    again.wait_for("active joints")
+    client.connect()
+    assert again.stop() == 0
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_under_load_ends_the_node_cleanly(start_node, connect, number):
+    node = start_node()
+    client = connect()
+    stop = threading.Event()
+
+    def press():
+        while not stop.is_set():
+            client.publish("active_joint_states", state(), client.new_stamp(0.002))
+            time.sleep(0.002)
+
+    presser = threading.Thread(target=press)
+    presser.start()
+    calls = [client.call_async("solve_ik", far_target()) for _ in range(10)]
+    time.sleep(0.5)
+    try:
+        assert node.stop(number) == 0
+    finally:
+        stop.set()
+        presser.join()
+    assert "Traceback" not in node.output()
+    assert "stopped: " in node.output()
+    assert calls
+
+
+def test_two_publishers_and_one_that_dies_and_comes_back_are_told_and_survived(start_node, connect):
+    node = start_node("-p", "log_period:=0.0")
+    client = connect()
+    early, late = client.new_stamp(), client.new_stamp(100.0)
+    for k in range(20):  # one clock behind the other: rates cannot be told, positions can
+        for base in (early, late):
+            client.publish("active_joint_states", state(), base + k * 10**7)
+    last = late + 19 * 10**7
+    client.wait_for("joint_states", last)
+    assert "rates are estimated anew: backward stamp" in node.output()
+    again = last + 60 * 10**9  # the publisher was away for a minute
+    for k in range(10):
+        client.publish("active_joint_states", state(), again + k * 10**7)
+    client.wait_for("required_efforts", again + 9 * 10**7)
+    assert "rates are estimated anew: gap" in node.output()
+    for _ in range(6):
+        client.publish("active_joint_states", state(), again + 10**8)
+    node.wait_for("stamps stay at")
+    assert node.stop() == 0
+
+
+def test_numbers_at_the_end_of_their_range_never_come_back_as_numbers(start_node, connect):
+    node = start_node()
+    client = connect()
+    for value in (np.nan, np.inf, -np.inf, 1e300, -1e300, 5.0):
+        for place in range(4):
+            position = list(POSITION)
+            position[place] = value
+            stamp = client.new_stamp()
+            client.publish("active_joint_states", state(position), stamp)
+            good = client.new_stamp()
+            client.publish("active_joint_states", state(), good)
+            client.wait_for("joint_states", good)
+            told = client.received("joint_states", stamp)
+            if told is not None:  # a slewing angle may be any finite number
+                assert place in (0, 3)
+                assert np.isfinite(told.position).all()
+    assert node.stop() == 0
+
+
+@pytest.mark.soak
+def test_a_flood_leaves_memory_flat_and_the_latency_recovers():
+    told = benchmark("--flood", "--seconds", "10")
+    before, after = (float(x) for x in re.search(r"node ([\d.]+) MB before, ([\d.]+) MB after", told).groups())
+    assert after < before + 10.0, told
+    assert int(re.search(r"usual again (\d+) ms", told)[1]) <= 100, told
