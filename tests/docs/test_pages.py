@@ -15,11 +15,6 @@ PAGES = {  # and how many blocks each has at least
     "docs/dynamics.md": 9,
     "docs/figure_10.md": 2,
 }
-    "README.md": 4,
-    "docs/performance.md": 1,
-    "docs/dynamics.md": 9,
-    "docs/figure_10.md": 2,
-}  # and how many blocks each has at least
 
 
 def run(page: str, folder: Path) -> dict[str, Any]:
