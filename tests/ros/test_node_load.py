@@ -88,8 +88,10 @@ def test_clients_that_vanish_leave_the_others_their_answers(start_node, connect)
 
 
 def test_a_call_that_takes_too_long_is_ended_and_the_next_one_answered(start_node, connect):
-    node = start_node("-p", "services.timeout:=0.1")
+    node = start_node()
     client = connect(only=("solve_fk",))
+    assert client.call("solve_fk", SolveFK.Request(active_joints=state())).error_code == ErrorCode.OK
+    assert client.set_parameter("services.timeout", 0.1) == ""
     client.wait_until(lambda: client.call("solve_ik", far_target()).error_code == ErrorCode.TIMEOUT, "a timeout")
     assert client.call("solve_fk", SolveFK.Request(active_joints=state())).error_code == ErrorCode.OK
     assert node.stop() == 0
