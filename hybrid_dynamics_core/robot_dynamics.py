@@ -132,7 +132,7 @@ class RobotDynamics(ClosingRobot):
                 return values["ddu"], float(values["power"])
             if code == programs.MASS_SINGULAR:
                 mass = self.minimal_form(self.close(u, du, near=state), loads)[0]
-                raise mass_singularity(mass, code, self.active)
+                raise mass_singularity(mass, np.array(True), self.active)
             return np.full_like(u, np.nan), np.nan
 
         return motion
@@ -195,9 +195,9 @@ class RobotDynamics(ClosingRobot):
         loading, arrays = self._load_inputs(loads, None if state.u.ndim == 1 else len(state.u))
         inputs = {"u": state.u, "du": state.du, "branch": state.signs, "guess": state.s, "gravity": loads.gravity}
         values, codes = self._run(loading.key(key), program(loading), None, **inputs, **arrays, **more)
-        if (codes == programs.MASS_SINGULAR).any():
-            mass = self.minimal_form(state, loads)[0]
-            raise mass_singularity(mass, codes, self.active)
+        singular = np.asarray(codes == programs.MASS_SINGULAR)
+        if singular.any():
+            raise mass_singularity(self.minimal_form(state, loads)[0], singular, self.active)
         for value in values.values():
             value[codes != 0] = np.nan
         finite_where_good(values, codes)
