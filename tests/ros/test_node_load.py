@@ -189,6 +189,6 @@ def test_numbers_at_the_end_of_their_range_never_come_back_as_numbers(start_node
 @pytest.mark.soak
 def test_a_flood_leaves_memory_flat_and_the_latency_recovers():
     told = benchmark("--flood", "--seconds", "10")
-    before, after = (float(x) for x in re.search(r"node ([\d.]+) MB before, ([\d.]+) MB after", told).groups())
-    assert after < before + 10.0, told
+    early, late = (float(x) for x in re.search(r"([\d.]+) MB 2 s into the flood, ([\d.]+) MB at", told).groups())
+    assert late < early + 2.0, told  # queues fill at first, and stay full
     assert int(re.search(r"usual again (\d+) ms", told)[1]) <= 100, told
