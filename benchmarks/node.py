@@ -161,7 +161,7 @@ def _subject(what: str, robot: str) -> Iterator[subprocess.Popen[str]]:
     if what == "echo":
         process = _start("echo", {})
     else:
-        words = [*("--ros-args", "-p", f"robot:={robot}", "-p", "qos.output_depth:=1000"), "--log-level", "error"]
+        words = [*("--ros-args", "-p", f"robot:={robot}"), "--log-level", "error"]
         process = subprocess.Popen([sys.executable, "-m", "hybrid_dynamics_ros.node", *words], text=True)
     try:
         time.sleep(6.0)  # until it is up, workers too

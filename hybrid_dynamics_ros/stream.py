@@ -11,6 +11,7 @@ from rclpy.event_handler import QoSMessageLostInfo, SubscriptionEventCallbacks, 
 from rclpy.lifecycle import LifecycleNode
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 
@@ -25,6 +26,7 @@ from hybrid_dynamics_ros.throttle import Log, Pace
 from hybrid_dynamics_ros.transforms import tf_output
 
 _QUIET = (None, StampEvent.NEXT, StampEvent.FIRST, StampEvent.REPEATED)
+_BACK_TO_BACK = 2e-4  # [s] between an answer and the next input where there may be more inputs waiting
 _STUCK = 3  # inputs with the same stamp, one after the other
 
 
@@ -36,6 +38,8 @@ class Stream:
         self.active = False
         self._node, self._runtime, self._log = node, runtime, log
         self._repeated = 0
+        self._ended = 0.0  # when the last input was answered [s]
+        self._most = runtime.settings[INPUT_DEPTH] // 2  # inputs that may wait before some are left out
         settings = runtime.settings
         profile = qos.profile(settings[OUTPUT_QOS], settings[OUTPUT_DEPTH])
         table = [
@@ -77,14 +81,37 @@ class Stream:
         self._runtime.monitor.lost = event.total_count
 
     def _on_state(self, message: JointState) -> None:
-        self._process(conversions.sample_of_state, message)
+        self._take(0, conversions.sample_of_state, message)
 
     def _on_motion(self, message: JointMotion) -> None:
-        self._process(conversions.sample_of_motion, message)
+        self._take(1, conversions.sample_of_motion, message)
 
-    def _process(self, sample_of: Any, message: Any) -> None:
+    def _take(self, which: int, sample_of: Any, message: Any) -> None:
+        """Answer a message, and all that wait behind it; of too many the newest alone."""
         if not self.active:
             return
+        start = time.perf_counter()
+        # Back to back: there may be more. An event for each of them waits in the executor and will find nothing.
+        waiting = self._waiting(self._subscriptions[which]) if start < self._ended + _BACK_TO_BACK else []
+        if len(waiting) > self._most:
+            skipped = len(waiting)
+            self._runtime.monitor.skipped += skipped
+            self._log.warn("overload", f"input comes faster than it can be answered: {skipped} states are left out")
+            self._process(sample_of, deserialize_message(waiting[-1], type(message)))
+        else:
+            self._process(sample_of, message)
+            for data in waiting:
+                self._process(sample_of, deserialize_message(data, type(message)))
+        self._ended = time.perf_counter()
+
+    def _waiting(self, subscription: Subscription) -> list[bytes]:
+        taken = []
+        with subscription.handle:
+            while (found := subscription.handle.take_message(subscription.msg_type, True)) is not None:
+                taken.append(found[0])
+        return taken
+
+    def _process(self, sample_of: Any, message: Any) -> None:
         runtime, start = self._runtime, time.perf_counter()
         try:
             self._answer(sample_of(message))
