@@ -17,7 +17,9 @@ VERBS = {  # in the order in which they are shown: name -> module
     "ik": "ik",
     "id": "inverse_dynamics",
     "fd": "forward_dynamics",
+    "simulate": "simulate",
     "branches": "branches",
+    "export": "export",
     "benchmark": "benchmark",
 }
 FAILED = 1  # the question has no answer, or the robot is wrong; click itself ends with 2 where the command line is
