@@ -91,8 +91,9 @@ def test_a_call_that_takes_too_long_is_ended_and_the_next_one_answered(start_nod
     node = start_node()
     client = connect(only=("solve_fk",))
     assert client.call("solve_fk", SolveFK.Request(active_joints=state())).error_code == ErrorCode.OK
-    assert client.set_parameter("services.timeout", 0.1) == ""
+    assert client.set_parameter("services.timeout", 0.01) == ""
     client.wait_until(lambda: client.call("solve_ik", far_target()).error_code == ErrorCode.TIMEOUT, "a timeout")
+    assert client.set_parameter("services.timeout", 60.0) == ""
     assert client.call("solve_fk", SolveFK.Request(active_joints=state())).error_code == ErrorCode.OK
     assert node.stop() == 0
 
