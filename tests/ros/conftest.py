@@ -163,7 +163,8 @@ class Client:
         self._answered = set()
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self._thread = threading.Thread(target=self._executor.spin, daemon=True)
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._spin, daemon=True)
         self._thread.start()
         self._stamp_ns = 1_000_000_000_000
 
@@ -264,9 +265,14 @@ class Client:
         """Full names of the topics in the graph."""
         return {name for name, _ in self._node.get_topic_names_and_types()}
 
+    def _spin(self):
+        while not self._closing.is_set():
+            self._executor.spin_once(timeout_sec=0.1)
+
     def close(self):
-        self._executor.shutdown()
+        self._closing.set()
         self._thread.join(DEADLINE)
+        self._executor.shutdown()  # not before: an executor that spins does not survive it
         self._node.destroy_node()
         self._context.try_shutdown()
 
