@@ -51,6 +51,10 @@ class ClosingRobot:
 
     # -- names -------------------------------------------------------------------------------------------------
 
+    def __reduce__(self) -> tuple[type[ClosingRobot], tuple[RobotDescription]]:
+        """A robot is its description: what is pickled or copied is made anew from it."""
+        return type(self), (self.description,)
+
     @property
     def name(self) -> str:
         """Name of the robot."""

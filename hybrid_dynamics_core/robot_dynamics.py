@@ -21,6 +21,7 @@ from .dynamics.mass import mass_singularity
 from .dynamics.parameters import Parameters, described_parameters
 from .dynamics.pins import Pin, find_pins
 from .dynamics.reactions import Reactions, named_reactions
+from .errors import InputError
 from .inputs import finite_where_good
 from .robot_closure import ClosingRobot
 from .state import ClosedState
@@ -204,6 +205,8 @@ class RobotDynamics(ClosingRobot):
         return values
 
     def _load_inputs(self, loads: Loads, rows: int | None) -> tuple[Loading, dict[str, Array]]:
+        if not isinstance(loads, Loads):
+            raise InputError(f"expected Loads, such as robot.loads, got {type(loads).__name__}")
         known = self._known_loads.get(loads)
         if known is None:
             known = load_inputs(loads, self._model.tree, self._frame, rows)
