@@ -18,6 +18,7 @@ VERBS = {  # in the order in which they are shown: name -> module
     "id": "inverse_dynamics",
     "fd": "forward_dynamics",
     "branches": "branches",
+    "bag": "bag",
     "benchmark": "benchmark",
 }
 FAILED = 1  # the question has no answer, or the robot is wrong; click itself ends with 2 where the command line is
