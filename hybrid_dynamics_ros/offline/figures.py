@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Callable
-from typing import Final
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
@@ -19,6 +19,8 @@ from hybrid_dynamics_ros.samples import FloatArray
 _COLOURS: Final = (BLUE, RED, GREEN, ORANGE, PURPLE, "#0aa", "#a60", "#666")
 _WIDTH: Final = 10.5  # [inch]
 _LEAST: Final = 1e-17  # residuals of zero on a logarithmic axis
+_ABOVE: Final[dict[str, Any]] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "fontsize": 8, "frameon": False}
+_RECORDED: Final = "#b4bac2"
 _MOST: Final = 2500  # points of a line: more cannot be seen, and make the page heavy
 Draw = Callable[[Track], Figure]
 
@@ -49,14 +51,14 @@ def efforts(track: Track) -> Figure:
     for k, name in enumerate(names):
         ax, unit = axes[k][0], unit_of(track, name, "effort")
         if told:
-            _line(ax, track, track.recorded[:, k], QUIET, label="recorded", linewidth=1.6)
+            _line(ax, track, track.recorded[:, k], _RECORDED, label="recorded", linewidth=1.8)
         _line(ax, track, track.efforts[:, k], _COLOURS[k % len(_COLOURS)], label="computed")
         ax.set_ylabel(f"{name} [{unit}]")
         if told:
             _line(axes[k][1], track, track.recorded[:, k] - track.efforts[:, k], _COLOURS[k % len(_COLOURS)])
             axes[k][1].axhline(0.0, color=QUIET, linewidth=0.6)
             axes[k][1].set_ylabel(f"{name} [{unit}]")
-    axes[0][0].legend(loc="upper right", ncols=2, fontsize=8, frameon=False)
+    axes[0][0].legend(**_ABOVE, ncols=2)
     axes[0][0].set_title("efforts")
     if told:
         axes[0][1].set_title("recorded less computed")
@@ -71,13 +73,13 @@ def energy(track: Track) -> Figure:
     _line(axes[0][0], track, potential - potential[0], GREEN, label="of gravity and springs, since the start")
     _line(axes[0][0], track, kinetic + potential - kinetic[0] - potential[0], QUIET, label="both, since the start")
     axes[0][0].set_ylabel("energy [J]")
-    axes[0][0].legend(loc="upper right", ncols=3, fontsize=8, frameon=False)
+    axes[0][0].legend(**_ABOVE, ncols=3)
     for k, name in enumerate(track.robot.active):
         part = track.efforts[:, k] * track.state.du[:, k]
         _line(axes[1][0], track, part, _COLOURS[k % len(_COLOURS)], label=name)
     _line(axes[1][0], track, track.power, "black", label="sum")
     axes[1][0].set_ylabel("power [W]")
-    axes[1][0].legend(loc="upper right", ncols=8, fontsize=8, frameon=False)
+    axes[1][0].legend(**_ABOVE, ncols=8)
     return figure
 
 
@@ -94,7 +96,7 @@ def closure(track: Track) -> Figure:
     axes[1][0].axhline(0.1, color=QUIET, linewidth=0.8, linestyle="--")
     axes[1][0].set_ylabel("distance to a\nsingularity [1]")
     if track.robot.loops:
-        axes[1][0].legend(loc="lower right", ncols=6, fontsize=8, frameon=False)
+        axes[1][0].legend(**_ABOVE, ncols=6)
     return figure
 
 
