@@ -90,7 +90,7 @@ class ClosingRobot:
         """Frames whose pose can be asked: named frames and links."""
         return (*self.description.frames, *self.description.links)
 
-    @property
+    @cached_property
     def loops(self) -> tuple[str, ...]:
         """Names of the blocks of loops, in the order in which they close: a loop, or several joined by +."""
         return tuple(dict.fromkeys(step.name for step in self._model.plan.steps))
@@ -308,9 +308,13 @@ class ClosingRobot:
 
     def _by_loop(self, distances: Array) -> Array:
         """Distances of the steps (..., steps) -> the smallest of each entry of `loops`."""
-        names = [step.name for step in self._model.plan.steps]
-        columns = [[k for k, name in enumerate(names) if name == loop] for loop in self.loops]
+        columns = self._loop_columns
         return np.stack([distances[..., part].min(axis=-1) for part in columns], axis=-1) if columns else distances
+
+    @cached_property
+    def _loop_columns(self) -> list[list[int]]:
+        names = [step.name for step in self._model.plan.steps]
+        return [[k for k, name in enumerate(names) if name == loop] for loop in self.loops]
 
     def kernel(self, key: str, program: programs.Program, model: programs.Model | None = None) -> Kernel:
         """The kernel of a program, made when first asked for; `key` tells programs and models apart."""
