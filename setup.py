@@ -13,7 +13,9 @@ EXTRAS = {
     "fast": ["llvmlite>=0.45"],  # the compiler of numba
     "cli": ["click"],
     "plot": ["matplotlib"],
-    "bag": ["rosbags"],
+    "bag": ["click", "lz4", "rosbags>=0.11"],  # rosbags brings zstd
+    "dask": ["distributed"],
+    "parquet": ["pyarrow"],
     # ROS 2 Jazzy from PyPI, for machines without a ROS installation. Always the ros-jazzy-* names: the others
     # resolve to newer distributions. The extra fastrtps brings the middleware.
     # The interfaces come from this repository: pip install ./msg_defs ".[ros]"
@@ -27,7 +29,18 @@ EXTRAS = {
         "ros-jazzy-trajectory-msgs==5.3.6",
         "ros-rclpy[fastrtps]==7.1.6",
     ],
-    "test": ["hypothesis", "matplotlib", "mujoco", "pin", "pytest", "pytest-timeout", "pytest-xdist", "rosbags"],
+    "test": [
+        "click",
+        "hypothesis",
+        "matplotlib",
+        "mcap",
+        "mujoco",
+        "pin",
+        "pytest",
+        "pytest-timeout",
+        "pytest-xdist",
+        "rosbags>=0.11",
+    ],
     "dev": ["import-linter", "mypy", "ruff", "types-PyYAML", "types-jsonschema"],
     "colcon": [
         "colcon-bash",
@@ -52,12 +65,17 @@ setup(
     packages=[
         *find_packages(include=["hybrid_dynamics_cli*", "hybrid_dynamics_core*", "hybrid_dynamics_ros*"]),
         *(f"hybrid_dynamics_{name}" for name in find_packages(include=["benchmarks*"])),
+        "hybrid_dynamics_ros.interfaces",
     ],
-    package_dir={"hybrid_dynamics_benchmarks": "benchmarks"},  # `hybrid-dynamics benchmark` runs them
+    package_dir={
+        "hybrid_dynamics_benchmarks": "benchmarks",  # `hybrid-dynamics benchmark` runs them
+        "hybrid_dynamics_ros.interfaces": "msg_defs/msg",  # bags are read and written without the ROS package
+    },
     package_data={
         "hybrid_dynamics_benchmarks": ["sides/*.c"],
         "hybrid_dynamics_cli": ["py.typed"],
         "hybrid_dynamics_core": ["py.typed", "robots/*.yaml", "templates/*.yaml", "description/*.json"],
+        "hybrid_dynamics_ros.interfaces": ["*.msg"],
         "hybrid_dynamics_ros": ["py.typed", "demo/*.xml", "recordings/*/*"],
     },
     data_files=[

@@ -20,6 +20,7 @@ VERBS = {  # in the order in which they are shown: name -> module
     "simulate": "simulate",
     "branches": "branches",
     "export": "export",
+    "bag": "bag",
     "benchmark": "benchmark",
 }
 FAILED = 1  # the question has no answer, or the robot is wrong; click itself ends with 2 where the command line is

@@ -20,7 +20,9 @@ from hybrid_dynamics_ros.parameters import (
     PAYLOAD_MASS,
     Parameter,
     Settings,
+    sensor_rows,
 )
+from hybrid_dynamics_ros.samples import Calibration
 
 Floats = tuple[float, ...]
 
@@ -79,3 +81,12 @@ def loads_of(robot: Robot, conditions: Conditions) -> Loads:
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         loads = loads.with_payload(Payload(body.mass, body.com, inertia), frame)
     return loads
+
+
+def calibration_of(settings: Settings, joints: tuple[str, ...]) -> Calibration | None:
+    """What the sensors need; None where they read the coordinates themselves."""
+    table = [[settings[row] for row in sensor_rows(joint)] for joint in joints]
+    offset, sign, scale = np.array(table, dtype=np.float64).T
+    if not offset.any() and (sign * scale == 1.0).all():
+        return None
+    return Calibration(offset, sign * scale)

@@ -9,7 +9,6 @@ from enum import IntEnum
 
 import numpy as np
 
-from hybrid_dynamics_ros.outputs import Strokes
 from hybrid_dynamics_ros.parameters import (
     LATENCY,
     LATEST_AGE,
@@ -23,6 +22,7 @@ from hybrid_dynamics_ros.parameters import (
 )
 from hybrid_dynamics_ros.pipeline import Counts, MotionResult
 from hybrid_dynamics_ros.samples import Rejection
+from hybrid_dynamics_ros.strokes import Strokes
 
 _KEPT = 4096  # latencies between two reports, the newest of them
 

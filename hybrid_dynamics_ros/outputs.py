@@ -22,6 +22,7 @@ from hybrid_dynamics_core.errors import SingularityError
 from hybrid_dynamics_ros.conversions import ns_to_stamp, pose_stamped, to_field
 from hybrid_dynamics_ros.pipeline import MotionResult
 from hybrid_dynamics_ros.samples import FloatArray
+from hybrid_dynamics_ros.strokes import Strokes
 
 Fill = Callable[[MotionResult, Time], Any | None]  # the message, or None where this result has none
 _EMPTY: Final = array.array("d")
@@ -112,7 +113,7 @@ def end_effector_twist(robot: Robot) -> Fill:
     def fill(result: MotionResult, stamp: Time) -> TwistStamped | None:
         if not result.moving:
             return None
-        twist = (robot.jacobian(result.state) @ result.state.du).tolist()
+        twist = (robot.jacobian(result.row)[0] @ result.state.du).tolist()
         message.header.stamp = stamp
         message.twist.linear, message.twist.angular = _vector(twist[:3]), _vector(twist[3:])
         return message
@@ -128,13 +129,14 @@ def loop_reactions(robot: Robot) -> Fill:
     def fill(result: MotionResult, stamp: Time) -> LoopReactions | None:
         if result.active_acceleration is None or not result.moving:
             return None
-        pins = robot.reactions(result.state, result.active_acceleration, result.loads).pins
+        pins = robot.reactions(result.row, result.active_acceleration[None], result.loads).pins
         message.header.stamp = stamp
         message.pins = list(pins)
         message.link_a, message.link_b = ([pin.links[k] for pin in pins.values()] for k in (0, 1))
-        message.places = [Point(x=x, y=y, z=z) for x, y, z in (pin.place.tolist() for pin in pins.values())]
+        message.places = [Point(x=x, y=y, z=z) for x, y, z in (pin.place[0].tolist() for pin in pins.values())]
         message.wrenches = [
-            Wrench(force=_vector(pin.force.tolist()), torque=_vector(pin.moment.tolist())) for pin in pins.values()
+            Wrench(force=_vector(pin.force[0].tolist()), torque=_vector(pin.moment[0].tolist()))
+            for pin in pins.values()
         ]
         return message
 
@@ -168,28 +170,6 @@ TABLE: Final = (
     Output("loop_reactions", LoopReactions, loop_reactions),
     Output("cylinder_states", CylinderStates, cylinder_states),
 )
-
-
-class Strokes:
-    """Joints whose motion ends somewhere, and what is left to both ends."""
-
-    def __init__(self, robot: Robot) -> None:
-        self.lower, self.upper = joint_limits(robot)
-        self._places = np.flatnonzero(np.isfinite(self.lower) | np.isfinite(self.upper))
-        self.joints = tuple(robot.coordinates[k] for k in self._places)
-        self._ends = self.lower[self._places], self.upper[self._places]
-
-    def left(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """To the lower and the upper end of each of ``joints`` [rad or m], negative beyond it."""
-        here = s[self._places]
-        return here - self._ends[0], self._ends[1] - here
-
-
-def joint_limits(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Lower and upper limits of all coordinates (n_s,) [rad or m]; of active ones within what closes."""
-    told = np.array([robot.description.joints[name].limits for name in robot.coordinates], dtype=np.float64)
-    told[: len(robot.active)] = robot.limits
-    return told[:, 0], told[:, 1]
 
 
 def stamp_of(result: MotionResult) -> Time:

@@ -9,9 +9,8 @@ import numpy as np
 
 from hybrid_dynamics_core import Loads, Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError
-from hybrid_dynamics_ros.conditions import Conditions, loads_of
+from hybrid_dynamics_ros.conditions import Conditions, calibration_of, loads_of
 from hybrid_dynamics_ros.monitor import Monitor
-from hybrid_dynamics_ros.outputs import Strokes
 from hybrid_dynamics_ros.parameters import (
     BANDWIDTH,
     MAX_GAP,
@@ -20,11 +19,10 @@ from hybrid_dynamics_ros.parameters import (
     STILL,
     ParameterError,
     Settings,
-    sensor_rows,
 )
 from hybrid_dynamics_ros.pipeline import MotionResult, Pipeline
-from hybrid_dynamics_ros.samples import Calibration
 from hybrid_dynamics_ros.services.context import Situation
+from hybrid_dynamics_ros.strokes import Strokes
 
 
 class Runtime:
@@ -76,7 +74,7 @@ class Runtime:
         """
         conditions, loads = self._conditions(settings)
         self.pipeline.set_loads(loads)
-        self.pipeline.calibration = _calibration(settings, self.measured)
+        self.pipeline.calibration = calibration_of(settings, self.measured)
         if any(settings[row] != self.settings[row] for row in (BANDWIDTH, MAX_GAP)):
             self.pipeline.set_filter(settings[BANDWIDTH], settings[MAX_GAP])
         self.conditions, self.settings, self._taken = conditions, settings, settings
@@ -120,15 +118,6 @@ class Runtime:
         robot.jacobian(state)
         robot.reactions(state, zero, pipeline.loads)
         robot.hydraulics(state, zero)
-
-
-def _calibration(settings: Settings, joints: tuple[str, ...]) -> Calibration | None:
-    """What the sensors need; None where they read the coordinates themselves."""
-    table = [[settings[row] for row in sensor_rows(joint)] for joint in joints]
-    offset, sign, scale = np.array(table, dtype=np.float64).T
-    if not offset.any() and (sign * scale == 1.0).all():
-        return None
-    return Calibration(offset, sign * scale)
 
 
 def _require_known(parameter: str, names: tuple[str, ...], known: tuple[str, ...]) -> None:

@@ -14,8 +14,8 @@ import numpy as np
 
 from hybrid_dynamics_core import ClosedState, IKStatus, Loads, Pose, Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError
-from hybrid_dynamics_ros.outputs import Strokes
 from hybrid_dynamics_ros.samples import FloatArray, RejectedError, Rejection, RejectionCode, rejection_of
+from hybrid_dynamics_ros.strokes import Strokes
 
 _ROUNDING = 1e-9  # [rad or m] that a limit may be passed by
 

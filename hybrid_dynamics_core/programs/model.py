@@ -14,7 +14,7 @@ from ..mechanism.tree import Tree
 Scalars = Sequence[Scalar]
 
 ALONG_S = ("guess", "armature", *FRICTION, *SPRINGS)  # inputs with one entry a coordinate
-MASS_SINGULAR = -2  # status where M-bar is singular; others belong to the closure
+MASS_SINGULAR = -4  # status where M-bar is singular; others belong to the closure and to `kernels.status`
 
 
 @dataclass(frozen=True)

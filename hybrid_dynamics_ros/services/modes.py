@@ -12,9 +12,9 @@ from std_msgs.msg import Header
 from hybrid_dynamics_core import ClosedState, HybridDynamicsError, Robot
 from hybrid_dynamics_ros import conversions
 from hybrid_dynamics_ros.conditions import Conditions
-from hybrid_dynamics_ros.outputs import joint_limits
 from hybrid_dynamics_ros.samples import FloatArray, JointOrder, RejectedError, RejectionCode
 from hybrid_dynamics_ros.services.context import Context
+from hybrid_dynamics_ros.strokes import joint_limits
 
 _SAME = 1e-6  # [rad or m] configurations nearer than this are one
 

@@ -153,6 +153,19 @@ def test_an_unreachable_sample_names_the_joint_and_its_value(pipeline):
     assert "0.9" in rejection.text
 
 
+class Failing:
+    """A robot whose inverse dynamics fails in a chosen way; all else is that of a real one."""
+
+    def __init__(self, robot, error):
+        self._robot, self._error = robot, error
+
+    def __getattr__(self, name):
+        return getattr(self._robot, name)
+
+    def inverse_dynamics(self, _state, _ddu, _loads):
+        raise self._error
+
+
 @pytest.mark.parametrize(
     ("error", "code"),
     [
@@ -161,11 +174,7 @@ def test_an_unreachable_sample_names_the_joint_and_its_value(pipeline):
     ],
 )
 def test_failures_of_the_model_are_rejections(robot, error, code):
-    def fail(*_):
-        raise error
-
-    pipeline = Pipeline(robot, bandwidth=10.0, max_gap=0.5)
-    pipeline._fused = fail
+    pipeline = Pipeline(Failing(robot, error), bandwidth=10.0, max_gap=0.5)
     assert pipeline.process(sample(acceleration=np.zeros(4))).code is code
 
 

@@ -1,0 +1,146 @@
+"""A bag through the pipeline: bulk beside message by message, shares of the time, memory.
+
+python -m benchmarks.bags [--seconds 300] [--rate 1000] [--robot forging_chu2020] [--singly 5000]
+
+Makes a recording, processes it in a process of its own (so that its memory is its own), then reads some of its messages
+one by one with rosbags and asks the model for each what the node's topics hold. `--seconds 3600` is the hour that the
+goals are about; it needs 4 GB of disk for the result.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+from rosbags.rosbag2 import Reader
+
+from hybrid_dynamics_core import load
+from hybrid_dynamics_ros.filters import FloatArray
+from hybrid_dynamics_ros.offline.decode import sample_of
+from hybrid_dynamics_ros.offline.interfaces import typestore
+from hybrid_dynamics_ros.offline.make import Trajectory, simulated, write_trajectory
+from hybrid_dynamics_ros.offline.process import INPUT, Job, make_pipeline, process
+from hybrid_dynamics_ros.parameters import Settings
+from hybrid_dynamics_ros.pipeline import MotionResult
+
+GOALS = {"singly": 20.0, "real time": 60.0, "memory": 1024.0}  # times, times, MB
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.bags", description=__doc__)
+    parser.add_argument("--seconds", type=float, default=300.0, help="length of the recording")
+    parser.add_argument("--rate", type=float, default=1000.0, help="messages a second")
+    parser.add_argument("--robot", default="forging_chu2020")
+    parser.add_argument("--singly", type=int, default=5000, help="messages that are taken one by one")
+    parser.add_argument("--part", metavar="FOLDER", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.part:
+        measured(Path(options.part), options.robot)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        count = record(place / "in", options.robot, options.seconds, options.rate)
+        told = bulk(place, options.robot)
+        one = singly(place / "in", options.robot, min(options.singly, count))
+        sizes = [sum(f.stat().st_size for f in (place / name).iterdir()) / 1e6 for name in ("in", "out")]
+    print(text(options, count, told, one, sizes))
+
+
+def record(path: Path, robot: str, seconds: float, rate: float) -> int:
+    """A recording of a minute of motion, there and back again until the time is over."""
+    motion = simulated(load(robot), min(seconds, 60.0), rate)
+    count = round(seconds * rate)
+    if count > len(motion.time):
+        motion = repeated(motion, count, rate)
+    return write_trajectory(path, motion, INPUT, {"robot": robot})
+
+
+def repeated(motion: Trajectory, count: int, rate: float) -> Trajectory:
+    """Forwards, backwards, forwards ...: positions go on without a jump."""
+    length = len(motion.time)
+    there = np.arange(count) % (2 * length)
+    back = there >= length
+    rows = np.where(back, 2 * length - 1 - there, there)
+    sign = np.where(back, -1.0, 1.0)[:, None]
+
+    def part(values: FloatArray | None, factor: FloatArray | float) -> FloatArray | None:
+        return None if values is None else values[rows] * factor
+
+    return Trajectory(
+        motion.names,
+        np.arange(count) / rate,
+        motion.position[rows],
+        part(motion.velocity, sign),
+        part(motion.effort, 1.0),
+    )
+
+
+def bulk(place: Path, robot: str) -> dict[str, float]:
+    """Seconds by share, and the largest memory [MB], of a process that does nothing else."""
+    command = [sys.executable, "-m", "benchmarks.bags", "--robot", robot, "--part", str(place)]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    found: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
+    return found
+
+
+def measured(place: Path, robot: str) -> None:
+    """Process, and print what it took."""
+    start, cpu = time.perf_counter(), time.process_time()
+    outcome = process(Job(place / "in", place / "out", robot), shown=False)
+    spent = {**outcome.shares, "total": time.perf_counter() - start, "cpu": time.process_time() - cpu}
+    spent["duration"], spent["bulk"] = outcome.duration, outcome.bulk
+    spent["memory"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    print(json.dumps(spent))
+
+
+def singly(path: Path, name: str, count: int) -> float:
+    """Seconds a message: read and deserialise with rosbags, the node's pipeline, and what its topics are made of."""
+    robot = load(name)
+    pipeline = make_pipeline(robot, Settings())
+    robot.close(robot.reference[None])
+    with Reader(path) as reader:
+        messages = iter(reader.messages())
+        for connection, _, data in islice(messages, 200):  # what is compiled is not counted
+            pipeline.process(sample_of(typestore().deserialize_cdr(data, connection.msgtype)))
+        start = time.perf_counter()
+        for connection, _, data in islice(messages, count - 200):
+            result = pipeline.process(sample_of(typestore().deserialize_cdr(data, connection.msgtype)))
+            if isinstance(result, MotionResult):
+                _ = result.pose
+        return (time.perf_counter() - start) / (count - 200)
+
+
+def text(options: argparse.Namespace, count: int, told: dict[str, float], one: float, sizes: list[float]) -> str:
+    """The report."""
+    total, duration = told["total"], told["duration"]
+    shares = [f"  {name:9} {told[name]:8.2f} s  {100.0 * told[name] / total:5.1f} %" for name in SHARES if name in told]
+    lines = [
+        (
+            f"{options.robot}: {count} messages, {duration:.0f} s at {options.rate:g} Hz, {sizes[0]:.0f} MB in,"
+            f" {sizes[1]:.0f} MB out, {os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}"
+        ),
+        *shares,
+        f"  total     {total:8.2f} s  ({told['cpu']:.1f} s of processor time; packing runs beside)",
+        f"one by one: {1e6 * one:.0f} us a message; in bulk {1e6 * total / count:.2f} us",
+        f"{one * count / total:.1f} times faster than one by one (goal {GOALS['singly']:g})",
+        f"{duration / total:.1f} times real time (goal {GOALS['real time']:g})",
+        f"{told['memory']:.0f} MB of memory at most (goal: below {GOALS['memory']:g})",
+        f"{100.0 * told['bulk']:.1f} % decoded in bulk",
+    ]
+    return "\n".join(lines)
+
+
+SHARES = ("start", "reading", "decoding", "model", "encoding", "writing")
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""The verbs of `hybrid-dynamics bag`, a module each."""

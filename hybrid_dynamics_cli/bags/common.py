@@ -1,0 +1,24 @@
+"""What the verbs for bags share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from hybrid_dynamics_cli.parameters import RobotType
+
+robot_option = click.option("--robot", type=RobotType(), required=True, metavar="ROBOT", help="Robot, or its file.")
+topic_option = click.option("--topic", metavar="T", help="Topic of the joint states, where it is not the node's own.")
+params_option = click.option(
+    "--params", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Parameter file of the node."
+)
+PATH = click.Path(path_type=Path)
+LOST = 3  # exit code: done, but something of the input could not be read
+
+
+def tell_losses(losses: Sequence[str]) -> None:
+    """Print what could not be read."""
+    for loss in losses:
+        click.echo(f"lost: {loss}", err=True)

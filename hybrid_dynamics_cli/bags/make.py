@@ -1,0 +1,60 @@
+"""Bags for trying things out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from hybrid_dynamics_cli.parameters import loaded
+from hybrid_dynamics_ros.offline.make import PARTS, read_trajectory, simulated, write_trajectory
+from hybrid_dynamics_ros.offline.process import INPUT
+
+from .common import PATH, robot_option
+
+EPILOG = """\b
+Examples:
+  hybrid-dynamics bag make recording --robot forging_chu2020 --seconds 60 --rate 1000 --noise position=1e-6,effort=2
+  hybrid-dynamics bag make recording --robot excavator --trajectory dig.csv
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("out", type=PATH)
+@robot_option
+@click.option("--trajectory", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="CSV or .npz file.")
+@click.option("--seconds", type=click.FloatRange(0.01), default=10.0, help="How long, of a simulation.")
+@click.option("--rate", type=click.FloatRange(0.1, 1e5), default=1000.0, help="Messages a second, of a simulation.")
+@click.option(
+    "--noise", metavar="PART=DEVIATION", default="", help="White noise: position=1e-6,velocity=1e-4,effort=2."
+)
+@click.option("--seed", type=int, default=0, help="Of the motion and the noise.")
+@click.option("--topic", default=INPUT, metavar="T", help=f"Topic; {INPUT} unless given.")
+def command(  # noqa: PLR0913, PLR0917 - an argument for each option
+    out: Path,
+    robot: str,
+    trajectory: Path | None,
+    seconds: float,
+    rate: float,
+    noise: str,
+    seed: int,
+    topic: str,
+) -> None:
+    """Write a bag of joint states from a trajectory file, or from a motion of the model with its efforts."""
+    machine = loaded(robot)
+    motion = simulated(machine, seconds, rate, seed) if trajectory is None else read_trajectory(trajectory, machine)
+    count = write_trajectory(out, motion.noisy(_deviations(noise), seed), topic, {"robot": robot})
+    click.echo(f"{out}: {count} messages on {topic}")
+
+
+def _deviations(text: str) -> dict[str, float]:
+    found = {}
+    for part in (entry for entry in text.split(",") if entry):
+        name, _, value = part.partition("=")
+        try:
+            found[name.strip()] = float(value)
+        except ValueError as error:
+            raise click.BadParameter(f"'{part}': expected a number behind =", param_hint="--noise") from error
+        if name.strip() not in PARTS or not 0.0 <= found[name.strip()] < 1e300:
+            raise click.BadParameter(f"'{part}': expected one of {', '.join(PARTS)}, 0 or more", param_hint="--noise")
+    return found

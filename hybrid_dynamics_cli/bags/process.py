@@ -1,0 +1,79 @@
+"""The node's pipeline on recordings."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from hybrid_dynamics_ros.offline.many import run_jobs
+from hybrid_dynamics_ros.offline.process import SMOOTHINGS, Job, Outcome
+from hybrid_dynamics_ros.offline.settings import read_settings
+from hybrid_dynamics_ros.offline.source import bags_of
+
+from .common import LOST, PATH, params_option, robot_option, tell_losses, topic_option
+
+EPILOG = """\b
+Examples:
+  hybrid-dynamics bag process recording results --robot forging_chu2020
+  hybrid-dynamics bag process recording results --robot excavator --topic /joint_states --smooth spline --keep
+  hybrid-dynamics bag process night_shift/ results/ --robot excavator --jobs 4
+  hybrid-dynamics bag process a.mcap b.mcap results/ --robot excavator --scheduler tcp://10.0.0.1:8786
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("bags", type=PATH, nargs=-1, required=True, metavar="IN...")
+@click.argument("out", type=PATH)
+@robot_option
+@topic_option
+@params_option
+@click.option(
+    "--smooth", type=click.Choice(SMOOTHINGS), default="causal", help="How rates are found; causal: as the node."
+)
+@click.option("--keep", is_flag=True, help="The original topics go into the new bag too.")
+@click.option("--jobs", type=click.IntRange(1), default=1, help="Bags at a time, a process each.")
+@click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers see the same files.")
+def command(  # noqa: PLR0913, PLR0917 - an argument for each option
+    bags: tuple[Path, ...],
+    out: Path,
+    robot: str,
+    topic: str | None,
+    params: Path | None,
+    smooth: str,
+    keep: bool,
+    jobs: int,
+    scheduler: str | None,
+) -> None:
+    """Write a bag with every topic that the node would have published for IN.
+
+    With one bag, OUT is the new bag; with several, or a folder of bags, OUT is the folder for the new ones, under the
+    same names. Exits with 3 where something of a bag could not be read, and with 1 where a bag failed.
+    """
+    settings = read_settings(params)
+    found = [bag for given in bags for bag in bags_of(given)]
+    single = len(bags) == 1 and found == [bags[0]]
+    targets = [out] if single else [out / bag.stem for bag in found]
+    if len(set(targets)) < len(targets):
+        raise click.ClickException("two bags have the same name; process them into different folders")
+    work = [Job(bag, to, robot, topic, smooth, keep, settings) for bag, to in zip(found, targets, strict=True)]
+    results = run_jobs(work, jobs, scheduler)
+    for job, result in zip(work, results, strict=True):
+        _tell(job, result)
+    if any(not isinstance(result, Outcome) for result in results):
+        sys.exit(1)
+    if any(isinstance(result, Outcome) and result.losses for result in results):
+        sys.exit(LOST)
+
+
+def _tell(job: Job, result: Outcome | str) -> None:
+    if isinstance(result, str):
+        click.echo(f"{job.source}: failed: {result}", err=True)
+        return
+    spent = sum(result.shares.values())
+    faster = f", {result.duration / spent:.0f} times real time" if spent else ""
+    click.echo(f"{job.source} -> {job.target}: {result.summary} ({spent:.1f} s{faster})")
+    for code, text in result.rejections.items():
+        click.echo(f"  rejected, {code}: {text}")
+    tell_losses(result.losses)

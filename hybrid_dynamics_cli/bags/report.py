@@ -1,0 +1,54 @@
+"""A page about a recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from hybrid_dynamics_cli.parameters import RobotType, output_path
+from hybrid_dynamics_ros.offline.collect import collect
+from hybrid_dynamics_ros.offline.process import SMOOTHINGS
+from hybrid_dynamics_ros.offline.settings import read_settings
+
+from .common import LOST, PATH, params_option, tell_losses, topic_option
+
+EPILOG = """\b
+Examples:
+  hybrid-dynamics bag report recording --robot excavator
+  hybrid-dynamics bag report results --output shift_12.html
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("bag", type=PATH)
+@click.option("--robot", type=RobotType(), metavar="ROBOT", help="Robot, or its file; of a processed bag it is known.")
+@topic_option
+@params_option
+@click.option("--smooth", type=click.Choice(SMOOTHINGS), default="causal", help="Rates; causal: as the node.")
+@click.option("--output", metavar="FILE", help="The page; BAG.html beside the bag unless given.")
+@click.pass_context
+def command(  # noqa: PLR0913, PLR0917 - an argument for each option
+    context: click.Context,
+    bag: Path,
+    robot: str | None,
+    topic: str | None,
+    params: Path | None,
+    smooth: str,
+    output: str | None,
+) -> None:
+    """One HTML page about BAG: motion, efforts computed and recorded, energy, loops, strokes, gaps, bad samples.
+
+    BAG is a recording with joint states, or what `bag process` wrote (with --keep, where efforts were recorded).
+    """
+    try:
+        from hybrid_dynamics_ros.offline.report import write_report  # noqa: PLC0415 - matplotlib is an extra
+    except ModuleNotFoundError as error:
+        raise click.ClickException("reports need matplotlib: pip install matplotlib") from error
+    place = output_path(output or str(bag.resolve().with_suffix(".html")))
+    track = collect(bag, robot, topic, smooth, read_settings(params))
+    write_report(track, bag.resolve().name, place)
+    click.echo(f"{place}: {track.counts.summary()}")
+    tell_losses(track.losses)
+    if track.losses:
+        context.exit(LOST)

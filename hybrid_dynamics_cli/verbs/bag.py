@@ -1,0 +1,52 @@
+"""Recordings: `hybrid-dynamics bag VERB`."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+import click
+
+VERBS = ("process", "report", "identify", "export", "make")
+NEEDS = "this needs rosbags and lz4: pip install 'hybrid-dynamics-ros[bag]', or: pip install rosbags lz4"
+
+
+class BagVerbs(click.Group):
+    """Loads a verb when it is asked for; what a bag is wrong with is told without a trace."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
+        """Names of all verbs."""
+        return list(VERBS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
+        """The verb of a name."""
+        if cmd_name not in VERBS:
+            return None
+        command: click.Command = import_module(f"..bags.{cmd_name}", __package__).command
+        return command
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Errors end with their message alone."""
+        try:
+            errors = import_module("hybrid_dynamics_ros.offline.errors")
+            import_module("hybrid_dynamics_ros.offline.source")
+        except ModuleNotFoundError as error:
+            raise click.ClickException(f"{NEEDS} (there is no module {error.name})") from error
+        parameters = import_module("hybrid_dynamics_ros.parameters")
+        try:
+            return super().invoke(ctx)
+        except (errors.BagError, parameters.ParameterError) as error:
+            raise click.ClickException(str(error)) from error
+
+
+EPILOG = """\b
+Examples:
+  hybrid-dynamics bag process recording results --robot forging_chu2020
+  hybrid-dynamics bag report results
+  hybrid-dynamics bag process night_shift/ results/ --robot excavator --jobs 4
+"""
+
+
+@click.group(cls=BagVerbs, epilog=EPILOG)
+def command() -> None:
+    """The model on recordings (rosbag2): what the node would have said, reports, identification."""

@@ -1,0 +1,1 @@
+"""Recordings: the node's pipeline on whole bags, without a ROS installation."""

@@ -1,0 +1,292 @@
+"""A recording and what the model says about it, as arrays: what reports and identification look at."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from hybrid_dynamics_core import ClosedState, Loads, Robot, load
+from hybrid_dynamics_core.progress import Progress
+from hybrid_dynamics_ros.offline.decode import Decoder, Samples
+from hybrid_dynamics_ros.offline.errors import BagError
+from hybrid_dynamics_ros.offline.motion import BulkPipeline, Motion, pick
+from hybrid_dynamics_ros.offline.process import NODE, input_topic, make_pipeline
+from hybrid_dynamics_ros.offline.smooth import estimates_of, joined, split
+from hybrid_dynamics_ros.offline.source import METADATA, Source
+from hybrid_dynamics_ros.parameters import MAX_GAP, Settings
+from hybrid_dynamics_ros.pipeline import Counts
+from hybrid_dynamics_ros.samples import FloatArray
+from hybrid_dynamics_ros.strokes import Strokes
+
+_AT_ONCE = 4096
+_LISTED = 1000  # gaps and bad samples that are kept for the page
+
+
+@dataclass(eq=False)
+class Track:
+    """Some samples of a recording with what the model says, in order.
+
+    Attributes:
+        robot, loads: what it was computed with.
+        topic: where the samples are from.
+        start_ns: stamp of the first [ns].
+        time: (N,) [s] since then.
+        state: closed, a batch of N.
+        acceleration, efforts: (N, n) of the active joints; NaN before they are known.
+        recorded: (N, n) recorded efforts, NaN where there are none.
+        every: each how manieth sample is here.
+        gaps: (from, to) [s] where stamps are further apart than the largest gap.
+        bad: (time [s], why) of samples that were refused.
+        intervals: (k,) [s] between stamps.
+        errors: recorded less computed efforts over all samples: count, sum, sum of squares, largest, (n,) each.
+        losses: what could not be read.
+    """
+
+    robot: Robot
+    loads: Loads
+    topic: str
+    start_ns: int
+    time: FloatArray
+    state: ClosedState
+    acceleration: FloatArray
+    efforts: FloatArray
+    recorded: FloatArray
+    every: int
+    counts: Counts
+    gaps: list[tuple[float, float]]
+    bad: list[tuple[float, str]]
+    intervals: FloatArray
+    errors: Errors
+    losses: list[str]
+
+    @property
+    def power(self) -> FloatArray:
+        """What the actuators give (N,) [W]."""
+        total: FloatArray = (self.efforts * self.state.du).sum(axis=1)
+        return total
+
+    @property
+    def energy(self) -> tuple[FloatArray, FloatArray]:
+        """Of motion, and of gravity and springs, (N,) [J]."""
+        energy = self.robot.energy(self.state, self.loads)
+        return np.asarray(energy.kinetic), np.asarray(energy.potential) + np.asarray(energy.springs)
+
+    @property
+    def margins(self) -> tuple[tuple[str, ...], FloatArray]:
+        """Joints with a stroke that ends, and the least that is left to an end, (N, k) [rad or m]."""
+        strokes = Strokes(self.robot)
+        return strokes.joints, np.minimum(*strokes.left(self.state.s))
+
+
+@dataclass(eq=False)
+class Errors:
+    """Sums over all samples that have both efforts: recorded less computed, (n,) each."""
+
+    count: NDArray[np.int64]
+    total: FloatArray
+    squares: FloatArray
+    largest: FloatArray
+    recorded_total: FloatArray
+    recorded_squares: FloatArray
+
+    @staticmethod
+    def none(n: int) -> Errors:
+        """Of no samples."""
+        return Errors(np.zeros(n, dtype=np.int64), *(np.zeros(n) for _ in range(5)))
+
+    def add(self, recorded: FloatArray, computed: FloatArray) -> None:
+        """More samples (N, n)."""
+        good = np.isfinite(recorded) & np.isfinite(computed)
+        error = np.where(good, recorded - computed, 0.0)
+        told = np.where(good, recorded, 0.0)
+        self.count += good.sum(axis=0)
+        self.total += error.sum(axis=0)
+        self.squares += (error**2).sum(axis=0)
+        self.largest = np.maximum(self.largest, np.abs(error).max(axis=0, initial=0.0))
+        self.recorded_total += told.sum(axis=0)
+        self.recorded_squares += (told**2).sum(axis=0)
+
+    @property
+    def mean(self) -> FloatArray:
+        """(n,) [N m or N]."""
+        return self.total / np.maximum(self.count, 1)
+
+    @property
+    def rms(self) -> FloatArray:
+        """(n,) [N m or N]."""
+        return np.sqrt(self.squares / np.maximum(self.count, 1))
+
+    @property
+    def explained(self) -> FloatArray:
+        """Share of the variance of the recorded efforts that the model explains, (n,); 1 at best."""
+        count = np.maximum(self.count, 1)
+        spread = self.recorded_squares / count - (self.recorded_total / count) ** 2
+        left = self.squares / count - self.mean**2
+        return np.where(spread > 0.0, 1.0 - left / np.where(spread > 0.0, spread, 1.0), np.nan)
+
+
+@dataclass(eq=False)
+class _Kept:
+    motions: list[Motion] = field(default_factory=list)
+    recorded: list[FloatArray] = field(default_factory=list)
+    gaps: list[tuple[int, int]] = field(default_factory=list)
+    bad: list[tuple[int, str]] = field(default_factory=list)
+    intervals: list[NDArray[np.int64]] = field(default_factory=list)
+    last: int | None = None
+
+
+def collect(
+    path: Path,
+    robot: str | None = None,
+    topic: str | None = None,
+    smooth: str = "causal",
+    settings: Settings | None = None,
+    most: int = 20_000,
+) -> Track:
+    """Run a recording through the pipeline and keep about `most` samples, evenly.
+
+    Raises:
+        BagError: there is nothing in it that the model can take, or it is not told which robot it is of.
+    """
+    settings = settings or Settings()
+    machine = load(robot or _robot_of(path))
+    pipeline = make_pipeline(machine, settings)
+    bulk, decoder = BulkPipeline(pipeline), Decoder(pipeline.measured)
+    kept, errors = _Kept(), Errors.none(len(machine.active))
+    with Source(path) as source:
+        name = topic or _own_states(source) or input_topic(source, None)
+        name = input_topic(source, name)
+        computed = name == f"{NODE}/joint_states"  # its efforts are the model's own
+        total = source.topics[name].told or 1
+        every = max(1, math.ceil(total / most))
+        parts: list[Samples] = []
+        with Progress(path.name, total) as progress:
+            done = 0
+            for _, messages in source.read(frozenset([name])):
+                for rows in split(len(messages), _AT_ONCE):
+                    samples = decoder.decode(messages.part(np.arange(rows.start, rows.stop)))
+                    _watch(kept, samples, settings[MAX_GAP])
+                    if computed or pipeline.measured != machine.active:
+                        samples.effort[:] = np.nan
+                    parts.append(samples)
+                    if smooth == "causal":
+                        _keep(kept, errors, samples, bulk.process(samples), every)
+                        parts.clear()
+                done += len(messages)
+                progress.update(done)
+        if parts:
+            whole = joined(parts)
+            estimates = estimates_of(whole, smooth, pipeline)
+            for rows in split(len(whole), _AT_ONCE):
+                samples = whole.part(rows)
+                _keep(kept, errors, samples, bulk.smoothed(samples, estimates.part(rows)), every)
+        losses = source.losses.told
+    if not kept.motions:
+        told = "; ".join(f"{code}: {text}" for code, text in bulk.first_rejections.items())
+        raise BagError(f"{path}: {name}: no sample can be used ({pipeline.counts.summary()}) {told}")
+    return _track(machine, pipeline.loads, name, kept, errors, every, pipeline.counts, losses)
+
+
+def _own_states(source: Source) -> str | None:
+    """The node's output, in a bag without its input."""
+    own, given = f"{NODE}/joint_states", f"{NODE}/active_joint_states"
+    if given in source.topics or own not in source.topics:
+        return None
+    others = [t.name for t in source.topics.values() if t.kind == source.topics[own].kind and NODE not in t.name]
+    return own if len(others) != 1 else others[0]
+
+
+def _robot_of(path: Path) -> str:
+    try:
+        told = yaml.safe_load((path / METADATA).read_text(encoding="utf-8"))
+        return str(told["rosbag2_bagfile_information"]["custom_data"]["robot"])
+    except (OSError, KeyError, TypeError, ValueError, yaml.YAMLError) as error:
+        raise BagError(f"{path}: does not tell which robot it is of; name it with --robot") from error
+
+
+def _watch(kept: _Kept, samples: Samples, gap: float) -> None:
+    good = np.ones(len(samples), dtype=bool)
+    good[[*samples.rejected, *samples.broken]] = False
+    stamps = samples.stamp_ns[good]
+    for row, why in samples.rejected.items():
+        if len(kept.bad) < _LISTED:
+            kept.bad.append((int(samples.log_ns[row]), why.code.value))
+    if not len(stamps):
+        return
+    whole = stamps if kept.last is None else np.concatenate([[kept.last], stamps])
+    steps = np.diff(whole)
+    for k in np.flatnonzero((steps < 0) | (steps * 1e-9 > gap)):
+        if len(kept.gaps) < _LISTED:
+            kept.gaps.append((int(whole[k]), int(whole[k + 1])))
+    kept.intervals.append(steps[:: max(1, len(steps) // 256)])
+    kept.last = int(stamps[-1])
+
+
+def _keep(kept: _Kept, errors: Errors, samples: Samples, motion: Motion | None, every: int) -> None:
+    if motion is None:
+        return
+    recorded = samples.effort[motion.rows]
+    if recorded.shape == motion.efforts.shape:
+        errors.add(recorded, motion.efforts)
+    rows = np.arange(0, len(motion), every)
+    kept.recorded.append(recorded[rows])
+    kept.motions.append(_thinned(motion, rows))
+    lost = np.setdiff1d(np.arange(len(samples)), motion.rows)
+    for row in lost[: _LISTED - len(kept.bad)]:
+        if row not in samples.rejected and row not in samples.broken:
+            kept.bad.append((int(samples.stamp_ns[row]), "refused by the model"))
+
+
+def _thinned(motion: Motion, rows: NDArray[np.intp]) -> Motion:
+    arrays = {
+        name: getattr(motion, name)[rows]
+        for name in ("rows", "stamp_ns", "log_ns", "moving", "driven", "acceleration", "efforts")
+    }
+    return Motion(state=pick(motion.state, rows), **arrays)
+
+
+def _stack(states: Sequence[ClosedState]) -> ClosedState:
+    names = ("u", "du", "s", "ds", "R", "bias", "residual", "distances", "status")
+    arrays: dict[str, Any] = {name: np.concatenate([getattr(s, name) for s in states]) for name in names}
+    if states[0].signs.ndim == 2:
+        arrays["signs"] = np.concatenate([state.signs for state in states])
+    return replace(states[0], **arrays)
+
+
+def _track(  # noqa: PLR0913, PLR0917 - a line for each attribute
+    robot: Robot,
+    loads: Loads,
+    topic: str,
+    kept: _Kept,
+    errors: Errors,
+    every: int,
+    counts: Counts,
+    losses: list[str],
+) -> Track:
+    stamps = np.concatenate([motion.stamp_ns for motion in kept.motions])
+    start = int(stamps[0])
+    return Track(
+        robot=robot,
+        loads=loads,
+        topic=topic,
+        start_ns=start,
+        time=(stamps - start) * 1e-9,
+        state=_stack([motion.state for motion in kept.motions]),
+        acceleration=np.concatenate([motion.acceleration for motion in kept.motions]),
+        efforts=np.concatenate([motion.efforts for motion in kept.motions]),
+        recorded=np.concatenate(kept.recorded),
+        every=every,
+        counts=counts,
+        gaps=[((a - start) * 1e-9, (b - start) * 1e-9) for a, b in kept.gaps],
+        bad=[((at - start) * 1e-9, why) for at, why in kept.bad],
+        intervals=np.concatenate([np.zeros(0, dtype=np.int64), *kept.intervals]).astype(np.float64) * 1e-9,
+        errors=errors,
+        losses=losses,
+    )

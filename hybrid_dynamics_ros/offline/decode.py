@@ -1,0 +1,171 @@
+"""JointState messages in bulk: messages of one layout become columns at once, others go through rosbags one by one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hybrid_dynamics_ros.offline.cdr import Bytes, JointStateLayout, LayoutError, layout_of
+from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE, typestore
+from hybrid_dynamics_ros.offline.source import Messages
+from hybrid_dynamics_ros.samples import FloatArray, JointOrder, JointSample, RejectedError, Rejection, RejectionCode
+
+_LAYOUTS: Final = 32  # kept at a time: a bag has a handful
+_FEW: Final = 4  # messages of one layout below which finding it costs more than it saves
+
+
+@dataclass(eq=False)
+class Samples:
+    """Samples of the measured joints, a row each, in the order of the messages.
+
+    Attributes:
+        log_ns, stamp_ns: (N,) [ns].
+        position, velocity: (N, n) [rad or m, per second]; velocity is NaN where there is none.
+        measured: (N,) whether there are velocities.
+        effort: (N, n) recorded efforts [N m or N], NaN where there are none.
+        rejected: rows that are no samples, and why; their numbers say nothing.
+        bulk: how many came in bulk.
+        broken: rows that are no JointState at all.
+    """
+
+    log_ns: NDArray[np.int64]
+    stamp_ns: NDArray[np.int64]
+    position: FloatArray
+    velocity: FloatArray
+    measured: NDArray[np.bool_]
+    effort: FloatArray
+    rejected: dict[int, Rejection] = field(default_factory=dict)
+    broken: dict[int, str] = field(default_factory=dict)
+    bulk: int = 0
+
+    def __len__(self) -> int:
+        return len(self.stamp_ns)
+
+    def part(self, rows: slice) -> Samples:
+        """Samples of some rows."""
+        inside = range(rows.start, rows.stop)
+        return Samples(
+            log_ns=self.log_ns[rows],
+            stamp_ns=self.stamp_ns[rows],
+            position=self.position[rows],
+            velocity=self.velocity[rows],
+            measured=self.measured[rows],
+            effort=self.effort[rows],
+            rejected={row - rows.start: why for row, why in self.rejected.items() if row in inside},
+            broken={row - rows.start: why for row, why in self.broken.items() if row in inside},
+        )
+
+
+class Decoder:
+    """Decodes the messages of one topic; remembers the layouts that it has seen."""
+
+    def __init__(self, joints: Sequence[str], *, bulk: bool = True) -> None:
+        """The joints that are wanted, in order; `bulk` False: every message through the library."""
+        self._joints, self._bulk = tuple(joints), bulk
+        self._order = JointOrder(joints)
+        self._layouts: dict[int, list[JointStateLayout]] = {}
+
+    def decode(self, messages: Messages) -> Samples:
+        """Samples of messages."""
+        count, n = len(messages), len(self._joints)
+        out = Samples(
+            log_ns=messages.log_ns,
+            stamp_ns=np.full(count, -1, dtype=np.int64),
+            position=np.full((count, n), np.nan),
+            velocity=np.full((count, n), np.nan),
+            measured=np.zeros(count, dtype=bool),
+            effort=np.full((count, n), np.nan),
+        )
+        for size in np.unique(messages.lengths).tolist() if self._bulk else ():
+            self._decode_size(out, messages, int(size))
+        if not self._bulk:
+            for row in range(count):
+                self._one(out, row, messages.message(row))
+        return out
+
+    def _decode_size(self, out: Samples, messages: Messages, size: int) -> None:
+        rows = np.flatnonzero(messages.lengths == size)
+        block = messages.block(rows, size)
+        while len(rows):
+            layout = self._find(block, size) if len(rows) >= _FEW else None
+            if layout is None:
+                self._one(out, int(rows[0]), bytes(block[0]))
+                rows, block = rows[1:], block[1:]
+                continue
+            same = layout.matches(block)
+            if not self._take(out, layout, rows[same], block[same]):
+                for row, message in zip(rows[same], block[same], strict=True):
+                    self._one(out, int(row), bytes(message))
+            rows, block = rows[~same], block[~same]
+
+    def _find(self, block: Bytes, size: int) -> JointStateLayout | None:
+        known = self._layouts.setdefault(size, [])
+        for layout in known:
+            if layout.matches(block[:1])[0]:
+                return layout
+        try:
+            known.append(layout_of(bytes(block[0])))
+        except LayoutError:
+            return None
+        del known[:-_LAYOUTS]
+        return known[-1]
+
+    def _take(self, out: Samples, layout: JointStateLayout, rows: NDArray[np.intp], block: Bytes) -> bool:
+        """Columns of many messages; False where each has to be asked what is wrong with it."""
+        names, counts = layout.names, [count for _, count in layout.starts]
+        complete = counts[0] == len(names) and counts[1] in (0, len(names))
+        if not complete or any(names.count(joint) != 1 for joint in self._joints):
+            return False
+        places = [names.index(joint) for joint in self._joints]
+        out.stamp_ns[rows] = layout.stamps(block)
+        out.position[rows] = layout.numbers(block, 0)[:, places]
+        good = np.isfinite(out.position[rows]).all(axis=1) & (out.stamp_ns[rows] >= 0)
+        if counts[1]:
+            out.velocity[rows] = layout.numbers(block, 1)[:, places]
+            out.measured[rows] = True
+            good &= np.isfinite(out.velocity[rows]).all(axis=1)
+        if counts[2] == len(names):
+            out.effort[rows] = layout.numbers(block, 2)[:, places]
+        for k in np.flatnonzero(~good):
+            self._one(out, int(rows[k]), bytes(block[k]))
+        out.bulk += int(good.sum())
+        return True
+
+    def _one(self, out: Samples, row: int, data: bytes) -> None:
+        try:
+            message: Any = typestore().deserialize_cdr(data, JOINT_STATE)
+        except Exception as error:  # noqa: BLE001 - whatever the library meets in damaged bytes
+            out.broken[row] = f"no JointState: {str(error) or type(error).__name__}"
+            return
+        sample = sample_of(message)
+        out.stamp_ns[row] = sample.stamp_ns
+        try:
+            if sample.stamp_ns < 0:
+                told = f"stamp is {sample.stamp_ns} ns, expected 0 or more"
+                raise RejectedError(RejectionCode.BAD_STAMP, told)  # noqa: TRY301 - as the pipeline does
+            motion = self._order.arrange(sample)
+        except RejectedError as error:
+            out.rejected[row] = error.rejection
+            return
+        out.position[row] = motion.position
+        out.measured[row] = motion.velocity is not None
+        out.velocity[row] = np.nan if motion.velocity is None else motion.velocity
+        efforts = np.asarray(message.effort)
+        if len(efforts) == len(sample.names):
+            out.effort[row] = efforts[[sample.names.index(joint) for joint in self._joints]]
+
+
+def sample_of(message: Any) -> JointSample:
+    """A JointState of rosbags as a sample, as `conversions.sample_of_state` makes it of one of rclpy."""
+    stamp = message.header.stamp
+    whole = int(stamp.nanosec) < 10**9
+    return JointSample(
+        stamp_ns=int(stamp.sec) * 10**9 + int(stamp.nanosec) if whole else -1,
+        names=list(message.name),
+        position=np.array(message.position, dtype=np.float64),
+        velocity=np.array(message.velocity, dtype=np.float64) if len(message.velocity) else None,
+    )

@@ -1,0 +1,187 @@
+"""The figures of a report."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable
+from typing import Any, Final
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hybrid_dynamics_core.drawing.style import BLUE, GREEN, ORANGE, PURPLE, QUIET, RED, STYLE
+from hybrid_dynamics_ros.offline.collect import Track
+from hybrid_dynamics_ros.samples import FloatArray
+
+_COLOURS: Final = (BLUE, RED, GREEN, ORANGE, PURPLE, "#0aa", "#a60", "#666")
+_WIDTH: Final = 10.5  # [inch]
+_LEAST: Final = 1e-17  # residuals of zero on a logarithmic axis
+_ABOVE: Final[dict[str, Any]] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "fontsize": 8, "frameon": False}
+_RECORDED: Final = "#b4bac2"
+_MOST: Final = 2500  # points of a line: more cannot be seen, and make the page heavy
+Draw = Callable[[Track], Figure]
+
+
+def unit_of(track: Track, joint: str, what: str) -> str:
+    """Unit of a joint's position, rate or effort."""
+    turns = track.robot.joint_types[joint] == "revolute"
+    return {"position": ("m", "rad"), "rate": ("m/s", "rad/s"), "effort": ("N", "N m")}[what][turns]
+
+
+def trajectories(track: Track) -> Figure:
+    """Active joints: position and velocity, a row each."""
+    names = track.robot.active
+    figure, axes = _panels(len(names), 2, 1.7)
+    for k, name in enumerate(names):
+        for ax, values, what in zip(axes[k], (track.state.u, track.state.du), ("position", "rate"), strict=True):
+            _line(ax, track, values[:, k], _COLOURS[k % len(_COLOURS)])
+            ax.set_ylabel(f"{name} [{unit_of(track, name, what)}]")
+    axes[0][0].set_title("position")
+    axes[0][1].set_title("velocity")
+    return figure
+
+
+def efforts(track: Track) -> Figure:
+    """Efforts recorded and computed, and their difference."""
+    names, told = track.robot.active, np.isfinite(track.recorded).any()
+    figure, axes = _panels(len(names), 2 if told else 1, 1.9)
+    for k, name in enumerate(names):
+        ax, unit = axes[k][0], unit_of(track, name, "effort")
+        if told:
+            _line(ax, track, track.recorded[:, k], _RECORDED, label="recorded", linewidth=1.8)
+        _line(ax, track, track.efforts[:, k], _COLOURS[k % len(_COLOURS)], label="computed")
+        ax.set_ylabel(f"{name} [{unit}]")
+        if told:
+            _line(axes[k][1], track, track.recorded[:, k] - track.efforts[:, k], _COLOURS[k % len(_COLOURS)])
+            axes[k][1].axhline(0.0, color=QUIET, linewidth=0.6)
+            axes[k][1].set_ylabel(f"{name} [{unit}]")
+    axes[0][0].legend(**_ABOVE, ncols=2)
+    axes[0][0].set_title("efforts")
+    if told:
+        axes[0][1].set_title("recorded less computed")
+    return figure
+
+
+def energy(track: Track) -> Figure:
+    """Energy, and the power of the actuators."""
+    figure, axes = _panels(2, 1, 2.2)
+    kinetic, potential = track.energy
+    _line(axes[0][0], track, kinetic, BLUE, label="of motion")
+    _line(axes[0][0], track, potential - potential[0], GREEN, label="of gravity and springs, since the start")
+    _line(axes[0][0], track, kinetic + potential - kinetic[0] - potential[0], QUIET, label="both, since the start")
+    axes[0][0].set_ylabel("energy [J]")
+    axes[0][0].legend(**_ABOVE, ncols=3)
+    for k, name in enumerate(track.robot.active):
+        part = track.efforts[:, k] * track.state.du[:, k]
+        _line(axes[1][0], track, part, _COLOURS[k % len(_COLOURS)], label=name)
+    _line(axes[1][0], track, track.power, "black", label="sum")
+    axes[1][0].set_ylabel("power [W]")
+    axes[1][0].legend(**_ABOVE, ncols=8)
+    return figure
+
+
+def closure(track: Track) -> Figure:
+    """Residual of the loops, and the distance of each to a singularity."""
+    figure, axes = _panels(2, 1, 2.2)
+    _line(axes[0][0], track, np.maximum(np.asarray(track.state.residual), _LEAST), BLUE)
+    axes[0][0].set_yscale("log")
+    axes[0][0].set_ylim(1e-17, max(1e-11, 10.0 * float(np.max(track.state.residual))))
+    axes[0][0].set_ylabel("largest residual [1]")
+    for k, loop in enumerate(track.robot.loops):
+        _line(axes[1][0], track, track.state.distances[:, k], _COLOURS[k % len(_COLOURS)], label=loop)
+    axes[1][0].set_ylim(0.0, 1.05)
+    axes[1][0].axhline(0.1, color=QUIET, linewidth=0.8, linestyle="--")
+    axes[1][0].set_ylabel("distance to a\nsingularity [1]")
+    if track.robot.loops:
+        axes[1][0].legend(**_ABOVE, ncols=6)
+    return figure
+
+
+def margins(track: Track) -> Figure:
+    """What is left to the nearer end of each stroke."""
+    names, left = track.margins
+    figure, axes = _panels(max(len(names), 1), 1, 1.5)
+    for k, name in enumerate(names):
+        ax = axes[k][0]
+        _line(ax, track, left[:, k], _COLOURS[k % len(_COLOURS)])
+        ax.axhline(0.0, color=RED, linewidth=0.8)
+        ax.set_ylim(min(0.0, 1.1 * float(left[:, k].min())) - 1e-9, 1.08 * float(left[:, k].max()) + 1e-9)
+        ax.set_ylabel(f"{name} [{unit_of(track, name, 'position')}]")
+    return figure
+
+
+def sampling(track: Track) -> Figure:
+    """Intervals between stamps, and where samples are missing or bad."""
+    figure, axes = _panels(1, 2, 2.2)
+    positive = track.intervals[track.intervals > 0.0]
+    if len(positive):
+        middle = float(np.median(positive))
+        low, high = np.percentile(positive, [0.5, 99.5])
+        span = max(high - low, 0.02 * middle)
+        ends = ((low - 0.2 * span) * 1e3, (high + 0.2 * span) * 1e3)
+        axes[0][0].hist(positive * 1e3, bins=60, range=ends, color=BLUE)
+    axes[0][0].set_xlabel("between stamps [ms]")
+    axes[0][0].set_ylabel("samples")
+    ax = axes[0][1]
+    for start, end in track.gaps:
+        ax.axvspan(min(start, end), max(start, end), color=ORANGE, alpha=0.5, linewidth=1.0)
+    if track.bad:
+        ax.plot([at for at, _ in track.bad], np.full(len(track.bad), 0.5), "|", color=RED, markersize=30)
+    ax.set_xlim(0.0, max(float(track.time.max()), 1e-3))
+    ax.set_ylim(0.0, 1.0)
+    ax.set_yticks([])
+    nothing = not track.gaps and not track.bad
+    ax.set_title("no gaps, no bad samples" if nothing else "gaps (orange) and bad samples (red)")
+    ax.set_xlabel("time [s]")
+    return figure
+
+
+def svg(draw: Draw, track: Track, name: str) -> str:
+    """A figure as SVG text to stand in a page; `name` keeps its ids apart from those of others."""
+    with mpl.rc_context({**STYLE, "svg.fonttype": "path", "svg.hashsalt": name, "path.simplify_threshold": 0.3}):
+        figure = draw(track)
+        out = io.StringIO()
+        figure.savefig(out, format="svg", metadata={"Date": None})
+    text = out.getvalue()
+    text = re.sub(r'(id="|url\(#|href="#)', rf"\g<1>{name}_", text[text.index("<svg") :])
+    return re.sub(r'<svg ([^>]*?)width="[^"]*" ', r"<svg \1", re.sub(r' height="[^"]*pt"', "", text, count=1), count=1)
+
+
+def _panels(rows: int, columns: int, height: float) -> tuple[Figure, list[list[Axes]]]:
+    figure = Figure(figsize=(_WIDTH, 0.5 + height * rows), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=False)
+    for ax in axes.flat:
+        ax.grid(visible=True, color="#e6e6e6", linewidth=0.6)
+        ax.spines[["top", "right"]].set_visible(False)
+        ax.ticklabel_format(useOffset=False) if rows * columns > 2 else None
+    for ax in axes[-1]:
+        ax.set_xlabel("time [s]")
+    for ax in axes[:-1].flat:
+        ax.tick_params(labelbottom=False)
+    return figure, [list(row) for row in axes]
+
+
+def _line(ax: Axes, track: Track, values: FloatArray, colour: str, label: str = "", linewidth: float = 0.9) -> None:
+    """A line, broken at gaps."""
+    time, values = _thinned(track.time, values)
+    breaks = [end for _, end in track.gaps]
+    where = np.searchsorted(time, breaks)
+    time, values = np.insert(time, where, np.nan), np.insert(values.astype(np.float64), where, np.nan)
+    ax.plot(time, values, color=colour, linewidth=linewidth, label=label)
+    ax.margins(x=0.01)
+
+
+def _thinned(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The least and the largest value of each stretch: peaks stay."""
+    size = -(-len(time) // (_MOST // 2))
+    if size <= 2:
+        return time, values
+    count = len(time) // size * size
+    table = values[:count].reshape(-1, size)
+    filled = np.where(np.isfinite(table), table, table[:, :1])
+    ends = np.sort(np.stack([filled.argmin(axis=1), filled.argmax(axis=1)], axis=1), axis=1)
+    rows = (ends + size * np.arange(len(ends))[:, None]).ravel()
+    return time[rows], values[rows]

@@ -1,0 +1,88 @@
+"""Parameters from a recording, with confidence, and what they are worth on a part of it that they have not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hybrid_dynamics_core import Loads
+from hybrid_dynamics_core.dynamics.parameters import described_parameters
+from hybrid_dynamics_core.identification import Identification, identify
+from hybrid_dynamics_core.robot import Robot
+from hybrid_dynamics_ros.offline.collect import Track
+from hybrid_dynamics_ros.offline.errors import BagError
+from hybrid_dynamics_ros.offline.motion import pick
+from hybrid_dynamics_ros.samples import FloatArray
+
+_EDGE: Final = 0.02  # share of the samples at both ends of the held-out part that neither side sees
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What identification found.
+
+    Attributes:
+        result: estimates with confidence.
+        trained, held: how many samples each part has.
+        noise: (n,) standard deviation of what is left in the held-out part with the estimates [N m or N].
+        before: (n,) the same with the parameters of the robot file.
+        spread: (n,) standard deviation of the recorded efforts there.
+    """
+
+    result: Identification
+    trained: int
+    held: int
+    noise: FloatArray
+    before: FloatArray
+    spread: FloatArray
+
+    @property
+    def explained(self) -> FloatArray:
+        """Share of the variance of the held-out efforts that the estimates explain, (n,)."""
+        return 1.0 - (self.noise / np.maximum(self.spread, 1e-300)) ** 2
+
+
+def identify_track(track: Track, friction: Sequence[str] = (), hold_out: float = 0.25) -> Found:
+    """Identify from recorded efforts; the last part of the recording is held out.
+
+    Args:
+        track: of a recording with efforts.
+        friction: joints whose viscous and Coulomb friction is asked for.
+        hold_out: share of the samples.
+
+    Raises:
+        BagError: there are no recorded efforts.
+        InputError: the motion does not show the parameters.
+    """
+    robot = track.robot
+    usable = np.isfinite(track.recorded).all(axis=1) & np.isfinite(track.acceleration).all(axis=1)
+    rows = np.flatnonzero(usable)
+    if len(rows) < 10:
+        raise BagError(
+            f"{track.topic}: {len(rows)} samples have recorded efforts of {', '.join(robot.active)} and accelerations; "
+            "identification needs the effort field of the recorded joint states"
+        )
+    cut = round(len(rows) * (1.0 - hold_out))
+    edge = round(_EDGE * len(rows))
+    train, held = rows[: max(cut - edge, 1)], rows[cut:]
+    parameters = described_parameters(robot.description, friction)
+    result = identify(
+        robot, pick(track.state, train), track.acceleration[train], track.recorded[train], parameters, track.loads
+    )
+    better = Robot(result.described(robot.description))
+    loads = better.loads.with_gravity(track.loads.gravity)
+    left = _left(better, track, held, loads)
+    before = _left(robot, track, held, track.loads)
+    spread = track.recorded[held].std(axis=0)
+    return Found(result, len(train), len(held), left.std(axis=0), before.std(axis=0), spread)
+
+
+def _left(robot: Robot, track: Track, rows: NDArray[np.intp], loads: Loads) -> FloatArray:
+    state = robot.close(track.state.u[rows], track.state.du[rows])
+    computed = robot.inverse_dynamics(state, track.acceleration[rows], loads)
+    left: FloatArray = track.recorded[rows] - computed
+    return left

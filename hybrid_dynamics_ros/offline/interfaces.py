@@ -1,0 +1,25 @@
+"""Message definitions, from the msg files that the ROS packages are built of."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+JOINT_STATE: Final = "sensor_msgs/msg/JointState"
+_PACKAGE: Final = Path(__file__).resolve().parents[1]
+_PLACES: Final = (_PACKAGE / "interfaces", _PACKAGE.parent / "msg_defs" / "msg")  # installed, or in the repository
+
+
+@cache
+def typestore() -> Typestore:
+    """The message types of ROS 2 Jazzy and of this project."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    folder = next(place for place in _PLACES if place.is_dir())
+    for path in sorted(folder.glob("*.msg")):
+        name = f"hybrid_dynamics_msgs/msg/{path.stem}"
+        store.register(get_types_from_msg(path.read_text(encoding="utf-8"), name))
+    return store

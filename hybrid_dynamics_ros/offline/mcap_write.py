@@ -1,0 +1,270 @@
+"""Bags out: rosbag2 folders with one MCAP file, written in blocks of equal messages and packed beside the writer.
+
+A bag appears under its name when all of it is written; before, it is a hidden folder beside it.
+"""
+
+from __future__ import annotations
+
+import shutil
+import struct
+import sys
+import tempfile
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+from zlib import crc32
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+from rosbags.rosbag2.metadata import dump_qos_v9
+
+from hybrid_dynamics_ros.offline.cdr import Bytes, Template
+from hybrid_dynamics_ros.offline.interfaces import typestore
+from hybrid_dynamics_ros.offline.mcap_file import (
+    CHANNEL,
+    CHUNK,
+    CHUNK_INDEX,
+    DATA_END,
+    FOOTER,
+    HEADER,
+    INDEX,
+    MAGIC,
+    MESSAGE,
+    PREFIX,
+    SCHEMA,
+    STATISTICS,
+)
+from hybrid_dynamics_ros.offline.source import METADATA, Messages, Topic
+
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
+
+_LEVEL: Final = 1  # of zstd: higher levels take several times as long for a tenth of the size
+_QUEUED: Final = 4  # chunks that wait to be packed or written
+_HEAD = np.dtype(
+    [("code", "u1"), ("size", "<u8"), ("channel", "<u2"), ("number", "<u4"), ("log", "<u8"), ("sent", "<u8")]
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Message records of one channel and one size, in the order of log times."""
+
+    channel: int
+    log_ns: NDArray[np.int64]
+    records: Bytes
+
+    @staticmethod
+    def empty(channel: int, log_ns: NDArray[np.int64], size: int) -> Block:
+        """Records whose data (N, size) are still to be filled."""
+        records = np.empty((len(log_ns), PREFIX + size), dtype=np.uint8)
+        head = np.zeros(len(log_ns), dtype=_HEAD)
+        head["code"], head["size"], head["channel"] = MESSAGE, PREFIX - 9 + size, channel
+        head["log"] = head["sent"] = log_ns
+        records[:, :PREFIX] = head.view(np.uint8).reshape(len(log_ns), PREFIX)
+        return Block(channel, log_ns, records)
+
+    @staticmethod
+    def filled(channel: int, log_ns: NDArray[np.int64], template: Template, values: Mapping[str, Any]) -> Block:
+        """Messages of one template."""
+        block = Block.empty(channel, log_ns, template.size)
+        template.fill(block.records[:, PREFIX:], values)
+        return block
+
+    @staticmethod
+    def copies(channel: int, messages: Messages) -> Iterator[Block]:
+        """Messages as they are, by size."""
+        for size in np.unique(messages.lengths).tolist():
+            rows = np.flatnonzero(messages.lengths == size)
+            block = Block.empty(channel, messages.log_ns[rows], int(size))
+            block.records[:, PREFIX:] = messages.block(rows, int(size))
+            yield block
+
+
+class BagWriter:
+    """An open bag."""
+
+    def __init__(self, folder: Path, topics: Sequence[Topic], notes: Mapping[str, str] | None = None) -> None:
+        """Begin a bag in a folder that does not exist, with all of its topics."""
+        folder.mkdir()
+        self._folder, self._topics, self._notes = folder, list(topics), dict(notes or {})
+        self._name = f"{folder.name}.mcap"
+        self.channels = {topic.name: k + 1 for k, topic in enumerate(self._topics)}
+        self._counts = dict.fromkeys(self.channels.values(), 0)
+        self._chunks: list[bytes] = []
+        self._first, self._last = 2**63 - 1, 0
+        self.packing = self.writing = 0.0  # [s], told by the benchmark
+        self._pool = ThreadPoolExecutor(1)
+        self._queue: deque[Future[tuple[bytes, int, int]]] = deque()
+        self._meta: deque[list[Block]] = deque()
+        self._file = (folder / self._name).open("wb")
+        self._file.write(MAGIC + _record(HEADER, _text("ros2") + _text("hybrid_dynamics")))
+        self._described = b"".join(self._descriptions())
+        self._file.write(self._described)
+
+    def write(self, blocks: Sequence[Block]) -> None:
+        """One chunk of messages."""
+        blocks = [block for block in blocks if len(block.log_ns)]
+        if not blocks:
+            return
+        self._queue.append(self._pool.submit(_pack, blocks))
+        self._meta.append(blocks)
+        while len(self._queue) > _QUEUED:
+            self._put()
+
+    def close(self) -> None:
+        """Write what waits, the index, and the metadata."""
+        while self._queue:
+            self._put()
+        self._pool.shutdown()
+        self._file.write(_record(DATA_END, struct.pack("<I", 0)))
+        start = self._file.tell()
+        count = sum(self._counts.values())
+        first, last = (self._first, self._last) if count else (0, 0)
+        counts = b"".join(struct.pack("<HQ", channel, n) for channel, n in self._counts.items())
+        schemas = len({topic.kind for topic in self._topics})
+        told = struct.pack("<QHIIIIQQI", count, schemas, len(self._topics), 0, 0, len(self._chunks), first, last,
+                           len(counts))  # fmt: skip
+        self._file.write(self._described + b"".join(self._chunks) + _record(STATISTICS, told + counts))
+        self._file.write(_record(FOOTER, struct.pack("<QQI", start, 0, 0)) + MAGIC)
+        self._file.close()
+        text = yaml.safe_dump(self._metadata(count, first, last), sort_keys=False)
+        (self._folder / METADATA).write_text(text, encoding="utf-8")
+
+    def abort(self) -> None:
+        """Let go of everything."""
+        self._pool.shutdown(cancel_futures=True)
+        self._file.close()
+
+    # -- parts -------------------------------------------------------------------------------------------------
+
+    def _descriptions(self) -> Iterator[bytes]:
+        numbers: dict[str, int] = {}
+        for topic in self._topics:
+            if topic.kind not in numbers:
+                numbers[topic.kind] = len(numbers) + 1
+                head = struct.pack("<H", numbers[topic.kind]) + _text(topic.kind)
+                yield _record(SCHEMA, head + _text("ros2msg") + _text(_definition(topic)))
+            qos = yaml.safe_dump(dump_qos_v9(list(topic.qos)), sort_keys=False).strip()
+            extra = _text("offered_qos_profiles") + _text(qos) + _text("topic_type_hash") + _text(_digest(topic))
+            head = struct.pack("<HH", self.channels[topic.name], numbers[topic.kind])
+            tail = _text(topic.name) + _text("cdr") + struct.pack("<I", len(extra)) + extra
+            yield _record(CHANNEL, head + tail)
+
+    def _put(self) -> None:
+        packed, size, checksum = self._queue.popleft().result()
+        blocks = self._meta.popleft()
+        times = np.concatenate([block.log_ns for block in blocks])
+        first, last = int(times.min()), int(times.max())
+        self._first, self._last = min(self._first, first), max(self._last, last)
+        start = self._file.tell()
+        body = struct.pack("<QQQI", first, last, size, checksum) + _text("zstd") + struct.pack("<Q", len(packed))
+        self._file.write(struct.pack("<BQ", CHUNK, len(body) + len(packed)) + body)
+        self._file.write(packed)
+        end, places = self._file.tell(), b""
+        for channel, entries in _indices(blocks):
+            self._counts[channel] += len(entries)
+            places += struct.pack("<HQ", channel, self._file.tell())
+            raw = entries.tobytes()
+            self._file.write(_record(INDEX, struct.pack("<HI", channel, len(raw)) + raw))
+        told = struct.pack("<QQQQI", first, last, start, end - start, len(places)) + places
+        told += struct.pack("<Q", self._file.tell() - end) + _text("zstd") + struct.pack("<QQ", len(packed), size)
+        self._chunks.append(_record(CHUNK_INDEX, told))
+
+    def _metadata(self, count: int, first: int, last: int) -> dict[str, Any]:
+        span = {"starting_time": {"nanoseconds_since_epoch": first}, "duration": {"nanoseconds": last - first}}
+        topics = [
+            {
+                "topic_metadata": {
+                    "name": topic.name,
+                    "type": topic.kind,
+                    "serialization_format": "cdr",
+                    "offered_qos_profiles": dump_qos_v9(list(topic.qos)),
+                    "type_description_hash": _digest(topic),
+                },
+                "message_count": self._counts[self.channels[topic.name]],
+            }
+            for topic in self._topics
+        ]
+        told: dict[str, Any] = {
+            "version": 9,
+            "storage_identifier": "mcap",
+            **{key: dict(value) for key, value in span.items()},
+            "message_count": count,
+            "topics_with_message_count": topics,
+            "compression_format": "",
+            "compression_mode": "",
+            "relative_file_paths": [self._name],
+            "files": [{"path": self._name, **span, "message_count": count}],
+            "custom_data": self._notes or None,
+            "ros_distro": "jazzy",
+        }
+        return {"rosbag2_bagfile_information": told}
+
+
+@contextmanager
+def new_bag(path: Path, topics: Sequence[Topic], notes: Mapping[str, str] | None = None) -> Iterator[BagWriter]:
+    """Write a bag. After an error or an interruption `path` is as it was before."""
+    path = path.absolute()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    aside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
+    try:
+        writer = BagWriter(aside / path.name, topics, notes)
+        try:
+            yield writer
+            writer.close()
+        except BaseException:
+            writer.abort()
+            raise
+        if path.exists():
+            path.rename(aside / "replaced")
+        (aside / path.name).rename(path)
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+
+
+def _pack(blocks: Sequence[Block]) -> tuple[bytes, int, int]:
+    raw = b"".join(block.records.tobytes() for block in blocks)
+    return zstd.compress(raw, level=_LEVEL), len(raw), crc32(raw)
+
+
+def _indices(blocks: Sequence[Block]) -> Iterator[tuple[int, NDArray[np.uint64]]]:
+    """For each channel its log times and places in the chunk, (n, 2)."""
+    found: dict[int, list[NDArray[np.uint64]]] = {}
+    at = 0
+    for block in blocks:
+        count, size = block.records.shape
+        entries = np.empty((count, 2), dtype="<u8")
+        entries[:, 0], entries[:, 1] = block.log_ns, at + size * np.arange(count)
+        found.setdefault(block.channel, []).append(entries)
+        at += count * size
+    for channel, parts in found.items():
+        whole = np.concatenate(parts)
+        yield channel, whole[np.argsort(whole[:, 0], kind="stable")]
+
+
+def _definition(topic: Topic) -> str:
+    if topic.definition or topic.kind not in typestore().types:
+        return topic.definition
+    return str(typestore().generate_msgdef(topic.kind, ros_version=2)[0])
+
+
+def _digest(topic: Topic) -> str:
+    known = topic.digest or topic.kind not in typestore().types
+    return topic.digest if known else str(typestore().hash_rihs01(topic.kind))
+
+
+def _record(code: int, body: bytes) -> bytes:
+    return struct.pack("<BQ", code, len(body)) + body
+
+
+def _text(text: str) -> bytes:
+    encoded = text.encode()
+    return struct.pack("<I", len(encoded)) + encoded

@@ -1,0 +1,245 @@
+"""The pipeline over many samples at once: what `Pipeline.process` gives for each of them, bit for bit.
+
+Whatever is out of the ordinary (a state that does not close in the middle of numbers that overflow, joints that are
+given in place of the active ones) is left to the pipeline itself, sample by sample.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hybrid_dynamics_core import ClosedState
+from hybrid_dynamics_core.errors import HybridDynamicsError
+from hybrid_dynamics_core.state import ClosureStatus
+from hybrid_dynamics_ros.estimator import EstimatorState
+from hybrid_dynamics_ros.filters import StampEvent
+from hybrid_dynamics_ros.offline.decode import Samples
+from hybrid_dynamics_ros.offline.recursion import run_filter
+from hybrid_dynamics_ros.pipeline import MotionResult, Pipeline
+from hybrid_dynamics_ros.samples import FloatArray, JointSample, Rejection, rejection_of
+
+Mask = NDArray[np.bool_]
+_STACKED = ("u", "du", "s", "ds", "R", "bias", "residual", "distances", "signs")
+
+
+@dataclass(eq=False)
+class Motion:
+    """Results of the samples that were accepted.
+
+    Attributes:
+        rows: which of the samples (m,).
+        stamp_ns, log_ns: (m,) [ns].
+        state: closed, a batch of m.
+        moving: (m,) whether rates are known.
+        driven: (m,) whether efforts are known.
+        acceleration, efforts: (m, n) of the active joints; NaN where not known.
+    """
+
+    rows: NDArray[np.intp]
+    stamp_ns: NDArray[np.int64]
+    log_ns: NDArray[np.int64]
+    state: ClosedState
+    moving: Mask
+    driven: Mask
+    acceleration: FloatArray
+    efforts: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+
+class _UnusualError(Exception):
+    """The samples have to be taken one by one."""
+
+
+@dataclass(eq=False)
+class Estimates:
+    """Rates of accepted samples: velocity (m, n), acceleration (m, n), which are known, and the filter after them."""
+
+    velocity: FloatArray
+    moving: Mask
+    acceleration: FloatArray
+    driven: Mask
+    events: list[StampEvent]
+    after: EstimatorState | None
+
+    def part(self, rows: NDArray[np.intp] | slice) -> Estimates:
+        """Those of some rows."""
+        return Estimates(self.velocity[rows], self.moving[rows], self.acceleration[rows], self.driven[rows], [], None)
+
+
+class BulkPipeline:
+    """A pipeline for batches of samples, one after the other."""
+
+    def __init__(self, pipeline: Pipeline) -> None:
+        """A pipeline whose counts and filter go on."""
+        self.pipeline = pipeline
+        self.first_rejections: dict[str, str] = {}  # the first text of each kind
+        robot = pipeline.robot
+        self._direct = pipeline.measured == robot.active and pipeline.mode is None
+
+    def process(self, samples: Samples) -> Motion | None:
+        """Results of the samples; None where none was accepted."""
+        if self._direct and not self._late(samples):
+            try:
+                with np.errstate(all="ignore"):
+                    return self._process(samples, None)
+            except (_UnusualError, HybridDynamicsError):
+                pass  # nothing was changed yet
+        return self._one_by_one(samples)
+
+    def smoothed(self, samples: Samples, estimates: Estimates) -> Motion | None:
+        """The same with estimates that were made elsewhere, for all samples."""
+        with np.errstate(all="ignore"):
+            return self._process(samples, estimates)
+
+    @staticmethod
+    def _late(samples: Samples) -> bool:
+        return len(samples.rejected) + len(samples.broken) == len(samples)
+
+    def _process(self, samples: Samples, given: Estimates | None) -> Motion | None:
+        pipeline, robot = self.pipeline, self.pipeline.robot
+        usable = np.ones(len(samples), dtype=bool)
+        usable[[*samples.rejected, *samples.broken]] = False
+        position, velocity = samples.position, samples.velocity
+        if pipeline.calibration is not None:
+            offset, factor = pipeline.calibration.offset, pipeline.calibration.factor
+            position, velocity = factor * (position - offset), factor * velocity
+        rows = np.flatnonzero(usable)
+        state = robot.close(position[rows], check=False)
+        refused = self._refusals(position, velocity, samples.measured, rows[np.asarray(state.status) != 0])
+        rows = rows[np.asarray(state.status) == 0]
+        if not len(rows):
+            self._count(samples, refused, None, 0)
+            return None
+        if given is None:
+            estimates = self._estimate(samples.stamp_ns[rows], position[rows], velocity[rows], samples.measured[rows])
+        else:
+            estimates = given.part(rows)
+        motion = self._evaluate(samples, rows, position[rows], estimates)
+        self._count(samples, refused, estimates, int(motion.driven.sum()))
+        if given is None:
+            pipeline._state = estimates.after  # noqa: SLF001 - this is the pipeline's own loop, unrolled
+        return motion
+
+    def _refusals(
+        self, position: FloatArray, velocity: FloatArray, measured: Mask, rows: NDArray[np.intp]
+    ) -> list[Rejection]:
+        found = []
+        for k in rows:
+            try:
+                self.pipeline.robot.close(position[k], velocity[k] if measured[k] else None)
+            except HybridDynamicsError as error:
+                found.append(rejection_of(error))
+            else:
+                raise _UnusualError
+        return found
+
+    def _estimate(
+        self, stamps: NDArray[np.int64], position: FloatArray, velocity: FloatArray, measured: Mask
+    ) -> Estimates:
+        estimator, state = self.pipeline._estimator, self.pipeline._state  # noqa: SLF001
+        count, n = position.shape
+        out = Estimates(
+            velocity.copy(), measured.copy(), np.full((count, n), np.nan), np.zeros(count, dtype=bool), [], state
+        )
+        edges = [0, *(np.flatnonzero(np.diff(measured.astype(np.int8))) + 1).tolist(), count]
+        for start, end in itertools.pairwise(edges):
+            own, kind = slice(start, end), bool(measured[start])
+            filt = estimator._velocity_filter if kind else estimator._position_filter  # noqa: SLF001
+            before = state.filter if state is not None and state.from_velocities == kind else None
+            fitted, ready, events, after = run_filter(filt, before, stamps[own], (velocity if kind else position)[own])
+            if not np.isfinite(fitted).all():
+                raise _UnusualError
+            if not kind:
+                out.velocity[own] = np.where(ready[:, None], fitted[:, 1], 0.0)
+                out.moving[own] = ready
+            out.acceleration[own] = np.where(ready[:, None], fitted[:, filt.degree], np.nan)
+            out.driven[own] = ready
+            out.events += events
+            state = EstimatorState(kind, after)
+        out.after = state
+        return out
+
+    def _evaluate(self, samples: Samples, rows: NDArray[np.intp], u: FloatArray, known: Estimates) -> Motion:
+        robot, loads = self.pipeline.robot, self.pipeline.loads
+        state = robot.close(u, np.where(known.moving[:, None], known.velocity, 0.0), check=False)
+        if np.any(state.status):
+            raise _UnusualError
+        tau = np.full_like(u, np.nan)
+        which = np.flatnonzero(known.driven)
+        if len(which):
+            part = state if len(which) == len(u) else pick(state, which)
+            tau[which] = robot.inverse_dynamics(part, known.acceleration[which], loads)
+        if not (np.isfinite(state.s).all() and np.isfinite(state.ds).all() and np.isfinite(tau[which]).all()):
+            raise _UnusualError
+        stamps, logs = samples.stamp_ns[rows], samples.log_ns[rows]
+        return Motion(rows, stamps, logs, state, known.moving, known.driven, known.acceleration, tau)
+
+    def _count(self, samples: Samples, refused: list[Rejection], known: Estimates | None, efforts: int) -> None:
+        counts = self.pipeline.counts
+        counts.received += len(samples) - len(samples.broken)
+        counts.with_efforts += efforts
+        for rejection in (*samples.rejected.values(), *refused):
+            self._reject(rejection)
+        if known is not None:
+            counts.events.update(known.events)
+
+    def _reject(self, rejection: Rejection) -> None:
+        self.pipeline.reject(rejection)
+        self._remember(rejection)
+
+    def _remember(self, rejection: Rejection) -> None:
+        self.first_rejections.setdefault(rejection.code.value, rejection.text)
+
+    def _one_by_one(self, samples: Samples) -> Motion | None:
+        found: list[tuple[int, MotionResult]] = []
+        for row in range(len(samples)):
+            if row in samples.broken:
+                continue
+            if row in samples.rejected:
+                self.pipeline.counts.received += 1
+                self._reject(samples.rejected[row])
+                continue
+            velocity = samples.velocity[row] if samples.measured[row] else None
+            sample = JointSample(int(samples.stamp_ns[row]), self.pipeline.measured, samples.position[row], velocity)
+            result = self.pipeline.process(sample)
+            if isinstance(result, Rejection):
+                self._remember(result)
+            else:
+                found.append((row, result))
+        return _stacked(samples, found) if found else None
+
+
+def _stacked(samples: Samples, found: Sequence[tuple[int, MotionResult]]) -> Motion:
+    rows = np.array([row for row, _ in found], dtype=np.intp)
+    results = [result for _, result in found]
+    states = [result.state for result in results]
+    arrays: dict[str, Any] = {name: np.array([getattr(s, name) for s in states]) for name in _STACKED}
+    state = replace(states[-1], **arrays, status=np.zeros(len(states), dtype=int), dds=None)
+    unknown = np.full(state.n, np.nan)
+    return Motion(
+        rows=rows,
+        stamp_ns=samples.stamp_ns[rows],
+        log_ns=samples.log_ns[rows],
+        state=state,
+        moving=np.array([r.moving for r in results]),
+        driven=np.array([r.efforts is not None for r in results]),
+        acceleration=np.array([unknown if r.active_acceleration is None else r.active_acceleration for r in results]),
+        efforts=np.array([unknown if r.efforts is None else r.efforts for r in results]),
+    )
+
+
+def pick(state: ClosedState, rows: NDArray[Any]) -> ClosedState:
+    """Some rows of a batch."""
+    arrays: dict[str, Any] = {
+        name: getattr(state, name)[rows] for name in _STACKED if name != "signs" or state.signs.ndim == 2
+    }
+    status = np.full(len(arrays["u"]), ClosureStatus.OK)
+    return replace(state, **arrays, status=status)

@@ -1,0 +1,128 @@
+"""The node's filter over many samples: the same steps in the same order, without an object for each of them.
+
+Gains depend on stamps alone; each joint then runs through its samples in plain floats, whose arithmetic is that of
+NumPy's elementwise operations: every bit is the same as that of `PolynomialFilter.step`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hybrid_dynamics_ros.filters import (
+    _LEAST_DECAY,
+    FilterState,
+    FloatArray,
+    PolynomialFilter,
+    StampEvent,
+    _aged,
+    _gains,
+)
+
+Steps = list[tuple[float, float, float, float]]  # dt [s], gains of value, first and second derivative
+Run = tuple[FloatArray, NDArray[np.bool_], list[StampEvent], FilterState]
+
+
+def run_filter(
+    filt: PolynomialFilter, state: FilterState | None, stamps: NDArray[np.int64], samples: FloatArray
+) -> Run:
+    """All samples (N, n) through the filter.
+
+    Returns:
+        Derivatives (N, D + 1, n), whether each was ready (N,), what each stamp meant, the state after the last.
+    """
+    count, n = samples.shape
+    derivatives, ready = np.empty((count, filt.degree + 1, n)), np.empty(count, dtype=bool)
+    events: list[StampEvent] = []
+    at, times = 0, stamps.tolist()
+    while at < count:
+        if state is not None and state.degree == filt.degree:
+            done, state = _advance(filt, state, times[at:], samples[at:], derivatives[at:])
+            ready[at : at + done] = (stamps[at : at + done] - state.start_ns) * 1e-9 >= filt.lag
+            events += [StampEvent.NEXT] * done
+            at += done
+            if at == count:
+                break
+        state, event = filt.step(state, times[at], samples[at])
+        derivatives[at], ready[at] = state.derivatives, filt.ready(state)
+        events.append(event)
+        at += 1
+    if state is None:
+        raise ValueError("no samples")
+    return derivatives, ready, events, state
+
+
+def _advance(
+    filt: PolynomialFilter, state: FilterState, times: list[int], samples: FloatArray, out: FloatArray
+) -> tuple[int, FilterState]:
+    """The samples at the front that follow each other without a gap, as many as keep the full degree."""
+    steps, moments = _steps(filt, state, times)
+    done = len(steps)
+    if not done:
+        return 0, state
+    for k in range(samples.shape[1]):
+        track = _second if filt.degree == 2 else _first
+        out[:done, :, k] = track(samples[:done, k].tolist(), steps, state.derivatives[:, k].tolist())
+    last = done - 1
+    after = replace(
+        state, stamp_ns=times[last], moments=moments, sample=samples[last].copy(), derivatives=out[last].copy()
+    )
+    return done, after
+
+
+def _steps(
+    filt: PolynomialFilter, state: FilterState, times: list[int]
+) -> tuple[Steps, tuple[float, float, float, float, float]]:
+    rate, degree, gap = filt.rate, filt.degree, filt.max_gap
+    moments, before, steps = state.moments, state.stamp_ns, []
+    settled: tuple[int, tuple[float, float, float, float]] | None = None  # interval at which the moments stay
+    for stamp in times:
+        interval = stamp - before
+        dt = interval * 1e-9
+        if interval <= 0 or dt > gap:
+            break
+        before = stamp
+        if settled is not None and settled[0] == interval:
+            steps.append(settled[1])
+            continue
+        step = rate * dt
+        decay = max(math.exp(-step), _LEAST_DECAY)
+        weight = 1.0 - decay
+        after = _aged(moments, step, decay, weight)
+        found, gains = _gains(after, weight, degree, rate)
+        if found != degree:
+            break
+        settled = (interval, (dt, *gains)) if after == moments else None
+        moments = after
+        steps.append((dt, *gains))
+    return steps, moments
+
+
+def _first(samples: list[float], steps: Steps, start: list[float]) -> list[tuple[float, float]]:
+    d0, d1 = start
+    out = []
+    for x, (dt, g0, g1, _) in zip(samples, steps, strict=True):
+        d0 += dt * d1
+        e = x - d0
+        d0 += g0 * e
+        d1 += g1 * e
+        out.append((d0, d1))
+    return out
+
+
+def _second(samples: list[float], steps: Steps, start: list[float]) -> list[tuple[float, float, float]]:
+    d0, d1, d2 = start
+    out = []
+    for x, (dt, g0, g1, g2) in zip(samples, steps, strict=True):
+        d0 += dt * d1
+        d0 += 0.5 * dt * dt * d2
+        d1 += dt * d2
+        e = x - d0
+        d0 += g0 * e
+        d1 += g1 * e
+        d2 += g2 * e
+        out.append((d0, d1, d2))
+    return out

@@ -1,0 +1,138 @@
+"""A recording on one page: HTML that needs nothing else."""
+
+from __future__ import annotations
+
+import html
+from collections import Counter
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from hybrid_dynamics_ros.offline.collect import Track
+from hybrid_dynamics_ros.offline.figures import (
+    Draw,
+    closure,
+    efforts,
+    energy,
+    margins,
+    sampling,
+    svg,
+    trajectories,
+    unit_of,
+)
+
+_STYLE: Final = """
+body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 1080px; margin: 2em auto; padding: 0 1em; }
+h1 { font-size: 1.6em; margin-bottom: 0; } h2 { font-size: 1.15em; margin-top: 2.2em; border-bottom: 1px solid #ddd; }
+p.quiet { color: #666; margin-top: .2em; } svg { width: 100%; height: auto; }
+table { border-collapse: collapse; margin: .6em 0; } th { text-align: left; font-weight: 600; }
+td, th { padding: .15em 1.2em .15em 0; border-bottom: 1px solid #eee; } td.n { text-align: right; }
+.warn { background: #fff4e5; border-left: 4px solid #e08a00; padding: .5em 1em; }
+"""
+_FIGURES: Final[tuple[tuple[str, str, Draw], ...]] = (
+    ("Trajectories", "The active joints, as measured or as estimated from positions.", trajectories),
+    ("Efforts", "What the model says the actuators gave, beside what was recorded.", efforts),
+    ("Energy and power", "Of the whole robot; power of the actuators, positive into it.", energy),
+    (
+        "Loops",
+        "How well they are closed, and how far from a singularity: 0 singular, 1 best.",
+        closure,
+    ),
+    (
+        "Strokes",
+        "What is left to the nearer end; below the red line it is beyond.",
+        margins,
+    ),
+    ("Samples", "How regular the stamps are, where some are missing, and which were refused.", sampling),
+)
+
+
+def report(track: Track, title: str) -> str:
+    """The page."""
+    parts = [f"<h1>{html.escape(title)}</h1>", _head(track), _warnings(track), _facts(track)]
+    for heading, text, draw in _FIGURES:
+        if draw is margins and not track.margins[0]:
+            continue
+        parts += [f"<h2>{heading}</h2>", f'<p class="quiet">{text}</p>']
+        if draw is efforts and track.errors.count.any():
+            parts.append(_errors(track))
+        parts.append(svg(draw, track, heading.split()[0].lower()))
+    if track.bad:
+        parts.append(_bad(track))
+    body = "\n".join(parts)
+    return (
+        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{html.escape(title)}</title>\n'
+        f"<style>{_STYLE}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n"
+    )
+
+
+def write_report(track: Track, title: str, path: Path) -> None:
+    """Write the page; it appears when it is whole."""
+    aside = path.with_name(f".{path.name}.part")
+    aside.write_text(report(track, title), encoding="utf-8")
+    aside.replace(path)
+
+
+def _head(track: Track) -> str:
+    begin = datetime.fromtimestamp(track.start_ns * 1e-9, UTC).strftime("%d %B %Y, %H:%M:%S UTC")
+    shown = "" if track.every == 1 else f"; every {track.every}th sample is shown, statistics are over all"
+    told = f"{track.robot.name}, {html.escape(track.topic)}, {track.time.max():.1f} s from {begin}{shown}"
+    return f'<p class="quiet">{told}</p>'
+
+
+def _warnings(track: Track) -> str:
+    if not track.losses:
+        return ""
+    entries = "".join(f"<li>{html.escape(loss)}</li>" for loss in track.losses)
+    return f'<div class="warn">Not all of the bag could be read:<ul>{entries}</ul></div>'
+
+
+def _facts(track: Track) -> str:
+    state = track.state
+    nearest = int(np.argmin(np.asarray(state.singularity)))
+    loops = state.singular_loop
+    rows = [["samples", track.counts.summary()]]
+    rows.append(["gaps", f"{len(track.gaps)}"])
+    if track.robot.loops:
+        distance = float(np.asarray(state.singularity)[nearest])
+        where = f"{distance:.3g} of loop {loops[nearest]} at {track.time[nearest]:.2f} s"
+        rows += [["largest residual", f"{float(np.max(state.residual)):.2g}"], ["nearest singularity", where]]
+    joints, left = track.margins
+    if joints:
+        row, column = np.unravel_index(int(np.argmin(left)), left.shape)
+        unit = unit_of(track, joints[column], "position")
+        rows.append(
+            ["least stroke left", f"{left[row, column]:.4g} {unit} of {joints[column]} at {track.time[row]:.2f} s"]
+        )
+    power = track.power[np.isfinite(track.power)]
+    if len(power):
+        rows.append(["largest power", f"{float(np.abs(power).max()):.4g} W"])
+    return _table([], rows)
+
+
+def _errors(track: Track) -> str:
+    errors = track.errors
+    rows = []
+    for k, name in enumerate(track.robot.active):
+        sizes = [f"{value:.4g}" for value in (errors.rms[k], errors.mean[k], errors.largest[k])]
+        share = f"{100.0 * errors.explained[k]:.2f} %" if np.isfinite(errors.explained[k]) else "-"
+        rows.append([name, unit_of(track, name, "effort"), *sizes, share, str(errors.count[k])])
+    return _table(["recorded less computed", "unit", "RMS", "mean", "largest", "variance explained", "samples"], rows)
+
+
+def _bad(track: Track) -> str:
+    kinds = Counter(why for _, why in track.bad)
+    rows = []
+    for kind, count in kinds.items():
+        times = [at for at, why in track.bad if why == kind]
+        rows.append([kind, str(count), f"{times[0]:.3f} s", f"{times[-1]:.3f} s"])
+    return _table(["refused", "samples", "first", "last"], rows)
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    top = "<tr>" + "".join(f"<th>{html.escape(cell)}</th>" for cell in head) + "</tr>" if head else ""
+    body = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    return f"<table>{top}{body}</table>"

@@ -1,0 +1,284 @@
+"""What goes out for each accepted sample: the node's topics, encoded in bulk.
+
+The table follows `outputs.TABLE`; a test compares both, message by message.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hybrid_dynamics_core import CylinderState, Loads, Robot
+from hybrid_dynamics_core.dynamics.reactions import PinReaction
+from hybrid_dynamics_core.errors import SingularityError
+from hybrid_dynamics_ros.offline.cdr import Template
+from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE
+from hybrid_dynamics_ros.offline.mcap_write import Block
+from hybrid_dynamics_ros.offline.motion import Motion, pick
+from hybrid_dynamics_ros.parameters import RATES, Settings
+from hybrid_dynamics_ros.samples import FloatArray
+from hybrid_dynamics_ros.strokes import Strokes
+from hybrid_dynamics_ros.throttle import Pace
+
+Rows = NDArray[np.intp]
+Filled = tuple[Rows, Template, dict[str, Any]]  # rows of the motion, their layout, their numbers
+_NS: Final = 10**9
+_TYPES: Final = {
+    "joint_states": JOINT_STATE,
+    "required_efforts": JOINT_STATE,
+    "closed_state": "hybrid_dynamics_msgs/msg/ClosedState",
+    "end_effector_pose": "geometry_msgs/msg/PoseStamped",
+    "end_effector_twist": "geometry_msgs/msg/TwistStamped",
+    "loop_reactions": "hybrid_dynamics_msgs/msg/LoopReactions",
+    "cylinder_states": "hybrid_dynamics_msgs/msg/CylinderStates",
+}
+
+
+@dataclass(frozen=True)
+class Output:
+    """One topic: its name below the node's, its type, what makes its messages, and which of them are due."""
+
+    name: str
+    kind: str
+    make: Callable[[Motion, Rows], Iterator[Filled]]
+    rate: float
+    pace: Pace
+
+    def blocks(self, channel: int, motion: Motion) -> Iterator[Block]:
+        """The messages of the motion."""
+        rows = self._due(motion.stamp_ns)
+        if not len(rows):
+            return
+        for own, template, values in self.make(motion, rows):
+            stamps = motion.stamp_ns[own]
+            head = {"sec": stamps // _NS, "nanosec": stamps % _NS}
+            yield Block.filled(channel, motion.log_ns[own], template, {**head, **values})
+
+    def _due(self, stamps: NDArray[np.int64]) -> Rows:
+        if self.rate == 0.0:
+            return np.arange(len(stamps))
+        if self.rate < 0.0:
+            return np.zeros(0, dtype=np.intp)
+        return np.flatnonzero([self.pace.due(stamp, self.rate) for stamp in stamps.tolist()])
+
+
+def outputs_of(robot: Robot, loads: Loads, settings: Settings) -> list[Output]:
+    """All topics of the node for one robot."""
+    makers: dict[str, Callable[[Motion, Rows], Iterator[Filled]]] = {
+        "joint_states": JointStates(robot),
+        "required_efforts": RequiredEfforts(robot),
+        "closed_state": ClosedStates(robot),
+        "end_effector_pose": Poses(robot),
+        "end_effector_twist": Twists(robot),
+        "loop_reactions": Reactions(robot, loads),
+        "cylinder_states": Cylinders(robot),
+    }
+    rates = dict(zip(_TYPES, RATES, strict=True))
+    return [Output(name, _TYPES[name], make, settings[rates[name]], Pace()) for name, make in makers.items()]
+
+
+def _joint_state(names: tuple[str, ...], *, velocity: bool, effort: bool) -> Template:
+    count = len(names)
+    template = Template().header().strings(names).sequence("position", count)
+    return template.sequence("velocity", count if velocity else 0).sequence("effort", count if effort else 0)
+
+
+class JointStates:
+    """All joints: position, velocity, and the effort of the drives."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._own = set(robot.drives) == set(robot.active)
+
+    def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
+        """Layouts differ in what is known."""
+        along, known = self._along(motion)
+        for moving in (False, True):
+            for driven in (False, True):
+                own = rows[(motion.moving[rows] == moving) & (known[rows] == driven)]
+                if len(own):
+                    template = _joint_state(self._robot.coordinates, velocity=moving, effort=driven)
+                    state = motion.state
+                    yield own, template, {
+                        "position": state.s[own], "velocity": state.ds[own], "effort": along[own]
+                    }  # fmt: skip
+
+    def _along(self, motion: Motion) -> tuple[FloatArray, NDArray[np.bool_]]:
+        robot, known = self._robot, motion.driven.copy()
+        along = np.zeros_like(motion.state.s)
+        if self._own:
+            along[:, : len(robot.active)] = motion.efforts
+            return along, known
+        places = [robot.coordinates.index(name) for name in robot.drives]
+        which = np.flatnonzero(known)
+        if not len(which):
+            return along, known
+        try:
+            forces = robot.drive_forces(pick(motion.state, which), motion.efforts[which])
+            along[which[:, None], places] = np.stack(list(forces.values()), axis=-1)
+        except SingularityError:
+            for k in which:
+                row = np.array([k])
+                try:
+                    forces = robot.drive_forces(pick(motion.state, row), motion.efforts[row])
+                except SingularityError:
+                    known[k] = False  # as they stand, the drives cannot give these forces
+                else:
+                    along[k, places] = [float(force[0]) for force in forces.values()]
+        return along, known
+
+
+class RequiredEfforts:
+    """Torques and forces of the active joints."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._template = _joint_state(robot.active, velocity=True, effort=True)
+
+    def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
+        """Nothing before accelerations are known."""
+        own = rows[motion.driven[rows] & motion.moving[rows]]
+        if len(own):
+            state = motion.state
+            yield own, self._template, {
+                "position": state.u[own], "velocity": state.du[own], "effort": motion.efforts[own]
+            }  # fmt: skip
+
+
+class ClosedStates:
+    """Residual, assembly modes, distances to singularities and to the ends of strokes."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot, self._strokes = robot, Strokes(robot)
+
+    def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
+        """Layouts differ in the loop that is nearest to its singularity."""
+        state, robot, strokes = motion.state, self._robot, self._strokes
+        lower, upper = strokes.left(state.s)
+        nearest = np.array(state.singular_loop, dtype=object)
+        distance = np.broadcast_to(np.asarray(state.singularity, dtype=np.float64), (len(motion),))
+        loops, joints = len(robot.loops), len(strokes.joints)
+        branches = [state.branch.get(loop, "") for loop in robot.loops]
+        for loop in dict.fromkeys(nearest[rows].tolist()):
+            own = rows[nearest[rows] == loop]
+            template = Template().header().slot("residual", "<f8").strings(robot.loops).strings(branches)
+            template.sequence("singularity", loops).slot("nearest", "<f8").string(loop)
+            template.strings(strokes.joints).sequence("lower", joints).sequence("upper", joints)
+            yield own, template, {
+                "residual": np.asarray(state.residual)[own],
+                "singularity": state.distances[own],
+                "nearest": distance[own],
+                "lower": lower[own],
+                "upper": upper[own],
+            }  # fmt: skip
+
+
+class Poses:
+    """Pose of the end effector in the base frame."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._template = Template().header(robot.base_frame).slot("position", "<f8", 3).slot("turn", "<f8", 4)
+
+    def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
+        """One for each."""
+        state = motion.state if len(rows) == len(motion) else pick(motion.state, rows)
+        pose = self._robot.forward_kinematics(state)
+        yield rows, self._template, {"position": pose.position, "turn": quaternions(pose.rotation)}
+
+
+class Twists:
+    """Velocity of the end effector's origin and its rotation."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._template = Template().header(robot.base_frame).slot("twist", "<f8", 6)
+
+    def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
+        """Nothing before rates are known."""
+        own = rows[motion.moving[rows]]
+        if len(own):
+            state = pick(motion.state, own)
+            jacobians = self._robot.jacobian(state)
+            # One product at a time: a product of stacks adds up in another order.
+            twists = np.array([matrix @ rates for matrix, rates in zip(jacobians, state.du, strict=True)])
+            yield own, self._template, {"twist": twists}
+
+
+class Reactions:
+    """Force and moment in every pin."""
+
+    def __init__(self, robot: Robot, loads: Loads) -> None:
+        self._robot, self._loads = robot, loads
+        self._template: Template | None = None
+
+    def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
+        """Nothing before accelerations are known."""
+        own = rows[motion.driven[rows] & motion.moving[rows]]
+        if not len(own):
+            return
+        pins = self._robot.reactions(pick(motion.state, own), motion.acceleration[own], self._loads).pins
+        count = len(pins)
+        if self._template is None:
+            self._template = _reactions(self._robot, pins)
+        places = [pin.place for pin in pins.values()]
+        wrenches = [np.concatenate([pin.force, pin.moment], axis=-1) for pin in pins.values()]
+        empty = np.zeros((len(own), 0))
+        yield own, self._template, {
+            "places": np.concatenate(places, axis=-1) if count else empty,
+            "wrenches": np.concatenate(wrenches, axis=-1) if count else empty,
+        }  # fmt: skip
+
+
+def _reactions(robot: Robot, pins: Mapping[str, PinReaction]) -> Template:
+    count = len(pins)
+    template = Template().header(robot.base_frame).strings(list(pins))
+    for k in (0, 1):
+        template.strings([pin.links[k] for pin in pins.values()])
+    template.length(count).slot("places", "<f8", 3 * count)
+    return template.length(count).slot("wrenches", "<f8", 6 * count)
+
+
+class Cylinders:
+    """Pressures and flows of the cylinders whose areas the robot file gives."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._numbers = [name for name in CylinderState.__dataclass_fields__ if name != "overloaded"]
+        count = len(robot.cylinders)
+        template = Template().header().strings(list(robot.cylinders))
+        for name in self._numbers:
+            template.sequence(name, count)
+        self._template = template.sequence("overloaded", count, "u1")
+
+    def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
+        """Nothing before accelerations are known, or where no areas are given."""
+        own = rows[motion.driven[rows]]
+        if not len(own) or not self._robot.cylinders:
+            return
+        states = list(self._robot.hydraulics(pick(motion.state, own), motion.efforts[own]).values())
+        values = {
+            name: np.stack([np.broadcast_to(getattr(s, name), (len(own),)) for s in states], axis=-1)
+            for name in (*self._numbers, "overloaded")
+        }
+        yield own, self._template, values
+
+
+def quaternions(rotations: FloatArray) -> FloatArray:
+    """Unit quaternions (N, 4) x y z w of rotation matrices (N, 3, 3), with the steps of `conversions.quaternion`."""
+    (a, b, c), (d, e, f), (g, h, i) = np.moveaxis(rotations, 0, -1)
+    squares = np.stack([1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i, 1.0 + a + e + i])
+    columns = np.array(
+        [
+            [squares[0], b + d, c + g, h - f],
+            [b + d, squares[1], f + h, c - g],
+            [c + g, f + h, squares[2], d - b],
+            [h - f, c - g, d - b, squares[3]],
+        ]
+    )
+    x, y, z, w = columns[np.argmax(squares, axis=0), :, np.arange(len(rotations))].T
+    scale = np.copysign(1.0 / np.sqrt(x * x + y * y + z * z + w * w), w)
+    return np.stack([scale * x, scale * y, scale * z, scale * w], axis=-1)

@@ -1,0 +1,200 @@
+"""Damaged bags: what can be read is right, what is lost is told, nothing is left half-written."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rosbags.rosbag2 import CompressionMode, StoragePlugin
+
+from hybrid_dynamics_ros.offline.errors import BagError
+from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
+from hybrid_dynamics_ros.offline.mcap_write import new_bag
+from hybrid_dynamics_ros.offline.process import INPUT, Job, process
+from hybrid_dynamics_ros.offline.source import METADATA, Source, Topic
+from tests.bags.messages import bag, recorded
+
+ROOT = Path(__file__).resolve().parents[2]
+JOINT_STATE = "sensor_msgs/msg/JointState"
+
+
+def read(path, topic=INPUT):
+    """(log time, bytes) of all messages of a topic, and what was lost."""
+    with Source(path) as source:
+        pairs = [(int(m.log_ns[k]), m.message(k)) for _, m in source.read(frozenset([topic])) for k in range(len(m))]
+        return pairs, source.losses.told
+
+
+FORMS = {
+    "mcap": (StoragePlugin.MCAP, CompressionMode.NONE),
+    "mcap, chunks packed": (StoragePlugin.MCAP, CompressionMode.STORAGE),
+    "mcap, messages packed": (StoragePlugin.MCAP, CompressionMode.MESSAGE),
+    "mcap, file packed": (StoragePlugin.MCAP, CompressionMode.FILE),
+    "sqlite3": (StoragePlugin.SQLITE3, CompressionMode.NONE),
+    "sqlite3, messages packed": (StoragePlugin.SQLITE3, CompressionMode.MESSAGE),
+    "sqlite3, file packed": (StoragePlugin.SQLITE3, CompressionMode.FILE),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_every_form_of_bag_gives_its_messages(form, forging, tmp_path):
+    pairs = recorded(forging, 40)
+    path = bag(tmp_path / "in", pairs, plugin=FORMS[form][0], mode=FORMS[form][1])
+    assert read(path) == (pairs, [])
+
+
+@pytest.mark.parametrize("compression", ["NONE", "LZ4", "ZSTD"])
+@pytest.mark.parametrize("chunked", [True, False])
+def test_files_of_the_mcap_library_are_read(compression, chunked, forging, tmp_path):
+    from mcap.writer import CompressionType, Writer
+
+    pairs = recorded(forging, 40)
+    with (tmp_path / "a.mcap").open("wb") as file:
+        writer = Writer(file, chunk_size=2000, compression=CompressionType[compression], use_chunking=chunked)
+        writer.start(profile="ros2")
+        schema = writer.register_schema(JOINT_STATE, "ros2msg", b"")
+        channel = writer.register_channel(INPUT, "cdr", schema)
+        for log_ns, data in reversed(pairs):  # in any order of log times
+            writer.add_message(channel, log_ns, data, log_ns)
+        writer.finish()
+    assert read(tmp_path / "a.mcap") == (pairs, [])
+
+
+def test_split_bags_are_one(forging, tmp_path):
+    pairs = recorded(forging, 40)
+    for k in range(2):
+        bag(tmp_path / f"p{k}", pairs[20 * k : 20 * k + 20])
+    whole = tmp_path / "whole"
+    whole.mkdir()
+    for k in range(2):
+        (tmp_path / f"p{k}" / f"p{k}.mcap").rename(whole / f"whole_{k}.mcap")
+    assert read(whole) == (pairs, [])
+    text = (tmp_path / "p0" / METADATA).read_text(encoding="utf-8").replace("message_count: 20", "message_count: 40")
+    (whole / METADATA).write_text(text.replace("- p0.mcap", "- whole_0.mcap\n  - whole_1.mcap"), encoding="utf-8")
+    assert read(whole) == (pairs, [])
+
+
+@pytest.fixture(scope="module")
+def whole(forging, tmp_path_factory):
+    """A bag of several chunks with checksums, and its messages."""
+    path = tmp_path_factory.mktemp("whole") / "in"
+    motion = simulated(forging, 2.0, 200.0)
+    pieces = [slice(k, k + 50) for k in range(0, 400, 50)]
+    write_trajectory(path, motion, INPUT, {})
+    pairs, _ = read(path)
+    chunked = path.parent / "chunked"
+    from hybrid_dynamics_ros.offline.mcap_write import Block
+    from hybrid_dynamics_ros.offline.source import Messages
+
+    with new_bag(chunked, [Topic(INPUT, JOINT_STATE)]) as out:
+        for piece in pieces:
+            times, data = zip(*pairs[piece], strict=True)
+            out.write(list(Block.copies(1, Messages.of(list(times), list(data)))))
+    return chunked, pairs
+
+
+def damage(whole, folder, rng):
+    """A copy with a random bit turned or its end cut off; the messages of the original."""
+    path, pairs = whole
+    folder.mkdir()
+    raw = bytearray((path / "chunked.mcap").read_bytes())
+    (folder / METADATA).write_bytes((path / METADATA).read_bytes())
+    if rng.random() < 0.5:
+        del raw[int(rng.integers(len(raw))) :]
+    else:
+        raw[int(rng.integers(len(raw)))] ^= 1 << int(rng.integers(8))
+    (folder / "chunked.mcap").write_bytes(raw)
+    return folder, pairs
+
+
+def assert_true_or_told(path, pairs):
+    """Everything that is read was there; where something is missing, that is told."""
+    try:
+        found, losses = read(path)
+    except BagError:
+        return 0
+    known = set(pairs)
+    assert all(pair in known for pair in found)
+    assert found == sorted(found)
+    assert len(found) == len(pairs) or losses
+    return len(found)
+
+
+def test_damaged_bags_give_true_messages_and_tell_what_is_lost(whole, tmp_path):
+    rng = np.random.default_rng(8)
+    counts = [assert_true_or_told(*damage(whole, tmp_path / str(k), rng)) for k in range(60)]
+    assert 0 < np.count_nonzero(np.array(counts) < 400) < 60  # some are damaged where it counts, others not
+    assert max(counts) == 400
+
+
+@pytest.mark.soak
+def test_a_thousand_damaged_bags(whole, tmp_path):
+    rng = np.random.default_rng(9)
+    for k in range(1000):
+        assert_true_or_told(*damage(whole, tmp_path / str(k), rng))
+
+
+def test_damaged_databases_do_not_escape(forging, tmp_path):
+    """sqlite3 has no checksums: what it gives may be wrong, as the page on bags says; it never ends in a traceback."""
+    rng = np.random.default_rng(3)
+    source = bag(tmp_path / "in", recorded(forging, 200), plugin=StoragePlugin.SQLITE3)
+    raw = (source / "in.db3").read_bytes()
+    for k in range(20):
+        folder = tmp_path / str(k)
+        folder.mkdir()
+        cut = bytearray(raw[: int(rng.integers(len(raw)))] if k % 2 else raw)
+        for _ in range(20):
+            cut[int(rng.integers(len(cut)))] ^= 255
+        (folder / METADATA).write_bytes((source / METADATA).read_bytes())
+        (folder / "in.db3").write_bytes(cut)
+        try:
+            found, losses = read(folder)
+        except BagError:
+            continue
+        else:
+            assert len(found) == 200 or losses
+
+
+def test_a_truncated_bag_is_processed_as_far_as_it_goes(whole, tmp_path):
+    path, pairs = whole
+    cut = tmp_path / "cut.mcap"
+    raw = (path / "chunked.mcap").read_bytes()
+    cut.write_bytes(raw[: len(raw) // 2])
+    command = ["bag", "process", str(cut), str(tmp_path / "out"), "--robot", "forging_chu2020"]
+    done = subprocess.run(
+        [sys.executable, "-m", "hybrid_dynamics_cli", *command], capture_output=True, text=True, check=False, cwd=ROOT
+    )
+    assert done.returncode == 3, done.stderr
+    assert "lost: cut.mcap: the record at byte" in done.stderr
+    found, _ = read(tmp_path / "out", "/hybrid_dynamics/joint_states")
+    assert 0 < len(found) < len(pairs)
+
+
+def test_an_interruption_leaves_what_was_there(tmp_path):
+    def write(path, *, end):
+        with new_bag(path, [Topic(INPUT, JOINT_STATE)]):
+            if end:
+                raise KeyboardInterrupt
+
+    write(tmp_path / "out", end=False)
+    before = (tmp_path / "out" / METADATA).read_bytes()
+    for path in (tmp_path / "out", tmp_path / "other"):
+        with pytest.raises(KeyboardInterrupt):
+            write(path, end=True)
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+    assert (tmp_path / "out" / METADATA).read_bytes() == before
+
+
+def test_wrong_bags_are_told_in_words(forging, tmp_path):
+    with pytest.raises(BagError, match="no such bag"):
+        process(Job(tmp_path / "nothing", tmp_path / "out", "forging_chu2020"))
+    path = bag(tmp_path / "in", recorded(forging, 5), topic="/measured")
+    with pytest.raises(BagError, match=r"no topic /other .* /measured"):
+        process(Job(path, tmp_path / "out", "forging_chu2020", topic="/other"))
+    with pytest.raises(BagError, match="would replace"):
+        process(Job(path, path, "forging_chu2020"))
+    assert process(Job(path, tmp_path / "out", "forging_chu2020")).samples == 5  # the only topic of the type
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["in", "out"]

@@ -1,0 +1,93 @@
+"""What is written offline is what the node publishes: every field of every message, to the last bit."""
+
+from __future__ import annotations
+
+import array
+from collections import defaultdict
+
+import numpy as np
+import pytest
+from rosbags.rosbag2 import Reader
+
+from hybrid_dynamics_core import load, shipped_robots
+from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE, typestore
+from hybrid_dynamics_ros.offline.process import DESCRIPTION, INPUT, NODE, Job, process
+from hybrid_dynamics_ros.parameters import RATES, Settings
+from hybrid_dynamics_ros.pipeline import MotionResult, Pipeline
+from hybrid_dynamics_ros.throttle import Pace
+from tests.bags.messages import bag, recorded
+
+
+def plain(message):
+    """A message of rosbags or of rclpy as nested tuples."""
+    if hasattr(message, "get_fields_and_field_types"):
+        return tuple(plain(getattr(message, name)) for name in message.get_fields_and_field_types())
+    if hasattr(message, "__dataclass_fields__"):
+        return tuple(plain(getattr(message, name)) for name in message.__dataclass_fields__ if name != "__msgtype__")
+    if isinstance(message, (list, tuple, np.ndarray, array.array)):
+        return tuple(plain(entry) for entry in message)
+    return repr(float(message)) if isinstance(message, (float, np.floating)) else message
+
+
+def written(path):
+    """Messages by topic, with their log times, by rosbags."""
+    found = defaultdict(list)
+    with Reader(path) as reader:
+        for connection, log_ns, data in reader.messages():
+            found[connection.topic].append((log_ns, typestore().deserialize_cdr(data, connection.msgtype)))
+    return found
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("velocity", [True, False])
+@pytest.mark.parametrize("name", shipped_robots())
+def test_a_bag_has_what_the_node_would_have_published(name, velocity, tmp_path):
+    pytest.importorskip("hybrid_dynamics_msgs")
+    from sensor_msgs.msg import JointState
+    from std_msgs.msg import Header
+
+    from hybrid_dynamics_ros import outputs
+    from hybrid_dynamics_ros.conversions import sample_of_state, stamp_to_ns
+
+    robot, pairs = load(name), recorded(load(name), 40, velocity=velocity)
+    outcome = process(Job(bag(tmp_path / "in", pairs), tmp_path / "out", name))
+    assert outcome.losses == []
+    found = written(tmp_path / "out")
+    pipeline, settings = Pipeline(robot, 10.0, 0.5), Settings()
+    fillers = [(o, o.filler(robot), rate, Pace()) for o, rate in zip(outputs.TABLE, RATES, strict=True)]
+    for log_ns, data in pairs:
+        told = typestore().deserialize_cdr(data, JOINT_STATE)
+        message = JointState(header=Header(), name=told.name, position=told.position.tolist())
+        message.header.stamp.sec, message.header.stamp.nanosec = told.header.stamp.sec, told.header.stamp.nanosec
+        message.velocity = told.velocity.tolist()
+        result = pipeline.process(sample_of_state(message))
+        assert isinstance(result, MotionResult)
+        for output, fill, rate, pace in fillers:
+            due = pace.due(result.stamp_ns, settings[rate])
+            sent = fill(result, outputs.stamp_of(result)) if due else None
+            if sent is not None:
+                there_log, there = found[f"{NODE}/{output.topic}"].pop(0)
+                assert there_log == log_ns
+                assert stamp_to_ns(there.header.stamp) == result.stamp_ns
+                assert plain(there) == plain(sent), output.topic
+    assert [found.pop(DESCRIPTION)[0][1].data[:5]] == ["<?xml"]
+    assert {topic: rest for topic, rest in found.items() if rest} == {}
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_the_mcap_library_reads_the_same_messages_as_rosbags(name, tmp_path):
+    from mcap.reader import make_reader
+
+    process(Job(bag(tmp_path / "in", recorded(load(name), 30)), tmp_path / "out", name, keep=True))
+    with Reader(tmp_path / "out") as reader:
+        expected = defaultdict(list)
+        for connection, log_ns, data in reader.messages():
+            expected[connection.topic, connection.msgtype].append((log_ns, bytes(data)))
+    found = defaultdict(list)
+    with (tmp_path / "out" / "out.mcap").open("rb") as file:
+        for schema, channel, message in make_reader(file, validate_crcs=True).iter_messages():
+            assert schema.encoding == "ros2msg"
+            found[channel.topic, schema.name].append((message.log_time, message.data))
+    assert found == expected
+    assert len(found[INPUT, JOINT_STATE]) == 30
+    assert len(found[f"{NODE}/closed_state", "hybrid_dynamics_msgs/msg/ClosedState"]) == 30

@@ -1,0 +1,119 @@
+"""Whole recordings and single messages: the same numbers, the same rejections, to the last bit."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hybrid_dynamics_core import load, shipped_robots
+from hybrid_dynamics_ros.offline.decode import Decoder, sample_of
+from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE, typestore
+from hybrid_dynamics_ros.offline.motion import BulkPipeline
+from hybrid_dynamics_ros.pipeline import MotionResult, Pipeline
+from tests.bags.messages import START, joint_state, messages_of, recorded
+
+ACTIVE = ("q1", "q12", "q22", "q4")
+GOOD = {"q1": 0.1, "q12": 0.1, "q22": 0.15, "q4": 0.2, "hose": np.nan}
+MS = 10**6
+
+
+def streamed(robot, pairs, measured=None):
+    """Row and result of each accepted message, one after the other; the pipeline."""
+    pipeline = Pipeline(robot, 10.0, 0.5, measured)
+    results = [pipeline.process(sample_of(typestore().deserialize_cdr(data, JOINT_STATE))) for _, data in pairs]
+    return [(row, r) for row, r in enumerate(results) if isinstance(r, MotionResult)], pipeline
+
+
+def in_bulk(robot, pairs, cuts=(), measured=None):
+    """Motions of the pieces between cuts, with the row that each begins at; the pipeline."""
+    pipeline = Pipeline(robot, 10.0, 0.5, measured)
+    bulk, decoder = BulkPipeline(pipeline), Decoder(pipeline.measured)
+    edges = [0, *cuts, len(pairs)]
+    motions = []
+    for start, end in itertools.pairwise(edges):
+        if end > start and (motion := bulk.process(decoder.decode(messages_of(pairs[start:end])))) is not None:
+            motions.append((start, motion))
+    return motions, pipeline
+
+
+def assert_same(robot, pairs, cuts=(), measured=None):
+    """Both ways agree in every bit and every count."""
+    expected, stream = streamed(robot, pairs, measured)
+    motions, bulk = in_bulk(robot, pairs, cuts, measured)
+    assert stream.counts == bulk.counts
+    rows = [start + int(row) for start, motion in motions for row in motion.rows]
+    assert rows == [row for row, _ in expected]
+    found = [(motion, k) for _, motion in motions for k in range(len(motion))]
+    for (_, result), (motion, k) in zip(expected, found, strict=True):
+        assert motion.stamp_ns[k] == result.stamp_ns
+        assert motion.moving[k] == result.moving
+        assert motion.driven[k] == (result.efforts is not None)
+        for name in ("s", "ds", "R", "distances", "residual"):
+            assert np.array_equal(getattr(motion.state, name)[k], getattr(result.state, name)), name
+        if result.efforts is not None:
+            assert np.array_equal(motion.efforts[k], result.efforts)
+            assert np.array_equal(motion.acceleration[k], result.active_acceleration)
+    return expected
+
+
+@pytest.mark.parametrize("velocity", [True, False])
+@pytest.mark.parametrize("name", shipped_robots())
+def test_every_shipped_robot_gives_the_bits_of_the_stream(name, velocity):
+    robot = load(name)
+    expected = assert_same(robot, recorded(robot, 50, velocity=velocity), cuts=(7, 8, 30))
+    assert sum(result.efforts is not None for _, result in expected) > 30
+
+
+numbers = st.one_of(st.floats(0.08, 0.2), st.sampled_from([0.1, 0.9, 1e300, np.nan, np.inf, -0.0]))
+steps = st.sampled_from([10 * MS, 10 * MS, 9_999_999, 1, 0, -5 * MS, 600 * MS, 2 * MS])  # from the message before [ns]
+NAMES = [ACTIVE, ACTIVE, ACTIVE[::-1], ("hose", *ACTIVE), ACTIVE[:3], (), (*ACTIVE, "q1")]
+
+
+@st.composite
+def sequences(draw):
+    """JointState messages: reordered joints, gaps, duplicates, resets, odd values and lengths."""
+    stamp, pairs = START, []
+    for k in range(draw(st.integers(1, 40))):
+        names = draw(
+            st.sampled_from([ACTIVE, ACTIVE, ACTIVE[::-1], ("hose", *ACTIVE), ACTIVE[:3], (), (*ACTIVE, "q1")])
+        )
+        kind = draw(st.sampled_from(["good", "good", "good", "odd", "short", "none", "same"]))
+        if kind == "same" and pairs:
+            pairs.append(pairs[-1])
+            continue
+        stamp = draw(st.sampled_from([5, START])) if draw(st.integers(0, 40)) == 0 else max(stamp + draw(steps), 0)
+        position = [GOOD[name] + 0.001 * (k % 7) for name in names]
+        velocity = [] if kind == "none" else [0.01 * draw(st.integers(-3, 3)) for _ in names]
+        if kind == "odd" and names:
+            (position if draw(st.booleans()) or not velocity else velocity)[draw(st.integers(0, 2))] = draw(numbers)
+        if kind == "short":
+            position = position[:-1]
+        pairs.append((START + k, joint_state(stamp, names, position, velocity)))
+    return pairs, sorted(draw(st.lists(st.integers(0, len(pairs)), max_size=3)))
+
+
+@settings(max_examples=150)
+@given(case=sequences())
+def test_any_sequence_cut_anywhere_gives_the_bits_of_the_stream(forging, case):
+    assert_same(forging, *case)
+
+
+def test_measured_joints_that_are_not_the_active_ones_give_the_bits_of_the_stream(forging):
+    state = forging.close(forging.reference)
+    measured = ("q1", "q2", "q3", "q4")
+    at = [float(state.s[forging.coordinates.index(name)]) for name in measured]
+    pairs = [(k, joint_state(START + 10 * MS * k, measured, np.add(at, 1e-4 * k), [0.01] * 4)) for k in range(20)]
+    assert assert_same(forging, pairs, (5,), measured)
+
+
+def test_jitter_and_long_streams_give_the_bits_of_the_stream(forging):
+    rng = np.random.default_rng(4)
+    stamps = START + np.cumsum(rng.integers(1, 20 * MS, 400))
+    rates = [() if k < 200 else rng.normal(0, 0.01, 4) for k in range(400)]
+    at = [0.1, 0.1, 0.15, 0.2, *rng.normal(0, 0.001, (400, 4))]
+    pairs = [(k, joint_state(int(t), ACTIVE, at[k], rates[k])) for k, t in enumerate(stamps)]
+    assert_same(forging, pairs, (100, 199, 300))

@@ -1,0 +1,208 @@
+"""What is made, told, exported and identified, by the command and by the functions under it."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hybrid_dynamics_cli.app import app
+from hybrid_dynamics_core import load
+from hybrid_dynamics_core.dynamics.parameters import described_parameters
+from hybrid_dynamics_ros.offline.collect import collect
+from hybrid_dynamics_ros.offline.identify import identify_track
+from hybrid_dynamics_ros.offline.make import read_trajectory, simulated, write_trajectory
+from hybrid_dynamics_ros.offline.many import attempt, run_jobs
+from hybrid_dynamics_ros.offline.process import INPUT, Job, Outcome, process
+from tests.bags.messages import bag, joint_state, motion_of, recorded
+
+ROBOT = "forging_chu2020"
+MS = 10**6
+
+
+def npz(path):
+    """The columns of a file."""
+    with np.load(path) as file:
+        return dict(file)
+
+
+def run(*arguments, code=0):
+    """The command's output."""
+    done = CliRunner().invoke(app, ["bag", *map(str, arguments)], catch_exceptions=False)
+    assert done.exit_code == code, done.output
+    return done.output
+
+
+def test_a_trajectory_file_becomes_a_bag_and_comes_back(forging, tmp_path):
+    time, u, du, _ = motion_of(forging, 50)
+    head = ",".join(["time", *forging.active, *(f"{name}.velocity" for name in forging.active)])
+    table = np.column_stack([time, u, du])
+    np.savetxt(tmp_path / "a.csv", table, fmt="%.17g", delimiter=",", header=head, comments="")
+    np.savez(tmp_path / "a.npz", time=time, position=u, velocity=du)
+    for name in ("a.csv", "a.npz"):
+        run("make", tmp_path / "bag", "--robot", ROBOT, "--trajectory", tmp_path / name)
+        run("export", tmp_path / "bag", tmp_path / "tables", "--format", "npz")
+        table = npz(tmp_path / "tables" / "hybrid_dynamics.active_joint_states.npz")
+        for k, joint in enumerate(forging.active):
+            assert np.array_equal(table[f"position[{joint}]"], u[:, k])
+            assert np.array_equal(table[f"velocity[{joint}]"], du[:, k])
+        assert np.array_equal(np.diff(table["header.stamp_ns"]), np.full(49, 10 * MS))
+
+
+def test_a_saved_simulation_becomes_a_trajectory(tmp_path):
+    from hybrid_dynamics_core.simulation import simulate
+
+    robot = load("five_bar")
+    motion = simulate(robot, robot.reference, None, None, (0.0, 0.05))
+    for name in ("a.npz", "a.csv"):
+        motion.save(tmp_path / name)
+        found = read_trajectory(tmp_path / name, robot)
+        assert np.array_equal(found.time, motion.t)
+        assert np.array_equal(found.position, motion.u)
+        assert np.array_equal(found.effort, motion.tau)
+
+
+def test_a_simulation_has_the_noise_that_was_asked_for(forging, tmp_path):
+    motion = simulated(forging, 5.0, 500.0)
+    noisy = motion.noisy({"position": 1e-4, "effort": 3.0})
+    assert (noisy.position - motion.position).std() == pytest.approx(1e-4, rel=0.05)
+    assert (noisy.effort - motion.effort).std() == pytest.approx(3.0, rel=0.05)
+    assert noisy.velocity is motion.velocity
+    told = run("make", tmp_path / "bag", "--robot", ROBOT, "--seconds", 1, "--noise", "weight=3", code=2)
+    assert "position, velocity, effort" in told
+
+
+def test_exports_agree_whatever_the_format(forging, tmp_path):
+    pytest.importorskip("pyarrow")
+    from pyarrow import parquet
+
+    process(Job(bag(tmp_path / "in", recorded(forging, 20)), tmp_path / "out", ROBOT))
+    for kind in ("csv", "npz", "parquet"):
+        run("export", tmp_path / "out", tmp_path / kind, "--format", kind, "--topic", "/hybrid_dynamics/closed_state")
+    name = "hybrid_dynamics.closed_state"
+    with (tmp_path / "csv" / f"{name}.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    columns = npz(tmp_path / "npz" / f"{name}.npz")
+    table = parquet.read_table(tmp_path / "parquet" / f"{name}.parquet")
+    assert len(rows) == 20
+    for column in ("residual", "singularity[theta_2]", "to_lower[q12]", "nearest_loop"):
+        expected = [row[column] for row in rows]
+        assert [str(value) for value in columns[column].tolist()] == expected
+        assert [str(value) for value in table[column].to_pylist()] == expected
+
+
+@pytest.mark.parametrize(("smooth", "least"), [("causal", 1.0), ("savgol", 20.0), ("spline", 20.0)])
+def test_smoothing_with_the_future_has_no_lag(smooth, least, forging, tmp_path):
+    """Beside the causal filter's error, smoothing is at least `least` times smaller."""
+    time, u, du, ddu = motion_of(forging, 400, 200.0)
+    pairs = [
+        (round(t * 1e9), joint_state(round(t * 1e9), forging.active, p, v)) for t, p, v in zip(time, u, du, strict=True)
+    ]
+    track = collect(bag(tmp_path / "in", pairs), ROBOT, smooth=smooth)
+    inner = (track.time > 0.4) & (track.time < 1.6)
+    error = np.abs(track.acceleration[inner] - ddu[-len(track.time) :][inner]).max()
+    lag = np.abs(ddu).max() * 3.0 * 0.0205  # what a delay of the filter's lag does to the fastest sine
+    assert error < lag / least
+
+
+def test_identification_finds_base_parameters_within_its_confidence(forging, tmp_path):
+    motion = simulated(forging, 40.0, 100.0, seed=5).noisy({"effort": 0.5})
+    write_trajectory(tmp_path / "rec", motion, INPUT, {"robot": ROBOT})
+    found = identify_track(collect(tmp_path / "rec", smooth="spline"))
+    truth = found.result.base.values(described_parameters(forging.description).values(forging.description))
+    inside = (truth > found.result.interval[:, 0]) & (truth < found.result.interval[:, 1])
+    assert inside.mean() > 0.85  # of 43 independent 95 % intervals fewer are as good as never inside
+    assert found.noise == pytest.approx(0.5, rel=0.1)  # held out: nothing but the noise is left
+    assert found.held == pytest.approx(1000, abs=20)
+    told = json.loads(run("identify", tmp_path / "rec", "--json"))
+    assert len(told["base"]) == found.result.base.size
+    assert run("identify", tmp_path / "rec", "--topic", "/none", code=1).startswith("Error: ")
+
+
+def test_a_wrong_robot_file_is_seen_in_the_held_out_part(forging, tmp_path):
+    motion = simulated(forging, 20.0, 100.0, seed=5).noisy({"effort": 0.5})
+    heavier = motion.effort * 1.1
+    write_trajectory(
+        tmp_path / "rec",
+        type(motion)(motion.names, motion.time, motion.position, motion.velocity, heavier),
+        INPUT,
+        {"robot": ROBOT},
+    )
+    found = identify_track(collect(tmp_path / "rec", smooth="spline"))
+    assert (found.before > 2.0 * found.noise)[:3].all()  # q4 carries next to nothing
+
+
+def test_a_report_stands_alone_and_tells_of_gaps_and_bad_samples(forging, tmp_path):
+    pairs = recorded(forging, 60)
+    pairs[20] = (pairs[20][0], joint_state(pairs[20][0], forging.active, [0.0, 0.9, 0.1, 0.0], [0.0] * 4))
+    time, u, du, _ = motion_of(forging, 30)
+    start = pairs[-1][0] + 3000 * MS
+    late = [
+        (start + round(t * 1e9), joint_state(start + round(t * 1e9), forging.active, p, v, [1.0] * 4))
+        for t, p, v in zip(time, u, du, strict=True)
+    ]
+    bag(tmp_path / "rec", pairs + late)
+    told = run("report", tmp_path / "rec", "--robot", ROBOT)
+    page = (tmp_path / "rec.html").read_text(encoding="utf-8")
+    assert "89 accepted" in told
+    assert page.count("<svg") == 6
+    for part in re.findall(r"<svg.*?</svg>", page, re.DOTALL):
+        ElementTree.fromstring(part)
+    outside = re.findall(r'(?:src|href)="(?!#)[^"]*"', page)
+    assert [link for link in outside if "w3.org" not in link] == []
+    assert "refused by the model" in page
+    assert "<td>gaps</td><td>1</td>" in page
+    assert "recorded less computed" in page
+    assert len(set(re.findall(r' id="([^"]+)"', page))) == len(re.findall(r' id="([^"]+)"', page))
+
+
+def test_many_bags_give_the_same_in_processes_and_a_failed_one_is_told(forging, tmp_path):
+    (tmp_path / "night").mkdir()
+    for k in range(2):
+        bag(tmp_path / "night" / f"b{k}", recorded(forging, 30, seed=k))
+    (tmp_path / "night" / "c.mcap").write_bytes(b"no")
+    told = run("process", tmp_path / "night", tmp_path / "one", "--robot", ROBOT, code=1)
+    assert "c.mcap: failed: c.mcap: 2 bytes" in told
+    run("process", tmp_path / "night", tmp_path / "two", "--robot", ROBOT, "--jobs", 2, code=1)
+    for k in range(2):
+        one, two = (tmp_path / name / f"b{k}" / f"b{k}.mcap" for name in ("one", "two"))
+        assert one.read_bytes() == two.read_bytes()
+    assert sorted(p.name for p in (tmp_path / "two").iterdir()) == ["b0", "b1"]
+
+
+def test_a_dask_cluster_gives_the_same(forging, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    source = bag(tmp_path / "in", recorded(forging, 30))
+    one, two = (Job(source, tmp_path / name / "out", ROBOT) for name in ("one", "two"))
+    assert isinstance(attempt(one), Outcome)
+    with distributed.LocalCluster(1, processes=False, dashboard_address=None, threads_per_worker=1) as cluster:
+        results = run_jobs([two, Job(tmp_path / "none", tmp_path / "o", ROBOT)], scheduler=cluster.scheduler_address)
+    assert isinstance(results[0], Outcome)
+    assert "no such bag" in results[1]
+    assert (one.target / "out.mcap").read_bytes() == (two.target / "out.mcap").read_bytes()
+
+
+def test_parameters_of_the_node_count_here_too(forging, tmp_path):
+    source = bag(tmp_path / "in", recorded(forging, 30))
+    params = tmp_path / "p.yaml"
+    params.write_text(
+        "/**:\n  ros__parameters:\n    payload: {mass: 50.0}\n    rates: {joint_states: -1}\n", encoding="utf-8"
+    )
+    run("process", source, tmp_path / "plain", "--robot", ROBOT)
+    run("process", source, tmp_path / "laden", "--robot", ROBOT, "--params", params)
+    for name in ("plain", "laden"):
+        run("export", tmp_path / name, tmp_path / f"{name}_t", "--format", "npz")
+    assert not (tmp_path / "laden_t" / "hybrid_dynamics.joint_states.npz").exists()
+    plain, laden = (
+        npz(tmp_path / f"{name}_t" / "hybrid_dynamics.required_efforts.npz")["effort[q12]"]
+        for name in ("plain", "laden")
+    )
+    assert np.abs(laden - plain).min() > 100.0
+    params.write_text("/**:\n  ros__parameters: {payload: {mas: 1.0}}\n", encoding="utf-8")
+    assert "payload.mas" in run("process", source, Path(tmp_path / "x"), "--robot", ROBOT, "--params", params, code=1)
