@@ -6,6 +6,9 @@ import time
 from collections.abc import Hashable
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 
 class Throttle:
     """Lets one line of each kind through in a period, and counts those it held back."""
@@ -73,3 +76,18 @@ class Pace:
         # On a grid of periods, so that jitter of the stamps does not lower the rate.
         self._next = self._next + period if 0 <= behind < period else stamp_ns + period
         return True
+
+    def due_rows(self, stamps_ns: NDArray[np.int64], rate: float) -> NDArray[np.intp]:
+        """Which of many messages, one after the other, go out: what `due` says of each."""
+        if rate <= 0.0:
+            return np.arange(len(stamps_ns) if rate == 0.0 else 0)
+        if not len(stamps_ns) or stamps_ns[0] < self._last or (np.diff(stamps_ns) < 0).any():
+            return np.flatnonzero([self.due(stamp, rate) for stamp in stamps_ns.tolist()])
+        rows: list[int] = []
+        at = int(np.searchsorted(stamps_ns, self._next))
+        while at < len(stamps_ns):  # stamps that rise: all before the next one are early
+            self.due(int(stamps_ns[at]), rate)
+            rows.append(at)
+            at = max(at + 1, int(np.searchsorted(stamps_ns, self._next)))
+        self._last = int(stamps_ns[-1])
+        return np.array(rows, dtype=np.intp)

@@ -50,20 +50,13 @@ class Output:
 
     def blocks(self, channel: int, motion: Motion) -> Iterator[Block]:
         """The messages of the motion."""
-        rows = self._due(motion.stamp_ns)
+        rows = self.pace.due_rows(motion.stamp_ns, self.rate)
         if not len(rows):
             return
         for own, template, values in self.make(motion, rows):
             stamps = motion.stamp_ns[own]
             head = {"sec": stamps // _NS, "nanosec": stamps % _NS}
             yield Block.filled(channel, motion.log_ns[own], template, {**head, **values})
-
-    def _due(self, stamps: NDArray[np.int64]) -> Rows:
-        if self.rate == 0.0:
-            return np.arange(len(stamps))
-        if self.rate < 0.0:
-            return np.zeros(0, dtype=np.intp)
-        return np.flatnonzero([self.pace.due(stamp, self.rate) for stamp in stamps.tolist()])
 
 
 def outputs_of(robot: Robot, loads: Loads, settings: Settings) -> list[Output]:

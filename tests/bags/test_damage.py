@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -198,3 +201,28 @@ def test_wrong_bags_are_told_in_words(forging, tmp_path):
         process(Job(path, path, "forging_chu2020"))
     assert process(Job(path, tmp_path / "out", "forging_chu2020")).samples == 5  # the only topic of the type
     assert sorted(p.name for p in tmp_path.iterdir()) == ["in", "out"]
+
+
+def test_ctrl_c_leaves_nothing_behind(forging, tmp_path):
+    write_trajectory(tmp_path / "in", simulated(forging, 60.0, 3000.0), INPUT, {})
+    command = ["bag", "process", "in", "out", "--robot", "forging_chu2020"]
+    done = subprocess.Popen(
+        [sys.executable, "-m", "hybrid_dynamics_cli", *command],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )
+    deadline = time.monotonic() + 60.0
+    while not any(tmp_path.glob(".out.*/out/out.mcap")):
+        assert done.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    done.send_signal(signal.SIGINT)
+    assert done.wait(30.0) == 1
+    assert [p.name for p in tmp_path.iterdir()] == ["in"]
+
+
+def test_bags_need_no_ros():
+    code = (
+        "import sys, hybrid_dynamics_ros.offline.process; sys.exit(bool({'rclpy', 'sensor_msgs'} & set(sys.modules)))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False, cwd=ROOT).returncode == 0

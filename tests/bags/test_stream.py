@@ -114,6 +114,6 @@ def test_jitter_and_long_streams_give_the_bits_of_the_stream(forging):
     rng = np.random.default_rng(4)
     stamps = START + np.cumsum(rng.integers(1, 20 * MS, 400))
     rates = [() if k < 200 else rng.normal(0, 0.01, 4) for k in range(400)]
-    at = [0.1, 0.1, 0.15, 0.2, *rng.normal(0, 0.001, (400, 4))]
+    at = np.add([0.1, 0.1, 0.15, 0.2], rng.normal(0, 1e-3, (400, 4)))
     pairs = [(k, joint_state(int(t), ACTIVE, at[k], rates[k])) for k, t in enumerate(stamps)]
     assert_same(forging, pairs, (100, 199, 300))

@@ -5,7 +5,7 @@ import pytest
 
 from hybrid_dynamics_core.errors import ClosureError, HybridDynamicsError, InputError, SingularityError
 from hybrid_dynamics_ros.samples import JointOrder, JointSample, RejectedError, RejectionCode, rejection_of
-from hybrid_dynamics_ros.throttle import Throttle
+from hybrid_dynamics_ros.throttle import Pace, Throttle
 
 NAMES = ["a", "b", "c"]
 
@@ -96,3 +96,14 @@ def test_the_throttle_lets_one_line_of_a_kind_through_in_a_period_and_counts_the
 def test_a_throttle_without_a_period_lets_everything_through():
     throttle = Throttle(period=0.0)
     assert [throttle.admit("a", now=1.0) for _ in range(3)] == [0, 0, 0]
+
+
+@pytest.mark.parametrize("rate", [-1.0, 0.0, 100.0, 333.3])
+def test_many_messages_are_due_as_one_after_the_other(rate):
+    rng = np.random.default_rng(1)
+    steps = rng.choice([0, 10**6, 3 * 10**6, 10**7, 10**9, -(10**7)], 2000, p=[0.1, 0.5, 0.2, 0.18, 0.01, 0.01])
+    stamps = 10**10 + np.cumsum(steps)
+    one, many = Pace(), Pace()
+    expected = [k for k, stamp in enumerate(stamps.tolist()) if one.due(stamp, rate)]
+    found = [start + many.due_rows(stamps[start : start + 50], rate) for start in range(0, 2000, 50)]
+    assert np.concatenate(found).tolist() == expected
