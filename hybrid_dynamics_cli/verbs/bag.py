@@ -22,7 +22,10 @@ class BagVerbs(click.Group):
         """The verb of a name."""
         if cmd_name not in VERBS:
             return None
-        command: click.Command = import_module(f"..bags.{cmd_name}", __package__).command
+        try:
+            command: click.Command = import_module(f"..bags.{cmd_name}", __package__).command
+        except ModuleNotFoundError as error:
+            raise _missing(error) from error
         return command
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -31,12 +34,16 @@ class BagVerbs(click.Group):
             errors = import_module("hybrid_dynamics_ros.offline.errors")
             import_module("hybrid_dynamics_ros.offline.source")
         except ModuleNotFoundError as error:
-            raise click.ClickException(f"{NEEDS} (there is no module {error.name})") from error
+            raise _missing(error) from error
         parameters = import_module("hybrid_dynamics_ros.parameters")
         try:
             return super().invoke(ctx)
         except (errors.BagError, parameters.ParameterError) as error:
             raise click.ClickException(str(error)) from error
+
+
+def _missing(error: ModuleNotFoundError) -> click.ClickException:
+    return click.ClickException(f"{NEEDS} (there is no module {error.name})")
 
 
 EPILOG = """\b
