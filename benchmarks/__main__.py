@@ -1,12 +1,15 @@
-"""`python -m benchmarks [--quick] [--output FILE] [--sides NAME ...]`."""
+"""`python -m benchmarks [--quick] [--output FILE] [--publish] [--sides NAME ...]`."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from .report import report
+from . import publish
+from .report import measured
 from .run import MODULES
+
+ROOT = Path(__file__).resolve().parent.parent
 
 
 def main() -> None:
@@ -15,9 +18,14 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="few short rounds: only to see that it runs")
     parser.add_argument("--output", type=Path, help="write the report (Markdown) to this file too")
     parser.add_argument("--sides", nargs="+", choices=MODULES, default=MODULES, help="which engines")
+    parser.add_argument("--publish", action="store_true", help="put the tables into README.md and docs/performance.md")
     arguments = parser.parse_args()
-    text = report(arguments.quick, tuple(arguments.sides))
+    found = measured(arguments.quick, tuple(arguments.sides))
+    text = found.text
     print(text, end="")
+    if arguments.publish:
+        publish.put(ROOT / "docs" / "performance.md", "report", text.splitlines())
+        publish.put(ROOT / "README.md", "short", found.short)
     if arguments.output is not None:
         arguments.output.write_text(text, encoding="utf-8")
 

@@ -20,6 +20,7 @@ import signal
 import struct
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -57,7 +58,7 @@ def main() -> None:
     for what in ("node",) if options.alone else ("echo", "node"):
         with _subject(what, options.robot) as process, _caller(options.calls and what == "node"):
             used = _cpu(process.pid)
-            found = _measure(options.robot, [(options.rate, options.seconds)])
+            found = _measure(options.robot, [(options.rate, options.seconds)], echoed=what == "echo")
             busy = (_cpu(process.pid) - used) / options.seconds
         print(f"{what:5s} {_line(found, options.rate * (options.seconds - WARM_UP))}  processor {100 * busy:.0f} %")
 
@@ -66,9 +67,17 @@ def flood(options: argparse.Namespace) -> None:
     """Latency before, memory during and latency after a flood."""
     plan = [(200.0, 5.0), (10000.0, options.seconds), (200.0, 5.0)]
     with _subject("node", options.robot) as process:
-        before = _memory(process.pid)
+        over, sizes = threading.Event(), [(time.time(), _memory(process.pid))]
+
+        def watch() -> None:
+            while not over.wait(0.25):
+                sizes.append((time.time(), _memory(process.pid)))
+
+        watcher = threading.Thread(target=watch)
+        watcher.start()
         found = _measure(options.robot, plan)
-        after = _memory(process.pid)
+        over.set()
+        watcher.join()
     sent = np.array(found["sent"])
     latency, stamp = np.array(found["latency"]), np.array(found["stamp"]) * 1e-9
     ends = np.cumsum([seconds for _, seconds in plan]) + found["begin"]
@@ -78,7 +87,10 @@ def flood(options: argparse.Namespace) -> None:
     last = stamp[(stamp > ends[0]) & (stamp < ends[1])]
     print(f"sent {sent.size}, answered {latency.size}, of them in the flood {last.size}")
     print(f"usual latency, 99 %: {1e3 * usual:.2f} ms; as usual again {1e3 * recovery:.0f} ms after the flood")
-    print(f"memory of the node {before:.1f} MB before, {after:.1f} MB after")
+    early, late = (next(size for when, size in sizes if when >= at) for at in (ends[0] + 2.0, ends[1]))
+    print(
+        f"memory of the node {sizes[0][1]:.1f} MB before, {early:.1f} MB 2 s into the flood, {late:.1f} MB at its end"
+    )
 
 
 def soak(options: argparse.Namespace) -> None:
@@ -95,9 +107,9 @@ def soak(options: argparse.Namespace) -> None:
             )
 
 
-def _measure(robot: str, plan: list[tuple[float, float]]) -> dict[str, Any]:
+def _measure(robot: str, plan: list[tuple[float, float]], *, echoed: bool = False) -> dict[str, Any]:
     """What was sent and what came back; plan: rate [Hz] and seconds, one after the other."""
-    settings = {"robot": robot, "plan": plan}
+    settings = {"robot": robot, "plan": plan, "echoed": echoed}
     receiver = _start("receive", settings)
     sender = _start("send", settings)
     sent, received = (json.loads(process.communicate()[0].splitlines()[-1]) for process in (sender, receiver))
@@ -149,7 +161,7 @@ def _subject(what: str, robot: str) -> Iterator[subprocess.Popen[str]]:
     if what == "echo":
         process = _start("echo", {})
     else:
-        words = [*("--ros-args", "-p", f"robot:={robot}", "-p", "qos.output_depth:=1000"), "--log-level", "error"]
+        words = [*("--ros-args", "-p", f"robot:={robot}"), "--log-level", "error"]
         process = subprocess.Popen([sys.executable, "-m", "hybrid_dynamics_ros.node", *words], text=True)
     try:
         time.sleep(6.0)  # until it is up, workers too
@@ -231,7 +243,7 @@ def send(settings: dict[str, Any]) -> None:
     rclpy.shutdown()
 
 
-def receive(_settings: dict[str, Any]) -> None:
+def receive(settings: dict[str, Any]) -> None:
     """Note when the answers to each stamp came; print them once all is quiet."""
     import rclpy
     from hybrid_dynamics_msgs.msg import ClosedState
@@ -249,9 +261,8 @@ def receive(_settings: dict[str, Any]) -> None:
         arrivals.setdefault(seconds * 10**9 + nanoseconds, []).append(time.time_ns())
         last[0] = time.monotonic()
 
-    echoed = not any(name == "hybrid_dynamics" for name in _nodes(node))
     for topic in ANSWERS:
-        kind = ClosedState if topic.endswith("closed_state") and not echoed else JointState
+        kind = ClosedState if topic.endswith("closed_state") and not settings["echoed"] else JointState
         node.create_subscription(kind, topic, note, DEPTH, raw=True)
     executor = make_executor()
     executor.add_node(node)
@@ -289,11 +300,6 @@ def call(_settings: dict[str, Any]) -> None:
 
 
 # -- what the system tells ---------------------------------------------------------------------------------------------
-
-
-def _nodes(node: Any) -> list[str]:
-    time.sleep(1.5)  # until they are found
-    return list(node.get_node_names())
 
 
 def _memory(pid: int) -> float:

@@ -2,11 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from . import agree, goals, machine, run, table
+
+
+@dataclass(frozen=True)
+class Report:
+    """The whole report as Markdown, and its shortest form."""
+
+    text: str
+    short: list[str]
 
 
 def report(quick: bool = False, modules: tuple[str, ...] = run.MODULES) -> str:
     """The whole report as Markdown; `quick`: few short rounds, to see that it runs."""
+    return measured(quick, modules).text
+
+
+def measured(quick: bool = False, modules: tuple[str, ...] = run.MODULES) -> Report:
+    """Measure, and tell."""
     rounds, seconds = (3, 0.001) if quick else (9, 0.02)
     notes: list[str] = []
     robot = run.forging()
@@ -34,4 +49,4 @@ def report(quick: bool = False, modules: tuple[str, ...] = run.MODULES) -> str:
         "",
         *notes,
     ]
-    return "\n".join(lines).rstrip() + "\n"
+    return Report("\n".join(lines).rstrip() + "\n", table.short(times))

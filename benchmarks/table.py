@@ -35,6 +35,17 @@ def comparison(times: Mapping[str, Mapping[str, Timing]]) -> list[str]:
     return lines
 
 
+def short(times: Mapping[str, Mapping[str, Timing]]) -> list[str]:
+    """One row an engine: one call of inverse dynamics, and a state of a batch."""
+    one, batch = times.get("id", {}), times.get("id_batch", {})
+    lines = ["| inverse dynamics of the forging robot | one call from Python | batch, a state |", "|---|---:|---:|"]
+    for name, timing in sorted(one.items(), key=lambda item: item[1].median):
+        shown = f"**{name}**" if name == OURS else name
+        many = time_text(batch[name].median) if name in batch else ""
+        lines.append(f"| {shown} | {time_text(timing.median)} | {many} |")
+    return lines
+
+
 def scaling(rows: Sequence[tuple[int, float, float, float, float]]) -> list[str]:
     """One row a chain."""
     lines = [

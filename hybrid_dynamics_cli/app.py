@@ -17,7 +17,9 @@ VERBS = {  # in the order in which they are shown: name -> module
     "ik": "ik",
     "id": "inverse_dynamics",
     "fd": "forward_dynamics",
+    "simulate": "simulate",
     "branches": "branches",
+    "export": "export",
     "bag": "bag",
     "benchmark": "benchmark",
 }

@@ -52,6 +52,11 @@ def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     return "\n".join([line(head), line(["-" * width for width in widths]), *map(line, cells)])
 
 
+def counted(count: int, what: str) -> str:
+    """`1 loop`, `2 loops`."""
+    return f"{count} {what}" + ("" if count == 1 else "s")
+
+
 def unit(joint_type: str, rate: str = "") -> str:
     """Unit of a coordinate, or with `rate` of its rates: `/s`, `/s^2`."""
     return ("rad" if joint_type == "revolute" else "m") + rate

@@ -47,6 +47,8 @@ def signs_of_names(plan: ClosurePlan, signs: Array, branch: Mapping[str, str]) -
 
     InputError for a loop or mode that does not exist.
     """
+    if not isinstance(branch, Mapping):
+        raise InputError(f"branch: expected assembly modes by loop name, got {branch!r}")
     result = np.array(signs)
     loops = list(dict.fromkeys(step.name for step in plan.steps))
     for loop, name in branch.items():

@@ -69,6 +69,11 @@ class RobotKernels:
         return self._fused(f"jacobian {self._frame}", programs.jacobian(self._find(self._frame)))
 
     @cached_property
+    def pose_and_jacobian(self) -> Call:
+        """(u) -> position (3,), rotation (3, 3) and Jacobian (6, n): what a step of inverse kinematics needs."""
+        return self._fused(f"pose and jacobian {self._frame}", programs.pose_and_jacobian(self._find(self._frame)))
+
+    @cached_property
     def inverse_dynamics(self) -> Call:
         """(u, du, ddu) -> tau (n,): actuator torques and forces; Chu (2020), Eq. 25."""
         return self._loaded("inverse_dynamics", programs.inverse_dynamics)

@@ -43,6 +43,8 @@ def vectors(name: str, value: ArrayLike, names: tuple[str, ...], rows: int | Non
 
 def finite_where_good(results: Mapping[str, Array], codes: NDArray[np.int64]) -> None:
     """InputError where a state that closes has a result that is no number: its input is too large to compute with."""
+    if np.ndim(codes) == 0 and all(np.isfinite(value).all() for value in results.values()):
+        return  # one state, and nothing wrong with it: by far the most frequent case
     for name, value in results.items():
         good = np.isfinite(value).reshape(*np.shape(codes), -1).all(axis=-1) | (codes != 0)
         if not np.all(good):

@@ -23,6 +23,8 @@ def load(robot: str | os.PathLike[str]) -> Robot:
 
     Raises InputError for a name that is neither, DescriptionError for a file that is wrong.
     """
+    if not isinstance(robot, (str, os.PathLike)):
+        raise InputError(f"a robot is named by a text or a path, not by {robot!r} ({type(robot).__name__})")
     name = os.fspath(robot)
     if name in shipped_robots():
         resource = resources.files(__package__).joinpath("robots", f"{name}.yaml")

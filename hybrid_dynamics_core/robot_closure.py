@@ -47,8 +47,13 @@ class ClosingRobot:
         self._gravity = description.gravity
         self._kernels: dict[str, Kernel] = {}
         self._given_models: dict[tuple[str, ...], programs.Model] = {}
+        self._branches: dict[bytes, Mapping[str, str]] = {}
 
     # -- names -------------------------------------------------------------------------------------------------
+
+    def __reduce__(self) -> tuple[type[ClosingRobot], tuple[RobotDescription]]:
+        """A robot is its description: what is pickled or copied is made anew from it."""
+        return type(self), (self.description,)
 
     @property
     def name(self) -> str:
@@ -286,10 +291,15 @@ class ClosingRobot:
                 value[codes != 0] = np.nan
         finite_where_good(values, codes)
         residual = np.abs(values["residuals"]).max(axis=-1, initial=0.0)
-        status = np.where(codes == 0, 0, np.where(codes % 2 == 1, ClosureStatus.UNREACHABLE, ClosureStatus.SINGULAR))
-        status = np.where(codes == JUMP, ClosureStatus.SINGULAR, status)
         single = u.ndim == 1
-        iterations = np.nan_to_num(values["iterations"][..., 0]).astype(int)
+        iterations: int | np.ndarray
+        if single and int(codes) == 0:  # by far the most frequent case
+            status: ClosureStatus | np.ndarray = ClosureStatus.OK
+            iterations = int(values["iterations"][0])
+        else:
+            odd = np.where(codes % 2 == 1, ClosureStatus.UNREACHABLE, ClosureStatus.SINGULAR)
+            status = np.where(codes == 0, 0, np.where(codes == JUMP, ClosureStatus.SINGULAR, odd))
+            iterations = np.nan_to_num(values["iterations"][..., 0]).astype(int)
         return ClosedState(
             u=frozen(u),
             du=frozen(du),
@@ -298,7 +308,7 @@ class ClosingRobot:
             R=values["R"],
             bias=values["bias"],
             residual=float(residual) if single else residual,
-            branch=self._branch_names(self._model.plan, signs),
+            branch=self._named_branch(signs),
             signs=signs,
             loops=self.loops,
             distances=self._by_loop(values["distances"]),
@@ -309,12 +319,25 @@ class ClosingRobot:
     def _by_loop(self, distances: Array) -> Array:
         """Distances of the steps (..., steps) -> the smallest of each entry of `loops`."""
         columns = self._loop_columns
-        return np.stack([distances[..., part].min(axis=-1) for part in columns], axis=-1) if columns else distances
+        if all(len(part) == 1 for part in columns):  # a step for each loop, in the same order
+            return distances
+        if [k for part in columns for k in part] == list(range(distances.shape[-1])):  # each loop's steps in a row
+            nearest: Array = np.minimum.reduceat(distances, [part[0] for part in columns], axis=-1)
+            return nearest
+        return np.stack([distances[..., part].min(axis=-1) for part in columns], axis=-1)
 
     @cached_property
     def _loop_columns(self) -> list[list[int]]:
+        """For each of `loops` its steps."""
         names = [step.name for step in self._model.plan.steps]
         return [[k for k, name in enumerate(names) if name == loop] for loop in self.loops]
+
+    def _named_branch(self, signs: Array) -> Mapping[str, str]:
+        """Names of the modes; motions stay on theirs, so they are looked up once."""
+        key = signs.tobytes()
+        if key not in self._branches:
+            self._branches[key] = self._branch_names(self._model.plan, signs)
+        return self._branches[key]
 
     def kernel(self, key: str, program: programs.Program, model: programs.Model | None = None) -> Kernel:
         """The kernel of a program, made when first asked for; `key` tells programs and models apart."""

@@ -21,6 +21,7 @@ from .dynamics.mass import mass_singularity
 from .dynamics.parameters import Parameters, described_parameters
 from .dynamics.pins import Pin, find_pins
 from .dynamics.reactions import Reactions, named_reactions
+from .errors import InputError
 from .inputs import finite_where_good
 from .robot_closure import ClosingRobot
 from .state import ClosedState
@@ -132,7 +133,7 @@ class RobotDynamics(ClosingRobot):
                 return values["ddu"], float(values["power"])
             if code == programs.MASS_SINGULAR:
                 mass = self.minimal_form(self.close(u, du, near=state), loads)[0]
-                raise mass_singularity(mass, code, self.active)
+                raise mass_singularity(mass, np.array(True), self.active)
             return np.full_like(u, np.nan), np.nan
 
         return motion
@@ -195,15 +196,17 @@ class RobotDynamics(ClosingRobot):
         loading, arrays = self._load_inputs(loads, None if state.u.ndim == 1 else len(state.u))
         inputs = {"u": state.u, "du": state.du, "branch": state.signs, "guess": state.s, "gravity": loads.gravity}
         values, codes = self._run(loading.key(key), program(loading), None, **inputs, **arrays, **more)
-        if (codes == programs.MASS_SINGULAR).any():
-            mass = self.minimal_form(state, loads)[0]
-            raise mass_singularity(mass, codes, self.active)
+        singular = np.asarray(codes == programs.MASS_SINGULAR)
+        if singular.any():
+            raise mass_singularity(self.minimal_form(state, loads)[0], singular, self.active)
         for value in values.values():
             value[codes != 0] = np.nan
         finite_where_good(values, codes)
         return values
 
     def _load_inputs(self, loads: Loads, rows: int | None) -> tuple[Loading, dict[str, Array]]:
+        if not isinstance(loads, Loads):
+            raise InputError(f"expected Loads, such as robot.loads, got {type(loads).__name__}")
         known = self._known_loads.get(loads)
         if known is None:
             known = load_inputs(loads, self._model.tree, self._frame, rows)

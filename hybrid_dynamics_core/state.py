@@ -8,7 +8,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from .description.model import Array
+from .description.model import Array, Picklable
 
 
 class ClosureStatus(IntEnum):
@@ -20,7 +20,7 @@ class ClosureStatus(IntEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class ClosedState:
+class ClosedState(Picklable):
     """A state with its loops closed; for a batch every array has a leading N.
 
     Coordinates s = [u; z] in the order of `robot.coordinates`, [rad] or [m], rates per second.

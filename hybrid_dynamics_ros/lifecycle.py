@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import traceback
 from collections.abc import Callable, Sequence
 from typing import Any, Final
@@ -88,6 +89,9 @@ class HybridDynamicsNode(LifecycleNode):
         except Exception:  # noqa: BLE001 - rclpy would leave a fault unsaid
             return self._fail(f"fault of the node:\n{traceback.format_exc()}")
         self._runtime, self._failure = runtime, ""
+        # What a robot is made of stays: a collection that looks through all of it would hold up the stream for long.
+        gc.collect()
+        gc.freeze()
         self._calls.open(runtime)
         self._description.publish(String(data=to_urdf(robot.description)))
         self.get_logger().info(f"robot {robot.name}: active joints {', '.join(robot.active)}")
@@ -126,6 +130,7 @@ class HybridDynamicsNode(LifecycleNode):
         if self._runtime is not None:
             self.get_logger().info(f"stopped: {self.summary()}")
         self._stream = self._runtime = None
+        gc.unfreeze()
 
     def _set_active(self, state: LifecycleState, *, active: bool) -> TransitionCallbackReturn:
         del state

@@ -49,6 +49,7 @@ class Monitor:
     """Collects while messages flow; reports now and then."""
 
     def __init__(self, strokes: Strokes) -> None:
+        self.skipped = 0  # inputs left out because they came faster than they could be answered
         self.lost = 0  # messages that the middleware threw away
         self.last_error = ""
         self._strokes = strokes
@@ -89,6 +90,7 @@ class Monitor:
             Entry("rejected since last report", str(rejected), Level.WARN if rejected else Level.OK),
             Entry("counts", counts.summary()),
             Entry("lost in the queue", str(self.lost)),
+            Entry("left out under overload", str(self.skipped)),
         ]
 
     def _timing(self, result: MotionResult | None, now_ns: int, settings: Settings) -> list[Entry]:

@@ -186,7 +186,7 @@ TIMEOUT: Final = Parameter[float](
     60.0,
     "Longest time that one service call may be worked on.",
     unit="s",
-    bounds=(0.1, 86400.0),
+    bounds=(0.01, 86400.0),
     change=Change.ANY_TIME,
 )
 QUEUE: Final = Parameter[int](

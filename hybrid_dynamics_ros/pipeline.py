@@ -136,7 +136,6 @@ class Pipeline:
             InputError: the measured coordinates do not determine the others.
         """
         self.robot = robot
-        self.loads = robot.loads
         self.measured = tuple(measured or robot.active)
         self.calibration: Calibration | None = None
         self.mode: ClosedState | None = None
@@ -144,11 +143,16 @@ class Pipeline:
         self._direct = self.measured == robot.active
         self._order = JointOrder(self.measured)
         self._near: ClosedState | None = None
+        self.set_loads(robot.loads)
         self._state: EstimatorState | None = None
         self.set_filter(bandwidth, max_gap)
         if not self._direct:
             start = robot.close(robot.reference)
             robot.close_given({name: float(start.s[robot.coordinates.index(name)]) for name in self.measured})
+
+    def set_loads(self, loads: Loads) -> None:
+        """Everything that acts on the robot, from now on."""
+        self.loads = loads
 
     def set_filter(self, bandwidth: float, max_gap: float) -> None:
         """Another bandwidth [Hz] and gap [s] from now on; the estimates start anew."""

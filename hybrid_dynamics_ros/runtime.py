@@ -72,7 +72,8 @@ class Runtime:
             HybridDynamicsError: the payload is none.
             ParameterError: its frame is none of the robot.
         """
-        conditions, self.pipeline.loads = self._conditions(settings)
+        conditions, loads = self._conditions(settings)
+        self.pipeline.set_loads(loads)
         self.pipeline.calibration = calibration_of(settings, self.measured)
         if any(settings[row] != self.settings[row] for row in (BANDWIDTH, MAX_GAP)):
             self.pipeline.set_filter(settings[BANDWIDTH], settings[MAX_GAP])
@@ -80,7 +81,7 @@ class Runtime:
 
     def change(self, conditions: Conditions) -> None:
         """Work under other conditions from now on; they were checked by whoever made them."""
-        self.pipeline.loads = loads_of(self.robot, conditions)
+        self.pipeline.set_loads(loads_of(self.robot, conditions))
         if conditions.mode is not self.conditions.mode:
             self.pipeline.set_mode(conditions.mode)
         self.conditions = conditions
@@ -112,6 +113,7 @@ class Runtime:
         state = robot.close(robot.reference)
         zero = np.zeros(state.n)
         robot.inverse_dynamics(state, zero, pipeline.loads)
+        robot.kernels.under(pipeline.loads).inverse_dynamics(state.u, zero, zero)
         robot.forward_kinematics(state)
         robot.jacobian(state)
         robot.reactions(state, zero, pipeline.loads)

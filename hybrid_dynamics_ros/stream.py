@@ -11,6 +11,7 @@ from rclpy.event_handler import QoSMessageLostInfo, SubscriptionEventCallbacks, 
 from rclpy.lifecycle import LifecycleNode
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 
@@ -25,6 +26,10 @@ from hybrid_dynamics_ros.throttle import Log, Pace
 from hybrid_dynamics_ros.transforms import tf_output
 
 _QUIET = (None, StampEvent.NEXT, StampEvent.FIRST, StampEvent.REPEATED)
+_BACK_TO_BACK = 2e-4  # [s] between an answer and the next input where there may be more inputs waiting
+_CALM = 0.05  # [s] without a message left out: the overload is over
+_KINDS = (JointState, JointMotion)
+_SAMPLES = (conversions.sample_of_state, conversions.sample_of_motion)
 _STUCK = 3  # inputs with the same stamp, one after the other
 
 
@@ -36,6 +41,9 @@ class Stream:
         self.active = False
         self._node, self._runtime, self._log = node, runtime, log
         self._repeated = 0
+        self._ended = self._took = 0.0  # when the last input was answered, and how long that took [s]
+        self._overloaded, self._skipped_at = False, 0.0
+        self._most = runtime.settings[INPUT_DEPTH] // 2  # inputs that may wait before some are left out
         settings = runtime.settings
         profile = qos.profile(settings[OUTPUT_QOS], settings[OUTPUT_DEPTH])
         table = [
@@ -49,8 +57,8 @@ class Stream:
             kind, filler = tf_output()
             self._outputs.append((self._publisher(kind, "/tf", profile), filler(runtime.robot), TF_RATE, Pace()))
         self._subscriptions = [
-            self._subscription(JointState, "~/active_joint_states", self._on_state),
-            self._subscription(JointMotion, "~/active_joint_motions", self._on_motion),
+            self._subscription(_KINDS[0], "~/active_joint_states", self._on_state),
+            self._subscription(_KINDS[1], "~/active_joint_motions", self._on_motion),
         ]
 
     def destroy(self) -> None:
@@ -66,7 +74,7 @@ class Stream:
     def _subscription(self, kind: type, topic: str, callback: Any) -> Subscription:
         settings = self._runtime.settings
         profile = qos.profile(settings[INPUT_QOS], settings[INPUT_DEPTH])
-        options: dict[str, Any] = {"qos_overriding_options": qos.OVERRIDES}
+        options: dict[str, Any] = {"qos_overriding_options": qos.OVERRIDES, "raw": True}
         lost = SubscriptionEventCallbacks(message_lost=self._on_lost)
         try:
             return self._node.create_subscription(kind, topic, callback, profile, event_callbacks=lost, **options)
@@ -76,15 +84,51 @@ class Stream:
     def _on_lost(self, event: QoSMessageLostInfo) -> None:
         self._runtime.monitor.lost = event.total_count
 
-    def _on_state(self, message: JointState) -> None:
-        self._process(conversions.sample_of_state, message)
+    def _on_state(self, data: bytes) -> None:
+        self._take(0, data)
 
-    def _on_motion(self, message: JointMotion) -> None:
-        self._process(conversions.sample_of_motion, message)
+    def _on_motion(self, data: bytes) -> None:
+        self._take(1, data)
+
+    def _take(self, which: int, data: bytes) -> None:
+        """Answer a message, and all that wait behind it; where there are too many, the newest state wins."""
+        start = time.perf_counter()
+        if not self.active or self._left_out(start):
+            return
+        # Back to back: there may be more waiting.
+        waiting = self._waiting(self._subscriptions[which]) if start < self._ended + _BACK_TO_BACK else []
+        if len(waiting) > self._most:
+            self._overloaded, self._skipped_at = True, start
+            self._runtime.monitor.skipped += len(waiting)
+            self._log.warn("overload", "input comes faster than it can be answered: the newest states are taken")
+            data, waiting = waiting[-1], []
+        for message in (data, *waiting):
+            self._process(_SAMPLES[which], deserialize_message(message, _KINDS[which]))
+        self._ended = time.perf_counter()
+        self._took = self._ended - start
+
+    def _left_out(self, now: float) -> bool:
+        """Under overload every second moment is for leaving messages out, which costs little: so none pile up.
+
+        Messages that wait hold an event each in the executor, which would otherwise grow without end.
+        """
+        if not self._overloaded:
+            return False
+        if now < self._ended + self._took:
+            self._skipped_at = now
+            self._runtime.monitor.skipped += 1
+            return True
+        self._overloaded = now < self._skipped_at + _CALM
+        return False
+
+    def _waiting(self, subscription: Subscription) -> list[bytes]:
+        taken = []
+        with subscription.handle:
+            while (found := subscription.handle.take_message(subscription.msg_type, True)) is not None:
+                taken.append(found[0])
+        return taken
 
     def _process(self, sample_of: Any, message: Any) -> None:
-        if not self.active:
-            return
         runtime, start = self._runtime, time.perf_counter()
         try:
             self._answer(sample_of(message))

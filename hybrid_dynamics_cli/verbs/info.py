@@ -8,7 +8,7 @@ import click
 
 from hybrid_dynamics_core import Robot
 
-from ..output import number, plain, show, table, unit
+from ..output import counted, number, plain, show, table, unit
 from ..parameters import json_option, loaded, robot_argument
 
 
@@ -65,7 +65,7 @@ def text(machine: Robot, told: dict[str, Any]) -> str:
     mass = sum(link["mass"] for link in told["links"].values())
     title = (
         f"{machine.name}: {len(machine.active)} active of {len(machine.coordinates)} coordinates, "
-        f"{len(told['loops'])} loops, {len(told['links'])} links, {number(mass)} kg; "
+        f"{counted(len(told['loops']), 'loop')}, {len(told['links'])} links, {number(mass)} kg; "
         f"end effector {machine.end_effector}"
     )
     lines = [

@@ -6,17 +6,19 @@ ones before them become passive; what the motors leave free becomes a further in
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..description.model import Array, RobotDescription
 from ..mechanism.tree import Tree, build_tree
+from .equations import LoopEquations
 from .loops import loop_equations
 from .rank import CLOSED, close_numerically, jacobian_of
 
 INDEPENDENT = 1e-6  # share of a coordinate's motion that must not follow from the coordinates chosen before
+SPREADS = (0.3, 1.0)  # [rad or m] how far from a reference that does not close others are tried
 
 
 @dataclass(frozen=True)
@@ -35,9 +37,7 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     start = [robot.reference.get(name, 0.0) for name in names]
     loops = loop_equations(tree, robot, frozenset(range(len(names))))
     passive = [k for k, name in enumerate(names) if name not in robot.active]
-    s, residual = close_numerically(tree, loops, start, passive)
-    if max(residual.values(), default=0.0) > CLOSED:  # redundant motors must give way
-        s, residual = close_numerically(tree, loops, start, range(len(names)))
+    s, residual = _closed(tree, loops, start, passive)
     worst = max(residual, key=lambda name: residual[name], default="")
     if worst and residual[worst] > CLOSED:
         raise robot.error(
@@ -50,6 +50,39 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     idle = tuple(names[k] for k in chosen if names[k] not in robot.active)
     dependent = tuple(name for name in robot.active if name not in motors)
     return Mobility(motors + idle, idle, dependent, dict(zip(names, s.tolist(), strict=True)))
+
+
+def _closed(
+    tree: Tree, loops: Sequence[LoopEquations], start: Sequence[float], passive: Sequence[int]
+) -> tuple[Array, dict[str, float]]:
+    """A closed configuration within the limits if one is found, else a closed one, else the least open one."""
+    found = close_numerically(tree, loops, start, passive)
+    best = _merit(tree, *found)
+    for begin in (np.asarray(start), *_other_starts(start)):  # redundant motors must give way
+        if best == 0.0:
+            break
+        other = close_numerically(tree, loops, begin, range(len(start)))
+        merit = _merit(tree, *other)
+        if merit < best:
+            found, best = other, merit
+    return found
+
+
+def _merit(tree: Tree, s: Array, residual: Mapping[str, float]) -> float:
+    """0 where the loops close within the limits, below 1 where they close, more the more they are open."""
+    worst = max(residual.values(), default=0.0)
+    if worst > CLOSED:
+        return 1.0 + worst
+    limits = np.array([body.limits for body in sorted(tree.bodies, key=lambda body: body.coordinate)])
+    beyond = np.maximum(limits[:, 0] - s, s - limits[:, 1]).max(initial=0.0)
+    return 0.0 if beyond <= CLOSED else float(beyond / (1.0 + beyond))
+
+
+def _other_starts(start: Sequence[float]) -> Iterator[Array]:
+    """Configurations about the reference, always the same ones, for files whose neutral one is far from closed."""
+    rng = np.random.default_rng(0)
+    for size in np.repeat(SPREADS, 6):
+        yield np.asarray(start) + rng.uniform(-size, size, len(start))
 
 
 def with_mobility(robot: RobotDescription, mobility: Mobility) -> tuple[RobotDescription, Tree]:

@@ -75,6 +75,9 @@ def _rank(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> int | None:
     return len(_independent_rows(jacobian_of(tree, loops, closed, everything)[1]))
 
 
+AWAY = 0.05  # [rad or m] off a place where the equations have no value
+
+
 def close_numerically(
     tree: Tree, loops: Sequence[LoopEquations], start: Sequence[float] | Array, unknowns: Sequence[int]
 ) -> tuple[Array, dict[str, float]]:
@@ -83,8 +86,13 @@ def close_numerically(
     columns = list(unknowns)
     best, best_s = np.inf, s.copy()
     stalled = 0
-    for _ in range(MAX_ITERATIONS):
-        residual, jacobian = jacobian_of(tree, loops, s, unknowns)
+    for k in range(MAX_ITERATIONS):
+        try:
+            residual, jacobian = jacobian_of(tree, loops, s, unknowns)
+        except ZeroDivisionError:  # frames half a turn apart: any way to turn is as good as another
+            s[columns] += AWAY * np.cos(1.0 + k + 2.0 * np.arange(len(columns)))
+            best_s = s.copy() if best == np.inf else best_s
+            continue
         size = float(np.abs(residual).max(initial=0.0))
         stalled = 0 if size < 0.9 * best else stalled + 1
         if size < best:

@@ -9,7 +9,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +32,22 @@ def frozen(values: ArrayLike) -> Array:
     array = np.array(values, dtype=np.float64)
     array.flags.writeable = False
     return array
+
+
+class Picklable:
+    """Data with read-only mappings, which pickle and copy alone do not know; arrays stay read-only too."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Plain mappings in place of read-only ones."""
+        return {k: dict(v) if isinstance(v, MappingProxyType) else v for k, v in vars(self).items()}
+
+    def __setstate__(self, told: dict[str, Any]) -> None:
+        """And back."""
+        for name, value in told.items():
+            kept = MappingProxyType(value) if isinstance(value, dict) else value
+            if isinstance(kept, np.ndarray):
+                kept.flags.writeable = False
+            object.__setattr__(self, name, kept)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +135,7 @@ class Loop:
 
 
 @dataclass(frozen=True, eq=False)
-class RobotDescription:
+class RobotDescription(Picklable):
     """Everything a file says of a robot, checked; `coordinates` are `active` then the rest in file order."""
 
     name: str

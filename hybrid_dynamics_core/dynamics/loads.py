@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..description.effects import Payload, effects_of
-from ..description.model import Array, RobotDescription, frozen
+from ..description.model import Array, Picklable, RobotDescription, frozen
 from ..errors import InputError
 
 Axes = Literal["base", "frame"]
@@ -88,7 +88,7 @@ _NONE: Mapping[str, AppliedWrench] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
-class Loads:
+class Loads(Picklable):
     """Everything that acts on a robot besides its actuators; `robot.loads` is what its description gives.
 
     `gravity`: (3,) [m/s^2] in base axes; `payloads`: bodies fixed to frames, by the frame's name (a list each);

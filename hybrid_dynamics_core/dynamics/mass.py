@@ -9,9 +9,9 @@ from ..description.model import Array
 from ..errors import MassSingularityError
 
 
-def mass_singularity(mass: Array, codes: NDArray[np.int64], active: tuple[str, ...]) -> MassSingularityError:
-    """The error for M-bar (n, n) or (N, n, n), at the first state whose status is not good."""
-    row = None if mass.ndim == 2 else int(np.flatnonzero(codes)[0])
+def mass_singularity(mass: Array, singular: NDArray[np.bool_], active: tuple[str, ...]) -> MassSingularityError:
+    """The error for M-bar (n, n), or for (N, n, n) at the first row that is singular (N,)."""
+    row = None if mass.ndim == 2 else int(np.flatnonzero(singular)[0])
     matrix = mass if row is None else mass[row]
     values, vectors = np.linalg.eigh(matrix)
     direction = vectors[:, 0] / np.abs(vectors[:, 0]).max()

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ..description.model import Array, Closure
+from ..description.model import Array, Closure, Picklable
 from ..mechanism.tree import Tree
 from .pins import Pin
 
@@ -58,7 +58,7 @@ class JointReaction:
 
 
 @dataclass(frozen=True, eq=False)
-class Reactions:
+class Reactions(Picklable):
     """All reactions at a state and acceleration.
 
     `tau`: (n,) actuator forces; `pins` by closure, `joints` by joint; `base`: (6,) force [N] and moment [N m] about

@@ -7,16 +7,15 @@ thin rods to their joints, pins and frames, since a description has no shapes.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
 from ..description.geometry import rotation_to_axis
 from ..description.model import Array, Frame, Joint, Link, RobotDescription
+from . import shapes
+from .shapes import number, numbers
 
-THICKNESS = 0.01  # radius of a rod over the size of the robot
-SMALLEST = 1e-6  # [m] shorter rods are left out
 UNLIMITED = 1e3  # [m] travel of a prismatic joint without limits, which URDF does not know
 EFFORT = 1e9  # [N m or N], RATE [rad/s or m/s]: limits that URDF wants and a description does not give
 RATE = 1e3
@@ -29,10 +28,10 @@ def to_urdf(robot: RobotDescription) -> str:
     """
     root = Element("robot", name=robot.name)
     links = {robot.base: Link(robot.base), **robot.links}
-    marks = {name: list(_marks(robot, name)) for name in links}
+    marks = {name: list(shapes.marks(robot, name)) for name in links}
     size = max((float(np.linalg.norm(point)) for points in marks.values() for point in points), default=1.0)
     for name, link in links.items():
-        _add_link(root, link, marks[name], THICKNESS * size)
+        _add_link(root, link, marks[name], shapes.THICKNESS * size)
     for joint in robot.joints.values():
         _add_joint(root, joint)
     for name, frame in robot.frames.items():
@@ -43,31 +42,22 @@ def to_urdf(robot: RobotDescription) -> str:
     return tostring(root, encoding="unicode", xml_declaration=True) + "\n"
 
 
-def _marks(robot: RobotDescription, link: str) -> Iterator[Array]:
-    """Points of a link where something is attached, in its frame [m]."""
-    yield from (joint.translation for joint in robot.joints.values() if joint.parent == link)
-    for closure in robot.closures:
-        yield from (closure.point_a,) if closure.link_a == link else ()
-        yield from (closure.point_b,) if closure.link_b == link else ()
-    yield from (frame.translation for frame in robot.frames.values() if frame.link == link)
-
-
 def _add_link(root: Element, link: Link, marks: list[Array], radius: float) -> None:
     element = SubElement(root, "link", name=link.name)
     if link.mass > 0.0 or link.inertia.any():
         inertial = SubElement(element, "inertial")
-        SubElement(inertial, "origin", xyz=_numbers(link.com), rpy="0 0 0")
-        SubElement(inertial, "mass", value=_number(link.mass))
+        SubElement(inertial, "origin", xyz=numbers(link.com), rpy="0 0 0")
+        SubElement(inertial, "mass", value=number(link.mass))
         J = link.inertia
         moments = {"ixx": J[0, 0], "ixy": J[0, 1], "ixz": J[0, 2], "iyy": J[1, 1], "iyz": J[1, 2], "izz": J[2, 2]}
-        SubElement(inertial, "inertia", {name: _number(value) for name, value in moments.items()})
+        SubElement(inertial, "inertia", {name: number(value) for name, value in moments.items()})
     for mark in marks:
         length = float(np.linalg.norm(mark))
-        if length > SMALLEST:
+        if length > shapes.SMALLEST:
             visual = SubElement(element, "visual")
             _add_origin(visual, 0.5 * mark, rotation_to_axis(mark / length))
             geometry = SubElement(visual, "geometry")
-            SubElement(geometry, "cylinder", radius=_number(radius), length=_number(length))
+            SubElement(geometry, "cylinder", radius=number(radius), length=number(length))
 
 
 def _add_joint(root: Element, joint: Joint) -> None:
@@ -78,11 +68,11 @@ def _add_joint(root: Element, joint: Joint) -> None:
     _add_origin(element, joint.translation, joint.rotation)
     SubElement(element, "parent", link=joint.parent)
     SubElement(element, "child", link=joint.child)
-    SubElement(element, "axis", xyz=_numbers(joint.axis))
-    limit = {"effort": _number(EFFORT), "velocity": _number(RATE)}
+    SubElement(element, "axis", xyz=numbers(joint.axis))
+    limit = {"effort": number(EFFORT), "velocity": number(RATE)}
     if not endless:
         lower, upper = max(lower, -UNLIMITED), min(upper, UNLIMITED)
-        limit |= {"lower": _number(lower), "upper": _number(upper)}
+        limit |= {"lower": number(lower), "upper": number(upper)}
     SubElement(element, "limit", limit)
 
 
@@ -94,7 +84,7 @@ def _add_fixed(root: Element, name: str, frame: Frame) -> None:
 
 
 def _add_origin(element: Element, translation: Array, rotation: Array) -> None:
-    SubElement(element, "origin", xyz=_numbers(translation), rpy=_numbers(rpy_of(rotation)))
+    SubElement(element, "origin", xyz=numbers(translation), rpy=numbers(rpy_of(rotation)))
 
 
 def rpy_of(rotation: Array) -> Array:
@@ -108,11 +98,3 @@ def rpy_of(rotation: Array) -> Array:
         return np.array([math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0])
     roll = math.atan2(rotation[2, 1], rotation[2, 2])
     return np.array([roll, pitch, math.atan2(rotation[1, 0], rotation[0, 0])])
-
-
-def _numbers(values: Array) -> str:
-    return " ".join(_number(value) for value in values)
-
-
-def _number(value: float) -> str:
-    return repr(float(value) + 0.0)  # every digit; no minus zero

@@ -21,6 +21,8 @@ MAX_ITERATIONS = 200
 DAMPING = (1e-3, 1e-12, 1e6)  # first, smallest, largest; relative to the diagonal of J^T J
 STARTS = 64
 
+CREEP, PATIENCE = 1e-6, 8  # a share of the cost; so many steps that gain less say that there is no more to gain
+
 
 class IKStatus(Enum):
     """Why the solver stopped."""
@@ -76,6 +78,7 @@ def descend(task: Task, starts: Array, tolerance: float, most: int = MAX_ITERATI
     error, jacobian, good = task.error(u)
     cost = np.where(good, np.einsum("ni,ni->n", error, error), np.inf)
     damping = np.full(len(u), DAMPING[0])
+    idle = np.zeros(len(u), dtype=int)  # steps in a row that hardly came nearer
     iteration = 0
     active = good.copy()
     while active.any() and iteration < most:
@@ -88,11 +91,12 @@ def descend(task: Task, starts: Array, tolerance: float, most: int = MAX_ITERATI
         trial_cost = np.where(trial_good, np.einsum("ni,ni->n", trial_error, trial_error), np.inf)
         better = trial_cost < cost[rows]
         moved = rows[better]
+        idle[moved] = np.where(trial_cost[better] > (1.0 - CREEP) * cost[moved], idle[moved] + 1, 0)
         u[moved], error[moved], jacobian[moved] = trial[better], trial_error[better], trial_jacobian[better]
         cost[moved] = trial_cost[better]
         damping[moved] = np.maximum(damping[moved] * 0.1, DAMPING[1])
         damping[rows[~better]] *= 8.0
-        active[rows] = (damping[rows] < DAMPING[2]) & (np.sqrt(cost[rows]) > 0.0)
+        active[rows] = (damping[rows] < DAMPING[2]) & (np.sqrt(cost[rows]) > 0.0) & (idle[rows] < PATIENCE)
         done = rows[~better & (np.sqrt(cost[rows]) < tolerance)]
         active[done] = False
     return Descent(u, np.sqrt(cost), ~active, iteration)

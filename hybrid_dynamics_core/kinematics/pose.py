@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..description.model import Array
 from ..errors import InputError
+from ..inputs import numbers
 
 ORTHONORMAL = 1e-6  # largest error of R^T R accepted from outside: single-precision messages stay usable
 
@@ -39,10 +40,10 @@ class Pose:
     @staticmethod
     def from_quaternion(position: ArrayLike, quaternion: ArrayLike) -> Pose:
         """From a position (3,) [m] and a quaternion x, y, z, w (4,) of length 1 (to 1e-3, then normalised)."""
-        xyzw = np.asarray(quaternion, dtype=float)
+        xyzw, place = numbers("quaternion", quaternion), numbers("position", position)
         if xyzw.shape != (4,) or not abs(np.linalg.norm(xyzw) - 1.0) < 1e-3:
             raise InputError(f"the quaternion {xyzw.tolist()} is not a unit quaternion x, y, z, w")
-        return checked_pose(Pose(np.asarray(position, dtype=float), _transform().from_quat(xyzw).as_matrix()))
+        return checked_pose(Pose(place, _transform().from_quat(xyzw).as_matrix()))
 
 
 def checked_pose(pose: Pose) -> Pose:

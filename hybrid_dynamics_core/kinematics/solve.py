@@ -141,9 +141,8 @@ def _starts(robot: Robot, task: Task, start: Array) -> Array:
 
 def robot_terms(robot: Robot, u: Array) -> tuple[Array, Array, Array, Array]:
     """Position, rotation, Jacobian and status of many states, NaN rows where a loop does not close."""
-    state = robot.close(u, check=False)
-    pose = robot.forward_kinematics(state)
-    return pose.position, pose.rotation, robot.jacobian(state), np.asarray(state.status)
+    position, rotation, jacobian = robot.kernels.pose_and_jacobian(u, check=False)
+    return position, rotation, jacobian, np.isnan(position[:, 0])
 
 
 def _target(target: ArrayLike | Pose, mask: Sequence[bool] | None) -> tuple[Array, Array, tuple[int, ...]]:

@@ -16,7 +16,7 @@ from .dynamics import (
     passive_forces,
 )
 from .energy import energy, motion
-from .kinematics import forward_kinematics, jacobian
+from .kinematics import forward_kinematics, jacobian, pose_and_jacobian
 from .matrices import coriolis_matrix, spanning_terms
 from .model import MASS_SINGULAR, Inputs, Model, Program, closure_code, singular_code
 from .reactions import reactions
@@ -45,6 +45,7 @@ __all__ = [
     "minimal_form",
     "motion",
     "passive_forces",
+    "pose_and_jacobian",
     "reactions",
     "regressor",
     "singular_code",

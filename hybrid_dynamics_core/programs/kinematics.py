@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ..algebra.scalar import Scalar
 from ..algebra.vector import Rotation, Vector, add, matmul, matvec
+from ..closure.passive import ClosedMotion
 from ..description.model import Frame
 from ..dynamics.spanning import TreeKinematics
 from ..kernels.trace import Results
@@ -35,15 +36,31 @@ def jacobian(frame: Frame) -> Program:
 
     def run(model: Model, x: Inputs) -> Results:
         motion, checks, _ = closed_motion(model, x)
-        tree = TreeKinematics(model.tree, motion.posture)
-        _, position = frame_pose(tree, frame)
-        columns = tree.jacobian(model.tree.body_index(frame.link), position)
-        velocity_map = motion.velocity_map()
-        rows: list[list[Scalar]] = [[0.0] * len(x.u) for _ in range(6)]
-        for k, (linear, angular) in columns.items():
-            for i, part in enumerate((*linear, *angular)):
-                for j, factor in enumerate(velocity_map[k]):
-                    rows[i][j] = rows[i][j] + part * factor
+        _, _, rows = _pose_and_jacobian(model, motion, frame)
         return Results({"jacobian": rows}, checks)
 
     return Program(("u", "branch", "guess"), run)
+
+
+def pose_and_jacobian(frame: Frame) -> Program:
+    """Program for both, which is what a step of inverse kinematics needs."""
+
+    def run(model: Model, x: Inputs) -> Results:
+        motion, checks, _ = closed_motion(model, x)
+        rotation, position, rows = _pose_and_jacobian(model, motion, frame)
+        return Results({"position": position, "rotation": rotation, "jacobian": rows}, checks)
+
+    return Program(("u", "branch", "guess"), run)
+
+
+def _pose_and_jacobian(model: Model, motion: ClosedMotion, frame: Frame) -> tuple[Rotation, Vector, list[list[Scalar]]]:
+    tree = TreeKinematics(model.tree, motion.posture)
+    rotation, position = frame_pose(tree, frame)
+    columns = tree.jacobian(model.tree.body_index(frame.link), position)
+    velocity_map = motion.velocity_map()
+    rows: list[list[Scalar]] = [[0.0] * len(velocity_map[0]) for _ in range(6)]
+    for k, (linear, angular) in columns.items():
+        for i, part in enumerate((*linear, *angular)):
+            for j, factor in enumerate(velocity_map[k]):
+                rows[i][j] = rows[i][j] + part * factor
+    return rotation, position, rows

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..description.model import Array
 from ..dynamics.energy import Energy
-from ..errors import InputError
+from ..errors import InputError, MissingPackageError
 from ..state import ClosedState
 from .events import Event
 
@@ -81,9 +81,11 @@ class Simulation:
         return float(np.max(self.state.residual))
 
     def plot(self) -> Figure:
-        """Coordinates, rates, efforts and energy over time. Needs matplotlib."""
-        from .plot import plot_simulation  # noqa: PLC0415  matplotlib is optional
-
+        """Coordinates, rates, efforts and energy over time. Raises MissingPackageError without Matplotlib."""
+        try:
+            from .plot import plot_simulation  # noqa: PLC0415  Matplotlib is optional
+        except ModuleNotFoundError as error:
+            raise MissingPackageError("matplotlib", "plot", "plots") from error
         return plot_simulation(self)
 
     def table(self) -> tuple[tuple[str, ...], Array]:

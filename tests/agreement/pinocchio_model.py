@@ -162,7 +162,8 @@ class PinocchioRobot:
     def tree_forces(self, s: np.ndarray, ds: np.ndarray, dds: np.ndarray) -> np.ndarray:
         """M s'' + C s' + g of the open tree (n_s,)."""
         forces: np.ndarray = pin.rnea(self.model, self.data, self.order(s), self.order(ds), self.order(dds))
-        return forces[self.index]
+        chosen: np.ndarray = forces[self.index]
+        return chosen
 
     def mass_matrix(self, s: np.ndarray) -> np.ndarray:
         """M(s) of the open tree (n_s, n_s), from unit accelerations: one algorithm less to trust."""
@@ -173,7 +174,8 @@ class PinocchioRobot:
     def crba(self, s: np.ndarray) -> np.ndarray:
         """M(s) of the open tree by Pinocchio's composite rigid body algorithm."""
         upper = np.triu(pin.crba(self.model, self.data, self.order(s)))
-        return (upper + np.triu(upper, 1).T)[np.ix_(self.index, self.index)]
+        matrix: np.ndarray = (upper + np.triu(upper, 1).T)[np.ix_(self.index, self.index)]
+        return matrix
 
     def constraint_dynamics(self, s: np.ndarray, ds: np.ndarray, tau: np.ndarray) -> np.ndarray:
         """s'' of the tree with its closures as contacts, for forces tau along all coordinates (n_s,).
@@ -189,7 +191,8 @@ class PinocchioRobot:
         q, v, forces = (self.order(x) for x in (s, ds, tau))
         settings = pin.ProximalSettings(1e-14, 1e-10, 20)
         dds: np.ndarray = pin.constraintDynamics(self.model, self.data, q, v, forces, models, datas, settings)
-        return dds[self.index]
+        chosen: np.ndarray = dds[self.index]
+        return chosen
 
     def _contacts(self, closure: Closure) -> list[pin.RigidConstraintModel]:
         """A weld is a contact of six rows, a ball or pin one of three, a tied axis two of these on the axis."""

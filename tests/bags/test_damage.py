@@ -217,7 +217,7 @@ def test_ctrl_c_leaves_nothing_behind(forging, tmp_path):
         assert time.monotonic() < deadline
         time.sleep(0.01)
     done.send_signal(signal.SIGINT)
-    assert done.wait(30.0) in (1, -signal.SIGINT)  # told by the command, or ended by the interpreter on its way
+    assert done.wait(30.0) in (1, -signal.SIGINT)  # Python may end itself by the signal, for the shell to see
     assert [p.name for p in tmp_path.iterdir()] == ["in"]
 
 

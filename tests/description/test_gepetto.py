@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core import DescriptionError
+from hybrid_dynamics_core import DescriptionError, load
 from hybrid_dynamics_core.description import RobotDescription, read_description
 from tests.description.oracle import close, freedom, gaps
 from tests.description.test_urdf import BARS, write
@@ -141,3 +141,18 @@ def test_wrong_pairs(tmp_path: Path, old: str, new: str, key: str, line: int, wo
         read(tmp_path, PAIR.replace(old, new, 1))
     assert words in str(caught.value)
     assert (caught.value.key, caught.value.line) == (key, line)
+
+
+def test_frames_that_start_half_a_turn_apart_are_turned_together(tmp_path: Path) -> None:
+    """Where all joints are zero the frames face away from each other exactly, and their turn has no single axis."""
+    hinged = BARS.replace('name="A" type="fixed"', 'name="A" type="continuous"').replace(
+        '<child link="end_A"/>', '<child link="end_A"/><axis xyz="0 0 1"/>'
+    )
+    turned = hinged.replace('xyz="0.2 0 0" rpy="0 0 0"', 'xyz="0.2 0 0" rpy="0 3.141592653589793 0"')
+    assert turned != hinged
+    write(tmp_path, turned)
+    text = PAIR.replace("3d", "6d") + "joint_name: [A]\njoint_type: [SPHERICAL]\n"
+    machine = load(write(tmp_path, text, "robot.yaml"))
+    state = machine.close(machine.reference)
+    assert state.residual < 1e-12
+    assert "motor" in machine.active

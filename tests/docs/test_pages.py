@@ -9,7 +9,12 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PAGES = {"README.md": 4, "docs/dynamics.md": 9, "docs/figure_10.md": 2}  # and how many blocks each has at least
+PAGES = {  # and how many blocks each has at least
+    "README.md": 5,
+    "docs/performance.md": 1,
+    "docs/dynamics.md": 9,
+    "docs/figure_10.md": 2,
+}
 
 
 def run(page: str, folder: Path) -> dict[str, Any]:
@@ -63,3 +68,10 @@ def _inside(scope: dict[str, Any]) -> float:
     found = scope["found"]
     truth = found.base.values(found.parameters.values(scope["robot"].description))
     return float(((truth > found.interval[:, 0]) & (truth < found.interval[:, 1])).mean())
+
+
+def test_performance_runs(tmp_path: Path) -> None:
+    scope = run("docs/performance.md", tmp_path)
+    assert scope["efforts"].shape == (100_000, 4)
+    assert scope["efforts"][7] == pytest.approx(scope["tau"], rel=1e-9, abs=1e-9)
+    assert scope["moon"] == pytest.approx(scope["tau"] * 1.62 / 9.81, abs=1e-6)

@@ -60,6 +60,13 @@ def test_row_of_a_batch_is_named(slender: Robot) -> None:
         slender.forward_dynamics(slender.close([U, U]), np.ones((2, 4)))
 
 
+def test_row_that_does_not_close_is_not_taken_for_it(slender: Robot) -> None:
+    state = slender.close([[0, 0.9, 0.1, 0], U], check=False)
+    with pytest.raises(MassSingularityError, match=r"row 1: .*accelerating q4") as caught:
+        slender.forward_dynamics(state, np.ones((2, 4)))
+    assert caught.value.index == 1
+
+
 def test_rotor_mends_it(slender: Robot) -> None:
     state = slender.close(U)
     loads = slender.loads.with_effects(armature=[0.01 if name == "q4" else 0.0 for name in slender.coordinates])

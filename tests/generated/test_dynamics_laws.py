@@ -16,6 +16,7 @@ from hybrid_dynamics_core import ClosedState, Loads
 from hybrid_dynamics_core.dynamics.parameters import described_parameters
 from hybrid_dynamics_core.simulation import Settings, simulate
 from tests.generated.case import Case
+from tests.generated.class_three import class_three
 from tests.generated.robots import STATES, examples, robots
 from tests.laws.test_loads import heavy_loads
 from tests.robots import scaled
@@ -81,7 +82,7 @@ def test_regressor_times_parameters_is_tau(case: Case, seed: int) -> None:
 
 
 @examples(4)
-@given(robots(), STATES)
+@given(class_three(max_links=2, max_loops=2), STATES)
 def test_derivatives_are_those_of_differences(case: Case, seed: int) -> None:
     """Along one random direction of u and one of u', with all loads; d/du'' and d/d tau are M-bar and its inverse."""
     robot, state, loads = case.robot, at(case, seed), heavy_loads(case.robot)

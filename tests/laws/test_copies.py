@@ -11,14 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
-from hypothesis import strategies as st
 
 from hybrid_dynamics_core import ClosedState, Robot
 from tests.generated.assembly import turn, unit
-from tests.generated.case import Case
 from tests.generated.rerooted import other_cuts, rerooted
-from tests.generated.robots import STATES, examples, moved, robots, shuffled, swapped
+from tests.generated.robots import moved, shuffled, swapped
 from tests.robots import ROBOTS, random_states, random_vector, robot, scaled
 
 # Both robots round each coordinate to about 1e-15 over the distance to a singularity, R to that over its square, and
@@ -102,24 +99,3 @@ def test_robot_cut_open_at_another_joint_needs_the_same_efforts(name: str, closu
         apart = state.s[[ours.index(n) for n in shared]] - twin.s[[theirs.index(n) for n in shared]]
         assert np.abs(np.sin(0.5 * apart)).max() < 1e-10 / float(state.singularity)  # up to whole turns
         alike(machine, state, other, twin, k)
-
-
-def generated_alike(case: Case, other: Robot, seed: int) -> None:
-    s, du = case.somewhere(seed), case.rates(seed)
-    state, anchor = case.robot.close(s[: case.n], du), other.close(case.start[: case.n])
-    alike(case.robot, state, other, other.close(s[: case.n], du, near=anchor), seed)
-
-
-@examples(6)
-@given(robots(), STATES, st.sampled_from([mounted, retold]))
-def test_copies_of_random_robots(case: Case, seed: int, copy: object) -> None:
-    generated_alike(case, copy(case.robot, seed), seed)  # type: ignore[operator]
-
-
-@examples(8)
-@given(robots(), STATES)
-def test_random_robots_cut_open_elsewhere(case: Case, seed: int) -> None:
-    cuts = other_cuts(case.description)
-    assume(cuts)
-    closure, joint = cuts[seed % len(cuts)]
-    generated_alike(case, Robot(rerooted(case.description, case.start, case.robot.coordinates, closure, joint)), seed)

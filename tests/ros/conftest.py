@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+CHANGING = ("change_state", "set_parameters", "set_parameters_atomically")
 DEADLINE = 30.0  # [s], for anything that should happen at once on an idle machine
 
 
@@ -159,9 +160,11 @@ class Client:
             )
         }
         self._name = namespace
+        self._answered = set()
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self._thread = threading.Thread(target=self._executor.spin, daemon=True)
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._spin, daemon=True)
         self._thread.start()
         self._stamp_ns = 1_000_000_000_000
 
@@ -179,8 +182,6 @@ class Client:
             wait_until(publisher.get_subscription_count, f"a subscription on {name}")
         for name, subscription in self._subscriptions.items():
             wait_until(subscription.get_publisher_count, f"a publisher on {name}")
-        for name, service in self._services.items():
-            assert service.wait_for_service(DEADLINE), f"no service {name}"
         # The node's publishers may learn of this process later than this process of them.
         probe = JointMotion(
             name=["q1", "q12", "q22", "q4"],
@@ -196,17 +197,18 @@ class Client:
             return all(self._received[name] for name in wanted)
 
         wait_until(round_trip, "an answer on every topic")
-        return self.connect_services()
+        return self
 
-    def connect_services(self, *names):
-        """Waits until the services answer, all but those that change the node if none is named."""
-        # A first answer is lost where the node has not found its reader yet: ask again until one comes.
-        for name in names or set(self._services) - {"change_state", "set_parameters"}:
-            service = self._services[name]
+    def connect_service(self, name):
+        """The service, once it answers, or is there at least where any call would change the node."""
+        service = self._services[name]
+        if name not in self._answered:
             assert service.wait_for_service(DEADLINE), f"no service {name}"
             question = service.srv_type.Request()
-            wait_until(lambda s=service, q=question: s.call(q, timeout_sec=2.0), f"an answer of {name}")
-        return self
+            if name not in CHANGING:  # a first answer is lost where the node has not found its reader yet
+                wait_until(lambda: service.call(question, timeout_sec=5.0), f"an answer of {name}")
+            self._answered.add(name)
+        return service
 
     def _on_diagnostics(self, message):
         self.diagnostics += [status for status in message.status if status.name.startswith(self._name.lstrip("/"))]
@@ -227,7 +229,7 @@ class Client:
         return "" if result.successful else result.reason
 
     def call_async(self, service, request):
-        return self._services[service].call_async(request)
+        return self.connect_service(service).call_async(request)
 
     def new_stamp(self, after_s=10.0):
         """A stamp [ns] so much later than the last one."""
@@ -251,7 +253,7 @@ class Client:
         return self._received[topic].get(stamp_ns)
 
     def call(self, service, request):
-        response = self._services[service].call(request, timeout_sec=DEADLINE)
+        response = self.connect_service(service).call(request, timeout_sec=DEADLINE)
         assert response is not None, f"{service} did not answer"
         return response
 
@@ -263,9 +265,14 @@ class Client:
         """Full names of the topics in the graph."""
         return {name for name, _ in self._node.get_topic_names_and_types()}
 
+    def _spin(self):
+        while not self._closing.is_set():
+            self._executor.spin_once(timeout_sec=0.1)
+
     def close(self):
-        self._executor.shutdown()
+        self._closing.set()
         self._thread.join(DEADLINE)
+        self._executor.shutdown()  # not before: an executor that spins does not survive it
         self._node.destroy_node()
         self._context.try_shutdown()
 
@@ -291,7 +298,9 @@ def connect():
 
     def make(namespace="/hybrid_dynamics", only=()):
         clients.append(Client(namespace))
-        return clients[-1].connect_services(*only) if only else clients[-1].connect()
+        for name in only:  # services alone: the node may be unconfigured
+            clients[-1].connect_service(name)
+        return clients[-1] if only else clients[-1].connect()
 
     yield make
     for client in clients:

@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pytest
+import rclpy
 from hybrid_dynamics_msgs.msg import ErrorCode, JointMotion
 from hybrid_dynamics_msgs.srv import (
     CloseLoops,
@@ -18,10 +19,14 @@ from hybrid_dynamics_msgs.srv import (
     SolveIK,
     SwitchAssemblyMode,
 )
+from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from hybrid_dynamics_core import Payload, load
+from hybrid_dynamics_core.export import to_urdf
+from hybrid_dynamics_ros import qos
 
 ACTIVE = ["q1", "q12", "q22", "q4"]
 POSITION = [0.0, 0.1, 0.15, 0.0]
@@ -264,7 +269,29 @@ def test_parameters_are_checked_before_they_are_taken_and_work_at_once(client, r
     assert client.set_parameter("sensors.q12.offset", 0.0) == ""
 
 
-def test_the_description_is_there_for_those_who_come_late_and_reports_go_out(client, robot):
+def test_the_description_is_there_for_those_who_come_late(client, robot):
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    late = rclpy.create_node("late", context=context)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(late)
+    told = []
+    try:
+        late.create_subscription(String, "/robot_description", told.append, qos.latched())
+
+        def heard():
+            executor.spin_once(timeout_sec=0.1)
+            return told
+
+        client.wait_until(heard, "the description")
+        assert told[0].data == to_urdf(robot.description)
+    finally:
+        executor.shutdown()
+        late.destroy_node()
+        context.try_shutdown()
+
+
+def test_reports_go_out(client, robot):
     client.wait_until(lambda: client.diagnostics, "a report")
     values = {entry.key: entry.value for entry in client.diagnostics[-1].values}
     assert {"rate [Hz]", "age of the stamp [s]", "residual", "singularity margin", "stroke margin"} <= set(values)

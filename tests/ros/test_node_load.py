@@ -88,9 +88,12 @@ def test_clients_that_vanish_leave_the_others_their_answers(start_node, connect)
 
 
 def test_a_call_that_takes_too_long_is_ended_and_the_next_one_answered(start_node, connect):
-    node = start_node("-p", "services.timeout:=0.1")
+    node = start_node()
     client = connect(only=("solve_fk",))
+    assert client.call("solve_fk", SolveFK.Request(active_joints=state())).error_code == ErrorCode.OK
+    assert client.set_parameter("services.timeout", 0.01) == ""
     client.wait_until(lambda: client.call("solve_ik", far_target()).error_code == ErrorCode.TIMEOUT, "a timeout")
+    assert client.set_parameter("services.timeout", 60.0) == ""
     assert client.call("solve_fk", SolveFK.Request(active_joints=state())).error_code == ErrorCode.OK
     assert node.stop() == 0
 
@@ -187,6 +190,6 @@ def test_numbers_at_the_end_of_their_range_never_come_back_as_numbers(start_node
 @pytest.mark.soak
 def test_a_flood_leaves_memory_flat_and_the_latency_recovers():
     told = benchmark("--flood", "--seconds", "10")
-    before, after = (float(x) for x in re.search(r"node ([\d.]+) MB before, ([\d.]+) MB after", told).groups())
-    assert after < before + 10.0, told
+    early, late = (float(x) for x in re.search(r"([\d.]+) MB 2 s into the flood, ([\d.]+) MB at", told).groups())
+    assert late < early + 2.0, told  # queues fill at first, and stay full
     assert int(re.search(r"usual again (\d+) ms", told)[1]) <= 100, told

@@ -8,6 +8,7 @@ import pytest
 import rclpy
 from hybrid_dynamics_msgs.msg import ErrorCode
 from hybrid_dynamics_msgs.srv import SetPayload
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
 from hybrid_dynamics_ros import outputs
@@ -47,7 +48,7 @@ def test_a_bug_in_the_model_is_logged_with_its_place_counted_and_survived(ros_no
     runtime = ros_node._runtime
     runtime.pipeline.robot = Faulty(runtime.robot)
     for _ in range(3):
-        ros_node._stream._on_state(MESSAGE)
+        ros_node._stream._on_state(serialize_message(MESSAGE))
     assert "3 received, 0 accepted, 0 with efforts, 3 rejected: internal" in ros_node.summary()
     logged = capfd.readouterr().err
     assert logged.count("ZeroDivisionError: a bug") == 1  # once in a period

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import ClosedState, InputError, Robot, load
+from hybrid_dynamics_core.errors import MissingPackageError
 from hybrid_dynamics_core.simulation import Settings, Simulation, load_simulation, simulate
 from tests.mechanisms import describe, mechanism
 from tests.robots import random_states, robot
@@ -242,6 +244,15 @@ class TestRecord:
         assert len(figure.axes) == 4
         figure.savefig(tmp_path / "fall.png")
         assert (tmp_path / "fall.png").stat().st_size > 10_000
+
+    def test_plot_without_matplotlib_says_what_to_install(
+        self, motion: Simulation, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.delitem(sys.modules, "hybrid_dynamics_core.simulation.plot", raising=False)
+        for name in ("matplotlib", "matplotlib.figure"):
+            monkeypatch.setitem(sys.modules, name, None)
+        with pytest.raises(MissingPackageError, match="with its extra 'plot'"):
+            motion.plot()
 
 
 class TestProgress:

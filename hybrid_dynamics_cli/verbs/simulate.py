@@ -1,0 +1,108 @@
+"""Simulation of a motion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from hybrid_dynamics_core import InputError, Robot
+from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
+
+from ..output import number, show, table, unit
+from ..parameters import json_option, loaded, output_path, robot_argument, vector, vector_option
+
+POSITIVE = click.FloatRange(min=0.0, min_open=True)
+
+EPILOG = """\b
+Examples:
+  hybrid-dynamics simulate excavator --seconds 0.5 --plot fall.png
+  hybrid-dynamics simulate forging_chu2020 --tau weight --du q1=0.5 --save swing.csv
+"""
+
+
+@click.command(epilog=EPILOG)
+@robot_argument
+@click.option("--seconds", type=POSITIVE, default=2.0, show_default=True)
+@vector_option("-u", "--u", help="Active coordinates at the start; the robot's reference where left out.")
+@vector_option("--du", help="Their rates at the start; zero where left out.")
+@vector_option("--tau", help="Constant efforts, or `weight`: those that hold the weight at every moment; else none.")
+@click.option(
+    "--rate", type=click.FloatRange(min=0.0, min_open=True), default=100.0, show_default=True, help="Samples a second."
+)
+@click.option("--save", metavar="FILE", help="Write the motion to a .csv or .npz file.")
+@click.option("--plot", metavar="FILE", help="Draw it to a .png, .svg or .pdf file.")
+@json_option
+def command(
+    robot: str,
+    seconds: float,
+    u: str | None,
+    du: str | None,
+    tau: str | None,
+    rate: float,
+    save: str | None,
+    plot: str | None,
+    as_json: bool,
+) -> None:
+    """The motion from a start under constant efforts, or none. Ends early at a stroke end or a singular place."""
+    machine = loaded(robot)
+    places = [output_path(path) if path else None for path in (save, plot)]
+    zero = np.zeros(len(machine.active))
+    start = machine.close(vector("-u", u, machine.active, machine.reference), vector("--du", du, machine.active, zero))
+    result = simulate(machine, start, tau=efforts(machine, tau), t_span=(0.0, seconds), settings=Settings(rate=rate))
+    if places[0] is not None:
+        result.save(places[0])
+    if places[1] is not None:
+        picture(result, places[1])
+    show(facts(result), as_json, text(machine, result))
+
+
+def efforts(machine: Robot, told: str | None) -> Any:
+    """What `simulate` takes: constant efforts, or those that hold the weight."""
+    if told is not None and told.strip() == "weight":
+        return lambda _time, state: machine.minimal_form(state)[2]
+    return vector("--tau", told, machine.active, np.zeros(len(machine.active)))
+
+
+def picture(result: Simulation, place: Path) -> None:
+    """Write the figure."""
+    try:
+        result.plot().savefig(place)
+    except ValueError as error:  # Matplotlib's word on an ending that it does not know
+        raise InputError(f"{place}: {error}") from error
+
+
+def facts(result: Simulation) -> dict[str, Any]:
+    """What came out, as plain data."""
+    return {
+        "completed": result.completed,
+        "message": result.message,
+        "seconds": float(result.t[-1]),
+        "u": dict(zip(result.names, result.u[-1], strict=True)),
+        "du": dict(zip(result.names, result.du[-1], strict=True)),
+        "events": [{"time": event.time, "message": event.message} for event in result.events],
+        "relative_energy_error": result.relative_energy_error,
+        "residual": result.residual,
+        "samples": len(result.t),
+        "steps": result.steps,
+    }
+
+
+def text(machine: Robot, result: Simulation) -> str:
+    """The end of the motion, and what was met."""
+    rows = [
+        [name, *values, unit(machine.joint_types[name])]
+        for name, *values in zip(
+            result.names, result.u[0].tolist(), result.u[-1].tolist(), result.du[-1].tolist(), strict=True
+        )
+    ]
+    return "\n".join(
+        [
+            table(["active joint", "start", "end", "rate at the end", "unit"], rows),
+            f"{number(float(result.t[-1]))} s: {result.message}",
+            *(f"at {number(event.time)} s: {event.message}" for event in result.events),
+            f"energy to {number(result.relative_energy_error)}, loops to {number(result.residual)}",
+        ]
+    )

@@ -1,0 +1,165 @@
+"""The command as people and programs call it: what it prints, what it says of mistakes, how it ends."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from hybrid_dynamics_cli.app import VERBS, app
+from hybrid_dynamics_core import Robot, load, shipped_robots
+
+U = "0,0.10,0.15,30*deg"
+BROKEN = "format: 1\nname: broken\nlinks:\n  base: {}\n  arm: {mass: -1}\n"
+
+
+def call(*arguments: str) -> Result:
+    return CliRunner().invoke(app, arguments)
+
+
+def told(*arguments: str) -> dict[str, Any]:
+    """What a verb prints with --json."""
+    result = call(*arguments, "--json")
+    assert result.exit_code == 0, result.output
+    answer: dict[str, Any] = json.loads(result.stdout)
+    return answer
+
+
+def test_every_verb_is_listed_and_has_help() -> None:
+    overview = call("--help").output
+    for verb in VERBS:
+        assert verb in overview
+        page = call(verb, "--help")
+        assert page.exit_code == 0
+        assert "Example" in page.output or "--help" in page.output
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_every_shipped_robot_is_right(name: str) -> None:
+    answer = told("check", name)
+    robot = load(name)
+    assert answer["ok"] is True
+    assert answer["active"] == list(robot.active)
+    assert [entry["name"] for entry in answer["coordinates"]] == list(robot.coordinates)
+    text = call("check", name).output
+    for coordinate in robot.coordinates:
+        assert coordinate in text
+
+
+def test_numbers_are_those_of_the_library(forging: Robot) -> None:
+    u = np.array([0.0, 0.10, 0.15, np.pi / 6])
+    du, ddu = np.array([0.1, 0.0, 0.02, 0.0]), np.array([0.0, 0.3, 0.0, 0.0])
+    state = forging.close(u, du)
+    fk = told("fk", forging.name, "-u", U, "--du", "q1=0.1,q22=0.02")
+    assert fk["position"] == forging.forward_kinematics(state).position.tolist()
+    assert fk["coordinates"] == dict(zip(forging.coordinates, state.s.tolist(), strict=True))
+    assert fk["twist"] == (forging.jacobian(state) @ du).tolist()
+    efforts = told("id", forging.name, "-u", U, "--du", "q1=0.1,q22=0.02", "--ddu", "0,0.3,0,0")
+    tau = forging.inverse_dynamics(state, ddu)
+    assert list(efforts["tau"].values()) == tau.tolist()
+    back = told("fd", forging.name, "-u", U, "--du", "q1=0.1,q22=0.02", "--tau", ",".join(map(repr, tau.tolist())))
+    assert list(back["ddu"].values()) == pytest.approx(ddu.tolist(), abs=1e-9)
+
+
+def test_inverse_kinematics_finds_back(forging: Robot) -> None:
+    target = forging.forward_kinematics(forging.close([0.4, 0.12, 0.16, 0.0])).position
+    answer = told("ik", forging.name, "--position", *map(repr, target.tolist()), "--all")
+    assert answer["status"] == "SOLVED"
+    assert len(answer["solutions"]) == 2
+    for solution in answer["solutions"]:
+        found = forging.forward_kinematics(forging.close(list(solution.values()))).position
+        assert found == pytest.approx(target, abs=1e-9)
+
+
+def test_no_solution_ends_with_1() -> None:
+    result = call("ik", "forging_chu2020", "--position", "5", "5", "5")
+    assert result.exit_code == 1
+    assert "out of reach: the nearest found is" in result.output
+
+
+def test_frame_and_modes() -> None:
+    answer = told("fk", "excavator", "--frame", "bucket")
+    assert answer["frame"] == "bucket"
+    assert len(told("branches", "five_bar")["modes"]) == len(
+        load("five_bar").assembly_modes(load("five_bar").reference)
+    )
+
+
+def test_picture_is_drawn(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    place = tmp_path / "ankle.svg"
+    assert call("check", "ankle", "--draw", str(place)).exit_code == 0
+    assert place.read_text(encoding="utf-8").startswith("<?xml")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (("fk", "forging"), 1, "did you mean 'forging_chu2020'?"),
+        (("fk", "missing.yaml"), 1, "missing.yaml"),
+        (("fk", "forging_chu2020", "-u", "0,1"), 1, "2 values; expected 4, for q1, q12, q22, q4"),
+        (("fk", "forging_chu2020", "-u", "q99=1"), 1, "'q99' is not an active joint; they are q1, q12, q22, q4"),
+        (("fk", "forging_chu2020", "-u", "q12=much"), 1, "'q12=much'"),
+        (("fk", "forging_chu2020", "-u", "q12=0.1,0.2"), 1, "either all values by name, or none"),
+        (("fk", "forging_chu2020", "-u", "q12=3"), 1, "theta_1"),
+        (("fk", "forging_chu2020", "--frame", "wrist"), 1, "there is no frame 'wrist'"),
+        (("fk", "forging_chu2020", "-u", "q12=1e400"), 1, "q12 is inf"),
+        (("ik", "forging_chu2020", "--position", "a", "0", "0"), 2, "'a'"),
+        (
+            ("ik", "forging_chu2020", "--position", "0", "0", "1", "--quaternion", "1", "1", "0", "0"),
+            1,
+            "unit quaternion",
+        ),
+        (("check", "ankle", "--draw", "nowhere/a.svg"), 1, "there is no folder nowhere"),
+        (("chekc", "ankle"), 2, "No such command"),
+    ],
+)
+def test_mistakes_are_explained(arguments: tuple[str, ...], code: int, words: str) -> None:
+    result = call(*arguments)
+    assert result.exit_code == code
+    assert words in result.output
+    assert "Traceback" not in result.output
+
+
+def test_a_wrong_file_is_told_with_its_line(tmp_path: Path) -> None:
+    place = tmp_path / "broken.yaml"
+    place.write_text(BROKEN, encoding="utf-8")
+    result = call("check", str(place))
+    assert result.exit_code == 1
+    assert f"{place}:" in result.output
+
+
+def test_command_of_its_own() -> None:
+    command = [sys.executable, "-m", "hybrid_dynamics_cli", "info", "five_bar"]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "five_bar: 3 active of 5 coordinates, 1 loop," in answer.stdout
+    assert not answer.stderr
+
+
+def test_simulation_is_told_saved_and_drawn(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    table, figure = tmp_path / "fall.csv", tmp_path / "fall.png"
+    answer = told("simulate", "five_bar", "--seconds", "0.2", "--save", str(table), "--plot", str(figure))
+    assert answer["relative_energy_error"] < 1e-6
+    assert answer["residual"] < 1e-10
+    assert table.read_text(encoding="utf-8").count("\n") == answer["samples"] + 1
+    assert figure.read_bytes().startswith(b"\x89PNG")
+
+
+def test_held_weight_stays(forging: Robot) -> None:
+    answer = told("simulate", forging.name, "--seconds", "0.5", "--tau", "weight")
+    assert list(answer["u"].values()) == pytest.approx(forging.reference.tolist(), abs=1e-8)
+
+
+def test_export_is_read_by_another_engine(tmp_path: Path) -> None:
+    pinocchio = pytest.importorskip("pinocchio")
+    place = tmp_path / "excavator.urdf"
+    assert call("export", "excavator", "--output", str(place)).exit_code == 0
+    assert pinocchio.buildModelFromUrdf(str(place)).nv == len(load("excavator").coordinates)
+    assert call("export", "excavator").stdout == place.read_text(encoding="utf-8")

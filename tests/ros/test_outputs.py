@@ -1,0 +1,98 @@
+"""Messages of a result, and what the monitor makes of it."""
+
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from scipy.spatial.transform import Rotation
+
+from hybrid_dynamics_core import load
+from hybrid_dynamics_ros import outputs
+from hybrid_dynamics_ros.monitor import Level, Monitor
+from hybrid_dynamics_ros.parameters import LEAST_RATE, STROKE_WARN, TF_RATE, ParameterError, Settings
+from hybrid_dynamics_ros.pipeline import Pipeline
+from hybrid_dynamics_ros.samples import JointSample
+from hybrid_dynamics_ros.throttle import Pace
+from hybrid_dynamics_ros.transforms import link_transforms, tf_output
+
+STAMP = Time(sec=3, nanosec=4)
+
+
+def result_of(robot, velocity=0.01):
+    n = len(robot.active)
+    sample = JointSample(3 * 10**9 + 4, robot.active, robot.reference.copy(), np.full(n, velocity), np.zeros(n))
+    pipeline = Pipeline(robot, bandwidth=10.0, max_gap=0.5)
+    return pipeline, pipeline.process(sample)
+
+
+@pytest.mark.parametrize("name", ["excavator", "staicu2015", "delta"])
+def test_transforms_put_every_link_where_forward_kinematics_does(name):
+    robot = load(name)
+    state = robot.close(robot.reference)
+    poses = {robot.base_frame: np.eye(4)}
+    transforms = {t.child_frame_id: t for t in link_transforms(robot)(state.s, STAMP)}
+    while set(transforms) - set(poses):
+        for link, message in transforms.items():
+            if message.header.frame_id in poses and link not in poses:
+                q, p = message.transform.rotation, message.transform.translation
+                local = np.eye(4)
+                local[:3, :3], local[:3, 3] = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix(), [p.x, p.y, p.z]
+                poses[link] = poses[message.header.frame_id] @ local
+    for link in transforms:
+        np.testing.assert_allclose(poses[link], robot.forward_kinematics(state, link).matrix, atol=1e-12)
+
+
+def test_tf_without_its_package_is_refused_with_what_to_do():
+    pytest.importorskip("rclpy")
+    try:
+        import tf2_msgs  # noqa: F401
+    except ImportError:
+        with pytest.raises(ParameterError, match=f"{TF_RATE.name}.*robot_state_publisher"):
+            tf_output()
+    else:
+        assert tf_output()[0].__name__ == "TFMessage"
+
+
+def test_cylinder_states_are_those_of_the_library():
+    robot = load("excavator")
+    _, result = result_of(robot)
+    message = outputs.cylinder_states(robot)(result, STAMP)
+    assert list(message.name) == list(robot.cylinders) != []
+    wanted = robot.hydraulics(result.state, result.efforts)
+    for k, name in enumerate(message.name):
+        assert message.cap_pressure[k] == float(wanted[name].cap_pressure)
+        assert message.rod_flow[k] == float(wanted[name].rod_flow)
+        assert message.to_upper[k] == float(wanted[name].to_upper)
+    told = outputs.joint_states(robot)(result, STAMP)
+    efforts = dict(zip(told.name, told.effort, strict=True))
+    forces = robot.drive_forces(result.state, result.efforts)
+    assert {name: efforts[name] for name in forces} == {name: float(force) for name, force in forces.items()}
+    assert all(efforts[name] == 0.0 for name in told.name if name not in forces)
+
+
+def test_the_monitor_tells_levels_by_its_thresholds(robot):
+    pipeline, result = result_of(robot)
+    monitor = Monitor(outputs.Strokes(robot))
+
+    def levels(settings, now_ns=result.stamp_ns):
+        return {e.name: e.level for e in monitor.report(result, pipeline.counts, now_ns, settings)}
+
+    usual = levels(Settings())
+    assert usual["stroke margin"] is Level.OK
+    assert usual["age of the stamp [s]"] is Level.OK
+    assert levels(Settings({STROKE_WARN.name: 10.0}))["stroke margin"] is Level.WARN
+    assert levels(Settings({LEAST_RATE.name: 1e6}))["rate [Hz]"] is Level.WARN
+    assert levels(Settings(), result.stamp_ns + 5 * 10**9)["age of the stamp [s]"] is Level.WARN
+    assert levels(Settings(), result.stamp_ns - 5 * 10**9)["age of the stamp [s]"] is Level.WARN  # from the future
+    assert levels(Settings())["received"] is Level.STALE  # nothing new since the last report
+
+
+@pytest.mark.parametrize(("rate", "wanted"), [(0.0, 1000), (-1.0, 0), (100.0, 100), (300.0, 300), (1e5, 1000)])
+def test_a_pace_lets_its_rate_through_whatever_the_jitter(rate, wanted):
+    pace, random = Pace(), np.random.default_rng(0)
+    stamps = 10**12 + np.arange(1000) * 10**6 + random.integers(0, 400_000, 1000)
+    assert abs(sum(pace.due(int(stamp), rate) for stamp in stamps) - wanted) <= 1
+
+
+def test_a_pace_starts_anew_where_stamps_go_back():
+    pace = Pace()
+    assert [pace.due(stamp, 1.0) for stamp in (10**10, 10**10 + 1, 5, 6)] == [True, False, True, False]
