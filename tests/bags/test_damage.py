@@ -210,6 +210,7 @@ def test_ctrl_c_leaves_nothing_behind(forging, tmp_path):
         [sys.executable, "-m", "hybrid_dynamics_cli", *command],
         cwd=tmp_path,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509 - a shell's background jobs ignore it
     )
     deadline = time.monotonic() + 60.0
     while not any(tmp_path.glob(".out.*/out/out.mcap")):
