@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import Any
 
+SHARES = 8  # parts for each thread, taken as it gets free: a core that is held up does not hold up the others
 PART = 64  # a part is a multiple of this: what compiled kernels work on at a time
 
 
@@ -24,15 +25,19 @@ def in_parts(
     The first answer that is not 0, or 0.
     """
     n = len(outs[-1])
-    size = PART * max(1, -(-n // (threads * PART)))
-    if threads == 1 or n <= size:
+    if threads == 1 or n <= PART:
         return function(*inputs, *outs)
+    size = PART * max(1, -(-n // (threads * SHARES * PART)))
 
     def part(start: int) -> int:
         rows = slice(start, start + size)
         return function(*(a if a.ndim == shared else a[rows] for a in inputs), *(out[rows] for out in outs))
 
-    starts = range(0, n, size)
-    others = [_pool(os.getpid(), threads - 1).submit(part, start) for start in starts[1:]]
-    answers = [part(starts[0]), *(other.result() for other in others)]
+    starts = iter(range(0, n, size))  # one next at a time, as the interpreter has it
+
+    def work() -> int:
+        return next((answer for answer in map(part, starts) if answer), 0)
+
+    others = [_pool(os.getpid(), threads - 1).submit(work) for _ in range(threads - 1)]
+    answers = [work(), *(other.result() for other in others)]
     return next((answer for answer in answers if answer), 0)
