@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from . import agree, goals, machine, run, table
+from .measure import Timing
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,7 @@ def measured(quick: bool = False, modules: tuple[str, ...] = run.MODULES) -> Rep
         "",
         *goals.table(times),
         "",
-        f"Batch on two threads, time on the wall: {one.least / two.least:.2f} times the states of one in the best rounds, "
-        f"{one.median / two.median:.2f} times by the medians, which whatever else runs on the machine lowers.",
+        _two_threads(one, two),
         "",
         *(
             f"Import, load and first result, {name}: {wall:.2f} s ({cpu:.2f} s of CPU)"
@@ -51,3 +51,9 @@ def measured(quick: bool = False, modules: tuple[str, ...] = run.MODULES) -> Rep
         *notes,
     ]
     return Report("\n".join(lines).rstrip() + "\n", table.short(times))
+
+
+def _two_threads(one: Timing, two: Timing) -> str:
+    best, usual = one.least / two.least, one.median / two.median
+    told = f"Batch on two threads: {best:.2f} times the states of one in the best rounds, "
+    return f"{told}{usual:.2f} times by the medians (time on the wall)."
