@@ -49,10 +49,11 @@ class JointTrajectory:
             if not np.isfinite(part).all():
                 raise InputError(f"{name} has an entry that is not finite")
         self.positions = given[0]
+        times = self.times.copy()  # SciPy 1.11 wants arrays that could be written
         if len(given) == 1:
-            self._curve = CubicSpline(self.times, given[0], axis=0, bc_type="clamped")
+            self._curve = CubicSpline(times, given[0].copy(), axis=0, bc_type="clamped")
         else:
-            self._curve = BPoly.from_derivatives(self.times, np.stack(given, axis=1))
+            self._curve = BPoly.from_derivatives(times, np.stack(given, axis=1))
 
     @classmethod
     def between(cls, start: ArrayLike, end: ArrayLike, duration: float, begin: float = 0.0) -> JointTrajectory:
