@@ -63,16 +63,20 @@ class ByHand:
         forces = pin.rnea(self.model, self.data, self.q, self.v, self.a)
         return np.array(projected(forces[place].tolist(), t1, t2))
 
-    def minimal_form(self, u: Array, du: Array) -> tuple[Array, Array, Array]:
-        """crba and rnea on the tree, projected."""
-        model, data, place = self.model, self.data, self.place
-        q = u.tolist()
-        v = du.tolist()
+    def closed(self, u: Array, du: Array) -> Array:
+        """R of the closed state, which is put into the model with its bias accelerations."""
+        place, q, v = self.place, u.tolist(), du.tolist()
         t1, t2 = triangles(q)
         self.q[place] = positions(q, t1, t2)
         self.v[place] = linear(v, t1, t2)
         self.a[place] = quadratic(v, t1, t2)
-        R = np.array([linear(e, t1, t2) for e in np.eye(4).tolist()]).T[self.order]
+        R: Array = np.array([linear(e, t1, t2) for e in np.eye(4).tolist()]).T[self.order]
+        return R
+
+    def minimal_form(self, u: Array, du: Array) -> tuple[Array, Array, Array]:
+        """crba and rnea on the tree, projected."""
+        model, data = self.model, self.data
+        R = self.closed(u, du)
         gravity = pin.computeGeneralizedGravity(model, data, self.q)
         bias = pin.rnea(model, data, self.q, self.v, self.a) - gravity
         M = pin.crba(model, data, self.q)
@@ -80,14 +84,8 @@ class ByHand:
 
     def forward_dynamics(self, u: Array, du: Array, tau: Array) -> Array:
         """crba and rnea on the tree, projected, and a system of four solved."""
-        model, data, place = self.model, self.data, self.place
-        q = u.tolist()
-        v = du.tolist()
-        t1, t2 = triangles(q)
-        self.q[place] = positions(q, t1, t2)
-        self.v[place] = linear(v, t1, t2)
-        self.a[place] = quadratic(v, t1, t2)
-        R = np.array([linear(e, t1, t2) for e in np.eye(4).tolist()]).T[self.order]
+        model, data = self.model, self.data
+        R = self.closed(u, du)
         bias = pin.rnea(model, data, self.q, self.v, self.a)
         M = pin.crba(model, data, self.q)
         return np.linalg.solve(R.T @ M @ R, tau - R.T @ bias)
