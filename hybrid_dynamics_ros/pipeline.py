@@ -143,16 +143,12 @@ class Pipeline:
         self._direct = self.measured == robot.active
         self._order = JointOrder(self.measured)
         self._near: ClosedState | None = None
-        self.set_loads(robot.loads)
+        self.loads: Loads = robot.loads  # everything that acts on the robot, from the next sample on
         self._state: EstimatorState | None = None
         self.set_filter(bandwidth, max_gap)
         if not self._direct:
             start = robot.close(robot.reference)
             robot.close_given({name: float(start.s[robot.coordinates.index(name)]) for name in self.measured})
-
-    def set_loads(self, loads: Loads) -> None:
-        """Everything that acts on the robot, from now on."""
-        self.loads = loads
 
     def set_filter(self, bandwidth: float, max_gap: float) -> None:
         """Another bandwidth [Hz] and gap [s] from now on; the estimates start anew."""

@@ -73,7 +73,7 @@ class Runtime:
             ParameterError: its frame is none of the robot.
         """
         conditions, loads = self._conditions(settings)
-        self.pipeline.set_loads(loads)
+        self.pipeline.loads = loads
         self.pipeline.calibration = calibration_of(settings, self.measured)
         if any(settings[row] != self.settings[row] for row in (BANDWIDTH, MAX_GAP)):
             self.pipeline.set_filter(settings[BANDWIDTH], settings[MAX_GAP])
@@ -81,7 +81,7 @@ class Runtime:
 
     def change(self, conditions: Conditions) -> None:
         """Work under other conditions from now on; they were checked by whoever made them."""
-        self.pipeline.set_loads(loads_of(self.robot, conditions))
+        self.pipeline.loads = loads_of(self.robot, conditions)
         if conditions.mode is not self.conditions.mode:
             self.pipeline.set_mode(conditions.mode)
         self.conditions = conditions

@@ -19,7 +19,7 @@ _EXAMPLES: Final = """\
 examples:
   python -m hybrid_dynamics_ros.demo                       in real time, about 15 s
   python -m hybrid_dynamics_ros.demo --rate 5 --no-live    five times as fast, the summary alone
-  python -m hybrid_dynamics_ros.demo --output /tmp/demo    files elsewhere
+  python -m hybrid_dynamics_ros.demo --output elsewhere    files in another folder
 
 exit code: 0 if every message came and the efforts agree with the model, 1 if not, 130 after Ctrl-C"""
 INTERRUPTED: Final = 130
