@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from types import MappingProxyType
@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import programs
-from .algebra.scalar import Scalar
 from .assembly import AssemblyMode, branch_names, list_modes, matching_signs, signs_of_names
 from .closing import Closer, Start
 from .closure.mobility import find_mobility, with_mobility
@@ -22,7 +21,6 @@ from .errors import DescriptionError, InputError
 from .inputs import finite_where_good, named_values, vectors
 from .kernels.run import Codes, Kernel
 from .kernels.status import NOT_FINITE
-from .kernels.trace import Results
 from .mechanism.tree import build_tree
 from .refusal import jump, refusal
 from .state import ClosedState, ClosureStatus
@@ -292,10 +290,8 @@ class ClosingRobot:
         finite_where_good(values, codes)
         residual = np.abs(values["residuals"]).max(axis=-1, initial=0.0)
         single = u.ndim == 1
-        iterations: int | np.ndarray
         if single and int(codes) == 0:  # by far the most frequent case
-            status: ClosureStatus | np.ndarray = ClosureStatus.OK
-            iterations = int(values["iterations"][0])
+            status, iterations = np.array(ClosureStatus.OK), values["iterations"][0]
         else:
             odd = np.where(codes % 2 == 1, ClosureStatus.UNREACHABLE, ClosureStatus.SINGULAR)
             status = np.where(codes == 0, 0, np.where(codes == JUMP, ClosureStatus.SINGULAR, odd))
@@ -318,19 +314,17 @@ class ClosingRobot:
 
     def _by_loop(self, distances: Array) -> Array:
         """Distances of the steps (..., steps) -> the smallest of each entry of `loops`."""
-        columns = self._loop_columns
-        if all(len(part) == 1 for part in columns):  # a step for each loop, in the same order
-            return distances
-        if [k for part in columns for k in part] == list(range(distances.shape[-1])):  # each loop's steps in a row
-            nearest: Array = np.minimum.reduceat(distances, [part[0] for part in columns], axis=-1)
-            return nearest
-        return np.stack([distances[..., part].min(axis=-1) for part in columns], axis=-1)
+        order, starts = self._loop_order
+        nearest: Array = np.minimum.reduceat(distances[..., order], starts, axis=-1) if starts else distances
+        return nearest
 
     @cached_property
-    def _loop_columns(self) -> list[list[int]]:
-        """For each of `loops` its steps."""
+    def _loop_order(self) -> tuple[list[int], list[int]]:
+        """The steps, loop by loop as in `loops`, and where in them each loop begins."""
         names = [step.name for step in self._model.plan.steps]
-        return [[k for k, name in enumerate(names) if name == loop] for loop in self.loops]
+        order = sorted(range(len(names)), key=lambda k: self.loops.index(names[k]))
+        ordered = [names[k] for k in order]
+        return order, [ordered.index(loop) for loop in self.loops]
 
     def _named_branch(self, signs: Array) -> Mapping[str, str]:
         """Names of the modes; motions stay on theirs, so they are looked up once."""
@@ -342,7 +336,7 @@ class ClosingRobot:
     def kernel(self, key: str, program: programs.Program, model: programs.Model | None = None) -> Kernel:
         """The kernel of a program, made when first asked for; `key` tells programs and models apart."""
         if key not in self._kernels:
-            self._kernels[key] = _kernel(program, model or self._model)
+            self._kernels[key] = program.kernel(model or self._model)
         return self._kernels[key]
 
     def _run(
@@ -404,10 +398,3 @@ class ClosingRobot:
         if code == NOT_FINITE:
             return InputError("the result is beyond the range of floating point numbers")
         return refusal(model, u, signs, code, distance, row)
-
-
-def _kernel(program: programs.Program, model: programs.Model) -> Kernel:
-    def run(*vectors: Sequence[Scalar]) -> Results:
-        return program.run(model, programs.Inputs(**dict(zip(program.inputs, vectors, strict=True))))
-
-    return Kernel(run, [program.size(model, name) for name in program.inputs])

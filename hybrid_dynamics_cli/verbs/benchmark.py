@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
-from pathlib import Path
 
 import click
 
@@ -21,7 +20,7 @@ def command(quick: bool, output: str | None) -> None:
     text = _report()(quick)
     click.echo(text, nl=False)
     if place is not None:
-        Path(place).write_text(text, encoding="utf-8")
+        place.write_text(text, encoding="utf-8")
 
 
 def _report() -> Callable[[bool], str]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from ..algebra.scalar import Scalar
 from ..closure.plan import ClosurePlan
 from ..dynamics.loading import FRICTION, SPRINGS, LoadValues
+from ..kernels.run import Kernel
 from ..kernels.trace import Results
 from ..mechanism.tree import Tree
 
@@ -59,6 +60,14 @@ class Program:
     def size(self, model: Model, name: str) -> int:
         """Length of an input vector."""
         return self.sizes.get(name) or model.size(name)
+
+    def kernel(self, model: Model) -> Kernel:
+        """The program on a model as functions of arrays, its inputs in order."""
+
+        def run(*vectors: Scalars) -> Results:
+            return self.run(model, Inputs(**dict(zip(self.inputs, vectors, strict=True))))
+
+        return Kernel(run, [self.size(model, name) for name in self.inputs])
 
 
 def closure_code(step: int) -> int:
