@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from . import agree, goals, machine, run, table
-from .measure import Timing
+from .cores import two_cores
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ def measured(quick: bool = False, modules: tuple[str, ...] = run.MODULES) -> Rep
     sides = run.find_sides(robot, modules, notes.append)
     size = 2 * agree.MANY if quick else run.BATCH
     times = run.compare(robot, sides, rounds, seconds, size)
-    one, two = run.threads(robot, rounds, size if quick else 10 * size).values()
+    cores = two_cores(robot, 3 * rounds, size if quick else 10 * size)
     lines = [
         *machine.description(),
         "",
@@ -39,7 +39,7 @@ def measured(quick: bool = False, modules: tuple[str, ...] = run.MODULES) -> Rep
         "",
         *goals.table(times),
         "",
-        _two_threads(one, two),
+        *cores.table(),
         "",
         *(
             f"Import, load and first result, {name}: {wall:.2f} s ({cpu:.2f} s of CPU)"
@@ -51,9 +51,3 @@ def measured(quick: bool = False, modules: tuple[str, ...] = run.MODULES) -> Rep
         *notes,
     ]
     return Report("\n".join(lines).rstrip() + "\n", table.short(times))
-
-
-def _two_threads(one: Timing, two: Timing) -> str:
-    best, usual = one.least / two.least, one.median / two.median
-    told = f"Batch on two threads: {best:.2f} times the states of one in the best rounds, "
-    return f"{told}{usual:.2f} times by the medians (time on the wall)."

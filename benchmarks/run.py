@@ -63,19 +63,6 @@ def compare(
     return result
 
 
-def threads(robot: Robot, rounds: int, size: int = BATCH) -> dict[int, Timing]:
-    """Seconds (of the clock on the wall) a state of a batch on one thread and on two."""
-    states = agree.random_states(robot, size)
-    u, du, ddu, out = states["u"], states["du"], states["ddu"], np.empty((size, len(robot.active)))
-
-    def batch(count: int) -> np.ndarray:
-        return np.asarray(robot.kernels.inverse_dynamics(u, du, ddu, out, threads=count))
-
-    calls = {str(count): (batch, (count,)) for count in (1, 2)}
-    timings = measure(calls, rounds, clock=time.perf_counter)
-    return {int(name): Timing(t.median / size, t.least / size) for name, t in timings.items()}
-
-
 def starts() -> dict[str, tuple[float, float]]:
     """Import, load and first result, without and with what an earlier start left: seconds on the wall, and of CPU."""
     result = {}

@@ -103,7 +103,8 @@ def test_a_program_in_parts_gives_the_same(
     state = random_states(name, 1)[0]
     arguments = inputs(name, which, state, 0)
     whole, _ = kernel(name, which, backend)(*arguments)
-    monkeypatch.setattr(parts, "LONGEST", 100)
+    monkeypatch.setattr(parts, "UNDIVIDED", 100)
+    monkeypatch.setattr(parts, "PART", 100)
     monkeypatch.setattr(Kernel, "_identity", None)
     made = kernel(name, which, backend)
     divided = Kernel(made._program, made._sizes, backend)

@@ -1,6 +1,7 @@
 """A long trace in parts: functions one after the other, with memory for what a later one needs.
 
-The time that LLVM takes for one function grows faster than its length, so this keeps it proportional to the trace.
+The time that LLVM takes for one function grows faster than its length, so this keeps it proportional to the trace. A
+function that is not divided runs faster, though: values that pass between parts go through memory.
 """
 
 from __future__ import annotations
@@ -12,7 +13,8 @@ from ..trace import Trace
 from .nodes import CallBlock, Fetch, Nodes
 from .text import Function, Lanes
 
-LONGEST = 2000  # nodes of a part
+UNDIVIDED = 20_000  # nodes of a trace that is left in one part
+PART = 2000  # nodes of a part of a longer one
 
 
 class Parts:
@@ -67,7 +69,7 @@ class Parts:
 def _divide(trace: Trace) -> list[list[int]]:
     """Live nodes in runs of about equal length; outputs of one block stay together."""
     live = trace.live()
-    count = -(-len(live) // LONGEST) or 1
+    count = 1 if len(live) <= UNDIVIDED else -(-len(live) // PART)
     length = -(-len(live) // count) or 1
     parts: list[list[int]] = [[]]
     for index in live:
