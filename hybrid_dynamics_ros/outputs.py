@@ -113,7 +113,7 @@ def end_effector_twist(robot: Robot) -> Fill:
     def fill(result: MotionResult, stamp: Time) -> TwistStamped | None:
         if not result.moving:
             return None
-        twist = (robot.jacobian(result.row)[0] @ result.state.du).tolist()
+        twist = (robot.jacobian(result.state) @ result.state.du).tolist()
         message.header.stamp = stamp
         message.twist.linear, message.twist.angular = _vector(twist[:3]), _vector(twist[3:])
         return message
@@ -129,14 +129,13 @@ def loop_reactions(robot: Robot) -> Fill:
     def fill(result: MotionResult, stamp: Time) -> LoopReactions | None:
         if result.active_acceleration is None or not result.moving:
             return None
-        pins = robot.reactions(result.row, result.active_acceleration[None], result.loads).pins
+        pins = robot.reactions(result.state, result.active_acceleration, result.loads).pins
         message.header.stamp = stamp
         message.pins = list(pins)
         message.link_a, message.link_b = ([pin.links[k] for pin in pins.values()] for k in (0, 1))
-        message.places = [Point(x=x, y=y, z=z) for x, y, z in (pin.place[0].tolist() for pin in pins.values())]
+        message.places = [Point(x=x, y=y, z=z) for x, y, z in (pin.place.tolist() for pin in pins.values())]
         message.wrenches = [
-            Wrench(force=_vector(pin.force[0].tolist()), torque=_vector(pin.moment[0].tolist()))
-            for pin in pins.values()
+            Wrench(force=_vector(pin.force.tolist()), torque=_vector(pin.moment.tolist())) for pin in pins.values()
         ]
         return message
 

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from hybrid_dynamics_core import ClosedState, Loads, Pose, Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError, InputError
-from hybrid_dynamics_core.state import ClosureStatus
 from hybrid_dynamics_ros.estimator import Estimate, EstimatorState, MotionEstimator
 from hybrid_dynamics_ros.filters import StampEvent
 from hybrid_dynamics_ros.samples import (
@@ -56,11 +55,6 @@ class MotionResult:
     efforts: FloatArray | None
     event: StampEvent | None
 
-    @cached_property
-    def row(self) -> ClosedState:
-        """The state as a batch of one: compiled code for batches may differ from that for one state in last bits."""
-        return as_rows(self.state)
-
     @property
     def position(self) -> FloatArray:
         """All coordinates, active then passive, (n_s,) [rad or m]."""
@@ -89,8 +83,7 @@ class MotionResult:
     @cached_property
     def pose(self) -> Pose:
         """End effector in the base frame."""
-        pose = self.robot.forward_kinematics(self.row)
-        return Pose(pose.position[0], pose.rotation[0])
+        return self.robot.forward_kinematics(self.state)
 
 
 @dataclass
@@ -214,7 +207,7 @@ class Pipeline:
         state, acceleration = self._close(motion, event)
         efforts = None
         if motion.velocity is not None and acceleration is not None:
-            efforts = self.robot.inverse_dynamics(as_rows(state), acceleration[None], self.loads)[0]
+            efforts = self.robot.inverse_dynamics(state, acceleration, self.loads)
         _require_finite(position=state.s, velocity=state.ds, efforts=efforts)
         return MotionResult(
             robot=self.robot,
@@ -230,7 +223,7 @@ class Pipeline:
     def _close(self, motion: ActiveMotion, event: StampEvent | None) -> tuple[ClosedState, FloatArray | None]:
         """The closed state, and the accelerations of the active joints where they are known."""
         if self._direct and self.mode is None:
-            return self._close_row(motion.position, motion.velocity), motion.acceleration
+            return self.robot.close(motion.position, motion.velocity), motion.acceleration
         near = self.mode if event in _RESTARTS else self._near
         if self._direct:
             state = self.robot.close(motion.position, motion.velocity, near=near)
@@ -241,14 +234,6 @@ class Pipeline:
             return state, motion.acceleration
         return state, state.dds[: state.n]
 
-    def _close_row(self, u: FloatArray, du: FloatArray | None) -> ClosedState:
-        """By the code for batches, as recordings are processed: both give the same bits."""
-        rows = self.robot.close(u[None], None if du is None else du[None], check=False)
-        if np.any(rows.status):
-            self.robot.close(u, du)  # says what is wrong without the number of a row
-            self.robot.close(u[None], du)
-        return _first(rows)
-
     def _close_measured(self, motion: ActiveMotion, near: ClosedState | None) -> ClosedState:
         values, rates, accelerations = (
             None if part is None else dict(zip(self.measured, part.tolist(), strict=True))
@@ -257,21 +242,6 @@ class Pipeline:
         if values is None:
             raise InputError("the positions are missing")
         return self.robot.close_given(values, rates, accelerations, near=near)
-
-
-_ARRAYS = ("u", "du", "s", "ds", "R", "bias", "distances")
-
-
-def as_rows(state: ClosedState) -> ClosedState:
-    """A state as a batch of one."""
-    arrays = {name: getattr(state, name)[None] for name in _ARRAYS}
-    return replace(state, **arrays, residual=np.array([state.residual]), status=np.array([0]))
-
-
-def _first(rows: ClosedState) -> ClosedState:
-    arrays = {name: getattr(rows, name)[0] for name in _ARRAYS}
-    residual, iterations = np.ravel(rows.residual)[0], np.ravel(rows.iterations)[0]
-    return replace(rows, **arrays, residual=float(residual), status=ClosureStatus.OK, iterations=int(iterations))
 
 
 def _require_finite(**results: FloatArray | None) -> None:

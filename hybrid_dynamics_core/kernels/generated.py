@@ -29,12 +29,16 @@ def _sqrt(x: float) -> float:
     return math.sqrt(x) if x >= 0.0 else math.nan
 
 
+def _atan2(y: float, x: float) -> float:
+    return float(np.arctan2(y, x))  # math.atan2 may differ from NumPy's in the last bit, and so one state from many
+
+
 _SCALAR = {
     "sin": math.sin,
     "cos": math.cos,
     "sqrt": _sqrt,
     "fabs": math.fabs,
-    "atan2": math.atan2,
+    "atan2": _atan2,
     "invert": invert_floats,
     "newton": newton_floats,
 }

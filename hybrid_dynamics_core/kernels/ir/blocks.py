@@ -9,7 +9,7 @@ from ...algebra.numerics import LARGEST_STEP, MAX_ITERATIONS, SMALL_STEP
 from ..graph import Block
 from ..trace import Trace, body_name, trace_body
 from .nodes import Fetch, Nodes
-from .text import FAST, Function, Lanes, constant
+from .text import Function, Lanes, constant
 
 
 def block_functions(trace: Trace) -> list[str]:
@@ -84,6 +84,7 @@ def _eliminate(n: int, m: int) -> str:
     """
     width = n + m
     f = Function(f"define internal double @eliminate.{n}.{m}(ptr %a) noinline")
+    lanes = Lanes(f, 1)
     determinant, largest, row = f.slot("double"), f.slot("double"), f.slot("i64")
     f.store(constant(1.0), determinant)
     with f.loop(0, n) as c:
@@ -110,8 +111,8 @@ def _eliminate(n: int, m: int) -> str:
             line = f.at("%a", f.let(f"mul i64 {r}, {width}"))
             factor = f.load(line, c)
             with f.loop(c, width) as k:
-                part = f.let(f"fmul {FAST} double {factor}, {f.load(own, k)}")
-                f.store(f.let(f"fsub {FAST} double {f.load(line, k)}, {part}"), line, k)
+                part = lanes.arithmetic("fmul", factor, f.load(own, k))
+                f.store(lanes.arithmetic("fsub", f.load(line, k), part), line, k)
     f.do(f"ret double {f.load(determinant)}")
     return f.text()
 
@@ -140,6 +141,7 @@ def _newton(name: str, block: Block) -> str:
     """`@newton.N(given, out)`: from guess and parameters to the solution and the iterations, negative if it failed."""
     n = block.size
     f = Function(f"define internal void @newton.{name}(ptr %given, ptr %out) noinline")
+    lanes = Lanes(f, 1)
     values, work = f.slot("double", n + n * n), f.slot("double", n * (n + 1))
     working, largest = f.slot("i1"), f.slot("double")
     with f.loop(0, n) as k:
@@ -164,8 +166,8 @@ def _newton(name: str, block: Block) -> str:
             share = f.let(f"fdiv double {constant(LARGEST_STEP)}, {least}")
             share = f.let(f"call double @llvm.minnum.f64(double {share}, double {constant(1.0)})")
             with f.loop(0, n) as k:
-                step = f.let(f"fmul {FAST} double {share}, {f.load(work, f.let(f'mul i64 {k}, {n + 1}'), n)}")
-                f.store(f.let(f"fsub {FAST} double {f.load('%out', k)}, {step}"), "%out", k)
+                step = lanes.arithmetic("fmul", share, f.load(work, f.let(f"mul i64 {k}, {n + 1}"), n))
+                f.store(lanes.arithmetic("fsub", f.load("%out", k), step), "%out", k)
             with f.when(f.let(f"fcmp olt double {most}, {constant(SMALL_STEP)}")):
                 f.store(count, "%out", n)
                 f.store("false", working, kind="i1", align=1)

@@ -49,7 +49,7 @@ class Nodes:
             return self._blocks[int(a)][int(b)]
         left = self.value(a)
         if op == "neg":
-            return self.function.let(f"fneg {self.lanes.kind} {left}")
+            return self.lanes.negative(left)
         if op in _ARITHMETIC:
             return self.lanes.arithmetic(_ARITHMETIC[op], left, self.value(b))
         return self._call_function(op, left, b)

@@ -6,8 +6,6 @@ import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-FAST = "contract"  # a product and a sum may become one fused operation; nothing else about rounding changes
-
 
 def constant(value: float) -> str:
     """A double, exactly."""
@@ -22,6 +20,7 @@ class Function:
         self._slots: list[str] = []
         self._lines: list[str] = []
         self._count = 0
+        self.products: dict[str, tuple[str, str]] = {}  # factors of the values that are products
 
     def fresh(self) -> int:
         """A number not used yet."""
@@ -129,8 +128,25 @@ class Lanes:
         return str(value) if self.width == 1 else f"<{', '.join([f'{kind} {value}'] * self.width)}>"
 
     def arithmetic(self, operation: str, a: str, b: str) -> str:
-        """fadd, fsub, fmul or fdiv."""
-        return self.function.let(f"{operation} {FAST} {self.kind} {a}, {b}")
+        """fadd, fsub, fmul or fdiv.
+
+        Where a term of a sum is a product, both are one fused operation if the processor has it. Which ones is said
+        here and not left to LLVM, so that one state and many are rounded alike: they agree to the last bit.
+        """
+        f = self.function
+        if operation in ("fadd", "fsub") and a in f.products:
+            return self.intrinsic("fmuladd", *f.products[a], b if operation == "fadd" else self.negative(b))
+        if operation in ("fadd", "fsub") and b in f.products:
+            left, right = f.products[b]
+            return self.intrinsic("fmuladd", left if operation == "fadd" else self.negative(left), right, a)
+        value = f.let(f"{operation} {self.kind} {a}, {b}")
+        if operation == "fmul":
+            f.products[value] = a, b
+        return value
+
+    def negative(self, a: str) -> str:
+        """The value with its other sign."""
+        return self.function.let(f"fneg {self.kind} {a}")
 
     def intrinsic(self, name: str, *values: str) -> str:
         """One of LLVM's functions on doubles."""
@@ -152,5 +168,6 @@ def declarations(width: int) -> list[str]:
     one, two = f"({lanes.kind})", f"({lanes.kind}, {lanes.kind})"
     unary = [f"declare {lanes.kind} @llvm.{name}.{lanes.suffix}{one}" for name in ("sqrt", "fabs", "sin", "cos")]
     binary = [f"declare {lanes.kind} @llvm.{name}.{lanes.suffix}{two}" for name in ("minnum", "maxnum")]
+    fused = [f"declare {lanes.kind} @llvm.fmuladd.{lanes.suffix}({lanes.kind}, {lanes.kind}, {lanes.kind})"]
     every = [] if width == 1 else [f"declare i1 @llvm.vector.reduce.and.v{width}i1({lanes.mask})"]
-    return unary + binary + every
+    return unary + binary + fused + every
