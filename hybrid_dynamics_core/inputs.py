@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .description.model import Array
 from .errors import InputError
@@ -39,17 +39,6 @@ def vectors(name: str, value: ArrayLike, names: tuple[str, ...], rows: int | Non
         where = names[place[-1]] + (f" in row {place[0]}" if array.ndim == 2 else "")
         raise InputError(f"{name}: {where} is {array[place]}; expected finite numbers")
     return array
-
-
-def finite_where_good(results: Mapping[str, Array], codes: NDArray[np.int64]) -> None:
-    """InputError where a state that closes has a result that is no number: its input is too large to compute with."""
-    if np.ndim(codes) == 0 and all(np.isfinite(value).all() for value in results.values()):
-        return  # one state, and nothing wrong with it: by far the most frequent case
-    for name, value in results.items():
-        good = np.isfinite(value).reshape(*np.shape(codes), -1).all(axis=-1) | (codes != 0)
-        if not np.all(good):
-            row = "" if np.ndim(codes) == 0 else f" of row {int(np.flatnonzero(~good)[0])}"
-            raise InputError(f"the result ({name}{row}) is not finite: the input is too large to compute with")
 
 
 def named_values(

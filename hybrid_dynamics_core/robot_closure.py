@@ -18,12 +18,12 @@ from .closure.plan import ClosurePlan, build_plan
 from .closure.reach import allowed_range
 from .description.model import Array, JointType, RobotDescription, frozen
 from .errors import DescriptionError, InputError
-from .inputs import finite_where_good, named_values, vectors
+from .inputs import named_values, vectors
 from .kernels.run import Codes, Kernel
 from .kernels.status import NOT_FINITE
 from .mechanism.tree import build_tree
 from .refusal import jump, refusal
-from .state import ClosedState, ClosureStatus
+from .state import ClosedState, ClosureStatus, settle
 from .tracking import JUMP
 
 
@@ -282,20 +282,18 @@ class ClosingRobot:
     def _state(
         self, u: Array, du: Array, signs: Array, values: dict[str, Array], codes: Codes, check: bool
     ) -> ClosedState:
-        if check:
-            self._refuse(u, signs, codes, values["distances"])
-        else:
-            for value in values.values():
-                value[codes != 0] = np.nan
-        finite_where_good(values, codes)
-        residual = np.abs(values["residuals"]).max(axis=-1, initial=0.0)
         single = u.ndim == 1
-        if single and int(codes) == 0:  # by far the most frequent case
+        if single and codes == 0:  # by far the most frequent case
             status, iterations = np.array(ClosureStatus.OK), values["iterations"][0]
         else:
+            if check:
+                self._refuse(u, signs, codes, values["distances"])
+            for value in values.values():
+                value[codes != 0] = np.nan
             odd = np.where(codes % 2 == 1, ClosureStatus.UNREACHABLE, ClosureStatus.SINGULAR)
             status = np.where(codes == 0, 0, np.where(codes == JUMP, ClosureStatus.SINGULAR, odd))
             iterations = np.nan_to_num(values["iterations"][..., 0]).astype(int)
+        residual = np.abs(values["residuals"]).max(axis=-1, initial=0.0)
         return ClosedState(
             u=frozen(u),
             du=frozen(du),
@@ -315,6 +313,8 @@ class ClosingRobot:
     def _by_loop(self, distances: Array) -> Array:
         """Distances of the steps (..., steps) -> the smallest of each entry of `loops`."""
         order, starts = self._loop_order
+        if order == starts:  # a step a loop
+            return distances
         nearest: Array = np.minimum.reduceat(distances[..., order], starts, axis=-1) if starts else distances
         return nearest
 
@@ -360,9 +360,7 @@ class ClosingRobot:
             guess=state.s,
             gravity=self._gravity,
         )
-        for value in values.values():
-            value[codes != 0] = np.nan
-        finite_where_good(values, codes)
+        settle(state, values, codes)
         return values
 
     def _own(self, state: ClosedState) -> None:

@@ -22,9 +22,8 @@ from .dynamics.parameters import Parameters, described_parameters
 from .dynamics.pins import Pin, find_pins
 from .dynamics.reactions import Reactions, named_reactions
 from .errors import InputError
-from .inputs import finite_where_good
 from .robot_closure import ClosingRobot
-from .state import ClosedState
+from .state import ClosedState, settle
 
 LoadedProgram = Callable[[Loading], programs.Program]
 MotionFunction = Callable[[Array, Array, Array], tuple[Array, float]]
@@ -199,9 +198,7 @@ class RobotDynamics(ClosingRobot):
         singular = np.asarray(codes == programs.MASS_SINGULAR)
         if singular.any():
             raise mass_singularity(self.minimal_form(state, loads)[0], singular, self.active)
-        for value in values.values():
-            value[codes != 0] = np.nan
-        finite_where_good(values, codes)
+        settle(state, values, codes)
         return values
 
     def _load_inputs(self, loads: Loads, rows: int | None) -> tuple[Loading, dict[str, Array]]:

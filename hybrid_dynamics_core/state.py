@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .description.model import Array, Picklable
+from .errors import InputError
 
 
 class ClosureStatus(IntEnum):
@@ -88,3 +90,15 @@ class ClosedState(Picklable):
             return "" if self.u.ndim == 1 else [""] * len(self.u)
         nearest = np.argmin(np.nan_to_num(self.distances, nan=-1.0), axis=-1)
         return self.loops[int(nearest)] if self.u.ndim == 1 else [self.loops[int(k)] for k in nearest]
+
+
+def settle(state: ClosedState, values: Mapping[str, Array], codes: NDArray[np.int64]) -> None:
+    """What was computed for a state: NaN in rows that did not close, InputError where one that did has no number."""
+    if not codes.any():
+        return
+    lost = np.flatnonzero((codes != 0) & (np.asarray(state.status) == 0))
+    if len(lost):
+        row = "" if codes.ndim == 0 else f" of row {lost[0]}"
+        raise InputError(f"the result{row} is not finite: the input is too large to compute with")
+    for value in values.values():
+        value[codes != 0] = np.nan

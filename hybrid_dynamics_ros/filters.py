@@ -31,6 +31,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -103,12 +104,12 @@ class PolynomialFilter:
             if not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} is {value}, expected a finite number above 0")
 
-    @property
+    @cached_property
     def rate(self) -> float:
         """lambda, the rate at which samples are forgotten [1/s]."""
         return 2.0 * math.pi * self.bandwidth / math.sqrt(2.0 ** (1.0 / (self.degree + 1)) - 1.0)
 
-    @property
+    @cached_property
     def lag(self) -> float:
         """Delay of the highest derivative for slow signals, for samples much denser than this [s]."""
         return (self.degree + 1) / self.rate

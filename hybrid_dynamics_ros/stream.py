@@ -154,9 +154,9 @@ class Stream:
 
     def _messages(self, result: MotionResult) -> list[tuple[Publisher, Any]]:
         """All messages that are due; made before the first is sent, so that all go or none."""
-        stamp, settings = outputs.stamp_of(result), self._runtime.settings
+        settings = self._runtime.settings
         due = [
-            (publisher, fill(result, stamp))
+            (publisher, fill(result))
             for publisher, fill, rate, pace in self._outputs
             if pace.due(result.stamp_ns, settings[rate]) and publisher.get_subscription_count()
         ]

@@ -11,7 +11,7 @@ from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from std_msgs.msg import Header
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_ros.conversions import quaternion
+from hybrid_dynamics_ros.conversions import ns_to_stamp, quaternion
 from hybrid_dynamics_ros.outputs import Fill
 from hybrid_dynamics_ros.parameters import TF_RATE, ParameterError
 from hybrid_dynamics_ros.pipeline import MotionResult
@@ -60,8 +60,8 @@ def tf_output() -> tuple[type, Callable[[Robot], Fill]]:
     def filler(robot: Robot) -> Fill:
         make = link_transforms(robot)
 
-        def fill(result: MotionResult, stamp: Time) -> Any:
-            return TFMessage(transforms=make(result.state.s, stamp))
+        def fill(result: MotionResult) -> Any:
+            return TFMessage(transforms=make(result.state.s, ns_to_stamp(result.stamp_ns)))
 
         return fill
 

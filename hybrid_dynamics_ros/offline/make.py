@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_ros.offline.cdr import Template
+from hybrid_dynamics_ros.cdr import Template
 from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE
 from hybrid_dynamics_ros.offline.mcap_write import Block, new_bag

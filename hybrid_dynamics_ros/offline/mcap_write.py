@@ -23,7 +23,7 @@ import yaml
 from numpy.typing import NDArray
 from rosbags.rosbag2.metadata import dump_qos_v9
 
-from hybrid_dynamics_ros.offline.cdr import Bytes, Template
+from hybrid_dynamics_ros.cdr import Bytes, Template
 from hybrid_dynamics_ros.offline.interfaces import typestore
 from hybrid_dynamics_ros.offline.mcap_file import (
     CHANNEL,

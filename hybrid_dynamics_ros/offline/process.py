@@ -16,8 +16,8 @@ from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_core.export.urdf import to_urdf
 from hybrid_dynamics_core.progress import Progress
+from hybrid_dynamics_ros.cdr import Template
 from hybrid_dynamics_ros.conditions import Conditions, calibration_of, loads_of
-from hybrid_dynamics_ros.offline.cdr import Template
 from hybrid_dynamics_ros.offline.decode import Decoder, Samples
 from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from rosbags.interfaces import Qos
 from rosbags.rosbag2.metadata import parse_qos
 
-from hybrid_dynamics_ros.offline.cdr import Bytes
+from hybrid_dynamics_ros.cdr import Bytes
 from hybrid_dynamics_ros.offline.errors import BagError
 
 if sys.version_info >= (3, 14):

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from hybrid_dynamics_core import CylinderState, Loads, Robot
 from hybrid_dynamics_core.dynamics.reactions import PinReaction
 from hybrid_dynamics_core.errors import SingularityError
-from hybrid_dynamics_ros.offline.cdr import Template
+from hybrid_dynamics_ros import layouts
+from hybrid_dynamics_ros.cdr import Template
 from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE
 from hybrid_dynamics_ros.offline.mcap_write import Block
 from hybrid_dynamics_ros.offline.motion import Motion, pick
@@ -74,12 +75,6 @@ def outputs_of(robot: Robot, loads: Loads, settings: Settings) -> list[Output]:
     return [Output(name, _TYPES[name], make, settings[rates[name]], Pace()) for name, make in makers.items()]
 
 
-def _joint_state(names: tuple[str, ...], *, velocity: bool, effort: bool) -> Template:
-    count = len(names)
-    template = Template().header().strings(names).sequence("position", count)
-    return template.sequence("velocity", count if velocity else 0).sequence("effort", count if effort else 0)
-
-
 class JointStates:
     """All joints: position, velocity, and the effort of the drives."""
 
@@ -94,7 +89,7 @@ class JointStates:
             for driven in (False, True):
                 own = rows[(motion.moving[rows] == moving) & (known[rows] == driven)]
                 if len(own):
-                    template = _joint_state(self._robot.coordinates, velocity=moving, effort=driven)
+                    template = layouts.joint_state(self._robot.coordinates, velocity=moving, effort=driven)
                     state = motion.state
                     yield own, template, {
                         "position": state.s[own], "velocity": state.ds[own], "effort": along[own]
@@ -129,7 +124,7 @@ class RequiredEfforts:
     """Torques and forces of the active joints."""
 
     def __init__(self, robot: Robot) -> None:
-        self._template = _joint_state(robot.active, velocity=True, effort=True)
+        self._template = layouts.joint_state(robot.active, velocity=True, effort=True)
 
     def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
         """Nothing before accelerations are known."""
@@ -153,14 +148,9 @@ class ClosedStates:
         lower, upper = strokes.left(state.s)
         nearest = np.array(state.singular_loop, dtype=object)
         distance = np.broadcast_to(np.asarray(state.singularity, dtype=np.float64), (len(motion),))
-        loops, joints = len(robot.loops), len(strokes.joints)
-        branches = [state.branch.get(loop, "") for loop in robot.loops]
         for loop in dict.fromkeys(nearest[rows].tolist()):
             own = rows[nearest[rows] == loop]
-            template = Template().header().slot("residual", "<f8").strings(robot.loops).strings(branches)
-            template.sequence("singularity", loops).slot("nearest", "<f8").string(loop)
-            template.strings(strokes.joints).sequence("lower", joints).sequence("upper", joints)
-            yield own, template, {
+            yield own, layouts.closed_state(robot, strokes.joints, state.branch, loop), {
                 "residual": np.asarray(state.residual)[own],
                 "singularity": state.distances[own],
                 "nearest": distance[own],

@@ -14,7 +14,6 @@ from std_msgs.msg import Header
 from hybrid_dynamics_core import IKStatus, Pose, Robot
 from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_ros import conversions, outputs
-from hybrid_dynamics_ros.pipeline import MotionResult
 from hybrid_dynamics_ros.samples import FloatArray, JointOrder, RejectedError, RejectionCode
 from hybrid_dynamics_ros.services.context import Context, require_finite
 
@@ -105,11 +104,9 @@ def close_loops(context: Context, request: CloseLoops.Request, response: CloseLo
         raise RejectedError(RejectionCode.BAD_REQUEST, " ".join(str(error).split())) from error
     dds = state.dds if state.dds is not None else np.full_like(state.s, np.nan)
     require_finite(state.s, state.ds, dds)
-    stamp_ns = conversions.stamp_to_ns(given.header.stamp)
     header = Header(stamp=given.header.stamp)
     response.motion = conversions.joint_motion(header, robot.coordinates, state.s, state.ds, dds)
-    told = MotionResult(robot, context.loads, stamp_ns, state, True, None, None, None)
-    response.closed_state = outputs.closed_state(robot)(told, given.header.stamp)
+    response.closed_state = outputs.closed_state_message(robot, state, given.header.stamp)
 
 
 def target_of(robot: Robot, target: PoseStamped, *, position_only: bool) -> FloatArray | Pose:

@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
+from hybrid_dynamics_msgs.msg import ClosedState
+from rclpy.serialization import deserialize_message, serialize_message
 from scipy.spatial.transform import Rotation
+from sensor_msgs.msg import JointState
 
 from hybrid_dynamics_core import load
 from hybrid_dynamics_ros import outputs
@@ -52,17 +55,42 @@ def test_tf_without_its_package_is_refused_with_what_to_do():
         assert tf_output()[0].__name__ == "TFMessage"
 
 
+@pytest.mark.parametrize("name", ["forging_chu2020", "staicu2015", "delta", "type_c"])
+def test_messages_filled_in_as_bytes_are_those_that_rclpy_writes(name):
+    robot = load(name)
+    _, result = result_of(robot)
+    state = result.state
+    states, efforts, closed = (output.filler(robot)(result) for output in outputs.TABLE[:3])
+    along = deserialize_message(states, JointState).effort
+    expected = [
+        (
+            states,
+            JointState(name=list(robot.coordinates), position=result.position, velocity=result.velocity, effort=along),
+        ),
+        (
+            efforts,
+            JointState(name=list(robot.active), position=state.u, velocity=state.du, effort=result.efforts),
+        ),
+        (closed, outputs.closed_state_message(robot, state, STAMP)),
+    ]
+    for data, message in expected:
+        message.header.stamp = STAMP
+        assert deserialize_message(data, type(message)) == message
+        assert serialize_message(message).startswith(data)  # and then some bytes of padding
+    assert isinstance(expected[-1][1], ClosedState)
+
+
 def test_cylinder_states_are_those_of_the_library():
     robot = load("excavator")
     _, result = result_of(robot)
-    message = outputs.cylinder_states(robot)(result, STAMP)
+    message = outputs.cylinder_states(robot)(result)
     assert list(message.name) == list(robot.cylinders) != []
     wanted = robot.hydraulics(result.state, result.efforts)
     for k, name in enumerate(message.name):
         assert message.cap_pressure[k] == float(wanted[name].cap_pressure)
         assert message.rod_flow[k] == float(wanted[name].rod_flow)
         assert message.to_upper[k] == float(wanted[name].to_upper)
-    told = outputs.joint_states(robot)(result, STAMP)
+    told = deserialize_message(outputs.joint_states(robot)(result), JointState)
     efforts = dict(zip(told.name, told.effort, strict=True))
     forces = robot.drive_forces(result.state, result.efforts)
     assert {name: efforts[name] for name in forces} == {name: float(force) for name, force in forces.items()}

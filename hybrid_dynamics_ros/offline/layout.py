@@ -1,95 +1,18 @@
-"""CDR layouts: where the numbers of a message are, so that many messages of one layout are one array.
-
-Little-endian CDR as ROS 2 writes it: four bytes that tell the encoding, then the fields, each aligned to its size from
-the fifth byte on.
-"""
+"""Where the numbers of a JointState are in its bytes, so that many messages of one layout are one array."""
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-Bytes = NDArray[np.uint8]
-HEAD: Final = 4
-LITTLE: Final = b"\x00\x01\x00\x00"
+from hybrid_dynamics_ros.cdr import HEAD, LITTLE, Bytes
 
 
 class LayoutError(ValueError):
     """Bytes are not of the layout that was expected."""
-
-
-class Template:
-    """A message with fixed names and lengths, written once; `rows` fills its numbers for many messages at a time."""
-
-    def __init__(self) -> None:
-        self._parts = bytearray(LITTLE)
-        self._slots: dict[str, tuple[int, np.dtype[Any]]] = {}
-
-    def slot(self, name: str, kind: str, count: int = 1) -> Template:
-        """Numbers that differ from message to message: `count` of a NumPy type such as "<f8"."""
-        one = np.dtype(kind)
-        if count:
-            self._align(one.itemsize)
-        shaped = one if count == 1 else np.dtype((one, (count,)))
-        if count:
-            self._slots[name] = (len(self._parts), shaped)
-            self._parts += bytes(one.itemsize * count)
-        return self
-
-    def header(self, frame: str = "") -> Template:
-        """A std_msgs/Header: slots `sec` and `nanosec`, and a frame that stays."""
-        return self.slot("sec", "<i4").slot("nanosec", "<u4").string(frame)
-
-    def string(self, text: str) -> Template:
-        """A string that stays."""
-        encoded = text.encode() + b"\0"
-        self.length(len(encoded))
-        self._parts += encoded
-        return self
-
-    def strings(self, texts: Sequence[str]) -> Template:
-        """A sequence of strings that stay."""
-        self.length(len(texts))
-        for text in texts:
-            self.string(text)
-        return self
-
-    def length(self, count: int) -> Template:
-        """The length of a sequence."""
-        self._align(4)
-        self._parts += struct.pack("<I", count)
-        return self
-
-    def sequence(self, name: str, count: int, kind: str = "<f8") -> Template:
-        """A sequence of numbers: its length stays."""
-        self.length(count)
-        if count:
-            self._align(np.dtype(kind).itemsize)
-            self._slots[name] = (len(self._parts), np.dtype((np.dtype(kind), (count,))))
-            self._parts += bytes(np.dtype(kind).itemsize * count)
-        return self
-
-    def _align(self, size: int) -> None:
-        self._parts += bytes(-(len(self._parts) - HEAD) % size)
-
-    @property
-    def size(self) -> int:
-        """Bytes of a message."""
-        return len(self._parts)
-
-    def fill(self, rows: Bytes, values: Mapping[str, NDArray[Any]]) -> None:
-        """Write messages into `rows` (N, size) from the slots' values (N, ...)."""
-        rows[:] = np.frombuffer(bytes(self._parts), dtype=np.uint8)
-        for name, (start, kind) in self._slots.items():
-            view = rows[:, start : start + kind.itemsize]
-            shape = (len(rows), kind.itemsize)
-            part = np.ascontiguousarray(values[name], dtype=kind.base)
-            view[:] = part.reshape(len(rows), -1).view(np.uint8).reshape(shape)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,30 @@
+"""Layouts of the messages that go out for every input, the live node's and those of recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from hybrid_dynamics_core import Robot
+from hybrid_dynamics_ros.cdr import Template
+
+
+def joint_state(names: Sequence[str], *, velocity: bool, effort: bool) -> Template:
+    """A sensor_msgs/JointState: slots `position`, `velocity`, `effort`; the last two as far as they are known."""
+    count = len(names)
+    template = Template().header().strings(names).sequence("position", count)
+    return template.sequence("velocity", count if velocity else 0).sequence("effort", count if effort else 0)
+
+
+def closed_state(robot: Robot, ending: Sequence[str], branch: Mapping[str, str], nearest: str) -> Template:
+    """A ClosedState: slots `residual`, `singularity`, `nearest`, `lower`, `upper`.
+
+    Args:
+        robot: the robot.
+        ending: joints whose motion ends.
+        branch: assembly mode of each loop.
+        nearest: the loop nearest to its singularity.
+    """
+    template = Template().header().slot("residual", "<f8").strings(robot.loops)
+    template.strings([branch.get(loop, "") for loop in robot.loops])
+    template.sequence("singularity", len(robot.loops)).slot("nearest", "<f8").string(nearest)
+    return template.strings(ending).sequence("lower", len(ending)).sequence("upper", len(ending))
