@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -27,8 +28,11 @@ def vectors(name: str, value: ArrayLike, names: tuple[str, ...], rows: int | Non
 
     Raises InputError that says which entry is wrong.
     """
-    array = numbers(name, value)
     n = len(names)
+    single = rows is None or rows < 0
+    if single and type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (n,) and _finite(value):
+        return value  # by far the most frequent case
+    array = numbers(name, value)
     if array.ndim not in (1, 2) or array.shape[-1] != n:
         raise InputError(f"{name} has shape {array.shape}; expected ({n},) or (N, {n}) in the order {', '.join(names)}")
     expected = None if rows is None else ((n,) if rows < 0 else (rows, n))
@@ -39,6 +43,11 @@ def vectors(name: str, value: ArrayLike, names: tuple[str, ...], rows: int | Non
         where = names[place[-1]] + (f" in row {place[0]}" if array.ndim == 2 else "")
         raise InputError(f"{name}: {where} is {array[place]}; expected finite numbers")
     return array
+
+
+def _finite(vector: Array) -> bool:
+    """Whether all entries are finite; False also where their squares are not, to be looked at again."""
+    return math.isfinite(vector.dot(vector))
 
 
 def named_values(

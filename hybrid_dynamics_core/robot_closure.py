@@ -282,9 +282,11 @@ class ClosingRobot:
     def _state(
         self, u: Array, du: Array, signs: Array, values: dict[str, Array], codes: Codes, check: bool
     ) -> ClosedState:
-        single = u.ndim == 1
-        if single and codes == 0:  # by far the most frequent case
-            status, iterations = np.array(ClosureStatus.OK), values["iterations"][0]
+        status: ClosureStatus | np.ndarray
+        iterations: int | np.ndarray
+        if u.ndim == 1 and codes == 0:  # by far the most frequent case
+            status, iterations = ClosureStatus.OK, int(values["iterations"][0])
+            residual = max(map(abs, values["residuals"].tolist()), default=0.0)
         else:
             if check:
                 self._refuse(u, signs, codes, values["distances"])
@@ -293,7 +295,9 @@ class ClosingRobot:
             odd = np.where(codes % 2 == 1, ClosureStatus.UNREACHABLE, ClosureStatus.SINGULAR)
             status = np.where(codes == 0, 0, np.where(codes == JUMP, ClosureStatus.SINGULAR, odd))
             iterations = np.nan_to_num(values["iterations"][..., 0]).astype(int)
-        residual = np.abs(values["residuals"]).max(axis=-1, initial=0.0)
+            residual = np.abs(values["residuals"]).max(axis=-1, initial=0.0)
+            if u.ndim == 1:
+                status, iterations, residual = ClosureStatus(int(status)), int(iterations), float(residual)
         return ClosedState(
             u=frozen(u),
             du=frozen(du),
@@ -301,13 +305,13 @@ class ClosingRobot:
             ds=values["ds"],
             R=values["R"],
             bias=values["bias"],
-            residual=float(residual) if single else residual,
+            residual=residual,
             branch=self._named_branch(signs),
             signs=signs,
             loops=self.loops,
             distances=self._by_loop(values["distances"]),
-            status=ClosureStatus(int(status)) if single else status,
-            iterations=int(iterations) if single else iterations,
+            status=status,
+            iterations=iterations,
         )
 
     def _by_loop(self, distances: Array) -> Array:

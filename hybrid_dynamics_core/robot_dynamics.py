@@ -22,6 +22,7 @@ from .dynamics.parameters import Parameters, described_parameters
 from .dynamics.pins import Pin, find_pins
 from .dynamics.reactions import Reactions, named_reactions
 from .errors import InputError
+from .kernels.run import Kernel
 from .robot_closure import ClosingRobot
 from .state import ClosedState, settle
 
@@ -193,13 +194,28 @@ class RobotDynamics(ClosingRobot):
         self._own(state)
         loads = self.loads if loads is None else loads
         loading, arrays = self._load_inputs(loads, None if state.u.ndim == 1 else len(state.u))
+        kernel, names = self._loaded(key, program, loading)
         inputs = {"u": state.u, "du": state.du, "branch": state.signs, "guess": state.s, "gravity": loads.gravity}
-        values, codes = self._run(loading.key(key), program(loading), None, **inputs, **arrays, **more)
-        singular = np.asarray(codes == programs.MASS_SINGULAR)
-        if singular.any():
-            raise mass_singularity(self.minimal_form(state, loads)[0], singular, self.active)
-        settle(state, values, codes)
+        inputs |= arrays | more
+        values, codes = kernel(*(inputs[name] for name in names))
+        if codes.any():
+            singular = np.asarray(codes == programs.MASS_SINGULAR)
+            if singular.any():
+                raise mass_singularity(self.minimal_form(state, loads)[0], singular, self.active)
+            settle(state, values, codes)
         return values
+
+    def _loaded(self, key: str, program: LoadedProgram, loading: Loading) -> tuple[Kernel, tuple[str, ...]]:
+        """The kernel of a program under a loading, and the names of its inputs."""
+        known = self._loaded_kernels.get((key, loading))
+        if known is None:
+            made = program(loading)
+            known = self._loaded_kernels[key, loading] = (self.kernel(loading.key(key), made), made.inputs)
+        return known
+
+    @cached_property
+    def _loaded_kernels(self) -> dict[tuple[str, Loading], tuple[Kernel, tuple[str, ...]]]:
+        return {}
 
     def _load_inputs(self, loads: Loads, rows: int | None) -> tuple[Loading, dict[str, Array]]:
         if not isinstance(loads, Loads):

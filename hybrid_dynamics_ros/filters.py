@@ -167,11 +167,11 @@ class PolynomialFilter:
         moments = _aged(old, step, decay, weight)
         degree, gains = _gains(moments, weight, min(state.degree + 1, self.degree), self.rate)
 
-        derivatives = _moved(state.derivatives, dt)
-        difference = sample - derivatives[0]
-        for row in range(degree + 1):
-            derivatives[row] += gains[row] * difference
-        return FilterState(stamp_ns, state.start_ns, degree, moments, sample.copy(), derivatives)
+        rows = _moved(state.derivatives.tolist(), dt)
+        differences = [x - fitted for x, fitted in zip(sample.tolist(), rows[0], strict=True)]
+        for k in range(degree + 1):
+            rows[k] = [d + gains[k] * e for d, e in zip(rows[k], differences, strict=True)]
+        return FilterState(stamp_ns, state.start_ns, degree, moments, sample.copy(), np.array(rows))
 
 
 def _aged(
@@ -210,11 +210,15 @@ def _gains(
     return 0, (weight / m0, 0.0, 0.0)
 
 
-def _moved(derivatives: FloatArray, dt: float) -> FloatArray:
-    """The polynomial, (D + 1, n), seen ``dt`` [s] later."""
-    moved = derivatives.copy()
-    moved[0] += dt * derivatives[1]
-    if len(derivatives) == 3:
-        moved[0] += 0.5 * dt * dt * derivatives[2]
-        moved[1] += dt * derivatives[2]
-    return moved
+def _moved(derivatives: list[list[float]], dt: float) -> list[list[float]]:
+    """The polynomial, (D + 1, n), seen ``dt`` [s] later. In plain floats: few joints cost NumPy more."""
+    if len(derivatives) == 2:
+        value, first = derivatives
+        return [[d + dt * v for d, v in zip(value, first, strict=True)], first]
+    value, first, second = derivatives
+    half = 0.5 * dt * dt
+    return [
+        [d + dt * v + half * a for d, v, a in zip(value, first, second, strict=True)],
+        [v + dt * a for v, a in zip(first, second, strict=True)],
+        second,
+    ]

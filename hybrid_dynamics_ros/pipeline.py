@@ -208,7 +208,6 @@ class Pipeline:
         efforts = None
         if motion.velocity is not None and acceleration is not None:
             efforts = self.robot.inverse_dynamics(state, acceleration, self.loads)
-        _require_finite(position=state.s, velocity=state.ds, efforts=efforts)
         return MotionResult(
             robot=self.robot,
             loads=self.loads,
@@ -242,9 +241,3 @@ class Pipeline:
         if values is None:
             raise InputError("the positions are missing")
         return self.robot.close_given(values, rates, accelerations, near=near)
-
-
-def _require_finite(**results: FloatArray | None) -> None:
-    for name, values in results.items():
-        if values is not None and not np.isfinite(values).all():
-            raise RejectedError(RejectionCode.OVERFLOW, f"{name} would not be finite")

@@ -11,7 +11,6 @@ from rclpy.event_handler import QoSMessageLostInfo, SubscriptionEventCallbacks, 
 from rclpy.lifecycle import LifecycleNode
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
-from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 
@@ -20,6 +19,7 @@ from hybrid_dynamics_ros import conversions, outputs, qos
 from hybrid_dynamics_ros.filters import StampEvent
 from hybrid_dynamics_ros.parameters import INPUT_DEPTH, INPUT_QOS, OUTPUT_DEPTH, OUTPUT_QOS, RATES, TF_RATE
 from hybrid_dynamics_ros.pipeline import MotionResult
+from hybrid_dynamics_ros.reading import Read, StateReader, reader_of
 from hybrid_dynamics_ros.runtime import Runtime
 from hybrid_dynamics_ros.samples import JointSample, Rejection, RejectionCode, rejection_of
 from hybrid_dynamics_ros.throttle import Log, Pace
@@ -29,7 +29,7 @@ _QUIET = (None, StampEvent.NEXT, StampEvent.FIRST, StampEvent.REPEATED)
 _BACK_TO_BACK = 2e-4  # [s] between an answer and the next input where there may be more inputs waiting
 _CALM = 0.05  # [s] without a message left out: the overload is over
 _KINDS = (JointState, JointMotion)
-_SAMPLES = (conversions.sample_of_state, conversions.sample_of_motion)
+_LOOK = 0.02  # [s] for which is kept who listens to which topic
 _STUCK = 3  # inputs with the same stamp, one after the other
 
 
@@ -56,6 +56,8 @@ class Stream:
         if settings[TF_RATE] >= 0.0:
             kind, filler = tf_output()
             self._outputs.append((self._publisher(kind, "/tf", profile), filler(runtime.robot), TF_RATE, Pace()))
+        self._looked, self._listened = -_LOOK, [True] * len(self._outputs)
+        self._readers: tuple[Read, ...] = (StateReader(), reader_of(JointMotion, conversions.sample_of_motion))
         self._subscriptions = [
             self._subscription(_KINDS[0], "~/active_joint_states", self._on_state),
             self._subscription(_KINDS[1], "~/active_joint_motions", self._on_motion),
@@ -103,7 +105,7 @@ class Stream:
             self._log.warn("overload", "input comes faster than it can be answered: the newest states are taken")
             data, waiting = waiting[-1], []
         for message in (data, *waiting):
-            self._process(_SAMPLES[which], deserialize_message(message, _KINDS[which]))
+            self._process(self._readers[which], message)
         self._ended = time.perf_counter()
         self._took = self._ended - start
 
@@ -128,10 +130,10 @@ class Stream:
                 taken.append(found[0])
         return taken
 
-    def _process(self, sample_of: Any, message: Any) -> None:
+    def _process(self, read: Read, message: bytes) -> None:
         runtime, start = self._runtime, time.perf_counter()
         try:
-            self._answer(sample_of(message))
+            self._answer(read(message))
         except Exception:  # noqa: BLE001 - one message must not end the node, whatever the fault
             self._refuse(runtime.pipeline.reject(Rejection(RejectionCode.INTERNAL, traceback.format_exc())))
         runtime.monitor.answered(time.perf_counter() - start)
@@ -155,10 +157,14 @@ class Stream:
     def _messages(self, result: MotionResult) -> list[tuple[Publisher, Any]]:
         """All messages that are due; made before the first is sent, so that all go or none."""
         settings = self._runtime.settings
+        now = time.perf_counter()
+        if now > self._looked + _LOOK:
+            self._looked = now
+            self._listened = [publisher.get_subscription_count() > 0 for publisher, *_ in self._outputs]
         due = [
             (publisher, fill(result))
-            for publisher, fill, rate, pace in self._outputs
-            if pace.due(result.stamp_ns, settings[rate]) and publisher.get_subscription_count()
+            for listened, (publisher, fill, rate, pace) in zip(self._listened, self._outputs, strict=True)
+            if pace.due(result.stamp_ns, settings[rate]) and listened
         ]
         return [(publisher, message) for publisher, message in due if message is not None]
 

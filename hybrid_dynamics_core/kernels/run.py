@@ -68,15 +68,14 @@ class Kernel:
 
     def __call__(self, *arguments: Array) -> tuple[dict[str, Array], Codes]:
         """Results by name and status; arguments (size,) or (N, size), mixed as they come; results (..., *shape)."""
-        names = [name for name, _ in self.layout]
         many = [len(a) for a in arguments if a.ndim == 2]
         if many:
-            outs = [np.empty((many[0], *shape)) for _, shape in self.layout]
+            results = {name: np.empty((many[0], *shape)) for name, shape in self.layout}
             codes = np.empty(many[0], dtype=np.int64)
-            self.fill_rows(arguments, outs, codes)
-            return dict(zip(names, outs, strict=True)), codes
-        outs = [np.empty(shape) for _, shape in self.layout]
-        return dict(zip(names, outs, strict=True)), np.array(self.fill_one(arguments, outs))
+            self.fill_rows(arguments, [*results.values()], codes)
+            return results, codes
+        results = {name: np.empty(shape) for name, shape in self.layout}
+        return results, np.array(self.fill_one(arguments, [*results.values()]))
 
     def fill_one(self, arguments: Sequence[Array], outs: Sequence[Array]) -> int:
         """Fill the outputs of one state from any arrays of the right sizes; the status."""

@@ -9,9 +9,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from hybrid_dynamics_ros.cdr import Bytes
+from hybrid_dynamics_ros.cdr import Bytes, JointStateLayout, LayoutError, layout_of
 from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE, typestore
-from hybrid_dynamics_ros.offline.layout import JointStateLayout, LayoutError, layout_of
 from hybrid_dynamics_ros.offline.source import Messages
 from hybrid_dynamics_ros.samples import FloatArray, JointOrder, JointSample, RejectedError, Rejection, RejectionCode
 
