@@ -46,8 +46,8 @@ def vectors(name: str, value: ArrayLike, names: tuple[str, ...], rows: int | Non
 
 
 def _finite(vector: Array) -> bool:
-    """Whether all entries are finite; False also where their squares are not, to be looked at again."""
-    return math.isfinite(vector.dot(vector))
+    """Whether all entries are finite; False also where their sum is not, to be looked at again."""
+    return math.isfinite(sum(vector.tolist()))
 
 
 def named_values(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
@@ -88,8 +89,11 @@ class ClosedState(Picklable):
         """Name of the loop nearest to its singularity ('' for a robot without loops)."""
         if not self.loops:
             return "" if self.u.ndim == 1 else [""] * len(self.u)
+        if self.u.ndim == 1:
+            distances = [-1.0 if math.isnan(d) else d for d in self.distances.tolist()]
+            return self.loops[distances.index(min(distances))]
         nearest = np.argmin(np.nan_to_num(self.distances, nan=-1.0), axis=-1)
-        return self.loops[int(nearest)] if self.u.ndim == 1 else [self.loops[int(k)] for k in nearest]
+        return [self.loops[int(k)] for k in nearest]
 
 
 def settle(state: ClosedState, values: Mapping[str, Array], codes: NDArray[np.int64]) -> None:

@@ -7,13 +7,12 @@ positions.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from hybrid_dynamics_ros.filters import FilterState, FloatArray, PolynomialFilter, StampEvent
 
 
-@dataclass(frozen=True)
-class Estimate:
+class Estimate(NamedTuple):
     """Rates of the active joints at one stamp; None where the filter has not its samples yet.
 
     Attributes:
@@ -27,8 +26,7 @@ class Estimate:
     event: StampEvent
 
 
-@dataclass(frozen=True, eq=False)
-class EstimatorState:
+class EstimatorState(NamedTuple):
     """State of the filter, and whether it runs on velocities or on positions."""
 
     from_velocities: bool

@@ -32,7 +32,7 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,8 +60,7 @@ class StampEvent(Enum):
     GAP = "gap"  # later than the largest gap: restarted
 
 
-@dataclass(frozen=True, eq=False)
-class FilterState:
+class FilterState(NamedTuple):
     """All that the filter remembers.
 
     Attributes:

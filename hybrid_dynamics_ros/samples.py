@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,8 +66,7 @@ def rejection_of(error: HybridDynamicsError) -> Rejection:
     return Rejection(RejectionCode.INTERNAL, text)
 
 
-@dataclass(frozen=True, eq=False)
-class JointSample:
+class JointSample(NamedTuple):
     """Joints by name at one stamp, as they came.
 
     Attributes:
@@ -91,8 +92,7 @@ class Calibration:
     factor: FloatArray
 
 
-@dataclass(frozen=True, eq=False)
-class ActiveMotion:
+class ActiveMotion(NamedTuple):
     """Motion of the measured joints in their order, finite: arrays (n,) as in :class:`JointSample`."""
 
     position: FloatArray
@@ -162,8 +162,7 @@ class JointOrder:
         if values.shape != (count,):
             raise RejectedError(RejectionCode.WRONG_LENGTH, f"{what} has {values.size} values for {count} joint names")
         picked: FloatArray = values[places]
-        finite = np.isfinite(picked)
-        if not finite.all():
-            bad = int(np.argmin(finite))
+        if not math.isfinite(sum(picked.tolist())) and not np.isfinite(picked).all():
+            bad = int(np.argmin(np.isfinite(picked)))
             raise RejectedError(RejectionCode.NOT_FINITE, f"{what} of joint {self._active[bad]} is {picked[bad]}")
         return picked

@@ -7,7 +7,6 @@ NumPy's elementwise operations: every bit is the same as that of `PolynomialFilt
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,8 +66,8 @@ def _advance(
         track = _second if filt.degree == 2 else _first
         out[:done, :, k] = track(samples[:done, k].tolist(), steps, state.derivatives[:, k].tolist())
     last = done - 1
-    after = replace(
-        state, stamp_ns=times[last], moments=moments, sample=samples[last].copy(), derivatives=out[last].copy()
+    after = state._replace(
+        stamp_ns=times[last], moments=moments, sample=samples[last].copy(), derivatives=out[last].copy()
     )
     return done, after
 
