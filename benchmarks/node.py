@@ -1,6 +1,6 @@
 """Latency and losses of the node, beside a node that only echoes JointState on three topics with the same executor.
 
-python -m benchmarks.node [--rate 1000] [--seconds 10] [--robot forging_chu2020] [--calls] [--flood] [--soak SECONDS]
+python -m benchmarks.node [--rate 1000] [--seconds 10] [--rounds 3] [--robot forging_chu2020] [--calls] [--flood] [--soak SECONDS]
 
 Three processes: a sender, the node (or the echo), a receiver. Sender and receiver handle serialised messages, so that
 they cost little. The latency of an input runs from before it is published until the last of its three answers is there.
@@ -55,12 +55,27 @@ def main() -> None:
     if options.flood:
         flood(options)
         return
-    for what in ("node",) if options.alone else ("echo", "node"):
-        with _subject(what, options.robot) as process, _caller(options.calls and what == "node"):
-            used = _cpu(process.pid)
-            found = _measure(options.robot, [(options.rate, options.seconds)], echoed=what == "echo")
-            busy = (_cpu(process.pid) - used) / options.seconds
-        print(f"{what:5s} {_line(found, options.rate * (options.seconds - WARM_UP))}  processor {100 * busy:.0f} %")
+    compare(options)
+
+
+def compare(options: argparse.Namespace) -> None:
+    """Echo and node, round after round; how many times the echo's latency the node's is."""
+    ratios = []
+    for _ in range(options.rounds):
+        latency = {}
+        for what in ("node",) if options.alone else ("echo", "node"):
+            with _subject(what, options.robot) as process, _caller(options.calls and what == "node"):
+                used = _cpu(process.pid)
+                found = _measure(options.robot, [(options.rate, options.seconds)], echoed=what == "echo")
+                busy = (_cpu(process.pid) - used) / options.seconds
+            latency[what] = np.percentile(found["latency"], (50.0, 99.0))
+            line = _line(found, options.rate * (options.seconds - WARM_UP))
+            print(f"{what:5s} {line}  processor {100 * busy:.0f} %", flush=True)
+        if not options.alone:
+            ratios.append(latency["node"] / latency["echo"])
+    if ratios:
+        middle, late = np.median(ratios, axis=0)
+        print(f"node in times of echo, median of {len(ratios)} rounds: {middle:.2f} (median), {late:.2f} (99 %)")
 
 
 def flood(options: argparse.Namespace) -> None:
@@ -138,6 +153,7 @@ def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rate", type=float, default=1000.0)
     parser.add_argument("--seconds", type=float, default=10.0)
+    parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--robot", default="forging_chu2020")
     parser.add_argument("--calls", action="store_true")
     parser.add_argument("--alone", action="store_true", help="without the echo node")
