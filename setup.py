@@ -41,6 +41,7 @@ EXTRAS = {
         "pytest-xdist",
         "rosbags>=0.11",
     ],
+    "docs": ["furo", "matplotlib", "myst-parser", "sphinx>=8", "sphinx-click", "sphinx-copybutton", "sphinx-design"],
     "dev": ["import-linter", "mypy", "ruff", "types-PyYAML", "types-jsonschema"],
     "colcon": [
         "colcon-bash",
