@@ -1,4 +1,4 @@
-"""The pages as HTML: `make docs`, or `sphinx-build -W --keep-going -n docs build/docs`. Nothing is fetched, then or by the reader."""
+"""The pages as HTML: `make docs` makes build/docs. Nothing is fetched, neither then nor by the reader's browser."""
 
 import sys
 from pathlib import Path
@@ -18,11 +18,11 @@ version = release = __version__
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
-    "sphinx_click",
     "sphinx_copybutton",
     "sphinx_design",
-    "mathml",
+    "formulas",
     "plain_docstrings",
+    "verb_help",
 ]
 exclude_patterns = ["_ext", "images"]
 
@@ -30,6 +30,7 @@ exclude_patterns = ["_ext", "images"]
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 myst_links_external_new_tab = False
+smartquotes = False  # primes of derivatives and options with two dashes stay what they are
 default_role = "code"  # docstrings mark names with single backticks
 nitpicky = True
 
@@ -42,8 +43,12 @@ autodoc_class_signature = "mixed"
 add_module_names = False
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 100
-autodoc_mock_imports: list[str] = []
-nitpick_ignore_regex = [("py:.*", r".*")]
+autodoc_type_aliases = {name: name for name in ("Array", "ArrayLike", "Axes", "Figure", "Names")}
+nitpick_ignore_regex = [  # of other libraries, and of the inside: nothing is fetched to link them
+    ("py:.*", r"(numpy|collections|os|pathlib|matplotlib|typing|enum)\..*"),
+    ("py:.*", r"(Array|ArrayLike|Axes|Figure|Names)"),
+    ("py:.*", r"(.*\.)?(RobotDescription|PoseChain|Program|Prepare|FindFrame|Explain|Call|JointType|Kernel|Link)"),
+]
 
 # -- looks -----------------------------------------------------------------------------------------------------
 html_theme = "furo"

@@ -70,7 +70,9 @@ def dimension(axes: Axes, start: np.ndarray, end: np.ndarray, away: float, text:
     a, b = start + away * left, end + away * left
     for point, foot in ((start, a), (end, b)):
         axes.plot(*np.transpose([point, foot + 0.02 * np.sign(away) * left]), color=INK, linewidth=0.6)
-    axes.annotate("", a, b, arrowprops={"arrowstyle": "<->", "color": INK, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0})
+    axes.annotate(
+        "", a, b, arrowprops={"arrowstyle": "<->", "color": INK, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0}
+    )
     angle = (np.degrees(np.arctan2(along[1], along[0])) + 90.0) % 180.0 - 90.0
     middle = (a + b) / 2
     box = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
@@ -79,7 +81,9 @@ def dimension(axes: Axes, start: np.ndarray, end: np.ndarray, away: float, text:
 
 def layers() -> list[list[str]]:
     """The layers of the library from the top, as import-linter holds them."""
-    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
+        "contracts"
+    ]
     (told,) = (contract["layers"] for contract in contracts if contract["type"] == "layers")
     return [[f"hybrid_dynamics_core.{name.strip()}" for name in layer.split("|")] for layer in told]
 

@@ -1,4 +1,4 @@
-"""Docstrings here are plain text: `name: what it is` is a parameter, and no character but the backtick has a meaning."""
+"""Docstrings of the library are plain text: `name: what it is` is a parameter; only backticks have a meaning."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import re
 from typing import Any
 
 from sphinx.application import Sphinx
+from sphinx.util.inspect import TypeAliasForwardRef
 
 ENTRY = re.compile(r"^(\w+(?:, \w+)*): (.*)$")
 CODE = re.compile(r"(`[^`]+`)")
@@ -17,29 +18,28 @@ def rewrite(app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: 
     """Turn one docstring into reStructuredText, in place."""
     known = parameters(thing) if what in {"function", "method", "class"} else set()
     result: list[str] = []
-    in_attributes = in_entry = False
+    attributes = entry = False
     for line in lines:
         bare = line.strip()
+        told = ENTRY.match(bare)
+        names = told[1].split(", ") if told else []
         if bare == "Attributes:":
-            in_attributes = True
+            attributes = True
             result.append("")
-            continue
-        entry = ENTRY.match(bare)
-        names = entry[1].split(", ") if entry else []
-        if entry and (in_attributes or (known and set(names) <= known)):
-            if not in_entry:
-                result.append("")
-            in_entry = True
-            field = "ivar" if in_attributes else "param"
-            result.append(f":{field} {', '.join(names) if in_attributes else names[0]}: {escaped(entry[2])}")
-            if not in_attributes:  # every parameter has to be told by itself
-                result += [f":param {other}: as {names[0]}" for other in names[1:]]
-        elif in_entry and bare and line.startswith(" "):
+        elif told and (attributes or line.startswith(" " * 4)) and not line.startswith(" " * 8):
+            attributes = True
+            result += [", ".join(f"``{each}``" for each in names), f"    {escaped(told[2])}"]
+        elif attributes and bare:
+            result.append(f"    {escaped(bare)}")
+        elif told and known and set(names) <= known:
+            result += ([] if entry else [""]) + [f":param {names[0]}: {escaped(told[2])}"]
+            result += [f":param {other}: as {names[0]}" for other in names[1:]]  # each is told by itself
+            entry = True
+        elif entry and bare and line.startswith(" "):
             result.append(f"    {escaped(bare)}")
         else:
-            if in_entry and bare:
-                result.append("")
-            in_entry = False
+            result += [""] if entry and bare else []
+            entry = attributes = False
             result.append(line if bare.startswith((">>>", "...")) else escaped(line))
     lines[:] = [*result, ""]
 
@@ -61,4 +61,5 @@ def escaped(text: str) -> str:
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register the rewriting."""
     app.connect("autodoc-process-docstring", rewrite)
+    TypeAliasForwardRef.__repr__ = lambda alias: alias.name  # in `Array | None` Sphinx shows how it keeps `Array`
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -6,8 +6,8 @@
 * ```yaml: a robot is written to a file and loaded.
 * ```yaml and ```xml after a comment `<!-- file: NAME -->`: written to that file.
 
-A comment before a block says what else: `<!-- not run: REASON -->`; `<!-- beside the node -->`, which tests/ros/test_page_blocks.py
-runs beside the node that the page starts before.
+A comment before a block says what else: `<!-- not run: REASON -->`; `<!-- beside the node -->`, which
+tests/ros/test_page_blocks.py runs beside the node that the page starts before.
 """
 
 from __future__ import annotations
@@ -26,7 +26,9 @@ from typing import Any
 from hybrid_dynamics_core import load
 
 ROOT = Path(__file__).parents[2]
-FENCE = re.compile(r"^(?:<!-- (?P<mark>[^\n]*?) -->\n+)?```(?P<language>\w+)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE)
+FENCE = re.compile(
+    r"^(?:<!-- (?P<mark>[^\n]*?) -->\n+)?```(?P<language>\w+)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE
+)
 RUN = {"python", "bash", "console", "yaml", "xml"}
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 PROGRAM = "hybrid-dynamics"
@@ -131,7 +133,9 @@ class Session:
 
         said = ""
         for line in script.strip().splitlines():
-            done = CliRunner(env={"COLUMNS": "120"}).invoke(app, shlex.split(line, comments=True)[1:], prog_name=PROGRAM)
+            done = CliRunner(env={"COLUMNS": "120"}).invoke(
+                app, shlex.split(line, comments=True)[1:], prog_name=PROGRAM
+            )
             said += done.output
             if done.exception and not isinstance(done.exception, SystemExit):
                 raise done.exception
@@ -141,7 +145,7 @@ class Session:
 
     def _bash_process(self, script: str) -> tuple[int, str]:
         done = subprocess.run(
-            ["/bin/bash", "-euo", "pipefail", "-c", script],  # noqa: S607
+            ["/bin/bash", "-euo", "pipefail", "-c", script],
             cwd=self.folder,
             env=self.environment,
             stdin=subprocess.DEVNULL,
