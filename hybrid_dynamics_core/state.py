@@ -12,7 +12,7 @@ from .description.model import Array, Picklable
 
 
 class ClosureStatus(IntEnum):
-    """Outcome of closing one state."""
+    """Outcome of closing one state: closed, out of reach, or too near a singular place."""
 
     OK = 0
     UNREACHABLE = 1

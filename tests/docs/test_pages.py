@@ -58,6 +58,14 @@ def test_every_block_is_run_or_says_why_not(page: str) -> None:
     assert len(fences) == len(list(blocks_of(page)))  # none is hidden by its form
 
 
+@pytest.mark.parametrize("page", PAGES)
+def test_links_to_files_lead_somewhere(page: str) -> None:
+    text = re.sub(r"^```.*?^```$", "", (ROOT / page).read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    links = re.findall(r"\]\(([^)\s#]+)[^)]*\)", text)
+    missing = [link for link in links if "://" not in link and not ((ROOT / page).parent / link).exists()]
+    assert not missing
+
+
 def test_the_readme_runs(read: Any) -> None:
     needs("README.md")
     scope = read("README.md")
