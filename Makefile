@@ -40,6 +40,7 @@ lint: setup-test ## ruff, mypy and import-linter
 
 docs: setup-docs ## build the pages of docs/, build/docs/index.html
 	$(RUN)/python -m sphinx --quiet --fail-on-warning --keep-going --nitpicky docs build/docs
+	@echo "built: build/docs/index.html"
 
 colcon: ## build both packages with colcon, as on a ROS installation, and try what it built
 	@$(PYTHON) tools/environment.py $(VENV) colcon

@@ -6,8 +6,8 @@
 * ```yaml: a robot is written to a file and loaded.
 * ```yaml and ```xml after a comment `<!-- file: NAME -->`: written to that file.
 
-A comment before a block says what else: `<!-- not run: REASON -->`; `<!-- beside the node -->`, which
-tests/ros/test_page_blocks.py runs beside the node that the page starts before.
+A comment before a block says what else: `<!-- not run: REASON -->`; `<!-- needs LIBRARY -->`, run where there is that
+library; `<!-- beside the node -->`, which tests/ros/test_page_blocks.py runs beside the node that the page starts.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +56,10 @@ class Block:
         return self.mark.startswith("not run: ") and len(self.mark) > len("not run: ")
 
     @property
+    def lacks_a_library(self) -> bool:
+        return self.mark.startswith("needs ") and find_spec(self.mark.removeprefix("needs ")) is None
+
+    @property
     def starts_nodes(self) -> bool:
         """Whether it is lines that each start a node, which runs until it is ended."""
         return self.language == "bash" and self.text.startswith("hybrid_dynamics_node ")
@@ -62,6 +67,11 @@ class Block:
     @property
     def beside_the_node(self) -> bool:
         return self.mark == "beside the node"
+
+
+def commands(text: str) -> list[str]:
+    """The commands of a bash block, continued lines joined."""
+    return text.replace("\\\n", " ").strip().splitlines()
 
 
 def blocks_of(page: str) -> Iterator[Block]:
@@ -91,7 +101,7 @@ class Session:
 
     def run(self, block: Block) -> None:
         """Run one block; blocks of other languages and those with a reason not to are passed over."""
-        if block.language in RUN and not block.left_out and not block.starts_nodes:
+        if block.language in RUN and not (block.left_out or block.starts_nodes or block.lacks_a_library):
             getattr(self, f"_{block.language}")(block)
             self.ran.append(block)
 
@@ -110,6 +120,7 @@ class Session:
         self._shell(block, block.text)
 
     def _console(self, block: Block) -> None:
+        assert block.text.startswith("$ "), f"{block.where}: commands of a console begin with $"
         for step in re.split(r"^\$ ", block.text, flags=re.MULTILINE)[1:]:
             command, _, wanted = step.partition("\n")
             got = self._shell(block, command, fails="Error:" in wanted)

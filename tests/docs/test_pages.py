@@ -11,7 +11,7 @@ import pytest
 from .blocks import ROOT, RUN, Session, blocks_of
 
 PAGES = ["README.md", "CONTRIBUTING.md", *sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("docs/**/*.md"))]
-MARKS = re.compile(r"not run: \w.+|beside the node|file: [\w.-]+|")
+MARKS = re.compile(r"not run: \w.+|beside the node|needs \w+|file: [\w.-]+|")
 OTHERS = {"text", "csv", "dockerfile", "json", "cmake"}  # languages of blocks that show something
 
 

@@ -5,11 +5,11 @@ import shlex
 import pytest
 import rclpy
 
-from tests.docs.blocks import blocks_of
+from tests.docs.blocks import blocks_of, commands
 from tests.docs.test_pages import PAGES
 
 READY = "active joints "
-LINES = sorted({line for page in PAGES for b in blocks_of(page) if b.starts_nodes for line in b.text.splitlines()})
+LINES = sorted({line for page in PAGES for b in blocks_of(page) if b.starts_nodes for line in commands(b.text)})
 
 
 def start(start_node, line):
@@ -31,7 +31,7 @@ def test_every_line_starts_a_node(start_node):
 def test_blocks_beside_the_node_run(start_node, robot, page):
     blocks = list(blocks_of(page))
     first = next(block for block in blocks if block.starts_nodes)
-    start(start_node, first.text.splitlines()[0]).wait_for(READY)
+    start(start_node, commands(first.text)[0]).wait_for(READY)
     names = {}
     try:
         for block in blocks:
