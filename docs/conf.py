@@ -43,15 +43,16 @@ autodoc_class_signature = "mixed"
 add_module_names = False
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 100
-autodoc_type_aliases = {name: name for name in ("Array", "ArrayLike", "Axes", "Figure", "Names")}
+autodoc_type_aliases = {name: name for name in ("Array", "ArrayLike", "Axes", "Efforts", "Figure", "Names")}
 nitpick_ignore_regex = [  # of other libraries, and of the inside: nothing is fetched to link them
     ("py:.*", r"(numpy|collections|os|pathlib|matplotlib|typing|enum)\..*"),
-    ("py:.*", r"(Array|ArrayLike|Axes|Figure|Names)"),
+    ("py:.*", r"(Array|ArrayLike|Axes|Efforts|Figure|Names)"),
     ("py:.*", r"(.*\.)?(RobotDescription|PoseChain|Program|Prepare|FindFrame|Explain|Call|JointType|Kernel|Link)"),
 ]
 
 # -- looks -----------------------------------------------------------------------------------------------------
 html_theme = "furo"
+pygments_dark_style = "github-dark"
 html_title = "hybrid_dynamics"
 html_static_path = ["_static"]
 html_css_files = ["pages.css"]

@@ -11,6 +11,7 @@ from sphinx.util.inspect import TypeAliasForwardRef
 
 ENTRY = re.compile(r"^(\w+(?:, \w+)*): (.*)$")
 CODE = re.compile(r"(`[^`]+`)")
+LISTED = re.compile(r"^(\s*)(\(?\w+[.)]\s|[-+]\s)")  # would begin a list
 SPECIAL = re.compile(r"([\\*|])|(?<=\w)(_)(?!\w)")
 
 
@@ -54,8 +55,8 @@ def parameters(thing: Any) -> set[str]:
 
 def escaped(text: str) -> str:
     """Text whose stars, bars and ends in _ stay what they are."""
-    parts = CODE.split(text)
-    return "".join(part if part.startswith("`") else SPECIAL.sub(r"\\\1\2", part) for part in parts)
+    parts = [part if part.startswith("`") else SPECIAL.sub(r"\\\1\2", part) for part in CODE.split(text)]
+    return LISTED.sub(r"\1\\\2", "".join(parts))
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
