@@ -12,6 +12,7 @@ ifdef ROS_DISTRO
 unexport LD_LIBRARY_PATH
 endif
 
+.NOTPARALLEL: # two targets must not install into one environment at once
 .PHONY: help setup demo test lint docs colcon clean
 
 help: ## say what there is
