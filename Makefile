@@ -12,7 +12,8 @@ ifdef ROS_DISTRO
 unexport LD_LIBRARY_PATH
 endif
 
-.PHONY: help setup demo test lint colcon clean
+.NOTPARALLEL: # two targets must not install into one environment at once
+.PHONY: help setup demo test lint docs colcon clean
 
 help: ## say what there is
 	@sed -n 's/^\([a-z]*\):[^#]*## /  make \1\t/p' Makefile
@@ -23,10 +24,13 @@ setup: ## install ROS 2 from PyPI, the interfaces and this package
 setup-test:
 	@$(PYTHON) tools/environment.py $(VENV) test
 
+setup-docs:
+	@$(PYTHON) tools/environment.py $(VENV) docs
+
 demo: setup ## play the recorded trajectory into the node, show and plot what comes out
 	$(RUN)/python -m hybrid_dynamics_ros.demo $(ARGS)
 
-test: lint ## install, lint and run all tests
+test: lint docs ## install, lint, build the pages and run all tests
 	$(RUN)/python -m pytest --numprocesses auto --dist loadgroup $(ARGS)
 
 lint: setup-test ## ruff, mypy and import-linter
@@ -34,6 +38,10 @@ lint: setup-test ## ruff, mypy and import-linter
 	$(RUN)/ruff format --check .
 	$(RUN)/mypy
 	$(RUN)/lint-imports --no-logo
+
+docs: setup-docs ## build the pages of docs/, build/docs/index.html
+	$(RUN)/python -m sphinx --quiet --fail-on-warning --keep-going --nitpicky docs build/docs
+	@echo "built: build/docs/index.html"
 
 colcon: ## build both packages with colcon, as on a ROS installation, and try what it built
 	@$(PYTHON) tools/environment.py $(VENV) colcon

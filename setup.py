@@ -41,6 +41,16 @@ EXTRAS = {
         "pytest-xdist",
         "rosbags>=0.11",
     ],
+    "docs": [
+        "click",
+        "furo",
+        "matplotlib",
+        "myst-parser",
+        "sphinx>=8",
+        "sphinx-copybutton",
+        "sphinx-design",
+        "ziamath",
+    ],
     "dev": ["import-linter", "mypy", "ruff", "types-PyYAML", "types-jsonschema"],
     "colcon": [
         "colcon-bash",

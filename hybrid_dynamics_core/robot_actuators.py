@@ -92,7 +92,7 @@ class RobotActuators(RobotDynamics):
         raise SingularityError(problem, loop="", distance=float(distance), index=index)
 
     def hydraulics(self, state: ClosedState, tau: ArrayLike) -> Mapping[str, CylinderState]:
-        """Pressures, flows and stroke left of every cylinder for actuator forces tau, by joint."""
+        """Pressures, flows and stroke left of every cylinder, by joint, for efforts tau (n,) or (N, n) [N m, N]."""
         forces = self.drive_forces(state, tau)
         result = {}
         for name, cylinder in self.cylinders.items():

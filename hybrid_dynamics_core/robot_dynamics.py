@@ -154,7 +154,10 @@ class RobotDynamics(ClosingRobot):
     def spanning_terms(
         self, state: ClosedState, ddu: ArrayLike | None = None, loads: Loads | None = None
     ) -> SpanningTerms:
-        """The terms of the full DAE in all coordinates s, Chu (2020), Eq. 10, and its multipliers for ddu (zero)."""
+        """The terms of the full DAE in all coordinates s, Chu (2020), Eq. 10.
+
+        ddu: active accelerations (n,) or (N, n) for which the multipliers are, zero if None.
+        """
         ddu = np.zeros_like(state.u) if ddu is None else self._like(state, "ddu", ddu)
         values = self._evaluate("spanning_terms", programs.spanning_terms, state, loads, ddu=ddu)
         equations = [e for step in self._model.plan.steps for e in step.equations]
@@ -170,7 +173,9 @@ class RobotDynamics(ClosingRobot):
         )
 
     def reactions(self, state: ClosedState, ddu: ArrayLike | None = None, loads: Loads | None = None) -> Reactions:
-        """What every closure pin, joint and the foundation bear at accelerations ddu (zero if None), to size them by.
+        """What every closure pin, joint and the foundation bear [N, N m], to size them by.
+
+        ddu: active accelerations (n,) or (N, n), zero if None.
 
         Base axes. In balance link by link with weight, inertia and loads; rotors count along their joints only.
         """

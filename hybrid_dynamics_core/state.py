@@ -15,7 +15,7 @@ from .errors import InputError
 
 
 class ClosureStatus(IntEnum):
-    """Outcome of closing one state."""
+    """Outcome of closing one state: closed, out of reach, or too near a singular place."""
 
     OK = 0
     UNREACHABLE = 1

@@ -1,9 +1,10 @@
 """Install into a virtual environment what a make target needs, and nothing twice.
 
-python tools/environment.py VENV {run,test,colcon}
+python tools/environment.py VENV {run,test,docs,colcon}
 
 VENV is made where it does not exist. `run` brings ROS 2 from PyPI, the interfaces and this package, editable;
-`test` brings the tools of tests and lint as well; `colcon` brings colcon and the interfaces' build tools.
+`test` brings the tools of tests and lint as well, `docs` those that build the pages; `colcon` brings colcon and
+the interfaces' build tools.
 A stamp in VENV remembers what each step was given: a step with unchanged inputs is skipped.
 """
 
@@ -30,7 +31,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 RUN_EXTRAS = "fast,cli,plot,bag,ros"
-PURPOSES = ("run", "test", "colcon")
+PURPOSES = ("run", "test", "docs", "colcon")
 NAME = "hybrid-dynamics-ros"
 PACKAGE_INPUTS = (
     "setup.*",
@@ -103,6 +104,8 @@ def steps(purpose: str) -> Iterator[Step]:
     )
     if purpose == "test":
         yield Step("Installing the tools of tests and lint", requirements("test", "dev"), [], "pytest")
+    if purpose == "docs":
+        yield Step("Installing what builds the pages", requirements("docs"), [], "sphinx")
     if purpose == "colcon":
         project = tomllib.loads((interfaces / "pyproject.toml").read_text(encoding="utf-8"))
         tools = requirements("colcon") + project["build-system"]["requires"]

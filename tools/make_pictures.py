@@ -25,7 +25,7 @@ Each is one file, taken by name: `load("excavator")`. In the pictures what a mot
 with the name of its joint; the arm is grey, and each loop has a colour of its own. A robot of yours is drawn with
 
 ```bash
-python -m hybrid_dynamics_core.drawing my_robot.yaml my_robot.svg
+python -m hybrid_dynamics_core.drawing excavator excavator.svg     # or the path of your file
 ```
 
 or, from Python, with `draw(robot, path="my_robot.svg")` of `hybrid_dynamics_core.drawing`; `draw_modes` puts its

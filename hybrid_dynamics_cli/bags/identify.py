@@ -19,7 +19,7 @@ HELD = ("recorded", "left_by_file", "left_by_estimate", "explained")
 EPILOG = """\b
 Examples:
   hybrid-dynamics bag identify recording --robot excavator
-  hybrid-dynamics bag identify recording --robot excavator --friction boom,arm --hold-out 0.3 --json
+  hybrid-dynamics bag identify recording --robot excavator --friction q12,q22 --hold-out 0.3 --json
 """
 
 

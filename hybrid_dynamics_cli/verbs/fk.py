@@ -13,7 +13,7 @@ from ..parameters import json_option, loaded, robot_argument, vector, vector_opt
 EPILOG = """\b
 Examples:
   hybrid-dynamics fk forging_chu2020 -u 0,0.10,0.15,0
-  hybrid-dynamics fk excavator -u boom=0.3 --frame bucket --json
+  hybrid-dynamics fk excavator -u q12=0.3 --frame bucket --json
 """
 
 

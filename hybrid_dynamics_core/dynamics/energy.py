@@ -16,5 +16,5 @@ class Energy(NamedTuple):
 
     @property
     def total(self) -> Array:
-        """All of it."""
+        """All of it [J]."""
         return self.kinetic + self.potential + self.springs

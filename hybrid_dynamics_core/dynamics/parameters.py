@@ -45,7 +45,7 @@ class Parameters:
         return INERTIAL * len(self.links)
 
     def values(self, description: RobotDescription, effects: JointEffects | None = None) -> Array:
-        """What the description says (and, for the joints, other `effects` if given)."""
+        """What the description says (for joints, other `effects` if given): (p,), SI units, in the order of `names`."""
         inertial = [inertial_vector(k.mass, k.com, k.inertia) for k in (description.links[name] for name in self.links)]
         joints = [self._told(description, effects, kind, name) for kind in JOINT_KINDS for name in getattr(self, kind)]
         return frozen(np.concatenate([*inertial, np.array(joints)]))

@@ -1,4 +1,4 @@
-"""Every Python block of the README and of the pages in docs runs, in order, and robots written there load."""
+"""Every block of the README and of the pages in docs runs, and does what the page says."""
 
 from __future__ import annotations
 
@@ -8,50 +8,80 @@ from typing import Any
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
-PAGES = {  # and how many blocks each has at least
-    "README.md": 5,
-    "docs/performance.md": 1,
-    "docs/dynamics.md": 9,
-    "docs/figure_10.md": 2,
-}
+from .blocks import ROOT, RUN, Session, blocks_of
+
+PAGES = ["README.md", "CONTRIBUTING.md", *sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("docs/**/*.md"))]
+MARKS = re.compile(r"not run: \w.+|beside the node|needs \w+|file: [\w.-]+|")
+OTHERS = {"text", "csv", "dockerfile", "json", "cmake"}  # languages of blocks that show something
 
 
-def run(page: str, folder: Path) -> dict[str, Any]:
-    """The names that the page's blocks leave, with its robots as files in the folder."""
-    scope: dict[str, Any] = {}
-    blocks = re.findall(r"```(\w+)\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), re.DOTALL)
-    for language, text in blocks:
-        if language == "yaml":
-            name = re.search(r"^name: (\w+)$", text, re.MULTILINE)
-            assert name is not None
-            (folder / f"{name[1]}.yaml").write_text(text, encoding="utf-8")
-        if language == "python":
-            exec(compile(text, f"a block of {page}", "exec"), scope)  # noqa: S102  our own text
-    assert sum(language == "python" for language, _ in blocks) >= PAGES[page]
-    return scope
-
-
-@pytest.fixture(autouse=True)
-def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """Runs a page from top to bottom; the names that its Python leaves."""
     monkeypatch.chdir(tmp_path)
 
+    def run(page: str) -> dict[str, Any]:
+        session = Session(tmp_path)
+        for block in blocks_of(page):
+            if not block.beside_the_node:
+                session.run(block)
+        return session.names
 
-def test_the_readme_runs(tmp_path: Path) -> None:
-    scope = run("README.md", tmp_path)
+    return run
+
+
+CHECKED = {"README.md", "docs/figure_10.md", "docs/dynamics.md", "docs/performance.md"}  # with what they leave, below
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page not in CHECKED and any(blocks_of(page))])
+def test_every_block_runs(read: Any, page: str) -> None:
+    needs(page)
+    read(page)
+
+
+def needs(page: str) -> None:
+    """Skip where a library that the page's blocks use is not installed."""
+    text = "".join(block.text for block in blocks_of(page) if not block.left_out)
+    libraries = {"--draw": "matplotlib", "--plot": "matplotlib", "draw(": "matplotlib", "hybrid-dynamics": "click"}
+    libraries |= {"bag ": "rosbags"}
+    for sign, library in libraries.items():
+        if sign in text:
+            pytest.importorskip(library)
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_block_is_run_or_says_why_not(page: str) -> None:
+    for block in blocks_of(page):
+        assert block.language in RUN | OTHERS, f"{block.where}: a block of {block.language}"
+        assert MARKS.fullmatch(block.mark) or block.language in OTHERS, f"{block.where}: what is '{block.mark}'?"
+    fences = re.findall(r"^```\w+$", (ROOT / page).read_text(encoding="utf-8"), re.MULTILINE)
+    assert len(fences) == len(list(blocks_of(page)))  # none is hidden by its form
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_links_to_files_lead_somewhere(page: str) -> None:
+    text = re.sub(r"^```.*?^```$", "", (ROOT / page).read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    links = re.findall(r"\]\(([^)\s#]+)[^)]*\)", text)
+    missing = [link for link in links if "://" not in link and not ((ROOT / page).parent / link).exists()]
+    assert not missing
+
+
+def test_the_readme_runs(read: Any) -> None:
+    needs("README.md")
+    scope = read("README.md")
     assert scope["robot"].name == "crank_and_cylinder"
     assert scope["state"].residual < 1e-12
 
 
-def test_figure_10_is_made(tmp_path: Path) -> None:
+def test_figure_10_is_made(read: Any, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    scope = run("docs/figure_10.md", tmp_path)
+    scope = read("docs/figure_10.md")
     assert scope["tau"].shape == (101, 4)
     assert (tmp_path / "figure_10.svg").stat().st_size > 10_000
 
 
-def test_dynamics_runs_and_does_what_it_says(tmp_path: Path) -> None:
-    scope = run("docs/dynamics.md", tmp_path)
+def test_dynamics_runs_and_does_what_it_says(read: Any, tmp_path: Path) -> None:
+    scope = read("docs/dynamics.md")
     assert scope["ddu"] == pytest.approx([0.1, 0.2, 0.0, 0.0], abs=1e-9)
     assert scope["pendulum"].loads.effects.armature == pytest.approx([2.0, 0.0])
     assert scope["fall"].events[0].message.startswith("q22 reached its lower limit 0.32")
@@ -70,8 +100,8 @@ def _inside(scope: dict[str, Any]) -> float:
     return float(((truth > found.interval[:, 0]) & (truth < found.interval[:, 1])).mean())
 
 
-def test_performance_runs(tmp_path: Path) -> None:
-    scope = run("docs/performance.md", tmp_path)
+def test_performance_runs(read: Any) -> None:
+    scope = read("docs/performance.md")
     assert scope["efforts"].shape == (100_000, 4)
     assert scope["efforts"][7] == pytest.approx(scope["tau"], rel=1e-9, abs=1e-9)
     assert scope["moon"] == pytest.approx(scope["tau"] * 1.62 / 9.81, abs=1e-6)
