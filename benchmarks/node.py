@@ -1,6 +1,7 @@
 """Latency and losses of the node, beside a node that only echoes JointState on three topics with the same executor.
 
-python -m benchmarks.node [--rate 1000] [--seconds 10] [--rounds 3] [--robot forging_chu2020] [--calls] [--flood] [--soak SECONDS]
+python -m benchmarks.node [--rate 1000] [--seconds 10] [--rounds 3] [--robot forging_chu2020]
+                          [--calls] [--flood] [--soak SECONDS]
 
 Three processes: a sender, the node (or the echo), a receiver. Sender and receiver handle serialised messages, so that
 they cost little. The latency of an input runs from before it is published until the last of its three answers is there.
