@@ -53,14 +53,21 @@ class Robot(RobotActuators):
         seed: ArrayLike | None = None,
         all_solutions: bool = False,
         mask: Sequence[bool] | None = None,
+        near: ClosedState | None = None,
     ) -> IKResult:
         """Active coordinates that bring the end effector to a position (3,) [m] or a Pose, within `limits`.
 
         mask: which of x, y, z and the rotation about x, y, z (base axes) count; all that the target gives if None.
-        The search starts at `seed` (the description's reference if None) and, where that fails or
+        near: a closed state whose assembly modes are kept; the robot's own if None.
+        The search starts at `seed` (if None at `near`, or else at the description's reference) and, where that fails or
         `all_solutions` is asked, from a fixed set of starts over the limits. Failure is told in `status`.
         """
-        return solve_inverse_kinematics(self, target, seed, all_solutions, mask)
+        return solve_inverse_kinematics(self, target, seed, all_solutions, mask, near)
+
+    @cached_property
+    def follows(self) -> bool:
+        """Whether some loop has no closed form: its assembly mode is that of the state it is followed from."""
+        return any(step.iterates for step in self._model.plan.steps)
 
     @cached_property
     def pose_chain(self) -> PoseChain | None:

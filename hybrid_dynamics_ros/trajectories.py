@@ -20,6 +20,9 @@ from hybrid_dynamics_ros.strokes import Strokes
 _ROUNDING = 1e-9  # [rad or m] that a limit may be passed by
 
 
+_UNSOLVED = {IKStatus.LIMIT: RejectionCode.LIMIT, IKStatus.SINGULAR: RejectionCode.SINGULAR}
+
+
 @dataclass(frozen=True, eq=False)
 class Motion:
     """Named coordinates over time (N,) [s]: position, velocity and acceleration (N, n); the last two may be None."""
@@ -115,7 +118,11 @@ def convert(
 
 
 def path_motion(
-    robot: Robot, time: FloatArray, poses: Sequence[Pose | FloatArray], start: FloatArray
+    robot: Robot,
+    time: FloatArray,
+    poses: Sequence[Pose | FloatArray],
+    start: FloatArray,
+    near: ClosedState | None = None,
 ) -> tuple[Motion, Rejection | None]:
     """The motion of the active joints along poses of the end effector, each solved from the one before.
 
@@ -124,6 +131,7 @@ def path_motion(
         time: (N,) [s].
         poses: N poses, or positions (3,) [m], in the base frame.
         start: active joints where the search begins (n,).
+        near: a closed state whose assembly modes are kept; the robot's own if None.
 
     Returns:
         The motion as far as poses are reached, and what is wrong with the first one that is not.
@@ -131,9 +139,9 @@ def path_motion(
     u = start
     rows: list[FloatArray] = []
     for number, pose in enumerate(poses):
-        found = robot.inverse_kinematics(pose, seed=u)
+        found = robot.inverse_kinematics(pose, seed=u, near=near)
         if found.status is not IKStatus.SOLVED:
-            code = RejectionCode.LIMIT if found.status is IKStatus.LIMIT else RejectionCode.UNREACHABLE
+            code = _UNSOLVED.get(found.status, RejectionCode.UNREACHABLE)
             text = f"point {number} at {time[number]:g} s: {' '.join(found.message.split())}"
             return Motion(robot.active, time[:number], np.array(rows)), Rejection(code, text)
         u = found.u

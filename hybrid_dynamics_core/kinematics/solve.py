@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 NEAREST = 25  # iterations towards a pose known to be out of reach, for the nearest one
 SOLVED = 1e-9  # residual [m] below which a target counts as reached
 EDGE = 1e-7  # share of a limited range kept clear at both ends
+AT_TOGGLE = 2e-3  # distance to a singularity, and to the target in lengths: from there on EDGE hides what is left
 SAME = 1e-6  # solutions closer than this in every coordinate are one
 
 
@@ -57,15 +58,17 @@ def solve_inverse_kinematics(
     seed: ArrayLike | None,
     all_solutions: bool,
     mask: Sequence[bool] | None,
+    near: ClosedState | None = None,
 ) -> IKResult:
     """See `Robot.inverse_kinematics`."""
     position, rotation, rows = _target(target, mask)
-    start = robot.reference if seed is None else vectors("seed", seed, robot.active, -1)
-    length = max(float(np.linalg.norm(robot.forward_kinematics(robot.close(robot.reference)).position)), 1e-3)
-    terms = partial(robot_terms, robot)
+    own = robot.reference if near is None else near.u
+    start = own if seed is None else vectors("seed", seed, robot.active, -1)
+    length = max(float(np.linalg.norm(robot.forward_kinematics(_close(robot, own, near)).position)), 1e-3)
+    terms = partial(robot_terms, robot) if near is None else partial(_terms_near, robot, near)
     task = Task(terms, position, rotation, rows, length, *_inside(robot.limits))
-    whole = robot.pose_chain is not None and task.rows == tuple(range(6))  # then the closed form finds every solution
-    descent = _closed_form(robot, task, start)
+    whole = _has_closed_form(robot, task)
+    descent = _closed_form(robot, task, start, near)
     if descent is None or not _solved(descent).any():
         descent = descend(task, start[None], SOLVED * 1e-3, NEAREST if whole else MAX_ITERATIONS)
     if not whole and (all_solutions or not _solved(descent).any()):
@@ -75,13 +78,8 @@ def solve_inverse_kinematics(
     ends = np.array([unwound(u, start, revolute, *robot.limits.T) for u in descent.u[order]])
     found = distinct(ends[: int(_solved(descent).sum())], revolute, SAME)
     best = int(order[0])
-    verdict = (IKStatus.SOLVED, "reached") if found else _failure(robot, task, descent, best)
-    state = _closed(robot, ends[0])
-    if found and state is None:
-        verdict = (
-            IKStatus.SINGULAR,
-            "only reached where a loop is at a toggle point: the rest of the robot is undefined there",
-        )
+    verdict = (IKStatus.SOLVED, "reached") if found else _failure(robot, task, descent, best, near)
+    state = _closed(robot, ends[0], near)
     return IKResult(
         u=ends[0],
         status=verdict[0],
@@ -95,12 +93,12 @@ def solve_inverse_kinematics(
     )
 
 
-def _closed_form(robot: Robot, task: Task, start: Array) -> Descent | None:
+def _closed_form(robot: Robot, task: Task, start: Array, near: ClosedState | None) -> Descent | None:
     """Solutions by the coordinates of the platform, where the end effector has such; None where it has not."""
     chain = robot.pose_chain
     if chain is None or task.rows not in ((0, 1, 2), tuple(range(6))):
         return None
-    near = _closed(robot, start)
+    near = _closed(robot, start, near)
     if near is None:
         return None
     found = []
@@ -145,6 +143,13 @@ def robot_terms(robot: Robot, u: Array) -> tuple[Array, Array, Array, Array]:
     return position, rotation, jacobian, np.isnan(position[:, 0])
 
 
+def _terms_near(robot: Robot, near: ClosedState, u: Array) -> tuple[Array, Array, Array, Array]:
+    """The same on the assembly modes of a closed state."""
+    state = _close(robot, u, near, check=False)
+    pose = robot.forward_kinematics(state)
+    return pose.position, pose.rotation, robot.jacobian(state), np.asarray(state.status)
+
+
 def _target(target: ArrayLike | Pose, mask: Sequence[bool] | None) -> tuple[Array, Array, tuple[int, ...]]:
     """Position, rotation, and which of the six coordinates count."""
     if isinstance(target, Pose):
@@ -177,7 +182,7 @@ def _joined(a: Descent, b: Descent) -> Descent:
     )
 
 
-def _failure(robot: Robot, task: Task, descent: Descent, best: int) -> tuple[IKStatus, str]:
+def _failure(robot: Robot, task: Task, descent: Descent, best: int, near: ClosedState | None) -> tuple[IKStatus, str]:
     """Which of the reasons it was."""
     residual = float(descent.residual[best])
     asked = len(task.rows)
@@ -186,29 +191,53 @@ def _failure(robot: Robot, task: Task, descent: Descent, best: int) -> tuple[IKS
         few = f"; {len(robot.active)} active joints cannot meet every target of {asked} coordinates"
     if not np.isfinite(residual):
         return IKStatus.NOT_CONVERGED, "no start closes all loops; give a seed that does"
-    if robot.pose_chain is not None and task.rows == tuple(range(6)):
-        free = replace(task, lower=np.full_like(task.lower, -np.inf), upper=np.full_like(task.upper, np.inf))
-        if _closed_form(robot, free, robot.reference) is not None:
-            return IKStatus.LIMIT, f"only reached beyond the limits of the active joints{few}"
-        return IKStatus.OUT_OF_REACH, f"out of reach: the nearest found is {residual:.3g} m away{few}"
-    lower, upper = _inside(robot.closing_range)
-    free = replace(task, lower=lower, upper=upper)
-    if not np.array_equal(free.lower, task.lower) or not np.array_equal(free.upper, task.upper):
-        beyond = descend(free, descent.u[np.argsort(descent.residual)[:8]], SOLVED * 1e-3)
-        if _solved(beyond).any():
-            outside = beyond.u[int(np.argmin(beyond.residual))]
-            names = [n for n, v, (a, b) in zip(robot.active, outside, robot.limits, strict=True) if not a <= v <= b]
-            return IKStatus.LIMIT, f"only reached beyond the limits of {', '.join(names)}{few}"
-    if descent.settled[best]:
-        return IKStatus.OUT_OF_REACH, f"out of reach: the nearest found is {residual:.3g} m away{few}"
+    nearest = f"the nearest found is {residual:.3g} m away{few}"
+    state = _closed(robot, descent.u[best], near)
+    if state is not None and float(state.singularity) < AT_TOGGLE and residual < AT_TOGGLE * task.length:
+        where = f"only reached where loop '{state.singular_loop}' is singular and its joints cannot be told"
+        return IKStatus.SINGULAR, f"{where}; {nearest}"
+    beyond = _beyond(robot, task, descent, near)
+    if beyond:
+        return IKStatus.LIMIT, f"only reached beyond the limits of {beyond}{few}"
+    if _has_closed_form(robot, task) or descent.settled[best]:
+        return IKStatus.OUT_OF_REACH, f"out of reach: {nearest}"
     return IKStatus.NOT_CONVERGED, f"stopped {residual:.3g} m away after {descent.iterations} iterations{few}"
 
 
-def _closed(robot: Robot, u: Array) -> ClosedState | None:
+def _has_closed_form(robot: Robot, task: Task) -> bool:
+    """Whether the closed form finds every solution there is."""
+    return robot.pose_chain is not None and task.rows == tuple(range(6))
+
+
+def _beyond(robot: Robot, task: Task, descent: Descent, near: ClosedState | None) -> str:
+    """The active joints that would have to leave their limits, or ""."""
+    if _has_closed_form(robot, task):
+        free = replace(task, lower=np.full_like(task.lower, -np.inf), upper=np.full_like(task.upper, np.inf))
+        start = robot.reference if near is None else near.u
+        return "" if _closed_form(robot, free, start, near) is None else "the active joints"
+    lower, upper = _inside(robot.closing_range)
+    if np.array_equal(lower, task.lower) and np.array_equal(upper, task.upper):
+        return ""
+    free = replace(task, lower=lower, upper=upper)
+    found = descend(free, descent.u[np.argsort(descent.residual)[:8]], SOLVED * 1e-3)
+    if not _solved(found).any():
+        return ""
+    outside = found.u[int(np.argmin(found.residual))]
+    return ", ".join(n for n, v, (a, b) in zip(robot.active, outside, robot.limits, strict=True) if not a <= v <= b)
+
+
+def _closed(robot: Robot, u: Array, near: ClosedState | None) -> ClosedState | None:
     try:
-        return robot.close(u)
+        return _close(robot, u, near)
     except StateError:
         return None
+
+
+def _close(robot: Robot, u: Array, near: ClosedState | None, check: bool = True) -> ClosedState:
+    """Closed on the modes of `near`, or on the robot's own; loops without a closed form are followed from there."""
+    if near is None or robot.follows:
+        return robot.close(u, check=check, near=near)
+    return robot.close(u, check=check, branch=near.branch)
 
 
 def _redundant(robot: Robot, task: Task, u: Array) -> tuple[str, ...]:

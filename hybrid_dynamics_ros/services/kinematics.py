@@ -51,7 +51,7 @@ def solve_ik(context: Context, request: SolveIK.Request, response: SolveIK.Respo
     seed = None
     if request.seed.name or request.seed.position:
         seed = JointOrder(robot.active).arrange(conversions.sample_of_state(request.seed)).position
-    result = robot.inverse_kinematics(target, seed, request.all_solutions, mask)
+    result = robot.inverse_kinematics(target, seed, request.all_solutions, mask, context.situation.conditions.mode)
 
     state = result.state
     if result.status is not IKStatus.SOLVED or state is None:

@@ -34,7 +34,7 @@ def convert_trajectory(
         stamp = request.path[0].header.stamp
     else:
         motion, stamp = motion_of_joints(request.joints), request.joints.header.stamp
-    # A path begins where inverse kinematics says, which keeps the modes of the robot file or of the start.
+    # A path begins where inverse kinematics says, on the modes that it keeps.
     near = None if motion.names == context.robot.active and context.situation.conditions.mode is None else start
     least = context.situation.settings[LEAST_SINGULARITY]
     done = convert(context.robot, motion, near, context.loads, least) if motion.time.size > 1 else None
@@ -90,7 +90,7 @@ def _motion_of_path(
         text = f"point {late[0] + 1}: its stamp is not later than that of the point before"
         raise RejectedError(RejectionCode.BAD_REQUEST, text)
     targets = [target_of(context.robot, pose, position_only=position_only) for pose in path]
-    return path_motion(context.robot, time, targets, start)
+    return path_motion(context.robot, time, targets, start, context.situation.conditions.mode)
 
 
 def _start(context: Context, request: ConvertTrajectory.Request) -> ClosedState:

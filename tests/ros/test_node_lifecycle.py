@@ -173,6 +173,12 @@ def test_modes_are_listed_and_switched_only_while_the_robot_stands(client, robot
         answer = client.call("switch_assembly_mode", switch)
         assert answer.error_code == ErrorCode.OK, answer.error_text
         np.testing.assert_allclose(positions(), other.joint_state.position, atol=1e-9)
+        pose = client.call("solve_fk", SolveFK.Request(active_joints=state())).poses[0]
+        found = client.call("solve_ik", SolveIK.Request(position_only=True, target=pose))
+        assert found.error_code == ErrorCode.OK, found.error_text
+        assert dict(zip(found.loops, found.branches, strict=True)) == dict(
+            zip(other.loops, other.branches, strict=True)
+        )
     finally:
         client.call("switch_assembly_mode", SwitchAssemblyMode.Request(loops=own.loops, branches=own.branches))
     np.testing.assert_allclose(positions(), own.joint_state.position, atol=1e-9)

@@ -62,9 +62,11 @@ class Unlucky:
     def __getattr__(self, name):
         return getattr(self._robot, name)
 
-    def inverse_kinematics(self, target, seed=None, all_solutions=False, mask=None):
+    def inverse_kinematics(self, target, seed=None, all_solutions=False, mask=None, near=None):
         return dataclasses.replace(
-            self._robot.inverse_kinematics(target, seed, all_solutions, mask), status=self._status, message="no\nluck"
+            self._robot.inverse_kinematics(target, seed, all_solutions, mask, near),
+            status=self._status,
+            message="no\nluck",
         )
 
 
