@@ -18,6 +18,7 @@ VERBS = {  # in the order in which they are shown: name -> module
     "id": "inverse_dynamics",
     "fd": "forward_dynamics",
     "simulate": "simulate",
+    "workspace": "workspace",
     "branches": "branches",
     "export": "export",
     "bag": "bag",

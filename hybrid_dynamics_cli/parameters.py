@@ -95,6 +95,16 @@ def vector(name: str, text: str | None, names: Sequence[str], default: Array) ->
     return values
 
 
+def pair(text: str) -> tuple[str, tuple[float, float]]:
+    """A name with two numbers, from `NAME=LOW:HIGH`."""
+    name, _, numbers = text.partition("=")
+    try:
+        low, high = (evaluate(term, NAMES) for term in numbers.split(":"))
+    except (ValueError, ArithmeticError) as error:
+        raise click.BadParameter(f"'{text}': expected NAME=LOW:HIGH, as q12=0.1:0.5 ({error})") from error
+    return name.strip(), (low, high)
+
+
 def output_path(path: str) -> Path:
     """A file that can be written: its folder is there."""
     place = Path(path)

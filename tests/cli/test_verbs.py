@@ -91,6 +91,30 @@ def test_frame_and_modes() -> None:
     )
 
 
+def test_workspace_is_told_and_drawn(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    maps = [tmp_path / "plane.svg", tmp_path / "over.png"]
+    answer = told("workspace", "five_bar", "--samples", "2000", "--range", "q_T=0:30*deg", "--draw", str(maps[0]))
+    found = load("five_bar").workspace(2000, ranges={"q_T": (0.0, np.pi / 6)})
+    assert list(answer["extents"].values()) == found.extents.tolist()
+    assert answer["shares"] == {"OK": 1.0, "OPEN": 0.0, "SINGULAR": 0.0, "BEYOND": 0.0}
+    assert answer["smallest_singularity"]["loop"] == "tip"
+    text = call("workspace", "five_bar", "--samples", "500", "--over", "q_L,q_R", "--draw", str(maps[1])).output
+    assert "reachable                 100.0 %" in text
+    assert all(place.stat().st_size > 10_000 for place in maps)
+
+
+def test_assembly_modes_are_drawn(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    place = tmp_path / "modes.svg"
+    answer = told("branches", "type_c", "--draw", str(place))
+    text = place.read_text(encoding="utf-8")
+    assert answer["picture"] == str(place)
+    assert len(answer["modes"]) == 2
+    assert "luffing: clockwise" in text
+    assert "luffing: counterclockwise" in text
+
+
 def test_picture_is_drawn(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     place = tmp_path / "ankle.svg"
@@ -117,6 +141,13 @@ def test_picture_is_drawn(tmp_path: Path) -> None:
             "unit quaternion",
         ),
         (("check", "ankle", "--draw", "nowhere/a.svg"), 1, "there is no folder nowhere"),
+        (("workspace", "ankle", "--range", "q_L"), 2, "expected NAME=LOW:HIGH"),
+        (("workspace", "ankle", "--range", "q_L=0:1:2"), 2, "expected NAME=LOW:HIGH"),
+        (("workspace", "ankle", "--range", "q_L=-9:9"), 1, "within its limits [-0.6, 0.6]"),
+        (("workspace", "ankle", "--over", "q_L,q_R"), 2, "give --draw FILE too"),
+        (("workspace", "ankle", "-u", "0,0", "--draw", "a.svg"), 2, "give --over A,B too"),
+        (("workspace", "ankle", "--samples", "0"), 2, "0 is not in the range"),
+        (("workspace", "ankle", "--samples", "9", "--draw", "a.svg", "--over", "q_L"), 2, "expected two active joints"),
         (("chekc", "ankle"), 2, "No such command"),
     ],
 )
