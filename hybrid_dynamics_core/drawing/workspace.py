@@ -82,7 +82,7 @@ def colour_bar(figure: Figure, text: str) -> None:
     """The key to the colours, at the bottom."""
     width = float(figure.get_size_inches()[0])
     axes = axes_at(figure, (_SIDES[0], 0.3, min(width - 1.0, 5.2), 0.12))
-    bar = figure.colorbar(ScalarMappable(Normalize(0.0, 1.0), COLOURS), cax=axes, orientation="horizontal")
+    figure.colorbar(ScalarMappable(Normalize(0.0, 1.0), COLOURS), cax=axes, orientation="horizontal")
     axes.set_title(text, fontsize=8.5, pad=4)
     axes.tick_params(labelsize=8)
 
