@@ -25,6 +25,7 @@ from .workspace import COLOURS, LEVELS, WORDS, colour_bar, head
 _CELLS: Final = 240  # in each direction
 _BEYOND: Final = 0.08  # of the range: what is shown outside of it
 _LINES: Final = (0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8)
+_NAMED: Final = 0.2  # lower lines crowd at the edge
 _SIZE: Final = (6.9, 6.0)  # [in] of the figure
 _STYLES: Final[dict[str, Any]] = {"stroke end or limit": "-", "toggle point of a loop": (0, (4, 2))}
 _BOX: Final = (0.8, 1.52, 5.9, 3.75)  # [in] of the axes
@@ -75,7 +76,7 @@ def _margin(axes: Axes, lines: list[Array], samples: Margins, colour: Colour) ->
     inside = [level for level in _LINES if np.nanmin(height) < level < np.nanmax(height)] if closed.any() else []
     if inside:
         drawn = axes.contour(*lines, height, levels=inside, colors=INK, linewidths=0.7, zorder=1.4)
-        axes.clabel(drawn, fmt="%g", fontsize=7.5)
+        axes.clabel(drawn, [level for level in inside if level >= _NAMED], fmt="%g", fontsize=7.5)
     beyond = (samples.status == SampleStatus.BEYOND).reshape(shape)
     if beyond.any():
         axes.contourf(*lines, beyond.astype(float), levels=[0.5, 2.0], colors="none", hatches=["////"], zorder=1.6)

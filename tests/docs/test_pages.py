@@ -14,6 +14,7 @@ PAGES = {  # and how many blocks each has at least
     "docs/performance.md": 1,
     "docs/dynamics.md": 9,
     "docs/figure_10.md": 2,
+    "docs/examples.md": 1,
 }
 
 
@@ -48,6 +49,12 @@ def test_figure_10_is_made(tmp_path: Path) -> None:
     scope = run("docs/figure_10.md", tmp_path)
     assert scope["tau"].shape == (101, 4)
     assert (tmp_path / "figure_10.svg").stat().st_size > 10_000
+
+
+def test_the_maps_of_the_examples_run(tmp_path: Path) -> None:
+    scope = run("docs/examples.md", tmp_path)
+    assert scope["found"].extents.shape == (3, 2)
+    assert scope["found"].extents[2, 1] == pytest.approx(1.6, abs=0.01)  # b1 + L2 + L3 - b3, upright
 
 
 def test_dynamics_runs_and_does_what_it_says(tmp_path: Path) -> None:
