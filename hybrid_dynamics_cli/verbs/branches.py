@@ -19,7 +19,7 @@ Ends with 1 where the loops do not close.
 """
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=EPILOG, short_help="Every way in which the loops close.")
 @robot_argument
 @vector_option("-u", "--u", help="Active coordinates; the robot's reference where left out.")
 @click.option("--draw", "picture", metavar="FILE", help="Draw them side by side to an .svg or .png file.")

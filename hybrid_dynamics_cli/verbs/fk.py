@@ -13,11 +13,11 @@ from ..parameters import json_option, loaded, robot_argument, vector, vector_opt
 EPILOG = """\b
 Examples:
   hybrid-dynamics fk forging_chu2020 -u 0,0.10,0.15,0
-  hybrid-dynamics fk excavator -u boom=0.3 --frame bucket --json
+  hybrid-dynamics fk excavator -u q12=0.3 --frame bucket --json
 """
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=EPILOG, short_help="Pose of the end effector, and all coordinates.")
 @robot_argument
 @vector_option("-u", "--u", help="Active coordinates; the robot's reference where left out.")
 @vector_option("--du", help="Their rates; zero where left out.")

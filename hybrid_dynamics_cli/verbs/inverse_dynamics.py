@@ -11,7 +11,7 @@ from ..parameters import json_option, loaded, robot_argument, vector, vector_opt
 EPILOG = """\b
 Examples:
   hybrid-dynamics id forging_chu2020 -u 0,0.10,0.15,0
-  hybrid-dynamics id excavator --du boom=0.05 --ddu boom=0.1 --json
+  hybrid-dynamics id excavator --du q12=0.05 --ddu q12=0.1 --json
 """
 
 

@@ -30,7 +30,7 @@ Ends with 1 where no sample is reachable.
 """
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=EPILOG, short_help="Where the end effector can be, singular places.")
 @robot_argument
 @click.option("--samples", type=click.IntRange(1), default=100_000, show_default=True, help="How many are taken.")
 @click.option(
