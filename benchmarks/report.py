@@ -21,13 +21,8 @@ class Report:
     data: dict[str, Any]
 
 
-def report(quick: bool = False, modules: tuple[str, ...] = run.MODULES) -> str:
-    """The whole report as Markdown; `quick`: few short rounds, to see that it runs."""
-    return measured(quick, modules).text
-
-
 def measured(quick: bool = False, modules: tuple[str, ...] = run.MODULES) -> Report:
-    """Measure, and tell."""
+    """Measure, and tell; `quick`: few short rounds, to see that it runs."""
     rounds, seconds = (3, 0.001) if quick else (9, 0.02)
     notes: list[str] = []
     robot = run.forging()

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 COUNT: Final = 100_000
 SLIDE: Final = 0.1  # of the end effector's distance from the base: how far a slide without limits is taken to go
 _AT_ONCE: Final = 5_000  # samples in a batch
-_ROUNDS, _SHRINK, _TRIALS = 18, 0.6, 50  # of the search for the extremes, about the best sample so far
+_ROUNDS, _SHRINK, _TRIALS = 26, 0.68, 60  # of the search for the extremes, about the best sample so far
 _WIDTH: Final = 0.1  # of the ranges: where that search begins
 
 
@@ -89,7 +89,10 @@ class Workspace:
 
     @property
     def extents(self) -> Array:
-        """(3, 2) smallest and largest x, y and z of reachable samples, base axes [m]; NaN where there are none."""
+        """(3, 2) smallest and largest x, y and z of reachable samples, base axes [m]; NaN where there are none.
+
+        The workspace itself is a little larger: by about 1e-3 of its size, and 1e-2 where it ends at a toggle point.
+        """
         places = self.samples.position[self.samples.reachable]
         if not len(places):
             return np.full((3, 2), np.nan)
@@ -138,7 +141,7 @@ def find_workspace(
     box, assumed = sampled_ranges(robot, ranges)
     from scipy.stats import qmc  # noqa: PLC0415  slow to import
 
-    points = qmc.Halton(len(robot.active), seed=0).random(count)
+    points = qmc.Halton(len(robot.active), scramble=False).random(count + 1)[1:]  # the first one is a corner
     u = box[:, 0] + points * np.ptp(box, axis=1)
     rounds = range(0, count, _AT_ONCE)
     parts: list[Margins] = []
@@ -224,5 +227,9 @@ def _about_extremes(samples: Margins, box: Array, width: float, seed: int) -> Ar
     best = np.unique(rows[np.argmin(goals, axis=0)])
     rng = np.random.default_rng(seed)
     steps = width * rng.uniform(-1.0, 1.0, (len(best), _TRIALS, len(box))) * np.ptp(box, axis=1)
-    around: Array = np.clip((samples.u[best][:, None] + steps).reshape(-1, len(box)), box[:, 0], box[:, 1])
+    low, high = box.T
+    around: Array = (samples.u[best][:, None] + steps).reshape(-1, len(box))
+    inward = np.where(around > high, 2.0 * high - around, np.where(around < low, 2.0 * low - around, around))
+    around[::2] = np.clip(around[::2], low, high)  # limits belong to the workspace,
+    around[1::2] = inward[1::2]  # toggle points do not: half go onto the edge, half back from it
     return around
