@@ -72,7 +72,7 @@ class Robot(RobotActuators):
         """Where the end effector, or a frame, can be, and how near to singular places and limits the robot is there.
 
         `count` samples are spread evenly over the active coordinates within `limits`, or within narrower `ranges` by
-        name [rad or m]; about the extremes more are taken. Samples that do not close are told apart by their status,
+        name [rad or m]; towards the ends and about the extremes more are taken. Samples that do not close are told apart by their status,
         and a run of more than a second shows its progress on a terminal. Raises InputError for ranges that are empty
         or outside of the limits.
         """

@@ -47,7 +47,7 @@ def values_of(samples: Margins, colour: Colour) -> Array:
 def workspace_figure(robot: Robot, workspace: Workspace, colour: Colour, title: str | None) -> Figure:
     """One panel a plane, in one scale, with the robot in its reference configuration on top."""
     with mpl.rc_context(STYLE):
-        samples = workspace.even
+        samples = workspace.samples.first(workspace.spread)
         planes = choose_planes(robot, samples)
         sizes = np.array([np.ptp(plane.box, axis=0) for plane in planes])
         room = _HEIGHTS[len(planes)], _WIDTHS[len(planes)] - len(planes) * sum(_SIDES)

@@ -58,6 +58,10 @@ class Margins:
     limit: Array
     joint: NDArray[np.int64]
 
+    def first(self, count: int) -> Margins:
+        """The first samples alone."""
+        return Margins(*(getattr(self, name)[:count] for name in Margins.__annotations__))
+
     @property
     def reachable(self) -> NDArray[np.bool_]:
         """(N,) whether the loops close with all joints within their limits."""
@@ -72,8 +76,9 @@ class Workspace:
         frame: whose positions they are.
         ranges: (n, 2) of the active coordinates that were sampled [rad or m].
         assumed: active coordinates without limits, whose range was chosen here.
-        samples: `count` samples spread evenly over the ranges, then those of the search for the extremes.
-        count: how many are spread evenly.
+        samples: `count` samples spread evenly over the ranges, then half as many that are denser towards the ends of the
+            ranges, then those of the search for the extremes.
+        count: how many are spread evenly; spread: how many there are before those of the search.
     """
 
     frame: str
@@ -81,11 +86,12 @@ class Workspace:
     assumed: tuple[str, ...]
     samples: Margins
     count: int
+    spread: int
 
     @property
     def even(self) -> Margins:
         """The evenly spread samples."""
-        return Margins(*(getattr(self.samples, name)[: self.count] for name in Margins.__annotations__))
+        return self.samples.first(self.count)
 
     @property
     def extents(self) -> Array:
@@ -141,9 +147,11 @@ def find_workspace(
     box, assumed = sampled_ranges(robot, ranges)
     from scipy.stats import qmc  # noqa: PLC0415  slow to import
 
-    points = qmc.Halton(len(robot.active), scramble=False).random(count + 1)[1:]  # the first one is a corner
+    spread = count + count // 2
+    points = qmc.Halton(len(robot.active), scramble=False).random(spread + 1)[1:]  # the first one is a corner
+    points[count:] = 0.5 - 0.5 * np.cos(math.pi * points[count:])  # denser at the ends, where reach changes fastest
     u = box[:, 0] + points * np.ptp(box, axis=1)
-    rounds = range(0, count, _AT_ONCE)
+    rounds = range(0, spread, _AT_ONCE)
     parts: list[Margins] = []
     with Progress(f"workspace of {robot.name}", len(rounds) + _ROUNDS, shown) as progress:
         for start in rounds:
@@ -156,7 +164,7 @@ def find_workspace(
                 break
             samples = joined([samples, margins_at(robot, around, frame)])
             progress.update(len(parts) + k + 1)
-    return Workspace(frame or robot.end_effector, box, assumed, samples, count)
+    return Workspace(frame or robot.end_effector, box, assumed, samples, count, spread)
 
 
 def sampled_ranges(robot: Robot, told: Mapping[str, tuple[float, float]] | None) -> tuple[Array, tuple[str, ...]]:

@@ -31,7 +31,7 @@ def test_planes_are_chosen_for_the_robot(name, tmp_path) -> None:
     for link in robot.description.links:  # the robot's own skeleton is in the picture
         if link != robot.base_frame and robot.description.links[link].mass:
             assert f'id="link:{link}' in text
-    for axes, plane in zip(figure.axes, choose_planes(robot, found.even), strict=False):
+    for axes, plane in zip(figure.axes, choose_planes(robot, found.samples.first(found.spread)), strict=False):
         low, high = plane.box
         good = plane.points[np.isfinite(plane.points).all(axis=1)]
         assert (good > low).all()
