@@ -72,9 +72,9 @@ class Robot(RobotActuators):
         """Where the end effector, or a frame, can be, and how near to singular places and limits the robot is there.
 
         `count` samples are spread evenly over the active coordinates within `limits`, or within narrower `ranges` by
-        name [rad or m]; towards the ends and about the extremes more are taken. Samples that do not close are told apart by their status,
-        and a run of more than a second shows its progress on a terminal. Raises InputError for ranges that are empty
-        or outside of the limits.
+        name [rad or m]; more are taken towards the ends and about the extremes. Samples that do not close are told
+        apart by their status. A run of more than a second shows its progress on a terminal. Raises InputError for
+        ranges that are empty or outside of the limits.
         """
         return find_workspace(self, count, frame, ranges)
 

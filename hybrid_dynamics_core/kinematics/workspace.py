@@ -76,8 +76,8 @@ class Workspace:
         frame: whose positions they are.
         ranges: (n, 2) of the active coordinates that were sampled [rad or m].
         assumed: active coordinates without limits, whose range was chosen here.
-        samples: `count` samples spread evenly over the ranges, then half as many that are denser towards the ends of the
-            ranges, then those of the search for the extremes.
+        samples: `count` samples spread evenly over the ranges, then half as many that are denser towards their ends,
+            then those of the search for the extremes.
         count: how many are spread evenly; spread: how many there are before those of the search.
     """
 
