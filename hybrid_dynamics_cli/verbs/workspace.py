@@ -6,7 +6,7 @@ from typing import Any, get_args
 
 import click
 
-from hybrid_dynamics_core import Robot, SampleStatus, Workspace
+from hybrid_dynamics_core import Margins, Robot, SampleStatus, Workspace
 from hybrid_dynamics_core.drawing.options import Colour
 
 from ..output import number, show, table, unit
@@ -92,18 +92,29 @@ def facts(machine: Robot, found: Workspace) -> dict[str, Any]:
         "assumed_ranges": list(found.assumed),
         "shares": {status.name: found.share(status) for status in FATES},
         "extents": dict(zip("xyz", found.extents, strict=True)),
+        "extremes": {
+            axis: [_sample(machine, found.samples, int(k)) for k in pair]
+            for axis, pair in zip("xyz", () if found.extremes is None else found.extremes, strict=False)
+        },
         "near_singularity": {"below": NEAR, "share": found.share_below(NEAR)},
         "smallest_singularity": None,
     }
-    k = found.nearest
-    if k is not None and machine.loops:
-        told["smallest_singularity"] = {
-            "distance": float(found.samples.singularity[k]),
-            "loop": machine.loops[int(found.samples.loop[k])],
-            "u": dict(zip(machine.active, found.samples.u[k], strict=True)),
-            "position": found.samples.position[k],
-        }
+    if found.nearest is not None and machine.loops:
+        told["smallest_singularity"] = _sample(machine, found.samples, found.nearest)
     return told
+
+
+def _sample(machine: Robot, samples: Margins, k: int) -> dict[str, Any]:
+    """What is known of one sample."""
+    joint, loop = int(samples.joint[k]), int(samples.loop[k])
+    return {
+        "position": samples.position[k],
+        "u": dict(zip(machine.active, samples.u[k], strict=True)),
+        "distance": float(samples.singularity[k]),
+        "loop": machine.loops[loop] if loop >= 0 else None,
+        "limit": float(samples.limit[k]),
+        "joint": machine.coordinates[joint] if joint >= 0 else None,
+    }
 
 
 def text_of(machine: Robot, found: Workspace, told: dict[str, Any]) -> str:
@@ -112,12 +123,16 @@ def text_of(machine: Robot, found: Workspace, told: dict[str, Any]) -> str:
         [name, float(low), float(high), unit(machine.joint_types[name]), "chosen: no limits" * (name in found.assumed)]
         for name, (low, high) in zip(machine.active, found.ranges, strict=True)
     ]
-    spans = [[axis, float(low), float(high), "m"] for axis, (low, high) in zip("xyz", found.extents, strict=True)]
+    spans = [
+        [f"{'largest' if k else 'smallest'} {axis}", float(one["position"]["xyz".index(axis)]), "m", *_margins(one)]
+        for axis, ends in told["extremes"].items()
+        for k, one in enumerate(ends)
+    ]
     fates = [[words, f"{100.0 * told['shares'][status.name]:.1f} %"] for status, words in FATES.items()]
     lines = [
         table(["active joint", "from", "to", "unit", ""], rows),
         "",
-        table([f"{found.frame} in {machine.base_frame}", "from", "to", "unit"], spans),
+        table([f"{found.frame} in {machine.base_frame}", "at", "unit", "singularity", "limit", "of"], spans),
         "",
         table([f"of {found.count} samples", "share"], fates),
     ]
@@ -127,10 +142,16 @@ def text_of(machine: Robot, found: Workspace, told: dict[str, Any]) -> str:
         share = 100.0 * told["near_singularity"]["share"]
         lines += [
             "",
-            f"distance to a singularity (0 singular, 1 best): below {NEAR} in {share:.1f} % of what is reachable",
+            "singularity: of the nearest loop, 0 there, 1 best; limit: of the nearest joint, 0 there, 1 mid-range",
+            f"singularity below {NEAR} in {share:.1f} % of what is reachable",
             f"smallest {number(nearest['distance'])}, of {nearest['loop']}, at {at}",
         ]
     return "\n".join(lines)
+
+
+def _margins(one: dict[str, Any]) -> list[object]:
+    """Distances of a sample to a singularity and to a limit, and whose."""
+    return [one["distance"], one["limit"], one["joint"] or ""]
 
 
 def _two(text: str) -> tuple[str, str]:

@@ -99,10 +99,17 @@ class Workspace:
 
         The workspace itself is a little larger: by about 1e-3 of its size, and 1e-2 where it ends at a toggle point.
         """
-        places = self.samples.position[self.samples.reachable]
-        if not len(places):
-            return np.full((3, 2), np.nan)
-        return np.stack([places.min(axis=0), places.max(axis=0)], axis=1)
+        at = self.extremes
+        return np.full((3, 2), np.nan) if at is None else self.samples.position[at, np.arange(3)[:, None]]
+
+    @property
+    def extremes(self) -> NDArray[np.int64] | None:
+        """(3, 2) indices of the reachable samples with smallest and largest x, y and z."""
+        rows = np.flatnonzero(self.samples.reachable)
+        if not len(rows):
+            return None
+        places = self.samples.position[rows]
+        return rows[np.stack([places.argmin(axis=0), places.argmax(axis=0)], axis=1)].astype(np.int64)
 
     def share(self, status: SampleStatus = SampleStatus.OK) -> float:
         """The share of the evenly spread samples of which this became."""

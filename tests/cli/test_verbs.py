@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -99,9 +100,29 @@ def test_workspace_is_told_and_drawn(tmp_path: Path) -> None:
     assert list(answer["extents"].values()) == found.extents.tolist()
     assert answer["shares"] == {"OK": 1.0, "OPEN": 0.0, "SINGULAR": 0.0, "BEYOND": 0.0}
     assert answer["smallest_singularity"]["loop"] == "tip"
+    far = answer["extremes"]["y"][1]
+    assert far["position"][1] == answer["extents"]["y"][1]
+    assert far["limit"] == pytest.approx(0.0, abs=1e-3)  # with both cranks at their limits
+    assert far["joint"] in ("q_L", "q_R", "q_T")
     text = call("workspace", "five_bar", "--samples", "500", "--over", "q_L,q_R", "--draw", str(maps[1])).output
     assert "reachable                 100.0 %" in text
     assert all(place.stat().st_size > 10_000 for place in maps)
+
+
+def test_nothing_to_reach_ends_with_1(tmp_path: Path) -> None:
+    text = resources.files("hybrid_dynamics_core").joinpath("robots/five_bar.yaml").read_text(encoding="utf-8")
+    place = tmp_path / "held.yaml"  # the reference alone is within the limits of p_L, and it is no sample
+    place.write_text(
+        text.replace("xyz: [crank, 0, 0]}, axis: z}", "xyz: [crank, 0, 0]}, axis: z, limits: [-1.3926, -1.3925]}", 1),
+        encoding="utf-8",
+    )
+    result = call("workspace", str(place), "--samples", "20", "--json")
+    assert result.exit_code == 1
+    answer = json.loads(result.stdout)
+    assert answer["shares"]["BEYOND"] == 1.0
+    assert answer["extremes"] == {}
+    assert answer["extents"]["x"] == [None, None]
+    assert "beyond a limit or stroke  100.0 %" in call("workspace", str(place), "--samples", "20").output
 
 
 def test_assembly_modes_are_drawn(tmp_path: Path) -> None:
