@@ -109,7 +109,7 @@ class Workspace:
         if not len(rows):
             return None
         places = self.samples.position[rows]
-        return rows[np.stack([places.argmin(axis=0), places.argmax(axis=0)], axis=1)].astype(np.int64)
+        return np.asarray(rows[np.stack([places.argmin(axis=0), places.argmax(axis=0)], axis=1)], dtype=np.int64)
 
     def share(self, status: SampleStatus = SampleStatus.OK) -> float:
         """The share of the evenly spread samples of which this became."""

@@ -113,7 +113,7 @@ def test_nothing_to_reach_ends_with_1(tmp_path: Path) -> None:
     text = resources.files("hybrid_dynamics_core").joinpath("robots/five_bar.yaml").read_text(encoding="utf-8")
     place = tmp_path / "held.yaml"  # the reference alone is within the limits of p_L, and it is no sample
     place.write_text(
-        text.replace("xyz: [crank, 0, 0]}, axis: z}", "xyz: [crank, 0, 0]}, axis: z, limits: [-1.3926, -1.3925]}", 1),
+        text.replace("xyz: [crank, 0, 0]}, axis: z}", "xyz: [crank, 0, 0]}, axis: z, limits: [-1.3931, -1.3925]}", 1),
         encoding="utf-8",
     )
     result = call("workspace", str(place), "--samples", "20", "--json")
