@@ -66,6 +66,8 @@ def workspace_figure(robot: Robot, workspace: Workspace, colour: Colour, title: 
 
 
 def _told(workspace: Workspace) -> str:
+    if not workspace.samples.reachable.any():
+        return "nothing can be reached"
     spans = (f"{name} {low:.2f} to {high:.2f}" for name, (low, high) in zip("xyz", workspace.extents, strict=True))
     chosen = f"; no limits: {', '.join(workspace.assumed)}" if workspace.assumed else ""
     return fill(f"{', '.join(spans)} m; {100 * workspace.share():.0f} % of the samples reachable{chosen}", 96)
