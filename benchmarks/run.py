@@ -47,9 +47,14 @@ def find_sides(robot: Robot, modules: Sequence[str], say: Callable[[str], None])
 
 
 def compare(
-    robot: Robot, sides: Sequence[Side], rounds: int, seconds: float, size: int = BATCH
+    robot: Robot,
+    sides: Sequence[Side],
+    rounds: int,
+    seconds: float,
+    size: int = BATCH,
+    done: Callable[[int], None] = lambda _: None,
 ) -> dict[str, dict[str, Timing]]:
-    """By work and side: seconds a call, or a state of a batch."""
+    """By work and side: seconds a call, or a state of a batch. `done` is told how many works are measured."""
     agree.check(robot, sides, list(WORKS))
     states = agree.random_states(robot, size)
     first = {key: values[0] for key, values in states.items()}
@@ -60,6 +65,7 @@ def compare(
         timings = measure(calls, rounds, seconds) if calls else {}
         share = 1 / size if work == "id_batch" else 1.0
         result[work] = {name: Timing(t.median * share, t.least * share) for name, t in timings.items()}
+        done(len(result))
     return result
 
 

@@ -10,6 +10,8 @@ import click
 from hybrid_dynamics_core import __version__
 from hybrid_dynamics_core.errors import HybridDynamicsError
 
+from .exits import exit_table
+
 VERBS = {  # in the order in which they are shown: name -> module
     "check": "check",
     "info": "info",
@@ -18,12 +20,12 @@ VERBS = {  # in the order in which they are shown: name -> module
     "id": "inverse_dynamics",
     "fd": "forward_dynamics",
     "simulate": "simulate",
+    "workspace": "workspace",
     "branches": "branches",
     "export": "export",
     "bag": "bag",
     "benchmark": "benchmark",
 }
-FAILED = 1  # the question has no answer, or the robot is wrong; click itself ends with 2 where the command line is
 
 
 class Verbs(click.Group):
@@ -52,15 +54,21 @@ class Verbs(click.Group):
             raise click.ClickException(f"the numbers are beyond what can be computed with: {error}") from error
 
 
-EPILOG = """\b
+EPILOG = f"""\b
 Examples:
   hybrid-dynamics check my_robot.yaml --draw my_robot.svg
   hybrid-dynamics id forging_chu2020 -u 0,0.10,0.15,0
-  hybrid-dynamics ik excavator --position 4.0 0 0.5 --json
+  hybrid-dynamics ik excavator --position 6.0 0 0.5 --json
 
 \b
-Shell completion, for bash (zsh and fish alike), in ~/.bashrc:
-  eval "$(_HYBRID_DYNAMICS_COMPLETE=bash_source hybrid-dynamics)"
+Exit codes:
+{exit_table()}
+
+\b
+Shell completion of verbs, options, robots and files:
+  bash  eval "$(_HYBRID_DYNAMICS_COMPLETE=bash_source hybrid-dynamics)"     in ~/.bashrc
+  zsh   eval "$(_HYBRID_DYNAMICS_COMPLETE=zsh_source hybrid-dynamics)"      in ~/.zshrc
+  fish  _HYBRID_DYNAMICS_COMPLETE=fish_source hybrid-dynamics | source      in ~/.config/fish/config.fish
 """
 
 

@@ -72,7 +72,7 @@ def loaded(robot: str) -> Robot:
 def vector(name: str, text: str | None, names: Sequence[str], default: Array) -> Array:
     """Values (n,) from the text of an option; those that are not named are taken from `default`.
 
-    Raises InputError that says which part is wrong.
+    Raises InputError for other names and another number of values, BadParameter for what is no term.
     """
     values = np.array(default, dtype=float)
     if text is None or not text.strip():
@@ -82,7 +82,7 @@ def vector(name: str, text: str | None, names: Sequence[str], default: Array) ->
     if not any(named) and len(parts) != len(names):
         raise InputError(f"{name}: {len(parts)} values; expected {len(names)}, for {', '.join(names)}")
     if any(named) and not all(named):
-        raise InputError(f"{name}: either all values by name, or none: '{text}'")
+        raise click.BadParameter(f"either all values by name, or none: '{text}'", param_hint=name)
     for k, part in enumerate(parts):
         key, _, term = part.rpartition("=")
         key = key.strip()
@@ -91,8 +91,18 @@ def vector(name: str, text: str | None, names: Sequence[str], default: Array) ->
         try:
             values[names.index(key) if key else k] = evaluate(term, NAMES)
         except (ValueError, ArithmeticError) as error:
-            raise InputError(f"{name}: '{part}': {error}") from error
+            raise click.BadParameter(f"'{part}': {error}", param_hint=name) from error
     return values
+
+
+def pair(text: str) -> tuple[str, tuple[float, float]]:
+    """A name with two numbers, from `NAME=LOW:HIGH`."""
+    name, _, numbers = text.partition("=")
+    try:
+        low, high = (evaluate(term, NAMES) for term in numbers.split(":"))
+    except (ValueError, ArithmeticError) as error:
+        raise click.BadParameter(f"'{text}': expected NAME=LOW:HIGH, as q12=0.1:0.5 ({error})") from error
+    return name.strip(), (low, high)
 
 
 def output_path(path: str) -> Path:

@@ -25,6 +25,7 @@ from .errors import (
 from .kinematics.inverse import IKStatus
 from .kinematics.pose import Pose
 from .kinematics.solve import IKResult
+from .kinematics.workspace import Margins, SampleStatus, Workspace
 from .library import load, shipped_robots
 from .robot import Robot
 from .state import ClosedState, ClosureStatus
@@ -46,6 +47,7 @@ __all__ = [
     "JointEffects",
     "JointReaction",
     "Loads",
+    "Margins",
     "MassSingularityError",
     "Parameters",
     "Payload",
@@ -53,8 +55,10 @@ __all__ = [
     "Pose",
     "Reactions",
     "Robot",
+    "SampleStatus",
     "SingularityError",
     "SpanningTerms",
+    "Workspace",
     "chamber_flows",
     "chamber_pressures",
     "cylinder_force",

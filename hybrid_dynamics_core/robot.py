@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 from numpy.typing import ArrayLike
@@ -16,6 +16,7 @@ from .fused import RobotKernels
 from .kinematics.pose import Pose
 from .kinematics.pose_chain import PoseChain, find_pose_chain
 from .kinematics.solve import IKResult, solve_inverse_kinematics
+from .kinematics.workspace import COUNT, Workspace, find_workspace
 from .robot_actuators import RobotActuators
 from .state import ClosedState
 
@@ -68,6 +69,21 @@ class Robot(RobotActuators):
     def follows(self) -> bool:
         """Whether some loop has no closed form: its assembly mode is that of the state it is followed from."""
         return any(step.iterates for step in self._model.plan.steps)
+
+    def workspace(
+        self,
+        count: int = COUNT,
+        frame: str | None = None,
+        ranges: Mapping[str, tuple[float, float]] | None = None,
+    ) -> Workspace:
+        """Where the end effector, or a frame, can be, and how near to singular places and limits the robot is there.
+
+        `count` samples are spread evenly over the active coordinates within `limits`, or within narrower `ranges` by
+        name [rad or m]; more are taken towards the ends and about the extremes. Samples that do not close are told
+        apart by their status. A run of more than a second shows its progress on a terminal. Raises InputError for
+        ranges that are empty or outside of the limits.
+        """
+        return find_workspace(self, count, frame, ranges)
 
     @cached_property
     def pose_chain(self) -> PoseChain | None:

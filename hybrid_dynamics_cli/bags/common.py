@@ -7,7 +7,10 @@ from pathlib import Path
 
 import click
 
+from hybrid_dynamics_cli.exits import LOST
 from hybrid_dynamics_cli.parameters import RobotType
+
+__all__ = ["LOST", "PATH", "params_option", "robot_option", "tell_losses", "topic_option"]
 
 robot_option = click.option("--robot", type=RobotType(), required=True, metavar="ROBOT", help="Robot, or its file.")
 topic_option = click.option("--topic", metavar="T", help="Topic of the joint states, where it is not the node's own.")
@@ -15,7 +18,6 @@ params_option = click.option(
     "--params", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Parameter file of the node."
 )
 PATH = click.Path(path_type=Path)
-LOST = 3  # exit code: done, but something of the input could not be read
 
 
 def tell_losses(losses: Sequence[str]) -> None:

@@ -7,13 +7,13 @@ from pathlib import Path
 import click
 
 from hybrid_dynamics_cli.output import show, table
-from hybrid_dynamics_cli.parameters import RobotType, output_path
+from hybrid_dynamics_cli.parameters import RobotType, json_option, output_path
 from hybrid_dynamics_ros.offline.collect import collect
 from hybrid_dynamics_ros.offline.identify import identify_track
 from hybrid_dynamics_ros.offline.process import SMOOTHINGS
 from hybrid_dynamics_ros.offline.settings import read_settings
 
-from .common import PATH, params_option, tell_losses, topic_option
+from .common import LOST, PATH, params_option, tell_losses, topic_option
 
 HELD = ("recorded", "left_by_file", "left_by_estimate", "explained")
 EPILOG = """\b
@@ -33,8 +33,10 @@ Examples:
 @click.option("--hold-out", type=click.FloatRange(0.05, 0.9), default=0.25, help="Share of the bag to test on.")
 @click.option("--samples", type=click.IntRange(100), default=5000, help="How many samples are used at most.")
 @click.option("--output", metavar="FILE", help="Write the base parameters to this CSV file too.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON for programs.")
+@json_option
+@click.pass_context
 def command(  # noqa: PLR0913, PLR0917 - an argument for each option
+    context: click.Context,
     bag: Path,
     robot: str | None,
     topic: str | None,
@@ -72,6 +74,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         "base": {name: {"estimate": v, "low": low, "high": high} for name, (v, low, high) in base.items()},
         "parameters": dict(zip(found.result.parameters.names, found.result.values, strict=True)),
         "condition": found.result.condition,
+        "losses": track.losses,
         "held_out": {name: dict(zip(HELD, numbers, strict=True)) for name, *numbers in per_joint},
     }
     show(told, as_json, "\n".join(text))
@@ -79,3 +82,5 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         lines = ["name,estimate,low,high", *(f'"{name}",{v!r},{low!r},{high!r}' for v, low, high, name in rows)]
         place.write_text("\n".join(lines) + "\n", encoding="utf-8")
     tell_losses(track.losses)
+    if track.losses:
+        context.exit(LOST)

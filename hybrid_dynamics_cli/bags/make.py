@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from hybrid_dynamics_cli.parameters import loaded
+from hybrid_dynamics_cli.output import show
+from hybrid_dynamics_cli.parameters import json_option, loaded
 from hybrid_dynamics_ros.offline.make import PARTS, read_trajectory, simulated, write_trajectory
 from hybrid_dynamics_ros.offline.process import INPUT
 
@@ -30,6 +31,7 @@ Examples:
 )
 @click.option("--seed", type=int, default=0, help="Of the motion and the noise.")
 @click.option("--topic", default=INPUT, metavar="T", help=f"Topic; {INPUT} unless given.")
+@json_option
 def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     out: Path,
     robot: str,
@@ -39,12 +41,14 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     noise: str,
     seed: int,
     topic: str,
+    as_json: bool,
 ) -> None:
     """Write a bag of joint states from a trajectory file, or from a motion of the model with its efforts."""
     machine = loaded(robot)
     motion = simulated(machine, seconds, rate, seed) if trajectory is None else read_trajectory(trajectory, machine)
     count = write_trajectory(out, motion.noisy(_deviations(noise), seed), topic, {"robot": robot})
-    click.echo(f"{out}: {count} messages on {topic}")
+    told = {"bag": str(out), "topic": topic, "messages": count}
+    show(told, as_json, f"{out}: {count} messages on {topic}")
 
 
 def _deviations(text: str) -> dict[str, float]:

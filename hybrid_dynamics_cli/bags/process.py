@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
+from hybrid_dynamics_cli.exits import FAILED
+from hybrid_dynamics_cli.output import show
+from hybrid_dynamics_cli.parameters import json_option
 from hybrid_dynamics_ros.offline.many import run_jobs
 from hybrid_dynamics_ros.offline.process import SMOOTHINGS, Job, Outcome
 from hybrid_dynamics_ros.offline.settings import read_settings
@@ -35,6 +39,7 @@ Examples:
 @click.option("--keep", is_flag=True, help="The original topics go into the new bag too.")
 @click.option("--jobs", type=click.IntRange(1), default=1, help="Bags at a time, a process each.")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers see the same files.")
+@json_option
 def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     bags: tuple[Path, ...],
     out: Path,
@@ -45,6 +50,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     keep: bool,
     jobs: int,
     scheduler: str | None,
+    as_json: bool,
 ) -> None:
     """Write a bag with every topic that the node would have published for IN.
 
@@ -59,12 +65,24 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         raise click.ClickException("two bags have the same name; process them into different folders")
     work = [Job(bag, to, robot, topic, smooth, keep, settings) for bag, to in zip(found, targets, strict=True)]
     results = run_jobs(work, jobs, scheduler)
-    for job, result in zip(work, results, strict=True):
-        _tell(job, result)
+    if as_json:
+        told = [_facts(job, result) for job, result in zip(work, results, strict=True)]
+        show({"bags": told}, as_json, "")
+    else:
+        for job, result in zip(work, results, strict=True):
+            _tell(job, result)
     if any(not isinstance(result, Outcome) for result in results):
-        sys.exit(1)
+        sys.exit(FAILED)
     if any(isinstance(result, Outcome) and result.losses for result in results):
         sys.exit(LOST)
+
+
+def _facts(job: Job, result: Outcome | str) -> dict[str, Any]:
+    told: dict[str, Any] = {"source": str(job.source), "target": str(job.target), "failed": None}
+    if isinstance(result, str):
+        return {**told, "failed": result}
+    more = {"summary": result.summary, "samples": result.samples, "duration": result.duration}
+    return {**told, **more, "seconds": result.shares, "rejections": result.rejections, "losses": result.losses}
 
 
 def _tell(job: Job, result: Outcome | str) -> None:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from hybrid_dynamics_cli.parameters import RobotType, output_path
+from hybrid_dynamics_cli.output import show
+from hybrid_dynamics_cli.parameters import RobotType, json_option, output_path
 from hybrid_dynamics_ros.offline.collect import collect
 from hybrid_dynamics_ros.offline.process import SMOOTHINGS
 from hybrid_dynamics_ros.offline.settings import read_settings
@@ -27,6 +28,7 @@ Examples:
 @params_option
 @click.option("--smooth", type=click.Choice(SMOOTHINGS), default="causal", help="Rates; causal: as the node.")
 @click.option("--output", metavar="FILE", help="The page; BAG.html beside the bag unless given.")
+@json_option
 @click.pass_context
 def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     context: click.Context,
@@ -36,6 +38,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     params: Path | None,
     smooth: str,
     output: str | None,
+    as_json: bool,
 ) -> None:
     """One HTML page about BAG: motion, efforts computed and recorded, energy, loops, strokes, gaps, bad samples.
 
@@ -48,7 +51,15 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     place = output_path(output or str(bag.resolve().with_suffix(".html")))
     track = collect(bag, robot, topic, smooth, read_settings(params))
     write_report(track, bag.resolve().name, place)
-    click.echo(f"{place}: {track.counts.summary()}")
+    summary = track.counts.summary()
+    told = {
+        "page": str(place),
+        "received": track.counts.received,
+        "accepted": track.counts.accepted,
+        "summary": summary,
+        "losses": track.losses,
+    }
+    show(told, as_json, f"{place}: {summary}")
     tell_losses(track.losses)
     if track.losses:
         context.exit(LOST)

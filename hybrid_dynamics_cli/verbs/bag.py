@@ -54,6 +54,6 @@ Examples:
 """
 
 
-@click.group(cls=BagVerbs, epilog=EPILOG)
+@click.group(cls=BagVerbs, epilog=EPILOG, short_help="The model on recordings (rosbag2).")
 def command() -> None:
     """The model on recordings (rosbag2): what the node would have said, reports, identification."""

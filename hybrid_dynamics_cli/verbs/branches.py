@@ -2,21 +2,35 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import click
 
 from ..output import number, show, table
-from ..parameters import json_option, loaded, robot_argument, vector, vector_option
+from ..parameters import json_option, loaded, output_path, robot_argument, vector, vector_option
+
+EPILOG = """\b
+Examples:
+  hybrid-dynamics branches staicu2015
+  hybrid-dynamics branches forging_chu2020 -u q12=0.2 --draw modes.svg
+  hybrid-dynamics branches five_bar --json
+
+Ends with 1 where the loops do not close.
+"""
 
 
-@click.command(epilog="Example: hybrid-dynamics branches staicu2015")
+@click.command(epilog=EPILOG, short_help="Every way in which the loops close.")
 @robot_argument
 @vector_option("-u", "--u", help="Active coordinates; the robot's reference where left out.")
+@click.option("--draw", "picture", metavar="FILE", help="Draw them side by side to an .svg or .png file.")
 @json_option
-def command(robot: str, u: str | None, as_json: bool) -> None:
+def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> None:
     """Every way in which the loops close with the same active coordinates."""
     machine = loaded(robot)
-    modes = machine.assembly_modes(vector("-u", u, machine.active, machine.reference))
-    told = {
+    place = None if picture is None else output_path(picture)
+    values = vector("-u", u, machine.active, machine.reference)
+    modes = machine.assembly_modes(values)
+    told: dict[str, Any] = {
         "modes": [
             {
                 "branch": dict(mode.branch),
@@ -34,6 +48,12 @@ def command(robot: str, u: str | None, as_json: bool) -> None:
     ]
     plural = "mode" if len(modes) == 1 else "modes"
     lines = [f"{len(modes)} assembly {plural}", "", table(["", *loops, "distance to singularity"], rows)]
+    if place is not None and modes:
+        from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415  Matplotlib is an extra
+
+        draw_modes(machine, values, place)
+        told["picture"] = str(place)
+        lines.append(f"drawn to {place}")
     show(told, as_json, "\n".join(lines))
     if not modes:
         raise SystemExit(1)

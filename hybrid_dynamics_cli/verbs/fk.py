@@ -17,7 +17,7 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=EPILOG, short_help="Pose of the end effector, and all coordinates.")
 @robot_argument
 @vector_option("-u", "--u", help="Active coordinates; the robot's reference where left out.")
 @vector_option("--du", help="Their rates; zero where left out.")

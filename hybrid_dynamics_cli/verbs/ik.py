@@ -15,13 +15,13 @@ from ..parameters import NUMBER, json_option, loaded, robot_argument, vector, ve
 EPILOG = """\b
 Examples:
   hybrid-dynamics ik forging_chu2020 --position 0.32 0.38 1.12
-  hybrid-dynamics ik gough --position 0 0 0.8 --quaternion 0 0 0 1 --all
+  hybrid-dynamics ik gough --position 0 0 0.78 --quaternion 0 0 0 1 --all
 
 Ends with 1 where there is no solution.
 """
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=EPILOG, short_help="Active coordinates for a place of the end effector.")
 @robot_argument
 @click.option(
     "--position", nargs=3, type=NUMBER, required=True, metavar="X Y Z", help="Of the end effector, in the base."

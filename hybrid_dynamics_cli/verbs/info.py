@@ -11,8 +11,14 @@ from hybrid_dynamics_core import Robot
 from ..output import counted, number, plain, show, table, unit
 from ..parameters import json_option, loaded, robot_argument
 
+EPILOG = """\b
+Examples:
+  hybrid-dynamics info forging_chu2020
+  hybrid-dynamics info my_robot.yaml --json
+"""
 
-@click.command(epilog="Example: hybrid-dynamics info forging_chu2020")
+
+@click.command(epilog=EPILOG)
 @robot_argument
 @json_option
 def command(robot: str, as_json: bool) -> None:

@@ -25,7 +25,7 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @robot_argument
-@click.option("--seconds", type=POSITIVE, default=2.0, show_default=True)
+@click.option("--seconds", type=POSITIVE, default=2.0, show_default=True, help="How long.")
 @vector_option("-u", "--u", help="Active coordinates at the start; the robot's reference where left out.")
 @vector_option("--du", help="Their rates at the start; zero where left out.")
 @vector_option("--tau", help="Constant efforts, or `weight`: those that hold the weight at every moment; else none.")

@@ -16,15 +16,16 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from ..errors import InputError, MissingPackageError
+from ..kinematics.workspace import Workspace
 from ..robot import Robot
 from ..state import ClosedState
-from .options import Names, known_names
+from .options import Colour, Names, known_colour, known_names
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw", "draw_modes", "draw_on"]
+__all__ = ["draw", "draw_margins", "draw_modes", "draw_on", "draw_workspace"]
 
 
 def draw(
@@ -84,6 +85,54 @@ def draw_modes(
         raise InputError(f"{robot.name} has no assembly mode at these active coordinates: its loops do not close")
     own = robot.close(u, check=False).branch
     figure = modes_figure(robot, modes[:most], own, known_names(names), title)
+    if path is not None:
+        save(figure, Path(path))
+    return figure
+
+
+def draw_workspace(
+    robot: Robot,
+    workspace: Workspace | None = None,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    colour: Colour = "singularity",
+    title: str | None = None,
+) -> Figure:
+    """Draw where the end effector can be, with the robot in its reference configuration on top.
+
+    Planes are chosen for the robot: its own where it is planar, that of the arm where a column turns it, else three
+    views. Colours are the least distance to a singularity, or the largest to a limit, of what lies behind a point.
+    workspace: `robot.workspace()` if None. Raises as `draw` does.
+    """
+    _need_matplotlib()
+    from .figure import save  # noqa: PLC0415
+    from .workspace import workspace_figure  # noqa: PLC0415
+
+    figure = workspace_figure(robot, robot.workspace() if workspace is None else workspace, known_colour(colour), title)
+    if path is not None:
+        save(figure, Path(path))
+    return figure
+
+
+def draw_margins(
+    robot: Robot,
+    over: tuple[str, str],
+    u: ArrayLike | None = None,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    colour: Colour = "singularity",
+    title: str | None = None,
+) -> Figure:
+    """Draw how near to a singularity (or a limit) the robot is, over two active coordinates, and where strokes end.
+
+    over: names of the two; the others stay at u (n,), the reference if None. Raises InputError for names that are not
+    active coordinates, and as `draw` does.
+    """
+    _need_matplotlib()
+    from .figure import save  # noqa: PLC0415
+    from .over import over_figure  # noqa: PLC0415
+
+    figure = over_figure(robot, over, u, known_colour(colour), title)
     if path is not None:
         save(figure, Path(path))
     return figure

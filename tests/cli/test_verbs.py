@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -91,6 +92,50 @@ def test_frame_and_modes() -> None:
     )
 
 
+def test_workspace_is_told_and_drawn(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    maps = [tmp_path / "plane.svg", tmp_path / "over.png"]
+    answer = told("workspace", "five_bar", "--samples", "2000", "--range", "q_T=0:30*deg", "--draw", str(maps[0]))
+    found = load("five_bar").workspace(2000, ranges={"q_T": (0.0, np.pi / 6)})
+    assert list(answer["extents"].values()) == found.extents.tolist()
+    assert answer["shares"] == {"OK": 1.0, "OPEN": 0.0, "SINGULAR": 0.0, "BEYOND": 0.0}
+    assert answer["smallest_singularity"]["loop"] == "tip"
+    far = answer["extremes"]["y"][1]
+    assert far["position"][1] == answer["extents"]["y"][1]
+    assert far["limit"] == pytest.approx(0.0, abs=1e-3)  # with both cranks at their limits
+    assert far["joint"] in ("q_L", "q_R", "q_T")
+    text = call("workspace", "five_bar", "--samples", "500", "--over", "q_L,q_R", "--draw", str(maps[1])).output
+    assert "reachable                 100.0 %" in text
+    assert all(place.stat().st_size > 10_000 for place in maps)
+
+
+def test_nothing_to_reach_ends_with_1(tmp_path: Path) -> None:
+    text = resources.files("hybrid_dynamics_core").joinpath("robots/five_bar.yaml").read_text(encoding="utf-8")
+    place = tmp_path / "held.yaml"  # the reference alone is within the limits of p_L, and it is no sample
+    place.write_text(
+        text.replace("xyz: [crank, 0, 0]}, axis: z}", "xyz: [crank, 0, 0]}, axis: z, limits: [-1.3931, -1.3925]}", 1),
+        encoding="utf-8",
+    )
+    result = call("workspace", str(place), "--samples", "20", "--json")
+    assert result.exit_code == 1
+    answer = json.loads(result.stdout)
+    assert answer["shares"]["BEYOND"] == 1.0
+    assert answer["extremes"] == {}
+    assert answer["extents"]["x"] == [None, None]
+    assert "beyond a limit or stroke  100.0 %" in call("workspace", str(place), "--samples", "20").output
+
+
+def test_assembly_modes_are_drawn(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    place = tmp_path / "modes.svg"
+    answer = told("branches", "type_c", "--draw", str(place))
+    text = place.read_text(encoding="utf-8")
+    assert answer["picture"] == str(place)
+    assert len(answer["modes"]) == 2
+    assert "luffing: clockwise" in text
+    assert "luffing: counterclockwise" in text
+
+
 def test_picture_is_drawn(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     place = tmp_path / "ankle.svg"
@@ -105,8 +150,8 @@ def test_picture_is_drawn(tmp_path: Path) -> None:
         (("fk", "missing.yaml"), 1, "missing.yaml"),
         (("fk", "forging_chu2020", "-u", "0,1"), 1, "2 values; expected 4, for q1, q12, q22, q4"),
         (("fk", "forging_chu2020", "-u", "q99=1"), 1, "'q99' is not an active joint; they are q1, q12, q22, q4"),
-        (("fk", "forging_chu2020", "-u", "q12=much"), 1, "'q12=much'"),
-        (("fk", "forging_chu2020", "-u", "q12=0.1,0.2"), 1, "either all values by name, or none"),
+        (("fk", "forging_chu2020", "-u", "q12=much"), 2, "'q12=much'"),
+        (("fk", "forging_chu2020", "-u", "q12=0.1,0.2"), 2, "either all values by name, or none"),
         (("fk", "forging_chu2020", "-u", "q12=3"), 1, "theta_1"),
         (("fk", "forging_chu2020", "--frame", "wrist"), 1, "there is no frame 'wrist'"),
         (("fk", "forging_chu2020", "-u", "q12=1e400"), 1, "q12 is inf"),
@@ -117,6 +162,13 @@ def test_picture_is_drawn(tmp_path: Path) -> None:
             "unit quaternion",
         ),
         (("check", "ankle", "--draw", "nowhere/a.svg"), 1, "there is no folder nowhere"),
+        (("workspace", "ankle", "--range", "q_L"), 2, "expected NAME=LOW:HIGH"),
+        (("workspace", "ankle", "--range", "q_L=0:1:2"), 2, "expected NAME=LOW:HIGH"),
+        (("workspace", "ankle", "--range", "q_L=-9:9"), 1, "within its limits [-0.6, 0.6]"),
+        (("workspace", "ankle", "--over", "q_L,q_R"), 2, "give --draw FILE too"),
+        (("workspace", "ankle", "-u", "0,0", "--draw", "a.svg"), 2, "give --over A,B too"),
+        (("workspace", "ankle", "--samples", "0"), 2, "0 is not in the range"),
+        (("workspace", "ankle", "--samples", "9", "--draw", "a.svg", "--over", "q_L"), 2, "expected two active joints"),
         (("chekc", "ankle"), 2, "No such command"),
     ],
 )

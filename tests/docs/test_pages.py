@@ -30,7 +30,7 @@ def read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     return run
 
 
-CHECKED = {"README.md", "docs/figure_10.md", "docs/dynamics.md", "docs/performance.md"}  # with what they leave, below
+CHECKED = {f"docs/{name}.md" for name in ("dynamics", "examples", "figure_10", "performance")} | {"README.md"}
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if page not in CHECKED and any(blocks_of(page))])
@@ -78,6 +78,13 @@ def test_figure_10_is_made(read: Any, tmp_path: Path) -> None:
     scope = read("docs/figure_10.md")
     assert scope["tau"].shape == (101, 4)
     assert (tmp_path / "figure_10.svg").stat().st_size > 10_000
+
+
+def test_the_maps_of_the_examples_run(read: Any) -> None:
+    needs("docs/examples.md")
+    scope = read("docs/examples.md")
+    assert scope["found"].extents.shape == (3, 2)
+    assert scope["found"].extents[2, 1] == pytest.approx(1.6, abs=0.01)  # b1 + L2 + L3 - b3, upright
 
 
 def test_dynamics_runs_and_does_what_it_says(read: Any, tmp_path: Path) -> None:

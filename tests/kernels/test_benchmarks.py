@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 
 import pytest
 
 from benchmarks import agree, goals, run
 from benchmarks.measure import Timing
-from benchmarks.report import report
+from benchmarks.report import measured
 from benchmarks.side import Side
 
 
 def test_a_quick_report_holds_every_part(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run, "STAGES", (1, 2))
-    text = report(quick=True, modules=("ours", "plain_numpy", "missing"))
+    found = measured(quick=True, modules=("ours", "plain_numpy", "missing"))
+    text = found.text
+    assert json.loads(json.dumps(found.data)) == found.data  # `hybrid-dynamics benchmark --json`
+    assert found.data["seconds"]["id"]["hybrid_dynamics"] > 0.0
     for words in (
         "inverse dynamics, batch | **hybrid_dynamics",
         "plain NumPy",

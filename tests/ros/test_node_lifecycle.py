@@ -154,7 +154,9 @@ def test_the_robot_describes_itself(client, robot):
 
 
 def test_modes_are_listed_and_switched_only_while_the_robot_stands(client, robot):
-    client.publish("active_joint_motions", motion(), client.new_stamp())
+    began = client.new_stamp()
+    client.publish("active_joint_motions", motion(), began)
+    client.wait_for("joint_states", began)
     listed = client.call("list_assembly_modes", ListAssemblyModes.Request(active_joints=state()))
     assert len(listed.modes) == len(robot.assembly_modes(POSITION)) > 1
     own = listed.modes[listed.current]

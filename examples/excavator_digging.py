@@ -1,0 +1,92 @@
+"""A digging cycle of an excavator: what its three cylinders have to give, in pressure, flow and power.
+
+python examples/excavator_digging.py [--plot FILE]
+
+The bucket reaches out, digs against the soil, lifts the load while the house slews, dumps it and comes back. While it
+digs the soil pulls at the teeth and the bucket fills; efforts are linear in the mass of the load, so that the filling
+bucket needs two evaluations, empty and full. Soil, load and times are assumed, typical of a machine of 20 t.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+
+from hybrid_dynamics_core import Payload, load
+from hybrid_dynamics_core.control import JointTrajectory
+
+EARTH = Payload(1100.0, com=[-0.6, 0.35, 0.0])  # in the full bucket, from the teeth [kg], [m]
+SOIL = np.array([24e3, 0.0, 12e3])  # at the teeth while they dig: outward and up, for the soil holds them [N]
+TIMES = [0.0, 2.5, 5.5, 8.0, 10.0, 13.0]  # [s] at the points below
+POINTS = [  # slewing q1 [rad], cylinders of boom, stick and bucket [m]
+    [0.0, 0.70, 0.70, 0.60],  # ready
+    [0.0, 0.35, 0.45, 0.45],  # reached out, on the ground
+    [0.0, 0.38, 1.10, 0.85],  # dug
+    [1.2, 0.85, 0.95, 0.90],  # lifted and slewed
+    [1.2, 0.90, 0.60, 0.30],  # dumped
+    [0.0, 0.70, 0.70, 0.60],  # ready again
+]
+
+
+def cycle() -> dict[str, np.ndarray]:
+    """Time [s], stroke [m], pressures [Pa], flow [m^3/s] and power [W] of the cylinders: (N,) and (N, 3)."""
+    robot = load("excavator")
+    t = np.linspace(0.0, TIMES[-1], 651)
+    rest = np.zeros_like(POINTS)
+    goal = JointTrajectory(TIMES, POINTS, rest, rest)(t)  # quintics that stop at every point
+    state = robot.close_path(goal.u, goal.du)
+
+    filled = np.interp(t, [2.5, 5.5, 8.5, 10.0], [0.0, 1.0, 1.0, 0.0])  # share of the earth in the bucket
+    digging = np.interp(t, [2.5, 3.3, 4.7, 5.5], [0.0, 1.0, 1.0, 0.0])  # share of the soil's resistance
+    force = np.hstack([digging[:, None] * SOIL, np.zeros((len(t), 3))])
+    empty = robot.loads.with_wrench(force)
+    tau_empty = robot.inverse_dynamics(state, goal.ddu, empty)
+    tau_full = robot.inverse_dynamics(state, goal.ddu, empty.with_payload(EARTH))
+    tau = tau_empty + filled[:, None] * (tau_full - tau_empty)
+
+    cylinders = robot.hydraulics(state, tau)
+    told = {
+        name: np.stack([getattr(one, name) for one in cylinders.values()], axis=1)
+        for name in ("cap_pressure", "rod_pressure", "demand", "power", "to_lower", "to_upper", "force")
+    }
+    return {"t": t, "tip": robot.forward_kinematics(state).position, "filled": filled, **told}
+
+
+def plot(result: dict[str, np.ndarray], path: str) -> None:
+    """Pressures and flows over the cycle."""
+    from matplotlib.figure import Figure  # noqa: PLC0415  needed only here
+
+    figure = Figure(figsize=(7.2, 5.4), layout="constrained")
+    pressure, flow = figure.subplots(2, 1, sharex=True)
+    for k, name in enumerate(("boom", "stick", "bucket")):
+        pressure.plot(result["t"], result["cap_pressure"][:, k] / 1e5, color=f"C{k}", label=f"{name}, cap side")
+        pressure.plot(result["t"], result["rod_pressure"][:, k] / 1e5, "--", color=f"C{k}", label=f"{name}, rod side")
+        flow.plot(result["t"], 6e4 * result["demand"][:, k], color=f"C{k}", label=name)
+    pressure.set(ylabel="pressure [bar]")
+    pressure.legend(ncols=3, fontsize="small", loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
+    flow.set(xlabel="t [s]", ylabel="flow from the pump [l/min]")
+    for axes in (pressure, flow):
+        axes.axvspan(2.5, 5.5, color="0.92", zorder=0)
+        axes.grid(alpha=0.3)
+    flow.text(2.6, 0.97 * flow.get_ylim()[1], "digging", va="top", color="0.4")
+    figure.savefig(path)
+
+
+def main() -> None:
+    """Print the peaks; draw if asked."""
+    parser = argparse.ArgumentParser(description="Digging cycle of an excavator.")
+    parser.add_argument("--plot", metavar="FILE", help="write a figure (.svg or .png)")
+    options = parser.parse_args()
+    result = cycle()
+    for k, name in enumerate(("boom", "stick", "bucket")):
+        cap, rod = (result[side][:, k].max() / 1e5 for side in ("cap_pressure", "rod_pressure"))
+        print(f"{name:>6}: cap side up to {cap:5.0f} bar, rod side up to {rod:5.0f} bar")
+    pump = 6e4 * result["demand"].sum(axis=1).max()
+    print(f"  pump: up to {pump:.0f} l/min, {result['power'].sum(axis=1).max() / 1e3:.0f} kW at the cylinders")
+    if options.plot:
+        plot(result, options.plot)
+
+
+if __name__ == "__main__":
+    main()

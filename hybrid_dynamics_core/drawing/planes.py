@@ -1,0 +1,83 @@
+"""The planes on which a workspace is shown, and where samples lie on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..description.model import Array
+from ..kinematics.workspace import Margins
+from ..robot import Robot
+from .picture import limits_of
+from .scene import Scene, build_scene
+from .skeleton import PlacedJoint, Skeleton, place
+from .view import ALIGNED, UP, View, choose_view
+
+ROUND = 2.0 * np.pi - 1e-6  # [rad]
+_X, _Y = np.eye(3)[:2]
+FRONT = View(_X, UP, False, ("x [m]", "z [m]"))
+SIDE = View(_Y, UP, False, ("y [m]", "z [m]"))
+TOP = View(_X, _Y, False, ("x [m]", "y [m]"))
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """A panel: the robot's scene in its view, and samples (N, 2) on it [m]."""
+
+    title: str
+    scene: Scene
+    points: Array
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """Of the two axes."""
+        return self.scene.view.names
+
+    @property
+    def box(self) -> Array:
+        """(2, 2) smallest and largest of scene and samples, with a margin [m]."""
+        scene, margin = limits_of(self.scene), 2.0 * self.scene.unit
+        points = self.points[np.isfinite(self.points).all(axis=1)]
+        if not len(points):
+            return scene
+        low = np.minimum(scene[0], points.min(axis=0) - margin)
+        return np.array([low, np.maximum(scene[1], points.max(axis=0) + margin)])
+
+
+def choose_planes(robot: Robot, samples: Margins) -> list[Plane]:
+    """The plane of a planar robot, that of an arm on a turning column, else three views.
+
+    Of a turning arm every sample is turned back into the plane of the reference: what is shown holds for every angle
+    of the column. Where the column does not turn all round, there is a view from above too.
+    """
+    skeleton = place(robot, robot.close(robot.reference))
+    view = choose_view(skeleton)
+    if not view.planar:
+        told = (("seen from the front", FRONT), ("seen from the side", SIDE), ("seen from above", TOP))
+        return [_plane(robot, skeleton, title, plane, samples.position) for title, plane in told]
+    column = _column(skeleton)
+    if column is None:
+        return [_plane(robot, skeleton, "in the robot's plane", view, samples.position)]
+    k = robot.active.index(column.name)
+    back = Rotation.from_rotvec(np.multiply.outer(robot.reference[k] - samples.u[:, k], column.axis))
+    turned = column.point + back.apply(samples.position - column.point)
+    planes = [_plane(robot, skeleton, f"in the plane of the arm, at any {column.name}", view, turned)]
+    if np.ptp(robot.limits[k]) < ROUND:
+        planes.append(_plane(robot, skeleton, "seen from above", TOP, samples.position))
+    return planes
+
+
+def _plane(robot: Robot, skeleton: Skeleton, title: str, view: View, positions: Array) -> Plane:
+    return Plane(title, build_scene(robot.description, skeleton, view), view.flat(positions))
+
+
+def _column(skeleton: Skeleton) -> PlacedJoint | None:
+    """The active joint that turns the whole mechanism about a vertical axis."""
+    first = [joint for joint in skeleton.joints if joint.parent == skeleton.base]
+    if len(first) != 1 or first[0].name in skeleton.in_loops:
+        return None
+    joint = first[0]
+    upright = abs(float(joint.axis @ UP)) > 1.0 - ALIGNED
+    return joint if upright and joint.active and joint.type == "revolute" else None

@@ -1,0 +1,121 @@
+"""Help, completion and exit codes of every verb."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+from importlib import resources
+from pathlib import Path
+
+import click
+import pytest
+from click.shell_completion import ShellComplete
+from click.testing import CliRunner
+
+from hybrid_dynamics_cli.app import app
+from hybrid_dynamics_cli.exits import MEANINGS
+
+pytest.importorskip("rosbags")
+
+
+def commands(group: click.Group = app, way: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
+    """The words of every verb, those of `bag` too."""
+    context = click.Context(group)
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
+        if isinstance(command, click.Group):
+            yield from commands(command, (*way, name))
+        else:
+            yield (*way, name)
+
+
+ALL = list(commands())
+
+
+def command_of(words: tuple[str, ...]) -> click.Command:
+    command: click.Command = app
+    for word in words:
+        assert isinstance(command, click.Group)
+        found = command.get_command(click.Context(command), word)
+        assert found is not None
+        command = found
+    return command
+
+
+def examples(words: tuple[str, ...]) -> list[str]:
+    lines = [line.strip() for line in (command_of(words).epilog or "").splitlines()]
+    return [line for line in lines if line.startswith("hybrid-dynamics")]
+
+
+@pytest.mark.parametrize("words", ALL, ids="-".join)
+def test_every_verb_has_help_with_examples_of_itself(words: tuple[str, ...]) -> None:
+    page = CliRunner().invoke(app, [*words, "--help"])
+    assert page.exit_code == 0
+    assert len(examples(words)) >= 2
+    for line in examples(words):
+        assert line in page.output  # as it was written, not wrapped
+        assert shlex.split(line)[1 : len(words) + 1] == list(words)
+    assert all(param.help for param in command_of(words).params if isinstance(param, click.Option) and words != SPARE)
+
+
+SPARE = ("export",)  # its output is for programs as it is
+
+
+@pytest.mark.parametrize("words", [words for words in ALL if words not in (SPARE, ("view",))], ids="-".join)
+def test_every_verb_has_a_form_for_programs(words: tuple[str, ...]) -> None:
+    assert "--json" in {name for param in command_of(words).params for name in param.opts}
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """What the examples name."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HYBRID_DYNAMICS_KERNELS", "python")
+    text = resources.files("hybrid_dynamics_core").joinpath("robots/five_bar.yaml").read_text(encoding="utf-8")
+    (tmp_path / "my_robot.yaml").write_text(text, encoding="utf-8")
+    (tmp_path / "dig.csv").touch()
+    return tmp_path
+
+
+RUN = [(words, line) for words in ALL for line in examples(words) if words[0] not in ("bag", "benchmark", "view")]
+
+
+@pytest.mark.parametrize("line", [line for words, line in RUN if words != SPARE])
+@pytest.mark.usefixtures("folder")
+def test_the_examples_run(line: str) -> None:
+    pytest.importorskip("matplotlib")
+    fewer = ["--samples", "500"] if " workspace " in line else []
+    result = CliRunner().invoke(app, [*shlex.split(line)[1:], *fewer])
+    assert result.exit_code == 0, result.output
+
+
+@pytest.mark.parametrize("words", [words for words in ALL if words[0] in ("bag", "benchmark")], ids="-".join)
+@pytest.mark.usefixtures("folder")
+def test_the_examples_of_long_runs_are_understood(words: tuple[str, ...]) -> None:
+    for line in examples(words):
+        context = command_of(words).make_context(words[-1], shlex.split(line)[1 + len(words) :])
+        assert context.params
+
+
+def test_exit_codes_stand_under_help() -> None:
+    page = CliRunner().invoke(app, ["--help"]).output
+    for code, meaning in MEANINGS.items():
+        assert f"{code}  {meaning}" in page
+    assert list(MEANINGS) == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("words", "incomplete", "wanted"),
+    [
+        ([], "wo", "workspace"),
+        (["fk"], "forg", "forging_chu2020"),
+        (["bag"], "id", "identify"),
+        (["bag", "process"], "--sm", "--smooth"),
+        (["bag", "report", "results", "--robot"], "exc", "excavator"),
+        (["workspace", "ankle", "--colour"], "l", "limits"),
+        (["check", "ankle"], "--d", "--draw"),
+    ],
+)
+def test_shells_complete_verbs_options_and_robots(words: list[str], incomplete: str, wanted: str) -> None:
+    complete = ShellComplete(app, {}, "hybrid-dynamics", "_HYBRID_DYNAMICS_COMPLETE")
+    assert [item.value for item in complete.get_completions(words, incomplete)] == [wanted]

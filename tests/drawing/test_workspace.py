@@ -1,0 +1,98 @@
+"""Maps of the workspace and of margins."""
+
+from importlib import resources
+
+import numpy as np
+import pytest
+
+from hybrid_dynamics_core import InputError, Robot
+from hybrid_dynamics_core.description.reader import parse_description
+from hybrid_dynamics_core.drawing import draw_margins, draw_workspace
+from hybrid_dynamics_core.drawing.planes import choose_planes
+from hybrid_dynamics_core.drawing.workspace import values_of
+
+from .conftest import robot_of
+
+PANELS = {
+    "excavator": ["in the plane of the arm, at any q1"],
+    "five_bar": ["in the robot's plane"],
+    "delta": ["seen from the front", "seen from the side", "seen from above"],
+}
+
+
+@pytest.mark.parametrize("name", PANELS)
+def test_planes_are_chosen_for_the_robot(name, tmp_path) -> None:
+    robot = robot_of(name)
+    found = robot.workspace(3_000)
+    path = tmp_path / "map.svg"
+    figure = draw_workspace(robot, found, path)
+    assert [axes.get_title(loc="left") for axes in figure.axes[:-1]] == PANELS[name]
+    text = path.read_text(encoding="utf-8")
+    for link in robot.description.links:  # the robot's own skeleton is in the picture
+        if link != robot.base_frame and robot.description.links[link].mass:
+            assert f'id="link:{link}' in text
+    for axes, plane in zip(figure.axes, choose_planes(robot, found.samples.first(found.spread)), strict=False):
+        low, high = plane.box
+        good = plane.points[np.isfinite(plane.points).all(axis=1)]
+        assert (good > low).all()
+        assert (good < high).all()
+        assert axes.get_xlim() == pytest.approx((low[0], high[0]))
+
+
+def test_a_turning_arm_is_turned_back() -> None:
+    """Radius and height are kept, and nothing is left beside the plane of the arm."""
+    robot = robot_of("excavator")
+    samples = robot.workspace(500).samples
+    (plane,) = choose_planes(robot, samples)
+    assert np.abs(plane.points[:, 0]) == pytest.approx(np.hypot(*samples.position[:, :2].T), abs=1e-12)
+    assert plane.points[:, 1] == pytest.approx(samples.position[:, 2], abs=1e-12)
+
+
+def test_a_column_that_does_not_turn_round_is_seen_from_above_too() -> None:
+    text = resources.files("hybrid_dynamics_core").joinpath("robots/type_d.yaml").read_text(encoding="utf-8")
+    robot = Robot(parse_description(text.replace("axis: z, limits: [-pi, pi]}", "axis: z, limits: [-1, 1]}", 1)))
+    assert robot.limits[0].tolist() == [-1.0, 1.0]
+    titles = [plane.title for plane in choose_planes(robot, robot.workspace(50).samples)]
+    assert titles == ["in the plane of the arm, at any q1", "seen from above"]
+
+
+def test_values_are_those_of_reachable_samples() -> None:
+    robot = robot_of("five_bar")
+    samples = robot.workspace(200).samples
+    assert values_of(samples, "singularity") == pytest.approx(samples.singularity)
+    assert values_of(samples, "limits") == pytest.approx(np.clip(samples.limit, 0.0, 1.0))
+
+
+def test_a_map_over_two_joints_shows_ends(tmp_path) -> None:
+    robot = robot_of("type_d")
+    path = tmp_path / "over.png"
+    figure = draw_margins(robot, ("q2", "p3"), path=path)
+    axes = figure.axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("q2 [m]", "p3 [rad]")
+    ends = {round(float(line.get_xdata()[0]), 6) for line in axes.lines if len(set(line.get_xdata())) == 1}
+    assert {0.02, 0.32} <= ends
+    assert path.read_bytes().startswith(b"\x89PNG")
+    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "stroke end or limit" in words
+    assert "toggle point of a loop" not in words
+
+
+def test_toggle_points_are_told_from_limits() -> None:
+    figure = draw_margins(robot_of("forging_chu2020"), ("q12", "q22"), [0.0, 0.2, 0.1, 0.0], colour="singularity")
+    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "toggle point of a loop" in words
+    assert "stroke end or limit" not in words
+    assert "no closed loops" in words
+
+
+@pytest.mark.parametrize(
+    ("over", "colour", "words"),
+    [
+        (("q12", "q2"), "singularity", "'q2' is not an active joint; they are q1, q12, q22, q4"),
+        (("q12", "q12"), "singularity", "two different active joints"),
+        (("q12", "q22"), "red", "none of singularity, limits"),
+    ],
+)
+def test_wrong_choices_are_refused(over, colour, words) -> None:
+    with pytest.raises(InputError, match=words):
+        draw_margins(robot_of("forging_chu2020"), over, colour=colour)
