@@ -239,7 +239,7 @@ def send(settings: dict[str, Any]) -> None:
     rclpy.init()
     node = rclpy.create_node("sender")
     publisher = node.create_publisher(JointState, INPUT, DEPTH)
-    while not publisher.get_subscription_count():
+    while not (publisher.get_subscription_count() and all(map(node.count_subscribers, ANSWERS))):
         time.sleep(0.05)
     time.sleep(2.0)
     _precise_sleep()

@@ -28,7 +28,8 @@ class Template:
 
     def __init__(self) -> None:
         self._parts = bytearray(LITTLE)
-        self._slots: dict[str, tuple[int, np.dtype[Any]]] = {}
+        self._slots: list[tuple[str, int, np.dtype[Any]]] = []
+        self._stamps: list[int] = []  # where they are
 
     def slot(self, name: str, kind: str, count: int = 1) -> Template:
         """Numbers that differ from message to message: `count` of a NumPy type such as "<f8"."""
@@ -37,12 +38,14 @@ class Template:
             self._align(one.itemsize)
         shaped = one if count == 1 else np.dtype((one, (count,)))
         if count:
-            self._slots[name] = (len(self._parts), shaped)
+            self._slots.append((name, len(self._parts), shaped))
             self._parts += bytes(one.itemsize * count)
         return self
 
     def header(self, frame: str = "") -> Template:
         """A std_msgs/Header: slots `sec` and `nanosec`, and a frame that stays."""
+        self._align(4)
+        self._stamps.append(len(self._parts))
         return self.slot("sec", "<i4").slot("nanosec", "<u4").string(frame)
 
     def string(self, text: str) -> Template:
@@ -70,7 +73,7 @@ class Template:
         self.length(count)
         if count:
             self._align(np.dtype(kind).itemsize)
-            self._slots[name] = (len(self._parts), np.dtype((np.dtype(kind), (count,))))
+            self._slots.append((name, len(self._parts), np.dtype((np.dtype(kind), (count,)))))
             self._parts += bytes(np.dtype(kind).itemsize * count)
         return self
 
@@ -85,20 +88,20 @@ class Template:
     def fill(self, rows: Bytes, values: Mapping[str, NDArray[Any]]) -> None:
         """Write messages into `rows` (N, size) from the slots' values (N, ...)."""
         rows[:] = np.frombuffer(bytes(self._parts), dtype=np.uint8)
-        for name, (start, kind) in self._slots.items():
+        for name, start, kind in self._slots:
             view = rows[:, start : start + kind.itemsize]
             shape = (len(rows), kind.itemsize)
             part = np.ascontiguousarray(values[name], dtype=kind.base)
             view[:] = part.reshape(len(rows), -1).view(np.uint8).reshape(shape)
 
     def message(self, stamp_ns: int, values: Mapping[str, NDArray[Any]]) -> bytes:
-        """One message that begins with a header: its stamp [ns] and the values of its slots."""
+        """One message: the stamp of its headers [ns] and the values of its other slots."""
         parts = bytearray(self._parts)
-        _STAMP.pack_into(parts, HEAD, *divmod(stamp_ns, _NS))
-        for name, value in values.items():
-            if value.size:  # an empty sequence has no slot
-                start, kind = self._slots[name]
-                parts[start : start + kind.itemsize] = value.tobytes()
+        for start in self._stamps:
+            _STAMP.pack_into(parts, start, *divmod(stamp_ns, _NS))
+        for name, start, kind in self._slots:
+            if name in values:  # all but the stamps
+                parts[start : start + kind.itemsize] = values[name].tobytes()
         return bytes(parts)
 
 

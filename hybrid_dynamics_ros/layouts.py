@@ -28,3 +28,12 @@ def closed_state(robot: Robot, ending: Sequence[str], branch: Mapping[str, str],
     template.strings([branch.get(loop, "") for loop in robot.loops])
     template.sequence("singularity", len(robot.loops)).slot("nearest", "<f8").string(nearest)
     return template.strings(ending).sequence("lower", len(ending)).sequence("upper", len(ending))
+
+
+def transforms(robot: Robot) -> Template:
+    """A tf2_msgs/TFMessage of all joints: slots `place 0`, `turn 0` (x y z w), `place 1` ... in their order."""
+    template = Template().length(len(robot.coordinates))
+    for k, name in enumerate(robot.coordinates):
+        joint = robot.description.joints[name]
+        template.header(joint.parent).string(joint.child).slot(f"place {k}", "<f8", 3).slot(f"turn {k}", "<f8", 4)
+    return template

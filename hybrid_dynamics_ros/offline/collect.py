@@ -17,9 +17,10 @@ from hybrid_dynamics_core.progress import Progress
 from hybrid_dynamics_ros.offline.decode import Decoder, Samples
 from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.motion import BulkPipeline, Motion, pick
-from hybrid_dynamics_ros.offline.process import NODE, input_topic, make_pipeline
+from hybrid_dynamics_ros.offline.process import input_topic, make_pipeline
 from hybrid_dynamics_ros.offline.smooth import estimates_of, joined, split
 from hybrid_dynamics_ros.offline.source import METADATA, Source
+from hybrid_dynamics_ros.offline.topics import NODE
 from hybrid_dynamics_ros.parameters import MAX_GAP, Settings
 from hybrid_dynamics_ros.pipeline import Counts
 from hybrid_dynamics_ros.samples import FloatArray

@@ -25,11 +25,10 @@ from hybrid_dynamics_ros.offline.mcap_write import BagWriter, Block, new_bag
 from hybrid_dynamics_ros.offline.motion import BulkPipeline, Motion
 from hybrid_dynamics_ros.offline.smooth import estimates_of, joined, split
 from hybrid_dynamics_ros.offline.source import Messages, Source, Topic
-from hybrid_dynamics_ros.offline.topics import Output, outputs_of
+from hybrid_dynamics_ros.offline.topics import NODE, Output, outputs_of
 from hybrid_dynamics_ros.parameters import BANDWIDTH, MAX_GAP, MEASURED, Settings
 from hybrid_dynamics_ros.pipeline import Pipeline
 
-NODE: Final = "/hybrid_dynamics"
 INPUT: Final = f"{NODE}/active_joint_states"
 DESCRIPTION: Final = "/robot_description"
 SMOOTHINGS: Final = ("causal", "savgol", "spline")
@@ -112,7 +111,7 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
     outputs = outputs_of(robot, pipeline.loads, job.settings)
     with Source(job.source) as source:
         topic = input_topic(source, job.topic)
-        topics = [Topic(f"{NODE}/{output.name}", output.kind, (_offered(latched=False),)) for output in outputs]
+        topics = [Topic(output.name, output.kind, (_offered(latched=False),)) for output in outputs]
         topics.append(Topic(DESCRIPTION, _STRING, (_offered(latched=True),)))
         kept = _kept(source, topics) if job.keep else []
         notes = {"robot": robot.name, "source": job.source.name, "smooth": job.smooth}
@@ -228,11 +227,7 @@ class _Worker:
         self._watch.lap("model")
         if motion is None:
             return
-        blocks = [
-            block
-            for output in self._outputs
-            for block in output.blocks(self._bag.channels[f"{NODE}/{output.name}"], motion)
-        ]
+        blocks = [block for output in self._outputs for block in output.blocks(self._bag.channels[output.name], motion)]
         if not self._described:
             self._described = True
             text = Template().string(to_urdf(self._bulk.pipeline.robot.description))

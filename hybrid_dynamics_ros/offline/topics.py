@@ -20,7 +20,8 @@ from hybrid_dynamics_ros.cdr import Template
 from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE
 from hybrid_dynamics_ros.offline.mcap_write import Block
 from hybrid_dynamics_ros.offline.motion import Motion, pick
-from hybrid_dynamics_ros.parameters import RATES, Settings
+from hybrid_dynamics_ros.parameters import RATES, TF_RATE, Settings
+from hybrid_dynamics_ros.placement import LinkTransforms
 from hybrid_dynamics_ros.samples import FloatArray
 from hybrid_dynamics_ros.strokes import Strokes
 from hybrid_dynamics_ros.throttle import Pace
@@ -28,6 +29,7 @@ from hybrid_dynamics_ros.throttle import Pace
 Rows = NDArray[np.intp]
 Filled = tuple[Rows, Template, dict[str, Any]]  # rows of the motion, their layout, their numbers
 _NS: Final = 10**9
+NODE: Final = "/hybrid_dynamics"
 _TYPES: Final = {
     "joint_states": JOINT_STATE,
     "required_efforts": JOINT_STATE,
@@ -41,7 +43,7 @@ _TYPES: Final = {
 
 @dataclass(frozen=True)
 class Output:
-    """One topic: its name below the node's, its type, what makes its messages, and which of them are due."""
+    """One topic: its name, its type, what makes its messages, and which of them are due."""
 
     name: str
     kind: str
@@ -72,7 +74,12 @@ def outputs_of(robot: Robot, loads: Loads, settings: Settings) -> list[Output]:
         "cylinder_states": Cylinders(robot),
     }
     rates = dict(zip(_TYPES, RATES, strict=True))
-    return [Output(name, _TYPES[name], make, settings[rates[name]], Pace()) for name, make in makers.items()]
+    table = [
+        Output(f"{NODE}/{name}", _TYPES[name], make, settings[rates[name]], Pace()) for name, make in makers.items()
+    ]
+    if settings[TF_RATE] >= 0.0:
+        table.append(Output("/tf", "tf2_msgs/msg/TFMessage", Transforms(robot), settings[TF_RATE], Pace()))
+    return table
 
 
 class JointStates:
@@ -248,6 +255,17 @@ class Cylinders:
             for name in (*self._numbers, "overloaded")
         }
         yield own, self._template, values
+
+
+class Transforms:
+    """Every link in the one before."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._template, self._transforms = layouts.transforms(robot), LinkTransforms(robot)
+
+    def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
+        """One for each."""
+        yield rows, self._template, dict(self._transforms.values(motion.state.s[rows]))
 
 
 def quaternions(rotations: FloatArray) -> FloatArray:

@@ -11,8 +11,9 @@ from rosbags.rosbag2 import Reader
 
 from hybrid_dynamics_core import load, shipped_robots
 from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE, typestore
-from hybrid_dynamics_ros.offline.process import DESCRIPTION, INPUT, NODE, Job, process
-from hybrid_dynamics_ros.parameters import RATES, Settings
+from hybrid_dynamics_ros.offline.process import DESCRIPTION, INPUT, Job, process
+from hybrid_dynamics_ros.offline.topics import NODE
+from hybrid_dynamics_ros.parameters import RATES, TF_RATE, Settings
 from hybrid_dynamics_ros.pipeline import MotionResult, Pipeline
 from hybrid_dynamics_ros.throttle import Pace
 from tests.bags.messages import bag, recorded
@@ -102,3 +103,26 @@ def test_a_bag_has_what_the_node_would_have_published(name, tmp_path):
                 assert plain(there) == plain(sent), output.topic
     assert [found.pop(DESCRIPTION)[0][1].data[:5]] == ["<?xml"]
     assert {topic: rest for topic, rest in found.items() if rest} == {}
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("name", ["excavator", "staicu2015"])
+def test_transforms_are_written_where_they_are_asked_for(name, tmp_path):
+    pytest.importorskip("hybrid_dynamics_msgs")
+    from sensor_msgs.msg import JointState
+
+    from hybrid_dynamics_ros.conversions import sample_of_state
+    from hybrid_dynamics_ros.transforms import tf_filler
+
+    robot = load(name)
+    pairs = recorded(robot, 20)
+    settings = Settings({TF_RATE.name: 0.0})
+    process(Job(bag(tmp_path / "in", pairs), tmp_path / "out", name, settings=settings))
+    found = by_rosbags(tmp_path / "out")["/tf", "tf2_msgs/msg/TFMessage"]
+    pipeline, fill = Pipeline(robot, 10.0, 0.5), tf_filler(robot)
+    for (log_ns, data), (there_log, there) in zip(pairs, found, strict=True):
+        told = typestore().deserialize_cdr(data, JOINT_STATE)
+        message = JointState(name=told.name, position=told.position.tolist(), velocity=told.velocity.tolist())
+        message.header.stamp.sec, message.header.stamp.nanosec = told.header.stamp.sec, told.header.stamp.nanosec
+        assert there_log == log_ns
+        assert there == fill(pipeline.process(sample_of_state(message)))

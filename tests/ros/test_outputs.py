@@ -11,11 +11,12 @@ from sensor_msgs.msg import JointState
 from hybrid_dynamics_core import load
 from hybrid_dynamics_ros import outputs
 from hybrid_dynamics_ros.monitor import Level, Monitor
+from hybrid_dynamics_ros.offline.interfaces import typestore
 from hybrid_dynamics_ros.parameters import LEAST_RATE, STROKE_WARN, TF_RATE, ParameterError, Settings
 from hybrid_dynamics_ros.pipeline import Pipeline
 from hybrid_dynamics_ros.samples import JointSample
 from hybrid_dynamics_ros.throttle import Pace
-from hybrid_dynamics_ros.transforms import link_transforms, tf_output
+from hybrid_dynamics_ros.transforms import tf_filler, tf_output
 
 STAMP = Time(sec=3, nanosec=4)
 
@@ -30,18 +31,21 @@ def result_of(robot, velocity=0.01):
 @pytest.mark.parametrize("name", ["excavator", "staicu2015", "delta"])
 def test_transforms_put_every_link_where_forward_kinematics_does(name):
     robot = load(name)
-    state = robot.close(robot.reference)
+    _, result = result_of(robot)
+    message = typestore().deserialize_cdr(tf_filler(robot)(result), "tf2_msgs/msg/TFMessage")
     poses = {robot.base_frame: np.eye(4)}
-    transforms = {t.child_frame_id: t for t in link_transforms(robot)(state.s, STAMP)}
+    transforms = {t.child_frame_id: t for t in message.transforms}
     while set(transforms) - set(poses):
-        for link, message in transforms.items():
-            if message.header.frame_id in poses and link not in poses:
-                q, p = message.transform.rotation, message.transform.translation
+        for link, told in transforms.items():
+            if told.header.frame_id in poses and link not in poses:
+                q, p = told.transform.rotation, told.transform.translation
                 local = np.eye(4)
                 local[:3, :3], local[:3, 3] = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix(), [p.x, p.y, p.z]
-                poses[link] = poses[message.header.frame_id] @ local
-    for link in transforms:
-        np.testing.assert_allclose(poses[link], robot.forward_kinematics(state, link).matrix, atol=1e-12)
+                poses[link] = poses[told.header.frame_id] @ local
+    assert len(transforms) == len(robot.coordinates)
+    for link, told in transforms.items():
+        assert (told.header.stamp.sec, told.header.stamp.nanosec) == (3, 4)
+        np.testing.assert_allclose(poses[link], robot.forward_kinematics(result.state, link).matrix, atol=1e-12)
 
 
 def test_tf_without_its_package_is_refused_with_what_to_do():
