@@ -161,7 +161,6 @@ def test_frames_that_start_half_a_turn_apart_are_turned_together(tmp_path: Path)
     assert "motor" in machine.active
 
 
-
 HINGED = BARS.replace('name="A" type="fixed"', 'name="A" type="continuous"').replace(
     '<child link="end_A"/>', '<child link="end_A"/><axis xyz="0 0 1"/>'
 )
