@@ -33,6 +33,8 @@ def apply_rest(document: Document, inner: Document) -> None:
         document.section("joints").pop(f"{payload_body(name)}_fixed", None)
     for name in inner.data.get("links", {}):
         document.section("links").pop(name, None)
+    if "reference" in inner.data:  # in place of what the format draws
+        document.data["reference"] = {}
     _count_from(document, inner.data.pop("zero", {}))
     document.merge(inner)
     for name in inner.data.get("loops", {}):
@@ -81,7 +83,6 @@ def _count_from(document: Document, zero: dict[str, Any]) -> None:
             joint["limits"] = [limit + value for limit in joint["limits"]]
         if "spring" in joint:
             joint["spring"]["rest"] = joint["spring"].get("rest", 0.0) + value
-        document.data.get("reference", {}).pop(name, None)
     for name, joint in joints.items():
         mimic = joint.get("mimic")
         if mimic and (name in zero or mimic["joint"] in zero):

@@ -56,8 +56,6 @@ class _Pair:
         for name, joint in document.section("joints").items():
             if joint["type"] != "fixed":
                 document.add(("reference", name), neutral(joint), ("joints", name))
-        if "reference" in self.rest.data:
-            document.data["reference"] = {}
         apply_rest(document, self.rest)
         return document
 

@@ -60,8 +60,8 @@ def read_urdf(
     """A robot from a URDF file, its loops and its driven joints, all as plain data of a description file.
 
     `closures`: {name: {kind, between: {link: place, link: place}}}; `active`: may be left out where there are none, or
-    where a URDF+ has them; `end_effector`: a link or {link, xyz, rpy}, the link behind the most joints if None; `entries`: anything
-    else a description file may hold, such as `reference` or `frames`. Raises DescriptionError.
+    where a URDF+ has them; `end_effector`: a link or {link, xyz, rpy}, the link behind the most joints if None;
+    `entries`: anything else a description file may hold, such as `reference` or `frames`. Raises DescriptionError.
     """
     path = Path(path)
     if not path.is_file():

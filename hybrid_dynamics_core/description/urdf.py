@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..errors import DescriptionError
 from .document import Document, Path_
 from .extension import TAG
 from .schema import nearest

@@ -37,6 +37,7 @@ def add_loops(document: Document, xml: XmlFile) -> None:
 def add_rest(document: Document, xml: XmlFile) -> None:
     """Its active joints, and what else it says."""
     document.data["active"] = _Loops(document, xml).independent()
+    document.data["active_set"] = "motors"  # no reference is given: one near zero is looked for
     for element in xml.root.all(TAG):
         extend(document, element.text, xml.file, element.line)
 
