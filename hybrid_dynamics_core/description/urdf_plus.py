@@ -96,7 +96,7 @@ class _Loops:
     def path(self, link: str) -> list[str]:
         """Moving joints from a link to the base."""
         above = {joint["child"]: (name, joint) for name, joint in self.document.section("joints").items()}
-        path = []
+        path: list[str] = []
         while link in above and len(path) <= len(above):
             name, joint = above[link]
             path += [name] if joint["type"] != "fixed" else []

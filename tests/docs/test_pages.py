@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import importlib.util
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +18,12 @@ PAGES = {  # and how many blocks each has at least
     "docs/performance.md": 1,
     "docs/dynamics.md": 9,
     "docs/figure_10.md": 2,
+    "docs/exchange.md": 4,
 }
 
 
-def run(page: str, folder: Path) -> dict[str, Any]:
-    """The names that the page's blocks leave, with its robots as files in the folder."""
+def run(page: str, folder: Path, without: str = "\0") -> dict[str, Any]:
+    """The names that the page's blocks leave, with its robots as files in the folder; `without`: blocks left out."""
     scope: dict[str, Any] = {}
     blocks = re.findall(r"```(\w+)\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), re.DOTALL)
     for language, text in blocks:
@@ -26,7 +31,7 @@ def run(page: str, folder: Path) -> dict[str, Any]:
             name = re.search(r"^name: (\w+)$", text, re.MULTILINE)
             assert name is not None
             (folder / f"{name[1]}.yaml").write_text(text, encoding="utf-8")
-        if language == "python":
+        if language == "python" and without not in text:
             exec(compile(text, f"a block of {page}", "exec"), scope)  # noqa: S102  our own text
     assert sum(language == "python" for language, _ in blocks) >= PAGES[page]
     return scope
@@ -75,3 +80,23 @@ def test_performance_runs(tmp_path: Path) -> None:
     assert scope["efforts"].shape == (100_000, 4)
     assert scope["efforts"][7] == pytest.approx(scope["tau"], rel=1e-9, abs=1e-9)
     assert scope["moon"] == pytest.approx(scope["tau"] * 1.62 / 9.81, abs=1e-6)
+
+
+def test_exchange_runs_and_does_what_it_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its commands too; Drake's block where there is Drake."""
+    pytest.importorskip("mujoco")
+    commands = tmp_path / "bin"
+    commands.mkdir()
+    program = commands / "hybrid-dynamics"
+    program.write_text(f'#!/bin/sh\nexec {sys.executable} -m hybrid_dynamics_cli "$@"\n', encoding="utf-8")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(commands), prepend=os.pathsep)
+    monkeypatch.setenv("PYTHONPATH", str(ROOT), prepend=os.pathsep)
+    (block,) = re.findall(r"```bash\n(.*?)```", (ROOT / "docs/exchange.md").read_text(encoding="utf-8"), re.DOTALL)
+    subprocess.run(["sh", "-e", "-c", block], check=True, capture_output=True, timeout=120)
+    there = importlib.util.find_spec("pydrake") is not None
+    scope = run("docs/exchange.md", tmp_path, without="\0" if there else "pydrake")
+    assert scope["efforts"][1] == pytest.approx(scope["efforts"][0], rel=1e-9)
+    assert scope["drift"] < 1e-6
+    assert len(scope["constraints"]) == 4
+    assert not there or scope["plant"].num_constraints() == 4

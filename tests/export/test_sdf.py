@@ -90,7 +90,8 @@ FOUR_BAR = """<?xml version="1.0"?>
         <dynamics><damping>0.5</damping></dynamics></axis></joint>
     <joint name="knee" type="revolute"><pose relative_to="crank">0.2 0 0 0 0 0</pose>
       <parent>crank</parent><child>coupler</child><axis><xyz>0 0 1</xyz></axis></joint>
-    <joint name="hinge" type="revolute"><parent>floor</parent><child>rocker</child><axis><xyz>0 0 -1</xyz></axis></joint>
+    <joint name="hinge" type="revolute"><parent>floor</parent><child>rocker</child>
+      <axis><xyz>0 0 -1</xyz></axis></joint>
     <joint name="pin" type="revolute"><pose relative_to="coupler">0.1 0.3 0 0 0 0</pose>
       <parent>coupler</parent><child>rocker</child><axis><xyz>0 0 1</xyz></axis></joint>
   </model>
