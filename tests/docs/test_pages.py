@@ -93,7 +93,7 @@ def test_exchange_runs_and_does_what_it_says(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setenv("PATH", str(commands), prepend=os.pathsep)
     monkeypatch.setenv("PYTHONPATH", str(ROOT), prepend=os.pathsep)
     (block,) = re.findall(r"```bash\n(.*?)```", (ROOT / "docs/exchange.md").read_text(encoding="utf-8"), re.DOTALL)
-    subprocess.run(["sh", "-e", "-c", block], check=True, capture_output=True, timeout=120)
+    subprocess.run(["/bin/sh", "-e", "-c", block], check=True, capture_output=True, timeout=120)
     there = importlib.util.find_spec("pydrake") is not None
     scope = run("docs/exchange.md", tmp_path, without="\0" if there else "pydrake")
     assert scope["efforts"][1] == pytest.approx(scope["efforts"][0], rel=1e-9)
