@@ -173,5 +173,5 @@ def _quaternion(rotation: Array) -> str:
     """w, x, y, z, as MuJoCo has it."""
     from scipy.spatial.transform import Rotation  # noqa: PLC0415  slow to import
 
-    x, y, z, w = Rotation.from_matrix(rotation).as_quat(canonical=True)
+    x, y, z, w = Rotation.from_matrix(np.array(rotation)).as_quat(canonical=True)  # SciPy 1.11 wants to write
     return numbers(np.array([w, x, y, z]))
