@@ -55,9 +55,12 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
 def _closed(
     tree: Tree, loops: Sequence[LoopEquations], start: Sequence[float], passive: Sequence[int]
 ) -> tuple[Array, dict[str, float]]:
-    """A closed configuration within the limits if one is found, else a closed one, else the least open one."""
+    """The reference if it closes, else a closed configuration within the limits if one is found, else a closed one.
+
+    The least open one where none closes.
+    """
     found = close_numerically(tree, loops, start, passive)
-    best = _merit(tree, *found)
+    best = 0.0 if _is_closed(tree, loops, start) else _merit(tree, *found)
     held = sorted({k for loop in loops for k in loop.coordinates})  # all else stays where the reference has it
     for begin in (np.asarray(start, dtype=float), *_other_starts(start, held, _limits(tree))):
         if best == 0.0:
@@ -67,6 +70,14 @@ def _closed(
         if merit < best:
             found, best = other, merit
     return found
+
+
+def _is_closed(tree: Tree, loops: Sequence[LoopEquations], s: Sequence[float]) -> bool:
+    try:
+        gaps = jacobian_of(tree, loops, np.asarray(s), ())[0]
+    except ZeroDivisionError:  # frames half a turn apart
+        return False
+    return float(np.abs(gaps).max(initial=0.0)) <= CLOSED
 
 
 def _merit(tree: Tree, s: Array, residual: Mapping[str, float]) -> float:

@@ -12,6 +12,7 @@ import pytest
 from hybrid_dynamics_core import DescriptionError, Payload, Robot, load, shipped_robots
 from hybrid_dynamics_core.description.reader import parse_description
 from hybrid_dynamics_core.export import to_gepetto, to_mjcf, to_sdf, to_urdf_plus
+from tests.export.bars import LIMITED, PAIR
 from tests.robots import random_states, robot
 
 FORMS = ["urdf+", "robot.yaml", "sdf", "mjcf"]
@@ -156,6 +157,19 @@ def test_files_without_what_their_format_cannot_say_are_read_too(form: str, tmp_
     state = back.close(back.reference)
     assert state.residual < 1e-12
     assert set(back.coordinates) == set(machine.coordinates)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_robot_that_closes_beyond_a_limit_only_comes_back(form: str, tmp_path: Path) -> None:
+    """Its reference was looked for from its motors: what is read says so again."""
+    (tmp_path / "first.urdf").write_text(LIMITED, encoding="utf-8")
+    (tmp_path / "first.yaml").write_text(PAIR, encoding="utf-8")
+    machine = load(tmp_path / "first.yaml")
+    folder = tmp_path / "out"
+    folder.mkdir()
+    back = load(write(machine, form, folder))
+    assert back.close(back.reference).s == pytest.approx(machine.close(machine.reference).s, abs=NEAR)
+    assert any("hinge: the loops close at" in note for note in back.description.notes)
 
 
 WRONG = {
