@@ -40,6 +40,7 @@ EXTRAS = {
         "pytest-timeout",
         "pytest-xdist",
         "rosbags>=0.11",
+        "setuptools>=70.1,<80",  # builds the sdist and the wheel that are tried
     ],
     "docs": [
         "click",

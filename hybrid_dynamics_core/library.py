@@ -21,6 +21,7 @@ def shipped_robots() -> tuple[str, ...]:
 def load(robot: str | os.PathLike[str]) -> Robot:
     """A robot from a shipped name such as "forging_chu2020" or from the path of a description file.
 
+    The content of the file tells its format: YAML, URDF(+), robot.yaml beside a URDF, SDFormat, MJCF as it is exported.
     Raises InputError for a name that is neither, DescriptionError for a file that is wrong.
     """
     if not isinstance(robot, (str, os.PathLike)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import tempfile
 from pathlib import Path
@@ -17,6 +18,31 @@ if "PYTEST_XDIST_WORKER" not in os.environ:  # kernels are kept for this run of 
     os.environ["HYBRID_DYNAMICS_CACHE"] = _kept.name
 
 ROOT = Path(__file__).resolve().parent
+
+NEEDS = {  # what tests take from beyond the libraries of Ubuntu 24.04, and of a ROS installation
+    "agreement": ("mujoco", "pinocchio"),
+    "bags": ("click", "mcap", "rosbags"),
+    "cli": ("click",),
+    "demo": ("rclpy", "rosbags"),
+    "description/test_gepetto.py": ("pinocchio",),
+    "description/test_urdf.py": ("pinocchio",),
+    "drawing": ("matplotlib",),
+    "export/test_loops.py": ("pinocchio",),
+    "export/test_urdf.py": ("pinocchio",),
+    "ros": ("rclpy",),
+}
+MISSING = {
+    place: [name for name in names if importlib.util.find_spec(name) is None]
+    for place, names in NEEDS.items()
+    if not all(map(importlib.util.find_spec, names))
+}
+collect_ignore = list(MISSING)
+
+
+def pytest_report_header() -> list[str]:
+    """Say what is left out, and why."""
+    return [f"left out: tests/{place}, which needs {' and '.join(names)}" for place, names in MISSING.items()]
+
 
 settings.register_profile("project", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize=True)
 settings.load_profile("project")

@@ -49,6 +49,13 @@ class LoopEquations(ABC):
         """Where the loop puts its links: equal where two sets of joint values mean the same configuration."""
         return []
 
+    def gaps(self, posture: Posture) -> list[float]:
+        """How far each equation is from closed, at a posture of floats: where a search from afar has to go.
+
+        The residuals, unless these vanish at places that the guards refuse.
+        """
+        return [float(r) for r in self.linearise(posture).residual]
+
     def guards(self, posture: Posture) -> list[Scalar]:  # noqa: ARG002  most closures need none
         """Scalars that must be positive: what the equations alone cannot tell, such as a frame turned half round."""
         return []

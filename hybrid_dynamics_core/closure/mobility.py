@@ -55,17 +55,29 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
 def _closed(
     tree: Tree, loops: Sequence[LoopEquations], start: Sequence[float], passive: Sequence[int]
 ) -> tuple[Array, dict[str, float]]:
-    """A closed configuration within the limits if one is found, else a closed one, else the least open one."""
+    """The reference if it closes, else a closed configuration within the limits if one is found, else a closed one.
+
+    The least open one where none closes.
+    """
     found = close_numerically(tree, loops, start, passive)
-    best = _merit(tree, *found)
-    for begin in (np.asarray(start), *_other_starts(start)):  # redundant motors must give way
+    best = 0.0 if _is_closed(tree, loops, start) else _merit(tree, *found)
+    held = sorted({k for loop in loops for k in loop.coordinates})  # all else stays where the reference has it
+    for begin in (np.asarray(start, dtype=float), *_other_starts(start, held, _limits(tree))):
         if best == 0.0:
             break
-        other = close_numerically(tree, loops, begin, range(len(start)))
+        other = close_numerically(tree, loops, begin, held)  # redundant motors must give way
         merit = _merit(tree, *other)
         if merit < best:
             found, best = other, merit
     return found
+
+
+def _is_closed(tree: Tree, loops: Sequence[LoopEquations], s: Sequence[float]) -> bool:
+    try:
+        gaps = jacobian_of(tree, loops, np.asarray(s), ())[0]
+    except ZeroDivisionError:  # frames half a turn apart
+        return False
+    return float(np.abs(gaps).max(initial=0.0)) <= CLOSED
 
 
 def _merit(tree: Tree, s: Array, residual: Mapping[str, float]) -> float:
@@ -73,22 +85,44 @@ def _merit(tree: Tree, s: Array, residual: Mapping[str, float]) -> float:
     worst = max(residual.values(), default=0.0)
     if worst > CLOSED:
         return 1.0 + worst
-    limits = np.array([body.limits for body in sorted(tree.bodies, key=lambda body: body.coordinate)])
+    limits = _limits(tree)
     beyond = np.maximum(limits[:, 0] - s, s - limits[:, 1]).max(initial=0.0)
     return 0.0 if beyond <= CLOSED else float(beyond / (1.0 + beyond))
 
 
-def _other_starts(start: Sequence[float]) -> Iterator[Array]:
-    """Configurations about the reference, always the same ones, for files whose neutral one is far from closed."""
+def _limits(tree: Tree) -> Array:
+    """(n_s, 2) in the order of the coordinates."""
+    return np.array([body.limits for body in sorted(tree.bodies, key=lambda body: body.coordinate)])
+
+
+def _other_starts(start: Sequence[float], held: Sequence[int], limits: Array) -> Iterator[Array]:
+    """Configurations about the reference, always the same ones, for files whose neutral one is far from closed.
+
+    Only what the loops hold is moved, and not beyond its limits.
+    """
     rng = np.random.default_rng(0)
     for size in np.repeat(SPREADS, 6):
-        yield np.asarray(start) + rng.uniform(-size, size, len(start))
+        begin = np.array(start, dtype=float)
+        begin[held] += rng.uniform(-size, size, len(held))
+        yield np.clip(begin, limits[:, 0], limits[:, 1])
 
 
 def with_mobility(robot: RobotDescription, mobility: Mobility) -> tuple[RobotDescription, Tree]:
     """The description with its independent coordinates as active ones, and its tree."""
-    settled = replace(robot, active=mobility.active, reference=mobility.reference)
+    notes = (*robot.notes, *_beyond(robot, mobility.reference))
+    settled = replace(robot, active=mobility.active, reference=mobility.reference, notes=notes)
     return settled, build_tree(settled)
+
+
+def _beyond(robot: RobotDescription, reference: Mapping[str, float]) -> Iterator[str]:
+    """What is said of joints that the found reference has beyond their limits: the file named no reference itself."""
+    for name, joint in robot.joints.items():
+        value, (lower, upper) = reference[name], joint.limits
+        if not lower - CLOSED <= value <= upper + CLOSED:
+            yield (
+                f"{name}: the loops close at {value:.6g}, outside its limits [{lower:.6g}, {upper:.6g}]; "
+                "within all limits no closed configuration was found"
+            )
 
 
 def _null_space(jacobian: Array) -> Array:

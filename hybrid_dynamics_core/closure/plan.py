@@ -63,7 +63,7 @@ def build_plan(
         guess = closed.tolist() if max(residual.values()) < CLOSED else guess
     branch = [choose_branch(robot, step, context, posture, guess) for step in steps]
     _check_closed(robot, loops, posture)
-    if named:
+    if named and robot.active_set == "exact":  # else the reference is not the file's: a note tells of it
         _check_limits(tree, robot, posture)
     return ClosurePlan(given, tuple(steps), tuple(branch), posture, tuple(loops), tuple(redundant))
 

@@ -184,6 +184,11 @@ class AngleSum(LoopEquations):
         """The angles themselves."""
         return [x for k, _ in self.turns for x in (posture.c[k], posture.s[k])]
 
+    def gaps(self, posture: Posture) -> list[float]:
+        """The angle itself: its sine vanishes at half a turn too, where a search would stay."""
+        c, s = self._sum(posture)
+        return [math.atan2(float(s), float(c))]
+
     def guards(self, posture: Posture) -> list[Scalar]:
         """Parallel, not opposed."""
         return [self._sum(posture)[0]]

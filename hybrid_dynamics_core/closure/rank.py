@@ -104,7 +104,7 @@ def close_numerically(
     posture = posture_of(tree, best_s)
     residuals: dict[str, float] = {}
     for loop in loops:
-        error = max(abs(float(r)) for r in loop.linearise(posture).residual)
+        error = max(map(abs, loop.gaps(posture)))
         residuals[loop.name] = max(residuals.get(loop.name, 0.0), error)
     return best_s, residuals
 
@@ -119,12 +119,12 @@ def posture_of(tree: Tree, s: Sequence[float] | Array) -> Posture:
 
 
 def jacobian_of(tree: Tree, loops: Sequence[LoopEquations], s: Array, unknowns: Sequence[int]) -> tuple[Array, Array]:
-    """Residuals (m,) of all equations at s, and their Jacobian (m, unknowns)."""
+    """Gaps (m,) of all equations at s, and their Jacobian (m, unknowns)."""
     posture = posture_of(tree, s)
     residual, rows = [], []
     for loop in loops:
         block = loop.linearise(posture)
-        residual += [float(r) for r in block.residual]
+        residual += loop.gaps(posture)
         rows += [[float(row.get(k, 0.0)) for k in unknowns] for row in block.rows]
     return np.array(residual), np.array(rows).reshape(len(residual), len(unknowns))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -76,6 +77,16 @@ class Document:
         """Tell where an entry inside an added one stands."""
         self._places[path] = (file, line)
 
+    def part(self, name: str) -> Document:
+        """A top-level mapping as a document of its own; empty where there is none."""
+        lines = {path[1:]: place[1] for path, place in self._places.items() if path[:1] == (name,)}
+        return Document(deepcopy(self.data.get(name) or {}), self.file, lines)
+
+    def merge(self, other: Document) -> None:
+        """Take over the entries of another document: mappings are joined, everything else is replaced."""
+        self._places.update({path: place for path, place in other._places.items() if path})
+        _join(self.data, other.data)
+
     def alias(self, path: Path_, origin: Path_) -> None:
         """A value inside an added entry that the user wrote elsewhere."""
         self._origins[path] = Origin(origin)
@@ -118,6 +129,14 @@ class Document:
     def files(self) -> dict[str, File]:
         """File of the entries that stand in another one."""
         return {dotted(path): file for path, (file, _) in self._places.items() if file != self.file}
+
+
+def _join(data: dict[str, Any], others: Mapping[str, Any]) -> None:
+    for key, value in others.items():
+        if isinstance(value, dict) and isinstance(data.get(key), dict):
+            _join(data[key], value)
+        else:
+            data[key] = value
 
 
 def _inside(note: str, rest: Path_) -> str:

@@ -51,6 +51,19 @@ def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> Array:
     )
 
 
+def rpy_of(rotation: Array) -> Array:
+    """Fixed-axis roll, pitch, yaw [rad] of a rotation matrix (3, 3): R = Rz(yaw) Ry(pitch) Rx(roll).
+
+    Where the pitch is a right angle, only yaw - roll or yaw + roll is settled: the yaw is taken as zero.
+    """
+    level = math.hypot(rotation[0, 0], rotation[1, 0])
+    pitch = math.atan2(-rotation[2, 0], level)
+    if level < 1e-9:
+        return np.array([math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0])
+    roll = math.atan2(rotation[2, 1], rotation[2, 2])
+    return np.array([roll, pitch, math.atan2(rotation[1, 0], rotation[0, 0])])
+
+
 def rotation_about(axis: Array, angle: float) -> Array:
     """Rotation matrix (3, 3) about a unit axis by an angle [rad]."""
     x, y, z = axis
@@ -98,3 +111,15 @@ def check_inertia(inertia: Array, relative: float) -> None:
         raise ValueError(
             f"no rigid body has principal moments {a}, {b}, {c}: two of them must add up to at least the third"
         )
+
+
+def rotation_from_quaternion(quaternion: Array) -> Array:
+    """Rotation matrix (3, 3) of a quaternion w, x, y, z of any length above zero."""
+    w, x, y, z = quaternion / np.linalg.norm(quaternion)
+    return snapped(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )

@@ -11,16 +11,18 @@ from typing import Any
 
 from .defaults import farthest_link, neutral
 from .document import Document, Path_
+from .extension import TAG, apply_rest
 from .schema import check_schema, nearest
 from .urdf import add_urdf
 
 KINDS = {"3d": "point", "6d": "frame"}
-USED = frozenset({"closed_loop", "type", "name_mot", "joint_name", "joint_type"})
+PAIRS = frozenset({"closed_loop", "type", "name_mot", "joint_name", "joint_type"})
+USED = PAIRS | {TAG}
 
 
 def is_gepetto(data: Any) -> bool:
     """Whether a YAML document is of this kind."""
-    return isinstance(data, dict) and "format" not in data and not USED.isdisjoint(data)
+    return isinstance(data, dict) and "format" not in data and not PAIRS.isdisjoint(data)
 
 
 def gepetto_document(document: Document) -> Document:
@@ -33,6 +35,8 @@ class _Pair:
         self.document = document
         self.told: dict[str, Any] = document.data
         check_schema(document, "gepetto")
+        self.rest = document.part(TAG)  # what the file says beyond pairs and motors
+        check_schema(self.rest, "rest")
 
     def read(self) -> Document:
         document, told = self.document, self.told
@@ -42,14 +46,17 @@ class _Pair:
         urdf = self.urdf()
         document.data["name"] = add_urdf(document, urdf, self.replace(), ("joint_name",))
         document.data["source"] = f"{urdf.name} and its loops"
+        names = self.rest.data.pop("pairs", [])
         for k, pair in enumerate(told.get("closed_loop") or []):
-            self.closure(k, pair)
+            self.closure(k, pair, names[k] if k < len(names) else f"loop_{k + 1}")
         document.data["active"] = self.motors()
         document.data["active_set"] = "motors"
-        document.data["end_effector"] = {"link": farthest_link(document)}
+        if "end_effector" not in self.rest.data:
+            document.data["end_effector"] = {"link": farthest_link(document)}
         for name, joint in document.section("joints").items():
             if joint["type"] != "fixed":
                 document.add(("reference", name), neutral(joint), ("joints", name))
+        apply_rest(document, self.rest)
         return document
 
     def urdf(self) -> Path:
@@ -76,7 +83,7 @@ class _Pair:
             self.document.alias(("joint_name", name), ("joint_name", k))
         return dict(zip(names, kinds, strict=True))
 
-    def closure(self, k: int, pair: list[str]) -> None:
+    def closure(self, k: int, pair: list[str], name: str) -> None:
         kinds = self.told.get("type") or []
         pairs = self.told["closed_loop"]
         if kinds and len(kinds) != len(pairs):
@@ -88,7 +95,7 @@ class _Pair:
             raise self.document.error(("closed_loop", k), "names one frame twice")
         kind = KINDS[kinds[k].lower()] if kinds else "frame"
         entry = {"kind": kind, "between": {a: [0, 0, 0], b: [0, 0, 0]}}
-        self.document.add(("closures", f"loop_{k + 1}"), entry, ("closed_loop", k))
+        self.document.add(("closures", name), entry, ("closed_loop", k))
 
     def frame(self, name: str, path: Path_) -> str:
         """The link under a name; a joint stands for the frame of its child."""

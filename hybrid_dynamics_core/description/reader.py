@@ -16,19 +16,29 @@ from .expand import expand
 from .files import read_text
 from .gepetto import gepetto_document, is_gepetto
 from .located_yaml import read_yaml
+from .mjcf import mjcf_document
 from .model import RobotDescription
 from .schema import check_schema
+from .sdf import sdf_document
 from .urdf import expand_urdf
+from .xml_tree import parse_xml
 
 
 def read_description(path: str | Path) -> RobotDescription:
-    """Read, check and expand a description file: YAML of format 1, URDF, or a robot.yaml beside its URDF.
+    """Read, check and expand a description file; its content tells which kind it is.
 
-    Raises DescriptionError with file, line, key, what was expected and how to mend it.
+    YAML of format 1, a robot.yaml beside its URDF, URDF and URDF+, SDFormat, MJCF as this library writes it. Raises
+    DescriptionError with file, line, key, what was expected and how to mend it.
     """
-    if Path(path).suffix == ".urdf":
-        return read_urdf(path)
-    return parse_description(read_text(Path(path)), file=path)
+    text = read_text(Path(path))
+    if not text.removeprefix("\ufeff").lstrip().startswith("<"):
+        return parse_description(text, file=path)
+    root = parse_xml(text, Path(path))
+    if root.tag == "sdf":
+        return describe(sdf_document(root, Path(path)))
+    if root.tag == "mujoco":
+        return describe(mjcf_document(root, Path(path)))
+    return read_urdf(path)
 
 
 def parse_description(text: str, file: str | Path | None = None) -> RobotDescription:
@@ -49,9 +59,9 @@ def read_urdf(
 ) -> RobotDescription:
     """A robot from a URDF file, its loops and its driven joints, all as plain data of a description file.
 
-    `closures`: {name: {kind, between: {link: place, link: place}}}; `active`: may be left out where there are no
-    closures; `end_effector`: a link or {link, xyz, rpy}, the link behind the most joints if None; `entries`: anything
-    else a description file may hold, such as `reference` or `frames`. Raises DescriptionError.
+    `closures`: {name: {kind, between: {link: place, link: place}}}; `active`: may be left out where there are none, or
+    where a URDF+ has them; `end_effector`: a link or {link, xyz, rpy}, the link behind the most joints if None;
+    `entries`: anything else a description file may hold, such as `reference` or `frames`. Raises DescriptionError.
     """
     path = Path(path)
     if not path.is_file():
@@ -62,12 +72,17 @@ def read_urdf(
     data["end_effector"] = {"link": "farthest"} if told is None else dict(told)
     document = Document(data, path, {})
     check_schema(document)
-    data["name"] = expand_urdf(document)
-    if not active and closures:
+    data["name"] = expand_urdf(document, alone=True)
+    data.update(entries)
+    if active:
+        data["active"] = list(active)
+    elif closures:
         raise document.error(("active",), "with closures, name the driven joints")
-    if not active:
+    elif data["active"] == ["all"]:
         data["active"] = driven_joints(document)
-    if told is None:
+    if told is not None:
+        data["end_effector"] = dict(told)
+    elif data["end_effector"] == {"link": "farthest"}:
         data["end_effector"] = {"link": farthest_link(document)}
     return describe(document)
 

@@ -6,27 +6,31 @@ a spherical joint is three revolute joints NAME_X, NAME_Y, NAME_Z whose axes mee
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..errors import DescriptionError
-from .document import Document, Path_, dotted
+from .document import Document, Path_
+from .extension import TAG
 from .schema import nearest
+from .urdf_plus import add_loops, add_rest, has_loops
+from .xml_reading import XmlFile
 from .xml_tree import Element, read_xml
 
 JOINT_TYPES = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
-SILENT = frozenset({"link", "joint", "material", "transmission", "gazebo"})
+SILENT = frozenset({"link", "joint", "material", "transmission", "gazebo", "loop", "coupling", TAG})
 _AXES = re.compile(r"^U(?:JOINT|NIVERSAL)_([XYZ])([XYZ])$")
 REPLACEMENTS = "SPHERICAL, FIXED, UJOINT_XY and the like"
 
 
-def add_urdf(document: Document, file: Path, replace: Mapping[str, str], replace_path: Path_) -> str:
-    """Add links and joints of a URDF file to a document; its root link becomes the base. Returns the robot's name.
+def add_urdf(
+    document: Document, file: Path, replace: Mapping[str, str], replace_path: Path_, alone: bool = False
+) -> str:
+    """Add links, joints and loops of a URDF(+) to a document; its root link becomes the base. Returns the robot's name.
 
-    `replace`: joint -> SPHERICAL, FIXED, UJOINT_XY, ...; `replace_path`: where that is written.
+    `replace`: joint -> SPHERICAL, FIXED, UJOINT_XY, ...; `replace_path`: where that is written; `alone`: no other file
+    says which joints are driven, and what else a URDF has no words for.
     """
     root = read_xml(file)
     reader = _Urdf(document, file, root)
@@ -41,21 +45,22 @@ def add_urdf(document: Document, file: Path, replace: Mapping[str, str], replace
     for joint_element in root.all("joint"):
         reader.joint(joint_element, replace, replace_path)
     reader.base()
+    add_loops(document, reader)
+    if alone and has_loops(root):
+        add_rest(document, reader)
     return root.attributes.get("name", file.stem)
 
 
-class _Urdf:
+class _Urdf(XmlFile):
     def __init__(self, document: Document, file: Path, root: Element) -> None:
-        self.document, self.file, self.root = document, file, root
+        super().__init__(file, root)
+        self.document = document
         self.children: dict[str, str] = {}
-
-    def error(self, element: Element, key: Path_, problem: str) -> DescriptionError:
-        return DescriptionError(problem, key=dotted(key), file=self.file, line=element.line)
 
     def check_root(self) -> None:
         """Refuse what is no URDF, and note what is left out."""
         if self.root.tag == "sdf":
-            raise self.error(self.root, (), "is SDF, not URDF; convert it first")
+            raise self.error(self.root, (), "is SDFormat, not URDF; load() reads it")
         if self.root.tag != "robot":
             raise self.error(self.root, (), f"<{self.root.tag}> is not a URDF; its root is <robot>")
         if any(name.startswith("xmlns:xacro") for name in self.root.attributes) and any(
@@ -64,15 +69,9 @@ class _Urdf:
             raise self.error(self.root, (), "is a xacro file; run it through xacro first")
         others = {child.tag: child for child in self.root.children if child.tag not in SILENT}
         for tag, child in others.items():
-            if tag in ("loop_joint", "loop"):
+            if tag == "loop_joint":
                 raise self.error(child, (tag,), "is not URDF; give the loop under closures")
             self.document.notes.append(f"{self.file.name}: <{tag}> is left out")
-
-    def name(self, element: Element, kind: str) -> str:
-        name = element.attributes.get("name", "")
-        if not name:
-            raise self.error(element, (kind,), f"a <{element.tag}> has no name")
-        return name
 
     # -- links -------------------------------------------------------------------------------------------------
 
@@ -92,7 +91,7 @@ class _Urdf:
         mass = element.first("mass")
         if mass is None:
             raise self.error(element, path, "<inertial> has no <mass>")
-        origin = self.origin(element, path)
+        origin = self.origin(element, path, self.document)
         entry: dict[str, Any] = {"mass": self.numbers(mass, "value", 1, (*path, "mass"))[0], "com": origin["xyz"]}
         inertia = element.first("inertia")
         if inertia is not None:
@@ -118,7 +117,7 @@ class _Urdf:
             "type": JOINT_TYPES[kind],
             "parent": self.end(element, "parent", path),
             "child": self.end(element, "child", path),
-            "origin": self.origin(element, path),
+            "origin": self.origin(element, path, self.document),
         }
         self.children.setdefault(entry["child"], name)
         if name in replace:
@@ -189,30 +188,6 @@ class _Urdf:
 
     # -- values ------------------------------------------------------------------------------------------------
 
-    def origin(self, element: Element, path: Path_) -> dict[str, list[float]]:
-        origin = element.first("origin")
-        if origin is None:
-            return {"xyz": [0.0, 0.0, 0.0], "rpy": [0.0, 0.0, 0.0]}
-        self.document.mark((*path, "origin"), self.file, origin.line)
-        zero = [0.0, 0.0, 0.0]
-        return {key: self.numbers(origin, key, 3, (*path, "origin", key), zero) for key in ("xyz", "rpy")}
-
-    def numbers(
-        self, element: Element, attribute: str, count: int, key: Path_, default: list[float] | None = None
-    ) -> list[float]:
-        text = element.attributes.get(attribute)
-        if text is None and default is not None:
-            return default
-        try:
-            values = [float(part) for part in (text or "").split()]
-        except ValueError:
-            values = []
-        if len(values) != count or not all(math.isfinite(v) for v in values):
-            wanted = "a number" if count == 1 else f"{count} numbers"
-            told = f"{attribute} is missing" if text is None else f'{attribute}="{text}"'
-            raise self.error(element, key, f"<{element.tag}> {told}; expected {wanted}")
-        return values
-
     def base(self) -> None:
         """The one link that is no child is the base."""
         links = [element.attributes["name"] for element in self.root.all("link")]
@@ -227,8 +202,11 @@ class _Urdf:
         self.document.data.setdefault("base", roots[0])
 
 
-def expand_urdf(document: Document) -> str:
-    """The URDF file that a description names, from the folder of the description. Returns the name it gives."""
+def expand_urdf(document: Document, alone: bool = False) -> str:
+    """The URDF file that a description names, from the folder of the description. Returns the name it gives.
+
+    `alone`: as of `add_urdf`.
+    """
     entry = document.data.pop("urdf", None)
     if entry is None:
         return ""
@@ -237,4 +215,4 @@ def expand_urdf(document: Document) -> str:
     file = (Path(document.file).parent if document.file else Path()) / told["file"]
     if not file.is_file():
         raise document.error(key, f"there is no file {file}; the path starts at the folder of this file")
-    return add_urdf(document, file, told.get("replace", {}), ("urdf", "replace"))
+    return add_urdf(document, file, told.get("replace", {}), ("urdf", "replace"), alone)

@@ -15,12 +15,13 @@ MAX_DEPTH = 50
 
 @dataclass
 class Element:
-    """A tag with attributes, children and the line where it opens; text between tags is left out."""
+    """A tag with attributes, children, the line where it opens, and the text right inside it."""
 
     tag: str
     attributes: dict[str, str]
     line: int
     children: list[Element] = field(default_factory=list)
+    text: str = ""
 
     def all(self, tag: str) -> list[Element]:
         """Children with a tag."""
@@ -33,9 +34,14 @@ class Element:
 
 def read_xml(path: Path) -> Element:
     """The root element of a file; DescriptionError where it is not plain XML."""
+    return parse_xml(read_text(path), path)
+
+
+def parse_xml(text: str, path: Path) -> Element:
+    """The root element of a text; `path` is named in messages."""
     reader = _Reader(path)
     try:
-        reader.parser.Parse(read_text(path).removeprefix("\ufeff"), True)
+        reader.parser.Parse(text.removeprefix("\ufeff"), True)
     except expat.ExpatError as error:
         problem = f"not valid XML: {expat.ErrorString(error.code)}"
         raise DescriptionError(problem, file=path, line=error.lineno) from error
@@ -51,6 +57,7 @@ class _Reader:
         self.parser = expat.ParserCreate()
         self.parser.StartElementHandler = self.start
         self.parser.EndElementHandler = self.end
+        self.parser.CharacterDataHandler = self.characters
         self.parser.StartDoctypeDeclHandler = self.refuse_doctype
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
@@ -63,6 +70,9 @@ class _Reader:
         else:
             self.root = element
         self.open.append(element)
+
+    def characters(self, text: str) -> None:
+        self.open[-1].text += text
 
     def end(self, _: str) -> None:
         self.open.pop()

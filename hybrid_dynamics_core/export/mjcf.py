@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from typing import TYPE_CHECKING, Any
+from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
 
 import numpy as np
 
-from ..description.effects import Payload, effects_of
+from ..description.effects import effects_of
+from ..description.extension import TAG
 from ..description.model import Array, Closure, Joint, RobotDescription
 from . import shapes
+from .rest import as_text, in_words, link_entry, rest_of
 from .shapes import number, numbers
 
 if TYPE_CHECKING:
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 STEP = 5e-4  # [s] of MuJoCo's integrator
 STIFF = {"solref": "0.001 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}  # the stiffest that MuJoCo takes at this step
 NOTHING = 1e-9  # [kg, kg m^2] a moving body needs some mass
+CARRIED = frozenset({"gravity", "friction", "mimic"})  # what MJCF says of all that a format may not say
 ARM = 0.5  # between the two points that tie an axis, over the size of the robot
 
 
@@ -64,8 +67,22 @@ class _Writer:
         for name in self.robot.active:
             SubElement(actuator, "motor", name=name, joint=name)
         self.keyframe(root, world)
+        self.rest(root)
         indent(root)
         return tostring(root, encoding="unicode") + "\n"
+
+    def rest(self, root: Element) -> None:
+        """What MJCF has no words for, where MuJoCo keeps texts of users."""
+        description = self.description
+        rest: dict[str, Any] = {"base": description.base, **rest_of(description, CARRIED)}
+        if description.base in description.links:
+            rest["links"] = {description.base: link_entry(description.links[description.base])}
+        for closure in description.closures:
+            if closure.kind == "axis":
+                rest["closures"][closure.name]["second"] = f"{closure.name}_axis"
+        told = f" The text {TAG} holds what MJCF has no words for: {in_words(rest)}. MuJoCo passes it over. "
+        root.insert(0, Comment(told.replace("--", "- -")))
+        SubElement(SubElement(root, "custom"), "text", name=TAG, data=as_text(rest, one_line=True))
 
     def marks(self, link: str) -> Iterator[Array]:
         return shapes.marks(self.description, link)
@@ -76,11 +93,13 @@ class _Writer:
         for closure in self.description.closures:
             for name, where, rotation in _ends(closure, link, ARM * self.size):
                 SubElement(body, "site", name=name, pos=numbers(where), quat=_quaternion(rotation))
-        for name, frame in self.description.frames.items():
-            if frame.link == link and name not in self.description.links:
+        for name, frame in shapes.frames(self.description):
+            if frame.link == link:
                 SubElement(body, "site", name=name, pos=numbers(frame.translation), quat=_quaternion(frame.rotation))
-        for name, (frame_name, payload) in self.description.payloads.items():
-            self.payload(body, link, name, frame_name, payload)
+        for name, frame, payload in shapes.payloads(self.description, link):
+            place = {"pos": numbers(frame.translation), "quat": _quaternion(frame.rotation)}
+            load = SubElement(body, "body", {"name": name, **place})
+            _inertial(load, payload.mass, np.asarray(payload.com), np.asarray(payload.inertia))
         for joint in self.children.get(link, []):
             self.fill(self.body(body, joint), joint.child)
 
@@ -91,14 +110,6 @@ class _Writer:
                 line = numbers(np.concatenate([np.zeros(3), mark]))
                 seen = {"type": "capsule", "fromto": line, "size": radius, "mass": "0"}
                 SubElement(body, "geom", {**seen, "contype": "0", "conaffinity": "0"})
-
-    def payload(self, body: Element, link: str, name: str, frame_name: str, payload: Payload) -> None:
-        frame = self.description.frames.get(frame_name)
-        if (frame.link if frame else frame_name) != link or payload.mass == 0.0:
-            return
-        place = {} if frame is None else {"pos": numbers(frame.translation), "quat": _quaternion(frame.rotation)}
-        load = SubElement(body, "body", {"name": f"{name} (payload)", **place})
-        _inertial(load, payload.mass, np.asarray(payload.com), np.asarray(payload.inertia))
 
     def body(self, parent: Element, joint: Joint) -> Element:
         link = self.description.links[joint.child]
@@ -162,5 +173,5 @@ def _quaternion(rotation: Array) -> str:
     """w, x, y, z, as MuJoCo has it."""
     from scipy.spatial.transform import Rotation  # noqa: PLC0415  slow to import
 
-    x, y, z, w = Rotation.from_matrix(rotation).as_quat(canonical=True)
+    x, y, z, w = Rotation.from_matrix(np.array(rotation)).as_quat(canonical=True)  # SciPy 1.11 wants to write
     return numbers(np.array([w, x, y, z]))

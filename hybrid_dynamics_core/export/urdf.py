@@ -7,25 +7,38 @@ thin rods to their joints, pins and frames, since a description has no shapes.
 from __future__ import annotations
 
 import math
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
 
 import numpy as np
 
-from ..description.geometry import rotation_to_axis
+from ..description.effects import effects_of
+from ..description.geometry import rotation_to_axis, rpy_of
 from ..description.model import Array, Frame, Joint, Link, RobotDescription
 from . import shapes
+from .rest import in_words, rest_of
 from .shapes import number, numbers
 
 UNLIMITED = 1e3  # [m] travel of a prismatic joint without limits, which URDF does not know
+CARRIED = frozenset({"friction", "mimic"})  # what a URDF says of all that it may not say
 EFFORT = 1e9  # [N m or N], RATE [rad/s or m/s]: limits that URDF wants and a description does not give
 RATE = 1e3
 
 
 def to_urdf(robot: RobotDescription) -> str:
-    """The spanning tree of a robot as URDF text: the same link frames, joint names, axes, masses and inertias.
+    """The spanning tree of a robot as URDF text: the same link frames, joint names, axes, limits, masses and inertias.
 
-    Frames of the robot that are no links become links without mass on fixed joints.
+    Frames of the robot that are no links become links without mass on fixed joints, payloads links with mass. A
+    comment at the top names the loops that are cut and whatever else a URDF has no words for.
     """
+    root = tree_element(robot)
+    cut = ", ".join(closure.name for closure in robot.closures) or "none"
+    lost = in_words(rest_of(robot, CARRIED))
+    root.insert(0, Comment(f" Loops that are cut: {cut}. Not in this file: {lost}. ".replace("--", "- -")))
+    return as_xml(root)
+
+
+def tree_element(robot: RobotDescription) -> Element:
+    """The <robot> element of the spanning tree."""
     root = Element("robot", name=robot.name)
     links = {robot.base: Link(robot.base), **robot.links}
     marks = {name: list(shapes.marks(robot, name)) for name in links}
@@ -33,13 +46,27 @@ def to_urdf(robot: RobotDescription) -> str:
     for name, link in links.items():
         _add_link(root, link, marks[name], shapes.THICKNESS * size)
     for joint in robot.joints.values():
-        _add_joint(root, joint)
-    for name, frame in robot.frames.items():
-        if name not in links:
-            SubElement(root, "link", name=name)
+        _add_joint(root, joint, robot)
+    for name, frame in shapes.frames(robot):
+        add_frame(root, name, frame)
+    for link_name in links:
+        for name, frame, payload in shapes.payloads(robot, link_name):
+            body = Link(name, payload.mass, np.asarray(payload.com), np.asarray(payload.inertia))
+            _add_link(root, body, [], 0.0)
             _add_fixed(root, name, frame)
+    return root
+
+
+def as_xml(root: Element) -> str:
+    """The text of a file."""
     indent(root)
     return tostring(root, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def add_frame(root: Element, name: str, frame: Frame) -> None:
+    """A place on a link as a link without mass."""
+    SubElement(root, "link", name=name)
+    _add_fixed(root, name, frame)
 
 
 def _add_link(root: Element, link: Link, marks: list[Array], radius: float) -> None:
@@ -55,17 +82,17 @@ def _add_link(root: Element, link: Link, marks: list[Array], radius: float) -> N
         length = float(np.linalg.norm(mark))
         if length > shapes.SMALLEST:
             visual = SubElement(element, "visual")
-            _add_origin(visual, 0.5 * mark, rotation_to_axis(mark / length))
+            add_origin(visual, 0.5 * mark, rotation_to_axis(mark / length))
             geometry = SubElement(visual, "geometry")
             SubElement(geometry, "cylinder", radius=number(radius), length=number(length))
 
 
-def _add_joint(root: Element, joint: Joint) -> None:
+def _add_joint(root: Element, joint: Joint, robot: RobotDescription) -> None:
     lower, upper = joint.limits
     limited = math.isfinite(lower) and math.isfinite(upper)
     endless = joint.type == "revolute" and not limited
     element = SubElement(root, "joint", name=joint.name, type="continuous" if endless else joint.type)
-    _add_origin(element, joint.translation, joint.rotation)
+    add_origin(element, joint.translation, joint.rotation)
     SubElement(element, "parent", link=joint.parent)
     SubElement(element, "child", link=joint.child)
     SubElement(element, "axis", xyz=numbers(joint.axis))
@@ -74,27 +101,21 @@ def _add_joint(root: Element, joint: Joint) -> None:
         lower, upper = max(lower, -UNLIMITED), min(upper, UNLIMITED)
         limit |= {"lower": number(lower), "upper": number(upper)}
     SubElement(element, "limit", limit)
+    effect, mimic = effects_of(robot, joint.name), robot.mimics.get(joint.name)
+    if effect.viscous or effect.coulomb:
+        SubElement(element, "dynamics", damping=number(effect.viscous), friction=number(effect.coulomb))
+    if mimic is not None:
+        follows = {"multiplier": number(mimic.multiplier), "offset": number(mimic.offset)}
+        SubElement(element, "mimic", {"joint": mimic.source, **follows})
 
 
 def _add_fixed(root: Element, name: str, frame: Frame) -> None:
     element = SubElement(root, "joint", name=f"{name}_fixed", type="fixed")
-    _add_origin(element, frame.translation, frame.rotation)
+    add_origin(element, frame.translation, frame.rotation)
     SubElement(element, "parent", link=frame.link)
     SubElement(element, "child", link=name)
 
 
-def _add_origin(element: Element, translation: Array, rotation: Array) -> None:
+def add_origin(element: Element, translation: Array, rotation: Array) -> None:
+    """A pose as URDF has it."""
     SubElement(element, "origin", xyz=numbers(translation), rpy=numbers(rpy_of(rotation)))
-
-
-def rpy_of(rotation: Array) -> Array:
-    """Fixed-axis roll, pitch, yaw [rad] of a rotation matrix (3, 3): R = Rz(yaw) Ry(pitch) Rx(roll).
-
-    Where the pitch is a right angle, only yaw - roll or yaw + roll is settled: the yaw is taken as zero.
-    """
-    level = math.hypot(rotation[0, 0], rotation[1, 0])
-    pitch = math.atan2(-rotation[2, 0], level)
-    if level < 1e-9:
-        return np.array([math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0])
-    roll = math.atan2(rotation[2, 1], rotation[2, 2])
-    return np.array([roll, pitch, math.atan2(rotation[1, 0], rotation[0, 0])])

@@ -215,3 +215,18 @@ def test_export_is_read_by_another_engine(tmp_path: Path) -> None:
     assert call("export", "excavator", "--output", str(place)).exit_code == 0
     assert pinocchio.buildModelFromUrdf(str(place)).nv == len(load("excavator").coordinates)
     assert call("export", "excavator").stdout == place.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("form", ["urdf+", "mjcf", "sdf", "robot.yaml"])
+def test_export_is_taken_back(form: str, tmp_path: Path) -> None:
+    """By `load`, whatever the file is called."""
+    place = tmp_path / "excavator.yaml"
+    assert call("export", "excavator", "--format", form, "-o", str(place)).exit_code == 0
+    assert load(place).active == load("excavator").active
+
+
+def test_a_pair_of_files_needs_a_place(tmp_path: Path) -> None:
+    assert "comes with a URDF beside it" in call("export", "excavator", "--format", "robot.yaml").output
+    wrong = call("export", "excavator", "--format", "robot.yaml", "-o", str(tmp_path / "robot.urdf"))
+    assert "expected a name that ends in .yaml" in wrong.output
+    assert not list(tmp_path.iterdir())

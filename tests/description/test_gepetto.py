@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import DescriptionError, load
+from hybrid_dynamics_core.closure.loops import loop_equations
+from hybrid_dynamics_core.closure.rank import close_numerically, posture_of
 from hybrid_dynamics_core.description import RobotDescription, read_description
+from hybrid_dynamics_core.mechanism.tree import build_tree
 from tests.description.oracle import close, freedom, gaps
-from tests.description.test_urdf import BARS, write
+from tests.description.test_urdf import BARS, body, joint, write
 
 PAIR = "closed_loop: [['end_A', 'end_B']]\ntype: ['3d']\nname_mot: ['motor']\n"
 
@@ -156,3 +159,44 @@ def test_frames_that_start_half_a_turn_apart_are_turned_together(tmp_path: Path)
     state = machine.close(machine.reference)
     assert state.residual < 1e-12
     assert "motor" in machine.active
+
+
+HINGED = BARS.replace('name="A" type="fixed"', 'name="A" type="continuous"').replace(
+    '<child link="end_A"/>', '<child link="end_A"/><axis xyz="0 0 1"/>'
+)
+LIMITED = BARS.replace('name="hinge" type="continuous"', 'name="hinge" type="revolute"').replace(
+    '<child link="rocker"/>', '<child link="rocker"/><limit lower="-0.01" upper="0.01" effort="1" velocity="1"/>'
+)
+
+
+def test_a_search_from_opposed_frames_ends_with_frames_that_face_alike(tmp_path: Path) -> None:
+    """At zero the pair's frames are half a turn apart about their hinge, where the sine of the angle is zero."""
+    opposed = HINGED.replace('xyz="0.2 0 0" rpy="0 0 0"', f'xyz="0.2 0 0" rpy="0 0 {np.pi - 3.0}"')
+    robot = read(tmp_path, PAIR.replace("3d", "6d"), opposed)
+    tree = build_tree(robot)
+    free = range(len(tree.coordinates))
+    loops = loop_equations(tree, robot, frozenset(free))
+    s, residual = close_numerically(tree, loops, np.zeros(len(free)), free)
+    assert max(residual.values()) < 1e-12
+    assert min(float(guard) for loop in loops for guard in loop.guards(posture_of(tree, s))) > 0.0
+
+
+def test_loops_that_close_beyond_a_limit_only_are_noted(tmp_path: Path) -> None:
+    """The file names no reference: what is found is told, and the motion can be worked with."""
+    machine = load(_pair(tmp_path, LIMITED, PAIR))
+    assert machine.close(machine.reference).residual < 1e-12
+    (note,) = [note for note in machine.description.notes if note.startswith("hinge")]
+    assert "outside its limits [-0.01, 0.01]; within all limits no closed configuration was found" in note
+
+
+def test_joints_outside_all_loops_stay_where_they_are(tmp_path: Path) -> None:
+    """Only what the loops hold is moved in the search for a closed configuration within the limits."""
+    limit = '<limit lower="-0.1" upper="0.2" effort="1" velocity="1"/>'
+    arm = body("hand", 1) + joint("wrist", "revolute", ("ground", "hand"), "", limit)
+    text = PAIR.replace("['motor']", "['motor', 'wrist']")
+    assert load(_pair(tmp_path, LIMITED.replace("</robot>", f"{arm}</robot>"), text)).reference[1] == 0.0
+
+
+def _pair(folder: Path, urdf: str, text: str) -> Path:
+    write(folder, urdf)
+    return write(folder, text, "robot.yaml")

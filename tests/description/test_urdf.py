@@ -259,7 +259,7 @@ def test_wrong_urdf(tmp_path: Path, old: str, new: str, line: int | None, words:
 
 
 def test_unknown_root_and_too_deep(tmp_path: Path) -> None:
-    with pytest.raises(DescriptionError, match="is SDF, not URDF"):
+    with pytest.raises(DescriptionError, match="is SDFormat, not URDF"):
         read_urdf(write(tmp_path, "<sdf/>"))
     with pytest.raises(DescriptionError, match="<model> is not a URDF"):
         read_urdf(write(tmp_path, "<model/>"))

@@ -30,7 +30,9 @@ def read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     return run
 
 
-CHECKED = {f"docs/{name}.md" for name in ("dynamics", "examples", "figure_10", "performance")} | {"README.md"}
+CHECKED = {f"docs/{name}.md" for name in ("dynamics", "examples", "exchange", "figure_10", "performance")} | {
+    "README.md"
+}
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if page not in CHECKED and any(blocks_of(page))])
@@ -112,3 +114,13 @@ def test_performance_runs(read: Any) -> None:
     assert scope["efforts"].shape == (100_000, 4)
     assert scope["efforts"][7] == pytest.approx(scope["tau"], rel=1e-9, abs=1e-9)
     assert scope["moon"] == pytest.approx(scope["tau"] * 1.62 / 9.81, abs=1e-6)
+
+
+def test_exchange_runs_and_does_what_it_says(read: Any) -> None:
+    for engine in ("mujoco", "pinocchio"):
+        pytest.importorskip(engine)
+    scope = read("docs/exchange.md")
+    assert scope["efforts"][1] == pytest.approx(scope["efforts"][0], rel=1e-9)
+    assert scope["drift"] < 1e-6
+    assert len(scope["constraints"]) == 4
+    assert "plant" not in scope or scope["plant"].num_constraints() == 4  # Drake's block, where there is Drake

@@ -10,8 +10,8 @@ import pinocchio
 import pytest
 
 from hybrid_dynamics_core import load, shipped_robots
-from hybrid_dynamics_core.description.geometry import rotation_from_rpy
-from hybrid_dynamics_core.export.urdf import rpy_of, to_urdf
+from hybrid_dynamics_core.description.geometry import rotation_from_rpy, rpy_of
+from hybrid_dynamics_core.export.urdf import to_urdf
 
 
 def configuration(model: pinocchio.Model, values: dict[str, float]) -> np.ndarray:

@@ -1,0 +1,158 @@
+"""SDFormat: what another engine makes of the tree, where every loop joint is at rest, and files that others write."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from hybrid_dynamics_core import DescriptionError, InputError, Robot, load, shipped_robots
+from hybrid_dynamics_core.description.reader import parse_description
+from hybrid_dynamics_core.export import to_sdf
+from tests.robots import robot
+
+MASSLESS = 1e-6  # what links of 1e-9 kg, which stand for massless ones, may change of the smallest shipped robot
+
+
+def zero_places(root: ElementTree.Element) -> dict[str, float]:
+    """Where the file counts coordinates from, by its own words."""
+    (rest,) = (element for element in root.iter() if element.tag.endswith("}hybrid_dynamics"))
+    lines = (rest.text or "").splitlines()
+    found = next((line for line in lines if line.startswith("zero:")), "zero: {}")
+    pairs = [pair.split(": ") for pair in found[len("zero: {") : -1].split(", ") if pair]
+    return {name: float(value) for name, value in pairs}
+
+
+@pytest.mark.parametrize("name", [name for name in shipped_robots() if name != "staicu2015"])  # which has no masses
+def test_another_engine_finds_the_same_tree(name: str) -> None:
+    """Drake reads no loops: their joints are taken out. Poses, masses and weights away from the drawn configuration."""
+    parsing = pytest.importorskip("pydrake.multibody.parsing")
+    from pydrake.multibody.plant import MultibodyPlant
+
+    machine = robot(name)
+    root = ElementTree.fromstring(to_sdf(machine))
+    (model,) = root.iter("model")
+    for joint in list(model.findall("joint")):
+        if joint.get("name") in {closure.name for closure in machine.description.closures}:
+            model.remove(joint)
+    plant = MultibodyPlant(0.0)
+    parsing.Parser(plant).AddModelsFromString(ElementTree.tostring(root, encoding="unicode"), "sdf")
+    plant.Finalize()
+    state = machine.close(machine.reference + 0.01)
+    zero, context = zero_places(root), plant.CreateDefaultContext()
+    q = plant.GetPositions(context)
+    for joint, value in zip(machine.coordinates, state.s, strict=True):
+        q[plant.GetJointByName(joint).position_start()] = value - zero.get(joint, 0.0)
+    plant.SetPositions(context, q)
+    for frame in machine.frames:
+        pose, found = machine.forward_kinematics(state, frame), plant.GetFrameByName(frame).CalcPoseInWorld(context)
+        assert found.translation() == pytest.approx(pose.position, abs=1e-12)
+        assert found.rotation().matrix() == pytest.approx(pose.rotation, abs=1e-12)
+    order = [plant.GetJointByName(joint).velocity_start() for joint in machine.coordinates]
+    expected = machine.spanning_terms(state)
+    mass = plant.CalcMassMatrix(context)[np.ix_(order, order)]
+    assert np.abs(mass - expected.M).max() < MASSLESS * np.abs(expected.M).max()
+    weight = -plant.CalcGravityGeneralizedForces(context)[order]  # at 9.81 m/s^2, as every shipped robot
+    assert np.abs(weight - expected.g).max() < MASSLESS * max(1.0, float(np.abs(expected.g).max()))
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_every_loop_joint_is_at_rest_where_the_model_is_drawn(name: str) -> None:
+    """Both of its links put its frame at one place: what SDFormat wants of a joint at zero."""
+    machine = robot(name)
+    state = machine.close(machine.reference)
+    (model,) = ElementTree.fromstring(to_sdf(machine)).iter("model")
+    for closure in machine.description.closures:
+        joint = next(joint for joint in model.findall("joint") if joint.get("name") == closure.name)
+        assert {joint.findtext("parent"), joint.findtext("child")} == {closure.link_a, closure.link_b}
+        ends = [
+            machine.forward_kinematics(state, link).position + machine.forward_kinematics(state, link).rotation @ point
+            for link, point in ((closure.link_a, closure.point_a), (closure.link_b, closure.point_b))
+        ]
+        assert ends[0] == pytest.approx(ends[1], abs=1e-9)
+
+
+FOUR_BAR = """<?xml version="1.0"?>
+<sdf version="1.9">
+  <model name="bars">
+    <frame name="floor" attached_to="ground"><pose>0 0 0 0 0 0.3</pose></frame>
+    <link name="ground"/>
+    <link name="crank"><pose relative_to="motor"/>
+      <inertial><mass>2</mass><pose>0.1 0 0 0 0 0</pose>
+        <inertia><ixx>0.01</ixx><iyy>0.02</iyy><izz>0.02</izz></inertia></inertial></link>
+    <link name="coupler"><pose relative_to="crank" degrees="true">0.2 0.1 0 0 0 -90</pose></link>
+    <link name="rocker"><pose relative_to="floor" rotation_format="quat_xyzw">0.2 -0.1 0 0 0 0 1</pose></link>
+    <joint name="anchor" type="fixed"><parent>world</parent><child>ground</child></joint>
+    <joint name="motor" type="revolute"><pose relative_to="floor"/><parent>ground</parent><child>crank</child>
+      <axis><xyz expressed_in="floor">0 0 2</xyz><limit><lower>-1</lower><upper>inf</upper></limit>
+        <dynamics><damping>0.5</damping></dynamics></axis></joint>
+    <joint name="knee" type="revolute"><pose relative_to="crank">0.2 0 0 0 0 0</pose>
+      <parent>crank</parent><child>coupler</child><axis><xyz>0 0 1</xyz></axis></joint>
+    <joint name="hinge" type="revolute"><parent>floor</parent><child>rocker</child>
+      <axis><xyz>0 0 -1</xyz></axis></joint>
+    <joint name="pin" type="revolute"><pose relative_to="coupler">0.1 0.3 0 0 0 0</pose>
+      <parent>coupler</parent><child>rocker</child><axis><xyz>0 0 1</xyz></axis></joint>
+  </model>
+</sdf>
+"""
+
+
+def read(folder: Path, text: str = FOUR_BAR) -> Robot:
+    path = folder / "model.sdf"
+    path.write_text(text, encoding="utf-8")
+    return load(path)
+
+
+def test_a_file_of_others_closes_where_it_is_drawn(tmp_path: Path) -> None:
+    """Frames, joints off their links' frames, axes given elsewhere, degrees and quaternions."""
+    machine = read(tmp_path)
+    assert (machine.name, machine.description.base, machine.active) == ("bars", "ground", ("motor",))
+    state = machine.close([0.0])
+    assert state.s == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+    turn = np.array([[np.cos(0.3), -np.sin(0.3), 0], [np.sin(0.3), np.cos(0.3), 0], [0, 0, 1]])
+    coupler = machine.forward_kinematics(state, "coupler")
+    assert coupler.position == pytest.approx(turn @ [0.2, 0.1, 0.0], abs=1e-12)
+    moved = machine.close([0.2])
+    knee = machine.forward_kinematics(moved, "coupler")
+    own = knee.rotation @ [0.1, 0.0, 0.0] + knee.position  # the knee's axis, seen from the coupler's frame
+    crank = machine.forward_kinematics(moved, "crank")
+    assert own == pytest.approx(crank.rotation @ [0.2, 0, 0] + crank.position, abs=1e-12)
+    assert machine.limits[0] == pytest.approx([-1, np.inf])
+    assert machine.description.effects["motor"].viscous == 0.5
+    assert "coupler: no inertial given; SDFormat takes 1 kg and 1 kg m^2" in machine.description.notes
+    assert any("SDFormat does not say what is driven" in note for note in machine.description.notes)
+
+
+WRONG = {
+    "screw": ('name="hinge" type="revolute"', 'name="hinge" type="screw"', "joints.hinge.type: is 'screw'"),
+    "loop": (
+        'name="pin" type="revolute"',
+        'name="pin" type="universal"',
+        "closes a loop with a joint of type 'universal'",
+    ),
+    "link": ("<child>crank", "<child>cranc", "there is no link, joint or frame 'cranc' (did you mean 'crank'?)"),
+    "number": ("0.1 0.3 0 0 0 0", "0.1 0.3 0 0", "expected 6 numbers"),
+    "round": ('<pose relative_to="motor"/>', '<pose relative_to="knee"/>', "its pose goes round"),
+    "roots": ("<parent>crank</parent>", "<parent>crank</parent><!--", "not valid XML"),
+    "nested": ("<link name=", "<include/><link name=", "has <include> in it"),
+}
+
+
+@pytest.mark.parametrize(("old", "new", "words"), WRONG.values(), ids=WRONG.keys())
+def test_what_is_not_covered_is_told(old: str, new: str, words: str, tmp_path: Path) -> None:
+    assert old in FOUR_BAR
+    with pytest.raises(DescriptionError) as caught:
+        read(tmp_path, FOUR_BAR.replace(old, new, 1))
+    assert words in str(caught.value)
+    assert str(tmp_path / "model.sdf") in str(caught.value)
+
+
+def test_names_that_the_format_keeps_are_refused() -> None:
+    text = "format: 1\nname: r\nlinks: {base: {}, world: {mass: 1}}\n"
+    text += (
+        "joints: {q: {type: revolute, parent: base, child: world, axis: z}}\nactive: [q]\nend_effector: {link: world}\n"
+    )
+    with pytest.raises(InputError, match="'world' is a name that SDFormat keeps for itself"):
+        to_sdf(Robot(parse_description(text)))

@@ -1,0 +1,132 @@
+"""sdist and wheel hold everything, and what is installed from them runs far from the repository."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import site
+import subprocess
+import sys
+import tarfile
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+import hybrid_dynamics_core
+
+pytest.importorskip("setuptools", "70.1")
+
+ROOT = Path(__file__).resolve().parents[2]
+OUTSIDE = ("build", "demo_output", "install", "log", "*.egg-info", "__pycache__", ".*")
+BUILD = """
+import sys
+import setuptools.build_meta as backend
+
+folder, *kinds = sys.argv[1:]
+print(*[getattr(backend, f"build_{kind}")(folder) for kind in kinds])
+"""
+
+
+def copied(folder: Path, target: Path) -> Path:
+    """The sources of a package, without what builds leave."""
+    shutil.copytree(folder, target, ignore=shutil.ignore_patterns(*OUTSIDE))
+    return target
+
+
+def built(source: Path, target: Path, kind: str) -> str:
+    """Name of the sdist or wheel, built with the setuptools that is installed."""
+    target.mkdir(exist_ok=True)
+    command = [sys.executable, "-c", BUILD, str(target), kind]
+    done = subprocess.run(command, cwd=source, check=True, capture_output=True, text=True)
+    return done.stdout.splitlines()[-1]
+
+
+def unpacked(sdist: Path, target: Path) -> Path:
+    """The one folder of an sdist."""
+    with tarfile.open(sdist) as archive:
+        archive.extractall(target, filter="data")
+    (folder,) = target.iterdir()
+    return folder
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel that is made from the sdist."""
+    folder = tmp_path_factory.mktemp("distributions")
+    sdist = built(copied(ROOT, folder / "source"), folder / "dist", "sdist")
+    source = unpacked(folder / "dist" / sdist, folder / "unpacked")
+    return folder / "dist" / built(source, folder / "dist", "wheel")
+
+
+@pytest.fixture(scope="module")
+def machine(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An environment with the wheel and, beneath it, the libraries that tests have; nothing of the repository."""
+    folder = tmp_path_factory.mktemp("machine")
+    venv.create(folder, with_pip=False)
+    python = folder / "bin" / "python"
+    pip = [sys.executable, "-m", "pip", "--python", str(python), "install", "--quiet", "--no-deps", "--no-index"]
+    subprocess.run([*pip, str(wheel)], check=True, capture_output=True)
+    (packages,) = folder.glob("lib/python*/site-packages")
+    beneath = "; ".join(f"site.addsitedir({path!r})" for path in dict.fromkeys(site.getsitepackages()))
+    (packages / "beneath.pth").write_text(f"import site; {beneath}\n", encoding="utf-8")
+    return folder
+
+
+def run(machine: Path, *command: str) -> str:
+    """What a program of the environment writes, run elsewhere."""
+    settings = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    settings["PYTHONPATH"] = next(str(path) for path in machine.glob("lib/python*/site-packages"))
+    settings["HYBRID_DYNAMICS_CACHE"] = str(machine / "cache")
+    program = str(machine / "bin" / command[0])
+    done = subprocess.run(
+        [program, *command[1:]], cwd=machine, env=settings, check=True, capture_output=True, text=True
+    )
+    return done.stdout
+
+
+def test_the_wheel_holds_every_file_of_its_packages(wheel: Path) -> None:
+    names = set(zipfile.ZipFile(wheel).namelist())
+    for package in ("hybrid_dynamics_cli", "hybrid_dynamics_core", "hybrid_dynamics_ros"):
+        files = [path for path in (ROOT / package).rglob("*") if path.is_file() and "__pycache__" not in path.parts]
+        assert {str(path.relative_to(ROOT)) for path in files} <= names
+    assert {f"hybrid_dynamics_ros/interfaces/{path.name}" for path in ROOT.glob("msg_defs/msg/*.msg")} <= names
+    shared = {name.partition("/data/share/hybrid_dynamics_ros/")[2] for name in names}
+    for folder, pattern in (("launch", "*.launch.py"), ("config", "*"), ("rviz", "*"), ("security", "*")):
+        assert {f"{folder}/{path.name}" for path in (ROOT / folder).glob(pattern) if path.is_file()} <= shared
+    assert any(name.endswith("resource_index/packages/hybrid_dynamics_ros") for name in names)
+    assert any(name.endswith("licenses/LICENSE") for name in names)
+
+
+def test_what_is_installed_checks_a_shipped_robot(machine: Path) -> None:
+    pytest.importorskip("click")
+    told = run(machine, "hybrid-dynamics", "check", "forging_chu2020")
+    assert "forging_chu2020" in told
+
+
+def test_what_is_installed_loads_closes_and_computes(machine: Path) -> None:
+    code = """
+import numpy as np
+import hybrid_dynamics_core
+from hybrid_dynamics_core import load, shipped_robots
+print(hybrid_dynamics_core.__file__, len(shipped_robots()))
+robot = load("forging_chu2020")
+u, du = np.array([0.0, 0.10, 0.15, 0.0]), np.zeros(4)
+one = robot.kernels.inverse_dynamics(u, du, du)
+other = robot.inverse_dynamics(robot.close(u, du), du)
+print(float(np.abs(one - other).max() / np.abs(other).max()))
+"""
+    where, error = run(machine, "python", "-c", code).splitlines()
+    place, count = where.rsplit(" ", 1)
+    assert Path(place).is_relative_to(machine)
+    assert int(count) == len(hybrid_dynamics_core.shipped_robots())
+    assert float(error) < 1e-12  # two orders of the same sums
+
+
+def test_the_sdist_of_the_interfaces_holds_what_its_build_reads(tmp_path: Path) -> None:
+    source = copied(ROOT / "msg_defs", tmp_path / "source")
+    sdist = built(source, tmp_path / "dist", "sdist")
+    there = unpacked(tmp_path / "dist" / sdist, tmp_path / "unpacked")
+    needed = {path.relative_to(source) for path in source.rglob("*") if path.is_file() and "egg-info" not in str(path)}
+    assert needed - {Path("MANIFEST.in")} <= {path.relative_to(there) for path in there.rglob("*")}

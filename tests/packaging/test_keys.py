@@ -1,0 +1,99 @@
+"""What package.xml names exists for Ubuntu 24.04 and ROS 2 Jazzy, and what is imported is named."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+# Keys of rosdep's python.yaml and packages of jazzy/distribution.yaml in ros/rosdistro, looked up there one by one.
+SYSTEM = {
+    "python3-click": "click",
+    "python3-hypothesis": "hypothesis",
+    "python3-jsonschema": "jsonschema",
+    "python3-matplotlib": "matplotlib",
+    "python3-numpy": "numpy",
+    "python3-pytest": "pytest",
+    "python3-pytest-timeout": "pytest_timeout",
+    "python3-scipy": "scipy",
+    "python3-yaml": "yaml",
+}
+JAZZY = {
+    "ament_cmake",
+    "builtin_interfaces",
+    "diagnostic_msgs",
+    "geometry_msgs",
+    "launch",
+    "launch_ros",
+    "lifecycle_msgs",
+    "rcl_interfaces",
+    "rclpy",
+    "robot_state_publisher",
+    "rosidl_default_generators",
+    "rosidl_default_runtime",
+    "rviz2",
+    "sensor_msgs",
+    "std_msgs",
+    "tf2_msgs",
+    "trajectory_msgs",
+}
+OWN = {"hybrid_dynamics_benchmarks", "hybrid_dynamics_cli", "hybrid_dynamics_core", "hybrid_dynamics_ros"}
+OPTIONAL = {  # extras: imported where they are used, with a message that says what to install
+    "backports",
+    "compression",
+    "distributed",
+    "llvmlite",
+    "lz4",
+    "matplotlib",
+    "pyarrow",
+    "rosbags",
+    "zstandard",
+}
+
+
+def manifest(folder: str) -> ElementTree.Element:
+    return ElementTree.parse(ROOT / folder / "package.xml").getroot()
+
+
+def keys(folder: str, *kinds: str) -> set[str]:
+    """What the manifest of a package names."""
+    found = {(element.tag, element.text or "") for element in manifest(folder) if element.tag.endswith("depend")}
+    return {key for tag, key in found if not kinds or tag in kinds}
+
+
+@pytest.mark.parametrize("folder", [".", "msg_defs"])
+def test_every_key_exists(folder: str) -> None:
+    assert keys(folder) <= set(SYSTEM) | JAZZY | {"hybrid_dynamics_msgs"}
+
+
+@pytest.mark.parametrize("folder", [".", "msg_defs"])
+def test_what_bloom_asks_of_a_manifest_is_there(folder: str) -> None:
+    """Format 3, one line of description, somebody to write to, a licence."""
+    root = manifest(folder)
+    assert root.get("format") == "3"
+    assert "\n" not in (root.findtext("description") or "\n")
+    assert "@" in (root.find("maintainer").get("email") or "")
+    assert root.findtext("license") == "Apache-2.0"
+    assert (ROOT / folder / "CHANGELOG.rst").is_file()
+
+
+def imported(folder: Path) -> Iterator[str]:
+    """Names of what the modules below a folder import from elsewhere."""
+    for path in folder.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom) and not node.level:
+                names = [node.module or ""]
+            yield from (name.partition(".")[0] for name in names)
+
+
+@pytest.mark.parametrize("folder", ["hybrid_dynamics_cli", "hybrid_dynamics_core", "hybrid_dynamics_ros", "launch"])
+def test_what_is_imported_is_named(folder: str) -> None:
+    named = {SYSTEM.get(key, key) for key in keys(".", "depend", "exec_depend")}
+    others = set(imported(ROOT / folder)) - set(sys.stdlib_module_names) - OWN - OPTIONAL
+    assert others <= named
