@@ -16,6 +16,7 @@ EXTRAS = {
     "bag": ["click", "lz4", "rosbags>=0.11"],  # rosbags brings zstd
     "dask": ["distributed"],
     "parquet": ["pyarrow"],
+    "view": ["viser>=1.1"],
     # ROS 2 Jazzy from PyPI, for machines without a ROS installation. Always the ros-jazzy-* names: the others
     # resolve to newer distributions. The extra fastrtps brings the middleware.
     # The interfaces come from this repository: pip install ./msg_defs ".[ros]"

@@ -19,6 +19,7 @@ VERBS = {  # in the order in which they are shown: name -> module
     "fd": "forward_dynamics",
     "simulate": "simulate",
     "branches": "branches",
+    "view": "view",
     "export": "export",
     "bag": "bag",
     "benchmark": "benchmark",
