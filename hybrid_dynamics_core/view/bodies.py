@@ -9,11 +9,11 @@ from typing import Final, Literal
 import numpy as np
 
 from ..description.model import Array
-from ..drawing.attach import attach, rail
+from ..drawing.attach import Cylinder, attach, rail
 from ..drawing.groups import Group, group_joints
 from ..drawing.marks import base_marks, link_colours, solid_marks
 from ..drawing.parts import Part
-from ..drawing.skeleton import Pose, Skeleton, link_poses, place
+from ..drawing.skeleton import PlacedJoint, Pose, Skeleton, link_poses, place
 from ..drawing.style import INK, QUIET, RED, mix
 from ..drawing.symbols import Stroke
 from ..drawing.view import choose_view
@@ -54,14 +54,28 @@ class Span:
 
 
 @dataclass(frozen=True, eq=False)
+class Anchor:
+    """Where the name and the effort of a joint are shown: a point and the joint's axis (3,) in the axes of a link."""
+
+    link: str
+    point: Array
+    axis: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Shape:
-    """All that is seen of a robot. `unit`: radius of a joint [m]; `points` (k, 3): what a camera has to show."""
+    """All that is seen of a robot; `anchors` by joint.
+
+    unit: radius of a joint [m]. size: of the robot [m]. points: (k, 3) what a camera has to show.
+    """
 
     robot: Robot
+    home: ClosedState
     tree: Tree
     skeleton: Skeleton
     bodies: tuple[Body, ...]
     spans: tuple[Span, ...]
+    anchors: Mapping[str, Anchor]
     unit: float
     size: float
     points: Array
@@ -77,7 +91,7 @@ def shape_of(robot: Robot, state: ClosedState) -> Shape:
     tree = build_tree(robot.description)
     groups = group_joints(skeleton)
     attached = attach(skeleton, groups)
-    cylinders = {c.joint.name for what in attached.values() for c in what.barrels}
+    cylinders = {c.joint.name: c for what in attached.values() for c in what.barrels}
     rails = [rail(g.first) for g in groups if g.kind == "prismatic" and g.first.name not in cylinders]
     points = np.vstack([skeleton.points, *rails])
     size = max(float(np.linalg.norm(np.ptp(points, axis=0))), SMALLEST)
@@ -90,7 +104,8 @@ def shape_of(robot: Robot, state: ClosedState) -> Shape:
     for group in groups:
         if group.kind == "carrier":
             maker.carrier(group)
-    return Shape(robot, tree, skeleton, tuple(maker.bodies), tuple(maker.spans), unit, size, points)
+    anchors = {joint.name: maker.anchor(joint, cylinders.get(joint.name)) for joint in skeleton.joints}
+    return Shape(robot, state, tree, skeleton, tuple(maker.bodies), tuple(maker.spans), anchors, unit, size, points)
 
 
 def poses_of(robot: Robot, tree: Tree, state: ClosedState) -> dict[str, Pose]:
@@ -156,6 +171,12 @@ class _Maker:
         names = tuple(joint.name for joint in group.joints)
         self.spans.append(Span("joint", names, links, points, 0.12 * self.unit, mix(QUIET, "#ffffff", 0.4)))
 
+    def anchor(self, joint: PlacedJoint, cylinder: Cylinder | None) -> Anchor:
+        """At the mouth of a barrel, on what slides, or at a hinge."""
+        link = joint.parent if cylinder is not None or joint.type == "revolute" else joint.child
+        point = joint.point if cylinder is None else cylinder.mouth
+        return Anchor(link, self.local(link, point), np.asarray(self.poses[link][0].T @ joint.axis))
+
     def local(self, link: str, point: Array) -> Array:
         rotation, origin = self.poses[link]
         return np.asarray(rotation.T @ (point - origin))
@@ -179,7 +200,7 @@ class _Maker:
         if names[0] == self.skeleton.base:
             return "#9aa5b1"
         colour = self.colours[names[0]]
-        return "#4a5a6a" if colour == INK else mix(colour, "#ffffff", 0.12)
+        return mix(INK, "#ffffff", 0.28) if colour == INK else mix(colour, "#ffffff", 0.12)
 
 
 def mesh_of(part: Part) -> Mesh:

@@ -15,15 +15,19 @@ from ..drawing.view import choose_view
 FIELD: Final = np.radians(32.0)  # of view, from top to bottom: narrow, so that parallel bars look parallel
 ASIDE: Final = np.radians(28.0)  # how far the camera stands aside of the plane's normal, of a planar mechanism
 ABOVE: Final = np.radians(20.0)
-ROOM: Final = 1.12  # round the robot
+ROOM: Final = 1.22  # round the robot
 
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """`position` and `look_at` (3,) in base axes [m]; `field` of view from top to bottom [rad]."""
+    """`position` and `look_at` (3,) in base axes [m]; what it has to show is within `radius` of `look_at` [m].
+
+    field: of view from top to bottom [rad].
+    """
 
     position: Array
     look_at: Array
+    radius: float
     field: float = float(FIELD)
 
 
@@ -46,7 +50,7 @@ def camera_for(skeleton: Skeleton, points: Array) -> Camera:
     low, high = points.min(axis=0), points.max(axis=0)
     middle = 0.5 * (low + high)
     radius = max(float(np.linalg.norm(points - middle, axis=1).max()), 0.05)
-    return Camera(middle + ROOM * radius / np.sin(0.5 * FIELD) * toward, middle)
+    return Camera(middle + ROOM * radius / np.sin(0.5 * FIELD) * toward, middle, radius)
 
 
 def floor_under(points: Array, unit: float) -> Floor:

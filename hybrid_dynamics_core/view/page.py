@@ -15,7 +15,6 @@ from .session import Efforts, Session
 
 NEAR: Final = 0.1  # distance to a singularity below which the bar warns
 TOO_NEAR: Final = 0.03
-EFFORT: Final = "#e0a100"
 _STYLE: Final = f"""<style>
 .hd {{ font: 12.5px/1.55 system-ui, sans-serif; padding: 0.1em 0.9em 0.4em; color: {INK}; }}
 .hd td {{ padding: 0 0.9em 0 0; }} .hd .q {{ color: {QUIET}; }} .hd .n {{ text-align: right; }}
@@ -50,7 +49,7 @@ def efforts_html(robot: Robot, efforts: Efforts) -> str:
     rows = ["<td></td><td></td><td class='n q'>model</td><td></td><td class='n q'>recorded</td>"] if recorded else []
     for name, value, share in zip(efforts.joints, efforts.values.tolist(), efforts.shares(robot), strict=True):
         unit = "N m" if robot.joint_types[name] == "revolute" else "N"
-        cells = [f"<td>{escape(name)}</td><td>{bar(0.5, 0.5 * share, EFFORT)}</td>"]
+        cells = [f"<td>{escape(name)}</td><td>{bar(0.5, 0.5 * share, RED)}</td>"]
         cells.append(f"<td class=n>{number(value)}</td><td class=q>{unit}</td>")
         cells += [f"<td class=n>{number(recorded[name])}</td>"] if name in recorded else []
         rows.append("".join(cells))

@@ -11,14 +11,13 @@ from scipy.spatial.transform import Rotation
 
 from ..description.model import Array
 from ..drawing.skeleton import Pose
-from ..drawing.style import PURPLE, QUIET
+from ..drawing.style import PURPLE, QUIET, RED
 from ..state import ClosedState
 from . import meshes
 from .bodies import Shape, Span, span_pose
 from .camera import camera_for, floor_under
 from .session import Efforts
 
-FORCE: Final = "#e0a100"  # arrows of efforts
 LONGEST: Final = 0.2  # of the size of the robot: the arrow of the largest force
 FAINT: Final = 0.02  # share of the largest effort below which there is no arrow
 
@@ -88,8 +87,9 @@ class Stage:
     def _add_names(self) -> None:
         description, unit = self.shape.robot.description, self.shape.unit
         for name in self.shape.robot.active:
-            path = node("links", description.joints[name].child, f"name {name}")
-            self.scene.add_label(path, name, anchor="bottom-left", font_screen_scale=1.1)
+            anchor = self.shape.anchors[name]
+            path = node("links", anchor.link, f"name {name}")
+            self.scene.add_label(path, name, position=anchor.point, anchor="bottom-left", font_screen_scale=1.1)
         tip = self.shape.skeleton.tip
         frame = description.frames.get(tip.name)
         local = (np.eye(3), np.zeros(3)) if frame is None else (frame.rotation, frame.translation)
@@ -133,11 +133,10 @@ class Stage:
 
     def _add_gravity(self, direction: Array, strength: float) -> None:
         shape = self.shape
-        low, high = shape.points.min(axis=0), shape.points.max(axis=0)
         away = self.camera.look_at - self.camera.position
         side = np.cross(away, (0.0, 0.0, 1.0))
         side /= max(float(np.linalg.norm(side)), 1e-9)
-        place = 0.5 * (low + high) - 0.62 * shape.size * side
+        place = self.camera.look_at - 0.95 * self.camera.radius * side
         length = 0.14 * shape.size
         mesh = meshes.arrow(0.045)
         self.scene.add_mesh_simple(
@@ -152,22 +151,18 @@ class Stage:
         self.scene.add_label("/gravity/name", f"g  {strength:.4g} m/s²", anchor="bottom-center")
 
     def _add_arrow(self, name: str) -> tuple[viser.MeshHandle, Array, Array]:
-        """An arrow of effort on the child of a joint, at first unseen: handle, place and axis in the child's axes."""
-        shape = self.shape
-        joint = shape.robot.description.joints[name]
-        revolute = joint.type == "revolute"
-        mesh = meshes.turn_arrow(0.09) if revolute else meshes.arrow(0.012)
-        handle = self.scene.add_mesh_simple(
-            node("links", joint.child, f"effort {name}"), mesh.vertices, mesh.faces, color=rgb(FORCE), visible=False
-        )
-        axis = np.asarray(joint.axis, dtype=float)
+        """An arrow of effort, at first unseen: handle, place and axis in the axes of its link."""
+        shape, anchor = self.shape, self.shape.anchors[name]
+        revolute = shape.robot.joint_types[name] == "revolute"
+        mesh = meshes.turn_arrow(0.09) if revolute else meshes.arrow(0.008)
+        path = node("links", anchor.link, f"effort {name}")
+        handle = self.scene.add_mesh_simple(path, mesh.vertices, mesh.faces, color=rgb(RED), visible=False)
         if revolute:
-            return handle, np.zeros(3), axis
-        rotation, _ = self.shape.poses(shape.robot.close(shape.robot.reference))[joint.child]
-        away = rotation.T @ (self.camera.position - self.camera.look_at)
-        aside = np.cross(axis, away)
+            return handle, anchor.point, anchor.axis
+        rotation, _ = shape.poses(shape.home)[anchor.link]
+        aside = np.cross(anchor.axis, rotation.T @ (self.camera.position - self.camera.look_at))
         aside /= max(float(np.linalg.norm(aside)), 1e-9)
-        return handle, 3.2 * shape.unit * aside, axis
+        return handle, anchor.point + 2.6 * shape.unit * aside, anchor.axis
 
 
 def node(*parts: str) -> str:

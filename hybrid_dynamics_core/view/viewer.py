@@ -6,6 +6,8 @@ import errno
 import socket
 import threading
 import time
+from contextlib import redirect_stdout
+from io import StringIO
 from typing import Final
 
 import viser
@@ -38,7 +40,8 @@ class Viewer:
         shape = shape_of(robot, self.session.home)
         self._wishes: dict[str, Wish] = {}
         self._awake = threading.Condition()
-        self.server = viser.ViserServer(host=host, port=self.port, label=robot.name, verbose=False)
+        with redirect_stdout(StringIO()):  # viser's own greeting
+            self.server = viser.ViserServer(host=host, port=self.port, label=robot.name, verbose=False)
         self.server.gui.configure_theme(
             show_logo=False, show_share_button=False, dark_mode=False, brand_color=rgb(RED), control_width="large"
         )
@@ -101,7 +104,8 @@ class Viewer:
 
     def close(self) -> None:
         """Close the port."""
-        self.server.stop()
+        with redirect_stdout(StringIO()):
+            self.server.stop()
 
 
 def free_port(host: str, port: int) -> int:
