@@ -23,7 +23,17 @@ settings.load_profile("project")
 
 
 # folders whose robots are met once
-UNCOMPILED = ("agreement", "description", "docs", "drawing", "export", "generated", "hard_cases", "identification")
+UNCOMPILED = (
+    "agreement",
+    "description",
+    "docs",
+    "drawing",
+    "export",
+    "generated",
+    "hard_cases",
+    "identification",
+    "view",
+)
 COMPILED = ("excavator", "five_bar", "forging_chu2020")  # of the robots of tests/laws
 PROCESSES = ("demo", "packaging", "ros")  # folders whose tests start processes: one after the other
 

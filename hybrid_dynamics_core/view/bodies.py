@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
 
 from ..description.model import Array
-from ..drawing.attach import Cylinder, attach, rail
+from ..drawing.attach import Attached, Cylinder, attach, rail
 from ..drawing.groups import Group, group_joints
 from ..drawing.marks import base_marks, link_colours, solid_marks
 from ..drawing.parts import Part
@@ -43,7 +43,10 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class Span:
-    """What reaches from a point of one link to a point of another, each (3,) in the axes of its link [m]: a rod."""
+    """What reaches from a point of one link to a point of another, each (3,) in the axes of its link [m]: a rod.
+
+    along: its direction in the axes of the first link, where that is always the same.
+    """
 
     kind: Kind
     names: tuple[str, ...]
@@ -51,6 +54,7 @@ class Span:
     points: tuple[Array, Array]
     radius: float
     colour: str
+    along: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +94,7 @@ def shape_of(robot: Robot, state: ClosedState) -> Shape:
     skeleton = place(robot, state)
     tree = build_tree(robot.description)
     groups = group_joints(skeleton)
-    attached = attach(skeleton, groups)
+    attached = {link: _within_limits(robot, state, what) for link, what in attach(skeleton, groups).items()}
     cylinders = {c.joint.name: c for what in attached.values() for c in what.barrels}
     rails = [rail(g.first) for g in groups if g.kind == "prismatic" and g.first.name not in cylinders]
     points = np.vstack([skeleton.points, *rails])
@@ -116,9 +120,25 @@ def poses_of(robot: Robot, tree: Tree, state: ClosedState) -> dict[str, Pose]:
 def span_pose(span: Span, poses: Mapping[str, Pose]) -> tuple[Array, Array, float]:
     """Rotation (3, 3) with z along a span, its start (3,) and its length [m]."""
     start, end = (poses[link][0] @ point + poses[link][1] for link, point in zip(span.links, span.points, strict=True))
+    if span.along is not None:
+        along = poses[span.links[0]][0] @ span.along
+        return meshes.frame_along(along), start, max(float((end - start) @ along), 0.0)
     length = float(np.linalg.norm(end - start))
-    rotation = meshes.frame_along(end - start) if length > 1e-12 else np.eye(3)
-    return rotation, start, length
+    return meshes.frame_along(end - start) if length > 0.0 else np.eye(3), start, length
+
+
+def _within_limits(robot: Robot, state: ClosedState, what: Attached) -> Attached:
+    """Barrels short enough for the whole stroke."""
+    lower, upper = (dict(zip(robot.active, ends.tolist(), strict=True)) for ends in robot.limits.T)
+
+    def limited(cylinder: Cylinder) -> Cylinder:
+        joint, value = cylinder.joint, float(state.s[robot.coordinates.index(cylinder.joint.name)])
+        outward = float(cylinder.along @ joint.axis) > 0.0
+        end = lower.get(joint.name, joint.limits[0]) if outward else upper.get(joint.name, joint.limits[1])
+        shortest = float(np.linalg.norm(cylinder.end - cylinder.foot)) - abs(value - end)
+        return replace(cylinder, shortest=shortest) if shortest > 0.0 else cylinder
+
+    return replace(what, barrels=[limited(c) for c in what.barrels], rods=[limited(c) for c in what.rods])
 
 
 class _Maker:
@@ -156,7 +176,8 @@ class _Maker:
         kind, names = self.owner(part)
         links = (part.links[1], part.links[0])
         points = tuple(self.local(link, point) for link, point in zip(links, part.points, strict=True))
-        self.spans.append(Span(kind, names, links, (points[0], points[1]), part.radius, STEEL))
+        along = None if part.axis is None else np.asarray(self.poses[links[0]][0].T @ part.axis)
+        self.spans.append(Span(kind, names, links, (points[0], points[1]), part.radius, STEEL, along))
 
     def owner(self, part: Part) -> tuple[Kind, tuple[str, ...]]:
         kind, _, name = part.owner.partition(":")

@@ -14,6 +14,7 @@ from ..description.effects import Payload
 from ..description.model import Array
 from ..errors import HybridDynamicsError, StateError
 from ..robot import Robot
+from ..state import ClosedState
 from .motion import Motion
 
 SAME: Final = 1e-6  # [rad or m] configurations nearer than this are one
@@ -62,7 +63,11 @@ class Session:
 
     def reset(self) -> None:
         """Back to the reference, on the robot's own assembly mode."""
-        self.state, self.problem, self.sample = self.home, "", None
+        self.take_state(self.home)
+
+    def take_state(self, state: ClosedState) -> None:
+        """Jump to a closed state."""
+        self.state, self.problem, self.sample = state, "", None
 
     def show_sample(self, index: int) -> None:
         """The state of one sample of the motion."""
@@ -75,7 +80,7 @@ class Session:
 
     def take_mode(self, mode: AssemblyMode) -> None:
         """Jump to another assembly mode at the same active coordinates."""
-        self.state, self.problem, self.sample = mode.state, "", None
+        self.take_state(mode.state)
 
     def present(self, modes: Sequence[AssemblyMode]) -> int | None:
         """Which of the modes the present state is."""

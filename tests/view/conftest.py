@@ -1,0 +1,30 @@
+"""Viewers of robots, without a browser: each listens at a free port."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.view import open_viewer
+from hybrid_dynamics_core.view.motion import Motion
+from hybrid_dynamics_core.view.viewer import Viewer
+
+pytest.importorskip("viser", reason="viser, the extra `view`, is not installed")
+
+Opened = Callable[..., Viewer]
+
+
+@pytest.fixture
+def opened() -> Iterator[Opened]:
+    """Opens viewers, and closes them after the test."""
+    viewers: list[Viewer] = []
+
+    def open_one(robot: Robot, motion: Motion | None = None) -> Viewer:
+        viewers.append(open_viewer(robot, motion, port=0))
+        return viewers[-1]
+
+    yield open_one
+    for viewer in viewers:
+        viewer.close()

@@ -1,0 +1,106 @@
+"""What the scene holds, without a browser: every link, joint and loop, where the model says that it is."""
+
+from __future__ import annotations
+
+import functools
+from itertools import chain
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from hybrid_dynamics_core import Robot, load, shipped_robots
+from hybrid_dynamics_core.drawing.skeleton import place
+from hybrid_dynamics_core.view.bodies import shape_of, span_pose
+from tests.robots import random_states
+
+from .conftest import Opened
+
+SENT = 2e-5  # relative: viser does not send a pose that differs by less than 1e-5 from the one before
+FLOAT = 1e-6  # of the size of the robot: rounding of meshes, which is far below what a screen shows
+
+
+@pytest.fixture(params=shipped_robots())
+def robot(request: pytest.FixtureRequest) -> Robot:
+    """Each shipped robot in turn."""
+    return loaded(request.param)
+
+
+loaded = functools.cache(load)
+
+
+def test_every_link_joint_and_loop_is_seen(robot: Robot) -> None:
+    shape = shape_of(robot, robot.close(robot.reference))
+    shown: dict[str, set[str]] = {kind: set() for kind in ("link", "joint", "closure")}
+    for piece in chain(shape.bodies, shape.spans):
+        shown[piece.kind] |= set(piece.names)
+    assert shown["joint"] == set(robot.coordinates)
+    assert shown["closure"] == {closure.name for closure in robot.description.closures}
+    assert shown["link"] >= set(robot.description.links)
+
+
+def test_links_stand_where_forward_kinematics_says(robot: Robot, opened: Opened) -> None:
+    viewer = opened(robot)
+    for state in random_states(robot.name, 2):
+        viewer.session.take_state(state)
+        viewer.show()
+        for link in robot.description.links:
+            pose = robot.forward_kinematics(state, link)
+            handle = viewer.stage.links[link]
+            assert handle.position == pytest.approx(pose.position, rel=SENT, abs=1e-7)
+            turned = Rotation.from_quat(handle.wxyz[[1, 2, 3, 0]]).inv() * Rotation.from_matrix(pose.rotation)
+            assert turned.magnitude() < 1e-4  # [rad] four components, each to SENT
+
+
+def test_joints_and_pins_hold_their_links_together(robot: Robot) -> None:
+    """The middle of each hinge, ball and pin, which moves with one link, is on the other one too."""
+    shape = shape_of(robot, robot.close(robot.reference))
+    state = random_states(robot.name, 1)[0]
+    poses, skeleton = shape.poses(state), place(robot, state)
+    points = {joint.name: joint.point for joint in skeleton.joints if joint.type == "revolute"}
+    points |= {closure.name: closure.points[1] for closure in skeleton.closures}
+    checked = set()
+    for body in shape.bodies:
+        for name in points.keys() & set(body.names) if body.kind != "link" else ():
+            rotation, origin = poses[body.link]
+            middle = 0.5 * (body.mesh.vertices.min(axis=0) + body.mesh.vertices.max(axis=0))
+            assert rotation @ middle + origin == pytest.approx(points[name], abs=FLOAT * shape.size)
+            checked.add(name)
+    assert checked == set(points) - {name for span in shape.spans for name in span.names}
+
+
+def test_rods_slide_in_their_barrels(robot: Robot) -> None:
+    """A rod ends on its own link, and grows by what its joint does."""
+    home = robot.close(robot.reference)
+    shape = shape_of(robot, home)
+    state = random_states(robot.name, 1)[0]
+    slides = {j.child: j.name for j in robot.description.joints.values() if j.type == "prismatic"}
+    for span in (span for span in shape.spans if span.kind == "link"):
+        k = robot.coordinates.index(slides[span.names[0]])
+        before, after = (span_pose(span, shape.poses(s))[2] for s in (home, state))
+        assert abs(after - before) == pytest.approx(abs(state.s[k] - home.s[k]), abs=FLOAT * shape.size)
+        rotation, origin = shape.poses(state)[span.links[1]]
+        turned, start, length = span_pose(span, shape.poses(state))
+        end = rotation @ span.points[1] + origin
+        assert start + length * turned[:, 2] == pytest.approx(end, abs=FLOAT * shape.size)
+
+
+def test_meshes_are_closed_and_turned_outward(robot: Robot) -> None:
+    """The volume that the triangles enclose is positive, and their areas as vectors cancel."""
+    for body in shape_of(robot, robot.close(robot.reference)).bodies:
+        a, b, c = (body.mesh.vertices[body.mesh.faces[:, k]] for k in range(3))
+        areas = np.cross(b - a, c - a)
+        assert np.einsum("ij,ij->", a - body.mesh.vertices.mean(axis=0), areas) > 0.0, body.names
+        assert np.abs(areas.sum(axis=0)).max() < 1e-9 * np.abs(areas).sum(), body.names  # rounding
+
+
+def test_the_camera_sees_the_whole_robot(robot: Robot, opened: Opened) -> None:
+    stage = opened(robot).stage
+    camera, shape = stage.camera, stage.shape
+    ahead = (camera.look_at - camera.position) / np.linalg.norm(camera.look_at - camera.position)
+    away = shape.points - camera.position
+    angles = np.arccos(np.clip(away @ ahead / np.linalg.norm(away, axis=1), -1.0, 1.0))
+    assert angles.max() < 0.5 * camera.field
+    assert angles.max() > 0.1 * camera.field
+    assert camera.position[2] > stage.floor.level
+    assert shape.points[:, 2].min() > stage.floor.level
