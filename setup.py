@@ -37,10 +37,12 @@ EXTRAS = {
         "mcap",
         "mujoco",
         "pin",
+        "playwright",
         "pytest",
         "pytest-timeout",
         "pytest-xdist",
         "rosbags>=0.11",
+        "viser>=1.1",
     ],
     "dev": ["import-linter", "mypy", "ruff", "types-PyYAML", "types-jsonschema"],
     "colcon": [

@@ -32,7 +32,7 @@ SOFTWARE = (
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
     "--ignore-gpu-blocklist",
-    "--disable-gpu-compositing",  # pictures of the page would wait for frames that pile up
+    "--in-process-gpu",  # else frames pile up, and a picture of the page waits for them
 )
 
 

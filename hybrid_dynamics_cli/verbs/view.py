@@ -13,13 +13,13 @@ import numpy as np
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.errors import InputError
 
+from ..bags.common import LOST, tell_losses
 from ..parameters import loaded, robot_argument
 from .bag import missing
 
 if TYPE_CHECKING:
     from hybrid_dynamics_core.view.motion import Motion
 
-LOST = 3  # exit code: done, but something of the recording could not be read
 FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 
 EPILOG = """\b
@@ -71,13 +71,12 @@ def command(
     losses: list[str] = []
     try:
         machine, motion, losses = what_to_show(robot, trajectory, bag, topic)
-        viewer = open_viewer(machine, motion, host=host, port=port)
-        click.echo(f"{machine.name}: {viewer.url} (end with Ctrl-C)")
-        for loss in losses:
-            click.echo(f"lost: {loss}", err=True)
-        if browser:
-            webbrowser.open(viewer.url)
-        viewer.run()
+        with open_viewer(machine, motion, host=host, port=port) as viewer:
+            click.echo(f"{machine.name}: {viewer.url} (end with Ctrl-C)")
+            tell_losses(losses)
+            if browser:
+                webbrowser.open(viewer.url)
+            viewer.run()
     except KeyboardInterrupt:
         click.echo("ended")
     if losses:

@@ -22,7 +22,7 @@ __all__ = ["open_viewer", "view"]
 
 
 def open_viewer(robot: Robot, motion: Motion | None = None, *, host: str = "localhost", port: int = 8080) -> Viewer:
-    """A viewer that listens at host:port (0: any free port); its `run` serves until KeyboardInterrupt.
+    """A viewer that listens at host:port (0: any free port), to be used in a `with`; `run` serves until interrupted.
 
     motion: to be played back, from `motion_of` or a recording.
     Raises InputError where the port cannot be had, MissingPackageError without viser.
@@ -38,11 +38,11 @@ def open_viewer(robot: Robot, motion: Motion | None = None, *, host: str = "loca
 
 def view(robot: Robot, motion: Motion | None = None, *, host: str = "localhost", port: int = 8080) -> None:
     """Show a robot in the browser until KeyboardInterrupt; as `open_viewer`."""
-    viewer = open_viewer(robot, motion, host=host, port=port)
     import webbrowser  # noqa: PLC0415  slow to import
 
-    webbrowser.open(viewer.url)
-    try:
-        viewer.run()
-    except KeyboardInterrupt:
-        return
+    with open_viewer(robot, motion, host=host, port=port) as viewer:
+        webbrowser.open(viewer.url)
+        try:
+            viewer.run()
+        except KeyboardInterrupt:
+            return

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Final
 
@@ -11,6 +11,7 @@ import numpy as np
 from ..assembly import AssemblyMode
 from ..drawing.style import GREEN, GRID, INK, ORANGE, QUIET, RED
 from ..robot import Robot
+from ..state import ClosedState
 from .session import Efforts, Session
 
 NEAR: Final = 0.1  # distance to a singularity below which the bar warns
@@ -26,19 +27,24 @@ _STYLE: Final = f"""<style>
 
 
 def state_html(session: Session) -> str:
-    """End effector, residual, distance to a singularity, assembly modes."""
+    """End effector, residual, distance to a singularity."""
     robot, state = session.robot, session.state
-    place = zip("xyz", robot.forward_kinematics(state).position.tolist(), strict=True)
+    place = zip("xyz", np.round(robot.forward_kinematics(state).position, 4).tolist(), strict=True)
     margin = float(state.singularity)
     colour = RED if margin < TOO_NEAR else ORANGE if margin < NEAR else GREEN
     where = f" <span class=q>{escape(str(state.singular_loop))}</span>" if state.loops else ""
     rows = [
-        (robot.end_effector, "&ensp;".join(f"<span class=q>{axis}</span> {v:.4f}" for axis, v in place) + " m"),
+        (robot.end_effector, "&ensp;".join(f"<span class=q>{axis}</span> {v + 0.0:.4f}" for axis, v in place) + " m"),
         ("residual", f"{float(np.asarray(state.residual)):.1e}"),
         ("to a singularity", f"{bar(0.0, margin, colour)} {margin:.3f}{where}"),
-        *((loop, escape(mode)) for loop, mode in state.branch.items()),
     ]
     return table([f"<td class=q>{escape(str(told))}</td><td class=v>{value}</td>" for told, value in rows])
+
+
+def modes_html(state: ClosedState) -> str:
+    """The assembly mode of each loop."""
+    cells = "<td class=q style='overflow-wrap:anywhere'>{}</td><td class=v>{}</td>"
+    return table([cells.format(escape(loop), escape(mode)) for loop, mode in state.branch.items()])
 
 
 def efforts_html(robot: Robot, efforts: Efforts) -> str:
@@ -74,11 +80,14 @@ def problem_html(problem: str) -> str:
     return f"{_STYLE}<div class='hd hd-no'><b>The last pose stays.</b><br>{escape(problem)}</div>" if problem else ""
 
 
-def mode_labels(modes: Sequence[AssemblyMode]) -> list[str]:
-    """A name for each assembly mode: what tells it from the others."""
-    loops = [loop for loop in modes[0].branch if len({mode.branch.get(loop) for mode in modes}) > 1] if modes else []
-    labels = [", ".join(f"{loop} {mode.branch[loop]}" for loop in loops) for mode in modes]
-    return [f"{k + 1}: {label or 'the only one here'}" for k, label in enumerate(labels)]
+def mode_labels(modes: Sequence[AssemblyMode], own: Mapping[str, str]) -> list[str]:
+    """A name for each assembly mode: in what it differs from the robot's own."""
+    several = len({loop for mode in modes for loop, name in mode.branch.items() if name != own.get(loop)}) > 1
+    labels = []
+    for mode in modes:
+        others = [(loop, name) for loop, name in mode.branch.items() if name != own.get(loop)]
+        labels.append(", ".join(f"{loop} {name}" if several else name for loop, name in others))
+    return [f"{k + 1}: {label or 'the robot’s own'}" for k, label in enumerate(labels)]
 
 
 def number(value: float) -> str:

@@ -47,6 +47,8 @@ class Panel:
         self._problem.visible = bool(problem)
         self._problem.content = page.problem_html(problem)
         self._state.content = page.state_html(self.session)
+        self._modes.content = page.modes_html(self.session.state)
+        put(self._payload, self.session.payload)
         self._efforts.content = page.efforts_html(self.session.robot, efforts)
         self.stale = bool(self.session.state.loops)
         if not problem:
@@ -63,7 +65,7 @@ class Panel:
     def list_modes(self) -> None:
         """Look for the assembly modes at the present coordinates."""
         self.modes, self.stale = self.session.modes(), False
-        self.labels = page.mode_labels(self.modes)
+        self.labels = page.mode_labels(self.modes, self.session.home.branch)
         present = self.session.present(self.modes)
         self._mode.options = tuple(self.labels) or ("none",)
         if present is not None:
@@ -109,6 +111,7 @@ class Panel:
     def _add_modes(self) -> None:
         with self.gui.add_folder("Assembly mode", visible=bool(self.session.state.loops)):
             self._mode = self.gui.add_dropdown("mode", ("1",))
+            self._modes = self.gui.add_html("")
 
         @self._mode.on_update
         def _(event: viser.GuiEvent[Any]) -> None:
@@ -131,12 +134,13 @@ class Panel:
         with self.gui.add_folder("Efforts of the drives"):
             self._efforts = self.gui.add_html("")
             most = round_value(0.5 * mass) if mass else 10.0
-            payload = self.gui.add_slider("payload [kg]", 0.0, most, most / 200.0, 0.0)
+            self._payload = self.gui.add_slider("payload [kg]", 0.0, most, most / 200.0, 0.0)
 
-        @payload.on_update
+        @self._payload.on_update
         def _(event: viser.GuiEvent[Any]) -> None:
-            value = float(event.target.value)
-            self.ask("payload", lambda: setattr(self.session, "payload", value))
+            if by_person(event):
+                value = float(event.target.value)
+                self.ask("payload", lambda: setattr(self.session, "payload", value))
 
 
 def on_round_steps(low: float, high: float) -> tuple[float, float, float]:

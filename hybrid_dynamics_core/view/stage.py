@@ -160,9 +160,11 @@ class Stage:
         if revolute:
             return handle, anchor.point, anchor.axis
         rotation, _ = shape.poses(shape.home)[anchor.link]
-        aside = np.cross(anchor.axis, rotation.T @ (self.camera.position - self.camera.look_at))
+        toward = rotation.T @ (self.camera.position - self.camera.look_at)
+        aside = np.cross(anchor.axis, toward)
         aside /= max(float(np.linalg.norm(aside)), 1e-9)
-        return handle, anchor.point + 2.6 * shape.unit * aside, anchor.axis
+        front = np.cross(aside, anchor.axis)
+        return handle, anchor.point + shape.unit * (1.9 * aside + 2.4 * front), anchor.axis
 
 
 def node(*parts: str) -> str:

@@ -28,7 +28,7 @@ REST: Final = 0.3  # [s] without a wish before the assembly modes are looked for
 
 
 class Viewer:
-    """A robot in the browser at http://host:port. `run` serves until it is interrupted."""
+    """A robot in the browser at http://host:port, while `run` works; a context manager that closes the port."""
 
     def __init__(self, robot: Robot, motion: Motion | None = None, host: str = "localhost", port: int = 8080) -> None:
         """Open the port. Raises InputError where it cannot be had."""
@@ -82,15 +82,12 @@ class Viewer:
         return bool(wishes)
 
     def run(self) -> None:
-        """Serve until KeyboardInterrupt, then close the port."""
-        try:
-            while True:
-                if self.panel.playback is not None and self.panel.playback.playing:
-                    self._play(self.panel.playback)
-                elif not self.step(REST if self.panel.stale else None):
-                    self.panel.list_modes()
-        finally:
-            self.close()
+        """Serve until KeyboardInterrupt, which is passed on."""
+        while True:
+            if self.panel.playback is not None and self.panel.playback.playing:
+                self._play(self.panel.playback)
+            elif not self.step(REST if self.panel.stale else None):
+                self.panel.list_modes()
 
     def _play(self, playback: Playback) -> None:
         last = time.monotonic()
@@ -101,6 +98,12 @@ class Viewer:
                 playback.tick(now - last)
                 self.show()
                 last = now
+
+    def __enter__(self) -> Viewer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def close(self) -> None:
         """Close the port."""
