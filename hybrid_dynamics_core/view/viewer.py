@@ -17,13 +17,13 @@ from ..errors import InputError
 from ..robot import Robot
 from .asking import Wish
 from .bodies import shape_of
+from .glide import Glide
 from .motion import Motion
 from .panel import Panel
-from .playback import Playback
 from .session import Session
 from .stage import Stage, rgb
 
-FRAME: Final = 1.0 / 40.0  # [s] between pictures of a playback
+FRAME: Final = 1.0 / 60.0  # [s] between pictures of what moves by itself
 REST: Final = 0.3  # [s] without a wish before the assembly modes are looked for
 
 
@@ -47,6 +47,7 @@ class Viewer:
         )
         self.server.gui.main_panel.dock_right()
         self.stage = Stage(self.server, shape)
+        self.glide = Glide(robot, self.session.state)
         self.panel = Panel(self.server, self.session, shape.size, self.ask)
         self.show()
         self.panel.list_modes()
@@ -62,10 +63,11 @@ class Viewer:
             self._wishes[key] = wish
             self._awake.notify()
 
-    def show(self) -> None:
-        """The present state, everywhere."""
+    def show(self, smoothly: bool = False) -> None:
+        """The present state, everywhere; `smoothly`: the picture follows within the next frames of `run`."""
         efforts = self.session.efforts()
-        self.stage.show(self.session.state)
+        self.glide.to(self.session.state, smoothly)
+        self.stage.show(self.glide.state)
         self.stage.show_efforts(efforts)
         self.panel.refresh(efforts)
 
@@ -78,26 +80,31 @@ class Viewer:
         for wish in wishes.values():
             wish()
         if wishes:
-            self.show()
+            self.show(smoothly=True)
         return bool(wishes)
 
     def run(self) -> None:
         """Serve until KeyboardInterrupt, which is passed on."""
-        while True:
-            if self.panel.playback is not None and self.panel.playback.playing:
-                self._play(self.panel.playback)
-            elif not self.step(REST if self.panel.stale else None):
-                self.panel.list_modes()
-
-    def _play(self, playback: Playback) -> None:
         last = time.monotonic()
-        while playback.playing:
-            self.step(max(last + FRAME - time.monotonic(), 0.0))
-            now = time.monotonic()
-            if now - last >= FRAME:
-                playback.tick(now - last)
-                self.show()
-                last = now
+        while True:
+            if self.panel.playing or self.glide.moving:
+                self.step(max(last + FRAME - time.monotonic(), 0.0))
+                now = time.monotonic()
+                if now - last >= FRAME:
+                    self._frame(now - last)
+                    last = now
+            else:
+                if not self.step(REST if self.panel.stale else None):
+                    self.panel.list_modes()
+                last = time.monotonic()
+
+    def _frame(self, elapsed: float) -> None:
+        if self.panel.playback is not None and self.panel.playing:
+            self.panel.playback.tick(elapsed)
+            self.show()
+        elif self.glide.moving:
+            self.glide.tick(elapsed)
+            self.stage.show(self.glide.state)
 
     def __enter__(self) -> Viewer:
         return self

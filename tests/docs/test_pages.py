@@ -14,6 +14,7 @@ PAGES = {  # and how many blocks each has at least
     "docs/performance.md": 1,
     "docs/dynamics.md": 9,
     "docs/figure_10.md": 2,
+    "docs/view.md": 1,
 }
 
 
@@ -48,6 +49,13 @@ def test_figure_10_is_made(tmp_path: Path) -> None:
     scope = run("docs/figure_10.md", tmp_path)
     assert scope["tau"].shape == (101, 4)
     assert (tmp_path / "figure_10.svg").stat().st_size > 10_000
+
+
+def test_the_view_opens() -> None:
+    pytest.importorskip("viser")
+    scope = run("docs/view.md", Path())
+    assert scope["viewer"].url.startswith("http://localhost:")
+    assert scope["viewer"].session.motion.duration == 2.0
 
 
 def test_dynamics_runs_and_does_what_it_says(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from hybrid_dynamics_core import InputError, Payload, Robot, load
 from hybrid_dynamics_core.control import JointTrajectory
+from hybrid_dynamics_core.view.glide import SPAN
 from hybrid_dynamics_core.view.motion import motion_of
 from hybrid_dynamics_core.view.page import efforts_html, mode_labels, modes_html, problem_html, state_html
 from hybrid_dynamics_core.view.panel import on_round_steps
@@ -150,6 +151,24 @@ def test_a_motion_that_leaves_its_range_is_refused_with_the_time(forging: Robot)
     end[1] = 0.9
     with pytest.raises(InputError, match=r"dig cannot be followed to its end: at 0\.\d+ s"):
         motion_of(forging, JointTrajectory.between(forging.reference, end, 1.0), "dig")
+
+
+def test_the_picture_glides_to_where_a_slider_was_moved(forging: Robot, opened: Opened) -> None:
+    viewer = opened(forging)
+    start, glide = viewer.session.state, viewer.glide
+    viewer.ask("move 1", lambda: viewer.panel._move(1, 0.2))
+    assert viewer.step(0.0)
+    shown = []
+    while glide.moving:
+        shown.append(float(glide.state.u[1]))
+        assert float(np.asarray(glide.state.residual)) < 1e-12  # closed at every moment, in closed form
+        viewer._frame(SPAN / 4)
+    assert shown == pytest.approx([0.1, 0.125, 0.15, 0.175])
+    assert glide.state is viewer.session.state
+    assert np.array_equal(start.u[[0, 2, 3]], glide.state.u[[0, 2, 3]])
+    viewer.session.move(np.add(start.u, [2.0, 0.0, 0.0, 0.0]))
+    viewer.show(smoothly=True)
+    assert not glide.moving  # far away: at once
 
 
 def test_what_a_person_does_in_the_page_moves_the_robot(forging: Robot, opened: Opened) -> None:
