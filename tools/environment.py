@@ -85,11 +85,15 @@ def main(venv: Path, purpose: str) -> None:
             run(step.title, [*PIP, *step.arguments], venv / "hybrid_dynamics_setup.log")
             stamp[step.title] = step.digest()
             stamp_file.write_text(json.dumps(stamp, indent=2), encoding="utf-8")
-    if (
-        purpose == "test"
-        and subprocess.run([sys.executable, str(ROOT / "tools" / "browser.py")], check=False).returncode
-    ):
-        print("The tests of the 3D view in a browser will look for an installed one, or be skipped", flush=True)
+    if purpose == "test":
+        bring_browser()
+
+
+def bring_browser() -> None:
+    """A headless browser for the 3D view, once. Its tests are skipped, with the reason, where it cannot be had."""
+    done = subprocess.run([sys.executable, str(ROOT / "tools" / "browser.py")], check=False)
+    if done.returncode:
+        print("  The 3D view is tested in an installed Chromium, or not in a browser at all", flush=True)
 
 
 def steps(purpose: str) -> Iterator[Step]:

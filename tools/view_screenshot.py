@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
+from PIL import Image  # comes with Matplotlib
 
 from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_core.control import JointTrajectory
@@ -25,15 +26,22 @@ from tools.browser import NoBrowserError, opened_page
 ROOT = Path(__file__).resolve().parents[1]
 WIDTH, HEIGHT = 1280, 800
 SETTLE = 4000  # [ms] until the light and the shadows are there
-LARGEST = 400_000  # bytes of a picture
+PATIENCE = 180_000  # [ms] rendering in software takes its time
+COLOURS = 256  # a third of the bytes, and no difference to the eye
+LARGEST = 200_000  # bytes of a picture
 
 
 @contextmanager
 def running(robot: Robot, motion: Motion | None = None) -> Iterator[Viewer]:
     """A viewer that works in a thread."""
     with open_viewer(robot, motion, port=0) as viewer:
-        threading.Thread(target=viewer.run, daemon=True).start()
-        yield viewer
+        work = threading.Thread(target=viewer.run)
+        work.start()
+        try:
+            yield viewer
+        finally:
+            viewer.end()
+            work.join()
 
 
 def take(robot: Robot, path: Path, change: Callable[[Viewer], None], motion: Motion | None = None) -> None:
@@ -41,7 +49,8 @@ def take(robot: Robot, path: Path, change: Callable[[Viewer], None], motion: Mot
     with running(robot, motion) as viewer, opened_page(viewer.url, WIDTH, HEIGHT) as page:
         viewer.ask("picture", lambda: change(viewer))
         page.wait_for_timeout(SETTLE)
-        page.screenshot(path=path)
+        page.screenshot(path=path, timeout=PATIENCE)
+    Image.open(path).convert("RGB").quantize(COLOURS).save(path, optimize=True)
     print(f"{path}: {path.stat().st_size} bytes")
     if path.stat().st_size > LARGEST:
         raise SystemExit(f"{path} is larger than {LARGEST} bytes")

@@ -43,8 +43,8 @@ def state_html(session: Session) -> str:
 
 def modes_html(state: ClosedState) -> str:
     """The assembly mode of each loop."""
-    cells = "<td class=q style='overflow-wrap:anywhere'>{}</td><td class=v>{}</td>"
-    return table([cells.format(escape(loop), escape(mode)) for loop, mode in state.branch.items()])
+    loops = [(escape(loop).replace("+", "+<wbr>"), escape(mode)) for loop, mode in state.branch.items()]
+    return table([f"<td class=q>{loop}</td><td class=v>{mode}</td>" for loop, mode in loops])
 
 
 def efforts_html(robot: Robot, efforts: Efforts) -> str:

@@ -29,10 +29,10 @@ class Panel:
         self._problem = self.gui.add_html("", visible=False)
         self.playback = None if session.motion is None else Playback(self.gui, session, session.motion, ask)
         self._add_sliders(slider_ranges(session.robot, session.home, size))
-        self._add_modes()
-        self._add_efforts()
         with self.gui.add_folder("State"):
             self._state = self.gui.add_html("")
+        self._add_efforts()
+        self._add_modes()
 
     @property
     def playing(self) -> bool:

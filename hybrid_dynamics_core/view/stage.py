@@ -144,6 +144,7 @@ class Stage:
             mesh.vertices,
             mesh.faces,
             color=rgb(QUIET),
+            cast_shadow=False,
             scale=length,
             wxyz=wxyz(meshes.frame_along(direction)),
             position=place,
@@ -156,7 +157,9 @@ class Stage:
         revolute = shape.robot.joint_types[name] == "revolute"
         mesh = meshes.turn_arrow(0.09) if revolute else meshes.arrow(0.008)
         path = node("links", anchor.link, f"effort {name}")
-        handle = self.scene.add_mesh_simple(path, mesh.vertices, mesh.faces, color=rgb(RED), visible=False)
+        handle = self.scene.add_mesh_simple(
+            path, mesh.vertices, mesh.faces, color=rgb(RED), cast_shadow=False, visible=False
+        )
         if revolute:
             return handle, anchor.point, anchor.axis
         rotation, _ = shape.poses(shape.home)[anchor.link]

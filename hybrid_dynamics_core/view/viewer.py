@@ -40,6 +40,7 @@ class Viewer:
         shape = shape_of(robot, self.session.home)
         self._wishes: dict[str, Wish] = {}
         self._awake = threading.Condition()
+        self._ended = False
         with redirect_stdout(StringIO()):  # viser's own greeting
             self.server = viser.ViserServer(host=host, port=self.port, label=robot.name, verbose=False)
         self.server.gui.configure_theme(
@@ -84,9 +85,9 @@ class Viewer:
         return bool(wishes)
 
     def run(self) -> None:
-        """Serve until KeyboardInterrupt, which is passed on."""
+        """Serve until `end`, or until KeyboardInterrupt, which is passed on."""
         last = time.monotonic()
-        while True:
+        while not self._ended:
             if self.panel.playing or self.glide.moving:
                 self.step(max(last + FRAME - time.monotonic(), 0.0))
                 now = time.monotonic()
@@ -105,6 +106,10 @@ class Viewer:
         elif self.glide.moving:
             self.glide.tick(elapsed)
             self.stage.show(self.glide.state)
+
+    def end(self) -> None:
+        """Let `run` return, from any thread."""
+        self.ask("end", lambda: setattr(self, "_ended", True))
 
     def __enter__(self) -> Viewer:
         return self

@@ -20,7 +20,7 @@ from tools.browser import NoBrowserError, opened_page
 
 ROOT = Path(__file__).resolve().parents[2]
 WIDTH, HEIGHT = 960, 480
-SCENE = 500  # [px] from the left: the rest is the panel
+SCENE = {"x": 0, "y": 0, "width": 500, "height": HEIGHT}  # [px] the rest is the panel
 PATIENCE = 60_000  # [ms] a machine may be loaded; nothing waits for this where all is well
 
 
@@ -49,7 +49,7 @@ def picture(page) -> np.ndarray:
     """The scene (h, w, 3) as the page shows it, 0 to 1."""
     from matplotlib.image import imread
 
-    return imread(BytesIO(page.screenshot(clip={"x": 0, "y": 0, "width": SCENE, "height": HEIGHT})))[..., :3]
+    return imread(BytesIO(page.screenshot(clip=SCENE, timeout=PATIENCE)))[..., :3]
 
 
 def coloured(image: np.ndarray, colour: str) -> int:
@@ -108,5 +108,5 @@ def look_and_move(page, forging: Robot, place: Path) -> None:
     page.get_by_text("The last pose stays.").wait_for(timeout=PATIENCE)
     assert page.get_by_text("theta_1", exact=False).count() > 1
     assert page.get_by_text(tip(u)).count() == 1
-    page.screenshot(path=place)
+    page.screenshot(path=place, timeout=PATIENCE)
     assert place.stat().st_size > 10_000  # bytes: a picture, not an empty page
