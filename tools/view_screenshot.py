@@ -50,7 +50,7 @@ def take(robot: Robot, path: Path, change: Callable[[Viewer], None], motion: Mot
         viewer.ask("picture", lambda: change(viewer))
         page.wait_for_timeout(SETTLE)
         page.screenshot(path=path, timeout=PATIENCE)
-    Image.open(path).convert("RGB").quantize(COLOURS).save(path, optimize=True)
+    Image.open(path).convert("RGB").quantize(COLOURS, kmeans=2).save(path, optimize=True)
     print(f"{path}: {path.stat().st_size} bytes")
     if path.stat().st_size > LARGEST:
         raise SystemExit(f"{path} is larger than {LARGEST} bytes")

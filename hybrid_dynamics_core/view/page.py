@@ -36,7 +36,7 @@ def state_html(session: Session) -> str:
     rows = [
         (robot.end_effector, "&ensp;".join(f"<span class=q>{axis}</span> {v + 0.0:.4f}" for axis, v in place) + " m"),
         ("residual", f"{float(np.asarray(state.residual)):.1e}"),
-        ("to a singularity", f"{bar(0.0, margin, colour)} {margin:.3f}{where}"),
+        ("singularity", f"{bar(0.0, margin, colour)} {margin:.3f}{where}"),
     ]
     return table([f"<td class=q>{escape(str(told))}</td><td class=v>{value}</td>" for told, value in rows])
 

@@ -19,8 +19,8 @@ from hybrid_dynamics_core.drawing.style import BLUE, GREEN, ORANGE
 from tools.browser import NoBrowserError, opened_page
 
 ROOT = Path(__file__).resolve().parents[2]
-WIDTH, HEIGHT = 960, 480
-SCENE = {"x": 0, "y": 0, "width": 500, "height": HEIGHT}  # [px] the rest is the panel
+WIDTH, HEIGHT = 820, 400
+SCENE = {"x": 0, "y": 0, "width": 420, "height": HEIGHT}  # [px] the rest is the panel
 PATIENCE = 60_000  # [ms] a machine may be loaded; nothing waits for this where all is well
 
 
