@@ -20,6 +20,7 @@ _STYLE: Final = f"""<style>
 .hd {{ font: 12.5px/1.55 system-ui, sans-serif; padding: 0.1em 0.9em 0.4em; color: {INK}; }}
 .hd td {{ padding: 0 0.9em 0 0; }} .hd .q {{ color: {QUIET}; }} .hd .n {{ text-align: right; }}
 .hd .n, .hd .v {{ font-variant-numeric: tabular-nums; white-space: nowrap; }}
+.hd .w {{ white-space: normal; }}
 .hd .bar {{ display: inline-block; position: relative; height: 0.65em; background: {GRID}; border-radius: 0.2em; }}
 .hd .bar i {{ position: absolute; top: 0; height: 100%; border-radius: 0.2em; }}
 .hd-no {{ background: #fdf0e7; border-left: 4px solid {RED}; margin: 0.3em 0.6em; padding: 0.5em 0.8em; }}
@@ -32,7 +33,7 @@ def state_html(session: Session) -> str:
     place = zip("xyz", np.round(robot.forward_kinematics(state).position, 4).tolist(), strict=True)
     margin = float(state.singularity)
     colour = RED if margin < TOO_NEAR else ORANGE if margin < NEAR else GREEN
-    where = f" <span class=q>{escape(str(state.singular_loop))}</span>" if state.loops else ""
+    where = f" <span class='q w'>{breakable(str(state.singular_loop))}</span>" if state.loops else ""
     rows = [
         (robot.end_effector, "&ensp;".join(f"<span class=q>{axis}</span> {v + 0.0:.4f}" for axis, v in place) + " m"),
         ("residual", f"{float(np.asarray(state.residual)):.1e}"),
@@ -43,7 +44,7 @@ def state_html(session: Session) -> str:
 
 def modes_html(state: ClosedState) -> str:
     """The assembly mode of each loop."""
-    loops = [(escape(loop).replace("+", "+<wbr>"), escape(mode)) for loop, mode in state.branch.items()]
+    loops = [(breakable(loop), escape(mode)) for loop, mode in state.branch.items()]
     return table([f"<td class=q>{loop}</td><td class=v>{mode}</td>" for loop, mode in loops])
 
 
@@ -60,6 +61,11 @@ def efforts_html(robot: Robot, efforts: Efforts) -> str:
         cells += [f"<td class=n>{number(recorded[name])}</td>"] if name in recorded else []
         rows.append("".join(cells))
     return table(rows)
+
+
+def breakable(names: str) -> str:
+    """Names joined by +, which may go on in the next line."""
+    return escape(names).replace("+", "+<wbr>")
 
 
 def table(rows: Sequence[str]) -> str:

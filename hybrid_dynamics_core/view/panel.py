@@ -13,7 +13,7 @@ from ..description.model import Array
 from . import page
 from .asking import Ask, by_person, put
 from .playback import Playback
-from .ranges import slider_ranges
+from .ranges import on_round_steps, round_value, slider_ranges
 from .session import Efforts, Session
 
 
@@ -141,17 +141,3 @@ class Panel:
             if by_person(event):
                 value = float(event.target.value)
                 self.ask("payload", lambda: setattr(self.session, "payload", value))
-
-
-def on_round_steps(low: float, high: float) -> tuple[float, float, float]:
-    """A range [rad or m] narrowed to round steps, at least 500 of them: lower end, upper end, step."""
-    power = int(np.floor(np.log10(max(high - low, 1e-9) / 500.0)))
-    step, digits = 10.0**power, max(-power, 0)
-    first, last = np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9)
-    return round(float(first * step), digits), round(float(last * step), digits), round(float(step), digits)
-
-
-def round_value(value: float) -> float:
-    """1, 2 or 5 times a power of ten, near a value above zero."""
-    power = 10.0 ** np.floor(np.log10(value))
-    return float(power * min((1.0, 2.0, 5.0, 10.0), key=lambda k: abs(np.log(k * power / value))))

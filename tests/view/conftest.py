@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
 
 import pytest
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.view import open_viewer
 from hybrid_dynamics_core.view.motion import Motion
-from hybrid_dynamics_core.view.viewer import Viewer
 
-pytest.importorskip("viser", reason="viser, the extra `view`, is not installed")
+if TYPE_CHECKING:
+    from hybrid_dynamics_core.view.viewer import Viewer
 
-Opened = Callable[..., Viewer]
+Opened = Callable[..., "Viewer"]
 
 
 @pytest.fixture
-def opened() -> Iterator[Opened]:
+def needs_viser() -> None:
+    """Skips where the extra is missing."""
+    pytest.importorskip("viser", reason="viser, the extra `view`, is not installed")
+
+
+@pytest.fixture
+def opened(needs_viser: None) -> Iterator[Opened]:  # noqa: ARG001 - it comes first
     """Opens viewers, and closes them after the test."""
     viewers: list[Viewer] = []
 

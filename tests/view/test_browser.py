@@ -19,6 +19,7 @@ from hybrid_dynamics_core.drawing.style import BLUE, GREEN, ORANGE
 from tools.browser import NoBrowserError, opened_page
 
 ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.usefixtures("needs_viser")
 WIDTH, HEIGHT = 820, 400
 SCENE = {"x": 0, "y": 0, "width": 420, "height": HEIGHT}  # [px] the rest is the panel
 PATIENCE = 60_000  # [ms] a machine may be loaded; nothing waits for this where all is well

@@ -21,6 +21,7 @@ from hybrid_dynamics_core.control import JointTrajectory
 from hybrid_dynamics_core.view.session import Session
 
 ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.usefixtures("needs_viser")
 
 
 def call(*arguments: str) -> Result:
