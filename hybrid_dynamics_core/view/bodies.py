@@ -26,6 +26,7 @@ from .meshes import Mesh
 UNIT: Final = 0.0135  # radius of a joint, of the size of the robot
 SMALLEST: Final = 0.1  # [m] size of a robot that is one point
 STEEL: Final = "#c3ccd5"
+OUT: Final = 1.75  # how much longer the hinge of a drive is on the base
 Kind = Literal["link", "joint", "closure"]
 
 
@@ -166,6 +167,9 @@ class _Maker:
 
     def body(self, part: Part) -> None:
         kind, names = self.owner(part)
+        if part.role == "hinge" and self.skeleton.base in part.links and self.joints[names[0]].active:
+            middle = part.points.mean(axis=0)  # out of the base, whose bars are thicker than others
+            part = replace(part, points=middle + OUT * (part.points - middle))
         link = self.link_of(kind, names, part)
         rotation, origin = self.poses[link]
         mesh = mesh_of(part).placed(rotation.T, -rotation.T @ origin)

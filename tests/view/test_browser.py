@@ -63,12 +63,15 @@ def coloured(image: np.ndarray, colour: str) -> int:
 
 
 def drawn(page) -> np.ndarray:
-    """The picture once the cylinders and the parallelogram are in it."""
+    """The picture once the cylinders and the parallelogram are in it, and nothing fades or moves any more."""
+    before = picture(page)
     for _ in range(40):
-        image = picture(page)
-        if all(coloured(image, colour) > 100 for colour in (BLUE, GREEN, ORANGE)):
-            return image
         page.wait_for_timeout(250)
+        image = picture(page)
+        still = np.abs(image - before).mean() < 1e-3
+        if still and all(coloured(image, colour) > 100 for colour in (BLUE, GREEN, ORANGE)):
+            return image
+        before = image
     raise AssertionError("the robot was not drawn")
 
 
