@@ -72,8 +72,8 @@ def command(
     try:
         machine, motion, losses = what_to_show(robot, trajectory, bag, topic)
         with open_viewer(machine, motion, host=host, port=port) as viewer:
-            click.echo(f"{machine.name}: {viewer.url} (end with Ctrl-C)")
             tell_losses(losses)
+            click.echo(f"{machine.name}: {viewer.url} (end with Ctrl-C)")
             if browser:
                 webbrowser.open(viewer.url)
             viewer.run()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_core.view import open_viewer
 from hybrid_dynamics_core.view.motion import Motion
 
@@ -15,6 +15,12 @@ if TYPE_CHECKING:
     from hybrid_dynamics_core.view.viewer import Viewer
 
 Opened = Callable[..., "Viewer"]
+
+
+@pytest.fixture(scope="session")
+def forging() -> Robot:
+    """One of its own: robots of this folder are not compiled."""
+    return load("forging_chu2020")
 
 
 @pytest.fixture
