@@ -16,6 +16,7 @@ EXTRAS = {
     "bag": ["click", "lz4", "rosbags>=0.11"],  # rosbags brings zstd
     "dask": ["distributed"],
     "parquet": ["pyarrow"],
+    "view": ["viser>=1.1"],
     # ROS 2 Jazzy from PyPI, for machines without a ROS installation. Always the ros-jazzy-* names: the others
     # resolve to newer distributions. The extra fastrtps brings the middleware.
     # The interfaces come from this repository: pip install ./msg_defs ".[ros]"
@@ -36,11 +37,13 @@ EXTRAS = {
         "mcap",
         "mujoco",
         "pin",
+        "playwright",
         "pytest",
         "pytest-timeout",
         "pytest-xdist",
         "rosbags>=0.11",
         "setuptools>=70.1,<80",  # builds the sdist and the wheel that are tried
+        "viser>=1.1",
     ],
     "docs": [
         "click",
@@ -50,6 +53,7 @@ EXTRAS = {
         "sphinx>=8",
         "sphinx-copybutton",
         "sphinx-design",
+        "viser>=1.1",
         "ziamath",
     ],
     "dev": ["import-linter", "mypy", "ruff", "types-PyYAML", "types-jsonschema"],

@@ -27,8 +27,9 @@ from hybrid_dynamics_core import load
 from hybrid_dynamics_ros.filters import FloatArray
 from hybrid_dynamics_ros.offline.decode import sample_of
 from hybrid_dynamics_ros.offline.interfaces import typestore
-from hybrid_dynamics_ros.offline.make import Trajectory, simulated, write_trajectory
+from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
 from hybrid_dynamics_ros.offline.process import INPUT, Job, make_pipeline, process
+from hybrid_dynamics_ros.offline.trajectory_file import Trajectory
 from hybrid_dynamics_ros.parameters import Settings
 from hybrid_dynamics_ros.pipeline import MotionResult
 

@@ -62,18 +62,3 @@ html_theme_options = {"navigation_with_keys": True}
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 copybutton_only_copy_prompt_lines = True
-
-# -- pages that are left out of the contents where they are absent ------------------------------------------------
-OPTIONAL = ("view", "exchange", "examples")
-
-
-def leave_out_absent(app: Sphinx, docname: str, source: list[str]) -> None:
-    """Drop the lines of index.md that name an optional page that is not there."""
-    if docname == "index":
-        absent = {name for name in OPTIONAL if name not in app.env.found_docs}
-        source[0] = "\n".join(line for line in source[0].split("\n") if line.strip() not in absent)
-
-
-def setup(app: Sphinx) -> None:
-    """Register the above."""
-    app.connect("source-read", leave_out_absent)

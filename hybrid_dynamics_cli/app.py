@@ -22,6 +22,7 @@ VERBS = {  # in the order in which they are shown: name -> module
     "simulate": "simulate",
     "workspace": "workspace",
     "branches": "branches",
+    "view": "view",
     "export": "export",
     "bag": "bag",
     "benchmark": "benchmark",

@@ -59,6 +59,7 @@ UNCOMPILED = (
     "generated",
     "hard_cases",
     "identification",
+    "view",
 )
 COMPILED = ("excavator", "five_bar", "forging_chu2020")  # of the robots of tests/laws
 PROCESSES = ("demo", "packaging", "ros")  # folders whose tests start processes: one after the other

@@ -3,8 +3,8 @@
 python tools/environment.py VENV {run,test,docs,colcon}
 
 VENV is made where it does not exist. `run` brings ROS 2 from PyPI, the interfaces and this package, editable;
-`test` brings the tools of tests and lint as well, `docs` those that build the pages; `colcon` brings colcon and
-the interfaces' build tools.
+`test` brings the tools of tests and lint as well, and a headless browser where npm is there; `docs` those that
+build the pages; `colcon` brings colcon and the interfaces' build tools.
 A stamp in VENV remembers what each step was given: a step with unchanged inputs is skipped.
 """
 
@@ -30,7 +30,7 @@ from importlib import metadata, util
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-RUN_EXTRAS = "fast,cli,plot,bag,ros"
+RUN_EXTRAS = "fast,cli,plot,bag,view,ros"
 PURPOSES = ("run", "test", "docs", "colcon")
 NAME = "hybrid-dynamics-ros"
 PACKAGE_INPUTS = (
@@ -85,6 +85,15 @@ def main(venv: Path, purpose: str) -> None:
             run(step.title, [*PIP, *step.arguments], venv / "hybrid_dynamics_setup.log")
             stamp[step.title] = step.digest()
             stamp_file.write_text(json.dumps(stamp, indent=2), encoding="utf-8")
+    if purpose == "test":
+        bring_browser()
+
+
+def bring_browser() -> None:
+    """A headless browser for the 3D view, once. Its tests are skipped, with the reason, where it cannot be had."""
+    done = subprocess.run([sys.executable, str(ROOT / "tools" / "browser.py")], check=False)
+    if done.returncode:
+        print("  The 3D view is tested in an installed Chromium, or not in a browser at all", flush=True)
 
 
 def steps(purpose: str) -> Iterator[Step]:

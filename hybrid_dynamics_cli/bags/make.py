@@ -8,8 +8,9 @@ import click
 
 from hybrid_dynamics_cli.output import show
 from hybrid_dynamics_cli.parameters import json_option, loaded
-from hybrid_dynamics_ros.offline.make import PARTS, read_trajectory, simulated, write_trajectory
+from hybrid_dynamics_ros.offline.make import PARTS, simulated, write_trajectory
 from hybrid_dynamics_ros.offline.process import INPUT
+from hybrid_dynamics_ros.offline.trajectory_file import read_trajectory
 
 from .common import PATH, robot_option
 

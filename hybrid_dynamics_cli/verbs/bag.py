@@ -25,7 +25,7 @@ class BagVerbs(click.Group):
         try:
             command: click.Command = import_module(f"..bags.{cmd_name}", __package__).command
         except ModuleNotFoundError as error:
-            raise _missing(error) from error
+            raise missing(error) from error
         return command
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -34,7 +34,7 @@ class BagVerbs(click.Group):
             errors = import_module("hybrid_dynamics_ros.offline.errors")
             import_module("hybrid_dynamics_ros.offline.source")
         except ModuleNotFoundError as error:
-            raise _missing(error) from error
+            raise missing(error) from error
         parameters = import_module("hybrid_dynamics_ros.parameters")
         try:
             return super().invoke(ctx)
@@ -42,7 +42,8 @@ class BagVerbs(click.Group):
             raise click.ClickException(str(error)) from error
 
 
-def _missing(error: ModuleNotFoundError) -> click.ClickException:
+def missing(error: ModuleNotFoundError) -> click.ClickException:
+    """What to install, where a module of the bags' extra is not there."""
     return click.ClickException(f"{NEEDS} (there is no module {error.name})")
 
 

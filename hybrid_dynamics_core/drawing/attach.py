@@ -15,11 +15,15 @@ from .skeleton import PlacedJoint, Skeleton
 
 @dataclass(frozen=True, eq=False)
 class Cylinder:
-    """A prismatic joint drawn as a barrel from `foot` to `mouth` and a rod from there to `end`."""
+    """A prismatic joint drawn as a barrel from `foot` to `mouth` and a rod from there to `end`.
+
+    shortest: the least that there ever is between foot and end [m]; the barrel stays below it.
+    """
 
     joint: PlacedJoint
     foot: Array
     end: Array
+    shortest: float = np.inf
 
     @property
     def along(self) -> Array:
@@ -29,8 +33,9 @@ class Cylinder:
     @property
     def mouth(self) -> Array:
         """Where the barrel ends: at the joint's own zero where that looks like a barrel's end."""
-        told = float((self.joint.start - self.foot) @ self.along / np.linalg.norm(self.end - self.foot))
-        return np.asarray(self.foot + np.clip(told, 0.42, 0.66) * (self.end - self.foot))
+        length = float(np.linalg.norm(self.end - self.foot))
+        told = float((self.joint.start - self.foot) @ self.along / length)
+        return np.asarray(self.foot + min(np.clip(told, 0.42, 0.66) * length, 0.9 * self.shortest) * self.along)
 
 
 @dataclass(eq=False)

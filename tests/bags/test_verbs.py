@@ -17,9 +17,10 @@ from hybrid_dynamics_core import load
 from hybrid_dynamics_core.dynamics.parameters import described_parameters
 from hybrid_dynamics_ros.offline.collect import collect
 from hybrid_dynamics_ros.offline.identify import identify_track
-from hybrid_dynamics_ros.offline.make import read_trajectory, simulated, write_trajectory
+from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
 from hybrid_dynamics_ros.offline.many import attempt, run_jobs
 from hybrid_dynamics_ros.offline.process import INPUT, Job, Outcome, process
+from hybrid_dynamics_ros.offline.trajectory_file import read_trajectory
 from tests.bags.messages import bag, joint_state, motion_of, recorded
 
 ROBOT = "forging_chu2020"

@@ -22,6 +22,8 @@ main()
         ("click", ["--help"], "pip install click"),
         ("rosbags", ["bag", "--help"], "hybrid-dynamics-ros[bag]"),
         ("rosbags", ["bag", "report", "results"], "hybrid-dynamics-ros[bag]"),
+        ("viser", ["view", "five_bar"], "pip install viser"),
+        ("rosbags", ["view", "five_bar", "--bag", "."], "hybrid-dynamics-ros[bag]"),
         ("matplotlib", ["check", "five_bar", "--draw", "five_bar.png"], "pip install matplotlib"),
     ],
 )

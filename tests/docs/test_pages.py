@@ -30,9 +30,8 @@ def read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     return run
 
 
-CHECKED = {f"docs/{name}.md" for name in ("dynamics", "examples", "exchange", "figure_10", "performance")} | {
-    "README.md"
-}
+LEFT = ("dynamics", "examples", "exchange", "figure_10", "performance", "view")  # pages tried with what they leave
+CHECKED = {"README.md", *(f"docs/{name}.md" for name in LEFT)}
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if page not in CHECKED and any(blocks_of(page))])
@@ -87,6 +86,13 @@ def test_the_maps_of_the_examples_run(read: Any) -> None:
     scope = read("docs/examples.md")
     assert scope["found"].extents.shape == (3, 2)
     assert scope["found"].extents[2, 1] == pytest.approx(1.6, abs=0.01)  # b1 + L2 + L3 - b3, upright
+
+
+def test_the_view_opens(read: Any) -> None:
+    pytest.importorskip("viser")
+    scope = read("docs/view.md")
+    assert scope["viewer"].url.startswith("http://localhost:")
+    assert scope["viewer"].session.motion.duration == 2.0
 
 
 def test_dynamics_runs_and_does_what_it_says(read: Any, tmp_path: Path) -> None:

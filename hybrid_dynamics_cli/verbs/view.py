@@ -1,0 +1,129 @@
+"""The robot in the browser."""
+
+from __future__ import annotations
+
+import signal
+import webbrowser
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+import numpy as np
+
+from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.errors import InputError
+
+from ..bags.common import LOST, tell_losses
+from ..parameters import loaded, robot_argument
+from .bag import missing
+
+if TYPE_CHECKING:
+    from hybrid_dynamics_core.view.motion import Motion
+
+FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
+
+EPILOG = """\b
+Examples:
+  hybrid-dynamics view forging_chu2020
+  hybrid-dynamics view my_robot.yaml --port 9000 --no-browser
+  hybrid-dynamics view excavator --trajectory dig.csv
+  hybrid-dynamics view forging_chu2020 --bag recording --topic /joint_states
+
+\b
+Exit codes: 0 after Ctrl-C, 1 where nothing can be shown, 2 where the command line is wrong, 3 after Ctrl-C where
+something of the bag could not be read.
+"""
+
+
+@click.command(epilog=EPILOG)
+@robot_argument
+@click.option("--trajectory", type=FILE, help="CSV or .npz file to play back, as `bag make` and `simulate` know it.")
+@click.option("--bag", type=click.Path(exists=True, path_type=Path), help="Recording (rosbag2) to play back.")
+@click.option("--topic", metavar="T", help="Topic of the joint states in the bag, where it is not the node's own.")
+@click.option("--host", default="localhost", show_default=True, help="Address to listen at; 0.0.0.0 for the network.")
+@click.option(
+    "--port", type=click.IntRange(0, 65535), default=8080, show_default=True, help="Port to listen at; 0 for any free."
+)
+@click.option("--browser/--no-browser", default=True, help="Open the page in the browser.")
+@click.pass_context
+def command(
+    context: click.Context,
+    robot: str,
+    trajectory: Path | None,
+    bag: Path | None,
+    topic: str | None,
+    host: str,
+    port: int,
+    browser: bool,
+) -> None:
+    """Show the robot in the browser, until Ctrl-C: sliders for its active joints, loops that close live, efforts.
+
+    With a trajectory or a bag, the motion is played back with the efforts that it takes.
+    """
+    from hybrid_dynamics_core.view import open_viewer  # noqa: PLC0415  viser is an extra
+
+    if trajectory is not None and bag is not None:
+        raise click.UsageError("--trajectory and --bag cannot be shown together: give one of them")
+    if topic is not None and bag is None:
+        raise click.UsageError("--topic is the topic of a bag: give --bag too")
+    for number in (signal.SIGINT, signal.SIGTERM):  # SIGINT too: a shell's background jobs ignore it
+        signal.signal(number, signal.default_int_handler)
+    losses: list[str] = []
+    try:
+        machine, motion, losses = what_to_show(robot, trajectory, bag, topic)
+        with open_viewer(machine, motion, host=host, port=port) as viewer:
+            tell_losses(losses)
+            click.echo(f"{machine.name}: {viewer.url} (end with Ctrl-C)")
+            if browser:
+                webbrowser.open(viewer.url)
+            viewer.run()
+    except KeyboardInterrupt:
+        click.echo("ended")
+    if losses:
+        context.exit(LOST)
+
+
+def what_to_show(
+    robot: str, trajectory: Path | None, bag: Path | None, topic: str | None
+) -> tuple[Robot, Motion | None, list[str]]:
+    """The robot, its motion if there is one, and what of a recording could not be read."""
+    machine = loaded(robot)
+    if bag is not None:
+        return of_bag(robot, bag, topic)
+    return machine, None if trajectory is None else of_file(machine, trajectory), []
+
+
+def of_file(machine: Robot, path: Path) -> Motion:
+    """The motion of a trajectory file."""
+    from hybrid_dynamics_core.control import JointTrajectory  # noqa: PLC0415
+    from hybrid_dynamics_core.view.motion import motion_of  # noqa: PLC0415
+    from hybrid_dynamics_ros.offline.errors import BagError  # noqa: PLC0415
+    from hybrid_dynamics_ros.offline.trajectory_file import read_trajectory  # noqa: PLC0415
+
+    try:
+        told = read_trajectory(path, machine)
+        curve = JointTrajectory(told.time, told.position, told.velocity)
+    except BagError as error:
+        raise click.ClickException(str(error)) from error
+    except InputError as error:
+        raise click.ClickException(f"{path}: {error}") from error
+    return motion_of(machine, curve, path.name, told.effort)
+
+
+def of_bag(robot: str, path: Path, topic: str | None) -> tuple[Robot, Motion, list[str]]:
+    """The robot, the motion of a recording, and what of it could not be read."""
+    from hybrid_dynamics_core.view.motion import Motion, rows_of  # noqa: PLC0415
+    from hybrid_dynamics_ros.offline.errors import BagError  # noqa: PLC0415
+
+    try:
+        from hybrid_dynamics_ros.offline.collect import collect  # noqa: PLC0415  rosbags is an extra
+    except ModuleNotFoundError as error:
+        raise missing(error) from error
+    try:
+        track = collect(path, robot, topic)
+    except BagError as error:
+        raise click.ClickException(str(error)) from error
+    rising = np.flatnonzero(np.diff(np.maximum.accumulate(track.time), prepend=-1.0) > 0.0)
+    recorded = track.recorded[rising] if np.isfinite(track.recorded).any() else None
+    state, time = rows_of(track.state, rising), track.time[rising]
+    return track.robot, Motion(path.name, time, state, track.acceleration[rising], recorded), track.losses

@@ -1,0 +1,48 @@
+"""Robots in the browser, in three dimensions: sliders for the active joints, loops closed live, efforts, playback.
+
+>>> from hybrid_dynamics_core import load
+>>> from hybrid_dynamics_core.view import view
+>>> view(load("forging_chu2020"))  # until Ctrl-C
+
+viser is needed only here: the extra `view`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..errors import MissingPackageError
+from ..robot import Robot
+
+if TYPE_CHECKING:
+    from .motion import Motion
+    from .viewer import Viewer
+
+__all__ = ["open_viewer", "view"]
+
+
+def open_viewer(robot: Robot, motion: Motion | None = None, *, host: str = "localhost", port: int = 8080) -> Viewer:
+    """A viewer that listens at host:port (0: any free port), to be used in a `with`; `run` serves until interrupted.
+
+    motion: to be played back, from `motion_of` or a recording.
+    Raises InputError where the port cannot be had, MissingPackageError without viser.
+    """
+    try:
+        import viser  # noqa: F401, PLC0415  an extra
+    except ImportError as error:
+        raise MissingPackageError("viser", "view", "3D views") from error
+    from .viewer import Viewer  # noqa: PLC0415  needs viser
+
+    return Viewer(robot, motion, host, port)
+
+
+def view(robot: Robot, motion: Motion | None = None, *, host: str = "localhost", port: int = 8080) -> None:
+    """Show a robot in the browser until KeyboardInterrupt; as `open_viewer`."""
+    import webbrowser  # noqa: PLC0415  slow to import
+
+    with open_viewer(robot, motion, host=host, port=port) as viewer:
+        webbrowser.open(viewer.url)
+        try:
+            viewer.run()
+        except KeyboardInterrupt:
+            return

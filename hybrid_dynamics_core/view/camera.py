@@ -1,0 +1,61 @@
+"""Where the camera stands at the start, and the floor under a robot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..description.model import Array
+from ..drawing.skeleton import Skeleton
+from ..drawing.view import choose_view
+
+FIELD: Final = np.radians(32.0)  # of view, from top to bottom: narrow, so that parallel bars look parallel
+ASIDE: Final = np.radians(28.0)  # how far the camera stands aside of the plane's normal, of a planar mechanism
+ABOVE: Final = np.radians(20.0)
+ROOM: Final = 1.22  # round the robot
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """`position` and `look_at` (3,) in base axes [m]; what it has to show is within `radius` of `look_at` [m].
+
+    field: of view from top to bottom [rad].
+    """
+
+    position: Array
+    look_at: Array
+    radius: float
+    field: float = float(FIELD)
+
+
+@dataclass(frozen=True)
+class Floor:
+    """A level square: height and side [m], and the side of a tile."""
+
+    level: float
+    side: float
+    tile: float
+
+
+def camera_for(skeleton: Skeleton, points: Array) -> Camera:
+    """A camera that sees all points (k, 3): from the side where the robot is planar, else where least is hidden."""
+    view = choose_view(skeleton)
+    toward = view.toward
+    if view.planar:
+        aside = Rotation.from_rotvec(-ASIDE * view.up).as_matrix() @ toward
+        toward = np.cos(ABOVE) * aside + np.sin(ABOVE) * view.up
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle = 0.5 * (low + high)
+    radius = max(float(np.linalg.norm(points - middle, axis=1).max()), 0.05)
+    return Camera(middle + ROOM * radius / np.sin(0.5 * FIELD) * toward, middle, radius)
+
+
+def floor_under(points: Array, unit: float) -> Floor:
+    """The floor below points (k, 3), some radii of a joint under the lowest."""
+    width = max(float(np.ptp(points, axis=0).max()), 1e-3)
+    power = 10.0 ** np.floor(np.log10(width / 5.0))
+    tile = float(power * min((1.0, 2.0, 5.0, 10.0), key=lambda k: abs(np.log(k * power / (width / 5.0)))))
+    return Floor(float(points[:, 2].min()) - 2.0 * unit, 24.0 * tile, tile)

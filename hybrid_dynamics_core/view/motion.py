@@ -1,0 +1,99 @@
+"""A motion to be played back: closed states over time, with the efforts that they take."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..control.trajectory import JointTrajectory
+from ..description.model import Array
+from ..errors import InputError, StateError
+from ..robot import Robot
+from ..state import ClosedState, ClosureStatus
+
+RATE: Final = 100.0  # [Hz] at which a trajectory is closed
+LARGEST: Final = 6000  # states of a trajectory
+_ARRAYS: Final = ("u", "du", "s", "ds", "R", "bias", "distances")
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """States over time.
+
+    Attributes:
+        title: what it is, in a few words.
+        time: (N,) [s], ascending, from 0.
+        state: closed, a batch of N.
+        ddu: (N, n) accelerations of the active joints; NaN where not known.
+        recorded: (N, n) efforts that were measured [N m or N], NaN where not; None where there are none at all.
+    """
+
+    title: str
+    time: Array
+    state: ClosedState
+    ddu: Array
+    recorded: Array | None = None
+
+    def __post_init__(self) -> None:
+        count = len(self.time)
+        if self.time.ndim != 1 or count == 0 or self.state.u.shape[0] != count or self.ddu.shape != self.state.u.shape:
+            raise InputError("a motion has one time, one closed state and one row of accelerations a sample")
+        if (np.diff(self.time) < 0.0).any():
+            raise InputError("the times of a motion have to ascend")
+
+    @property
+    def duration(self) -> float:
+        """[s]."""
+        return float(self.time[-1])
+
+    def index(self, time: float) -> int:
+        """The sample that is nearest to a time [s]."""
+        k = int(np.searchsorted(self.time, time))
+        if k == 0 or k == len(self.time):
+            return min(k, len(self.time) - 1)
+        return k if self.time[k] - time < time - self.time[k - 1] else k - 1
+
+    def at(self, index: int) -> ClosedState:
+        """The state of one sample."""
+        return one_of(self.state, index)
+
+
+def rows_of(state: ClosedState, rows: NDArray[np.intp]) -> ClosedState:
+    """Some states of a batch (N, ...), in the order of `rows` (m,)."""
+    arrays: dict[str, Any] = {name: np.asarray(getattr(state, name))[rows] for name in (*_ARRAYS, "residual", "status")}
+    arrays["iterations"] = np.broadcast_to(state.iterations, len(state.u))[rows]
+    if state.signs.ndim == 2:
+        arrays["signs"] = state.signs[rows]
+    return replace(state, dds=None, **arrays)
+
+
+def one_of(state: ClosedState, row: int) -> ClosedState:
+    """One state of a batch."""
+    arrays: dict[str, Any] = {name: getattr(state, name)[row] for name in _ARRAYS}
+    part = replace(state, dds=None, **arrays, signs=state.signs if state.signs.ndim == 1 else state.signs[row])
+    residual, status = np.asarray(state.residual)[row], np.asarray(state.status)[row]
+    iterations = np.broadcast_to(state.iterations, len(state.u))[row]
+    return replace(part, residual=float(residual), status=ClosureStatus(int(status)), iterations=int(iterations))
+
+
+def motion_of(robot: Robot, trajectory: JointTrajectory, title: str, recorded: Array | None = None) -> Motion:
+    """A trajectory of the active joints with all loops closed along it.
+
+    recorded: (N, n) efforts at the trajectory's own times.
+    Raises InputError that names the time at which the loops do not close.
+    """
+    count = int(np.clip(round(trajectory.duration * RATE) + 1, 2, LARGEST))
+    time = np.linspace(0.0, trajectory.duration, count)
+    reference = trajectory(trajectory.times[0] + time)
+    try:
+        state = robot.close_path(reference.u, reference.du)
+    except StateError as error:
+        moment = float(time[error.index or 0] + trajectory.times[0])
+        raise InputError(f"{title} cannot be followed to its end: at {moment:.6g} s, {error}") from error
+    if recorded is not None:
+        times = trajectory.times - trajectory.times[0]
+        recorded = np.stack([np.interp(time, times, column) for column in recorded.T], axis=1)
+    return Motion(title, time, state, reference.ddu, recorded)

@@ -1,0 +1,103 @@
+"""Tables and bars of the panel, as HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Final
+
+import numpy as np
+
+from ..assembly import AssemblyMode
+from ..drawing.style import GREEN, GRID, INK, ORANGE, QUIET, RED
+from ..robot import Robot
+from ..state import ClosedState
+from .session import Efforts, Session
+
+NEAR: Final = 0.1  # distance to a singularity below which the bar warns
+TOO_NEAR: Final = 0.03
+_STYLE: Final = f"""<style>
+.hd {{ font: 12.5px/1.55 system-ui, sans-serif; padding: 0.1em 0.9em 0.4em; color: {INK}; }}
+.hd td {{ padding: 0 0.9em 0 0; }} .hd .q {{ color: {QUIET}; }} .hd .n {{ text-align: right; }}
+.hd .n, .hd .v {{ font-variant-numeric: tabular-nums; white-space: nowrap; }}
+.hd .w {{ white-space: normal; }}
+.hd .bar {{ display: inline-block; position: relative; height: 0.65em; background: {GRID}; border-radius: 0.2em; }}
+.hd .bar i {{ position: absolute; top: 0; height: 100%; border-radius: 0.2em; }}
+.hd-no {{ background: #fdf0e7; border-left: 4px solid {RED}; margin: 0.3em 0.6em; padding: 0.5em 0.8em; }}
+</style>"""
+
+
+def state_html(session: Session) -> str:
+    """End effector, residual, distance to a singularity."""
+    robot, state = session.robot, session.state
+    place = zip("xyz", np.round(robot.forward_kinematics(state).position, 4).tolist(), strict=True)
+    margin = float(state.singularity)
+    colour = RED if margin < TOO_NEAR else ORANGE if margin < NEAR else GREEN
+    where = f" <span class='q w'>{breakable(str(state.singular_loop))}</span>" if state.loops else ""
+    rows = [
+        (robot.end_effector, "&ensp;".join(f"<span class=q>{axis}</span> {v + 0.0:.4f}" for axis, v in place) + " m"),
+        ("residual", f"{float(np.asarray(state.residual)):.1e}"),
+        ("singularity", f"{bar(0.0, margin, colour)} {margin:.3f}{where}"),
+    ]
+    return table([f"<td class=q>{escape(str(told))}</td><td class=v>{value}</td>" for told, value in rows])
+
+
+def modes_html(state: ClosedState) -> str:
+    """The assembly mode of each loop."""
+    loops = [(breakable(loop), escape(mode)) for loop, mode in state.branch.items()]
+    return table([f"<td class=q>{loop}</td><td class=v>{mode}</td>" for loop, mode in loops])
+
+
+def efforts_html(robot: Robot, efforts: Efforts) -> str:
+    """A bar from the middle for each drive, relative to the largest of its kind, with its number and unit."""
+    if efforts.problem:
+        return f"{_STYLE}<div class=hd>{escape(efforts.problem)}</div>"
+    recorded = {} if efforts.recorded is None else dict(zip(robot.active, efforts.recorded.tolist(), strict=True))
+    rows = ["<td></td><td></td><td class='n q'>model</td><td></td><td class='n q'>recorded</td>"] if recorded else []
+    for name, value, share in zip(efforts.joints, efforts.values.tolist(), efforts.shares(robot), strict=True):
+        unit = "N m" if robot.joint_types[name] == "revolute" else "N"
+        cells = [f"<td>{escape(name)}</td><td>{bar(0.5, 0.5 * share, RED)}</td>"]
+        cells.append(f"<td class=n>{number(value)}</td><td class=q>{unit}</td>")
+        cells += [f"<td class=n>{number(recorded[name])}</td>"] if name in recorded else []
+        rows.append("".join(cells))
+    return table(rows)
+
+
+def breakable(names: str) -> str:
+    """Names joined by +, which may go on in the next line."""
+    return escape(names).replace("+", "+<wbr>")
+
+
+def table(rows: Sequence[str]) -> str:
+    """Rows, each the cells of one."""
+    return f"{_STYLE}<div class=hd><table>{''.join(f'<tr>{row}</tr>' for row in rows)}</table></div>"
+
+
+def bar(start: float, length: float, colour: str, width: float = 7.0) -> str:
+    """A bar that is filled from one share of its width on, to the right or, for a negative length, to the left."""
+    low, high = sorted(float(np.clip(end, 0.0, 1.0)) for end in (start, start + length))
+    filled = f"<i style='left:{100 * low:.1f}%;width:{100 * (high - low):.1f}%;background:{colour}'></i>"
+    middle = f"<i style='left:{100 * start:.1f}%;width:1px;background:{QUIET}'></i>" if start else ""
+    return f"<span class=bar style='width:{width}em'>{filled}{middle}</span>"
+
+
+def problem_html(problem: str) -> str:
+    """Why the picture did not follow."""
+    return f"{_STYLE}<div class='hd hd-no'><b>The last pose stays.</b><br>{escape(problem)}</div>" if problem else ""
+
+
+def mode_labels(modes: Sequence[AssemblyMode], own: Mapping[str, str]) -> list[str]:
+    """A name for each assembly mode: in what it differs from the robot's own."""
+    several = len({loop for mode in modes for loop, name in mode.branch.items() if name != own.get(loop)}) > 1
+    labels = []
+    for mode in modes:
+        others = [(loop, name) for loop, name in mode.branch.items() if name != own.get(loop)]
+        labels.append(", ".join(f"{loop} {name}" if several else name for loop, name in others))
+    return [f"{k + 1}: {label or 'the robot’s own'}" for k, label in enumerate(labels)]
+
+
+def number(value: float) -> str:
+    """Four digits, without a power of ten."""
+    if not np.isfinite(value):
+        return "-"
+    return f"{value:,.0f}" if abs(value) >= 1000.0 else f"{value:.4g}" if abs(value) > 1e-9 else "0"

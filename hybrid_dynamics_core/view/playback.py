@@ -1,0 +1,60 @@
+"""A motion played back: play, pause, speed, time."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import viser
+
+from .asking import Ask, by_person, put
+from .motion import Motion
+from .session import Session
+
+SPEEDS: Final = ("0.1 x", "0.25 x", "0.5 x", "1 x", "2 x", "5 x", "10 x")
+
+
+class Playback:
+    """Controls of a motion; `tick` goes on while `playing`."""
+
+    def __init__(self, gui: viser.GuiApi, session: Session, motion: Motion, ask: Ask) -> None:
+        self.session, self.motion = session, motion
+        self.playing, self.time, self.speed = False, 0.0, 1.0
+        with gui.add_folder(motion.title):
+            self._play = gui.add_button("Play")
+            end = max(round(motion.duration, 3), 0.001)
+            self._slider = gui.add_slider("time [s]", 0.0, end, 0.001, 0.0)
+            speed = gui.add_dropdown("speed", SPEEDS, initial_value="1 x")
+        self._play.on_click(lambda _: ask("play", self._toggle))
+
+        @self._slider.on_update
+        def _(event: viser.GuiEvent[Any]) -> None:
+            if by_person(event):
+                time = float(event.target.value)
+                ask("time", lambda: self.seek(time))
+
+        @speed.on_update
+        def _(event: viser.GuiEvent[Any]) -> None:
+            value = float(str(event.target.value).removesuffix(" x"))
+            ask("speed", lambda: setattr(self, "speed", value))
+
+    def seek(self, time: float) -> None:
+        """Show the sample that is nearest to a time [s]."""
+        self.time = time
+        self.session.show_sample(self.motion.index(time))
+
+    def tick(self, elapsed: float) -> None:
+        """Go on by some seconds of the clock on the wall, unless paused; at the end it stops."""
+        if self.playing:
+            self.seek(min(self.time + elapsed * self.speed, self.motion.duration))
+            self.playing = self.time < self.motion.duration
+
+    def refresh(self) -> None:
+        """The controls to what is so."""
+        self._play.label = "Pause" if self.playing else "Play"
+        put(self._slider, min(round(self.time, 3), self._slider.max))
+
+    def _toggle(self) -> None:
+        self.playing = not self.playing
+        if self.playing and self.time >= self.motion.duration:
+            self.time = 0.0
+        self.seek(self.time)

@@ -1,0 +1,103 @@
+"""What is shown now: one closed state, followed live; nothing of the picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..assembly import AssemblyMode
+from ..description.effects import Payload
+from ..description.model import Array
+from ..errors import HybridDynamicsError, StateError
+from ..robot import Robot
+from ..state import ClosedState
+from .motion import Motion
+
+SAME: Final = 1e-6  # [rad or m] configurations nearer than this are one
+NOTHING: Final = 1e-9  # [N m or N] efforts below this are rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Efforts:
+    """Efforts of the driven joints: `values` (k,) [N m or N] in the order of `joints`.
+
+    recorded: (n,) of the active joints, where they were measured. problem: why there are none.
+    """
+
+    joints: tuple[str, ...]
+    values: Array
+    recorded: Array | None = None
+    problem: str = ""
+
+    def shares(self, robot: Robot) -> list[float]:
+        """Each relative to the largest of its kind, force or torque, in [-1, 1]."""
+        kinds = np.array([robot.joint_types[name] for name in self.joints])
+        largest = [float(np.abs(self.values[kinds == kind]).max()) for kind in kinds]
+        return [v / most if most > NOTHING else 0.0 for v, most in zip(self.values.tolist(), largest, strict=True)]
+
+
+class Session:
+    """A robot and the state it is in; every change either gives another closed state or leaves it and says why."""
+
+    def __init__(self, robot: Robot, motion: Motion | None = None) -> None:
+        self.robot, self.motion = robot, motion
+        self.home = robot.close(robot.reference)
+        self.state = self.home
+        self.problem = ""  # why the last change was refused
+        self.payload = 0.0  # [kg] at the end effector, besides the robot's own
+        self.sample: int | None = None  # of the motion, while it is shown
+
+    def move(self, u: ArrayLike) -> bool:
+        """Follow the active coordinates (n,) from where they are; False where the loops do not close there."""
+        try:
+            self.take_state(self.robot.close(u, near=self.state))
+        except StateError as error:
+            self.problem = str(error)
+            return False
+        return True
+
+    def reset(self) -> None:
+        """Back to the reference, on the robot's own assembly mode."""
+        self.take_state(self.home)
+
+    def take_state(self, state: ClosedState) -> None:
+        """Jump to a closed state."""
+        self.state, self.problem, self.sample = state, "", None
+
+    def show_sample(self, index: int) -> None:
+        """The state of one sample of the motion."""
+        if self.motion is not None:
+            self.state, self.problem, self.sample = self.motion.at(index), "", index
+
+    def modes(self) -> tuple[AssemblyMode, ...]:
+        """Every way in which the loops close at the present active coordinates."""
+        return self.robot.assembly_modes(self.state.u)
+
+    def take_mode(self, mode: AssemblyMode) -> None:
+        """Jump to another assembly mode at the same active coordinates."""
+        self.take_state(mode.state)
+
+    def present(self, modes: Sequence[AssemblyMode]) -> int | None:
+        """Which of the modes the present state is."""
+        apart = [float(np.abs(np.sin(0.5 * (mode.state.s - self.state.s))).max()) for mode in modes]
+        return int(np.argmin(apart)) if apart and min(apart) < SAME else None
+
+    def efforts(self) -> Efforts:
+        """What the drives give: at rest, or with the rates and accelerations of the motion's sample."""
+        robot, state, ddu = self.robot, self.state, np.zeros(len(self.robot.active))
+        recorded = None
+        if self.motion is not None and self.sample is not None:
+            ddu = self.motion.ddu[self.sample]
+            recorded = None if self.motion.recorded is None else self.motion.recorded[self.sample]
+        if not np.isfinite(ddu).all():
+            return Efforts((), np.zeros(0), None, "accelerations are not known at this sample")
+        loads = robot.loads.with_payload(Payload(self.payload), robot.end_effector) if self.payload else robot.loads
+        try:
+            forces = robot.drive_forces(state, robot.inverse_dynamics(state, ddu, loads))
+        except HybridDynamicsError as error:
+            return Efforts((), np.zeros(0), None, str(error))
+        return Efforts(tuple(forces), np.array([float(value) for value in forces.values()]), recorded)

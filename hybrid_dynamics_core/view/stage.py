@@ -1,0 +1,186 @@
+"""The scene in the browser: meshes are sent once, then only poses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+import viser
+from scipy.spatial.transform import Rotation
+
+from ..description.model import Array
+from ..drawing.skeleton import Pose
+from ..drawing.style import PURPLE, QUIET, RED
+from ..state import ClosedState
+from . import meshes
+from .bodies import Shape, Span, span_pose
+from .camera import camera_for, floor_under
+from .session import Efforts
+
+LONGEST: Final = 0.2  # of the size of the robot: the arrow of the largest force
+FAINT: Final = 0.02  # share of the largest effort below which there is no arrow
+
+
+class Stage:
+    """What a viser server shows of one robot. `show` puts it into a state, `show_efforts` draws its arrows."""
+
+    def __init__(self, server: viser.ViserServer, shape: Shape) -> None:
+        self.server, self.shape, self.scene = server, shape, server.scene
+        self.links = {name: self.scene.add_frame(node("links", name), show_axes=False) for name in shape.skeleton.links}
+        self._add_bodies()
+        self.spans = [(span, self._add_span(k, span)) for k, span in enumerate(shape.spans)]
+        self._add_names()
+        self._add_surroundings()
+        self.arrows = {name: self._add_arrow(name) for name in shape.robot.drives}
+
+    def show(self, state: ClosedState) -> None:
+        """Put every link where it is."""
+        poses = self.shape.poses(state)
+        with self.server.atomic():
+            for name, handle in self.links.items():
+                rotation, origin = poses[name]
+                handle.position = origin
+                handle.wxyz = wxyz(rotation)
+            for span, tube in self.spans:
+                self._stretch(tube, span, poses)
+
+    def show_efforts(self, efforts: Efforts) -> None:
+        """Arrows of a length that is relative to the largest force, or torque; along it, or round its axis."""
+        shares = dict(zip(efforts.joints, efforts.shares(self.shape.robot), strict=True))
+        with self.server.atomic():
+            for name, (handle, base, axis) in self.arrows.items():
+                share = shares.get(name, 0.0)
+                handle.visible = abs(share) > FAINT
+                if handle.visible:
+                    handle.position = base
+                    handle.wxyz = wxyz(meshes.frame_along(axis if share > 0.0 else -axis))
+                    self._size(handle, name, abs(share))
+
+    def _size(self, handle: viser.MeshHandle, name: str, share: float) -> None:
+        if self.shape.robot.joint_types[name] == "revolute":
+            handle.scale = float((2.2 + 3.4 * share) * self.shape.unit)
+        else:
+            length = share * LONGEST * self.shape.size
+            width = self.shape.size * min(1.0, 0.35 + 0.65 * share)
+            handle.scale = (width, width, length)
+
+    def _add_bodies(self) -> None:
+        for k, body in enumerate(self.shape.bodies):
+            self.scene.add_mesh_simple(
+                node("links", body.link, f"{k} {body.kind} {'+'.join(body.names)} {body.role}"),
+                body.mesh.vertices,
+                body.mesh.faces,
+                color=rgb(body.colour),
+            )
+
+    def _add_span(self, k: int, span: Span) -> viser.MeshHandle:
+        tube = meshes.tube(span.radius)
+        name = node("spans", f"{k} {span.kind} {'+'.join(span.names)}")
+        return self.scene.add_mesh_simple(name, tube.vertices, tube.faces, color=rgb(span.colour))
+
+    def _stretch(self, handle: viser.MeshHandle, span: Span, poses: Mapping[str, Pose]) -> None:
+        rotation, start, length = span_pose(span, poses)
+        handle.position, handle.wxyz = start, wxyz(rotation)
+        handle.scale = (1.0, 1.0, max(length, 1e-6))
+
+    def _add_names(self) -> None:
+        description, unit = self.shape.robot.description, self.shape.unit
+        for name in self.shape.robot.active:
+            anchor = self.shape.anchors[name]
+            path = node("links", anchor.link, f"name {name}")
+            self.scene.add_label(path, name, position=anchor.point, anchor="bottom-left", font_screen_scale=1.1)
+        tip = self.shape.skeleton.tip
+        frame = description.frames.get(tip.name)
+        local = (np.eye(3), np.zeros(3)) if frame is None else (frame.rotation, frame.translation)
+        self.tip = self.scene.add_frame(
+            node("links", tip.link, f"frame {tip.name}"),
+            axes_length=7.0 * unit,
+            axes_radius=0.35 * unit,
+            origin_radius=0.7 * unit,
+            origin_color=rgb(PURPLE),
+            wxyz=wxyz(local[0]),
+            position=local[1],
+        )
+
+    def _add_surroundings(self) -> None:
+        shape = self.shape
+        floor, camera = floor_under(shape.points, shape.unit), camera_for(shape.skeleton, shape.points)
+        self.floor, self.camera = floor, camera
+        middle = (float(camera.look_at[0]), float(camera.look_at[1]), floor.level)
+        self.scene.add_grid(
+            "/floor",
+            floor.side,
+            floor.side,
+            cell_size=floor.tile,
+            section_size=5.0 * floor.tile,
+            cell_color=(222, 227, 232),
+            section_color=(200, 207, 214),
+            plane_color=(250, 251, 252),
+            plane_opacity=1.0,
+            shadow_opacity=0.25,
+            fade_distance=3.0 * floor.side,
+            position=middle,
+        )
+        gravity = np.asarray(shape.robot.description.gravity, dtype=float)
+        strength = float(np.linalg.norm(gravity))
+        if strength > 0.0:
+            self._add_gravity(gravity / strength, strength)
+        start = self.server.initial_camera
+        start.position, start.look_at = camera.position, camera.look_at
+        start.up, start.fov = np.array([0.0, 0.0, 1.0]), camera.field
+        start.near, start.far = 0.005 * shape.size, 100.0 * shape.size
+
+    def _add_gravity(self, direction: Array, strength: float) -> None:
+        shape = self.shape
+        away = self.camera.look_at - self.camera.position
+        side = np.cross(away, (0.0, 0.0, 1.0))
+        side /= max(float(np.linalg.norm(side)), 1e-9)
+        place = self.camera.look_at - 0.95 * self.camera.radius * side
+        length = 0.14 * shape.size
+        mesh = meshes.arrow(0.045)
+        self.scene.add_mesh_simple(
+            "/gravity",
+            mesh.vertices,
+            mesh.faces,
+            color=rgb(QUIET),
+            cast_shadow=False,
+            scale=length,
+            wxyz=wxyz(meshes.frame_along(direction)),
+            position=place,
+        )
+        self.scene.add_label("/gravity/name", f"g  {strength:.4g} m/s²", anchor="bottom-center")
+
+    def _add_arrow(self, name: str) -> tuple[viser.MeshHandle, Array, Array]:
+        """An arrow of effort, at first unseen: handle, place and axis in the axes of its link."""
+        shape, anchor = self.shape, self.shape.anchors[name]
+        revolute = shape.robot.joint_types[name] == "revolute"
+        mesh = meshes.turn_arrow(0.09) if revolute else meshes.arrow(0.008)
+        path = node("links", anchor.link, f"effort {name}")
+        handle = self.scene.add_mesh_simple(
+            path, mesh.vertices, mesh.faces, color=rgb(RED), cast_shadow=False, visible=False
+        )
+        if revolute:
+            return handle, anchor.point, anchor.axis
+        rotation, _ = shape.poses(shape.home)[anchor.link]
+        toward = rotation.T @ (self.camera.position - self.camera.look_at)
+        aside = np.cross(anchor.axis, toward)
+        aside /= max(float(np.linalg.norm(aside)), 1e-9)
+        front = np.cross(aside, anchor.axis)
+        return handle, anchor.point + shape.unit * (1.9 * aside + 2.4 * front), anchor.axis
+
+
+def node(*parts: str) -> str:
+    """The path of a node; names of a robot may have slashes."""
+    return "/" + "/".join(part.replace("/", "∕") for part in parts)
+
+
+def wxyz(rotation: Array) -> Array:
+    """Unit quaternion (4,) of a rotation (3, 3)."""
+    x, y, z, w = Rotation.from_matrix(rotation).as_quat()
+    return np.array([w, x, y, z])
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """A colour #rrggbb as three numbers to 255."""
+    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)

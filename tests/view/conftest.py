@@ -1,0 +1,43 @@
+"""Viewers of robots, without a browser: each listens at a free port."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+import pytest
+
+from hybrid_dynamics_core import Robot, load
+from hybrid_dynamics_core.view import open_viewer
+from hybrid_dynamics_core.view.motion import Motion
+
+if TYPE_CHECKING:
+    from hybrid_dynamics_core.view.viewer import Viewer
+
+Opened = Callable[..., "Viewer"]
+
+
+@pytest.fixture(scope="session")
+def forging() -> Robot:
+    """One of its own: robots of this folder are not compiled."""
+    return load("forging_chu2020")
+
+
+@pytest.fixture
+def needs_viser() -> None:
+    """Skips where the extra is missing."""
+    pytest.importorskip("viser", reason="viser, the extra `view`, is not installed")
+
+
+@pytest.fixture
+def opened(needs_viser: None) -> Iterator[Opened]:  # noqa: ARG001 - it comes first
+    """Opens viewers, and closes them after the test."""
+    viewers: list[Viewer] = []
+
+    def open_one(robot: Robot, motion: Motion | None = None) -> Viewer:
+        viewers.append(open_viewer(robot, motion, port=0))
+        return viewers[-1]
+
+    yield open_one
+    for viewer in viewers:
+        viewer.close()

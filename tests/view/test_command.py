@@ -1,0 +1,126 @@
+"""The verb `view`: mistakes of the command line, trajectories and recordings."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from hybrid_dynamics_cli.app import app
+from hybrid_dynamics_cli.bags.common import LOST
+from hybrid_dynamics_cli.verbs.view import what_to_show
+from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.control import JointTrajectory
+from hybrid_dynamics_core.view.session import Session
+
+ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.usefixtures("needs_viser")
+
+
+def call(*arguments: str) -> Result:
+    return CliRunner().invoke(app, ["view", *arguments, "--no-browser"])
+
+
+def swing(robot: Robot) -> tuple[np.ndarray, JointTrajectory]:
+    """Times and a second of motion."""
+    end = robot.reference + np.array([0.4, 0.1, -0.05, 0.3])
+    return np.linspace(0.0, 1.0, 101), JointTrajectory.between(robot.reference, end, 1.0)
+
+
+def test_mistakes_are_told(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("time,q1\n0,0\n1,1\n", encoding="utf-8")
+    (tmp_path / "bag").mkdir()
+    file, bag = str(tmp_path / "a.csv"), str(tmp_path / "bag")
+    for arguments, code, words in (
+        (["forging_chu"], 1, "did you mean 'forging_chu2020'"),
+        (["five_bar", "--trajectory", file, "--bag", bag], 2, "give one of them"),
+        (["five_bar", "--topic", "/joint_states"], 2, "give --bag too"),
+        (["five_bar", "--port", "99999"], 2, "--port"),
+        (["five_bar", "--trajectory", file], 1, "no column"),
+        (["five_bar", "--trajectory", bag], 2, "is a directory"),
+        (["five_bar", "--bag", bag], 1, "no .mcap or .db3 file"),
+        (["five_bar", "--host", "nowhere.invalid"], 1, "nowhere.invalid"),
+    ):
+        result = call(*arguments)
+        assert result.exit_code == code, result.output
+        assert words in result.output
+        assert "Traceback" not in result.output
+
+
+def test_a_port_in_use_is_told() -> None:
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        result = call("five_bar", "--host", "127.0.0.1", "--port", str(port))
+    assert result.exit_code == 1
+    assert f"port {port} of 127.0.0.1 is in use" in result.output
+    assert "--port" in result.output
+
+
+@pytest.mark.parametrize("rates", [False, True])
+def test_a_trajectory_file_is_played(forging: Robot, tmp_path: Path, rates: bool) -> None:
+    time, curve = swing(forging)
+    told = curve(time)
+    file = tmp_path / "swing.npz"
+    np.savez(file, time=time + 5.0, u=told.u, **({"du": told.du} if rates else {}))
+    robot, motion, losses = what_to_show(forging.name, file, None, None)
+    assert (robot.active, losses, motion.title) == (forging.active, [], "swing.npz")
+    assert motion.duration == pytest.approx(1.0)
+    # a spline through points 10 ms apart: its error is of the order of h^4 u''''/384 < 1e-6
+    assert np.abs(motion.state.u - curve(motion.time).u).max() < 1e-6
+    session = Session(robot, motion)
+    session.show_sample(motion.index(0.3))
+    exact = curve(0.3)
+    needed = forging.inverse_dynamics(forging.close(exact.u, exact.du), exact.ddu)
+    assert session.efforts().values == pytest.approx(needed, rel=1e-2, abs=1.0)  # cubics: accelerations to 1 %
+
+
+def test_a_recording_is_played_with_its_efforts(forging: Robot, tmp_path: Path) -> None:
+    make = pytest.importorskip("hybrid_dynamics_ros.offline.make", reason="rosbags, of the extra `bag`, is missing")
+    bag = tmp_path / "recording"
+    trajectory = make.simulated(forging, 1.0, 200.0)
+    make.write_trajectory(bag, trajectory, "/joint_states", {"robot": forging.name})
+    robot, motion, losses = what_to_show(forging.name, None, bag, "/joint_states")
+    assert losses == []
+    assert motion.time[-1] == pytest.approx(trajectory.time[-1], abs=1e-6)
+    assert motion.state.u == pytest.approx(trajectory.position, abs=1e-12)
+    assert motion.recorded == pytest.approx(trajectory.effort, abs=1e-9)
+    session = Session(robot, motion)
+    session.show_sample(100)
+    efforts = session.efforts()
+    # the node's filter estimates accelerations from rates: to some percent of what inertia adds
+    assert efforts.values == pytest.approx(efforts.recorded, rel=0.05, abs=20.0)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_lossy_recording_is_played_and_the_loss_told(forging: Robot, tmp_path: Path, number: int) -> None:
+    make = pytest.importorskip("hybrid_dynamics_ros.offline.make", reason="rosbags, of the extra `bag`, is missing")
+    bag = tmp_path / "recording"
+    make.write_trajectory(bag, make.simulated(forging, 1.0, 200.0), "/joint_states", {"robot": forging.name})
+    told = (bag / "metadata.yaml").read_text(encoding="utf-8")
+    (bag / "metadata.yaml").write_text(told.replace("message_count: 200", "message_count: 300"), encoding="utf-8")
+    arguments = [forging.name, "--bag", str(bag), "--topic", "/joint_states", "--port", "0", "--no-browser"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "hybrid_dynamics_cli", "view", *arguments],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert "http://localhost:" in process.stdout.readline()
+    process.send_signal(number)
+    out, problems = process.communicate(timeout=30.0)
+    assert process.returncode == LOST
+    assert out.split() == ["ended"]
+    assert "200 messages could be read of 300" in problems
+    assert "Traceback" not in problems

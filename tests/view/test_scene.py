@@ -1,0 +1,129 @@
+"""What the scene holds, without a browser: every link, joint and loop, where the model says that it is."""
+
+from __future__ import annotations
+
+import functools
+from itertools import chain
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from hybrid_dynamics_core import ClosedState, ClosureStatus, Robot, load, shipped_robots
+from hybrid_dynamics_core.drawing.skeleton import place
+from hybrid_dynamics_core.view.bodies import shape_of, span_pose
+from hybrid_dynamics_core.view.camera import camera_for, floor_under
+from tests.drawing.shapes import SHAPES, shape
+
+from .conftest import Opened
+
+SENT = 2e-5  # relative: viser does not send a pose that differs by less than 1e-5 from the one before
+FLOAT = 1e-6  # of the size of the robot: rounding of meshes, which is far below what a screen shows
+
+
+@functools.cache
+def loaded(name: str) -> Robot:
+    return shape(name) if name in SHAPES else load(name)
+
+
+@functools.cache
+def moved(name: str, seed: int = 0) -> ClosedState:
+    """Some other state, at random."""
+    robot, rng = loaded(name), np.random.default_rng(seed)
+    home = robot.close(robot.reference)
+    for reach in 0.3 * 0.7 ** np.arange(20):
+        low, high = np.maximum(robot.limits[:, 0], home.u - reach), np.minimum(robot.limits[:, 1], home.u + reach)
+        state = robot.close(rng.uniform(low, high), near=home, check=False)
+        if state.status is ClosureStatus.OK:
+            return state
+    raise AssertionError(f"{name}: no other state found")
+
+
+@pytest.fixture(params=shipped_robots())
+def robot(request: pytest.FixtureRequest) -> Robot:
+    """Each shipped robot in turn."""
+    return loaded(request.param)
+
+
+@pytest.fixture(params=(*shipped_robots(), *SHAPES))
+def any_robot(request: pytest.FixtureRequest) -> Robot:
+    """Robots of many shapes besides: without loops, of one point, with every kind of joint and closure."""
+    return loaded(request.param)
+
+
+def test_every_link_joint_and_loop_is_seen(any_robot: Robot) -> None:
+    robot = any_robot
+    shape = shape_of(robot, robot.close(robot.reference))
+    shown: dict[str, set[str]] = {kind: set() for kind in ("link", "joint", "closure")}
+    for piece in chain(shape.bodies, shape.spans):
+        shown[piece.kind] |= set(piece.names)
+    assert shown["joint"] == set(robot.coordinates)
+    assert shown["closure"] == {closure.name for closure in robot.description.closures}
+    assert shown["link"] >= set(robot.description.links)
+
+
+def test_links_stand_where_forward_kinematics_says(robot: Robot, opened: Opened) -> None:
+    viewer = opened(robot)
+    for state in (moved(robot.name, seed) for seed in range(2)):
+        viewer.session.take_state(state)
+        viewer.show()
+        for link in robot.description.links:
+            pose = robot.forward_kinematics(state, link)
+            handle = viewer.stage.links[link]
+            assert handle.position == pytest.approx(pose.position, rel=SENT, abs=1e-7)
+            turned = Rotation.from_quat(handle.wxyz[[1, 2, 3, 0]]).inv() * Rotation.from_matrix(pose.rotation)
+            assert turned.magnitude() < 1e-4  # [rad] four components, each to SENT
+
+
+def test_joints_and_pins_hold_their_links_together(robot: Robot) -> None:
+    """The middle of each hinge, ball and pin, which moves with one link, is on the other one too."""
+    shape = shape_of(robot, robot.close(robot.reference))
+    state = moved(robot.name)
+    poses, skeleton = shape.poses(state), place(robot, state)
+    points = {joint.name: joint.point for joint in skeleton.joints if joint.type == "revolute"}
+    points |= {closure.name: closure.points[1] for closure in skeleton.closures}
+    checked = set()
+    for body in shape.bodies:
+        for name in points.keys() & set(body.names) if body.kind != "link" else ():
+            rotation, origin = poses[body.link]
+            middle = 0.5 * (body.mesh.vertices.min(axis=0) + body.mesh.vertices.max(axis=0))
+            assert rotation @ middle + origin == pytest.approx(points[name], abs=FLOAT * shape.size)
+            checked.add(name)
+    assert checked == set(points) - {name for span in shape.spans for name in span.names}
+
+
+def test_rods_slide_in_their_barrels(robot: Robot) -> None:
+    """A rod ends on its own link, and grows by what its joint does."""
+    home = robot.close(robot.reference)
+    shape = shape_of(robot, home)
+    state = moved(robot.name)
+    slides = {j.child: j.name for j in robot.description.joints.values() if j.type == "prismatic"}
+    for span in (span for span in shape.spans if span.kind == "link"):
+        k = robot.coordinates.index(slides[span.names[0]])
+        before, after = (span_pose(span, shape.poses(s))[2] for s in (home, state))
+        assert abs(after - before) == pytest.approx(abs(state.s[k] - home.s[k]), abs=FLOAT * shape.size)
+        rotation, origin = shape.poses(state)[span.links[1]]
+        turned, start, length = span_pose(span, shape.poses(state))
+        end = rotation @ span.points[1] + origin
+        assert start + length * turned[:, 2] == pytest.approx(end, abs=FLOAT * shape.size)
+
+
+def test_meshes_are_closed_and_turned_outward(any_robot: Robot) -> None:
+    """The volume that the triangles enclose is positive, and their areas as vectors cancel."""
+    for body in shape_of(any_robot, any_robot.close(any_robot.reference)).bodies:
+        a, b, c = (body.mesh.vertices[body.mesh.faces[:, k]] for k in range(3))
+        areas = np.cross(b - a, c - a)
+        assert np.einsum("ij,ij->", a - body.mesh.vertices.mean(axis=0), areas) > 0.0, body.names
+        assert np.abs(areas.sum(axis=0)).max() < 1e-9 * np.abs(areas).sum(), body.names  # rounding
+
+
+def test_the_camera_sees_the_whole_robot(any_robot: Robot) -> None:
+    shape = shape_of(any_robot, any_robot.close(any_robot.reference))
+    camera, floor = camera_for(shape.skeleton, shape.points), floor_under(shape.points, shape.unit)
+    ahead = (camera.look_at - camera.position) / np.linalg.norm(camera.look_at - camera.position)
+    away = shape.points - camera.position
+    angles = np.arccos(np.clip(away @ ahead / np.linalg.norm(away, axis=1), -1.0, 1.0))
+    assert angles.max() < 0.5 * camera.field
+    assert angles.max() > 0.1 * camera.field or np.ptp(shape.points) == 0.0
+    assert camera.position[2] > floor.level
+    assert shape.points[:, 2].min() > floor.level

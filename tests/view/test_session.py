@@ -1,0 +1,188 @@
+"""What is shown follows what is asked for, or stays and says why."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hybrid_dynamics_core import InputError, Payload, Robot, load
+from hybrid_dynamics_core.control import JointTrajectory
+from hybrid_dynamics_core.view.glide import SPAN
+from hybrid_dynamics_core.view.motion import motion_of
+from hybrid_dynamics_core.view.page import efforts_html, mode_labels, modes_html, problem_html, state_html
+from hybrid_dynamics_core.view.ranges import on_round_steps, slider_ranges
+from hybrid_dynamics_core.view.session import Session
+
+from .conftest import Opened
+
+EXACT = 1e-12  # the same computation twice, in another order at most
+
+
+def swing(robot: Robot) -> JointTrajectory:
+    """Half a second there."""
+    way = 0.1 * (robot.closing_range[:, 1] - robot.closing_range[:, 0])
+    return JointTrajectory.between(robot.reference, robot.reference + np.where(np.isfinite(way), way, 0.2), 0.5)
+
+
+def test_a_move_that_does_not_close_leaves_the_pose_and_says_why(forging: Robot, opened: Opened) -> None:
+    viewer = opened(forging)
+    session, before = viewer.session, np.array(viewer.session.state.s)
+    assert not session.move(np.add(forging.reference, [0.0, 0.9, 0.0, 0.0]))
+    viewer.show()
+    assert np.array_equal(session.state.s, before)
+    assert "q12" in session.problem
+    assert "allowed" in problem_html(session.problem)
+    assert session.move(np.add(forging.reference, [0.0, 0.05, 0.0, 0.0]))
+    assert session.problem == ""
+    assert problem_html(session.problem) == ""
+
+
+def test_a_move_keeps_the_assembly_mode(forging: Robot) -> None:
+    session = Session(forging)
+
+    session.take_mode(session.modes()[1])
+    branch = dict(session.state.branch)
+    assert branch != dict(session.home.branch)
+    assert session.move(np.add(session.state.u, [0.1, 0.02, 0.01, 0.2]))
+    assert dict(session.state.branch) == branch
+    session.reset()
+    assert np.array_equal(session.state.s, session.home.s)
+
+
+@pytest.mark.parametrize("name", ["forging_chu2020", "gough", "excavator"])
+def test_every_assembly_mode_can_be_chosen_and_is_told_from_the_others(name: str) -> None:
+    session = Session(load(name))
+    modes = session.modes()
+    labels = mode_labels(modes, session.home.branch)
+    assert len(set(labels)) == len(labels) > 1
+    for k, mode in enumerate(modes):
+        session.take_mode(mode)
+        assert session.present(modes) == k
+        assert float(np.asarray(session.state.residual)) < 1e-9  # closed to what Newton's iteration ends with
+
+
+def test_efforts_are_those_of_the_model(forging: Robot) -> None:
+    session = Session(forging)
+    rest = forging.inverse_dynamics(session.state, np.zeros(4))
+    found = session.efforts()
+    assert dict(zip(found.joints, found.values, strict=True)) == pytest.approx(
+        dict(zip(forging.active, rest, strict=True)), rel=EXACT, abs=1e-9
+    )
+    session.payload = 20.0
+    laden = forging.inverse_dynamics(session.state, np.zeros(4), forging.loads.with_payload(Payload(20.0)))
+    assert session.efforts().values == pytest.approx(laden, rel=EXACT, abs=1e-9)
+    assert max(abs(share) for share in session.efforts().shares(forging)) == 1.0
+    assert f"{laden[1]:,.0f}" in efforts_html(forging, session.efforts())
+
+
+def test_efforts_of_drives_that_are_not_active_joints_belong_to_the_drives() -> None:
+    robot = load("excavator")
+    session = Session(robot)
+    tau = robot.inverse_dynamics(session.state, np.zeros(len(robot.active)))
+    assert session.efforts().joints == robot.drives
+    back = robot.generalised_forces(
+        session.state, dict(zip(session.efforts().joints, session.efforts().values, strict=True))
+    )
+    assert back == pytest.approx(tau, rel=1e-9)  # one linear system solved and multiplied back
+
+
+def test_numbers_of_the_state_are_on_the_page(forging: Robot) -> None:
+    session = Session(forging)
+    session.move(np.add(forging.reference, [0.3, 0.05, 0.02, 0.1]))
+    text = state_html(session)
+    for value in forging.forward_kinematics(session.state).position:
+        assert f"{value:.4f}" in text
+    assert f"{session.state.singularity:.3f}" in text
+    for loop, mode in session.state.branch.items():
+        assert loop in modes_html(session.state)
+        assert mode in modes_html(session.state)
+
+
+@pytest.mark.parametrize("name", ["forging_chu2020", "staicu2015", "excavator"])
+def test_sliders_reach_as_far_as_the_loops_close(name: str) -> None:
+    robot = load(name)
+    session = Session(robot)
+    ranges = slider_ranges(robot, session.home, 1.0)
+    assert np.isfinite(ranges).all()
+    assert (ranges[:, 0] < robot.reference).all()
+    assert (ranges[:, 1] > robot.reference).all()
+    for k in np.flatnonzero(~np.isfinite(robot.limits).any(axis=1)):
+        for end in ranges[k]:
+            session.reset()
+            target = np.array(robot.reference)
+            target[k] = end
+            assert session.move(target), session.problem
+
+
+@pytest.mark.parametrize(("low", "high"), [(-np.pi, np.pi), (0.0321098, 0.7), (-0.1, 0.3), (0.0, 1e-3), (-6.28, 6.28)])
+def test_sliders_have_round_steps_within_the_range(low: float, high: float) -> None:
+    first, last, step = on_round_steps(low, high)
+    assert low - 1e-9 <= first < low + step
+    assert high - step < last <= high + 1e-9
+    assert 500 <= round((last - first) / step) + 1 <= 6400
+
+
+def test_playback_shows_the_motion_with_the_efforts_that_it_takes(forging: Robot, opened: Opened) -> None:
+    curve = swing(forging)
+    viewer = opened(forging, motion_of(forging, curve, "swing"))
+    playback, session = viewer.panel.playback, viewer.session
+    assert playback is not None
+    playback.tick(0.1)
+    assert playback.time == 0.0  # paused
+    playback.playing, playback.speed = True, 2.0
+    for elapsed, time in ((0.1, 0.2), (0.1, 0.4)):
+        playback.tick(elapsed)
+        viewer.show()
+        told = curve(time)
+        assert session.state.u == pytest.approx(told.u, abs=EXACT)
+        state = forging.close(told.u, told.du)
+        needed = forging.inverse_dynamics(state, told.ddu)
+        assert session.efforts().values == pytest.approx(needed, rel=1e-9, abs=1e-6)  # rates scale the last digits
+    assert playback.playing
+    playback.tick(0.2)
+    assert not playback.playing  # its end
+    assert session.state.u == pytest.approx(curve.positions[-1], abs=EXACT)
+
+
+def test_a_motion_that_leaves_its_range_is_refused_with_the_time(forging: Robot) -> None:
+    end = np.array(forging.reference)
+    end[1] = 0.9
+    with pytest.raises(InputError, match=r"dig cannot be followed to its end: at 0\.\d+ s"):
+        motion_of(forging, JointTrajectory.between(forging.reference, end, 1.0), "dig")
+
+
+def test_the_picture_glides_to_where_a_slider_was_moved(forging: Robot, opened: Opened) -> None:
+    viewer = opened(forging)
+    start, glide = viewer.session.state, viewer.glide
+    viewer.ask("move 1", lambda: viewer.panel._move(1, 0.2))
+    assert viewer.step(0.0)
+    shown = []
+    while glide.moving:
+        shown.append(float(glide.state.u[1]))
+        assert float(np.asarray(glide.state.residual)) < 1e-12  # closed at every moment, in closed form
+        viewer._frame(SPAN / 4)
+    assert shown == pytest.approx([0.1, 0.125, 0.15, 0.175])
+    assert glide.state is viewer.session.state
+    assert np.array_equal(start.u[[0, 2, 3]], glide.state.u[[0, 2, 3]])
+    viewer.session.move(np.add(start.u, [2.0, 0.0, 0.0, 0.0]))
+    viewer.show(smoothly=True)
+    assert not glide.moving  # far away: at once
+
+
+def test_what_a_person_does_in_the_page_moves_the_robot(forging: Robot, opened: Opened) -> None:
+    """The wishes of the panel, as viser's threads put them."""
+    viewer = opened(forging)
+    viewer.ask("move 1", lambda: viewer.panel._move(1, 0.2))
+    viewer.ask("move 1", lambda: viewer.panel._move(1, 0.25))  # the newer wish counts
+    assert viewer.step(0.0)
+    assert viewer.session.state.u.tolist() == [0.0, 0.25, 0.15, 0.0]
+    assert viewer.panel.sliders[1].value == 0.25
+    viewer.panel.list_modes()
+    present = viewer.session.present(viewer.panel.modes)
+    wanted = 0 if present else 1
+    viewer.ask("mode", lambda: viewer.panel._take(viewer.panel.labels[wanted]))
+    before = {name: np.array(link.wxyz) for name, link in viewer.stage.links.items()}
+    assert viewer.step(0.0)
+    assert viewer.session.present(viewer.panel.modes) == wanted
+    assert max(float(np.abs(link.wxyz - before[name]).max()) for name, link in viewer.stage.links.items()) > 0.1
+    assert not viewer.step(0.0)
