@@ -6,7 +6,6 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "docs" / "_ext")]
 
-from sphinx.application import Sphinx  # noqa: E402
 
 from hybrid_dynamics_core import __version__  # noqa: E402  found by the line above
 
