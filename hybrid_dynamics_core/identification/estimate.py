@@ -23,6 +23,7 @@ from .base import RANK, BaseParameters, base_parameters
 from .consistency import consistent
 
 PRIOR_WEIGHT = 1e-3  # of the divergence from the prior against half the sum of squares of normalised residuals
+FINEST = 1e-6  # of a joint's largest effort: none is measured better, and better weights leave nothing but rounding
 RUNS = 3  # estimates, each weighted with the residuals of the one before
 
 
@@ -128,10 +129,12 @@ class _Fit:
             raise InputError(f"{samples * n} equations cannot tell {base.size} base parameters; give more samples")
         self._check_shown(base)
         self.noise = np.ones(n)
+        size = np.abs(target)
+        floor = np.maximum(FINEST * size.max(axis=0), 1e-3 * FINEST * size.max(initial=1e-300))
         for _ in range(RUNS - 1):
             residual = target - self.columns @ self._solved()[0]
             share = np.sqrt((residual**2).sum(axis=0) * n / free)
-            self.noise = np.maximum(share, 1e-14 * np.abs(target).max(initial=1e-300))
+            self.noise = np.maximum(share, floor)
         self.beta, triangle, sizes = self._solved()
         self.condition = float(np.linalg.cond(triangle))
         residual = target - self.columns @ self.beta
