@@ -98,7 +98,7 @@ def turn_arrow(radius: float, sweep: float = 4.6) -> Mesh:
     head = 0.55
     around = np.linspace(0.0, 2.0 * np.pi, 17)[:-1]
     rings, sizes = [], np.where(angles <= sweep - head, radius, 0.0)
-    places = [(angle, radius) for angle, size in zip(angles, sizes, strict=True) if size > 0.0]
+    places = [(float(angle), radius) for angle, size in zip(angles, sizes, strict=True) if size > 0.0]
     places = [(0.0, 0.0), *places, (sweep - head, 2.6 * radius), (sweep, 0.0)]
     for angle, size in places:
         out = np.array([np.cos(angle), np.sin(angle), 0.0])
