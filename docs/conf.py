@@ -45,8 +45,9 @@ python_maximum_signature_line_length = 100
 autodoc_type_aliases = {name: name for name in ("Array", "ArrayLike", "Axes", "Efforts", "Figure", "Names")}
 nitpick_ignore_regex = [  # of other libraries, and of the inside: nothing is fetched to link them
     ("py:.*", r"(numpy|collections|os|pathlib|matplotlib|typing|enum)\..*"),
-    ("py:.*", r"(Array|ArrayLike|Axes|Efforts|Figure|Motion|Names|Viewer)"),
+    ("py:.*", r"(Array|ArrayLike|Axes|Efforts|Figure|Names)"),
     ("py:.*", r"(.*\.)?(RobotDescription|PoseChain|Program|Prepare|FindFrame|Explain|Call|JointType|Kernel|Link)"),
+    ("py:.*", r"(.*\.)?(Motion|Viewer)"),
 ]
 
 # -- looks -----------------------------------------------------------------------------------------------------
