@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import array
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,6 +13,7 @@ from hybrid_dynamics_msgs.msg import JointMotion
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
+from hybrid_dynamics_ros.placement import quaternion
 from hybrid_dynamics_ros.samples import FloatArray, JointSample
 
 _NS: int = 10**9
@@ -100,22 +100,6 @@ def pose_arrays(pose: Pose) -> tuple[FloatArray, FloatArray]:
     """Position (3,) [m] and quaternion (4,) x y z w, as they are in the message."""
     p, o = pose.position, pose.orientation
     return np.array([p.x, p.y, p.z], dtype=np.float64), np.array([o.x, o.y, o.z, o.w], dtype=np.float64)
-
-
-def quaternion(rotation: FloatArray) -> tuple[float, float, float, float]:
-    """Unit quaternion x, y, z, w with w >= 0 of a rotation matrix (3, 3), by way of its largest component."""
-    (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
-    squares = (1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i, 1.0 + a + e + i)  # 4 x^2, 4 y^2, 4 z^2, 4 w^2
-    largest = max(range(4), key=squares.__getitem__)
-    columns = (
-        (squares[0], b + d, c + g, h - f),
-        (b + d, squares[1], f + h, c - g),
-        (c + g, f + h, squares[2], d - b),
-        (h - f, c - g, d - b, squares[3]),
-    )
-    x, y, z, w = columns[largest]
-    scale = math.copysign(1.0 / math.sqrt(x * x + y * y + z * z + w * w), w)
-    return scale * x, scale * y, scale * z, scale * w
 
 
 def joint_motion(

@@ -42,11 +42,11 @@ FloatArray = NDArray[np.float64]
 # The memory is never shorter than about one sample interval: older samples keep at least this share of their
 # weight at each step. Where the bandwidth is too high for the sample rate, the filter becomes the finite
 # difference of the last D + 1 samples and not less.
-_LEAST_DECAY: Final = 0.1
+LEAST_DECAY: Final = 0.1
 
 # The degree is raised only when the fit is well conditioned: determinant over product of the diagonal. Two
 # stamps that almost coincide say nothing about a second derivative.
-_LEAST_CONDITION: Final = 1e-9
+LEAST_CONDITION: Final = 1e-9
 
 
 class StampEvent(Enum):
@@ -159,7 +159,7 @@ class PolynomialFilter:
     def _advance(self, state: FilterState, stamp_ns: int, sample: FloatArray) -> FilterState:
         dt = (stamp_ns - state.stamp_ns) * 1e-9  # [s]
         step = self.rate * dt
-        decay = max(math.exp(-step), _LEAST_DECAY)
+        decay = max(math.exp(-step), LEAST_DECAY)
         # A sample stands for the interval before it: the bandwidth does not depend on the sample rate.
         weight = 1.0 - decay
         old = state.moments if state.moments[0] > 0.0 else (weight, 0.0, 0.0, 0.0, 0.0)
@@ -199,11 +199,11 @@ def _gains(
     if degree == 2:
         c0, c1, c2 = m2 * m4 - m3 * m3, m2 * m3 - m1 * m4, m1 * m3 - m2 * m2
         det = m0 * c0 + m1 * c1 + m2 * c2
-        if det > _LEAST_CONDITION * m0 * m2 * m4:
+        if det > LEAST_CONDITION * m0 * m2 * m4:
             scale = weight / det
             return 2, (scale * c0, -rate * scale * c1, 2.0 * rate * rate * scale * c2)
     det = m0 * m2 - m1 * m1
-    if degree >= 1 and det > _LEAST_CONDITION * m0 * m2:
+    if degree >= 1 and det > LEAST_CONDITION * m0 * m2:
         scale = weight / det
         return 1, (scale * m2, rate * scale * m1, 0.0)
     return 0, (weight / m0, 0.0, 0.0)

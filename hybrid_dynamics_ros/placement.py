@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_ros.conversions import quaternion
 from hybrid_dynamics_ros.samples import FloatArray
 
 
@@ -43,3 +44,19 @@ class LinkTransforms:
         for k in range(len(self._places)):
             slots[f"place {k}"], slots[f"turn {k}"] = place[:, k], turn[:, k]
         return slots
+
+
+def quaternion(rotation: FloatArray) -> tuple[float, float, float, float]:
+    """Unit quaternion x, y, z, w with w >= 0 of a rotation matrix (3, 3), by way of its largest component."""
+    (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
+    squares = (1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i, 1.0 + a + e + i)  # 4 x^2, 4 y^2, 4 z^2, 4 w^2
+    largest = max(range(4), key=squares.__getitem__)
+    columns = (
+        (squares[0], b + d, c + g, h - f),
+        (b + d, squares[1], f + h, c - g),
+        (c + g, f + h, squares[2], d - b),
+        (h - f, c - g, d - b, squares[3]),
+    )
+    x, y, z, w = columns[largest]
+    scale = math.copysign(1.0 / math.sqrt(x * x + y * y + z * z + w * w), w)
+    return scale * x, scale * y, scale * z, scale * w

@@ -1,7 +1,6 @@
 """The node's filter over many samples: the same steps in the same order, without an object for each of them.
 
-Gains depend on stamps alone; each joint then runs through its samples in plain floats, whose arithmetic is that of
-NumPy's elementwise operations: every bit is the same as that of `PolynomialFilter.step`.
+Compiled where there is a compiler, else in plain floats: every bit is the same as that of `PolynomialFilter.step`.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hybrid_dynamics_ros.filters import (
-    _LEAST_DECAY,
+    LEAST_DECAY,
     FilterState,
     FloatArray,
     PolynomialFilter,
@@ -20,8 +19,10 @@ from hybrid_dynamics_ros.filters import (
     _aged,
     _gains,
 )
+from hybrid_dynamics_ros.offline.compiled_filter import advance_of
 
 Steps = list[tuple[float, float, float, float]]  # dt [s], gains of value, first and second derivative
+Moments = tuple[float, float, float, float, float]
 Run = tuple[FloatArray, NDArray[np.bool_], list[StampEvent], FilterState]
 
 
@@ -39,7 +40,7 @@ def run_filter(
     at, times = 0, stamps.tolist()
     while at < count:
         if state is not None and state.degree == filt.degree:
-            done, state = _advance(filt, state, times[at:], samples[at:], derivatives[at:])
+            done, state = _advance(filt, state, stamps[at:], samples[at:], derivatives[at:])
             ready[at : at + done] = (stamps[at : at + done] - state.start_ns) * 1e-9 >= filt.lag
             events += [StampEvent.NEXT] * done
             at += done
@@ -55,40 +56,53 @@ def run_filter(
 
 
 def _advance(
-    filt: PolynomialFilter, state: FilterState, times: list[int], samples: FloatArray, out: FloatArray
+    filt: PolynomialFilter, state: FilterState, stamps: NDArray[np.int64], samples: FloatArray, out: FloatArray
 ) -> tuple[int, FilterState]:
     """The samples at the front that follow each other without a gap, as many as keep the full degree."""
-    steps, moments = _steps(filt, state, times)
-    done = len(steps)
+    intervals = np.diff(stamps, prepend=state.stamp_ns)
+    seconds = intervals * 1e-9
+    bad = np.flatnonzero((intervals <= 0) | (seconds > filt.max_gap))
+    usable = int(bad[0]) if len(bad) else len(stamps)
+    compiled = advance_of(filt.degree)
+    if compiled is None:
+        done, moments = _in_python(filt, state, intervals[:usable].tolist(), samples, out)
+        last = out[done - 1].copy()
+    else:
+        past, last = np.array(state.moments), np.array(state.derivatives)
+        own = np.ascontiguousarray(samples[:usable])
+        done = compiled(seconds[:usable], own, filt.rate, past, last, out[:usable])
+        moments = tuple(past.tolist())
     if not done:
         return 0, state
+    return done, state._replace(
+        stamp_ns=int(stamps[done - 1]), moments=moments, sample=samples[done - 1].copy(), derivatives=last
+    )
+
+
+def _in_python(
+    filt: PolynomialFilter, state: FilterState, intervals: list[int], samples: FloatArray, out: FloatArray
+) -> tuple[int, Moments]:
+    """The same without a compiler: rows done, and the moments after them."""
+    steps, moments = _steps(filt, state, intervals)
+    done = len(steps)
     for k in range(samples.shape[1]):
         track = _second if filt.degree == 2 else _first
-        out[:done, :, k] = track(samples[:done, k].tolist(), steps, state.derivatives[:, k].tolist())
-    last = done - 1
-    after = state._replace(
-        stamp_ns=times[last], moments=moments, sample=samples[last].copy(), derivatives=out[last].copy()
-    )
-    return done, after
+        if done:
+            out[:done, :, k] = track(samples[:done, k].tolist(), steps, state.derivatives[:, k].tolist())
+    return done, moments
 
 
-def _steps(
-    filt: PolynomialFilter, state: FilterState, times: list[int]
-) -> tuple[Steps, tuple[float, float, float, float, float]]:
-    rate, degree, gap = filt.rate, filt.degree, filt.max_gap
-    moments, before, steps = state.moments, state.stamp_ns, []
+def _steps(filt: PolynomialFilter, state: FilterState, intervals: list[int]) -> tuple[Steps, Moments]:
+    rate, degree = filt.rate, filt.degree
+    moments, steps = state.moments, []
     settled: tuple[int, tuple[float, float, float, float]] | None = None  # interval at which the moments stay
-    for stamp in times:
-        interval = stamp - before
-        dt = interval * 1e-9
-        if interval <= 0 or dt > gap:
-            break
-        before = stamp
+    for interval in intervals:
         if settled is not None and settled[0] == interval:
             steps.append(settled[1])
             continue
+        dt = interval * 1e-9
         step = rate * dt
-        decay = max(math.exp(-step), _LEAST_DECAY)
+        decay = max(math.exp(-step), LEAST_DECAY)
         weight = 1.0 - decay
         after = _aged(moments, step, decay, weight)
         found, gains = _gains(after, weight, degree, rate)

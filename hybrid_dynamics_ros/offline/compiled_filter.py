@@ -1,0 +1,161 @@
+"""The filter's steps as machine code: what `recursion` does in Python, operation by operation, so to the same bits.
+
+Nothing is fused and nothing reordered; exp is that of the C library, which Python calls too.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hybrid_dynamics_core.kernels import llvm, native
+from hybrid_dynamics_core.kernels.ir.text import Function, constant
+from hybrid_dynamics_ros.filters import LEAST_CONDITION, LEAST_DECAY, FloatArray
+
+MOMENTS = 5
+_BINOMIAL = ((), (1.0,), (1.0, 2.0), (1.0, 3.0, 3.0), (1.0, 4.0, 6.0, 4.0))
+
+# (rows, joints, intervals [s], samples, rate [1/s], moments in and out, derivatives in and out, fitted) -> rows done
+Advance = Callable[[FloatArray, FloatArray, float, FloatArray, FloatArray, FloatArray], int]
+
+
+@cache
+def advance_of(degree: int) -> Advance | None:
+    """The function for a filter of degree 1 or 2; None where there is no compiler."""
+    if native.reason_against():
+        return None
+    loaded = llvm.Loaded(llvm.compile_text(_text(degree), native.LEVEL))
+    pointer, count = ctypes.c_void_p, ctypes.c_int64
+    code = ctypes.CFUNCTYPE(count, count, count, pointer, pointer, ctypes.c_double, pointer, pointer, pointer)(
+        loaded.address
+    )
+
+    def advance(
+        intervals: FloatArray,
+        samples: FloatArray,
+        rate: float,
+        moments: FloatArray,
+        derivatives: FloatArray,
+        fitted: FloatArray,
+    ) -> int:
+        """Rows of `samples` (N, n) taken, fewer than N where the moments no longer allow the degree.
+
+        intervals: (N,) [s]. moments: (5,), derivatives: (D + 1, n): before the first row, and after the last taken.
+        fitted: (N, D + 1, n), filled.
+        """
+        arrays: tuple[NDArray[Any], ...] = (intervals, samples, moments, derivatives, fitted)
+        if not all(a.dtype == np.float64 and a.flags.c_contiguous for a in arrays):
+            raise ValueError("expected float64 arrays in C order")
+        places = [a.ctypes.data for a in arrays]
+        done = code(len(samples), samples.shape[1], places[0], places[1], rate, *places[2:])
+        _ = loaded  # lives as long as its code
+        return int(done)
+
+    return advance
+
+
+class _Formula:
+    """Double arithmetic written as LLVM IR, rounded after every operation as Python's is."""
+
+    def __init__(self, f: Function) -> None:
+        self._f = f
+
+    def add(self, a: str, b: str) -> str:
+        return self._f.let(f"fadd double {a}, {b}")
+
+    def sub(self, a: str, b: str) -> str:
+        return self._f.let(f"fsub double {a}, {b}")
+
+    def mul(self, *factors: str) -> str:
+        product = factors[0]
+        for factor in factors[1:]:
+            product = self._f.let(f"fmul double {product}, {factor}")
+        return product
+
+    def div(self, a: str, b: str) -> str:
+        return self._f.let(f"fdiv double {a}, {b}")
+
+    def greater(self, a: str, b: str) -> str:
+        return self._f.let(f"fcmp ogt double {a}, {b}")
+
+
+def _text(degree: int) -> str:
+    heads = "ptr %intervals, ptr %samples, double %rate, ptr %moments, ptr %state, ptr %fitted"
+    f = Function(f"define i64 @call(i64 %rows, i64 %joints, {heads})")
+    going, done = f.slot("i1"), f.slot("i64")
+    f.store("true", going, kind="i1", align=1)
+    f.store(0, done, kind="i64")
+    with f.loop(0, "%rows", while_=going) as row:
+        dt = f.load("%intervals", row)
+        moments, good, gains = _gains(f, dt, degree)
+        f.store(good, going, kind="i1", align=1)
+        with f.when(good):
+            for k, value in enumerate(moments):
+                f.store(value, "%moments", k)
+            _step(f, row, dt, gains, degree)
+            f.store(f.let(f"add i64 {row}, 1"), done, kind="i64")
+    f.do(f"ret i64 {f.load(done, kind='i64')}")
+    return "declare double @exp(double)\ndeclare double @llvm.maxnum.f64(double, double)\n" + f.text()
+
+
+def _gains(f: Function, dt: str, degree: int) -> tuple[list[str], str, list[str]]:
+    """Moments after an interval, whether they allow the degree, and the gains: `filters._aged` and `_gains`."""
+    d = _Formula(f)
+    step = d.mul("%rate", dt)
+    kept = f.let(f"call double @exp(double {f.let(f'fneg double {step}')})")
+    decay = f.let(f"call double @llvm.maxnum.f64(double {kept}, double {constant(LEAST_DECAY)})")
+    weight = d.sub(constant(1.0), decay)
+    old = [f.load("%moments", k) for k in range(MOMENTS)]
+    moments = [d.add(d.mul(decay, old[0]), weight)]
+    for k in range(1, MOMENTS):
+        inner = old[0]  # Horner in the step: the binomial shift of ages
+        for j in range(1, k):
+            inner = d.add(d.mul(constant(_BINOMIAL[k][j]), old[j]), d.mul(step, inner))
+        moments.append(d.mul(decay, d.add(old[k], d.mul(step, inner))))
+    m0, m1, m2, m3, m4 = moments
+    if degree == 1:
+        det = d.sub(d.mul(m0, m2), d.mul(m1, m1))
+        good = d.greater(det, d.mul(constant(LEAST_CONDITION), m0, m2))
+        scale = d.div(weight, det)
+        return moments, good, [d.mul(scale, m2), d.mul("%rate", scale, m1)]
+    c0 = d.sub(d.mul(m2, m4), d.mul(m3, m3))
+    c1 = d.sub(d.mul(m2, m3), d.mul(m1, m4))
+    c2 = d.sub(d.mul(m1, m3), d.mul(m2, m2))
+    det = d.add(d.add(d.mul(m0, c0), d.mul(m1, c1)), d.mul(m2, c2))
+    good = d.greater(det, d.mul(constant(LEAST_CONDITION), m0, m2, m4))
+    scale = d.div(weight, det)
+    back = f.let("fneg double %rate")
+    return moments, good, [
+        d.mul(scale, c0),
+        d.mul(back, scale, c1),
+        d.mul(constant(2.0), "%rate", "%rate", scale, c2),
+    ]  # fmt: skip
+
+
+def _step(f: Function, row: str, dt: str, gains: list[str], degree: int) -> None:
+    """One sample of every joint: the polynomial moved to the new stamp, and corrected by the gains."""
+    d = _Formula(f)
+    half = d.mul(constant(0.5), dt, dt)
+    samples = f.at("%samples", f.let(f"mul i64 {row}, %joints"))
+    width = f.let(f"mul i64 %joints, {degree + 1}")
+    fitted = f.at("%fitted", f.let(f"mul i64 {row}, {width}"))
+    with f.loop(0, "%joints") as joint:
+        places = [joint]
+        for _ in range(degree):
+            places.append(f.let(f"add i64 {places[-1]}, %joints"))
+        values = [f.load("%state", place) for place in places]
+        moved = list(values)
+        moved[0] = d.add(values[0], d.mul(dt, values[1]))
+        if degree == 2:
+            moved[0] = d.add(moved[0], d.mul(half, values[2]))
+            moved[1] = d.add(values[1], d.mul(dt, values[2]))
+        error = d.sub(f.load(samples, joint), moved[0])
+        for place, value, gain in zip(places, moved, gains, strict=True):
+            new = d.add(value, d.mul(gain, error))
+            f.store(new, "%state", place)
+            f.store(new, fitted, place)
