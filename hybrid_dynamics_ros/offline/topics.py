@@ -269,7 +269,7 @@ class Transforms:
 
 
 def quaternions(rotations: FloatArray) -> FloatArray:
-    """Unit quaternions (N, 4) x y z w of rotation matrices (N, 3, 3), with the steps of `conversions.quaternion`."""
+    """Unit quaternions (N, 4) x y z w of rotation matrices (N, 3, 3), with the steps of `placement.quaternion`."""
     (a, b, c), (d, e, f), (g, h, i) = np.moveaxis(rotations, 0, -1)
     squares = np.stack([1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i, 1.0 + a + e + i])
     columns = np.array(

@@ -11,6 +11,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from hybrid_dynamics_ros import conversions
+from hybrid_dynamics_ros.placement import quaternion
 
 HEADER = Header(stamp=Time(sec=3, nanosec=4), frame_id="base")
 
@@ -103,7 +104,7 @@ def test_poses_keep_their_order_x_y_z_w():
 def test_quaternions_are_those_of_an_independent_library(seed):
     random = np.random.default_rng(seed)
     wanted = Rotation.from_quat(random.normal(size=4) * np.where(random.random(4) < 0.3, 0.0, 1.0) + [0, 0, 1e-9, 0])
-    found = conversions.quaternion(wanted.as_matrix())
+    found = quaternion(wanted.as_matrix())
     np.testing.assert_allclose(np.abs(np.dot(found, wanted.as_quat())), 1.0, atol=1e-14)
     np.testing.assert_allclose(np.linalg.norm(found), 1.0, atol=1e-15)
     assert found[3] >= 0.0
