@@ -12,7 +12,7 @@ from rclpy.qos import QoSProfile
 from rclpy.service import Service as RosService
 from trajectory_msgs.msg import JointTrajectory
 
-from hybrid_dynamics_ros.conditions import Conditions
+from hybrid_dynamics_ros.conditions import Change, NewMode
 from hybrid_dynamics_ros.parameters import QUEUE, TIMEOUT
 from hybrid_dynamics_ros.runtime import Runtime
 from hybrid_dynamics_ros.samples import Rejection, RejectionCode
@@ -117,9 +117,9 @@ class Calls:
     def _call(self, service: Service, request: Any, response: Any, tell: Callable[[Any], None]) -> None:
         runtime, workers = self._runtime, self._workers
 
-        def done(answered: Any, conditions: Conditions | None) -> None:
-            if conditions is not None and runtime is not None:
-                answered = self._change(runtime, conditions, answered)
+        def done(answered: Any, change: Change | None) -> None:
+            if change is not None and runtime is not None:
+                answered = self._change(runtime, change, answered)
             if answered.error_code != OK:
                 self._log.warn((service.name, answered.error_code), f"{service.name}: {answered.error_text}")
             self._tell(service, answered, tell)
@@ -133,13 +133,14 @@ class Calls:
             job = Job(service.name, request, runtime.situation(), settings[TIMEOUT], done)
             workers.submit(service.lane, job, settings[QUEUE])
 
-    def _change(self, runtime: Runtime, conditions: Conditions, answered: Any) -> Any:
-        """Take conditions that a call made, unless things changed while it was worked on."""
-        if runtime is not self._runtime:
-            return refused(type(answered)(), Rejection(RejectionCode.NOT_READY, _UNREADY))
-        if conditions.mode is not runtime.conditions.mode and runtime.moving:
-            return refused(type(answered)(), Rejection(RejectionCode.REFUSED, "the robot began to move meanwhile"))
-        runtime.change(conditions)
+    def _change(self, runtime: Runtime, change: Change, answered: Any) -> Any:
+        """Make the change of a call, unless things changed while it was worked on. Runs in a worker's thread too."""
+        with runtime.lock:
+            if runtime is not self._runtime:
+                return refused(type(answered)(), Rejection(RejectionCode.NOT_READY, _UNREADY))
+            if isinstance(change, NewMode) and runtime.moving:
+                return refused(type(answered)(), Rejection(RejectionCode.REFUSED, "the robot began to move meanwhile"))
+            runtime.change(change)
         return answered
 
     def _tell(self, service: Service, response: Any, tell: Callable[[Any], None]) -> None:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 Bytes = NDArray[np.uint8]
 HEAD: Final = 4
 LITTLE: Final = b"\x00\x01\x00\x00"
+PADDING: Final = 8  # bytes that writers leave after the fields, at most: some pad to four, rclpy leaves eight
 _STAMP: Final = struct.Struct("<iI")
 _NS: Final = 10**9
 
@@ -116,13 +117,14 @@ class JointStateLayout:
     Attributes:
         names: joints.
         starts: of position, velocity and effort: first byte and how many numbers.
-        size: bytes of a message.
+        size: bytes of a message; end: those of its fields.
         fixed: bytes that all messages of the layout share (padding is left out), and their values.
     """
 
     names: tuple[str, ...]
     starts: tuple[tuple[int, int], tuple[int, int], tuple[int, int]]
     size: int
+    end: int
     fixed: Bytes = field(repr=False)
     places: NDArray[np.intp] = field(repr=False)
 
@@ -165,8 +167,8 @@ class JointStateLayout:
         return part.view("<f8").reshape(len(rows), count).astype(np.float64, copy=False)
 
 
-def layout_of(message: bytes, padding: int = 3) -> JointStateLayout:
-    """The layout of one JointState, with so many bytes after its fields at most: some writers pad to four.
+def layout_of(message: bytes) -> JointStateLayout:
+    """The layout of one JointState.
 
     Raises:
         LayoutError: it is not little-endian CDR, or ends early or late.
@@ -178,10 +180,10 @@ def layout_of(message: bytes, padding: int = 3) -> JointStateLayout:
     reader.string()
     names = tuple(reader.string() for _ in range(reader.count()))
     starts = (reader.doubles(), reader.doubles(), reader.doubles())
-    if reader.at > len(message) or len(message) - reader.at > padding:
+    if reader.at > len(message) or len(message) - reader.at > PADDING:
         raise LayoutError(f"{len(message)} bytes; its fields take {reader.at}")
     places = np.flatnonzero(reader.fixed[: len(message)])
-    return JointStateLayout(names, starts, len(message), np.frombuffer(message, np.uint8)[places], places)
+    return JointStateLayout(names, starts, len(message), reader.at, np.frombuffer(message, np.uint8)[places], places)
 
 
 class _Reader:

@@ -67,6 +67,32 @@ class Conditions:
         return changed.with_payload(settings[PAYLOAD_FRAME] or end_effector, body)
 
 
+@dataclass(frozen=True)
+class NewPayload:
+    """A change that a call makes: another payload at a frame."""
+
+    frame: str
+    body: Mass
+
+    def applied(self, conditions: Conditions) -> Conditions:
+        """The conditions with it."""
+        return conditions.with_payload(self.frame, self.body)
+
+
+@dataclass(frozen=True)
+class NewMode:
+    """A change that a call makes: other assembly modes, those of a closed state."""
+
+    mode: ClosedState
+
+    def applied(self, conditions: Conditions) -> Conditions:
+        """The conditions with it."""
+        return replace(conditions, mode=self.mode)
+
+
+Change = NewPayload | NewMode
+
+
 def loads_of(robot: Robot, conditions: Conditions) -> Loads:
     """Everything that acts on the robot under the conditions.
 

@@ -270,6 +270,12 @@ class Settings:
     def __getitem__(self, row: Parameter[T]) -> T:
         return cast(T, self._values.get(row.name, row.default))
 
+    @property
+    def sensors(self) -> list[str]:
+        """Joints of whose sensors something is said."""
+        start = f"{SENSOR}."
+        return list(dict.fromkeys(name.split(".")[1] for name in self._values if name.startswith(start)))
+
     def replaced(self, changes: Mapping[str, Value]) -> Settings:
         """The settings with other values by name."""
         return Settings({**self._values, **changes})

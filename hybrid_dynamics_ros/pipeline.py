@@ -149,6 +149,12 @@ class Pipeline:
         self._estimator = MotionEstimator(bandwidth, max_gap)
         self._state = None
 
+    def calibrate(self, calibration: Calibration | None) -> None:
+        """Read the sensors so from now on; where that is another way than before, the estimates start anew."""
+        if not _same(calibration, self.calibration):
+            self.reset()
+        self.calibration = calibration
+
     def set_mode(self, mode: ClosedState | None) -> None:
         """Keep the assembly modes of a closed state from now on; None: those of the robot file."""
         self.mode = self._near = mode
@@ -248,3 +254,9 @@ class Pipeline:
         if values is None:
             raise InputError("the positions are missing")
         return self.robot.close_given(values, rates, accelerations, near=near)
+
+
+def _same(one: Calibration | None, other: Calibration | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return np.array_equal(one.offset, other.offset) and np.array_equal(one.factor, other.factor)

@@ -13,7 +13,6 @@ from hybrid_dynamics_ros.conversions import sample_of_state
 from hybrid_dynamics_ros.samples import JointSample
 
 Read = Callable[[bytes], JointSample]
-_PADDING = 64  # bytes that writers leave after a message; rclpy's own leaves a few
 
 
 class StateReader:
@@ -28,7 +27,7 @@ class StateReader:
         if layout is None or not layout.fits(data):
             sample = sample_of_state(deserialize_message(data, JointState))
             try:
-                self._layout = layout_of(data, _PADDING)
+                self._layout = layout_of(data)
             except LayoutError:
                 self._layout = None
             return sample

@@ -5,11 +5,13 @@ Knows no rclpy.
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 
 from hybrid_dynamics_core import Loads, Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError
-from hybrid_dynamics_ros.conditions import Conditions, calibration_of, loads_of
+from hybrid_dynamics_ros.conditions import Change, Conditions, calibration_of, loads_of
 from hybrid_dynamics_ros.monitor import Monitor
 from hybrid_dynamics_ros.parameters import (
     BANDWIDTH,
@@ -21,6 +23,7 @@ from hybrid_dynamics_ros.parameters import (
     Settings,
 )
 from hybrid_dynamics_ros.pipeline import MotionResult, Pipeline
+from hybrid_dynamics_ros.samples import JointSample, Rejection
 from hybrid_dynamics_ros.services.context import Situation
 from hybrid_dynamics_ros.strokes import Strokes
 
@@ -41,6 +44,7 @@ class Runtime:
         _require_known("measured", measured, robot.coordinates)
         self.pipeline = Pipeline(robot, settings[BANDWIDTH], settings[MAX_GAP], measured)
         self.monitor = Monitor(Strokes(robot))
+        self.lock = threading.RLock()  # the stream and calls that change something take turns
         self.result: MotionResult | None = None
         self.conditions = Conditions()
         self._taken: Settings | None = None
@@ -72,19 +76,30 @@ class Runtime:
             HybridDynamicsError: the payload is none.
             ParameterError: its frame is none of the robot.
         """
+        with self.lock:
+            self._take(settings)
+
+    def _take(self, settings: Settings) -> None:
         conditions, loads = self._conditions(settings)
         self.pipeline.loads = loads
-        self.pipeline.calibration = calibration_of(settings, self.measured)
+        self.pipeline.calibrate(calibration_of(settings, self.measured))
         if any(settings[row] != self.settings[row] for row in (BANDWIDTH, MAX_GAP)):
             self.pipeline.set_filter(settings[BANDWIDTH], settings[MAX_GAP])
         self.conditions, self.settings, self._taken = conditions, settings, settings
 
-    def change(self, conditions: Conditions) -> None:
-        """Work under other conditions from now on; they were checked by whoever made them."""
-        self.pipeline.loads = loads_of(self.robot, conditions)
-        if conditions.mode is not self.conditions.mode:
-            self.pipeline.set_mode(conditions.mode)
-        self.conditions = conditions
+    def change(self, change: Change) -> None:
+        """Work under changed conditions from now on; they were checked by whoever made the change."""
+        with self.lock:
+            conditions = change.applied(self.conditions)
+            self.pipeline.loads = loads_of(self.robot, conditions)
+            if conditions.mode is not self.conditions.mode:
+                self.pipeline.set_mode(conditions.mode)
+            self.conditions = conditions
+
+    def process(self, sample: JointSample) -> MotionResult | Rejection:
+        """The result of one sample, under the conditions of now."""
+        with self.lock:
+            return self.pipeline.process(sample)
 
     @property
     def moving(self) -> bool:

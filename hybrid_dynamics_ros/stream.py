@@ -140,7 +140,7 @@ class Stream:
 
     def _answer(self, sample: JointSample) -> None:
         runtime = self._runtime
-        result = runtime.pipeline.process(sample)
+        result = runtime.process(sample)
         if isinstance(result, Rejection):
             self._refuse(result)
             return

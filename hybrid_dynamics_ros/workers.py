@@ -19,13 +19,13 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from hybrid_dynamics_core.description.model import RobotDescription
-from hybrid_dynamics_ros.conditions import Conditions
+from hybrid_dynamics_ros.conditions import Change
 from hybrid_dynamics_ros.samples import Rejection, RejectionCode
 from hybrid_dynamics_ros.services.answers import refused
 from hybrid_dynamics_ros.services.context import Situation
 from hybrid_dynamics_ros.services.table import BY_NAME, Lane
 
-Done = Callable[[Any, Conditions | None], None]
+Done = Callable[[Any, Change | None], None]
 _START: Final = 60.0  # [s] for a process to import all it needs
 _END: Final = 5.0  # [s] for a thread to see that it is over
 
@@ -147,5 +147,5 @@ class _Worker:
             self._restart()
             job.refuse(RejectionCode.TIMEOUT, f"not done within {job.timeout:g} s (parameter services.timeout)")
             return
-        response, conditions = self._connection.recv()
-        job.done(response, conditions)
+        response, change = self._connection.recv()
+        job.done(response, change)

@@ -137,7 +137,7 @@ class Decoder:
 
     def _one(self, out: Samples, row: int, data: bytes) -> None:
         try:
-            message: Any = typestore().deserialize_cdr(data, JOINT_STATE)
+            message: Any = typestore().deserialize_cdr(_fields(data), JOINT_STATE)
         except Exception as error:  # noqa: BLE001 - whatever the library meets in damaged bytes
             out.broken[row] = f"no JointState: {str(error) or type(error).__name__}"
             return
@@ -157,6 +157,14 @@ class Decoder:
         efforts = np.asarray(message.effort)
         if len(efforts) == len(sample.names):
             out.effort[row] = efforts[[sample.names.index(joint) for joint in self._joints]]
+
+
+def _fields(data: bytes) -> bytes:
+    """A message without what its writer left after it, which the library does not take."""
+    try:
+        return data[: layout_of(data).end]
+    except LayoutError:
+        return data  # the library says what is wrong
 
 
 def sample_of(message: Any) -> JointSample:

@@ -23,6 +23,7 @@ from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE
 from hybrid_dynamics_ros.offline.mcap_write import BagWriter, Block, new_bag
 from hybrid_dynamics_ros.offline.motion import BulkPipeline, Motion
+from hybrid_dynamics_ros.offline.settings import require_known_sensors
 from hybrid_dynamics_ros.offline.smooth import estimates_of, joined, split
 from hybrid_dynamics_ros.offline.source import Messages, Source, Topic
 from hybrid_dynamics_ros.offline.topics import NODE, Output, outputs_of
@@ -131,7 +132,8 @@ def make_pipeline(robot: Robot, settings: Settings) -> Pipeline:
     pipeline = Pipeline(robot, settings[BANDWIDTH], settings[MAX_GAP], settings[MEASURED])
     conditions = Conditions().with_settings(settings, None, robot.end_effector)
     pipeline.loads = loads_of(robot, conditions)
-    pipeline.calibration = calibration_of(settings, pipeline.measured)
+    require_known_sensors(settings, pipeline.measured)
+    pipeline.calibrate(calibration_of(settings, pipeline.measured))
     return pipeline
 
 

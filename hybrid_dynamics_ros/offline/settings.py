@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,8 @@ import yaml
 
 from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.parameters import SENSOR, TABLE, ParameterError, Settings, checked, sensor_rows
+
+_NAME = "hybrid_dynamics"  # of the node whose topics a processed bag has
 
 
 def read_settings(path: Path | None) -> Settings:
@@ -23,9 +25,15 @@ def read_settings(path: Path | None) -> Settings:
         return Settings()
     try:
         tree = yaml.safe_load(path.read_text(encoding="utf-8"))
-        given = dict(_flat(next(iter(tree.values()))["ros__parameters"]))
-    except (OSError, ValueError, yaml.YAMLError, AttributeError, KeyError, TypeError, StopIteration) as error:
+        sections = {name: dict(_flat(section["ros__parameters"])) for name, section in tree.items()}
+    except (OSError, ValueError, yaml.YAMLError, AttributeError, KeyError, TypeError) as error:
         raise BagError(f"{path}: expected a parameter file, '/**:' above 'ros__parameters:' ({error})") from error
+    given: dict[str, Any] = {}
+    for name in [name for name in sections if _is_for_the_node(name)] or (list(sections) if len(sections) == 1 else []):
+        given |= sections[name]  # as ROS does: a later section wins
+    if sections and not given and not any(map(_is_for_the_node, sections)):
+        told = ", ".join(map(str, sections))
+        raise BagError(f"{path}: no section is for a node named {_NAME}; there are {told}; call one '{_NAME}' or '/**'")
     rows = {row.name: row for row in TABLE}
     values = {}
     for name, value in given.items():
@@ -35,6 +43,23 @@ def read_settings(path: Path | None) -> Settings:
             raise ParameterError(f"{path}: there is no parameter {name}")
         values[name] = checked(rows[name], value)
     return Settings(values)
+
+
+def require_known_sensors(settings: Settings, measured: Sequence[str]) -> None:
+    """Refuse what is said of sensors that there are not.
+
+    Raises:
+        ParameterError: a joint of the sensors is not measured.
+    """
+    for joint in settings.sensors:
+        if joint not in measured:
+            told = ", ".join(measured)
+            raise ParameterError(f"{SENSOR}.{joint}: '{joint}' is not measured; measured are {told}")
+
+
+def _is_for_the_node(section: object) -> bool:
+    last = str(section).rsplit("/", 1)[-1]
+    return last in (_NAME, "*", "**")
 
 
 def _flat(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

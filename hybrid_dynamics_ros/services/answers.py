@@ -10,14 +10,14 @@ import numpy as np
 from hybrid_dynamics_msgs.msg import ErrorCode
 
 from hybrid_dynamics_core.errors import HybridDynamicsError
-from hybrid_dynamics_ros.conditions import Conditions
+from hybrid_dynamics_ros.conditions import Change
 from hybrid_dynamics_ros.samples import RejectedError, Rejection, RejectionCode, rejection_of
 from hybrid_dynamics_ros.services.context import Context
 
 OK: Final[int] = ErrorCode.OK
 
-# Fills the response, whose error_code is OK; returns other conditions where the call changes them.
-Answer = Callable[[Context, Any, Any], Conditions | None]
+# Fills the response, whose error_code is OK; returns the change of conditions where the call makes one.
+Answer = Callable[[Context, Any, Any], Change | None]
 
 _CODES: Final = {
     RejectionCode.UNREACHABLE: ErrorCode.OUT_OF_REACH,
@@ -36,7 +36,7 @@ def code_of(rejection: Rejection) -> int:
     return int(_CODES.get(rejection.code, ErrorCode.BAD_INPUT))
 
 
-def guarded(answer: Answer, context: Context, request: Any, response: Any) -> tuple[Any, Conditions | None]:
+def guarded(answer: Answer, context: Context, request: Any, response: Any) -> tuple[Any, Change | None]:
     """The answer to a request, an error code and text included, whatever happens.
 
     Args:
@@ -47,7 +47,7 @@ def guarded(answer: Answer, context: Context, request: Any, response: Any) -> tu
 
     Returns:
         The response; where something went wrong an empty one with ``error_code`` and ``error_text``. And the
-        conditions that the call changed.
+        change of conditions that the call makes.
     """
     try:
         # Numbers near the end of the range overflow somewhere in the model; the answer is checked instead.

@@ -7,7 +7,7 @@ from std_msgs.msg import Header
 
 from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_ros import conversions
-from hybrid_dynamics_ros.conditions import Conditions, Mass, loads_of
+from hybrid_dynamics_ros.conditions import Mass, NewPayload, loads_of
 from hybrid_dynamics_ros.samples import JointOrder, JointSample, RejectedError, RejectionCode
 from hybrid_dynamics_ros.services.context import Context, require_finite
 from hybrid_dynamics_ros.services.kinematics import require_frames
@@ -61,7 +61,7 @@ def minimal_form(context: Context, request: MinimalForm.Request, response: Minim
     response.passive = conversions.to_field(passive)
 
 
-def set_payload(context: Context, request: SetPayload.Request, _response: SetPayload.Response) -> Conditions:
+def set_payload(context: Context, request: SetPayload.Request, _response: SetPayload.Response) -> NewPayload:
     """Another payload at a frame, from now on."""
     frame = request.frame or context.robot.end_effector
     require_frames(context.robot, frame)
@@ -70,9 +70,9 @@ def set_payload(context: Context, request: SetPayload.Request, _response: SetPay
     if not inertia.m >= 0.0:
         raise RejectedError(RejectionCode.BAD_REQUEST, f"the mass is {inertia.m} kg, expected 0 or more")
     body = Mass(inertia.m, (com.x, com.y, com.z), moments)
-    conditions = context.situation.conditions.with_payload(frame, body)
+    change = NewPayload(frame, body)
     try:
-        loads_of(context.robot, conditions)
+        loads_of(context.robot, change.applied(context.situation.conditions))
     except InputError as error:
         raise RejectedError(RejectionCode.BAD_REQUEST, " ".join(str(error).split())) from error
-    return conditions
+    return change

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from hybrid_dynamics_msgs.msg import AssemblyMode
 from hybrid_dynamics_msgs.srv import DescribeRobot, ListAssemblyModes, SwitchAssemblyMode
@@ -11,7 +9,7 @@ from std_msgs.msg import Header
 
 from hybrid_dynamics_core import ClosedState, HybridDynamicsError, Robot
 from hybrid_dynamics_ros import conversions
-from hybrid_dynamics_ros.conditions import Conditions
+from hybrid_dynamics_ros.conditions import NewMode
 from hybrid_dynamics_ros.samples import FloatArray, JointOrder, RejectedError, RejectionCode
 from hybrid_dynamics_ros.services.context import Context
 from hybrid_dynamics_ros.strokes import joint_limits
@@ -40,7 +38,7 @@ def list_assembly_modes(
 
 def switch_assembly_mode(
     context: Context, request: SwitchAssemblyMode.Request, response: SwitchAssemblyMode.Response
-) -> Conditions:
+) -> NewMode:
     """The stream closes its loops on other modes from now on."""
     if context.situation.moving:
         raise RejectedError(RejectionCode.REFUSED, "the robot moves: assembly modes change only while it stands")
@@ -59,7 +57,7 @@ def switch_assembly_mode(
         there = "; ".join(", ".join(f"{loop}: {name}" for loop, name in mode.branch.items()) for mode in modes)
         raise RejectedError(RejectionCode.BAD_REQUEST, f"the loops do not close so here; they close as {there}")
     response.mode = _message(robot, chosen)
-    return replace(context.situation.conditions, mode=chosen)
+    return NewMode(chosen)
 
 
 def describe_robot(context: Context, _request: DescribeRobot.Request, response: DescribeRobot.Response) -> None:
