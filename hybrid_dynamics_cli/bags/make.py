@@ -9,6 +9,7 @@ import click
 from hybrid_dynamics_cli.output import show
 from hybrid_dynamics_cli.parameters import json_option, loaded
 from hybrid_dynamics_ros.offline.make import PARTS, simulated, write_trajectory
+from hybrid_dynamics_ros.offline.mcap_write import require_new, require_replaceable
 from hybrid_dynamics_ros.offline.process import INPUT
 from hybrid_dynamics_ros.offline.trajectory_file import read_trajectory
 
@@ -32,6 +33,7 @@ Examples:
 )
 @click.option("--seed", type=int, default=0, help="Of the motion and the noise.")
 @click.option("--topic", default=INPUT, metavar="T", help=f"Topic; {INPUT} unless given.")
+@click.option("--overwrite", is_flag=True, help="Replace a bag that is there already.")
 @json_option
 def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     out: Path,
@@ -42,9 +44,11 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     noise: str,
     seed: int,
     topic: str,
+    overwrite: bool,
     as_json: bool,
 ) -> None:
     """Write a bag of joint states from a trajectory file, or from a motion of the model with its efforts."""
+    (require_replaceable if overwrite else require_new)(out)
     machine = loaded(robot)
     motion = simulated(machine, seconds, rate, seed) if trajectory is None else read_trajectory(trajectory, machine)
     count = write_trajectory(out, motion.noisy(_deviations(noise), seed), topic, {"robot": robot})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,9 @@ import click
 from hybrid_dynamics_cli.exits import FAILED
 from hybrid_dynamics_cli.output import show
 from hybrid_dynamics_cli.parameters import json_option
+from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.many import run_jobs
+from hybrid_dynamics_ros.offline.mcap_write import require_new, require_replaceable
 from hybrid_dynamics_ros.offline.process import SMOOTHINGS, Job, Outcome
 from hybrid_dynamics_ros.offline.settings import read_settings
 from hybrid_dynamics_ros.offline.source import bags_of
@@ -37,6 +40,7 @@ Examples:
     "--smooth", type=click.Choice(SMOOTHINGS), default="causal", help="How rates are found; causal: as the node."
 )
 @click.option("--keep", is_flag=True, help="The original topics go into the new bag too.")
+@click.option("--overwrite", is_flag=True, help="Replace bags that are there already.")
 @click.option("--jobs", type=click.IntRange(1), default=1, help="Bags at a time, a process each.")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers see the same files.")
 @json_option
@@ -48,6 +52,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     params: Path | None,
     smooth: str,
     keep: bool,
+    overwrite: bool,
     jobs: int,
     scheduler: str | None,
     as_json: bool,
@@ -63,6 +68,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     targets = [out] if single else [out / bag.stem for bag in found]
     if len(set(targets)) < len(targets):
         raise click.ClickException("two bags have the same name; process them into different folders")
+    _require_free(out, targets, single=single, overwrite=overwrite)
     work = [Job(bag, to, robot, topic, smooth, keep, settings) for bag, to in zip(found, targets, strict=True)]
     results = run_jobs(work, jobs, scheduler)
     if as_json:
@@ -75,6 +81,23 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         sys.exit(FAILED)
     if any(isinstance(result, Outcome) and result.losses for result in results):
         sys.exit(LOST)
+
+
+def _require_free(out: Path, targets: Sequence[Path], *, single: bool, overwrite: bool) -> None:
+    """Refuse to write over what is there, before anything is done."""
+    if out.is_dir() and any(out.iterdir()) and _bags_in(out) == [out] and not (single and overwrite):
+        problem = "is a bag; is OUT missing?" if not single else "is a bag already; is OUT missing? Or give --overwrite"
+        raise BagError(f"{out}: {problem}")
+    for target in targets:
+        (require_replaceable if overwrite else require_new)(target)
+
+
+def _bags_in(path: Path) -> list[Path]:
+    """The bags that a path means, none where there are none."""
+    try:
+        return bags_of(path)
+    except BagError:
+        return []
 
 
 def _facts(job: Job, result: Outcome | str) -> dict[str, Any]:

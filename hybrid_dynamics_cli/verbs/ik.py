@@ -12,10 +12,13 @@ from hybrid_dynamics_core import IKResult, IKStatus, Pose, Robot
 from ..output import number, show, table, unit
 from ..parameters import NUMBER, json_option, loaded, robot_argument, vector, vector_option
 
+_AXES = ("x", "y", "z", "rx", "ry", "rz")
+
 EPILOG = """\b
 Examples:
   hybrid-dynamics ik forging_chu2020 --position 0.32 0.38 1.12
   hybrid-dynamics ik gough --position 0 0 0.78 --quaternion 0 0 0 1 --all
+  hybrid-dynamics ik five_bar --position 0.05 0.3 0 --axes x,y
 
 Ends with 1 where there is no solution.
 """
@@ -27,6 +30,7 @@ Ends with 1 where there is no solution.
     "--position", nargs=3, type=NUMBER, required=True, metavar="X Y Z", help="Of the end effector, in the base."
 )
 @click.option("--quaternion", nargs=4, type=NUMBER, metavar="X Y Z W", help="Its orientation; left out, it is free.")
+@click.option("--axes", metavar="AXES", help="What counts of the target: some of x,y,z,rx,ry,rz; all that is given.")
 @vector_option("--seed", help="Where the search starts; the robot's reference where left out.")
 @click.option("--all", "every", is_flag=True, help="All distinct solutions found.")
 @json_option
@@ -34,6 +38,7 @@ def command(
     robot: str,
     position: tuple[float, ...],
     quaternion: tuple[float, ...] | None,
+    axes: str | None,
     seed: str | None,
     every: bool,
     as_json: bool,
@@ -42,7 +47,7 @@ def command(
     machine = loaded(robot)
     target = np.array(position) if not quaternion else Pose.from_quaternion(position, quaternion)
     start = vector("--seed", seed, machine.active, machine.reference)
-    result = machine.inverse_kinematics(target, seed=start, all_solutions=every)
+    result = machine.inverse_kinematics(target, seed=start, all_solutions=every, mask=_mask(axes))
     told: dict[str, Any] = {
         "status": result.status,
         "message": result.message,
@@ -58,10 +63,24 @@ def command(
         raise SystemExit(1)
 
 
+def _mask(axes: str | None) -> list[bool] | None:
+    if axes is None:
+        return None
+    told = [axis.strip() for axis in axes.split(",")]
+    wrong = [axis for axis in told if axis not in _AXES]
+    if wrong:
+        raise click.BadParameter(f"'{wrong[0]}': expected some of {', '.join(_AXES)}, with commas", param_hint="--axes")
+    return [axis in told for axis in _AXES]
+
+
 def text(machine: Robot, result: IKResult) -> str:
     """Solutions as columns, or why there is none."""
     if result.status is not IKStatus.SOLVED:
-        return result.message
+        near = ", ".join(
+            f"{name} = {number(float(value))} {unit(machine.joint_types[name])}"
+            for name, value in zip(machine.active, result.u, strict=True)
+        )
+        return f"{result.message}\nnearest: {near}" if np.isfinite(result.residual) else result.message
     rows = [
         [name, *(float(u[k]) for u in result.solutions), unit(machine.joint_types[name])]
         for k, name in enumerate(machine.active)

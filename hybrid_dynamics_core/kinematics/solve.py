@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 NEAREST = 25  # iterations towards a pose known to be out of reach, for the nearest one
 SOLVED = 1e-9  # residual [m] below which a target counts as reached
-EDGE = 1e-7  # share of a limited range kept clear at both ends
+EDGE = 1e-7  # share of the range in which a loop closes that is kept clear at both ends
 AT_TOGGLE = 2e-3  # distance to a singularity, and to the target in lengths: from there on EDGE hides what is left
 SAME = 1e-6  # solutions closer than this in every coordinate are one
 
@@ -66,7 +66,7 @@ def solve_inverse_kinematics(
     start = own if seed is None else vectors("seed", seed, robot.active, -1)
     length = max(float(np.linalg.norm(robot.forward_kinematics(_close(robot, own, near)).position)), 1e-3)
     terms = partial(robot_terms, robot) if near is None else partial(_terms_near, robot, near)
-    task = Task(terms, position, rotation, rows, length, *_inside(robot.limits))
+    task = Task(terms, position, rotation, rows, length, *_inside(robot, robot.limits))
     whole = _has_closed_form(robot, task)
     descent = _closed_form(robot, task, start, near)
     if descent is None or not _solved(descent).any():
@@ -117,10 +117,11 @@ def _closed_form(robot: Robot, task: Task, start: Array, near: ClosedState | Non
     return Descent(u, residual, np.ones(len(u), dtype=bool), 0)
 
 
-def _inside(limits: Array) -> tuple[Array, Array]:
-    """Lower and upper limits, a little drawn in: a loop is singular at the end of its range."""
-    width = np.where(np.isfinite(limits).all(axis=1), limits[:, 1] - limits[:, 0], 0.0)
-    return limits[:, 0] + EDGE * width, limits[:, 1] - EDGE * width
+def _inside(robot: Robot, limits: Array) -> tuple[Array, Array]:
+    """Lower and upper limits; a little drawn in where a loop ends, which is singular there."""
+    ends = robot.closing_range
+    width = np.where(np.isfinite(ends).all(axis=1), ends[:, 1] - ends[:, 0], 0.0)
+    return np.maximum(limits[:, 0], ends[:, 0] + EDGE * width), np.minimum(limits[:, 1], ends[:, 1] - EDGE * width)
 
 
 def _revolute(robot: Robot) -> Mask:
@@ -188,7 +189,8 @@ def _failure(robot: Robot, task: Task, descent: Descent, best: int, near: Closed
     asked = len(task.rows)
     few = ""
     if len(robot.active) < asked:
-        few = f"; {len(robot.active)} active joints cannot meet every target of {asked} coordinates"
+        joints = "joint" if len(robot.active) == 1 else "joints"
+        few = f"; {len(robot.active)} active {joints} cannot meet every target of {asked} coordinates"
     if not np.isfinite(residual):
         return IKStatus.NOT_CONVERGED, "no start closes all loops; give a seed that does"
     nearest = f"the nearest found is {residual:.3g} m away{few}"
@@ -215,7 +217,7 @@ def _beyond(robot: Robot, task: Task, descent: Descent, near: ClosedState | None
         free = replace(task, lower=np.full_like(task.lower, -np.inf), upper=np.full_like(task.upper, np.inf))
         start = robot.reference if near is None else near.u
         return "" if _closed_form(robot, free, start, near) is None else "the active joints"
-    lower, upper = _inside(robot.closing_range)
+    lower, upper = _inside(robot, robot.closing_range)
     if np.array_equal(lower, task.lower) and np.array_equal(upper, task.upper):
         return ""
     free = replace(task, lower=lower, upper=upper)

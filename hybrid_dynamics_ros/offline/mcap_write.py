@@ -5,6 +5,7 @@ A bag appears under its name when all of it is written; before, it is a hidden f
 
 from __future__ import annotations
 
+import re
 import shutil
 import struct
 import sys
@@ -24,6 +25,7 @@ from numpy.typing import NDArray
 from rosbags.rosbag2.metadata import dump_qos_v9
 
 from hybrid_dynamics_ros.cdr import Bytes, Template
+from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.interfaces import typestore
 from hybrid_dynamics_ros.offline.mcap_file import (
     CHANNEL,
@@ -209,10 +211,18 @@ class BagWriter:
         return {"rosbag2_bagfile_information": told}
 
 
+_BAG_FILE: Final = re.compile(r"metadata\.yaml|.*\.(mcap|db3)(\.zstd|-shm|-wal)?")
+
+
 @contextmanager
 def new_bag(path: Path, topics: Sequence[Topic], notes: Mapping[str, str] | None = None) -> Iterator[BagWriter]:
-    """Write a bag. After an error or an interruption `path` is as it was before."""
+    """Write a bag; one that is there is replaced. After an error or an interruption `path` is as it was before.
+
+    Raises:
+        BagError: there is something else than a bag at `path`.
+    """
     path = path.absolute()
+    require_replaceable(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     aside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
     try:
@@ -228,6 +238,34 @@ def new_bag(path: Path, topics: Sequence[Topic], notes: Mapping[str, str] | None
         (aside / path.name).rename(path)
     finally:
         shutil.rmtree(aside, ignore_errors=True)
+
+
+def require_replaceable(path: Path) -> None:
+    """Refuse a path where there is something else than nothing, an empty folder or a bag.
+
+    Raises:
+        BagError: what there is.
+    """
+    if not path.exists():
+        return
+    if not path.is_dir():
+        raise BagError(f"{path}: is a file; name a folder for the new bag")
+    if path.resolve() == Path.cwd():
+        raise BagError(f"{path}: is the folder you are in; name a new one for the bag")
+    others = [file.name for file in path.iterdir() if not (file.is_file() and _BAG_FILE.fullmatch(file.name))]
+    if others:
+        raise BagError(f"{path}: holds other things than a bag ({min(others)}, ...); name a new folder")
+
+
+def require_new(path: Path) -> None:
+    """Refuse a path where there is anything but an empty folder.
+
+    Raises:
+        BagError: there is.
+    """
+    require_replaceable(path)
+    if path.exists() and any(path.iterdir()):
+        raise BagError(f"{path}: there is a bag already; name a new folder, or give --overwrite")
 
 
 def _pack(blocks: Sequence[Block]) -> tuple[bytes, int, int]:

@@ -103,7 +103,7 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
         BagError: the bag cannot be read at all, or its topic is not clear.
         HybridDynamicsError: the robot cannot be loaded.
     """
-    if job.target.resolve() == job.source.resolve():
+    if job.target.resolve() in (job.source.resolve(), *job.source.resolve().parents):
         raise BagError(f"{job.target}: the new bag would replace the one it is made of; name another")
     outcome = Outcome(job)
     watch = Stopwatch(outcome.shares)

@@ -47,7 +47,7 @@ def test_a_trajectory_file_becomes_a_bag_and_comes_back(forging, tmp_path):
     np.savetxt(tmp_path / "a.csv", table, fmt="%.17g", delimiter=",", header=head, comments="")
     np.savez(tmp_path / "a.npz", time=time, position=u, velocity=du)
     for name in ("a.csv", "a.npz"):
-        run("make", tmp_path / "bag", "--robot", ROBOT, "--trajectory", tmp_path / name)
+        run("make", "--overwrite", tmp_path / "bag", "--robot", ROBOT, "--trajectory", tmp_path / name)
         run("export", tmp_path / "bag", tmp_path / "tables", "--format", "npz")
         table = npz(tmp_path / "tables" / "hybrid_dynamics.active_joint_states.npz")
         for k, joint in enumerate(forging.active):

@@ -39,3 +39,16 @@ def test_a_target_at_a_toggle_point_is_told_as_singular(forging: Robot, before: 
     assert found.status is IKStatus.SINGULAR
     assert "theta_1" in found.message
     assert 1e-9 < found.residual < 1e-3
+
+
+@pytest.mark.parametrize(("joint", "value"), [(0, np.pi), (1, 0.05), (1, 1.15), (2, 1.4), (3, 1.0)])
+def test_the_very_limit_of_a_joint_is_reached(joint: int, value: float) -> None:
+    machine = robot("excavator")
+    u = np.array(machine.reference)
+    u[joint] = value
+    pose = machine.forward_kinematics(machine.close(u))
+    for target in (pose, pose.position):
+        found = machine.inverse_kinematics(target)
+        assert found.status is IKStatus.SOLVED, found.message
+        assert (machine.limits[:, 0] <= found.u).all()
+        assert (found.u <= machine.limits[:, 1]).all()

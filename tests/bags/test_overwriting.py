@@ -1,0 +1,77 @@
+"""Nothing that is there is lost, whatever folder is named as OUT."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("click")
+
+from click.testing import CliRunner, Result
+
+from hybrid_dynamics_cli.app import app
+
+MAKE = ["bag", "make", "--robot", "five_bar", "--seconds", "0.05"]
+PROCESS = ["bag", "process", "--robot", "five_bar"]
+
+
+def run(*words: str) -> Result:
+    return CliRunner().invoke(app, list(words))
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with two recordings and notes."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("a", "b"):
+        assert run(*MAKE, name).exit_code == 0
+    (tmp_path / "work").mkdir()
+    (tmp_path / "work" / "notes.txt").write_text("mine", encoding="utf-8")
+    return tmp_path
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [*PROCESS, "a", "work"],
+        [*PROCESS, "a", "."],
+        [*PROCESS, "a", "b"],  # OUT forgotten
+        [*PROCESS, "a", "a"],
+        [*PROCESS, "a/a.mcap", "a"],
+        [*PROCESS, "--overwrite", "a/a.mcap", "a"],
+        [*PROCESS, "--overwrite", "a", "work"],
+        [*PROCESS, "a", "b", "b"],
+        [*MAKE, "a"],
+        [*MAKE, "work"],
+        [*MAKE, "--overwrite", "work"],
+        [*MAKE, "--overwrite", "."],
+        [*MAKE, "work/notes.txt"],
+    ],
+    ids=" ".join,
+)
+def test_what_is_there_stays(folder: Path, words: list[str]) -> None:
+    before = contents(folder)
+    done = run(*words)
+    assert done.exit_code != 0
+    assert contents(folder) == before
+
+
+def test_a_bag_is_replaced_where_that_is_said(folder: Path) -> None:
+    before = contents(folder / "b")
+    assert run(*MAKE, "--overwrite", "--seed", "3", "b").exit_code == 0
+    assert contents(folder / "b") != before
+    assert run(*PROCESS, "--overwrite", "a", "b").exit_code == 0
+    (folder / "new").mkdir()
+    assert run(*PROCESS, "a", "new").exit_code == 0
+    assert set(contents(folder / "new")) == {"metadata.yaml", "new.mcap"}
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_forgotten_out_is_told() -> None:
+    done = run(*PROCESS, "a", "b")
+    assert "is OUT missing?" in done.output
