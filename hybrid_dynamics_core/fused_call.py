@@ -65,6 +65,7 @@ class FusedCall:
         inputs = self._checked_inputs(values)
         rows = len(inputs["u"]) if inputs["u"].ndim == 2 else None
         outs = self._checked_outs(out, rows)
+        inputs = {name: a.copy() if any(_overlap(a, o) for o in outs) else a for name, a in inputs.items()}
         if self._kernel.facts["iterates"] and values["guess"] is self._own["guess"]:
             state = self._robot.close(inputs["u"], check=check)
             inputs |= {"branch": state.signs, "guess": state.s}
@@ -131,7 +132,6 @@ class FusedCall:
         arguments = [inputs[name] for name in self._inputs]
         if inputs["u"].ndim == 1:
             return np.array(self._kernel.fill_one(arguments, outs))
-        arguments = [a.copy() if any(_overlap(a, o) for o in outs) else a for a in arguments]
         codes = np.empty(len(inputs["u"]), dtype=np.int64)
         self._kernel.fill_rows(arguments, outs, codes, threads)
         return codes

@@ -97,12 +97,15 @@ class OneState:
             status, values = self._kernel(*inputs)
         except (ZeroDivisionError, ValueError, OverflowError):
             return NOT_TAKEN
+        if status == GOOD and not math.isfinite(sum(values) + sum(sum(inputs[v]) for v in self._read)):
+            status = NOT_FINITE
+        given, outs = arrays[: self._count], arrays[self._count :]
+        if status != GOOD and any(np.may_share_memory(a, out) for a in given for out in outs):
+            return NOT_TAKEN  # an input is read again where there is no answer
         start = 0
-        for out in arrays[self._count :]:
+        for out in outs:
             out[...] = np.reshape(values[start : start + out.size], out.shape)
             start += out.size
-        if status == GOOD and not math.isfinite(sum(values) + sum(sum(inputs[v]) for v in self._read)):
-            return NOT_FINITE
         return status
 
 

@@ -280,3 +280,18 @@ def test_calls_from_several_threads_do_not_mix(machine: Robot) -> None:
     with ThreadPoolExecutor(4) as pool:
         found = list(pool.map(lambda u: call(u, DU, DDU), states))
     assert np.array_equal(found, expected)
+
+
+@pytest.mark.parametrize("part", ["whole", "view"])
+def test_a_refused_state_is_refused_whatever_out_lies_on(machine: Robot, part: str) -> None:
+    room = np.zeros(8)
+    u = room[2:6]
+    u[:] = OUT_OF_REACH
+    out = u if part == "whole" else room[4:8]
+    with pytest.raises(ClosureError, match="q12"):
+        machine.kernels.inverse_dynamics(u, DU, DDU, out=out)
+    u[:] = OUT_OF_REACH
+    assert np.isnan(machine.kernels.inverse_dynamics(u, DU, DDU, out=out, check=False)).all()
+    u[:] = U
+    expected = machine.kernels.inverse_dynamics(U, DU, DDU)
+    assert np.array_equal(machine.kernels.inverse_dynamics(u, DU, DDU, out=out), expected)

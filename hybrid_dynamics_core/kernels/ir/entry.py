@@ -11,6 +11,7 @@ from enum import IntEnum
 
 from ..status import NOT_TAKEN
 from ..trace import Trace
+from .states import sizes
 from .text import Function
 
 _ORDER = 0x0001 | 0x0100  # flags C_CONTIGUOUS and ALIGNED of an array
@@ -100,6 +101,20 @@ class _Entry:
         self.require(f"icmp eq i64 {last}, {size}", f"icmp eq i64 {count}, {rows}")
         return self.field(thing, header.data), f.let(f"select i1 {single}, i64 0, i64 {size}")
 
+    def require_apart(self, inputs: list[tuple[str, int]], outs: list[tuple[str, int]]) -> None:
+        """No output may lie on an input, which is read again where there is no answer: pointers, and their doubles."""
+        f = self.f
+        ranges = [[f.let(f"ptrtoint ptr {p} to i64") for p, _ in side] for side in (inputs, outs)]
+        conditions = []
+        for a, (_, length) in zip(ranges[0], inputs, strict=True):
+            for o, (_, size) in zip(ranges[1], outs, strict=True):
+                if length and size:
+                    after = f.let(f"icmp uge i64 {a}, {f.let(f'add i64 {o}, {8 * size}')}")
+                    before = f.let(f"icmp uge i64 {o}, {f.let(f'add i64 {a}, {8 * length}')}")
+                    conditions.append(f"or i1 {before}, {after}")
+        if conditions:
+            self.require(*conditions)
+
     def finish(self, status: str) -> str:
         for value in (status, str(NOT_TAKEN)):
             self.f.do(f"ret ptr {self.f.let(f'call ptr @PyLong_FromLongLong(i64 {value})')}")
@@ -114,6 +129,7 @@ def one_entry(trace: Trace, header: Header) -> str:
     entry = _Entry("call", k + len(trace.layout), header)
     inputs = [entry.array(v, [size], writable=False) for v, size in enumerate(trace.inputs)]
     outs = [entry.array(k + j, list(shape), writable=True) for j, (_, shape) in enumerate(trace.layout)]
+    entry.require_apart(list(zip(inputs, trace.inputs, strict=True)), list(zip(outs, sizes(trace), strict=True)))
     arguments = ", ".join(f"ptr {p}" for p in inputs + outs)
     return entry.finish(entry.f.let(f"call i64 @one({arguments})"))
 

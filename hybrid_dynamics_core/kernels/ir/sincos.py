@@ -41,15 +41,18 @@ def sincos_functions(width: int) -> list[str]:
 
     f = Function(f"define internal {pair} @sincos.{width}({lanes.kind} %x) alwaysinline")
     lanes = Lanes(f, width)
+    small = _reduced(lanes, "%x")
     near = lanes.compare("olt", lanes.intrinsic("fabs", "%x"), lanes.constant(LARGE))
-    if width > 1:
-        near = f.let(f"call i1 @llvm.vector.reduce.and.v{width}i1({lanes.mask} {near})")
-    small, far = f.label(), f.label()
-    f.branch(near, small, far)
+    all_near = near if width == 1 else f.let(f"call i1 @llvm.vector.reduce.and.v{width}i1({lanes.mask} {near})")
+    usual, far = f.label(), f.label()
+    f.branch(all_near, usual, far)
     f.begin(far)
-    f.do(f"ret {pair} {f.let(f'call {pair} @sincos.large.{width}({lanes.kind} %x)')}")
-    f.begin(small)
-    _return(f, pair, _reduced(lanes, "%x"), width)
+    both = f.let(f"call {pair} @sincos.large.{width}({lanes.kind} %x)")
+    parts = [f.let(f"extractvalue {pair} {both}, {k}") for k in (0, 1)]
+    # Lane by lane: a large angle changes nothing of the states beside it.
+    _return(f, pair, [lanes.choose(near, lanes.kind, *two) for two in zip(small, parts, strict=True)], width)
+    f.begin(usual)
+    _return(f, pair, small, width)
     return [large.text(), f.text()]
 
 
