@@ -117,3 +117,15 @@ def test_jitter_and_long_streams_give_the_bits_of_the_stream(forging):
     at = np.add([0.1, 0.1, 0.15, 0.2], rng.normal(0, 1e-3, (400, 4)))
     pairs = [(k, joint_state(int(t), ACTIVE, at[k], rates[k])) for k, t in enumerate(stamps)]
     assert_same(forging, pairs, (100, 199, 300))
+
+
+@pytest.mark.parametrize("count", [3, 40])  # one by one, and in bulk
+def test_bytes_that_writers_leave_behind_a_message_are_no_damage(forging, count):
+    """rclpy's serialize_message leaves eight, with anything in them."""
+    pairs = recorded(forging, count)
+    rng = np.random.default_rng(1)
+    longer = [(log, data + rng.bytes(8)) for log, data in pairs]
+    ((_, wanted),), ((_, found),) = (in_bulk(forging, entries)[0] for entries in (pairs, longer))
+    assert len(found) == count
+    for name in ("stamp_ns", "efforts", "moving"):
+        assert np.array_equal(getattr(wanted, name), getattr(found, name), equal_nan=True)
