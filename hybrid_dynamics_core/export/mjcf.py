@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
-from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from ..description.effects import effects_of
 from ..description.extension import TAG
 from ..description.model import Array, Closure, Joint, RobotDescription
 from . import shapes
-from .rest import as_text, in_words, link_entry, rest_of
+from .rest import as_text, comment, in_words, link_entry, rest_of
 from .shapes import number, numbers
 
 if TYPE_CHECKING:
@@ -80,8 +80,8 @@ class _Writer:
         for closure in description.closures:
             if closure.kind == "axis":
                 rest["closures"][closure.name]["second"] = f"{closure.name}_axis"
-        told = f" The text {TAG} holds what MJCF has no words for: {in_words(rest)}. MuJoCo passes it over. "
-        root.insert(0, Comment(told.replace("--", "- -")))
+        told = f"The text {TAG} holds what MJCF has no words for: {in_words(rest)}. MuJoCo passes it over."
+        comment(root, told)
         SubElement(SubElement(root, "custom"), "text", name=TAG, data=as_text(rest, one_line=True))
 
     def marks(self, link: str) -> Iterator[Array]:
