@@ -15,6 +15,7 @@ import numpy as np
 
 from ..description.effects import effects_of
 from ..description.extension import TAG
+from ..description.mjcf import NOTHING
 from ..description.model import Array, Closure, Joint, RobotDescription
 from . import shapes
 from .rest import as_text, comment, in_words, link_entry, rest_of
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
 STEP = 5e-4  # [s] of MuJoCo's integrator
 STIFF = {"solref": "0.001 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}  # the stiffest that MuJoCo takes at this step
-NOTHING = 1e-9  # [kg, kg m^2] a moving body needs some mass
 CARRIED = frozenset({"gravity", "friction", "mimic"})  # what MJCF says of all that a format may not say
 ARM = 0.5  # between the two points that tie an axis, over the size of the robot
 
