@@ -49,7 +49,7 @@ class WordCheck:
                 self.value(element, f"{name} of <{element.tag}>", value, known.fixed.get(name), key)
         for child in element.children:
             if child.tag in known.fixed:
-                self.value(child, f"<{child.tag}>", child.text, known.fixed[child.tag], key)
+                self.value(child, f"<{child.tag}> of <{element.tag}>", child.text, known.fixed[child.tag], key)
             elif known.elements is not None and child.tag not in known.elements and ":" not in child.tag:
                 raise self.xml.error(child, key or (element.tag,), f"<{child.tag}> is not covered{self.advice}")
             self.check(child, element.tag, key)

@@ -159,26 +159,30 @@ CHANGED = {  # the robot is another one, or the axes are: (what stands there, wh
     "axis in the model": (
         AXIS,
         f"<axis><use_parent_model_frame>1</use_parent_model_frame>{AXIS[6:]}",
-        "joints.motor: <use_parent_model_frame> is '1', which is not covered; expected 'false'",
+        "joints.motor: <use_parent_model_frame> of <axis> is '1', which is not covered; expected 'false'",
     ),
     "no weight": (
         CRANK,
         f"{CRANK}<gravity>false</gravity>",
-        "links.crank: <gravity> is 'false', which is not covered; expected 'true'",
+        "links.crank: <gravity> of <link> is 'false', which is not covered; expected 'true'",
     ),
-    "static": (MODEL, f"{MODEL}<static>1</static>", "models.bars: <static> is '1'"),
-    "kinematic": (CRANK, f"{CRANK}<kinematic>true</kinematic>", "links.crank: <kinematic> is 'true'"),
-    "floating": (CRANK, f"{CRANK}<must_be_base_link>true</must_be_base_link>", "<must_be_base_link> is 'true'"),
-    "wind": (CRANK, f"{CRANK}<enable_wind>true</enable_wind>", "<enable_wind> is 'true'"),
+    "static": (MODEL, f"{MODEL}<static>1</static>", "models.bars: <static> of <model> is '1'"),
+    "kinematic": (CRANK, f"{CRANK}<kinematic>true</kinematic>", "links.crank: <kinematic> of <link> is 'true'"),
+    "floating": (
+        CRANK,
+        f"{CRANK}<must_be_base_link>true</must_be_base_link>",
+        "<must_be_base_link> of <link> is 'true'",
+    ),
+    "wind": (CRANK, f"{CRANK}<enable_wind>true</enable_wind>", "<enable_wind> of <link> is 'true'"),
     "decay": (
         CRANK,
         f"{CRANK}<velocity_decay><angular>0.1</angular></velocity_decay>",
-        "links.crank: <angular> is '0.1', which is not covered; expected '0'",
+        "links.crank: <angular> of <velocity_decay> is '0.1', which is not covered; expected '0'",
     ),
     "fluid": (
         MASS,
         f"{MASS}<fluid_added_mass><xx>100</xx></fluid_added_mass>",
-        "links.crank: <xx> is '100', which is not covered; expected '0'",
+        "links.crank: <xx> of <fluid_added_mass> is '100', which is not covered; expected '0'",
     ),
     "mass of shapes": ("<inertial>", '<inertial auto="true">', "links.crank: auto of <inertial> is 'true'"),
     "place of a mass": (
