@@ -86,7 +86,10 @@ class _Mjcf:
             if geom.attributes.get("mass") not in ("0", "0.0"):
                 raise self.error(geom, 'a <geom> makes up mass; give it mass="0" and the body an <inertial>')
         for site in element.all("site"):
-            self.sites[self.xml.name(site, "sites")] = (link, self.pose(site, ("sites",)))
+            name = self.xml.name(site, "sites")
+            if name in self.sites:
+                raise self.error(site, "has the name of another site; rename one of them")
+            self.sites[name] = (link, self.pose(site, ("sites",)))
         for body in element.all("body"):
             self.hang(body, link)
 

@@ -71,6 +71,7 @@ WRONG = {
         "ties two sites of one body",
         13,
     ),
+    "two sites": ("<geom ", '<site name="mark"/><geom ', "site.mark: has the name of another site", 9),
     "number": ('mass="2"', 'mass="two"', 'mass="two"; expected a number', 7),
 }
 
