@@ -9,8 +9,9 @@ import numpy as np
 
 from .description.model import Array
 from .kernels.run import Codes
+from .kernels.status import JUMP
 from .programs import Model
-from .tracking import JUMP, Tracked, smooth, track
+from .tracking import Tracked, smooth, track
 
 Values = dict[str, Array]
 RunClose = Callable[[Array, Array, Array, Array], tuple[Values, Codes]]  # (u, du, branch signs, guess)

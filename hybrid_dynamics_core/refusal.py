@@ -2,20 +2,44 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from .closure.newton_step import NewtonStep
 from .closure.plan import given_posture
 from .closure.posture import Posture
 from .closure.reach import allowed_range
 from .closure.step import Step
 from .description.model import Array
-from .errors import ClosureError, SingularityError, StateError
+from .errors import ClosureError, HybridDynamicsError, InputError, SingularityError, StateError
+from .kernels.run import Codes
+from .kernels.status import JUMP, NOT_FINITE
 from .programs import Model, closure_code
 
 EDGE = 1e-9  # a value this near the end of its range counts as being at it
 
 
-def refusal(model: Model, u: Array, signs: Array, code: int, distance: float, index: int | None) -> StateError:
-    """The error for one state u (n,) whose kernel status is `code`."""
+def refuse(model: Model, u: Array, signs: Array, codes: Codes, distances: Array) -> None:
+    """Raise for the first of the states u (n,) or (N, n) whose status is not 0; distances are (..., steps)."""
+    if not codes.any():
+        return
+    row = None if u.ndim == 1 else int(np.flatnonzero(codes)[0])
+    u, code, near = (u, codes, distances) if row is None else (u[row], codes[row], distances[row])
+    step = (int(code) - 1) // 2
+    distance = float(near[step]) if 0 <= step < len(near) else 0.0
+    raise refusal(model, u, signs, int(code), distance, row)
+
+
+def refusal(model: Model, u: Array, signs: Array, code: int, distance: float, index: int | None) -> HybridDynamicsError:
+    """The error for one state u (n,) whose status is `code`."""
+    if code == JUMP:
+        return _jump(model, index)
+    if code == NOT_FINITE:
+        return InputError("the result is beyond the range of floating point numbers")
+    return _not_closed(model, u, signs, code, distance, index)
+
+
+def _not_closed(model: Model, u: Array, signs: Array, code: int, distance: float, index: int | None) -> StateError:
+    """The error for a status that the closure kernel gives."""
     k = (code - 1) // 2
     steps = model.plan.steps
     if k > len(steps):
@@ -74,7 +98,7 @@ def _open(model: Model, step: Step, posture: Posture, index: int | None) -> Stat
     return ClosureError(problem, loop=step.name, index=index)
 
 
-def jump(model: Model, index: int | None) -> SingularityError:
+def _jump(model: Model, index: int | None) -> SingularityError:
     """The error for a motion that has no smooth way on."""
     names = "+".join(dict.fromkeys(name for step in model.plan.steps for name in step.loops))
     return SingularityError(

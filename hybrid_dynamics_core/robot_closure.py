@@ -14,17 +14,16 @@ from . import programs
 from .assembly import AssemblyMode, branch_names, list_modes, matching_signs, signs_of_names
 from .closing import Closer, Start
 from .closure.mobility import find_mobility, with_mobility
-from .closure.plan import ClosurePlan, build_plan
+from .closure.plan import build_plan
 from .closure.reach import allowed_range
 from .description.model import Array, JointType, RobotDescription, frozen
 from .errors import DescriptionError, InputError
 from .inputs import named_values, vectors
 from .kernels.run import Codes, Kernel
-from .kernels.status import NOT_FINITE
+from .kernels.status import JUMP
 from .mechanism.tree import build_tree
-from .refusal import jump, refusal
+from .refusal import refusal, refuse
 from .state import ClosedState, ClosureStatus, settle
-from .tracking import JUMP
 
 
 class ClosingRobot:
@@ -235,7 +234,7 @@ class ClosingRobot:
         here, _ = closer.at(start, signs)
         closed, code = closer.close(at, speed, signs, Start(here["s"], here["R"]))
         if code != 0:
-            raise self._refusal(model, at, signs, int(code), 0.0, None)
+            raise refusal(model, at, signs, int(code), 0.0, None)
         given = {"u": at, "du": speed, "ddu": push, "branch": signs, "guess": closed["s"]}
         moved, _ = self._run(f"accelerations {names}", programs.ACCELERATIONS, model, **given)
         n = len(self.active)
@@ -289,7 +288,7 @@ class ClosingRobot:
             residual = max(map(abs, values["residuals"].tolist()), default=0.0)
         else:
             if check:
-                self._refuse(u, signs, codes, values["distances"])
+                refuse(self._model, u, signs, codes, values["distances"])
             for value in values.values():
                 value[codes != 0] = np.nan
             odd = np.where(codes % 2 == 1, ClosureStatus.UNREACHABLE, ClosureStatus.SINGULAR)
@@ -334,7 +333,9 @@ class ClosingRobot:
         """Names of the modes; motions stay on theirs, so they are looked up once."""
         key = signs.tobytes()
         if key not in self._branches:
-            self._branches[key] = self._branch_names(self._model.plan, signs)
+            steps = zip(self._model.plan.steps, signs, strict=True)
+            modes = [step.modes[0 if sign > 0 else 1] for step, sign in steps]
+            self._branches[key] = branch_names(self._model.plan, modes)
         return self._branches[key]
 
     def kernel(self, key: str, program: programs.Program, model: programs.Model | None = None) -> Kernel:
@@ -376,27 +377,3 @@ class ClosingRobot:
     def _like(self, state: ClosedState, name: str, value: ArrayLike) -> Array:
         self._own(state)
         return vectors(name, value, self.active, len(state.u) if state.u.ndim == 2 else -1)
-
-    @staticmethod
-    def _branch_names(plan: ClosurePlan, signs: Array) -> Mapping[str, str]:
-        modes = [step.modes[0 if sign > 0 else 1] for step, sign in zip(plan.steps, signs, strict=True)]
-        return branch_names(plan, modes)
-
-    def _refuse(self, u: Array, signs: Array, codes: Codes, distances: Array) -> None:
-        if not codes.any():
-            return
-        row = None if u.ndim == 1 else int(np.flatnonzero(codes)[0])
-        code = int(codes if row is None else codes[row])
-        near = distances if row is None else distances[row]
-        step = (code - 1) // 2
-        distance = float(near[step]) if 0 <= step < len(near) else 0.0
-        raise self._refusal(self._model, u if row is None else u[row], signs, code, distance, row)
-
-    def _refusal(
-        self, model: programs.Model, u: Array, signs: Array, code: int, distance: float, row: int | None
-    ) -> Exception:
-        if code == JUMP:
-            return jump(model, row)
-        if code == NOT_FINITE:
-            return InputError("the result is beyond the range of floating point numbers")
-        return refusal(model, u, signs, code, distance, row)

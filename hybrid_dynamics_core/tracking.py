@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .description.model import Array
+from .kernels.status import JUMP
 
 Values = Mapping[str, Array]
 Close = Callable[[Array, Array], tuple[Values, NDArray[np.int64]]]  # (u, guess) -> values with s and R, status codes
@@ -26,7 +27,6 @@ SLACK = 1e-9  # [rad or m] rounding that a correction may always have
 LARGEST = 0.5  # [rad or m] longest predicted step of a passive coordinate
 SHORTEST = 1e-7  # of the way: a shorter step means that there is no smooth way on
 MAX_ROUNDS = 400
-JUMP = -1  # status code of a state that closes, but not on a smooth way from the start
 
 
 @dataclass(frozen=True)

@@ -17,38 +17,21 @@ from .defaults import driven_joints, farthest_link
 from .document import Document, Path_
 from .extension import TAG, extend
 from .geometry import rotation_from_quaternion, rpy_of
+from .mjcf_words import MJCF, NUMBERS, ONLY
+from .words import WordCheck
 from .xml_reading import XmlFile
 from .xml_tree import Element
 
 TYPES = {"hinge": "revolute", "slide": "prismatic"}
-TOP = frozenset(
-    {
-        "compiler",
-        "option",
-        "worldbody",
-        "equality",
-        "actuator",
-        "keyframe",
-        "custom",
-        "size",
-        "visual",
-        "statistic",
-        "asset",
-    }
-)
-BODY = frozenset({"inertial", "joint", "site", "geom", "body", "light", "camera"})
-JOINT = frozenset(
-    {"name", "type", "axis", "range", "limited", "armature", "damping", "frictionloss", "stiffness", "springref"}
-)
 KINDS = {"connect": "point", "weld": "frame"}
-ONLY = "; of MJCF what this library writes is read, bodies with their inertia on hinges and slides"
+NOTHING = 1e-9  # [kg, kg m^2] what stands for none, since MuJoCo wants some mass of what moves
 
 
 def mjcf_document(root: Element, file: Path) -> Document:
     """The document of an MJCF file; DescriptionError where it says what is not covered."""
     document = Document({"format": 1, "name": root.attributes.get("model", file.stem)}, file, {})
     reader = _Mjcf(document, XmlFile(file, root))
-    reader.check()
+    WordCheck(reader.xml, MJCF, ONLY).check(root)
     reader.settings()
     for world in root.all("worldbody"):
         reader.body(world, "world")
@@ -69,41 +52,44 @@ class _Mjcf:
         self.document, self.xml = document, xml
         self.sites: dict[str, tuple[str, dict[str, Any]]] = {}
         self.order: list[str] = []  # joints as MuJoCo numbers them
-        self.lightest = 0.0  # [kg] a mass up to this stands for none
         document.data.update(base="world", links={}, joints={}, closures={}, source=f"{xml.file.name}")
 
     def error(self, element: Element, problem: str) -> DescriptionError:
         name = element.attributes.get("name", "")
         return self.xml.error(element, (element.tag, name) if name else (element.tag,), problem)
 
-    def check(self) -> None:
-        for child in self.xml.root.children:
-            if child.tag not in TOP:
-                raise self.error(child, f"<{child.tag}> is not covered{ONLY}")
-
     def settings(self) -> None:
-        degrees = True
+        """Angles, bounds and gravity; of an attribute that is given twice the last one holds, as in MuJoCo."""
+        angle = "degree"
         for compiler in self.xml.root.all("compiler"):
-            degrees = compiler.attributes.get("angle", "degree") == "degree"
-            self.lightest = self.xml.numbers(compiler, "boundmass", 1, ("compiler",), [0.0])[0]
-        if degrees:
+            angle = compiler.attributes.get("angle", angle)
+            self.bounds(compiler)
+        if angle != "radian":
             raise self.xml.error(self.xml.root, ("compiler",), 'counts angles in degrees; expected angle="radian"')
-        self.document.data["gravity"] = [0.0, 0.0, -9.81]
+        gravity = [0.0, 0.0, -9.81]
         for option in self.xml.root.all("option"):
-            gravity = self.xml.numbers(option, "gravity", 3, ("option",), [0.0, 0.0, -9.81])
-            self.document.data["gravity"] = gravity
+            gravity = self.xml.numbers(option, "gravity", 3, ("option",), gravity)
+        self.document.data["gravity"] = gravity
+
+    def bounds(self, compiler: Element) -> None:
+        """MuJoCo raises lighter bodies to its bounds: refused where that is more than what stands for none."""
+        for key in ("boundmass", "boundinertia"):
+            bound = self.xml.numbers(compiler, key, 1, ("compiler",), [0.0])[0]
+            if bound > NOTHING:
+                problem = f"{key} is {bound:g}, to which MuJoCo raises lighter bodies; expected {NOTHING:g} at most"
+                raise self.xml.error(compiler, ("compiler",), f"{problem}: give each body the mass that is meant")
 
     # -- bodies ------------------------------------------------------------------------------------------------
 
     def body(self, element: Element, link: str) -> None:
-        for child in element.children:
-            if child.tag not in BODY:
-                raise self.error(child, f"<{child.tag}> is not covered{ONLY}")
         for geom in element.all("geom"):
             if geom.attributes.get("mass") not in ("0", "0.0"):
                 raise self.error(geom, 'a <geom> makes up mass; give it mass="0" and the body an <inertial>')
         for site in element.all("site"):
-            self.sites[self.xml.name(site, "sites")] = (link, self.pose(site, ("sites",)))
+            name = self.xml.name(site, "sites")
+            if name in self.sites:
+                raise self.error(site, "has the name of another site; rename one of them")
+            self.sites[name] = (link, self.pose(site, ("sites",)))
         for body in element.all("body"):
             self.hang(body, link)
 
@@ -127,30 +113,25 @@ class _Mjcf:
         if inertial is None:
             return {}
         mass = self.xml.numbers(inertial, "mass", 1, (*path, "mass"))[0]
-        if mass <= self.lightest:
-            return {}
         pose = self.pose(inertial, path)
         if "fullinertia" in inertial.attributes:
             xx, yy, zz, xy, xz, yz = self.xml.numbers(inertial, "fullinertia", 6, (*path, "inertia"))
         else:
             xx, yy, zz = self.xml.numbers(inertial, "diaginertia", 3, (*path, "inertia"))
             xy = xz = yz = 0.0
+        if mass <= NOTHING and max(xx, yy, zz) <= NOTHING:
+            return {}
         moments = {"xx": xx, "yy": yy, "zz": zz, "xy": xy, "xz": xz, "yz": yz}
         return {"mass": mass, "com": pose["xyz"], "inertia": {**moments, "frame": {"rpy": pose["rpy"]}}}
 
     def joint(self, element: Element, name: str) -> dict[str, Any]:
         path: Path_ = ("joints", name)
-        unknown = next((key for key in element.attributes if key not in JOINT), None)
-        if unknown is not None:
-            raise self.xml.error(element, path, f"{unknown} is not covered{ONLY}")
         kind = element.attributes.get("type", "hinge")
         if kind not in TYPES:
             raise self.xml.error(element, (*path, "type"), f"is '{kind}'; expected {' or '.join(TYPES)}")
         self.order.append(name)
         number = {
-            key: self.xml.numbers(element, key, 1, path, [0.0])[0]
-            for key in sorted(JOINT & set(element.attributes))
-            if key in NUMBERS
+            key: self.xml.numbers(element, key, 1, path, [0.0])[0] for key in sorted(NUMBERS & set(element.attributes))
         }
         entry: dict[str, Any] = {
             "type": TYPES[kind],
@@ -236,6 +217,3 @@ class _Mjcf:
         zero = [0.0] * len(self.order)
         values = self.xml.numbers(keys[0], "qpos", len(self.order), ("keyframe",), zero) if keys else zero
         self.document.data["reference"] = dict(zip(self.order, values, strict=True))
-
-
-NUMBERS = JOINT - {"name", "type", "axis", "range", "limited"}

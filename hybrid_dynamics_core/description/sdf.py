@@ -19,6 +19,7 @@ from .extension import TAG, extend
 from .geometry import Transform, unit_axis
 from .model import Array
 from .sdf_poses import Poses, as_entry
+from .sdf_words import check_version, check_words
 from .urdf_plus import rpy_to
 from .xml_reading import XmlFile
 from .xml_tree import Element
@@ -47,7 +48,9 @@ def sdf_document(root: Element, file: Path) -> Document:
 class _Sdf:
     def __init__(self, document: Document, xml: XmlFile) -> None:
         self.document, self.xml = document, xml
+        check_version(xml)
         self.model, self.world = self.find_model()
+        check_words(xml, self.model, self.world)
         self.poses = Poses(xml, self.model)
 
     def find_model(self) -> tuple[Element, Element | None]:
@@ -171,13 +174,17 @@ class _Sdf:
         self.document.add_located(path, entry, self.xml.file, element.line)
 
     def moving(self, element: Element, kind: str, path: Path_) -> dict[str, Any]:
+        return {"axis": [float(v) for v in self.axis(element, path)], **self.held(element, kind, path)}
+
+    def held(self, element: Element, kind: str, path: Path_) -> dict[str, Any]:
+        """What holds a joint back: limits, friction, a spring, another joint that it follows."""
+        entry: dict[str, Any] = {}
         axis = element.first("axis")
-        entry: dict[str, Any] = {"axis": [float(v) for v in self.axis(element, path)]}
         limit = axis and axis.first("limit")
         if limit is not None and kind != "continuous":
-            entry["limits"] = [self.bound(limit.first(key), sign, path) for key, sign in (("lower", -1), ("upper", 1))]
-            if not any(map(math.isfinite, entry["limits"])):
-                del entry["limits"]
+            limits = [self.bound(limit.first(key), sign, path) for key, sign in (("lower", -1), ("upper", 1))]
+            if any(map(math.isfinite, limits)):
+                entry["limits"] = limits
         told = axis and axis.first("dynamics")
         if told is not None:
             values = {child.tag: self.xml.inside(child, 1, path, [0.0])[0] for child in told.children}
@@ -221,6 +228,12 @@ class _Sdf:
         if kind not in LOOPS:
             problem = f"closes a loop with a joint of type '{kind}'; expected one of {', '.join(LOOPS)}"
             raise self.xml.error(element, ("joints", name), f"{problem}: cut the loop at such a joint")
+        held = self.held(element, kind, ("joints", name))
+        if held.pop("limits", None):
+            self.document.notes.append(f"{name}: closes a loop; its limits are not kept")
+        if held:
+            problem = f"has {' and '.join(held)}, which a joint that closes a loop cannot have here"
+            raise self.xml.error(element, ("joints", name), f"{problem}; put another joint of the loop behind it")
         place = self.poses.joint(element)
         turn = Transform()
         if LOOPS[kind] == "axis":

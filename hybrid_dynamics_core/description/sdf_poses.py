@@ -25,7 +25,8 @@ class Poses:
         kinds = ("link", "joint", "frame")
         self.elements = {e.attributes.get("name", ""): e for kind in kinds for e in model.all(kind)}
         self.model = self.read(model.first("pose"), ("model",))
-        self.root = next((e.attributes.get("name", "") for e in model.all("link")), "")
+        first = next((e.attributes.get("name", "") for e in model.all("link")), "")
+        self.root = model.attributes.get("canonical_link") or first
         self._known: dict[str, Transform] = {MODEL: Transform(), "": Transform()}
 
     def link(self, name: str) -> Transform:
@@ -58,8 +59,7 @@ class Poses:
 
     def link_of(self, name: str, asking: Element, seen: tuple[str, ...] = ()) -> str:
         """The link that carries a frame or joint, or has the name itself."""
-        if name in (MODEL, ""):
-            return self.root
+        name = self.root if name in (MODEL, "") else name
         if name not in self.elements or name in seen:
             raise self.unknown(name, asking, seen)
         element = self.elements[name]

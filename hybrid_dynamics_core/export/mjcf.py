@@ -9,15 +9,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
-from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
 from ..description.effects import effects_of
 from ..description.extension import TAG
+from ..description.mjcf import NOTHING
 from ..description.model import Array, Closure, Joint, RobotDescription
 from . import shapes
-from .rest import as_text, in_words, link_entry, rest_of
+from .rest import as_text, comment, in_words, link_entry, rest_of
 from .shapes import number, numbers
 
 if TYPE_CHECKING:
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
 STEP = 5e-4  # [s] of MuJoCo's integrator
 STIFF = {"solref": "0.001 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}  # the stiffest that MuJoCo takes at this step
-NOTHING = 1e-9  # [kg, kg m^2] a moving body needs some mass
 CARRIED = frozenset({"gravity", "friction", "mimic"})  # what MJCF says of all that a format may not say
 ARM = 0.5  # between the two points that tie an axis, over the size of the robot
 
@@ -80,8 +80,8 @@ class _Writer:
         for closure in description.closures:
             if closure.kind == "axis":
                 rest["closures"][closure.name]["second"] = f"{closure.name}_axis"
-        told = f" The text {TAG} holds what MJCF has no words for: {in_words(rest)}. MuJoCo passes it over. "
-        root.insert(0, Comment(told.replace("--", "- -")))
+        told = f"The text {TAG} holds what MJCF has no words for: {in_words(rest)}. MuJoCo passes it over."
+        comment(root, told)
         SubElement(SubElement(root, "custom"), "text", name=TAG, data=as_text(rest, one_line=True))
 
     def marks(self, link: str) -> Iterator[Array]:

@@ -6,8 +6,10 @@ Each writer puts it where its format lets other programs pass it over; `descript
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Collection, Mapping
 from typing import Any
+from xml.etree.ElementTree import Comment, Element
 
 import numpy as np
 import yaml
@@ -71,6 +73,11 @@ def as_text(rest: Mapping[str, Any], one_line: bool = False) -> str:
 def in_words(rest: Mapping[str, Any]) -> str:
     """The entries for a comment."""
     return ", ".join(words for key, words in WORDS.items() if key in rest)
+
+
+def comment(element: Element, text: str) -> None:
+    """Put a comment first in an element; names may hold two hyphens side by side, which comments may not."""
+    element.insert(0, Comment(f" {re.sub('-(?=-)', '- ', text)} "))
 
 
 class _Dumper(yaml.SafeDumper):

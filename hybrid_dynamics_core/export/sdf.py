@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
-from xml.etree.ElementTree import Comment, Element, SubElement
+from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from ..description.model import Array, Closure, Frame, Joint, Link, RobotDescrip
 from ..errors import InputError
 from ..mechanism.tree import build_tree
 from . import shapes
-from .rest import as_text, in_words, link_entry, rest_of
+from .rest import as_text, comment, in_words, link_entry, rest_of
 from .shapes import number, numbers
 from .urdf import as_xml
 
@@ -65,8 +65,8 @@ class _Writer:
         for closure in self.description.closures:
             self.loop(model, closure)
         rest = self.rest()
-        told = f" <{TAG}:{TAG}> holds what SDFormat has no words for: {in_words(rest)}. Other programs pass it over. "
-        model.insert(0, Comment(told.replace("--", "- -")))
+        told = f"<{TAG}:{TAG}> holds what SDFormat has no words for: {in_words(rest)}. Other programs pass it over."
+        comment(model, told)
         SubElement(model, f"{TAG}:{TAG}").text = f"\n{as_text(rest)}\n"
         return as_xml(root)
 

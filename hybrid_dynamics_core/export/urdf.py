@@ -7,7 +7,7 @@ thin rods to their joints, pins and frames, since a description has no shapes.
 from __future__ import annotations
 
 import math
-from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from ..description.effects import effects_of
 from ..description.geometry import rotation_to_axis, rpy_of
 from ..description.model import Array, Frame, Joint, Link, RobotDescription
 from . import shapes
-from .rest import in_words, rest_of
+from .rest import comment, in_words, rest_of
 from .shapes import number, numbers
 
 UNLIMITED = 1e3  # [m] travel of a prismatic joint without limits, which URDF does not know
@@ -33,7 +33,7 @@ def to_urdf(robot: RobotDescription) -> str:
     root = tree_element(robot)
     cut = ", ".join(closure.name for closure in robot.closures) or "none"
     lost = in_words(rest_of(robot, CARRIED))
-    root.insert(0, Comment(f" Loops that are cut: {cut}. Not in this file: {lost}. ".replace("--", "- -")))
+    comment(root, f"Loops that are cut: {cut}. Not in this file: {lost}.")
     return as_xml(root)
 
 

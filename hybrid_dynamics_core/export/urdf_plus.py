@@ -5,13 +5,13 @@ Joints say whether they are independent. Parsers that know no URDF+ read the spa
 
 from __future__ import annotations
 
-from xml.etree.ElementTree import Comment, Element, SubElement
+from xml.etree.ElementTree import Element, SubElement
 
 from ..description.extension import TAG
 from ..description.model import Array, Closure, RobotDescription
 from ..description.urdf_plus import SPHERICAL
 from . import shapes
-from .rest import as_text, in_words, rest_of
+from .rest import as_text, comment, in_words, rest_of
 from .shapes import number
 from .urdf import CARRIED, add_origin, as_xml, tree_element
 
@@ -33,8 +33,8 @@ def to_urdf_plus(robot: RobotDescription) -> str:
     for follower in robot.mimics:
         _add_coupling(root, robot, follower)
     rest = rest_of(robot, CARRIED)
-    told = f" <{TAG}> holds what URDF+ has no words for: {in_words(rest)}. Other programs pass it over. "
-    root.insert(0, Comment(told.replace("--", "- -")))
+    told = f"<{TAG}> holds what URDF+ has no words for: {in_words(rest)}. Other programs pass it over."
+    comment(root, told)
     SubElement(root, TAG).text = f"\n{as_text(rest)}\n"
     return as_xml(root)
 

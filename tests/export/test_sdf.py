@@ -149,6 +149,122 @@ def test_what_is_not_covered_is_told(old: str, new: str, words: str, tmp_path: P
     assert str(tmp_path / "model.sdf") in str(caught.value)
 
 
+MODEL, PIN = '<model name="bars">', '<joint name="pin" type="revolute">'
+CRANK, MASS, AXIS = '<link name="crank">', "<mass>2</mass>", '<axis><xyz expressed_in="floor">'
+CHANGED = {  # the robot is another one, or the axes are: (what stands there, what is put behind or before it, words)
+    "version 1.4": ('version="1.9"', 'version="1.4"', "version: is '1.4'; expected 1.7 or later"),
+    "version 1.6": ('version="1.9"', 'version="1.6"', "'gz sdf -p FILE' prints a file in the newest version"),
+    "no version": (' version="1.9"', "", "version: is ''; expected 1.7 or later"),
+    "no number": ('version="1.9"', 'version="new"', "version: is 'new'; expected 1.7 or later"),
+    "axis in the model": (
+        AXIS,
+        f"<axis><use_parent_model_frame>1</use_parent_model_frame>{AXIS[6:]}",
+        "joints.motor: <use_parent_model_frame> of <axis> is '1', which is not covered; expected 'false'",
+    ),
+    "no weight": (
+        CRANK,
+        f"{CRANK}<gravity>false</gravity>",
+        "links.crank: <gravity> of <link> is 'false', which is not covered; expected 'true'",
+    ),
+    "static": (MODEL, f"{MODEL}<static>1</static>", "models.bars: <static> of <model> is '1'"),
+    "kinematic": (CRANK, f"{CRANK}<kinematic>true</kinematic>", "links.crank: <kinematic> of <link> is 'true'"),
+    "floating": (
+        CRANK,
+        f"{CRANK}<must_be_base_link>true</must_be_base_link>",
+        "<must_be_base_link> of <link> is 'true'",
+    ),
+    "wind": (CRANK, f"{CRANK}<enable_wind>true</enable_wind>", "<enable_wind> of <link> is 'true'"),
+    "decay": (
+        CRANK,
+        f"{CRANK}<velocity_decay><angular>0.1</angular></velocity_decay>",
+        "links.crank: <angular> of <velocity_decay> is '0.1', which is not covered; expected '0'",
+    ),
+    "fluid": (
+        MASS,
+        f"{MASS}<fluid_added_mass><xx>100</xx></fluid_added_mass>",
+        "links.crank: <xx> of <fluid_added_mass> is '100', which is not covered; expected '0'",
+    ),
+    "mass of shapes": ("<inertial>", '<inertial auto="true">', "links.crank: auto of <inertial> is 'true'"),
+    "place of a mass": (
+        f"{MASS}<pose>",
+        f'{MASS}<pose relative_to="floor">',
+        "links.crank: relative_to of <pose> is 'floor'",
+    ),
+    "place of the model": (MODEL, f'{MODEL}<pose relative_to="hill">0 0 0 1 0 0</pose>', "relative_to of <pose>"),
+    "place of a frame of it": (MODEL, '<model name="bars" placement_frame="crank">', "placement_frame of <model>"),
+    "no such carrier": (
+        MODEL,
+        '<model name="bars" canonical_link="grund"><frame name="f"/>',
+        "(did you mean 'ground'?)",
+    ),
+    "unknown": (CRANK, f"{CRANK}<buoyancy>1</buoyancy>", "links.crank: <buoyancy> is not covered; it may change"),
+    "welded in the world": (
+        MODEL,
+        f'<world name="w"><joint name="weld" type="fixed"/>{MODEL}',
+        "worlds.w: <joint> is not covered",
+    ),
+}
+
+
+@pytest.mark.parametrize(("old", "new", "words"), CHANGED.values(), ids=CHANGED.keys())
+def test_what_would_change_the_robot_is_refused_with_its_line(old: str, new: str, words: str, tmp_path: Path) -> None:
+    assert old in FOUR_BAR
+    text = FOUR_BAR.replace(old, new, 1)
+    if "<world" in new:
+        text = text.replace("</model>", "</model></world>")
+    with pytest.raises(DescriptionError) as caught:
+        read(tmp_path, text)
+    assert words in str(caught.value)
+    assert caught.value.line == FOUR_BAR[: FOUR_BAR.index(old)].count("\n") + 1
+
+
+HARMLESS = {  # what others write beside a robot, and words that say what is so anyway
+    MODEL: f'{MODEL}<static>0</static><self_collide>true</self_collide><plugin name="p" filename="f"><x/></plugin>',
+    '<link name="ground"/>': '<link name="ground"><gravity/><visual name="v"><anything/></visual></link>',
+    CRANK: f"{CRANK}<gravity>true</gravity><kinematic>false</kinematic><others:word>1</others:word>"
+    '<velocity_decay><linear>0.0</linear></velocity_decay><sensor name="s" type="imu"/><collision name="c"/>',
+    "<inertial>": '<inertial auto="false"><fluid_added_mass><xx>0</xx><qr>0.0</qr></fluid_added_mass>',
+    "<lower>-1</lower>": "<lower>-1</lower><effort>5</effort><velocity>-1</velocity>",
+}
+
+
+def test_what_changes_no_robot_is_passed_over(tmp_path: Path) -> None:
+    text = FOUR_BAR
+    for old, new in HARMLESS.items():
+        assert old in text
+        text = text.replace(old, new, 1)
+    machine, other = read(tmp_path), read(tmp_path, text)
+    state, found = machine.close([0.2], [0.5]), other.close([0.2], [0.5])
+    np.testing.assert_array_equal(found.s, state.s)
+    np.testing.assert_array_equal(other.inverse_dynamics(found, [1.0]), machine.inverse_dynamics(state, [1.0]))
+
+
+def on_the_pin(words: str) -> str:
+    """The four-bar with more on the axis of the joint that closes its loop."""
+    head, tail = FOUR_BAR.split('name="pin"')
+    return f'{head}name="pin"{tail.replace("<axis>", f"<axis>{words}", 1)}'
+
+
+def test_limits_of_a_joint_that_closes_a_loop_are_noted(tmp_path: Path) -> None:
+    machine = read(tmp_path, on_the_pin("<limit><lower>-1</lower><upper>2</upper></limit>"))
+    assert "pin: closes a loop; its limits are not kept" in machine.description.notes
+
+
+def test_friction_of_a_joint_that_closes_a_loop_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(
+        DescriptionError, match=r"joints\.pin: has friction, which a joint that closes a loop cannot"
+    ) as caught:
+        read(tmp_path, on_the_pin("<dynamics><damping>1</damping></dynamics>"))
+    assert caught.value.line == FOUR_BAR[: FOUR_BAR.index('name="pin"')].count("\n") + 1
+
+
+def test_a_frame_of_the_model_moves_with_its_canonical_link(tmp_path: Path) -> None:
+    text = FOUR_BAR.replace(MODEL, '<model name="bars" canonical_link="crank"><frame name="mark"/>')
+    assert read(tmp_path, text).description.frames["mark"].link == "crank"
+    plain = read(tmp_path, FOUR_BAR.replace(MODEL, f'{MODEL}<frame name="mark"/>'))
+    assert plain.description.frames["mark"].link == "ground"
+
+
 def test_names_that_the_format_keeps_are_refused() -> None:
     text = "format: 1\nname: r\nlinks: {base: {}, world: {mass: 1}}\n"
     text += (

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio
@@ -55,6 +57,19 @@ def test_an_independent_parser_finds_the_same_weight_along_every_joint(name: str
 def test_rotations_come_back_from_their_angles(pitch: float) -> None:
     rotation = rotation_from_rpy(0.4, pitch, -2.1)
     np.testing.assert_allclose(rotation_from_rpy(*rpy_of(rotation)), rotation, atol=1e-9)
+
+
+@pytest.mark.parametrize("hyphens", ["-", "--", "---", "----", "- -- ---"])
+def test_names_with_hyphens_leave_the_comment_valid(hyphens: str) -> None:
+    """XML forbids two hyphens side by side in a comment: a parser has to find the name there, hyphens set apart."""
+    description = load("five_bar").description
+    first, *others = description.closures
+    machine = replace(description, closures=(replace(first, name=f"tip{hyphens}x{hyphens}"), *others))
+    builder = ElementTree.TreeBuilder(insert_comments=True)
+    root = ElementTree.fromstring(to_urdf(machine), ElementTree.XMLParser(target=builder))
+    (comment,) = (element.text or "" for element in root if element.tag is ElementTree.Comment)
+    assert "--" not in comment
+    assert f"tip{hyphens}x{hyphens}".replace(" ", "") in comment.replace(" ", "")
 
 
 def test_the_command_writes_what_the_function_gives(tmp_path) -> None:
