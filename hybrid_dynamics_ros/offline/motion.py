@@ -204,8 +204,7 @@ class BulkPipeline:
             if row in samples.broken:
                 continue
             if row in samples.rejected:
-                self.pipeline.counts.received += 1
-                self._reject(samples.rejected[row])
+                self._remember(self.pipeline.reject_unread(samples.rejected[row]))
                 continue
             velocity = samples.velocity[row] if samples.measured[row] else None
             sample = JointSample(int(samples.stamp_ns[row]), self.pipeline.measured, samples.position[row], velocity)
