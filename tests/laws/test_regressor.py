@@ -58,7 +58,7 @@ def test_what_is_too_large_to_compute_with_is_refused_and_what_does_not_close_is
     machine = robot("forging_chu2020")
     u = machine.reference
     fast = machine.close(u, np.full(4, 1e150))
-    open_too = machine.close(np.stack([u, u + [0.0, 0.9, 0.0, 0.0]]), check=False)
+    open_too = machine.close(np.stack([u, np.add(u, [0.0, 0.9, 0.0, 0.0])]), check=False)
     assert np.asarray(open_too.status).tolist() == [0, 1]
     for dynamics in (machine.regressor, machine.inverse_dynamics):
         with pytest.raises(InputError, match="the result is not finite"):
