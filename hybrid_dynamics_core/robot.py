@@ -59,9 +59,11 @@ class Robot(RobotActuators):
         """Active coordinates that bring the end effector to a position (3,) [m] or a Pose, within `limits`.
 
         mask: which of x, y, z and the rotation about x, y, z (base axes) count; all that the target gives if None.
-        near: a closed state whose assembly modes are kept; the robot's own if None.
+        near: one closed state whose assembly modes are kept; the robot's own if None.
         The search starts at `seed` (if None at `near`, or else at the description's reference) and, where that fails or
         `all_solutions` is asked, from a fixed set of starts over the limits. Failure is told in `status`.
+
+        Raises InputError for a target, seed, mask or `near` that is none, or that is too far away to compute with.
         """
         return solve_inverse_kinematics(self, target, seed, all_solutions, mask, near)
 

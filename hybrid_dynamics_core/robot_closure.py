@@ -371,8 +371,12 @@ class ClosingRobot:
     def _own(self, state: ClosedState) -> None:
         if not isinstance(state, ClosedState):
             raise InputError(f"expected a ClosedState from robot.close(u, du), got {type(state).__name__}")
-        if state.s.shape[-1] != len(self.coordinates) or state.loops != self.loops:
+        if not self.owns(state):
             raise InputError("the state belongs to another robot")
+
+    def owns(self, state: ClosedState) -> bool:
+        """Whether a state has this robot's coordinates and loops."""
+        return state.s.shape[-1] == len(self.coordinates) and state.loops == self.loops
 
     def _like(self, state: ClosedState, name: str, value: ArrayLike) -> Array:
         self._own(state)

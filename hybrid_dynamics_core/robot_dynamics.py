@@ -103,6 +103,8 @@ class RobotDynamics(ClosingRobot):
 
         parameters: which, and in what order (None: the inertias of all links that have mass). Of `loads` gravity and
             the smoothing of friction count; payloads, springs and wrenches are not part of Y pi.
+
+        Raises InputError where the result is not finite.
         """
         ddu = self._like(state, "ddu", ddu)
         parameters = described_parameters(self.description) if parameters is None else parameters
@@ -111,7 +113,7 @@ class RobotDynamics(ClosingRobot):
         known = {"u": state.u, "du": state.du, "ddu": ddu, "branch": state.signs, "guess": state.s}
         known |= {"gravity": loads.gravity, "smoothing": loads.effects.smoothing}
         values, codes = self._run(f"regressor {parameters}", programs.regressor(parameters), None, **known)
-        values["Y"][codes != 0] = np.nan
+        settle(state, values, codes)
         return values["Y"]
 
     def motion_near(self, state: ClosedState, loads: Loads | None = None) -> MotionFunction:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import IntEnum
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .description.model import Array, Picklable
 from .errors import InputError
+
+_COLUMNS: Final = ("u", "du", "s", "ds", "R", "bias", "residual", "distances", "status")
 
 
 class ClosureStatus(IntEnum):
@@ -94,6 +97,44 @@ class ClosedState(Picklable):
             return self.loops[distances.index(min(distances))]
         nearest = np.argmin(np.nan_to_num(self.distances, nan=-1.0), axis=-1)
         return [self.loops[int(k)] for k in nearest]
+
+    def rows(self, which: Any) -> ClosedState:
+        """Some states of a batch, in the order of `which`, which indexes an axis (N,); one state for an integer.
+
+        Raises InputError for one state, which has no rows.
+        """
+        if self.u.ndim == 1:
+            raise InputError("this is one closed state, not a batch: it has no rows to choose from")
+        parts = {name: values[which] for name, values in _columns(self).items()}
+        if self.signs.ndim == 1:  # the same for all
+            parts["signs"] = self.signs
+        if parts["u"].ndim == 2:
+            return replace(self, **parts)
+        residual, status, iterations = (parts.pop(name).item() for name in ("residual", "status", "iterations"))
+        return replace(self, **parts, residual=residual, status=ClosureStatus(status), iterations=iterations)
+
+    @staticmethod
+    def joined(states: Sequence[ClosedState]) -> ClosedState:
+        """One batch of states and batches of one robot, in their order; `branch` is that of the last."""
+        columns = [_columns(state) for state in states]
+        names = set.intersection(*(set(entry) for entry in columns))
+        parts: dict[str, Any] = {"dds": None}
+        parts |= {name: np.concatenate([entry[name] for entry in columns]) for name in names}
+        signs = states[0].signs
+        if signs.ndim == 1 and all(state.signs is signs for state in states):
+            parts["signs"] = signs
+        return replace(states[-1], **parts)
+
+
+def _columns(state: ClosedState) -> dict[str, Any]:
+    """What may differ from row to row of a batch, each with a leading N."""
+    one = state.u.ndim == 1
+    count = 1 if one else len(state.u)
+    names = _COLUMNS if state.dds is None else (*_COLUMNS, "dds")
+    found = {name: np.asarray(getattr(state, name))[None if one else slice(None)] for name in names}
+    found["iterations"] = np.broadcast_to(state.iterations, count)
+    found["signs"] = np.broadcast_to(state.signs, (count, state.signs.shape[-1]))
+    return found
 
 
 def settle(state: ClosedState, values: Mapping[str, Array], codes: NDArray[np.int64]) -> None:

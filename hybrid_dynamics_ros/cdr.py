@@ -29,7 +29,7 @@ class Template:
 
     def __init__(self) -> None:
         self._parts = bytearray(LITTLE)
-        self._slots: list[tuple[str, int, np.dtype[Any]]] = []
+        self._slots: list[tuple[str, int, np.dtype[Any]]] = []  # complete before the first message
         self._stamps: list[int] = []  # where they are
 
     def slot(self, name: str, kind: str, count: int = 1) -> Template:
@@ -96,14 +96,27 @@ class Template:
             view[:] = part.reshape(len(rows), -1).view(np.uint8).reshape(shape)
 
     def message(self, stamp_ns: int, values: Mapping[str, NDArray[Any]]) -> bytes:
-        """One message: the stamp of its headers [ns] and the values of its other slots."""
+        """One message: the stamp of its headers [ns] and the values of its other slots.
+
+        Raises KeyError where a slot has no value, ValueError where a value is of another type or count.
+        """
         parts = bytearray(self._parts)
         for start in self._stamps:
             _STAMP.pack_into(parts, start, *divmod(stamp_ns, _NS))
-        for name, start, kind in self._slots:
-            if name in values:  # all but the stamps
-                parts[start : start + kind.itemsize] = values[name].tobytes()
+        for name, start, end, kind in self._numbers:
+            value = values[name]
+            data = value.tobytes()
+            if len(data) != end - start or value.dtype != kind:
+                told = f"{np.size(value)} numbers of type {value.dtype}"
+                raise ValueError(f"slot {name}: {told}; expected {(end - start) // kind.itemsize} of {kind}")
+            parts[start:end] = data
         return bytes(parts)
+
+    @cached_property
+    def _numbers(self) -> list[tuple[str, int, int, np.dtype[Any]]]:
+        """Slots that are no stamps: name, first byte and the one behind the last, type of a number."""
+        stamps = {start + k for start in self._stamps for k in (0, 4)}
+        return [(n, start, start + kind.itemsize, kind.base) for n, start, kind in self._slots if start not in stamps]
 
 
 class LayoutError(ValueError):
@@ -211,6 +224,8 @@ class _Reader:
         text = self.message[self.at : self.at + size]
         if len(text) != size or (size and text[-1]):
             raise LayoutError("a string without its end")
+        if b"\0" in text[:-1]:
+            raise LayoutError(f"a name that ends before its length: {text[:-1]!r}")  # ROS reads it up to there
         self.fixed[self.at : self.at + size] = True
         self.at += size
         try:

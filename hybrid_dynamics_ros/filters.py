@@ -43,6 +43,10 @@ FloatArray = NDArray[np.float64]
 # weight at each step. Where the bandwidth is too high for the sample rate, the filter becomes the finite
 # difference of the last D + 1 samples and not less.
 LEAST_DECAY: Final = 0.1
+MOST_WEIGHT: Final = 1.0 - LEAST_DECAY
+
+# Below it the moments of stamps a nanosecond apart come near the smallest numbers there are.
+LEAST_BANDWIDTH: Final = 1e-12  # [Hz]
 
 # The degree is raised only when the fit is well conditioned: determinant over product of the diagonal. Two
 # stamps that almost coincide say nothing about a second derivative.
@@ -87,7 +91,7 @@ class PolynomialFilter:
 
     Attributes:
         degree: highest derivative that is estimated, 1 or 2.
-        bandwidth: frequency where the highest derivative has lost 3 dB [Hz].
+        bandwidth: frequency where the highest derivative has lost 3 dB, 1e-12 or more [Hz].
         max_gap: stamps further apart than this restart the filter [s].
     """
 
@@ -102,6 +106,8 @@ class PolynomialFilter:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} is {value}, expected a finite number above 0")
+        if self.bandwidth < LEAST_BANDWIDTH:
+            raise ValueError(f"bandwidth is {self.bandwidth} Hz, expected {LEAST_BANDWIDTH} Hz or more")
 
     @cached_property
     def rate(self) -> float:
@@ -159,9 +165,7 @@ class PolynomialFilter:
     def _advance(self, state: FilterState, stamp_ns: int, sample: FloatArray) -> FilterState:
         dt = (stamp_ns - state.stamp_ns) * 1e-9  # [s]
         step = self.rate * dt
-        decay = max(math.exp(-step), LEAST_DECAY)
-        # A sample stands for the interval before it: the bandwidth does not depend on the sample rate.
-        weight = 1.0 - decay
+        decay, weight = _shares(step)
         old = state.moments if state.moments[0] > 0.0 else (weight, 0.0, 0.0, 0.0, 0.0)
         moments = _aged(old, step, decay, weight)
         degree, gains = _gains(moments, weight, min(state.degree + 1, self.degree), self.rate)
@@ -171,6 +175,15 @@ class PolynomialFilter:
         for k in range(degree + 1):
             rows[k] = [d + gains[k] * e for d, e in zip(rows[k], differences, strict=True)]
         return FilterState(stamp_ns, state.start_ns, degree, moments, sample.copy(), np.array(rows))
+
+
+def _shares(step: float) -> tuple[float, float]:
+    """What older samples keep of their weight after ``step`` (in units of 1/lambda), and the weight of the new one.
+
+    A sample stands for the interval before it: the bandwidth does not depend on the sample rate. They add up to 1;
+    the difference itself would lose the weight of a very short step.
+    """
+    return max(math.exp(-step), LEAST_DECAY), min(-math.expm1(-step), MOST_WEIGHT)
 
 
 def _aged(

@@ -183,9 +183,14 @@ class Pipeline:
         return result
 
     def reject(self, rejection: Rejection) -> Rejection:
-        """Count a rejection."""
+        """Count a rejection of a sample that `process` was given."""
         self.counts.rejected[rejection.code] += 1
         return rejection
+
+    def reject_unread(self, rejection: Rejection) -> Rejection:
+        """Count a message that never became a sample for `process`."""
+        self.counts.received += 1
+        return self.reject(rejection)
 
     def _process(self, sample: JointSample) -> MotionResult:
         if self._direct and self.mode is None and self.calibration is None:

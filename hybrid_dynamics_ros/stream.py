@@ -17,7 +17,8 @@ from sensor_msgs.msg import JointState
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_ros import conversions, outputs, qos
 from hybrid_dynamics_ros.filters import StampEvent
-from hybrid_dynamics_ros.parameters import INPUT_DEPTH, INPUT_QOS, OUTPUT_DEPTH, OUTPUT_QOS, RATES, TF_RATE
+from hybrid_dynamics_ros.outputs import Fill
+from hybrid_dynamics_ros.parameters import INPUT_DEPTH, INPUT_QOS, OUTPUT_DEPTH, OUTPUT_QOS, RATES, TF_RATE, Parameter
 from hybrid_dynamics_ros.pipeline import MotionResult
 from hybrid_dynamics_ros.reading import Read, StateReader, reader_of
 from hybrid_dynamics_ros.runtime import Runtime
@@ -45,23 +46,30 @@ class Stream:
         self._overloaded, self._skipped_at = False, 0.0
         self._most = runtime.settings[INPUT_DEPTH] // 2  # inputs that may wait before some are left out
         settings = runtime.settings
-        profile = qos.profile(settings[OUTPUT_QOS], settings[OUTPUT_DEPTH])
-        table = [
-            (output.topic, output.kind, output.filler, rate) for output, rate in zip(outputs.TABLE, RATES, strict=True)
-        ]
-        self._outputs = [
-            (self._publisher(kind, f"~/{topic}", profile), filler(runtime.robot), rate, Pace())
-            for topic, kind, filler, rate in table
+        table: list[tuple[str, type, Fill, Parameter[float]]] = [
+            (f"~/{output.topic}", output.kind, output.filler(runtime.robot), rate)
+            for output, rate in zip(outputs.TABLE, RATES, strict=True)
         ]
         if settings[TF_RATE] >= 0.0:
             kind, filler = tf_output()
-            self._outputs.append((self._publisher(kind, "/tf", profile), filler(runtime.robot), TF_RATE, Pace()))
-        self._looked, self._listened = -_LOOK, [True] * len(self._outputs)
+            table.append(("/tf", kind, filler(runtime.robot), TF_RATE))
         self._readers: tuple[Read, ...] = (StateReader(), reader_of(JointMotion, conversions.sample_of_motion))
-        self._subscriptions = [
-            self._subscription(_KINDS[0], "~/active_joint_states", self._on_state),
-            self._subscription(_KINDS[1], "~/active_joint_motions", self._on_motion),
-        ]
+        self._outputs: list[tuple[Publisher, Fill, Parameter[float], Pace]] = []
+        self._subscriptions: list[Subscription] = []
+        try:
+            self._open(table)
+        except BaseException:  # nobody else knows of what was made so far
+            self.destroy()
+            raise
+        self._looked, self._listened = -_LOOK, [True] * len(self._outputs)
+
+    def _open(self, table: list[tuple[str, type, Fill, Parameter[float]]]) -> None:
+        settings = self._runtime.settings
+        profile = qos.profile(settings[OUTPUT_QOS], settings[OUTPUT_DEPTH])
+        for topic, kind, fill, rate in table:
+            self._outputs.append((self._publisher(kind, topic, profile), fill, rate, Pace()))
+        self._subscriptions.append(self._subscription(_KINDS[0], "~/active_joint_states", self._on_state))
+        self._subscriptions.append(self._subscription(_KINDS[1], "~/active_joint_motions", self._on_motion))
 
     def destroy(self) -> None:
         """Take the topics away."""
@@ -131,28 +139,38 @@ class Stream:
         return taken
 
     def _process(self, read: Read, message: bytes) -> None:
-        runtime, start = self._runtime, time.perf_counter()
-        try:
-            self._answer(read(message))
-        except Exception:  # noqa: BLE001 - one message must not end the node, whatever the fault
-            self._refuse(runtime.pipeline.reject(Rejection(RejectionCode.INTERNAL, traceback.format_exc())))
-        runtime.monitor.answered(time.perf_counter() - start)
+        start = time.perf_counter()
+        rejection = self._attempt(read, message)
+        if rejection is not None:
+            self._refuse(rejection)
+        self._runtime.monitor.answered(time.perf_counter() - start)
 
-    def _answer(self, sample: JointSample) -> None:
+    def _attempt(self, read: Read, message: bytes) -> Rejection | None:
+        """Answer a message, or say why not; it counts once, wherever it fails."""
+        pipeline = self._runtime.pipeline
+        try:
+            sample = read(message)
+        except Exception:  # noqa: BLE001 - one message must not end the node, whatever the fault
+            return pipeline.reject_unread(_fault())
+        try:
+            return self._answer(sample)
+        except Exception:  # noqa: BLE001
+            return pipeline.reject(_fault())
+
+    def _answer(self, sample: JointSample) -> Rejection | None:
         runtime = self._runtime
         result = runtime.process(sample)
         if isinstance(result, Rejection):
-            self._refuse(result)
-            return
+            return result
         try:
             messages = self._messages(result)
         except HybridDynamicsError as error:
-            self._refuse(runtime.pipeline.reject(rejection_of(error)))
-            return
+            return runtime.pipeline.reject(rejection_of(error))
         runtime.result = result
         self._tell(result)
         for publisher, message in messages:
             publisher.publish(message)
+        return None
 
     def _messages(self, result: MotionResult) -> list[tuple[Publisher, Any]]:
         """All messages that are due; made before the first is sent, so that all go or none."""
@@ -182,3 +200,8 @@ class Stream:
             self._log.warn(rejection.code, f"fault of the node:\n{rejection.text}")
         else:
             self._log.warn(rejection.code, f"rejected, {rejection.code.value}: {rejection.text}")
+
+
+def _fault() -> Rejection:
+    """The exception that is being handled."""
+    return Rejection(RejectionCode.INTERNAL, traceback.format_exc())

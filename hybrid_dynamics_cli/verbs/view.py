@@ -112,7 +112,7 @@ def of_file(machine: Robot, path: Path) -> Motion:
 
 def of_bag(robot: str, path: Path, topic: str | None) -> tuple[Robot, Motion, list[str]]:
     """The robot, the motion of a recording, and what of it could not be read."""
-    from hybrid_dynamics_core.view.motion import Motion, rows_of  # noqa: PLC0415
+    from hybrid_dynamics_core.view.motion import Motion  # noqa: PLC0415
     from hybrid_dynamics_ros.offline.errors import BagError  # noqa: PLC0415
 
     try:
@@ -125,5 +125,5 @@ def of_bag(robot: str, path: Path, topic: str | None) -> tuple[Robot, Motion, li
         raise click.ClickException(str(error)) from error
     rising = np.flatnonzero(np.diff(np.maximum.accumulate(track.time), prepend=-1.0) > 0.0)
     recorded = track.recorded[rising] if np.isfinite(track.recorded).any() else None
-    state, time = rows_of(track.state, rising), track.time[rising]
+    state, time = track.state.rows(rising), track.time[rising]
     return track.robot, Motion(path.name, time, state, track.acceleration[rising], recorded), track.losses

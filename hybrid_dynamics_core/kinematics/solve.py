@@ -13,16 +13,17 @@ from numpy.typing import ArrayLike
 from ..description.model import Array
 from ..errors import InputError, StateError
 from ..inputs import vectors
+from ..state import ClosedState, ClosureStatus
 from .inverse import MAX_ITERATIONS, STARTS, Descent, IKStatus, Mask, Task, descend, distinct, spread, unwound
 from .pose import Pose, checked_pose
 
 if TYPE_CHECKING:
     from ..robot import Robot
-    from ..state import ClosedState
 
 NEAREST = 25  # iterations towards a pose known to be out of reach, for the nearest one
 SOLVED = 1e-9  # residual [m] below which a target counts as reached
 EDGE = 1e-7  # share of the range in which a loop closes that is kept clear at both ends
+FARTHEST = 1e100  # [m] squares of distances stay far from the end of the range of numbers
 AT_TOGGLE = 2e-3  # distance to a singularity, and to the target in lengths: from there on EDGE hides what is left
 SAME = 1e-6  # solutions closer than this in every coordinate are one
 
@@ -62,6 +63,7 @@ def solve_inverse_kinematics(
 ) -> IKResult:
     """See `Robot.inverse_kinematics`."""
     position, rotation, rows = _target(target, mask)
+    _check_near(robot, near)
     own = robot.reference if near is None else near.u
     start = own if seed is None else vectors("seed", seed, robot.active, -1)
     length = max(float(np.linalg.norm(robot.forward_kinematics(_close(robot, own, near)).position)), 1e-3)
@@ -166,7 +168,27 @@ def _target(target: ArrayLike | Pose, mask: Sequence[bool] | None) -> tuple[Arra
         rows = tuple(k for k in range(6) if mask[k])
         if max(rows) > 2 and not isinstance(target, Pose):
             raise InputError("mask: a rotation counts, but the target is only a position; give a Pose")
+    for k in rows[:3]:
+        if k < 3 and abs(pose.position[k]) > FARTHEST:
+            told = f"{'xyz'[k]} is {pose.position[k]:g} m"
+            raise InputError(f"target: {told}: out of reach, and too far away to compute the distance that is left")
     return pose.position, pose.rotation, rows
+
+
+def _check_near(robot: Robot, near: object) -> None:
+    if near is None:
+        return
+    got = ""
+    if not isinstance(near, ClosedState):
+        got = type(near).__name__
+    elif not robot.owns(near):
+        got = "a state of another robot"
+    elif near.u.ndim != 1:
+        got = f"a batch of {len(near.u)}"
+    elif near.status != ClosureStatus.OK:
+        got = "one whose loops are not closed (its status says why)"
+    if got:
+        raise InputError(f"near: one closed state of this robot is expected, from robot.close(u); got {got}")
 
 
 def _solved(descent: Descent) -> Mask:

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from ..errors import StateError
+from ..errors import HybridDynamicsError
 from ..robot import Robot
 from ..state import ClosedState
 
@@ -45,5 +45,5 @@ class Glide:
         u = self.start.u + self.since / SPAN * (self.end.u - self.start.u)
         try:
             self.state = self.robot.close(u, near=self.state)
-        except StateError:  # the straight way leaves the range, the wanted state does not
+        except HybridDynamicsError:  # the straight way leaves the range, the wanted state does not
             self.state = self.end

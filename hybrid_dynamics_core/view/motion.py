@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any, Final
+from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..control.trajectory import JointTrajectory
 from ..description.model import Array
 from ..errors import InputError, StateError
 from ..robot import Robot
-from ..state import ClosedState, ClosureStatus
+from ..state import ClosedState
 
 RATE: Final = 100.0  # [Hz] at which a trajectory is closed
 LARGEST: Final = 6000  # states of a trajectory
-_ARRAYS: Final = ("u", "du", "s", "ds", "R", "bias", "distances")
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,25 +56,7 @@ class Motion:
 
     def at(self, index: int) -> ClosedState:
         """The state of one sample."""
-        return one_of(self.state, index)
-
-
-def rows_of(state: ClosedState, rows: NDArray[np.intp]) -> ClosedState:
-    """Some states of a batch (N, ...), in the order of `rows` (m,)."""
-    arrays: dict[str, Any] = {name: np.asarray(getattr(state, name))[rows] for name in (*_ARRAYS, "residual", "status")}
-    arrays["iterations"] = np.broadcast_to(state.iterations, len(state.u))[rows]
-    if state.signs.ndim == 2:
-        arrays["signs"] = state.signs[rows]
-    return replace(state, dds=None, **arrays)
-
-
-def one_of(state: ClosedState, row: int) -> ClosedState:
-    """One state of a batch."""
-    arrays: dict[str, Any] = {name: getattr(state, name)[row] for name in _ARRAYS}
-    part = replace(state, dds=None, **arrays, signs=state.signs if state.signs.ndim == 1 else state.signs[row])
-    residual, status = np.asarray(state.residual)[row], np.asarray(state.status)[row]
-    iterations = np.broadcast_to(state.iterations, len(state.u))[row]
-    return replace(part, residual=float(residual), status=ClosureStatus(int(status)), iterations=int(iterations))
+        return self.state.rows(index)
 
 
 def motion_of(robot: Robot, trajectory: JointTrajectory, title: str, recorded: Array | None = None) -> Motion:

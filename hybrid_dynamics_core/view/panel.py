@@ -43,18 +43,21 @@ class Panel:
 
     def refresh(self, efforts: Efforts) -> None:
         """Numbers of the present state; sliders where it is, unless it could not follow them."""
-        problem = self.session.problem
-        self._problem.visible = bool(problem)
-        self._problem.content = page.problem_html(problem)
+        self.tell_problem()
         self._state.content = page.state_html(self.session)
         self._modes.content = page.modes_html(self.session.state)
         put(self._payload, self.session.payload)
         self._efforts.content = page.efforts_html(self.session.robot, efforts)
         self.stale = bool(self.session.state.loops)
-        if not problem:
+        if not self.session.problem:
             self._follow()
         if self.playback is not None:
             self.playback.refresh()
+
+    def tell_problem(self) -> None:
+        """Why the last wish was refused, if it was."""
+        self._problem.visible = bool(self.session.problem)
+        self._problem.content = page.problem_html(self.session.problem)
 
     def _follow(self) -> None:
         self.target = np.array(self.session.state.u)
@@ -64,7 +67,8 @@ class Panel:
 
     def list_modes(self) -> None:
         """Look for the assembly modes at the present coordinates."""
-        self.modes, self.stale = self.session.modes(), False
+        self.stale = False  # whatever comes of it: not to be tried again and again
+        self.modes = self.session.modes()
         self.labels = page.mode_labels(self.modes, self.session.home.branch)
         present = self.session.present(self.modes)
         self._mode.options = tuple(self.labels) or ("none",)

@@ -13,7 +13,7 @@ from typing import Final
 import viser
 
 from ..drawing.style import RED
-from ..errors import InputError
+from ..errors import HybridDynamicsError, InputError
 from ..robot import Robot
 from .asking import Wish
 from .bodies import shape_of
@@ -43,15 +43,22 @@ class Viewer:
         self._ended = False
         with redirect_stdout(StringIO()):  # viser's own greeting
             self.server = viser.ViserServer(host=host, port=self.port, label=robot.name, verbose=False)
+        try:
+            self._theme()
+            self.stage = Stage(self.server, shape)
+            self.glide = Glide(robot, self.session.state)
+            self.panel = Panel(self.server, self.session, shape.size, self.ask)
+            self.show()
+            self._list_modes()
+        except BaseException:  # nobody else could close the port
+            self.close()
+            raise
+
+    def _theme(self) -> None:
         self.server.gui.configure_theme(
             show_logo=False, show_share_button=False, dark_mode=False, brand_color=rgb(RED), control_width="large"
         )
         self.server.gui.main_panel.dock_right()
-        self.stage = Stage(self.server, shape)
-        self.glide = Glide(robot, self.session.state)
-        self.panel = Panel(self.server, self.session, shape.size, self.ask)
-        self.show()
-        self.panel.list_modes()
 
     @property
     def url(self) -> str:
@@ -79,10 +86,23 @@ class Viewer:
                 self._awake.wait(timeout)
             wishes, self._wishes = self._wishes, {}
         for wish in wishes.values():
-            wish()
+            self._attempt(wish)
         if wishes:
             self.show(smoothly=True)
         return bool(wishes)
+
+    def _attempt(self, wish: Wish) -> bool:
+        """Do it; what the robot refuses is said in the panel, and the view goes on."""
+        try:
+            wish()
+        except HybridDynamicsError as error:
+            self.session.problem = " ".join(str(error).split())
+            return False
+        return True
+
+    def _list_modes(self) -> None:
+        if not self._attempt(self.panel.list_modes):
+            self.panel.tell_problem()
 
     def run(self) -> None:
         """Serve until `end`, or until KeyboardInterrupt, which is passed on."""
@@ -96,7 +116,7 @@ class Viewer:
                     last = now
             else:
                 if not self.step(REST if self.panel.stale else None):
-                    self.panel.list_modes()
+                    self._list_modes()
                 last = time.monotonic()
 
     def _frame(self, elapsed: float) -> None:

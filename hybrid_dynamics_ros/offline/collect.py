@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import yaml
@@ -16,7 +14,7 @@ from hybrid_dynamics_core import ClosedState, Loads, Robot, load
 from hybrid_dynamics_core.progress import Progress
 from hybrid_dynamics_ros.offline.decode import Decoder, Samples
 from hybrid_dynamics_ros.offline.errors import BagError
-from hybrid_dynamics_ros.offline.motion import BulkPipeline, Motion, pick
+from hybrid_dynamics_ros.offline.motion import BulkPipeline, Motion
 from hybrid_dynamics_ros.offline.process import input_topic, make_pipeline
 from hybrid_dynamics_ros.offline.smooth import estimates_of, joined, split
 from hybrid_dynamics_ros.offline.source import METADATA, Source
@@ -250,15 +248,7 @@ def _thinned(motion: Motion, rows: NDArray[np.intp]) -> Motion:
         name: getattr(motion, name)[rows]
         for name in ("rows", "stamp_ns", "log_ns", "moving", "driven", "acceleration", "efforts")
     }
-    return Motion(state=pick(motion.state, rows), **arrays)
-
-
-def _stack(states: Sequence[ClosedState]) -> ClosedState:
-    names = ("u", "du", "s", "ds", "R", "bias", "residual", "distances", "status")
-    arrays: dict[str, Any] = {name: np.concatenate([getattr(s, name) for s in states]) for name in names}
-    if states[0].signs.ndim == 2:
-        arrays["signs"] = np.concatenate([state.signs for state in states])
-    return replace(states[0], **arrays)
+    return Motion(state=motion.state.rows(rows), **arrays)
 
 
 def _track(  # noqa: PLR0913, PLR0917 - a line for each attribute
@@ -279,7 +269,7 @@ def _track(  # noqa: PLR0913, PLR0917 - a line for each attribute
         topic=topic,
         start_ns=start,
         time=(stamps - start) * 1e-9,
-        state=_stack([motion.state for motion in kept.motions]),
+        state=ClosedState.joined([motion.state for motion in kept.motions]),
         acceleration=np.concatenate([motion.acceleration for motion in kept.motions]),
         efforts=np.concatenate([motion.efforts for motion in kept.motions]),
         recorded=np.concatenate(kept.recorded),

@@ -1,6 +1,6 @@
 """The filter's steps as machine code: what `recursion` does in Python, operation by operation, so to the same bits.
 
-Nothing is fused and nothing reordered; exp is that of the C library, which Python calls too.
+Nothing is fused and nothing reordered; exp and expm1 are those of the C library, which Python calls too.
 """
 
 from __future__ import annotations
@@ -15,9 +15,14 @@ from numpy.typing import NDArray
 
 from hybrid_dynamics_core.kernels import llvm, native
 from hybrid_dynamics_core.kernels.ir.text import Function, constant
-from hybrid_dynamics_ros.filters import LEAST_CONDITION, LEAST_DECAY, FloatArray
+from hybrid_dynamics_ros.filters import LEAST_CONDITION, LEAST_DECAY, MOST_WEIGHT, FloatArray
 
 MOMENTS = 5
+_DECLARED = """declare double @exp(double)
+declare double @expm1(double)
+declare double @llvm.maxnum.f64(double, double)
+declare double @llvm.minnum.f64(double, double)
+"""
 _BINOMIAL = ((), (1.0,), (1.0, 2.0), (1.0, 3.0, 3.0), (1.0, 4.0, 6.0, 4.0))
 
 # (rows, joints, intervals [s], samples, rate [1/s], moments in and out, derivatives in and out, fitted) -> rows done
@@ -100,16 +105,14 @@ def _text(degree: int) -> str:
             _step(f, row, dt, gains, degree)
             f.store(f.let(f"add i64 {row}, 1"), done, kind="i64")
     f.do(f"ret i64 {f.load(done, kind='i64')}")
-    return "declare double @exp(double)\ndeclare double @llvm.maxnum.f64(double, double)\n" + f.text()
+    return _DECLARED + f.text()
 
 
 def _gains(f: Function, dt: str, degree: int) -> tuple[list[str], str, list[str]]:
     """Moments after an interval, whether they allow the degree, and the gains: `filters._aged` and `_gains`."""
     d = _Formula(f)
     step = d.mul("%rate", dt)
-    kept = f.let(f"call double @exp(double {f.let(f'fneg double {step}')})")
-    decay = f.let(f"call double @llvm.maxnum.f64(double {kept}, double {constant(LEAST_DECAY)})")
-    weight = d.sub(constant(1.0), decay)
+    decay, weight = _shares(f, step)
     old = [f.load("%moments", k) for k in range(MOMENTS)]
     moments = [d.add(d.mul(decay, old[0]), weight)]
     for k in range(1, MOMENTS):
@@ -135,6 +138,15 @@ def _gains(f: Function, dt: str, degree: int) -> tuple[list[str], str, list[str]
         d.mul(back, scale, c1),
         d.mul(constant(2.0), "%rate", "%rate", scale, c2),
     ]  # fmt: skip
+
+
+def _shares(f: Function, step: str) -> tuple[str, str]:
+    """What older samples keep, and the weight of the new one: `filters._shares`."""
+    back = f.let(f"fneg double {step}")
+    kept = f.let(f"call double @exp(double {back})")
+    lost = f.let(f"fneg double {f.let(f'call double @expm1(double {back})')}")
+    decay = f.let(f"call double @llvm.maxnum.f64(double {kept}, double {constant(LEAST_DECAY)})")
+    return decay, f.let(f"call double @llvm.minnum.f64(double {lost}, double {constant(MOST_WEIGHT)})")
 
 
 def _step(f: Function, row: str, dt: str, gains: list[str], degree: int) -> None:

@@ -173,7 +173,7 @@ def sample_of(message: Any) -> JointSample:
     whole = int(stamp.nanosec) < 10**9
     return JointSample(
         stamp_ns=int(stamp.sec) * 10**9 + int(stamp.nanosec) if whole else -1,
-        names=list(message.name),
+        names=[name.partition("\0")[0] for name in message.name],  # C strings end there
         position=np.array(message.position, dtype=np.float64),
         velocity=np.array(message.velocity, dtype=np.float64) if len(message.velocity) else None,
     )

@@ -15,7 +15,6 @@ from hybrid_dynamics_core.identification import Identification, identify
 from hybrid_dynamics_core.robot import Robot
 from hybrid_dynamics_ros.offline.collect import Track
 from hybrid_dynamics_ros.offline.errors import BagError
-from hybrid_dynamics_ros.offline.motion import pick
 from hybrid_dynamics_ros.samples import FloatArray
 
 _EDGE: Final = 0.02  # share of the samples at both ends of the held-out part that neither side sees
@@ -71,7 +70,7 @@ def identify_track(track: Track, friction: Sequence[str] = (), hold_out: float =
     train, held = rows[: max(cut - edge, 1)], rows[cut:]
     parameters = described_parameters(robot.description, friction)
     result = identify(
-        robot, pick(track.state, train), track.acceleration[train], track.recorded[train], parameters, track.loads
+        robot, track.state.rows(train), track.acceleration[train], track.recorded[train], parameters, track.loads
     )
     better = Robot(result.described(robot.description))
     loads = better.loads.with_gravity(track.loads.gravity)

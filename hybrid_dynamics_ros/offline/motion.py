@@ -8,15 +8,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hybrid_dynamics_core import ClosedState
 from hybrid_dynamics_core.errors import HybridDynamicsError
-from hybrid_dynamics_core.state import ClosureStatus
 from hybrid_dynamics_ros.estimator import EstimatorState
 from hybrid_dynamics_ros.filters import StampEvent
 from hybrid_dynamics_ros.offline.decode import Samples
@@ -25,7 +23,6 @@ from hybrid_dynamics_ros.pipeline import MotionResult, Pipeline
 from hybrid_dynamics_ros.samples import FloatArray, JointSample, Rejection, rejection_of
 
 Mask = NDArray[np.bool_]
-_STACKED = ("u", "du", "s", "ds", "R", "bias", "residual", "distances", "signs")
 
 
 @dataclass(eq=False)
@@ -175,7 +172,7 @@ class BulkPipeline:
         tau = np.full_like(u, np.nan)
         which = np.flatnonzero(known.driven)
         if len(which):
-            part = state if len(which) == len(u) else pick(state, which)
+            part = state if len(which) == len(u) else state.rows(which)
             tau[which] = robot.inverse_dynamics(part, known.acceleration[which], loads)
         if not (np.isfinite(state.s).all() and np.isfinite(state.ds).all() and np.isfinite(tau[which]).all()):
             raise _UnusualError
@@ -204,8 +201,7 @@ class BulkPipeline:
             if row in samples.broken:
                 continue
             if row in samples.rejected:
-                self.pipeline.counts.received += 1
-                self._reject(samples.rejected[row])
+                self._remember(self.pipeline.reject_unread(samples.rejected[row]))
                 continue
             velocity = samples.velocity[row] if samples.measured[row] else None
             sample = JointSample(int(samples.stamp_ns[row]), self.pipeline.measured, samples.position[row], velocity)
@@ -220,9 +216,7 @@ class BulkPipeline:
 def _stacked(samples: Samples, found: Sequence[tuple[int, MotionResult]]) -> Motion:
     rows = np.array([row for row, _ in found], dtype=np.intp)
     results = [result for _, result in found]
-    states = [result.state for result in results]
-    arrays: dict[str, Any] = {name: np.array([getattr(s, name) for s in states]) for name in _STACKED}
-    state = replace(states[-1], **arrays, status=np.zeros(len(states), dtype=int), dds=None)
+    state = ClosedState.joined([result.state for result in results])
     unknown = np.full(state.n, np.nan)
     return Motion(
         rows=rows,
@@ -234,12 +228,3 @@ def _stacked(samples: Samples, found: Sequence[tuple[int, MotionResult]]) -> Mot
         acceleration=np.array([unknown if r.active_acceleration is None else r.active_acceleration for r in results]),
         efforts=np.array([unknown if r.efforts is None else r.efforts for r in results]),
     )
-
-
-def pick(state: ClosedState, rows: NDArray[Any]) -> ClosedState:
-    """Some rows of a batch."""
-    arrays: dict[str, Any] = {
-        name: getattr(state, name)[rows] for name in _STACKED if name != "signs" or state.signs.ndim == 2
-    }
-    status = np.full(len(arrays["u"]), ClosureStatus.OK)
-    return replace(state, **arrays, status=status)

@@ -25,7 +25,7 @@ from hybrid_dynamics_ros.offline.mcap_write import BagWriter, Block, new_bag
 from hybrid_dynamics_ros.offline.motion import BulkPipeline, Motion
 from hybrid_dynamics_ros.offline.settings import require_known_sensors
 from hybrid_dynamics_ros.offline.smooth import estimates_of, joined, split
-from hybrid_dynamics_ros.offline.source import Messages, Source, Topic
+from hybrid_dynamics_ros.offline.source import Losses, Messages, Source, Topic
 from hybrid_dynamics_ros.offline.topics import NODE, Output, outputs_of
 from hybrid_dynamics_ros.parameters import BANDWIDTH, MAX_GAP, MEASURED, Settings
 from hybrid_dynamics_ros.pipeline import Pipeline
@@ -66,7 +66,7 @@ class Outcome:
     Attributes:
         job: the job.
         summary: one line about the samples.
-        losses: what could not be read, a sentence each.
+        losses: what could not be read, a sentence each; after a thousand, how many more of each kind.
         rejections: the first text of each kind of rejection.
         bulk: share of the samples that were decoded in bulk.
         shares: [s] spent on reading, decoding, the model, encoding, and writing.
@@ -122,7 +122,7 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
             worker.run(source, topic, {entry.name for entry in kept}, shown)
             watch.lap("writing")
         watch.lap("writing")
-        outcome.losses += source.losses.told
+        outcome.losses += [*worker.losses.told, *source.losses.told]
     outcome.summary = pipeline.counts.summary()
     return outcome
 
@@ -171,6 +171,7 @@ class _Worker:
     ) -> None:
         self._job, self._bulk, self._decoder, self._outputs = job, bulk, decoder, outputs
         self._bag, self._outcome, self._watch = bag, outcome, watch
+        self.losses = Losses()
         self._in_bulk = 0
         self._first, self._last = 2**63 - 1, -(2**63)
         self._described = False
@@ -208,7 +209,7 @@ class _Worker:
         self._in_bulk += samples.bulk
         self._outcome.samples += len(samples)
         for row, text in samples.broken.items():
-            self._outcome.losses.append(f"message {done + row}, logged at {samples.log_ns[row]} ns: {text}")
+            self.losses.add(f"message {done + row}, logged at {samples.log_ns[row]} ns: {text}")
         good = samples.stamp_ns[samples.stamp_ns >= 0]
         if len(good):
             self._first, self._last = min(self._first, int(good.min())), max(self._last, int(good.max()))
@@ -223,7 +224,7 @@ class _Worker:
             try:
                 self._emit(self._bulk.smoothed(part, own))
             except HybridDynamicsError as error:
-                self._outcome.losses.append(f"samples {rows.start} to {rows.stop}: {error}")
+                self.losses.add(f"samples {rows.start} to {rows.stop}: {error}")
 
     def _emit(self, motion: Motion | None) -> None:
         self._watch.lap("model")

@@ -5,19 +5,17 @@ Compiled where there is a compiler, else in plain floats: every bit is the same 
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from hybrid_dynamics_ros.filters import (
-    LEAST_DECAY,
     FilterState,
     FloatArray,
     PolynomialFilter,
     StampEvent,
     _aged,
     _gains,
+    _shares,
 )
 from hybrid_dynamics_ros.offline.compiled_filter import advance_of
 
@@ -102,8 +100,7 @@ def _steps(filt: PolynomialFilter, state: FilterState, intervals: list[int]) -> 
             continue
         dt = interval * 1e-9
         step = rate * dt
-        decay = max(math.exp(-step), LEAST_DECAY)
-        weight = 1.0 - decay
+        decay, weight = _shares(step)
         after = _aged(moments, step, decay, weight)
         found, gains = _gains(after, weight, degree, rate)
         if found != degree:

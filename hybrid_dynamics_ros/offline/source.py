@@ -9,6 +9,7 @@ import re
 import shutil
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
@@ -30,6 +31,10 @@ else:
     from backports import zstd
 
 METADATA: Final = "metadata.yaml"
+MOST_LOSSES: Final = 1000  # sentences
+_KINDS: Final = 20  # of further losses
+_OTHERS: Final = "of other kinds"
+_NUMBER: Final = re.compile(r"(?<![\w/.-])\d+(?![\w/])")  # those of a name stay
 _COPY: Final = 1 << 20  # [bytes] at a time
 
 
@@ -100,14 +105,25 @@ class Storage(Protocol):
 
 @dataclass(eq=False)
 class Losses:
-    """What could not be read, a sentence each."""
+    """What could not be read, a sentence each; after a thousand they are only counted, by kind."""
 
-    told: list[str] = field(default_factory=list)
+    _texts: dict[str, None] = field(default_factory=dict)
+    _more: Counter[str] = field(default_factory=Counter)
 
     def add(self, text: str) -> None:
-        """One more, unless it was told already."""
-        if text not in self.told:
-            self.told.append(text)
+        """One more, unless it is one of those that were told already."""
+        if text in self._texts:
+            return
+        if len(self._texts) < MOST_LOSSES:
+            self._texts[text] = None
+            return
+        kind = _NUMBER.sub("N", text)
+        self._more[kind if kind in self._more or len(self._more) < _KINDS else _OTHERS] += 1
+
+    @property
+    def told(self) -> list[str]:
+        """The sentences, and how many more there were of each kind."""
+        return [*self._texts, *(f"... and {count} more: {kind}" for kind, count in self._more.items())]
 
 
 class Source:

@@ -19,7 +19,7 @@ from hybrid_dynamics_ros import layouts
 from hybrid_dynamics_ros.cdr import Template
 from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE
 from hybrid_dynamics_ros.offline.mcap_write import Block
-from hybrid_dynamics_ros.offline.motion import Motion, pick
+from hybrid_dynamics_ros.offline.motion import Motion
 from hybrid_dynamics_ros.parameters import RATES, TF_RATE, Settings
 from hybrid_dynamics_ros.placement import LinkTransforms
 from hybrid_dynamics_ros.samples import FloatArray
@@ -113,13 +113,13 @@ class JointStates:
         if not len(which):
             return along, known
         try:
-            forces = robot.drive_forces(pick(motion.state, which), motion.efforts[which])
+            forces = robot.drive_forces(motion.state.rows(which), motion.efforts[which])
             along[which[:, None], places] = np.stack(list(forces.values()), axis=-1)
         except SingularityError:
             for k in which:
                 row = np.array([k])
                 try:
-                    forces = robot.drive_forces(pick(motion.state, row), motion.efforts[row])
+                    forces = robot.drive_forces(motion.state.rows(row), motion.efforts[row])
                 except SingularityError:
                     known[k] = False  # as they stand, the drives cannot give these forces
                 else:
@@ -175,7 +175,7 @@ class Poses:
 
     def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
         """One for each."""
-        state = motion.state if len(rows) == len(motion) else pick(motion.state, rows)
+        state = motion.state if len(rows) == len(motion) else motion.state.rows(rows)
         pose = self._robot.forward_kinematics(state)
         yield rows, self._template, {"position": pose.position, "turn": quaternions(pose.rotation)}
 
@@ -191,7 +191,7 @@ class Twists:
         """Nothing before rates are known."""
         own = rows[motion.moving[rows]]
         if len(own):
-            state = pick(motion.state, own)
+            state = motion.state.rows(own)
             jacobians = self._robot.jacobian(state)
             # One product at a time: a product of stacks adds up in another order.
             twists = np.array([matrix @ rates for matrix, rates in zip(jacobians, state.du, strict=True)])
@@ -210,7 +210,7 @@ class Reactions:
         own = rows[motion.driven[rows] & motion.moving[rows]]
         if not len(own):
             return
-        pins = self._robot.reactions(pick(motion.state, own), motion.acceleration[own], self._loads).pins
+        pins = self._robot.reactions(motion.state.rows(own), motion.acceleration[own], self._loads).pins
         count = len(pins)
         if self._template is None:
             self._template = _reactions(self._robot, pins)
@@ -249,7 +249,7 @@ class Cylinders:
         own = rows[motion.driven[rows]]
         if not len(own) or not self._robot.cylinders:
             return
-        states = list(self._robot.hydraulics(pick(motion.state, own), motion.efforts[own]).values())
+        states = list(self._robot.hydraulics(motion.state.rows(own), motion.efforts[own]).values())
         values = {
             name: np.stack([np.broadcast_to(getattr(s, name), (len(own),)) for s in states], axis=-1)
             for name in (*self._numbers, "overloaded")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -17,8 +18,8 @@ from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
 from hybrid_dynamics_ros.offline.mcap_write import new_bag
 from hybrid_dynamics_ros.offline.process import INPUT, Job, process
-from hybrid_dynamics_ros.offline.source import METADATA, Source, Topic
-from tests.bags.messages import bag, recorded
+from hybrid_dynamics_ros.offline.source import METADATA, MOST_LOSSES, Losses, Source, Topic
+from tests.bags.messages import START, bag, recorded
 
 ROOT = Path(__file__).resolve().parents[2]
 JOINT_STATE = "sensor_msgs/msg/JointState"
@@ -99,6 +100,9 @@ def whole(forging, tmp_path_factory):
     return chunked, pairs
 
 
+LOST_MESSAGES = 1200
+
+
 def damage(whole, folder, rng):
     """A copy with a random bit turned or its end cut off; the messages of the original."""
     path, pairs = whole
@@ -131,6 +135,36 @@ def test_damaged_bags_give_true_messages_and_tell_what_is_lost(whole, tmp_path):
     counts = [assert_true_or_told(*damage(whole, tmp_path / str(k), rng)) for k in range(60)]
     assert 0 < np.count_nonzero(np.array(counts) < 400) < 60  # some are damaged where it counts, others not
     assert max(counts) == 400
+
+
+def test_thousands_of_lost_messages_are_told_in_a_thousand_lines_and_counted(forging, tmp_path):
+    """Every other message is none: the first ones are named, and the sum is right."""
+    pairs = recorded(forging, 60)
+    good = [pairs[k % 60][1] for k in range(2 * LOST_MESSAGES)]
+    mixed = [(START + k * 10**6, data if k % 2 else data[:20]) for k, data in enumerate(good)]
+    path = bag(tmp_path / "in", mixed)
+    outcome = process(Job(path, tmp_path / "out", forging.name))
+    assert len(outcome.losses) == MOST_LOSSES + 1
+    assert outcome.losses[0].startswith("message 0, logged at 1700000000000000000 ns: no JointState")
+    assert outcome.losses[MOST_LOSSES - 1].startswith(f"message {2 * MOST_LOSSES - 2}, ")
+    told = re.fullmatch(r"\.\.\. and (\d+) more: message N, logged at N ns: no JointState.*", outcome.losses[-1])
+    assert told is not None
+    assert int(told[1]) == LOST_MESSAGES - MOST_LOSSES
+
+
+def test_losses_told_again_are_told_once_and_kinds_stay_few():
+    losses = Losses()
+    for k in range(MOST_LOSSES):
+        for _ in range(2):
+            losses.add(f"/arm_2: sample {k} is lost")
+    assert losses.told == [f"/arm_2: sample {k} is lost" for k in range(MOST_LOSSES)]
+    for k in range(5000):
+        losses.add(f"/arm_2: sample {k + MOST_LOSSES} is lost")
+        losses.add(f"/arm_2: {'x' * (k % 40)} is lost")
+    more = losses.told[MOST_LOSSES:]
+    assert more[0] == "... and 5000 more: /arm_2: sample N is lost"
+    assert len(more) < 30
+    assert sum(int(text.split()[2]) for text in more) == 10_000
 
 
 @pytest.mark.soak

@@ -10,9 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core import load, shipped_robots
+from hybrid_dynamics_ros.filters import PolynomialFilter
+from hybrid_dynamics_ros.offline import recursion
 from hybrid_dynamics_ros.offline.decode import Decoder, sample_of
 from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE, typestore
 from hybrid_dynamics_ros.offline.motion import BulkPipeline
+from hybrid_dynamics_ros.offline.recursion import run_filter
 from hybrid_dynamics_ros.pipeline import MotionResult, Pipeline
 from tests.bags.messages import START, joint_state, messages_of, recorded
 
@@ -129,3 +132,21 @@ def test_bytes_that_writers_leave_behind_a_message_are_no_damage(forging, count)
     assert len(found) == count
     for name in ("stamp_ns", "efforts", "moving"):
         assert np.array_equal(getattr(wanted, name), getattr(found, name), equal_nan=True)
+
+
+@pytest.mark.parametrize("degree", [1, 2])
+@pytest.mark.parametrize("bandwidth", [1e-12, 1e-9, 0.01, 10.0, 1000.0])
+def test_the_filter_gives_the_same_bits_step_by_step_in_python_and_compiled(degree, bandwidth, monkeypatch):
+    rng = np.random.default_rng(6)
+    short, long = rng.integers(1, 50, 150), rng.integers(1, 20 * MS, 150)
+    stamps = START + np.cumsum(np.where(np.arange(150) % 2, short, long))
+    samples = np.cumsum(rng.normal(0, 1e-3, (150, 3)), axis=0)
+    filt, state, wanted = PolynomialFilter(degree, bandwidth, max_gap=0.5), None, []
+    for stamp, sample in zip(stamps.tolist(), samples, strict=True):
+        state, _ = filt.step(state, stamp, sample)
+        wanted.append(state.derivatives)
+    found = run_filter(filt, None, stamps, samples)
+    monkeypatch.setattr(recursion, "advance_of", lambda _: None)
+    for derivatives, _, _, last in (found, run_filter(filt, None, stamps, samples)):
+        assert np.array_equal(derivatives, wanted)
+        assert last.moments == state.moments

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core import IKStatus, Robot
+from hybrid_dynamics_core import ClosedState, IKStatus, InputError, Pose, Robot
 from tests.robots import robot
 
 
@@ -52,3 +55,38 @@ def test_the_very_limit_of_a_joint_is_reached(joint: int, value: float) -> None:
         assert found.status is IKStatus.SOLVED, found.message
         assert (machine.limits[:, 0] <= found.u).all()
         assert (found.u <= machine.limits[:, 1]).all()
+
+
+def rest(name: str) -> ClosedState:
+    return robot(name).close(robot(name).reference)
+
+
+NOT_NEAR: dict[str, tuple[Callable[[Robot], Any], str]] = {
+    "an array": (lambda machine: machine.reference, "got ndarray"),
+    "a batch": (lambda machine: machine.close(np.stack([machine.reference] * 2)), "got a batch of 2"),
+    "of another robot": (lambda _: rest("five_bar"), "got a state of another robot"),
+    "not closed": (
+        lambda machine: machine.close(np.add(machine.reference, [0.0, 0.9, 0.0, 0.0]), check=False),
+        "got one whose loops are not closed",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", NOT_NEAR)
+def test_near_is_one_closed_state_of_the_robot_or_is_refused(forging: Robot, case: str) -> None:
+    make, told = NOT_NEAR[case]
+    at = forging.forward_kinematics(forging.close(forging.reference)).position
+    with pytest.raises(InputError, match=f"near: one closed state of this robot is expected.*{told}"):
+        forging.inverse_kinematics(at, near=make(forging))
+
+
+@pytest.mark.parametrize("name", ["five_bar", "gough", "staicu2015"])
+def test_however_far_a_target_is_it_is_told_as_out_of_reach(name: str) -> None:
+    machine = robot(name)
+    turned = machine.forward_kinematics(rest(name)).rotation
+    for far in (1e3, 1e9, 1e99):
+        assert machine.inverse_kinematics([far, 0.0, 0.0]).status is IKStatus.OUT_OF_REACH
+    for far in (1e160, -1e200, 1e308):
+        for target in ([0.0, far, 0.0], Pose(np.array([0.0, far, 0.0]), turned)):
+            with pytest.raises(InputError, match=r"target: y is -?1e\+\d+ m: out of reach, and too far away"):
+                machine.inverse_kinematics(target)

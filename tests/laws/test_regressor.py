@@ -7,7 +7,7 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core import Parameters
+from hybrid_dynamics_core import InputError, Parameters
 from hybrid_dynamics_core.dynamics.parameters import described_parameters, link_of
 from tests.mechanisms import changed, random_link
 from tests.robots import ROBOTS, random_states, random_vector, robot, scaled
@@ -52,6 +52,20 @@ class TestRegressor:
         for k, state in enumerate(states):
             single = machine.regressor(state, ddu[k])
             assert scaled(many[k] - single, single) < 1e-10
+
+
+def test_what_is_too_large_to_compute_with_is_refused_and_what_does_not_close_is_nan() -> None:
+    machine = robot("forging_chu2020")
+    u = machine.reference
+    fast = machine.close(u, np.full(4, 1e150))
+    open_too = machine.close(np.stack([u, np.add(u, [0.0, 0.9, 0.0, 0.0])]), check=False)
+    assert np.asarray(open_too.status).tolist() == [0, 1]
+    for dynamics in (machine.regressor, machine.inverse_dynamics):
+        with pytest.raises(InputError, match="the result is not finite"):
+            dynamics(fast, np.full(4, 1e308))
+        values = dynamics(open_too, np.zeros((2, 4)))
+        assert np.isfinite(values[0]).all()
+        assert np.isnan(values[1]).all()
 
 
 @pytest.mark.parametrize("name", ROBOTS)

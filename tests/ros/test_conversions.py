@@ -11,7 +11,10 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from hybrid_dynamics_ros import conversions
+from hybrid_dynamics_ros.offline.decode import Decoder
 from hybrid_dynamics_ros.placement import quaternion
+from hybrid_dynamics_ros.reading import StateReader
+from tests.bags.messages import START, joint_state, messages_of
 
 HEADER = Header(stamp=Time(sec=3, nanosec=4), frame_id="base")
 
@@ -108,3 +111,11 @@ def test_quaternions_are_those_of_an_independent_library(seed):
     np.testing.assert_allclose(np.abs(np.dot(found, wanted.as_quat())), 1.0, atol=1e-14)
     np.testing.assert_allclose(np.linalg.norm(found), 1.0, atol=1e-15)
     assert found[3] >= 0.0
+
+
+def test_a_name_with_a_nul_is_read_up_to_it_live_and_from_recordings():
+    reader, decoder = StateReader(), Decoder(["q1"])
+    data = joint_state(START, ["q1\0xx"], [2.5])
+    assert [list(reader(data).names) for _ in range(3)] == [["q1"]] * 3
+    samples = decoder.decode(messages_of([(START + k, data) for k in range(8)]))
+    assert (samples.position[:, 0].tolist(), samples.rejected, samples.broken) == ([2.5] * 8, {}, {})

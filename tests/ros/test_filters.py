@@ -231,6 +231,27 @@ def test_nonsense_settings_are_refused(name, value):
         PolynomialFilter(1, **settings)
 
 
+@DEGREES
+@pytest.mark.parametrize("bandwidth", [1e-12, 1e-9, 1e-6])
+@pytest.mark.parametrize("apart_ns", [1, 10 * MS])
+def test_the_slowest_filters_and_the_shortest_steps_give_the_polynomial(degree, bandwidth, apart_ns):
+    """The weight of a sample is far below the rounding of 1, and counts all the same."""
+    stamps = apart_ns * np.arange(20)
+    t = stamps / stamps[-1]
+    samples = 0.3 - 0.2 * t + (0.5 * t * t if degree == 2 else 0.0)
+    last = run(PolynomialFilter(degree, bandwidth, max_gap=0.5), stamps, samples)[-1]
+    assert last.degree == degree
+    scale = (stamps[-1] * 1e-9) ** np.arange(degree + 1)
+    expected = [samples[-1], -0.2 + (1.0 if degree == 2 else 0.0), 1.0][: degree + 1]
+    # Rounding of the samples (1e-16) over squares of 1/19, and the condition of a fit over equal weights.
+    np.testing.assert_allclose(last.derivatives[:, 0] * scale, expected, rtol=0, atol=1e-9)
+
+
+def test_a_bandwidth_too_small_to_compute_with_is_refused():
+    with pytest.raises(ValueError, match="bandwidth is 1e-300 Hz, expected 1e-12 Hz or more"):
+        PolynomialFilter(1, bandwidth=1e-300, max_gap=0.5)
+
+
 def test_a_degree_it_does_not_have_is_refused():
     with pytest.raises(ValueError, match="degree"):
         PolynomialFilter(3, bandwidth=10.0, max_gap=0.5)

@@ -1,5 +1,6 @@
 """The node in this process, callbacks called by hand: faults that no message from outside can provoke."""
 
+import sys
 import time
 from pathlib import Path
 from xml.etree import ElementTree
@@ -8,11 +9,14 @@ import pytest
 import rclpy
 from hybrid_dynamics_msgs.msg import ErrorCode
 from hybrid_dynamics_msgs.srv import SetPayload
+from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
+from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
 from hybrid_dynamics_ros import outputs
 from hybrid_dynamics_ros.lifecycle import HybridDynamicsNode
+from hybrid_dynamics_ros.samples import RejectionCode
 from hybrid_dynamics_ros.services.table import TABLE
 
 
@@ -55,6 +59,34 @@ def test_a_bug_in_the_model_is_logged_with_its_place_counted_and_survived(ros_no
     assert "pipeline.py" in logged
 
 
+def test_messages_that_cannot_be_read_count_as_received_and_rejected(ros_node):
+    """Cut short anywhere: what is received is what is accepted and what is rejected, never less than nothing."""
+    ros_node.start()
+    whole = serialize_message(MESSAGE)
+    counts = ros_node._runtime.pipeline.counts
+    for size in (*range(4, len(whole), 9), len(whole)):
+        ros_node._stream._on_state(whole[:size])
+        ros_node._stream._on_motion(whole[:size])
+        assert counts.accepted >= 0
+    assert counts.received == 2 * len(range(4, len(whole), 9)) + 2
+    assert counts.rejected[RejectionCode.INTERNAL] > 0
+    assert counts.received == counts.accepted + counts.rejected.total()
+    assert counts.accepted > 0
+
+
+def test_a_reader_with_a_bug_is_counted_as_a_rejection_of_what_was_received(ros_node, capfd):
+    ros_node.start()
+
+    def broken(_):
+        raise ZeroDivisionError("a bug")
+
+    ros_node._stream._readers = (broken, broken)
+    for _ in range(3):
+        ros_node._stream._on_state(serialize_message(MESSAGE))
+    assert "3 received, 0 accepted, 0 with efforts, 3 rejected: internal" in ros_node.summary()
+    assert "ZeroDivisionError: a bug" in capfd.readouterr().err
+
+
 def test_a_bug_in_the_model_is_answered_and_logged_by_services(ros_node, capfd):
     ros_node.start()
     ros_node._runtime.robot = None  # any use of it fails
@@ -89,6 +121,38 @@ def test_what_configure_makes_cleanup_takes_away(ros_node):
         ros_node.trigger_deactivate()
         ros_node.trigger_cleanup()
         assert ({*ros_node.publishers}, {*ros_node.subscriptions}) == before
+
+
+def fails(topic):
+    """A node's method that makes everything but one topic."""
+
+    def make(self, kind, name, *args, **options):
+        if name == topic:
+            raise RuntimeError(f"no {topic}")
+        own = LifecycleNode.create_subscription if topic.endswith("motions") else LifecycleNode.create_publisher
+        return own(self, kind, name, *args, **options)
+
+    return make
+
+
+def test_a_configure_that_fails_leaves_no_topics(ros_node, monkeypatch):
+    before = {*ros_node.publishers}, {*ros_node.subscriptions}
+
+    def configured():
+        done = ros_node.trigger_configure() == TransitionCallbackReturn.SUCCESS
+        return done, {*ros_node.publishers} == before[0] and {*ros_node.subscriptions} == before[1]
+
+    with monkeypatch.context() as without:
+        for name in ("tf2_msgs", "tf2_msgs.msg"):
+            without.setitem(sys.modules, name, None)
+        assert ros_node.set_parameters([Parameter("rates.tf", value=10.0)])[0].successful
+        assert [configured() for _ in range(3)] == [(False, True)] * 3
+    assert ros_node.set_parameters([Parameter("rates.tf", value=-1.0)])[0].successful
+    for maker, topic in (("publisher", "~/cylinder_states"), ("subscription", "~/active_joint_motions")):
+        with monkeypatch.context() as broken:
+            broken.setattr(HybridDynamicsNode, f"create_{maker}", fails(topic), raising=False)
+            assert configured() == (False, True), topic
+    assert configured() == (True, False)
 
 
 POLICY = ElementTree.parse(Path(__file__).resolve().parents[2] / "security" / "hybrid_dynamics.policy.xml")

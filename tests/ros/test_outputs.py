@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import JointState
 
 from hybrid_dynamics_core import load
-from hybrid_dynamics_ros import outputs
+from hybrid_dynamics_ros import layouts, outputs
 from hybrid_dynamics_ros.monitor import Level, Monitor
 from hybrid_dynamics_ros.offline.interfaces import typestore
 from hybrid_dynamics_ros.parameters import LEAST_RATE, STROKE_WARN, TF_RATE, ParameterError, Settings
@@ -57,6 +57,30 @@ def test_tf_without_its_package_is_refused_with_what_to_do():
             tf_output()
     else:
         assert tf_output()[0].__name__ == "TFMessage"
+
+
+@pytest.mark.parametrize(
+    ("wrong", "error", "words"),
+    [
+        ({"velocity": None}, KeyError, "velocity"),
+        (
+            {"velocity": np.ones(2, dtype=np.float32)},
+            ValueError,
+            "slot velocity: 2 numbers of type float32; expected 2",
+        ),
+        ({"position": np.ones(3)}, ValueError, "slot position: 3 numbers of type float64; expected 2 of float64"),
+        ({"effort": np.ones(2, dtype=np.int64)}, ValueError, "slot effort: 2 numbers of type int64"),
+    ],
+)
+def test_a_message_with_values_missing_or_of_another_kind_is_refused(wrong, error, words):
+    """Bytes that go out for every input: what does not fit would shift all behind it."""
+    template = layouts.joint_state(["a", "b"], velocity=True, effort=True)
+    right = {"position": np.ones(2), "velocity": np.ones(2), "effort": np.ones(2)}
+    told = deserialize_message(template.message(7, right), JointState)
+    assert [told.header.stamp.nanosec, *told.position, *told.velocity, *told.effort] == [7] + [1.0] * 6
+    values = {name: value for name, value in (right | wrong).items() if value is not None}
+    with pytest.raises(error, match=words):
+        template.message(7, values)
 
 
 @pytest.mark.parametrize("name", ["forging_chu2020", "staicu2015", "delta", "type_c"])

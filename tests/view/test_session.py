@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,7 @@ from hybrid_dynamics_core.view.session import Session
 
 from .conftest import Opened
 
+PATIENCE = 30.0  # [s] a machine may be loaded; nothing waits for this where all is well
 EXACT = 1e-12  # the same computation twice, in another order at most
 
 
@@ -186,3 +189,45 @@ def test_what_a_person_does_in_the_page_moves_the_robot(forging: Robot, opened: 
     assert viewer.session.present(viewer.panel.modes) == wanted
     assert max(float(np.abs(link.wxyz - before[name]).max()) for name, link in viewer.stage.links.items()) > 0.1
     assert not viewer.step(0.0)
+
+
+def test_what_the_robot_refuses_is_said_in_the_panel_and_the_view_goes_on(
+    forging: Robot, opened: Opened, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    viewer = opened(forging)
+    before = viewer.session.state
+
+    def no_modes() -> None:
+        raise InputError("no modes here")
+
+    serving = threading.Thread(target=viewer.run, daemon=True)
+    serving.start()
+    viewer.ask("move 0", lambda: viewer.panel._move(0, np.nan))
+    done = threading.Event()
+    viewer.ask("look", done.set)  # behind it, or in a later round
+    assert done.wait(PATIENCE)
+    viewer.ask("end", lambda: setattr(viewer, "_ended", True))
+    serving.join(PATIENCE)
+    assert not serving.is_alive()
+    assert viewer.session.state is before
+    assert "q1 is nan" in viewer.session.problem
+    assert viewer.panel._problem.visible
+    assert "q1 is nan" in viewer.panel._problem.content
+    monkeypatch.setattr(viewer.session, "modes", no_modes)
+    viewer._list_modes()
+    assert "no modes here" in viewer.panel._problem.content
+    assert not viewer.panel.stale  # not looked for again before something moves
+
+
+@pytest.mark.usefixtures("needs_viser")
+def test_a_viewer_that_cannot_be_made_leaves_its_port(forging: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    from hybrid_dynamics_core.view import open_viewer, viewer
+
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("a bug")
+
+    port = viewer.free_port("localhost", 0)
+    monkeypatch.setattr(viewer, "Stage", broken)
+    with pytest.raises(ZeroDivisionError):
+        open_viewer(forging, port=port)
+    assert viewer.free_port("localhost", port) == port
