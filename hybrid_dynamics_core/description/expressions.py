@@ -17,7 +17,7 @@ MAX_LENGTH = 200
 
 
 def evaluate(text: str, names: Mapping[str, float]) -> float:
-    """Value of an arithmetic expression: numbers, names, pi, + - * /, parentheses, functions of `FUNCTIONS`.
+    """Value of an arithmetic expression: numbers, names, pi, deg (pi/180), + - * /, parentheses, functions of `FUNCTIONS`.
 
     Raises ValueError with a reason that reads as the end of a sentence.
     """
@@ -59,13 +59,15 @@ def _value(node: ast.expr, names: Mapping[str, float]) -> float:
         return _BINARY[type(node.op)](_value(node.left, names), _value(node.right, names))
     if isinstance(node, ast.Call):
         return _called(node, names)
-    raise ValueError(f"only numbers, parameters, pi, + - * /, parentheses and {', '.join(FUNCTIONS)} are allowed")
+    raise ValueError(f"only numbers, parameters, pi, deg, + - * /, parentheses and {', '.join(FUNCTIONS)} are allowed")
 
 
 def _called(node: ast.Call, names: Mapping[str, float]) -> float:
     name = node.func.id if isinstance(node.func, ast.Name) else ""
     if name not in FUNCTIONS or node.keywords:
-        raise ValueError(f"only numbers, parameters, pi, + - * /, parentheses and {', '.join(FUNCTIONS)} are allowed")
+        raise ValueError(
+            f"only numbers, parameters, pi, deg, + - * /, parentheses and {', '.join(FUNCTIONS)} are allowed"
+        )
     count, function = FUNCTIONS[name]
     if len(node.args) != count:
         raise ValueError(f"{name}() takes {count} value{'s' if count > 1 else ''}")
@@ -79,6 +81,8 @@ def _called(node: ast.Call, names: Mapping[str, float]) -> float:
 def _named(name: str, names: Mapping[str, float]) -> float:
     if name == "pi":
         return math.pi
+    if name == "deg" and name not in names:  # a file may have a parameter of this name
+        return math.pi / 180.0
     if name not in names:
         known = ", ".join(names) or "none"
         raise ValueError(f"'{name}' is not one of the parameters ({known})")
