@@ -17,7 +17,7 @@ MAX_LENGTH = 200
 
 
 def evaluate(text: str, names: Mapping[str, float]) -> float:
-    """Value of an arithmetic expression: numbers, names, pi, deg (pi/180), + - * /, parentheses, functions of `FUNCTIONS`.
+    """Value of an arithmetic expression: numbers, names, pi, deg (pi/180), + - * /, parentheses, functions.
 
     Raises ValueError with a reason that reads as the end of a sentence.
     """
