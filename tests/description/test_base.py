@@ -22,7 +22,7 @@ def test_another_name_needs_the_key() -> None:
 
 
 def test_a_link_beside_a_base_lacks_its_joint() -> None:
-    with pytest.raises(DescriptionError, match="links.spare: no joint has this link as its child; add the joint"):
+    with pytest.raises(DescriptionError, match=r"links\.spare: no joint has this link as its child; add the joint"):
         parse(four_bar("A").replace("  tool: {mass", "  spare: {}\n  tool: {mass"))
 
 
