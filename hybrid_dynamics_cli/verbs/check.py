@@ -34,20 +34,24 @@ def command(robot: str, picture: str | None, names: Names, modes: bool, as_json:
     """Check a robot: its file, its loops, its masses. Ends with 1 where something is wrong."""
     machine = loaded(robot)
     notes = remarks(machine)
-    told: dict[str, Any] = {"ok": True, "notes": notes, **facts(machine)}
+    doubts = machine.description.doubts
+    told: dict[str, Any] = {"ok": True, "notes": notes, "warnings": list(doubts), **facts(machine)}
     lines = [info_text(machine, told), "", *(f"note: {note}" for note in notes)]
+    lines += [f"warning: {doubt}" for doubt in doubts]
     if picture is not None:
         draw(machine, picture, names, modes)
         told["picture"] = picture
         lines.append(f"drawn to {picture}")
-    lines.append("The description is right: every loop closes.")
+    seen = f"Every loop closes, but see the {'warnings' if len(doubts) > 1 else 'warning'} above."
+    lines.append(seen if doubts else "The description is right: every loop closes.")
     show(told, as_json, "\n".join(lines))
 
 
 def remarks(machine: Robot) -> list[str]:
     """What is no fault, and yet to be known."""
     state = machine.close(machine.reference)
-    notes = []
+    description = machine.description
+    notes = [note for note in description.notes if note not in description.doubts]
     if float(state.singularity) < SMALL:
         notes.append(
             f"the reference is near a singularity of {state.singular_loop} ({number(float(state.singularity))})"

@@ -10,6 +10,7 @@ from .parallelogram import AngleStep
 from .patterns import Context
 from .posture import Posture
 from .rank import CLOSED, posture_of
+from .shortfall import shortfall
 from .step import Step
 
 
@@ -26,12 +27,15 @@ def choose_branch(
 
     best = min(_signs(robot, step, context, bool(told)), key=distance)
     if not _margin(step, posture, best, guess) > 0.0:
-        problem = "does not close at the reference configuration; mend the geometry or give a reference that closes"
         if _closed(step, context, guess):
             problem = (
                 "is singular at the reference configuration: what is given does not hold it there; give other joints, "
                 "or another reference"
             )
+        else:
+            gap = shortfall(context.tree, context.closures, step, posture)
+            problem = f"does not close at the reference configuration{': ' if gap else ''}{gap}; "
+            problem += "mend the geometry or give a reference that closes"
         raise robot.error(robot.closure_key(step.loops[0]), problem)
     if isinstance(step, AngleStep):
         step.near(posture, context.near)

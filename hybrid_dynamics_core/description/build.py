@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -36,7 +37,7 @@ class _Builder:
 
     def robot(self) -> RobotDescription:
         data, numbers = self.data, self.numbers
-        return RobotDescription(
+        told = RobotDescription(
             name=data["name"],
             source=data.get("source", ""),
             gravity=numbers.vector(data.get("gravity", STANDARD_GRAVITY), ("gravity",)),
@@ -48,17 +49,18 @@ class _Builder:
             active=tuple(data["active"]),
             end_effector="end_effector",
             frames=self.frames(),
-            reference=self.each("reference", lambda _, value, path: numbers.number(value, path)),
+            reference=self.each("reference", self.reference),
             active_set=data.get("active_set", "exact"),
             mimics=self.mimics(),
             file=self.document.file,
             lines=self.document.lines(),
             files=self.document.files(),
-            notes=tuple(self.document.notes),
             effects=self.effects(),
             payloads=self.payloads(),
             actuators=read_actuators(data.get("actuators", {}), data["joints"], numbers.number, self.document.error),
         )
+        doubts = tuple(self.document.doubts)  # known when everything is read
+        return replace(told, notes=(*self.document.notes, *doubts), doubts=doubts)
 
     def each(self, section: str, build: Callable[[str, Any, Path_], T]) -> Mapping[str, T]:
         entries = self.data.get(section, {})
@@ -108,13 +110,21 @@ class _Builder:
         parent = self.places.frame(entry["parent"], pose)
         rotation, translation = parent.rotation, parent.translation
         axis = self.numbers.axis(entry["axis"], (*path, "axis"))
-        offset = self.numbers.number(entry.get("offset", 0), (*path, "offset"))
+        number = self.numbers.angle if entry["type"] == "revolute" else self.numbers.number
+        offset = number(entry.get("offset", 0), (*path, "offset"))
         if offset and entry["type"] == "revolute":
             rotation = frozen(rotation @ rotation_about(axis, offset))
         elif offset:
             translation = frozen(translation + rotation @ (axis * offset))
         limits = self.numbers.limits(entry.get("limits"), (*path, "limits"))
+        if entry["type"] == "revolute":
+            self.numbers.doubt_degrees(entry.get("limits") or [], limits, (*path, "limits"))
         return Joint(name, entry["type"], parent.link, entry["child"], rotation, translation, axis, limits)
+
+    def reference(self, name: str, value: float | str, path: Path_) -> float:
+        """A joint's value in the reference configuration [rad or m]."""
+        revolute = self.data["joints"][name]["type"] == "revolute"
+        return (self.numbers.angle if revolute else self.numbers.number)(value, path)
 
     def mimics(self) -> Mapping[str, Mimic]:
         """Joints that follow others."""

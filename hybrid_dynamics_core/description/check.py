@@ -46,6 +46,7 @@ class _Names:
             raise self.document.error((), "there are no joints; give joints, chain, legs, modules or urdf")
         self._frames()
         self._joints()
+        self._base()
         for link in self.links:
             self._reaches_base(link)
         self._closures()
@@ -123,6 +124,15 @@ class _Names:
             seen.append(name)
             name = self.frames[name]["link"]
         return name
+
+    def _base(self) -> None:
+        """One link that hangs on nothing, where no other is the base, is the base under another name."""
+        named = "base" in self.document.data or self.base in self.links
+        hung = {joint["parent"] for joint in self.joints.values()} | {frame["link"] for frame in self.frames.values()}
+        loose = [link for link in self.links if link not in self.parent_joint]
+        if not named and self.base not in hung and len(loose) == 1:
+            problem = f"hangs on no joint, and no link is called '{self.base}'; if it is what does not move, write"
+            raise self.document.error(("links", loose[0]), f"{problem} `base: {loose[0]}`, or call it '{self.base}'")
 
     def _reaches_base(self, link: str) -> None:
         if link != self.base and link not in self.parent_joint:

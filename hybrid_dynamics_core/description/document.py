@@ -32,6 +32,7 @@ class Document:
         self.data = data
         self.file = file
         self.notes: list[str] = []  # what the loader assumed, for `RobotDescription.notes`
+        self.doubts: list[str] = []  # what fits the format and is hardly meant, for `RobotDescription.doubts`
         self.printed: set[str] = set()  # links whose numbers were rounded by the tool that printed them
         self._places: dict[Path_, tuple[File, int]] = {path: (file, line) for path, line in lines.items()}
         self._origins: dict[Path_, Origin] = {}
@@ -120,6 +121,12 @@ class Document:
         written, note = self.written(path)
         file, line = self.place(path)
         return DescriptionError(problem + (f" ({note})" if note else ""), key=dotted(written), file=file, line=line)
+
+    def doubt(self, path: Path_, problem: str) -> None:
+        """Keep what is allowed at this entry and hardly meant; a message as those of errors, told once."""
+        told = str(self.error(path, problem))
+        if told not in self.doubts:
+            self.doubts.append(told)
 
     def lines(self) -> dict[str, int]:
         """Line of every entry by dotted key, those of added entries too."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import math
 import operator
+import re
 from collections.abc import Callable, Mapping
 
 _BINARY: dict[type[ast.operator], Callable[[float, float], float]] = {
@@ -14,10 +15,11 @@ _BINARY: dict[type[ast.operator], Callable[[float, float], float]] = {
     ast.Div: operator.truediv,
 }
 MAX_LENGTH = 200
+_NO_SIGN = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)\s*(deg|pi)\b")  # 60deg, 2 pi
 
 
 def evaluate(text: str, names: Mapping[str, float]) -> float:
-    """Value of an arithmetic expression: numbers, names, pi, + - * /, parentheses, functions of `FUNCTIONS`.
+    """Value of an arithmetic expression: numbers, names, pi, deg (pi/180), + - * /, parentheses, functions.
 
     Raises ValueError with a reason that reads as the end of a sentence.
     """
@@ -26,8 +28,10 @@ def evaluate(text: str, names: Mapping[str, float]) -> float:
     try:
         tree = ast.parse(text.strip(), mode="eval")
     except (SyntaxError, ValueError, RecursionError, MemoryError):
+        whole = _NO_SIGN.sub(r"\1*\2", text.strip())
+        hint = f" (did you mean '{whole}'?)" if whole != text.strip() else ""
         raise ValueError(
-            f"'{text}' is neither a number nor an expression (+ - * / over numbers and parameters)"
+            f"'{text}' is neither a number nor an expression (+ - * / over numbers and parameters){hint}"
         ) from None
     try:
         return _value(tree.body, names)
@@ -59,13 +63,15 @@ def _value(node: ast.expr, names: Mapping[str, float]) -> float:
         return _BINARY[type(node.op)](_value(node.left, names), _value(node.right, names))
     if isinstance(node, ast.Call):
         return _called(node, names)
-    raise ValueError(f"only numbers, parameters, pi, + - * /, parentheses and {', '.join(FUNCTIONS)} are allowed")
+    raise ValueError(f"only numbers, parameters, pi, deg, + - * /, parentheses and {', '.join(FUNCTIONS)} are allowed")
 
 
 def _called(node: ast.Call, names: Mapping[str, float]) -> float:
     name = node.func.id if isinstance(node.func, ast.Name) else ""
     if name not in FUNCTIONS or node.keywords:
-        raise ValueError(f"only numbers, parameters, pi, + - * /, parentheses and {', '.join(FUNCTIONS)} are allowed")
+        raise ValueError(
+            f"only numbers, parameters, pi, deg, + - * /, parentheses and {', '.join(FUNCTIONS)} are allowed"
+        )
     count, function = FUNCTIONS[name]
     if len(node.args) != count:
         raise ValueError(f"{name}() takes {count} value{'s' if count > 1 else ''}")
@@ -79,6 +85,8 @@ def _called(node: ast.Call, names: Mapping[str, float]) -> float:
 def _named(name: str, names: Mapping[str, float]) -> float:
     if name == "pi":
         return math.pi
+    if name == "deg" and name not in names:  # a file may have a parameter of this name
+        return math.pi / 180.0
     if name not in names:
         known = ", ".join(names) or "none"
         raise ValueError(f"'{name}' is not one of the parameters ({known})")

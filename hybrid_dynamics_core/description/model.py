@@ -156,6 +156,7 @@ class RobotDescription(Picklable):
     lines: Mapping[str, int] = field(default_factory=dict)  # where each entry stands, by dotted key
     files: Mapping[str, str | Path | None] = field(default_factory=dict)  # of entries that stand in another file
     notes: tuple[str, ...] = ()  # what the loader assumed or left out, one sentence each
+    doubts: tuple[str, ...] = ()  # those of the notes that tell of what is allowed and hardly meant, with its place
     effects: Mapping[str, JointEffect] = field(default_factory=dict)  # by joint, where the file gives any
     payloads: Mapping[str, tuple[str, Payload]] = field(default_factory=dict)  # frame and body by name
     actuators: Mapping[str, HydraulicCylinder] = field(default_factory=dict)  # by joint

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .document import Document, Path_
@@ -11,7 +12,18 @@ from .expressions import evaluate
 from .geometry import IDENTITY, Transform, rotation_from_rpy, rotation_to_axis, unit_axis
 from .model import Array, frozen
 
+TURN = 1.01 * math.tau  # [rad] a printed turn is 6.28 or 6.3
+ENDLESS = 1e4  # [rad] limits beyond this mean that there are none
+PRINTED_PI = 1e-5  # relative: multiples of pi as programs print them
 _FLOAT_LIMIT = 1e12  # beyond this an SI value of a robot is a slip
+
+
+def _seems_degrees(told: float | str, angle: float) -> bool:
+    """Whether an angle [rad] of more than a turn is no multiple of a quarter turn and written without pi or deg."""
+    if not TURN < abs(angle) < ENDLESS or (isinstance(told, str) and re.search(r"\b(pi|deg)\b", told)):
+        return False
+    quarters = angle / (math.pi / 2.0)
+    return abs(quarters - round(quarters)) > PRINTED_PI * abs(quarters)
 
 
 class Numbers:
@@ -37,6 +49,22 @@ class Numbers:
             return evaluate(value, names) if isinstance(value, str) else float(value)
         except (ValueError, OverflowError) as error:
             raise self.document.error(path, str(error)) from error
+
+    def angle(self, value: float | str, path: Path_) -> float:
+        """A number [rad]; doubted where degrees seem to be meant."""
+        number = self.number(value, path)
+        self.doubt_degrees([value], [number], path)
+        return number
+
+    def doubt_degrees(self, told: Sequence[float | str], angles: Sequence[float], path: Path_) -> None:
+        """Note angles [rad] of more than a turn that are written without pi: many a file has degrees there."""
+        slips = [(text, angle) for text, angle in zip(told, angles, strict=False) if _seems_degrees(text, angle)]
+        if slips:
+            turns = (max(0.0, *angles) - min(0.0, *angles) if len(angles) > 1 else abs(angles[0])) / math.tau
+            values = "..".join(f"{angle:g}" for angle in angles)
+            text, angle = slips[-1]
+            degrees = f"{angle:g}" if not isinstance(text, str) else f"({text})"
+            self.document.doubt(path, f"{values} rad are {turns:.3g} turns; degrees are written {degrees}*deg")
 
     def length(self, value: float | str, path: Path_) -> float:
         """A number above zero."""
@@ -74,7 +102,8 @@ class Numbers:
                 pose = pose @ step
             return pose
         xyz = self.vector(entry.get("xyz", [0, 0, 0]), (*path, "xyz"))
-        roll, pitch, yaw = self.vector(entry.get("rpy", [0, 0, 0]), (*path, "rpy"))
+        told = entry.get("rpy", [0, 0, 0])
+        roll, pitch, yaw = (self.angle(value, (*path, "rpy", k)) for k, value in enumerate(told))
         return Transform(rotation_from_rpy(roll, pitch, yaw), xyz)
 
     def place(self, entry: Mapping[str, Any] | list[Any], path: Path_) -> Transform:

@@ -61,6 +61,18 @@ class TestFolded:
             robot(four_bar(1.3, 0.1, 0.3, 0.1))
         assert caught.value.line is not None
 
+    @pytest.mark.parametrize(("ground", "reference"), [(1.3, 1.0), (0.9, -0.4)])
+    def test_the_refusal_tells_how_far_it_stays_open(self, ground: float, reference: float) -> None:
+        """Coupler and rocker together are shorter than the way from crank pin to rocker pivot: by the difference."""
+        way = float(np.hypot(ground - 0.1 * np.cos(reference), 0.1 * np.sin(reference)))
+        with pytest.raises(DescriptionError, match=r"loops\.bar: does not close") as caught:
+            robot(four_bar(ground, 0.1, 0.3, 0.2, reference=f"q1: {reference}"))
+        assert f"open by {way - 0.5:.3g} m at best, at q1 = {reference:g} rad; mend the geometry" in str(caught.value)
+
+    def test_millimetres_are_told(self) -> None:
+        with pytest.raises(DescriptionError, match=r"open by 300 m at best.*lengths are in metres: 300 m .* 0\.1 m;"):
+            robot(four_bar(0.3, 0.1, 300, 0.2))
+
 
 class TestMirrorBranches:
     @pytest.mark.parametrize("u", [0.3, 1.0, 2.0, -2.5, 3.0])

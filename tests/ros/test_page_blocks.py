@@ -28,7 +28,8 @@ def test_every_line_starts_a_node(start_node):
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if any(b.beside_the_node for b in blocks_of(page))])
-def test_blocks_beside_the_node_run(start_node, robot, page):
+def test_blocks_beside_the_node_run(start_node, robot, page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     blocks = list(blocks_of(page))
     first = next(block for block in blocks if block.starts_nodes)
     start(start_node, commands(first.text)[0]).wait_for(READY)
@@ -45,3 +46,23 @@ def test_blocks_beside_the_node_run(start_node, robot, page):
     expected = robot.inverse_dynamics(state, [0.0] * 4)
     got = [names["efforts"][name] for name in robot.active]
     assert got == pytest.approx(expected, rel=1e-9, abs=1e-9)  # the process may have other code for one state
+    check_stream(robot, names)
+    check_recording(tmp_path / "recording")
+
+
+def check_stream(robot, names):
+    """Many messages at rest: the efforts that hold the robot."""
+    weight = robot.inverse_dynamics(robot.close([0.0, 0.10, 0.15, 0.0]), [0.0] * 4)
+    holding = [names["holding"][name] for name in robot.active]
+    assert holding == pytest.approx(weight, rel=1e-9, abs=1e-9)  # at rest the estimated accelerations are zero
+    assert len(names["heard"]) > 25  # of 100 published; a loaded machine takes its time
+
+
+def check_recording(path):
+    """Every topic of the block is in the bag, readable."""
+    reader = pytest.importorskip("rosbags.rosbag2")
+    with reader.Reader(path) as bag:
+        counts = {connection.topic: connection.msgcount for connection in bag.connections}
+    topics = {f"/hybrid_dynamics/{name}" for name in ("active_joint_states", "joint_states", "required_efforts")}
+    assert set(counts) == topics
+    assert min(counts.values()) > 25

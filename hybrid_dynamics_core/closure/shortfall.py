@@ -1,0 +1,71 @@
+"""How far a loop that cannot close stays open, in metres: what an error can say of its geometry."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ..description.model import Array, Closure
+from ..mechanism.tree import Tree
+from .posture import Posture
+from .spatial import Chain, closure_chains
+from .step import Step
+
+STARTS = 24  # of the search for the nearest approach
+OPEN = 1e-6  # of the longest length: a gap worth telling
+UNLIKE = 100.0  # lengths of one loop this far apart are hardly in one unit
+
+
+def shortfall(tree: Tree, closures: Mapping[str, Closure], step: Step, posture: Posture) -> str:
+    """'open by ... m at best, at motor = 1 rad' and what the lengths look like; empty where the points do meet.
+
+    `posture`: what is known before the step. The least distance is searched for from several starts.
+    """
+    chains = [closure_chains(tree, closures[name]) for name in step.loops if name in closures]
+    if not chains:
+        return ""
+    lengths = _lengths(chains, posture, step)
+    gap = _least_gap(tree, chains, step, posture, max(lengths))
+    if gap < OPEN * max(lengths):
+        return ""
+    known = [
+        f"{tree.coordinates[k]} = {float(posture.q[k]):.4g} {'rad' if tree.is_revolute(k) else 'm'}" for k in step.known
+    ]
+    place = f", at {', '.join(known)}" if known else ""
+    unlike = max(lengths) >= UNLIKE * min(lengths)
+    hint = f"; lengths are in metres: {max(lengths):g} m stands beside {min(lengths):g} m" if unlike else ""
+    return f"open by {gap:.3g} m at best{place}{hint}"
+
+
+def _least_gap(tree: Tree, chains: Sequence[tuple[Chain, Chain]], step: Step, posture: Posture, length: float) -> float:
+    """The farthest that two points stay apart [m] where all pairs together come nearest."""
+    from scipy.optimize import least_squares  # noqa: PLC0415  slow to import, and only a failure needs it
+
+    involved = frozenset().union(*(chain.coordinates for pair in chains for chain in pair))
+    free = sorted(k for k in involved if k in step.unknowns or posture.q[k] is None)
+
+    def apart(x: Array) -> Array:
+        trial = posture.copy()
+        for k, value in zip(free, x, strict=True):
+            put = trial.set_angle if tree.is_revolute(k) else trial.set_length
+            put(k, float(value))
+        return np.concatenate([np.subtract(a.at(trial).end, b.at(trial).end) for a, b in chains]).astype(float)
+
+    if not free:
+        return 0.0
+    spans = np.array([np.pi if tree.is_revolute(k) else length for k in free])
+    starts = spans * np.random.default_rng(0).uniform(-1.0, 1.0, (STARTS, len(free)))
+    best = min((least_squares(apart, start, x_scale=spans) for start in starts), key=lambda found: float(found.cost))
+    return float(np.linalg.norm(best.fun.reshape(-1, 3), axis=1).max())
+
+
+def _lengths(chains: Sequence[tuple[Chain, Chain]], posture: Posture, step: Step) -> list[float]:
+    """Lengths [m] of which the loops are made: between joints, to the pins, and strokes that are known."""
+    lengths = [0.0]
+    for chain in (chain for pair in chains for chain in pair):
+        lengths += [float(np.linalg.norm(np.array(b.translation, dtype=float))) for b in chain.bodies]
+        lengths.append(float(np.linalg.norm(np.array(chain.point, dtype=float))))
+        slides = (b.coordinate for b in chain.bodies if b.type == "prismatic" and b.coordinate in step.known)
+        lengths += [abs(float(posture.q[k])) for k in slides]
+    return [length for length in lengths if length > 0.0] or [1.0]
