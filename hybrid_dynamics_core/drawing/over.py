@@ -20,7 +20,7 @@ from ..robot import Robot
 from .layout import axes_at
 from .options import Colour
 from .style import BLUE, INK, QUIET, STEEL, STYLE
-from .workspace import COLOURS, LEVELS, WORDS, colour_bar, head
+from .workspace import COLOURS, LEVELS, WORDS, colour_bar, head, top_of
 
 _CELLS: Final = 240  # in each direction
 _BEYOND: Final = 0.08  # of the range: what is shown outside of it
@@ -47,11 +47,11 @@ def over_figure(robot: Robot, over: tuple[str, str], u: ArrayLike | None, colour
         axes = axes_at(figure, _BOX)
         axes.grid(visible=False)
         axes.set_facecolor(STEEL)
-        _margin(axes, lines, samples, colour)
+        top = _margin(axes, lines, samples, colour)
         kinds = _ends(axes, robot, over, ranges)
         _reference(axes, base[k])
         axes.set(xlim=axes_of[0], ylim=axes_of[1], xlabel=_label(robot, over[0]), ylabel=_label(robot, over[1]))
-        colour_bar(figure, WORDS[colour])
+        colour_bar(figure, WORDS[colour], top)
         _key(figure, samples, kinds)
     return figure
 
@@ -67,12 +67,14 @@ def _ranges(robot: Robot, over: tuple[str, str]) -> tuple[Array, Array]:
     return box, box + _BEYOND * np.ptp(box, axis=1, keepdims=True) * np.array([-1.0, 1.0])
 
 
-def _margin(axes: Axes, lines: list[Array], samples: Margins, colour: Colour) -> None:
+def _margin(axes: Axes, lines: list[Array], samples: Margins, colour: Colour) -> float:
+    """The map; where its colours end."""
     shape = (_CELLS, _CELLS)
     closed = np.isin(samples.status, (SampleStatus.OK, SampleStatus.BEYOND)).reshape(shape)
     values = samples.singularity if colour == "singularity" else samples.limit
     height = np.where(closed, np.clip(values.reshape(shape), 0.0, 1.0), np.nan)
-    axes.contourf(*lines, height, levels=LEVELS, cmap=COLOURS, vmin=0.0, vmax=1.0, zorder=1.0)
+    top = top_of([height])
+    axes.contourf(*lines, np.minimum(height, top), levels=top * LEVELS, cmap=COLOURS, vmin=0.0, vmax=top, zorder=1.0)
     inside = [level for level in _LINES if np.nanmin(height) < level < np.nanmax(height)] if closed.any() else []
     if inside:
         drawn = axes.contour(*lines, height, levels=inside, colors=INK, linewidths=0.7, zorder=1.4)
@@ -80,6 +82,7 @@ def _margin(axes: Axes, lines: list[Array], samples: Margins, colour: Colour) ->
     beyond = (samples.status == SampleStatus.BEYOND).reshape(shape)
     if beyond.any():
         axes.contourf(*lines, beyond.astype(float), levels=[0.5, 2.0], colors="none", hatches=["////"], zorder=1.6)
+    return top
 
 
 def _ends(axes: Axes, robot: Robot, over: tuple[str, str], ranges: Array) -> set[str]:

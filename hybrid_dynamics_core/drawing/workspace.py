@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from textwrap import fill
 from typing import Final
 
@@ -9,6 +10,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from scipy.ndimage import binary_closing, distance_transform_edt, gaussian_filter
@@ -22,6 +24,7 @@ from .paint import Painter
 from .planes import Plane, choose_planes
 from .style import INK, QUIET, STYLE
 
+Drawn = tuple[Array, Array, Array]  # places along both axes, values
 COLOURS: Final = mpl.colormaps["YlOrRd_r"]
 LEVELS: Final = np.linspace(0.0, 1.0, 21)
 WORDS: Final = {
@@ -33,6 +36,7 @@ _PER_CELL: Final = 6  # samples, on average
 _CELLS: Final = (40, 160)  # across the longer side of a map
 _HEIGHTS: Final = {1: 4.8, 2: 4.0, 3: 3.6}  # [in] of the panels' axes, at most, by their number
 _WIDTHS: Final = {1: 7.2, 2: 9.0, 3: 11.0}  # [in] of the figure, at most
+_LOWEST: Final = 1e-6  # largest value of a map that is all zero but for rounding
 _LEAST: Final = 6.4  # [in] of the figure
 _SIDES: Final = (0.76, 0.16)  # [in] left and right of a panel's axes
 _BELOW, _ABOVE, _BAR, _HEAD = 0.5, 0.3, 0.72, 0.72  # [in]
@@ -55,13 +59,16 @@ def workspace_figure(robot: Robot, workspace: Workspace, colour: Colour, title: 
         widths, heights = sizes.T * scale
         size = float(widths.sum()) + len(planes) * sum(_SIDES), float(heights.max()) + _BELOW + _ABOVE + _BAR + _HEAD
         figure = Figure(figsize=(max(size[0], _LEAST), size[1]))
+        values, single = values_of(samples, colour), len(robot.active) == 1
+        drawn = [_along(plane, samples, values) if single else _binned(plane, values, colour) for plane in planes]
+        top = top_of([height for *_, height in drawn])
         head(figure, title or f"{robot.name}: workspace", _told(workspace))
         left = 0.0
-        for plane, width, height in zip(planes, widths, heights, strict=True):
+        for plane, place, width, height in zip(planes, drawn, widths, heights, strict=True):
             axes = axes_at(figure, (left + _SIDES[0], _BAR + _BELOW, width, height))
-            _panel(axes, plane, values_of(samples, colour), colour)
+            _panel(axes, plane, _line if single else _paint, place, top)
             left += width + sum(_SIDES)
-        colour_bar(figure, f"{_BEHIND[colour]} {WORDS[colour]}")
+        colour_bar(figure, WORDS[colour] if single else f"{_BEHIND[colour]} {WORDS[colour]}", top)
     return figure
 
 
@@ -80,30 +87,60 @@ def head(figure: Figure, title: str, line: str) -> None:
     figure.text(0.16 / width, 1.0 - 0.38 / height, line, fontsize=8.5, color=QUIET, va="top")
 
 
-def colour_bar(figure: Figure, text: str) -> None:
-    """The key to the colours, at the bottom."""
+def top_of(values: Iterable[Array]) -> float:
+    """Where the colours end: the largest value, rounded up to one digit and a half, at most 1."""
+    largest = max((float(v[np.isfinite(v)].max(initial=0.0)) for v in values), default=0.0)
+    if largest <= _LOWEST:
+        return 1.0
+    step = 0.5 * 10.0 ** np.floor(np.log10(largest))
+    return min(float(step * np.ceil(largest / step - 1e-9)), 1.0)
+
+
+def colour_bar(figure: Figure, text: str, top: float) -> None:
+    """The key to the colours, at the bottom; it says so where they end below 1."""
+    text = text if top == 1.0 else f"{text.removesuffix(')')}; colours up to {top:.3g})"
     width = float(figure.get_size_inches()[0])
     axes = axes_at(figure, (_SIDES[0], 0.3, min(width - 1.0, 5.2), 0.12))
-    figure.colorbar(ScalarMappable(Normalize(0.0, 1.0), COLOURS), cax=axes, orientation="horizontal")
+    figure.colorbar(ScalarMappable(Normalize(0.0, top), COLOURS), cax=axes, orientation="horizontal")
     axes.set_title(text, fontsize=8.5, pad=4)
     axes.tick_params(labelsize=8)
 
 
-def _panel(axes: Axes, plane: Plane, values: Array, colour: Colour) -> None:
+def _panel(axes: Axes, plane: Plane, paint: Callable[..., None], drawn: Drawn, top: float) -> None:
     axes.set(xlabel=plane.names[0], ylabel=plane.names[1])
     axes.set_title(plane.title, fontsize=9)
     axes.grid(visible=False)
-    good = np.isfinite(values)
-    if good.any():
-        x, y, height = _binned(plane.points[good], values[good], colour)
-        _paint(axes, x, y, height)
+    if np.isfinite(drawn[-1]).any():
+        paint(axes, *drawn, top)
     Painter(axes, plane.scene).paint()
     (left, bottom), (right, top) = plane.box
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
 
 
-def _binned(points: Array, values: Array, colour: Colour) -> tuple[Array, Array, Array]:
+def _along(plane: Plane, samples: Margins, values: Array) -> Drawn:
+    """The path of a robot with one active joint: its samples in order of that joint, with values."""
+    order = np.argsort(samples.u[:, 0], kind="stable")
+    return plane.points[order, 0], plane.points[order, 1], values[order]
+
+
+def _line(axes: Axes, x: Array, y: Array, height: Array, top: float) -> None:
+    """The path as a line in the colours of its values, with gaps where nothing is reachable."""
+    points = np.stack([x, y], axis=1)
+    segments, middle = np.stack([points[:-1], points[1:]], axis=1), (height[:-1] + height[1:]) / 2.0
+    good = np.isfinite(middle) & np.isfinite(segments).all(axis=(1, 2))
+    for width, colours in ((6.0, {"colors": INK}), (4.5, {"cmap": COLOURS, "norm": Normalize(0.0, top)})):
+        line = LineCollection(list(segments[good]), linewidths=width, capstyle="round", zorder=0.6, **colours)
+        if "cmap" in colours:
+            line.set_array(middle[good])
+        axes.add_collection(line, autolim=False)
+
+
+def _binned(plane: Plane, all_values: Array, colour: Colour) -> Drawn:
     """Middles of cells, and the least (or best) value in each, NaN where no sample lies; holes of a cell are filled."""
+    good = np.isfinite(all_values)
+    points, values = plane.points[good], all_values[good]
+    if not len(points):
+        return np.zeros(0), np.zeros(0), np.zeros(0)
     low, span = points.min(axis=0), np.maximum(np.ptp(points, axis=0), 1e-9)
     across = np.clip(np.sqrt(len(points) / _PER_CELL * span.max() / span.min()), *_CELLS)
     cell = float(span.max() / across)
@@ -120,11 +157,13 @@ def _binned(points: Array, values: Array, colour: Colour) -> tuple[Array, Array,
     return x, y, np.where(inside, np.clip(smooth, 0.0, 1.0), np.nan)
 
 
-def _paint(axes: Axes, x: Array, y: Array, height: Array) -> None:
+def _paint(axes: Axes, x: Array, y: Array, height: Array, top: float) -> None:
     """Filled contours, cut off along a smooth outline."""
     inside = gaussian_filter(np.isfinite(height).astype(float), 0.8)
     nearest = np.where(np.isfinite(height), height, np.nan)
-    axes.contourf(x, y, _spread(nearest).T, levels=LEVELS, cmap=COLOURS, vmin=0.0, vmax=1.0, zorder=0.6)
+    axes.contourf(
+        x, y, np.minimum(_spread(nearest).T, top), levels=top * LEVELS, cmap=COLOURS, vmin=0.0, vmax=top, zorder=0.6
+    )
     axes.contourf(x, y, inside.T, levels=[-1.0, 0.5], colors="white", zorder=0.7)
     axes.contour(x, y, inside.T, levels=[0.5], colors=INK, linewidths=0.9, zorder=0.8)
 

@@ -4,15 +4,18 @@ from importlib import resources
 
 import numpy as np
 import pytest
+from matplotlib.collections import LineCollection
 
 from hybrid_dynamics_core import InputError, Robot
 from hybrid_dynamics_core.description.reader import parse_description
 from hybrid_dynamics_core.drawing import draw_margins, draw_workspace
 from hybrid_dynamics_core.drawing.planes import choose_planes
-from hybrid_dynamics_core.drawing.workspace import values_of
+from hybrid_dynamics_core.drawing.workspace import top_of, values_of
+from tests.hard_cases.linkages import four_bar
 
 from .conftest import robot_of
 
+ROCKER = four_bar(0.3, 0.1, 0.3, 0.2).replace("{link: rocker}", "{link: rocker, xyz: [0.2, 0, 0]}")
 PANELS = {
     "excavator": ["in the plane of the arm, at any q1"],
     "five_bar": ["in the robot's plane"],
@@ -61,6 +64,61 @@ def test_values_are_those_of_reachable_samples() -> None:
     samples = robot.workspace(200).samples
     assert values_of(samples, "singularity") == pytest.approx(samples.singularity)
     assert values_of(samples, "limits") == pytest.approx(np.clip(samples.limit, 0.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("largest", "top"),
+    [(0.236, 0.25), (0.25, 0.25), (0.0103, 0.015), (0.62, 0.65), (0.97, 1.0), (1.0, 1.0), (0.0, 1.0)],
+)
+def test_colours_end_at_the_largest_value_rounded_up(largest: float, top: float) -> None:
+    assert top_of([np.array([np.nan, 0.0]), np.array([largest, largest / 2.0])]) == pytest.approx(top)
+    assert top_of([np.array([np.nan])]) == 1.0
+
+
+def test_the_bar_says_where_the_colours_end() -> None:
+    robot = robot_of("delta")
+    figure = draw_workspace(robot, robot.workspace(2_000))
+    bar = figure.axes[-1]
+    drawn = max(float(panel.collections[0].get_array().max()) for panel in figure.axes[:-1])
+    top = bar.get_xlim()[1]
+    assert 0.5 < drawn <= top < 1.0
+    assert bar.get_title(loc="left").endswith(f"1 best; colours up to {top:.3g})")
+    assert {panel.collections[0].get_clim() for panel in figure.axes[:-1]} == {(0.0, top)}  # one scale for all
+
+
+def test_one_active_joint_gives_a_line_in_the_colours_of_its_margin() -> None:
+    """The rocker of a four-bar: its end on an arc, each piece with the margin that the robot has there."""
+    robot = Robot(parse_description(ROCKER))
+    found = robot.workspace(500)
+    figure = draw_workspace(robot, found)
+    lines = [drawn for drawn in figure.axes[0].collections if isinstance(drawn, LineCollection)]
+    coloured = lines[1]
+    ends = np.array(coloured.get_segments())
+    places = robot.forward_kinematics(robot.close(found.samples.first(found.spread).u)).position
+    assert len(ends) == len(places) - 1
+    assert np.hypot(*np.diff(ends, axis=1)[:, 0].T).max() < 0.02  # neighbours of that joint, not as they were drawn
+    assert np.linalg.norm(ends - [0.3, 0.0], axis=2) == pytest.approx(0.2, abs=1e-12)
+    assert np.ptp(ends[:, 0, 0]) > 0.1
+    margin = np.sort(found.samples.first(found.spread).singularity)
+    values = np.asarray(coloured.get_array())
+    assert margin[0] <= values.min() <= values.max() <= margin[-1]
+    assert values.max() == pytest.approx(margin[-1], rel=1e-2)
+    assert not any(type(drawn).__name__ == "QuadContourSet" for drawn in figure.axes[0].collections)
+
+
+def test_a_line_has_gaps_where_nothing_closes() -> None:
+    limited = ROCKER.replace("[0.3, 0, 0]}, axis: z", "[0.3, 0, 0]}, axis: z, limits: [1.5, 3]").replace(
+        "q1: 1}", "q1: 2}"
+    )
+    robot = Robot(parse_description(limited))
+    found = robot.workspace(400)
+    samples = found.samples.first(found.spread)
+    reachable = samples.reachable[np.argsort(samples.u[:, 0])]
+    pieces = int((reachable[:-1] & reachable[1:]).sum())
+    assert 0 < reachable.sum() < len(reachable)
+    figure = draw_workspace(robot, found)
+    lines = [drawn for drawn in figure.axes[0].collections if isinstance(drawn, LineCollection)]
+    assert len(lines[1].get_segments()) == pieces < reachable.sum() - 1  # a gap in the middle
 
 
 def test_a_map_over_two_joints_shows_ends(tmp_path) -> None:
