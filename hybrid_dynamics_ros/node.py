@@ -10,6 +10,11 @@ from typing import Final
 
 _STOP_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
 _USAGE: Final = "usage: hybrid_dynamics_node --ros-args [-p robot:=NAME_OR_FILE] [--params-file FILE] [-r __node:=NAME]"
+_MORE: Final = """
+The node of one robot: a name of a shipped robot, or the path of a description file. It runs until SIGINT (Ctrl-C) or
+SIGTERM. Parameters, with defaults, units and texts, are in config/forging_chu2020.yaml; docs/node.md tells all of
+topics and services.
+"""
 _NO_ROS: Final = """\
 hybrid_dynamics_node needs ROS 2 Jazzy: the Python module {name} is not there.
   with a ROS installation:  source /opt/ros/jazzy/setup.bash, build hybrid_dynamics_msgs with colcon
@@ -19,6 +24,9 @@ hybrid_dynamics_node needs ROS 2 Jazzy: the Python module {name} is not there.
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM. Returns the exit code of the process."""
+    if {"-h", "--help"} & set((sys.argv if args is None else args)[1:]):
+        sys.stdout.write(f"{_USAGE}\n{_MORE}")
+        return 0
     # Outside a sourced ROS installation nothing says where packages are: in a plain environment, here.
     os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
     stop = threading.Event()

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from hybrid_dynamics_core.errors import ClosureError, HybridDynamicsError, InputError, SingularityError
 
 FloatArray = NDArray[np.float64]
+_TOLD = 12  # names in a message
 
 
 class RejectionCode(Enum):
@@ -119,6 +120,10 @@ class ActiveMotion(NamedTuple):
         return self.position, self.velocity, self.acceleration
 
 
+def _few(names: Sequence[str]) -> str:
+    return ", ".join(names[:_TOLD]) + (", ..." if len(names) > _TOLD else "")
+
+
 class JointOrder:
     """Picks the active joints out of samples. Other joints are ignored, whatever they hold."""
 
@@ -150,7 +155,7 @@ class JointOrder:
             raise RejectedError(RejectionCode.EMPTY, f"no joint is named, expected {', '.join(self._active)}")
         missing = [name for name in self._active if name not in names]
         if missing:
-            raise RejectedError(RejectionCode.MISSING_JOINT, f"missing joint {', '.join(missing)}")
+            raise RejectedError(RejectionCode.MISSING_JOINT, f"{_few(missing)} not named; named are {_few(names)}")
         doubled = [name for name in self._active if names.count(name) > 1]
         if doubled:
             raise RejectedError(RejectionCode.DUPLICATE_JOINT, f"joint {', '.join(doubled)} is named twice")

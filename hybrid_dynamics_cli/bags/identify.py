@@ -70,7 +70,10 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         "",
         table(["held-out efforts", "recorded", "left by file", "left by estimate", "explained"], per_joint),
     ]
+    if 2 * len(found.unsettled) > len(found.meant):
+        text += ["", excites_too_little(len(found.unsettled), len(found.meant))]
     told = {
+        "unsettled": list(found.unsettled),
         "base": {name: {"estimate": v, "low": low, "high": high} for name, (v, low, high) in base.items()},
         "parameters": dict(zip(found.result.parameters.names, found.result.values, strict=True)),
         "condition": found.result.condition,
@@ -84,3 +87,12 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     tell_losses(track.losses)
     if track.losses:
         context.exit(LOST)
+
+
+def excites_too_little(unsettled: int, meant: int) -> str:
+    """What to do where most intervals do not even tell the sign."""
+    return (
+        f"The motion excites too little for the noise: of {meant} base parameters that are not 0 in the robot file the "
+        f"intervals of {unsettled} contain 0. Record a motion that moves every joint, faster and farther, or a longer "
+        "one."
+    )

@@ -56,4 +56,5 @@ def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> No
         lines.append(f"drawn to {place}")
     show(told, as_json, "\n".join(lines))
     if not modes:
+        machine.close(values)  # raises, and says which loop does not close and within which range it would
         raise SystemExit(1)

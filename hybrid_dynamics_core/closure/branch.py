@@ -33,8 +33,8 @@ def choose_branch(
                 "or another reference"
             )
         else:
-            told = shortfall(context.tree, context.closures, step, posture)
-            problem = f"does not close at the reference configuration{': ' if told else ''}{told}; "
+            gap = shortfall(context.tree, context.closures, step, posture)
+            problem = f"does not close at the reference configuration{': ' if gap else ''}{gap}; "
             problem += "mend the geometry or give a reference that closes"
         raise robot.error(robot.closure_key(step.loops[0]), problem)
     if isinstance(step, AngleStep):

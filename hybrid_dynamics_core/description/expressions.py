@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import math
 import operator
+import re
 from collections.abc import Callable, Mapping
 
 _BINARY: dict[type[ast.operator], Callable[[float, float], float]] = {
@@ -14,6 +15,7 @@ _BINARY: dict[type[ast.operator], Callable[[float, float], float]] = {
     ast.Div: operator.truediv,
 }
 MAX_LENGTH = 200
+_NO_SIGN = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)\s*(deg|pi)\b")  # 60deg, 2 pi
 
 
 def evaluate(text: str, names: Mapping[str, float]) -> float:
@@ -26,8 +28,10 @@ def evaluate(text: str, names: Mapping[str, float]) -> float:
     try:
         tree = ast.parse(text.strip(), mode="eval")
     except (SyntaxError, ValueError, RecursionError, MemoryError):
+        whole = _NO_SIGN.sub(r"\1*\2", text.strip())
+        hint = f" (did you mean '{whole}'?)" if whole != text.strip() else ""
         raise ValueError(
-            f"'{text}' is neither a number nor an expression (+ - * / over numbers and parameters)"
+            f"'{text}' is neither a number nor an expression (+ - * / over numbers and parameters){hint}"
         ) from None
     try:
         return _value(tree.body, names)

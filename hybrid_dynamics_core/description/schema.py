@@ -64,13 +64,31 @@ def _extra_key(error: Any) -> str | None:
     return next(str(key) for key in error.instance if key not in error.schema.get("properties", {}))
 
 
+OTHER_WORDS = {  # what other formats and people call the keys
+    "weight": ("mass",),
+    "inertial": ("inertia", "mass"),
+    "centre": ("com",),
+    "center": ("com",),
+    "actuated": ("active",),
+    "motors": ("active",),
+    "driven": ("active",),
+    "tool": ("end_effector",),
+    "ground": ("base",),
+    "range": ("limits",),
+    "tie": ("between",),
+    "mode": ("assembly",),
+}
 _KINDS = {"object": "a mapping", "array": "a list", "string": "text", "number": "a number"}
 
 
 def _words(error: Any, extra: str | None) -> str:
     if extra is not None:
         known = list(error.schema.get("properties", {}))
-        return f"unknown key{nearest(extra, known)}; known keys: {', '.join(known)}"
+        if {"type", "k1"} <= {*known} and extra in ("kind", "between"):  # a closure among the loops
+            return "unknown key of a loop of Type A to D; a closure, with kind and between, stands under 'closures'"
+        other = [key for key in OTHER_WORDS.get(_plain(extra), ()) if key in known]
+        hint = f" (did you mean '{other[0]}'?)" if other else nearest(extra, known)
+        return f"unknown key{hint}; known keys: {', '.join(known)}"
     told = error.absolute_path and "description" in error.schema
     hint = f" ({error.schema['description']})" if told else ""
     say = _SAY.get(error.validator, lambda e: f"is {_short(e.instance)}; expected something else: {e.message}")

@@ -18,6 +18,7 @@ from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.motion import pick
 from hybrid_dynamics_ros.samples import FloatArray
 
+_NOTHING: Final = 1e-9  # share of the largest base parameter up to which one is zero but for rounding
 _EDGE: Final = 0.02  # share of the samples at both ends of the held-out part that neither side sees
 
 
@@ -31,6 +32,7 @@ class Found:
         noise: (n,) standard deviation of what is left in the held-out part with the estimates [N m or N].
         before: (n,) the same with the parameters of the robot file.
         spread: (n,) standard deviation of the recorded efforts there.
+        described: (b,) base parameters as the robot file has them, in the order of the result.
     """
 
     result: Identification
@@ -39,6 +41,20 @@ class Found:
     noise: FloatArray
     before: FloatArray
     spread: FloatArray
+    described: FloatArray
+
+    @property
+    def meant(self) -> tuple[str, ...]:
+        """Base parameters that are not zero in the robot file."""
+        largest = max(float(np.abs(self.described).max(initial=0.0)), 1e-300)
+        names = zip(self.result.table(), self.described, strict=True)
+        return tuple(name for name, value in names if abs(value) > _NOTHING * largest)
+
+    @property
+    def unsettled(self) -> tuple[str, ...]:
+        """Those of them whose 95 % interval contains 0: the motion does not even show their sign."""
+        table = self.result.table()
+        return tuple(name for name in self.meant if table[name][1] <= 0.0 <= table[name][2])
 
     @property
     def explained(self) -> FloatArray:
@@ -78,7 +94,8 @@ def identify_track(track: Track, friction: Sequence[str] = (), hold_out: float =
     left = _left(better, track, held, loads)
     before = _left(robot, track, held, track.loads)
     spread = track.recorded[held].std(axis=0)
-    return Found(result, len(train), len(held), left.std(axis=0), before.std(axis=0), spread)
+    described = np.asarray(result.base.values(parameters.values(robot.description)))
+    return Found(result, len(train), len(held), left.std(axis=0), before.std(axis=0), spread, described)
 
 
 def _left(robot: Robot, track: Track, rows: NDArray[np.intp], loads: Loads) -> FloatArray:

@@ -123,7 +123,24 @@ def test_identification_finds_base_parameters_within_its_confidence(forging, tmp
     assert found.held == pytest.approx(1000, abs=20)
     told = json.loads(run("identify", tmp_path / "rec", "--json"))
     assert len(told["base"]) == found.result.base.size
+    assert told["unsettled"] == list(found.unsettled)
+    assert "excites too little" not in run("identify", tmp_path / "rec")
     assert run("identify", tmp_path / "rec", "--topic", "/none", code=1).startswith("Error: ")
+
+
+def test_a_motion_that_shows_too_little_is_told(forging, tmp_path):
+    """In noise of 50 N most intervals contain 0; parameters that are 0 in the file do not count."""
+    motion = simulated(forging, 20.0, 100.0, seed=5).noisy({"effort": 50.0})
+    write_trajectory(tmp_path / "rec", motion, INPUT, {"robot": ROBOT})
+    found = identify_track(collect(tmp_path / "rec", smooth="spline"))
+    true = found.result.base.values(described_parameters(forging.description).values(forging.description))
+    low, high = found.result.interval.T
+    meant = np.abs(true) > 1e-6  # zeros of the file are zero to rounding
+    assert len(found.meant) == meant.sum() < found.result.base.size
+    assert len(found.unsettled) == (meant & (low <= 0.0) & (high >= 0.0)).sum()
+    said = " ".join(run("identify", tmp_path / "rec").split())
+    assert f"of {len(found.meant)} base parameters that are not 0 in the robot file" in said
+    assert f"the intervals of {len(found.unsettled)} contain 0" in said
 
 
 def test_a_wrong_robot_file_is_seen_in_the_held_out_part(forging, tmp_path):

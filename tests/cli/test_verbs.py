@@ -230,3 +230,21 @@ def test_a_pair_of_files_needs_a_place(tmp_path: Path) -> None:
     wrong = call("export", "excavator", "--format", "robot.yaml", "-o", str(tmp_path / "robot.urdf"))
     assert "expected a name that ends in .yaml" in wrong.output
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("term", ["60deg", "60 deg", "0+60deg"])
+def test_degrees_without_a_sign_are_told_how_to_write(term: str) -> None:
+    result = call("fk", "forging_chu2020", "-u", f"q4={term}")
+    assert result.exit_code == 2
+    assert f"did you mean '{term.replace(' ', '').replace('60deg', '60*deg')}'?" in " ".join(result.output.split())
+
+
+def test_branches_where_nothing_closes_tell_the_range() -> None:
+    result = call("branches", "forging_chu2020", "-u", "q12=0.9")
+    assert result.exit_code == 1
+    assert "0 assembly modes" in result.output
+    told_by_fk = call("fk", "forging_chu2020", "-u", "q12=0.9").output
+    assert "q12 = 0.9 m is outside the allowed [" in told_by_fk
+    assert result.output.endswith(told_by_fk)
+    answer = call("branches", "forging_chu2020", "-u", "q12=0.9", "--json")
+    assert json.loads(answer.stdout)["modes"] == []

@@ -66,6 +66,10 @@ CASES = {
     ),
     "not YAML": ("links: ", "links: [", "", "not valid YAML"),
     "bad name": ("name: forging_chu2020", "name: forging robot", "name", "not a valid name"),
+    "weight is mass": ("l2:  {mass:", "l2:  {weight:", "links.l2.weight", "did you mean 'mass'"),
+    "actuated is active": ("active: [q1,", "actuated: [q1,", "actuated", "did you mean 'active'"),
+    "a closure among the loops": ("type: A, base: l1", "kind: planar, base: l1", "loops.theta_1.kind", "'closures'"),
+    "no sign before pi": ("L1: 0.7", "L1: 0.7pi", "parameters.L1", "did you mean '0.7*pi'"),
     "other format": ("format: 1", "format: 2", "format", "expected 1"),
 }
 

@@ -52,6 +52,7 @@ OPTIONAL = {  # extras: imported where they are used, with a message that says w
     "matplotlib",
     "pyarrow",
     "rosbags",
+    "viser",
     "zstandard",
 }
 

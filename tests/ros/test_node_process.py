@@ -224,6 +224,15 @@ def test_without_ros_the_command_says_how_to_get_it():
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.parametrize("word", ["--help", "-h"])
+def test_help_is_printed_with_ros_and_without(word):
+    program = "from hybrid_dynamics_ros.node import main"
+    code = f"import sys; sys.modules['rclpy'] = None; {program}; sys.exit(main(['node', '{word}']))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("usage: hybrid_dynamics_node --ros-args [-p robot:=NAME_OR_FILE]")
+
+
 def test_with_simulated_time_ages_are_by_that_clock(start_node, connect):
     node = start_node("-p", "use_sim_time:=true", "-p", "diagnostics.period:=0.1")
     node.wait_for(READY)

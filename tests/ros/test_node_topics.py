@@ -164,7 +164,10 @@ def test_backward_stamps_start_the_filter_anew(client, node):
 
 GOOD = AT_5S["position"]
 BAD_STATES = {
-    "missing joint": (state(GOOD[:3], RATES[:3], names=ACTIVE[:3]), "missing joint: missing joint q4"),
+    "missing joint": (
+        state(GOOD[:3], RATES[:3], names=ACTIVE[:3]),
+        "missing joint: q4 not named; named are q1, q12, q22",
+    ),
     "duplicate joint": (state([*GOOD, 0.1], names=[*ACTIVE, "q12"]), "duplicate joint: joint q12"),
     "NaN position": (state([GOOD[0], np.nan, *GOOD[2:]], RATES), "not finite: position of joint q12 is nan"),
     "infinite velocity": (state(GOOD, [*RATES[:3], np.inf]), "not finite: velocity of joint q4 is inf"),
@@ -192,7 +195,10 @@ def test_a_bad_state_is_logged_and_not_answered_and_the_node_goes_on(client, nod
 BAD_MOTIONS = {
     "no accelerations": (motion(GOOD, RATES, []), "wrong length: acceleration has 0 values for 4"),
     "no velocities": (motion(GOOD, [], [0.0] * 4), "wrong length: velocity has 0 values for 4"),
-    "missing joint": (motion([0.1], [0.0], [0.0], names=["q12"]), "missing joint: missing joint q1, q22, q4"),
+    "missing joint": (
+        motion([0.1], [0.0], [0.0], names=["q12"]),
+        "missing joint: q1, q22, q4 not named; named are q12",
+    ),
     "NaN acceleration": (motion(GOOD, RATES, [0.0, 0.0, 0.0, np.nan]), "not finite: acceleration of joint q4"),
     "empty message": (JointMotion(), "empty: no joint is named"),
     "huge numbers": (motion(GOOD, [1e300] * 4, [0.0] * 4), "overflow: "),
