@@ -107,7 +107,9 @@ def test_one_active_joint_gives_a_line_in_the_colours_of_its_margin() -> None:
 
 
 def test_a_line_has_gaps_where_nothing_closes() -> None:
-    limited = ROCKER.replace("[0.3, 0, 0]}, axis: z", "[0.3, 0, 0]}, axis: z, limits: [-pi, 2.2]")
+    limited = ROCKER.replace("[0.3, 0, 0]}, axis: z", "[0.3, 0, 0]}, axis: z, limits: [1.5, 3]").replace(
+        "q1: 1}", "q1: 2}"
+    )
     robot = Robot(parse_description(limited))
     found = robot.workspace(400)
     samples = found.samples.first(found.spread)
