@@ -48,6 +48,7 @@ def assert_same(robot, pairs, cuts=(), measured=None):
     expected, stream = streamed(robot, pairs, measured)
     motions, bulk = in_bulk(robot, pairs, cuts, measured)
     assert stream.counts == bulk.counts
+    assert (bulk.counts.received, bulk.counts.accepted) == (len(pairs), len(expected))
     rows = [start + int(row) for start, motion in motions for row in motion.rows]
     assert rows == [row for row, _ in expected]
     found = [(motion, k) for _, motion in motions for k in range(len(motion))]
