@@ -27,7 +27,8 @@ from hybrid_dynamics_ros.offline.figures import (
 _STYLE: Final = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 1080px; margin: 2em auto; padding: 0 1em; }
 h1 { font-size: 1.6em; margin-bottom: 0; } h2 { font-size: 1.15em; margin-top: 2.2em; border-bottom: 1px solid #ddd; }
-p.quiet { color: #666; margin-top: .2em; } svg { width: 100%; height: auto; }
+p.quiet { color: #666; margin-top: .2em; } div.wide { overflow-x: auto; }
+svg { width: 100%; min-width: 640px; height: auto; }
 table { border-collapse: collapse; margin: .6em 0; } th { text-align: left; font-weight: 600; }
 td, th { padding: .15em 1.2em .15em 0; border-bottom: 1px solid #eee; } td.n { text-align: right; }
 .warn { background: #fff4e5; border-left: 4px solid #e08a00; padding: .5em 1em; }
@@ -59,12 +60,13 @@ def report(track: Track, title: str) -> str:
         parts += [f"<h2>{heading}</h2>", f'<p class="quiet">{text}</p>']
         if draw is efforts and track.errors.count.any():
             parts.append(_errors(track))
-        parts.append(svg(draw, track, heading.split()[0].lower()))
+        parts.append(_wide(svg(draw, track, heading.split()[0].lower())))
     if track.bad:
         parts.append(_bad(track))
     body = "\n".join(parts)
     return (
-        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{html.escape(title)}</title>\n'
+        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{html.escape(title)}</title>\n'
         f"<style>{_STYLE}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n"
     )
 
@@ -135,4 +137,9 @@ def _bad(track: Track) -> str:
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     top = "<tr>" + "".join(f"<th>{html.escape(cell)}</th>" for cell in head) + "</tr>" if head else ""
     body = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return f"<table>{top}{body}</table>"
+    return _wide(f"<table>{top}{body}</table>")
+
+
+def _wide(part: str) -> str:
+    """What a narrow screen scrolls sideways by itself, so that the page does not."""
+    return f'<div class="wide">{part}</div>'
