@@ -67,16 +67,21 @@ def machine(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     venv.create(folder, with_pip=False)
     python = folder / "bin" / "python"
     pip = [sys.executable, "-m", "pip", "--python", str(python), "install", "--quiet", "--no-deps", "--no-index"]
-    subprocess.run([*pip, str(wheel)], check=True, capture_output=True)
+    subprocess.run([*pip, str(wheel)], check=True, capture_output=True, env=plain())
     (packages,) = folder.glob("lib/python*/site-packages")
     beneath = "; ".join(f"site.addsitedir({path!r})" for path in dict.fromkeys(site.getsitepackages()))
     (packages / "beneath.pth").write_text(f"import site; {beneath}\n", encoding="utf-8")
     return folder
 
 
+def plain() -> dict[str, str]:
+    """The environment without what leads to the repository: pip takes a package that it finds there for installed."""
+    return {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
+
+
 def run(machine: Path, *command: str) -> str:
     """What a program of the environment writes, run elsewhere."""
-    settings = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    settings = plain()
     settings["PYTHONPATH"] = next(str(path) for path in machine.glob("lib/python*/site-packages"))
     settings["HYBRID_DYNAMICS_CACHE"] = str(machine / "cache")
     program = str(machine / "bin" / command[0])
