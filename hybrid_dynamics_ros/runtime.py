@@ -128,7 +128,6 @@ class Runtime:
         state = robot.close(robot.reference)
         zero = np.zeros(state.n)
         robot.inverse_dynamics(state, zero, pipeline.loads)
-        robot.kernels.under(pipeline.loads).inverse_dynamics(state.u, zero, zero)
         robot.forward_kinematics(state)
         robot.jacobian(state)
         robot.reactions(state, zero, pipeline.loads)
