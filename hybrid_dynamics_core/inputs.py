@@ -30,7 +30,7 @@ def vectors(name: str, value: ArrayLike, names: tuple[str, ...], rows: int | Non
     """
     n = len(names)
     single = rows is None or rows < 0
-    if single and type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (n,) and _finite(value):
+    if single and type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (n,) and all_finite(value):
         return value  # by far the most frequent case
     array = numbers(name, value)
     if array.ndim not in (1, 2) or array.shape[-1] != n:
@@ -45,9 +45,9 @@ def vectors(name: str, value: ArrayLike, names: tuple[str, ...], rows: int | Non
     return array
 
 
-def _finite(vector: Array) -> bool:
-    """Whether all entries are finite; False also where their sum is not, to be looked at again."""
-    return math.isfinite(sum(vector.tolist()))
+def all_finite(values: Array) -> bool:
+    """Whether all entries of a small array are finite: a sum in plain floats tells it soonest."""
+    return math.isfinite(sum(values.ravel().tolist())) or bool(np.isfinite(values).all())
 
 
 def named_values(

@@ -16,6 +16,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from hybrid_dynamics_ros.samples import nanoseconds
+
 Bytes = NDArray[np.uint8]
 HEAD: Final = 4
 LITTLE: Final = b"\x00\x01\x00\x00"
@@ -34,12 +36,10 @@ class Template:
 
     def slot(self, name: str, kind: str, count: int = 1) -> Template:
         """Numbers that differ from message to message: `count` of a NumPy type such as "<f8"."""
-        one = np.dtype(kind)
         if count:
+            one = np.dtype(kind)
             self._align(one.itemsize)
-        shaped = one if count == 1 else np.dtype((one, (count,)))
-        if count:
-            self._slots.append((name, len(self._parts), shaped))
+            self._slots.append((name, len(self._parts), one if count == 1 else np.dtype((one, (count,)))))
             self._parts += bytes(one.itemsize * count)
         return self
 
@@ -71,12 +71,7 @@ class Template:
 
     def sequence(self, name: str, count: int, kind: str = "<f8") -> Template:
         """A sequence of numbers: its length stays."""
-        self.length(count)
-        if count:
-            self._align(np.dtype(kind).itemsize)
-            self._slots.append((name, len(self._parts), np.dtype((np.dtype(kind), (count,)))))
-            self._parts += bytes(np.dtype(kind).itemsize * count)
-        return self
+        return self.length(count).slot(name, kind, count)
 
     def _align(self, size: int) -> None:
         self._parts += bytes(-(len(self._parts) - HEAD) % size)
@@ -158,8 +153,7 @@ class JointStateLayout:
 
     def stamp(self, message: bytes) -> int:
         """Stamp of one message [ns]; -1 where the nanoseconds are a second or more."""
-        sec, nanosec = _STAMP.unpack_from(message, HEAD)
-        return int(sec) * _NS + int(nanosec) if nanosec < _NS else -1
+        return nanoseconds(*_STAMP.unpack_from(message, HEAD))
 
     def numbers_of(self, message: bytes, which: int) -> NDArray[np.float64]:
         """Positions (0), velocities (1) or efforts (2) of one message, (count,)."""
@@ -171,7 +165,7 @@ class JointStateLayout:
         words = np.ascontiguousarray(rows[:, 4:12])
         sec = words[:, :4].copy().view("<i4")[:, 0].astype(np.int64)
         nanosec = words[:, 4:].copy().view("<u4")[:, 0].astype(np.int64)
-        return np.where(nanosec < 10**9, sec * 10**9 + nanosec, -1)
+        return np.where(nanosec < _NS, sec * _NS + nanosec, -1)
 
     def numbers(self, rows: Bytes, which: int) -> NDArray[np.float64]:
         """Positions (0), velocities (1) or efforts (2), (N, count)."""

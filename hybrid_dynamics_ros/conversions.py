@@ -14,14 +14,14 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from hybrid_dynamics_ros.placement import quaternion
-from hybrid_dynamics_ros.samples import FloatArray, JointSample
+from hybrid_dynamics_ros.samples import FloatArray, JointSample, nanoseconds
 
 _NS: int = 10**9
 
 
 def stamp_to_ns(stamp: Time) -> int:
     """Stamp in nanoseconds; negative where the message says so, or where its nanoseconds are a second or more."""
-    return int(stamp.sec) * _NS + int(stamp.nanosec) if int(stamp.nanosec) < _NS else -1
+    return nanoseconds(stamp.sec, stamp.nanosec)
 
 
 def ns_to_stamp(stamp_ns: int) -> Time:

@@ -6,7 +6,6 @@ nothing but the samples that went in before, in their order.
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -16,6 +15,7 @@ import numpy as np
 
 from hybrid_dynamics_core import ClosedState, Loads, Pose, Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError, InputError
+from hybrid_dynamics_core.inputs import all_finite
 from hybrid_dynamics_ros.estimator import Estimate, EstimatorState, MotionEstimator
 from hybrid_dynamics_ros.filters import StampEvent
 from hybrid_dynamics_ros.samples import (
@@ -216,8 +216,7 @@ class Pipeline:
 
     def _estimate(self, stamp_ns: int, motion: ActiveMotion) -> tuple[EstimatorState, Estimate]:
         state, estimate = self._estimator.step(self._state, stamp_ns, motion.position, motion.velocity)
-        fitted = state.filter.derivatives
-        if not math.isfinite(sum(fitted.ravel().tolist())) and not np.isfinite(fitted).all():
+        if not all_finite(state.filter.derivatives):
             raise RejectedError(RejectionCode.OVERFLOW, "estimated rates of the measured joints are not finite")
         return state, estimate
 

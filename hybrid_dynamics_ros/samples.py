@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -12,9 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hybrid_dynamics_core.errors import ClosureError, HybridDynamicsError, InputError, SingularityError
+from hybrid_dynamics_core.inputs import all_finite
 
 FloatArray = NDArray[np.float64]
 _TOLD = 12  # names in a message
+
+
+def nanoseconds(sec: int, nanosec: int) -> int:
+    """A stamp in nanoseconds; negative where it says so, or where its nanoseconds are a second or more."""
+    return int(sec) * 10**9 + int(nanosec) if nanosec < 10**9 else -1
 
 
 class RejectionCode(Enum):
@@ -167,7 +172,7 @@ class JointOrder:
         if values.shape != (count,):
             raise RejectedError(RejectionCode.WRONG_LENGTH, f"{what} has {values.size} values for {count} joint names")
         picked: FloatArray = values[places]
-        if not math.isfinite(sum(picked.tolist())) and not np.isfinite(picked).all():
+        if not all_finite(picked):
             bad = int(np.argmin(np.isfinite(picked)))
             raise RejectedError(RejectionCode.NOT_FINITE, f"{what} of joint {self._active[bad]} is {picked[bad]}")
         return picked

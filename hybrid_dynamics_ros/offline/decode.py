@@ -12,7 +12,15 @@ from numpy.typing import NDArray
 from hybrid_dynamics_ros.cdr import Bytes, JointStateLayout, LayoutError, layout_of
 from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE, typestore
 from hybrid_dynamics_ros.offline.source import Messages
-from hybrid_dynamics_ros.samples import FloatArray, JointOrder, JointSample, RejectedError, Rejection, RejectionCode
+from hybrid_dynamics_ros.samples import (
+    FloatArray,
+    JointOrder,
+    JointSample,
+    RejectedError,
+    Rejection,
+    RejectionCode,
+    nanoseconds,
+)
 
 _LAYOUTS: Final = 32  # kept at a time: a bag has a handful
 _FEW: Final = 4  # messages of one layout below which finding it costs more than it saves
@@ -170,9 +178,8 @@ def _fields(data: bytes) -> bytes:
 def sample_of(message: Any) -> JointSample:
     """A JointState of rosbags as a sample, as `conversions.sample_of_state` makes it of one of rclpy."""
     stamp = message.header.stamp
-    whole = int(stamp.nanosec) < 10**9
     return JointSample(
-        stamp_ns=int(stamp.sec) * 10**9 + int(stamp.nanosec) if whole else -1,
+        stamp_ns=nanoseconds(stamp.sec, stamp.nanosec),
         names=[name.partition("\0")[0] for name in message.name],  # C strings end there
         position=np.array(message.position, dtype=np.float64),
         velocity=np.array(message.velocity, dtype=np.float64) if len(message.velocity) else None,
