@@ -11,12 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from ..description.model import Array
 
 ITERATIONS = 200
 CONVERGED = 1e-9  # Newton decrement, in units of the cost, at which the answer is taken
 SHORTEST = 1e-9  # part of Newton's step that is still tried
+BORDER = 1e-12  # smallest eigenvalue over the largest, in the prior's coordinates: below, the border is rounding
 SPREAD = 0.05  # [m] added to the radii of gyration of a prior that has some at zero, such as a slender rod
 _INDEX = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
@@ -68,22 +70,15 @@ def consistent(matrix: Array, target: Array, prior: Array, bodies: int, weight: 
     transform = np.zeros((len(prior), len(prior)))
     for block in blocks:
         transform[block.own, block.own] = block.to_x
-    a = matrix @ transform
-    normal, right = a.T @ a, a.T @ target
+    goal = _triangle(matrix @ transform, target)
     x = np.concatenate([_identity(block) for block in blocks])
-    cost = _cost(blocks, x, normal, right, weight)
+    cost = _cost(blocks, x, goal, weight)
     for _ in range(ITERATIONS):
-        gradient, hessian = normal @ x - right, normal.copy()
-        for block in blocks:
-            slope, curvature = _divergence(block, x[block.own])
-            gradient[block.own] += weight * slope
-            hessian[block.own, block.own] += weight * curvature
-        step = -_solve(hessian, gradient)
-        decrement = float(-gradient @ step)
+        step, decrement = _newton(blocks, x, goal, weight)
         if decrement < CONVERGED:
             break
         length = 1.0
-        while not (lower := _cost(blocks, x + length * step, normal, right, weight)) <= cost - 0.1 * length * decrement:
+        while not (lower := _cost(blocks, x + length * step, goal, weight)) <= cost - 0.1 * length * decrement:
             length *= 0.5
             if length < SHORTEST:  # rounding: there is nothing lower
                 return np.asarray(transform @ x)
@@ -91,22 +86,41 @@ def consistent(matrix: Array, target: Array, prior: Array, bodies: int, weight: 
     return np.asarray(transform @ x)
 
 
-def _cost(blocks: list[_Block], x: Array, normal: Array, right: Array, weight: float) -> float:
-    """The cost but for a constant; infinite beyond the border."""
-    total = float(x @ (0.5 * normal @ x - right))
+def _triangle(matrix: Array, target: Array) -> Array:
+    """[R, Q^T target] (k, p + 1): the same sum of squares as (matrix, target), but for a constant, in few rows."""
+    return np.asarray(np.linalg.qr(np.column_stack([matrix, target]), mode="r"))
+
+
+def _cost(blocks: list[_Block], x: Array, goal: Array, weight: float) -> float:
+    """The cost; infinite beyond the border, and where rounding cannot tell the border."""
+    total = 0.5 * float(np.square(goal @ np.append(x, -1.0)).sum())
     for block in blocks:
-        matrix = np.tensordot(x[block.own], block.matrices, axes=1)
-        values = np.linalg.eigvalsh(matrix)
-        if not values[0] > 0.0:
+        values = np.linalg.eigvalsh(np.tensordot(x[block.own], block.matrices, axes=1))
+        if not values[0] > BORDER * values[-1]:
             return np.inf
         total += weight * float(values.sum() - np.log(values).sum())
     return total
 
 
-def _solve(matrix: Array, right: Array) -> Array:
-    """With rows and columns scaled: combinations that were measured outweigh the open ones by many orders."""
-    scale = 1.0 / np.sqrt(np.diag(matrix))
-    return np.asarray(scale * np.linalg.solve(scale[:, None] * matrix * scale, scale * right))
+def _newton(blocks: list[_Block], x: Array, goal: Array, weight: float) -> tuple[Array, float]:
+    """Newton's step and decrement, by least squares: squares of what was measured would drown the open combinations.
+
+    With X = C C^T and F_k = C^-1 M_k C^-T, tr X - log det X has the gradient <F_k, C^T C - E> and the Hessian
+    <F_k, F_l>: the step s has the smallest |R s + r|^2 + weight |F s + C^T C - E|^2.
+    """
+    rows, right = [goal[:, :-1]], [-(goal @ np.append(x, -1.0))]
+    for block in blocks:
+        factor = np.linalg.cholesky(np.tensordot(x[block.own], block.matrices, axes=1))
+        inverse = np.linalg.inv(factor)
+        own = np.zeros((factor.size, len(x)))
+        own[:, block.own] = (inverse @ block.matrices @ inverse.T).reshape(len(block.to_x), -1).T
+        rows.append(np.sqrt(weight) * own)
+        right.append(np.sqrt(weight) * (np.eye(len(factor)) - factor.T @ factor).ravel())
+    matrix = np.concatenate(rows)
+    scale = 1.0 / np.linalg.norm(matrix, axis=0)
+    q, r = np.linalg.qr(matrix * scale)
+    image = q.T @ np.concatenate(right)
+    return np.asarray(scale * solve_triangular(r, image)), float(image @ image)
 
 
 def _body(start: int, prior: Array) -> _Block:
@@ -131,11 +145,3 @@ def _number(start: int, prior: float) -> _Block:
 
 def _identity(block: _Block) -> Array:
     return np.asarray(np.einsum("kii->k", block.matrices))
-
-
-def _divergence(block: _Block, x: Array) -> tuple[Array, Array]:
-    """Gradient and Hessian of tr X - log det X."""
-    inverse = np.linalg.inv(np.tensordot(x, block.matrices, axes=1))
-    turned = np.einsum("ij,kjl->kil", inverse, block.matrices)
-    gradient = _identity(block) - np.einsum("kii->k", turned)
-    return np.asarray(gradient), np.asarray(np.einsum("kij,lji->kl", turned, turned))

@@ -6,6 +6,8 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from hybrid_dynamics_core import InputError, Parameters, Robot, load
 from hybrid_dynamics_core.control import ComputedTorque, JointTrajectory
@@ -223,3 +225,16 @@ class TestConsistency:
         found = consistent(row, np.array([7.0]), prior, 1, 1e-6)
         assert found[:10] == pytest.approx(prior[:10], rel=1e-9)
         assert found[10] == pytest.approx(7.0, rel=1e-4)
+
+    @settings(deadline=None, max_examples=60)
+    @given(st.integers(0, 2**32 - 1), st.integers(5, 24), st.integers(0, 7))
+    def test_bodies_stay_physical_however_sharp_the_measurements(self, seed: int, rank: int, sharpness: int) -> None:
+        """Of masses and inertias that no body has, weighted by up to 1e7; the prior is never better."""
+        rng = np.random.default_rng(seed)
+        prior = np.tile([2.0, 0.0, 0.0, 0.2, 0.05, 0.0, 0.0, 0.06, 0.0, 0.05], 3)
+        matrix = 10.0**sharpness * rng.normal(size=(200, rank)) @ rng.normal(size=(rank, 30))
+        target = matrix @ (prior * (1 + 0.5 * rng.normal(size=30)))
+        found = consistent(matrix, target, prior, 3, 1e-3)
+        for body in found.reshape(3, 10):
+            assert np.linalg.eigvalsh(pseudo_inertia(body))[0] > 0.0
+        assert np.linalg.norm(matrix @ found - target) <= np.linalg.norm(matrix @ prior - target)
