@@ -31,7 +31,7 @@ from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
 from hybrid_dynamics_ros.offline.process import INPUT, Job, make_pipeline, process
 from hybrid_dynamics_ros.offline.trajectory_file import Trajectory
 from hybrid_dynamics_ros.parameters import Settings
-from hybrid_dynamics_ros.pipeline import MotionResult
+from hybrid_dynamics_ros.results import MotionResult
 
 GOALS = {"singly": 20.0, "real time": 60.0, "memory": 1024.0}  # times, times, MB
 

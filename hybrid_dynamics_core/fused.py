@@ -79,6 +79,15 @@ class RobotKernels:
         return self._loaded("inverse_dynamics", programs.inverse_dynamics)
 
     @cached_property
+    def closed_inverse_dynamics(self) -> Call:
+        """(u, du, ddu) -> s, ds (n_s,), tau (n,), residuals of all loop equations, and distances (steps,).
+
+        What `close` and `inverse_dynamics` of the robot give, to the same bits where every loop has a closed form.
+        Residuals are in lengths of the loop or [rad]; `robot.loop_distances` gives the distances by loop.
+        """
+        return self._loaded("closed_inverse_dynamics", programs.closed_inverse_dynamics)
+
+    @cached_property
     def minimal_form(self) -> Call:
         """(u, du) -> M-bar (n, n), C-bar u' (n,), G-bar (n,); Chu (2020), Eq. 25."""
         return self._loaded("minimal_form", programs.minimal_form)

@@ -136,6 +136,14 @@ class ClosingRobot:
                     limits[k] = max(limits[k, 0], found[0]), min(limits[k, 1], found[1])
         return frozen(limits)
 
+    def loop_distances(self, distances: Array) -> Array:
+        """Distances to a singularity of the steps of the closure (..., steps) -> the smallest of each of `loops`."""
+        order, starts = self._loop_order
+        if order == starts:  # a step a loop
+            return distances
+        nearest: Array = np.minimum.reduceat(distances[..., order], starts, axis=-1) if starts else distances
+        return nearest
+
     # -- closure -----------------------------------------------------------------------------------------------
 
     def close(
@@ -308,18 +316,10 @@ class ClosingRobot:
             branch=self._named_branch(signs),
             signs=signs,
             loops=self.loops,
-            distances=self._by_loop(values["distances"]),
+            distances=self.loop_distances(values["distances"]),
             status=status,
             iterations=iterations,
         )
-
-    def _by_loop(self, distances: Array) -> Array:
-        """Distances of the steps (..., steps) -> the smallest of each entry of `loops`."""
-        order, starts = self._loop_order
-        if order == starts:  # a step a loop
-            return distances
-        nearest: Array = np.minimum.reduceat(distances[..., order], starts, axis=-1) if starts else distances
-        return nearest
 
     @cached_property
     def _loop_order(self) -> tuple[list[int], list[int]]:

@@ -7,7 +7,7 @@ the fifth byte on.
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
@@ -23,6 +23,8 @@ HEAD: Final = 4
 LITTLE: Final = b"\x00\x01\x00\x00"
 PADDING: Final = 8  # bytes that writers leave after the fields, at most: some pad to four, rclpy leaves eight
 _STAMP: Final = struct.Struct("<iI")
+_DOUBLE: Final = struct.Struct("<d")
+_FLOAT64: Final = np.dtype("<f8")
 _NS: Final = 10**9
 
 
@@ -32,21 +34,18 @@ class Template:
     def __init__(self) -> None:
         self._parts = bytearray(LITTLE)
         self._slots: list[tuple[str, int, np.dtype[Any]]] = []  # complete before the first message
-        self._stamps: list[int] = []  # where they are
 
     def slot(self, name: str, kind: str, count: int = 1) -> Template:
         """Numbers that differ from message to message: `count` of a NumPy type such as "<f8"."""
+        one = np.dtype(kind)
         if count:
-            one = np.dtype(kind)
             self._align(one.itemsize)
-            self._slots.append((name, len(self._parts), one if count == 1 else np.dtype((one, (count,)))))
-            self._parts += bytes(one.itemsize * count)
+        self._slots.append((name, len(self._parts), one if count == 1 else np.dtype((one, (count,)))))
+        self._parts += bytes(one.itemsize * count)
         return self
 
     def header(self, frame: str = "") -> Template:
         """A std_msgs/Header: slots `sec` and `nanosec`, and a frame that stays."""
-        self._align(4)
-        self._stamps.append(len(self._parts))
         return self.slot("sec", "<i4").slot("nanosec", "<u4").string(frame)
 
     def string(self, text: str) -> Template:
@@ -85,33 +84,48 @@ class Template:
         """Write messages into `rows` (N, size) from the slots' values (N, ...)."""
         rows[:] = np.frombuffer(bytes(self._parts), dtype=np.uint8)
         for name, start, kind in self._slots:
+            if not kind.itemsize:
+                continue
             view = rows[:, start : start + kind.itemsize]
             shape = (len(rows), kind.itemsize)
             part = np.ascontiguousarray(values[name], dtype=kind.base)
             view[:] = part.reshape(len(rows), -1).view(np.uint8).reshape(shape)
 
-    def message(self, stamp_ns: int, values: Mapping[str, NDArray[Any]]) -> bytes:
-        """One message: the stamp of its headers [ns] and the values of its other slots.
+    def message(self, stamp_ns: int, values: Iterable[NDArray[Any] | float]) -> bytes:
+        """One message: the stamp of its headers [ns] and the values of its other slots, in their order.
 
-        Raises KeyError where a slot has no value, ValueError where a value is of another type or count.
+        Raises ValueError where there are more or fewer values than slots, or one is of another type or count.
         """
-        parts = bytearray(self._parts)
-        for start in self._stamps:
-            _STAMP.pack_into(parts, start, *divmod(stamp_ns, _NS))
-        for name, start, end, kind in self._numbers:
-            value = values[name]
-            data = value.tobytes()
-            if len(data) != end - start or value.dtype != kind:
-                told = f"{np.size(value)} numbers of type {value.dtype}"
-                raise ValueError(f"slot {name}: {told}; expected {(end - start) // kind.itemsize} of {kind}")
-            parts[start:end] = data
-        return bytes(parts)
+        pieces, stamps, numbers = self._pieces
+        pieces = pieces.copy()
+        stamp = _STAMP.pack(*divmod(stamp_ns, _NS))
+        for hole in stamps:
+            pieces[hole] = stamp
+        for (hole, size, kind, name), value in zip(numbers, values, strict=True):
+            if isinstance(value, float):
+                data, own = _DOUBLE.pack(value), _FLOAT64
+            else:
+                data, own = value.tobytes(), value.dtype
+            if len(data) != size or (own is not kind and own != kind):
+                raise ValueError(f"slot {name}: {len(data)} bytes of {own}; expected {size} of {kind}")
+            pieces[hole] = data
+        return b"".join(pieces)
 
     @cached_property
-    def _numbers(self) -> list[tuple[str, int, int, np.dtype[Any]]]:
-        """Slots that are no stamps: name, first byte and the one behind the last, type of a number."""
-        stamps = {start + k for start in self._stamps for k in (0, 4)}
-        return [(n, start, start + kind.itemsize, kind.base) for n, start, kind in self._slots if start not in stamps]
+    def _pieces(self) -> tuple[list[bytes], list[int], list[tuple[int, int, np.dtype[Any], str]]]:
+        """The message cut at its slots; which pieces are stamps, and which are numbers: size, type and name."""
+        pieces, stamps, numbers, end = [], [], [], 0
+        for name, at, kind in self._slots:
+            if name == "nanosec":  # went with the seconds
+                continue
+            pieces += [bytes(self._parts[end:at]), b""]
+            if name == "sec":
+                stamps.append(len(pieces) - 1)
+                end = at + _STAMP.size
+            else:
+                numbers.append((len(pieces) - 1, kind.itemsize, kind.base, name))
+                end = at + kind.itemsize
+        return [*pieces, bytes(self._parts[end:])], stamps, numbers
 
 
 class LayoutError(ValueError):
@@ -149,7 +163,12 @@ class JointStateLayout:
 
     def fits(self, message: bytes) -> bool:
         """Whether one message has this layout."""
-        return len(message) == self.size and all(message.startswith(own, at) for at, own in self._segments)
+        if len(message) != self.size:
+            return False
+        for at, own in self._segments:  # noqa: SIM110 - looked at for every message, and quicker than a generator
+            if not message.startswith(own, at):
+                return False
+        return True
 
     def stamp(self, message: bytes) -> int:
         """Stamp of one message [ns]; -1 where the nanoseconds are a second or more."""

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from hybrid_dynamics_ros.filters import FilterState, FloatArray, PolynomialFilter, StampEvent
+from hybrid_dynamics_ros.compiled_filter import CompiledFilter
+from hybrid_dynamics_ros.filters import FilterState, FloatArray, StampEvent
 
 
 class Estimate(NamedTuple):
@@ -37,9 +38,9 @@ class MotionEstimator:
     """Chooses the filter for each sample; a change between the two kinds of message starts anew."""
 
     def __init__(self, bandwidth: float, max_gap: float) -> None:
-        """Bandwidth [Hz] and largest gap [s], as in :class:`PolynomialFilter`."""
-        self._velocity_filter = PolynomialFilter(1, bandwidth, max_gap)
-        self._position_filter = PolynomialFilter(2, bandwidth, max_gap)
+        """Bandwidth [Hz] and largest gap [s], as in :class:`filters.PolynomialFilter`."""
+        self._velocity_filter = CompiledFilter(1, bandwidth, max_gap)
+        self._position_filter = CompiledFilter(2, bandwidth, max_gap)
 
     def step(
         self, state: EstimatorState | None, stamp_ns: int, position: FloatArray, velocity: FloatArray | None

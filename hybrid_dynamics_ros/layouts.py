@@ -12,7 +12,9 @@ def joint_state(names: Sequence[str], *, velocity: bool, effort: bool) -> Templa
     """A sensor_msgs/JointState: slots `position`, `velocity`, `effort`; the last two as far as they are known."""
     count = len(names)
     template = Template().header().strings(names).sequence("position", count)
-    return template.sequence("velocity", count if velocity else 0).sequence("effort", count if effort else 0)
+    for name, known in (("velocity", velocity), ("effort", effort)):
+        template = template.sequence(name, count) if known else template.length(0)
+    return template
 
 
 def closed_state(robot: Robot, ending: Sequence[str], branch: Mapping[str, str], nearest: str) -> Template:

@@ -20,7 +20,8 @@ from hybrid_dynamics_ros.parameters import (
     STROKE_WARN,
     Settings,
 )
-from hybrid_dynamics_ros.pipeline import Counts, MotionResult
+from hybrid_dynamics_ros.pipeline import Counts
+from hybrid_dynamics_ros.results import MotionResult
 from hybrid_dynamics_ros.samples import Rejection
 from hybrid_dynamics_ros.strokes import Strokes
 

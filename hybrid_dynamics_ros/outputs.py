@@ -23,7 +23,7 @@ from hybrid_dynamics_core.errors import SingularityError
 from hybrid_dynamics_ros import layouts
 from hybrid_dynamics_ros.cdr import Template
 from hybrid_dynamics_ros.conversions import ns_to_stamp, pose_stamped, to_field
-from hybrid_dynamics_ros.pipeline import MotionResult
+from hybrid_dynamics_ros.results import MotionResult
 from hybrid_dynamics_ros.samples import FloatArray
 from hybrid_dynamics_ros.strokes import Strokes
 
@@ -48,13 +48,9 @@ def joint_states(robot: Robot) -> Fill:
         return layouts.joint_state(robot.coordinates, velocity=velocity, effort=effort)
 
     def fill(result: MotionResult) -> bytes:
-        efforts = None if result.efforts is None else along(result.state, result.efforts)
-        values = {"position": result.position}
-        if result.velocity is not None:
-            values["velocity"] = result.velocity
-        if efforts is not None:
-            values["effort"] = efforts
-        return layout(result.moving, efforts is not None).message(result.stamp_ns, values)
+        efforts = None if result.efforts is None else along(result, result.efforts)
+        known = [part for part in (result.position, result.velocity, efforts) if part is not None]
+        return layout(result.velocity is not None, efforts is not None).message(result.stamp_ns, known)
 
     return fill
 
@@ -64,14 +60,10 @@ def required_efforts(robot: Robot) -> Fill:
     layout = layouts.joint_state(robot.active, velocity=True, effort=True)
 
     def fill(result: MotionResult) -> bytes | None:
-        if result.efforts is None or result.active_velocity is None:
+        u, du, _ = result.active
+        if result.efforts is None or du is None:
             return None
-        values = {
-            "position": result.active_position,
-            "velocity": result.active_velocity,
-            "effort": result.efforts,
-        }
-        return layout.message(result.stamp_ns, values)
+        return layout.message(result.stamp_ns, (u, du, result.efforts))
 
     return fill
 
@@ -84,20 +76,13 @@ def closed_state(robot: Robot) -> Fill:
 
     def fill(result: MotionResult) -> bytes:
         nonlocal told
-        state, loop = result.state, str(result.state.singular_loop)
-        if state.branch != told:
-            told = state.branch
+        if told is not result.branch and told != result.branch:
+            told = result.branch
             known.clear()
+        distance, loop = result.nearest
         if loop not in known:
             known[loop] = layouts.closed_state(robot, strokes.joints, told, loop)
-        lower, upper = strokes.left(state.s)
-        values: dict[str, Any] = {
-            "residual": np.float64(result.residual),
-            "singularity": state.distances,
-            "nearest": np.float64(state.singularity),
-            "lower": lower,
-            "upper": upper,
-        }
+        values = (result.residual, result.distances, distance, *strokes.left(result.position))
         return known[loop].message(result.stamp_ns, values)
 
     return fill
@@ -157,9 +142,9 @@ def loop_reactions(robot: Robot) -> Fill:
     message.header.frame_id = robot.base_frame
 
     def fill(result: MotionResult) -> LoopReactions | None:
-        if result.active_acceleration is None or not result.moving:
+        if result.active.acceleration is None or not result.moving:
             return None
-        pins = robot.reactions(result.state, result.active_acceleration, result.loads).pins
+        pins = robot.reactions(result.state, result.active.acceleration, result.loads).pins
         message.header.stamp = ns_to_stamp(result.stamp_ns)
         message.pins = list(pins)
         message.link_a, message.link_b = ([pin.links[k] for pin in pins.values()] for k in (0, 1))
@@ -201,11 +186,11 @@ TABLE: Final = (
 )
 
 
-def _efforts_along_joints(robot: Robot) -> Callable[[Closed, FloatArray], FloatArray | None]:
+def _efforts_along_joints(robot: Robot) -> Callable[[MotionResult, FloatArray], FloatArray | None]:
     size, active = len(robot.coordinates), len(robot.active)
     if set(robot.drives) == set(robot.active):
 
-        def own(_state: Closed, tau: FloatArray) -> FloatArray:
+        def own(_result: MotionResult, tau: FloatArray) -> FloatArray:
             along = np.zeros(size)
             along[:active] = tau
             return along
@@ -213,10 +198,10 @@ def _efforts_along_joints(robot: Robot) -> Callable[[Closed, FloatArray], FloatA
         return own
     places = [robot.coordinates.index(name) for name in robot.drives]
 
-    def driven(state: Closed, tau: FloatArray) -> FloatArray | None:
+    def driven(result: MotionResult, tau: FloatArray) -> FloatArray | None:
         along = np.zeros(size)
         try:
-            along[places] = [float(force) for force in robot.drive_forces(state, tau).values()]
+            along[places] = [float(force) for force in robot.drive_forces(result.state, tau).values()]
         except SingularityError:
             return None  # as they stand, the drives cannot give these forces
         return along

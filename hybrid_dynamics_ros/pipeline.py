@@ -9,15 +9,16 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
-from hybrid_dynamics_core import ClosedState, Loads, Pose, Robot
+from hybrid_dynamics_core import ClosedState, Loads, Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError, InputError
+from hybrid_dynamics_core.fused import Call
 from hybrid_dynamics_core.inputs import all_finite
 from hybrid_dynamics_ros.estimator import Estimate, EstimatorState, MotionEstimator
 from hybrid_dynamics_ros.filters import StampEvent
+from hybrid_dynamics_ros.results import MotionResult
 from hybrid_dynamics_ros.samples import (
     ActiveMotion,
     Calibration,
@@ -31,60 +32,6 @@ from hybrid_dynamics_ros.samples import (
 )
 
 _RESTARTS = (StampEvent.FIRST, StampEvent.BACKWARD, StampEvent.GAP)
-
-
-@dataclass(frozen=True, eq=False)
-class MotionResult:
-    """All that one sample says about the robot. Coordinates are in the order of ``robot.coordinates``.
-
-    Attributes:
-        robot, loads: what the result was computed with.
-        stamp_ns: stamp of the sample [ns].
-        state: the loops, closed.
-        moving: whether rates are known; if not, those of ``state`` are zero and say nothing.
-        active_acceleration: (n,) [rad/s^2 or m/s^2]; None until the filter has its samples.
-        efforts: what the active joints must give, (n,) [N m or N]; None until the filter has its samples.
-        event: what the stamp meant to the filter; None where it was not asked.
-    """
-
-    robot: Robot
-    loads: Loads
-    stamp_ns: int
-    state: ClosedState
-    moving: bool
-    active_acceleration: FloatArray | None
-    efforts: FloatArray | None
-    event: StampEvent | None
-
-    @property
-    def position(self) -> FloatArray:
-        """All coordinates, active then passive, (n_s,) [rad or m]."""
-        return self.state.s
-
-    @property
-    def velocity(self) -> FloatArray | None:
-        """Rates of all coordinates, (n_s,) [rad/s or m/s]; None until they are known."""
-        return self.state.ds if self.moving else None
-
-    @property
-    def active_position(self) -> FloatArray:
-        """What the efforts were computed for, (n,) [rad or m]."""
-        return self.state.u
-
-    @property
-    def active_velocity(self) -> FloatArray | None:
-        """What the efforts were computed for, (n,) [rad/s or m/s]; None until it is known."""
-        return self.state.du if self.moving else None
-
-    @property
-    def residual(self) -> float:
-        """Largest error of the loop equations, in lengths of the loop or [rad]."""
-        return float(self.state.residual)
-
-    @cached_property
-    def pose(self) -> Pose:
-        """End effector in the base frame."""
-        return self.robot.forward_kinematics(self.state)
 
 
 @dataclass
@@ -137,12 +84,28 @@ class Pipeline:
         self._direct = self.measured == robot.active
         self._order = JointOrder(self.measured)
         self._near: ClosedState | None = None
-        self.loads: Loads = robot.loads  # everything that acts on the robot, from the next sample on
         self._state: EstimatorState | None = None
+        self._branch = robot.close(robot.reference).branch
+        self.loads = robot.loads
         self.set_filter(bandwidth, max_gap)
         if not self._direct:
             start = robot.close(robot.reference)
             robot.close_given({name: float(start.s[robot.coordinates.index(name)]) for name in self.measured})
+
+    @property
+    def loads(self) -> Loads:
+        """Everything that acts on the robot, from the next sample on."""
+        return self._loads
+
+    @loads.setter
+    def loads(self, loads: Loads) -> None:
+        self._loads = loads
+        self._choose()
+
+    def _choose(self) -> None:
+        """One call for all, where nothing has to be followed from the sample before."""
+        plain = self._direct and self.mode is None and not self.robot.follows
+        self._fused = self.robot.kernels.under(self._loads).closed_inverse_dynamics if plain else None
 
     def set_filter(self, bandwidth: float, max_gap: float) -> None:
         """Another bandwidth [Hz] and gap [s] from now on; the estimates start anew."""
@@ -159,6 +122,7 @@ class Pipeline:
         """Keep the assembly modes of a closed state from now on; None: those of the robot file."""
         self.mode = self._near = mode
         self._state = None
+        self._choose()
 
     def reset(self) -> None:
         """Forget the samples so far; the counts stay."""
@@ -221,19 +185,46 @@ class Pipeline:
         return state, estimate
 
     def _evaluate(self, stamp_ns: int, motion: ActiveMotion, event: StampEvent | None) -> MotionResult:
+        if self._fused is not None and motion.velocity is not None and motion.acceleration is not None:
+            return self._evaluate_fused(self._fused, stamp_ns, motion, event)
         state, acceleration = self._close(motion, event)
+        velocity = None if motion.velocity is None else state.du
         efforts = None
-        if motion.velocity is not None and acceleration is not None:
+        if velocity is not None and acceleration is not None:
             efforts = self.robot.inverse_dynamics(state, acceleration, self.loads)
         return MotionResult(
             robot=self.robot,
             loads=self.loads,
             stamp_ns=stamp_ns,
-            state=state,
-            moving=motion.velocity is not None,
-            active_acceleration=acceleration,
+            active=ActiveMotion(state.u, velocity, acceleration),
+            position=state.s,
+            velocity=None if velocity is None else state.ds,
             efforts=efforts,
+            residual=float(state.residual),
+            distances=state.distances,
+            branch=state.branch,
             event=event,
+            closed=state,
+        )
+
+    def _evaluate_fused(
+        self, fused: Call, stamp_ns: int, motion: ActiveMotion, event: StampEvent | None
+    ) -> MotionResult:
+        """The same to the last bit, in one call of compiled code."""
+        s, ds, efforts, residuals, distances = fused(*motion)
+        robot = self.robot
+        return MotionResult(
+            robot,
+            self._loads,
+            stamp_ns,
+            motion,
+            s,
+            ds,
+            efforts,
+            max(map(abs, residuals.tolist()), default=0.0),
+            robot.loop_distances(distances),
+            self._branch,
+            event,
         )
 
     def _close(self, motion: ActiveMotion, event: StampEvent | None) -> tuple[ClosedState, FloatArray | None]:

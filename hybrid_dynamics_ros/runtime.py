@@ -22,7 +22,8 @@ from hybrid_dynamics_ros.parameters import (
     ParameterError,
     Settings,
 )
-from hybrid_dynamics_ros.pipeline import MotionResult, Pipeline
+from hybrid_dynamics_ros.pipeline import Pipeline
+from hybrid_dynamics_ros.results import MotionResult
 from hybrid_dynamics_ros.samples import JointSample, Rejection
 from hybrid_dynamics_ros.services.context import Situation
 from hybrid_dynamics_ros.strokes import Strokes

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 import traceback
+from collections.abc import Callable
 from typing import Any
 
 from hybrid_dynamics_msgs.msg import JointMotion
@@ -19,12 +20,14 @@ from hybrid_dynamics_ros import conversions, outputs, qos
 from hybrid_dynamics_ros.filters import StampEvent
 from hybrid_dynamics_ros.outputs import Fill
 from hybrid_dynamics_ros.parameters import INPUT_DEPTH, INPUT_QOS, OUTPUT_DEPTH, OUTPUT_QOS, RATES, TF_RATE, Parameter
-from hybrid_dynamics_ros.pipeline import MotionResult
 from hybrid_dynamics_ros.reading import Read, StateReader, reader_of
+from hybrid_dynamics_ros.results import MotionResult
 from hybrid_dynamics_ros.runtime import Runtime
 from hybrid_dynamics_ros.samples import JointSample, Rejection, RejectionCode, rejection_of
 from hybrid_dynamics_ros.throttle import Log, Pace
 from hybrid_dynamics_ros.transforms import tf_output
+
+Send = Callable[[Any], None]
 
 _QUIET = (None, StampEvent.NEXT, StampEvent.FIRST, StampEvent.REPEATED)
 _BACK_TO_BACK = 2e-4  # [s] between an answer and the next input where there may be more inputs waiting
@@ -61,7 +64,8 @@ class Stream:
         except BaseException:  # nobody else knows of what was made so far
             self.destroy()
             raise
-        self._looked, self._listened = -_LOOK, [True] * len(self._outputs)
+        self._looked = -_LOOK
+        self._listened: list[tuple[Publisher, Fill, float, Pace]] = []
 
     def _open(self, table: list[tuple[str, type, Fill, Parameter[float]]]) -> None:
         settings = self._runtime.settings
@@ -168,23 +172,34 @@ class Stream:
             return runtime.pipeline.reject(rejection_of(error))
         runtime.result = result
         self._tell(result)
-        for publisher, message in messages:
-            publisher.publish(message)
+        for send, message in messages:
+            send(message)
         return None
 
-    def _messages(self, result: MotionResult) -> list[tuple[Publisher, Any]]:
+    def _messages(self, result: MotionResult) -> list[tuple[Send, Any]]:
         """All messages that are due; made before the first is sent, so that all go or none."""
-        settings = self._runtime.settings
         now = time.perf_counter()
         if now > self._looked + _LOOK:
             self._looked = now
-            self._listened = [publisher.get_subscription_count() > 0 for publisher, *_ in self._outputs]
-        due = [
-            (publisher, fill(result))
-            for listened, (publisher, fill, rate, pace) in zip(self._listened, self._outputs, strict=True)
-            if pace.due(result.stamp_ns, settings[rate]) and listened
+            self._listen()
+        messages = []
+        for publisher, fill, rate, pace in self._listened:
+            if rate == 0.0 or pace.due(result.stamp_ns, rate):
+                message = fill(result)
+                if message is not None:
+                    # Bytes go the short way; who is to send is destroyed in this thread alone.
+                    send = publisher.handle.publish_raw if type(message) is bytes else publisher.publish
+                    messages.append((send, message))
+        return messages
+
+    def _listen(self) -> None:
+        """Keep which topics somebody listens to, and at which rate they go out."""
+        settings = self._runtime.settings
+        self._listened = [
+            (publisher, fill, settings[rate], pace)
+            for publisher, fill, rate, pace in self._outputs
+            if settings[rate] >= 0.0 and publisher.get_subscription_count() > 0
         ]
-        return [(publisher, message) for publisher, message in due if message is not None]
 
     def _tell(self, result: MotionResult) -> None:
         self._repeated = self._repeated + 1 if result.event is StampEvent.REPEATED else 0

@@ -9,8 +9,8 @@ from hybrid_dynamics_core import Robot
 from hybrid_dynamics_ros import layouts
 from hybrid_dynamics_ros.outputs import Fill
 from hybrid_dynamics_ros.parameters import TF_RATE, ParameterError
-from hybrid_dynamics_ros.pipeline import MotionResult
 from hybrid_dynamics_ros.placement import LinkTransforms
+from hybrid_dynamics_ros.results import MotionResult
 
 
 def tf_output() -> tuple[type, Callable[[Robot], Fill]]:
@@ -32,6 +32,6 @@ def tf_filler(robot: Robot) -> Fill:
     layout, transforms = layouts.transforms(robot), LinkTransforms(robot)
 
     def fill(result: MotionResult) -> Any:
-        return layout.message(result.stamp_ns, transforms.values(result.state.s[None]))
+        return layout.message(result.stamp_ns, transforms.values(result.position[None]).values())
 
     return fill

@@ -19,7 +19,7 @@ class Dynamics:
     """The closed mechanism at a state, with its loads: what all dynamic programs start from."""
 
     def __init__(self, model: Model, x: Inputs, loading: Loading = NOTHING) -> None:
-        self.motion, self.checks, _ = closed_motion(model, x)
+        self.motion, self.checks, self.distances = closed_motion(model, x)
         self.ds = self.motion.rates(x.du)
         self.gravity = tuple(x.gravity)
         self.laden = LoadedTree(model.tree, loading, x, self.motion.posture)
@@ -51,6 +51,24 @@ def inverse_dynamics(loading: Loading = NOTHING) -> Program:
     def run(model: Model, x: Inputs) -> Results:
         dynamics = Dynamics(model, x, loading)
         return Results({"tau": dynamics.inverse(list(x.ddu))}, dynamics.checks)
+
+    return Program(("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes)
+
+
+def closed_inverse_dynamics(loading: Loading = NOTHING) -> Program:
+    """Program for s, s', tau, and the evidence that the loops are closed: what one sample of a motion says."""
+
+    def run(model: Model, x: Inputs) -> Results:
+        dynamics = Dynamics(model, x, loading)
+        motion = dynamics.motion
+        outputs = {
+            "s": motion.posture.q,
+            "ds": dynamics.ds,
+            "tau": dynamics.inverse(list(x.ddu)),
+            "residuals": motion.residuals,
+            "distances": dynamics.distances,
+        }
+        return Results(outputs, dynamics.checks)
 
     return Program(("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes)
 

@@ -19,7 +19,8 @@ from hybrid_dynamics_ros.estimator import EstimatorState
 from hybrid_dynamics_ros.filters import StampEvent
 from hybrid_dynamics_ros.offline.decode import Samples
 from hybrid_dynamics_ros.offline.recursion import run_filter
-from hybrid_dynamics_ros.pipeline import MotionResult, Pipeline
+from hybrid_dynamics_ros.pipeline import Pipeline
+from hybrid_dynamics_ros.results import MotionResult
 from hybrid_dynamics_ros.samples import FloatArray, JointSample, Rejection, rejection_of
 
 Mask = NDArray[np.bool_]
@@ -225,6 +226,6 @@ def _stacked(samples: Samples, found: Sequence[tuple[int, MotionResult]]) -> Mot
         state=state,
         moving=np.array([r.moving for r in results]),
         driven=np.array([r.efforts is not None for r in results]),
-        acceleration=np.array([unknown if r.active_acceleration is None else r.active_acceleration for r in results]),
+        acceleration=np.array([unknown if r.active.acceleration is None else r.active.acceleration for r in results]),
         efforts=np.array([unknown if r.efforts is None else r.efforts for r in results]),
     )

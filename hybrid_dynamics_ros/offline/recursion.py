@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from hybrid_dynamics_ros.compiled_filter import advance_of
 from hybrid_dynamics_ros.filters import (
     FilterState,
     FloatArray,
@@ -17,7 +18,6 @@ from hybrid_dynamics_ros.filters import (
     _gains,
     _shares,
 )
-from hybrid_dynamics_ros.offline.compiled_filter import advance_of
 
 Steps = list[tuple[float, float, float, float]]  # dt [s], gains of value, first and second derivative
 Moments = tuple[float, float, float, float, float]
@@ -68,7 +68,9 @@ def _advance(
     else:
         past, last = np.array(state.moments), np.array(state.derivatives)
         own = np.ascontiguousarray(samples[:usable])
-        done = compiled(seconds[:usable], own, filt.rate, past, last, out[:usable])
+        done = compiled(seconds[:usable], own, np.array([filt.rate]), past, last, out[:usable])
+        if done < 0:
+            raise ValueError("expected float64 arrays in C order")
         moments = tuple(past.tolist())
     if not done:
         return 0, state

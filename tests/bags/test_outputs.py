@@ -14,7 +14,8 @@ from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE, typestore
 from hybrid_dynamics_ros.offline.process import DESCRIPTION, INPUT, Job, process
 from hybrid_dynamics_ros.offline.topics import NODE
 from hybrid_dynamics_ros.parameters import RATES, TF_RATE, Settings
-from hybrid_dynamics_ros.pipeline import MotionResult, Pipeline
+from hybrid_dynamics_ros.pipeline import Pipeline
+from hybrid_dynamics_ros.results import MotionResult
 from hybrid_dynamics_ros.throttle import Pace
 from tests.bags.messages import bag, recorded
 

@@ -10,13 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core import load, shipped_robots
+from hybrid_dynamics_ros.compiled_filter import CompiledFilter
 from hybrid_dynamics_ros.filters import PolynomialFilter
 from hybrid_dynamics_ros.offline import recursion
 from hybrid_dynamics_ros.offline.decode import Decoder, sample_of
 from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE, typestore
 from hybrid_dynamics_ros.offline.motion import BulkPipeline
 from hybrid_dynamics_ros.offline.recursion import run_filter
-from hybrid_dynamics_ros.pipeline import MotionResult, Pipeline
+from hybrid_dynamics_ros.pipeline import Pipeline
+from hybrid_dynamics_ros.results import MotionResult
 from tests.bags.messages import START, joint_state, messages_of, recorded
 
 ACTIVE = ("q1", "q12", "q22", "q4")
@@ -58,9 +60,19 @@ def assert_same(robot, pairs, cuts=(), measured=None):
         assert motion.driven[k] == (result.efforts is not None)
         for name in ("s", "ds", "R", "distances", "residual"):
             assert np.array_equal(getattr(motion.state, name)[k], getattr(result.state, name)), name
+        told = (result.position, result.velocity, result.distances, result.residual)
+        closed = (
+            result.state.s,
+            result.state.ds if result.moving else None,
+            result.state.distances,
+            motion.state.residual[k],
+        )
+        assert all(np.array_equal(a, b) for a, b in zip(told, closed, strict=True))
+        assert result.nearest == (result.state.singularity, result.state.singular_loop)
+        assert result.branch == result.state.branch
         if result.efforts is not None:
             assert np.array_equal(motion.efforts[k], result.efforts)
-            assert np.array_equal(motion.acceleration[k], result.active_acceleration)
+            assert np.array_equal(motion.acceleration[k], result.active.acceleration)
     return expected
 
 
@@ -146,6 +158,11 @@ def test_the_filter_gives_the_same_bits_step_by_step_in_python_and_compiled(degr
     for stamp, sample in zip(stamps.tolist(), samples, strict=True):
         state, _ = filt.step(state, stamp, sample)
         wanted.append(state.derivatives)
+    compiled, after = CompiledFilter(degree, bandwidth, max_gap=0.5), None
+    for stamp, sample, derivatives in zip(stamps.tolist(), samples, wanted, strict=True):
+        after, _ = compiled.step(after, stamp, sample)
+        assert np.array_equal(after.derivatives, derivatives)
+    assert after.moments == state.moments
     found = run_filter(filt, None, stamps, samples)
     monkeypatch.setattr(recursion, "advance_of", lambda _: None)
     for derivatives, _, _, last in (found, run_filter(filt, None, stamps, samples)):

@@ -15,7 +15,7 @@ from hybrid_dynamics_core.programs import Program
 from tests.robots import robot
 
 BACKENDS = ("python",) if native.reason_against() else ("python", "native")
-PROGRAMS = ("close", "motion", "accelerations", "pose", "jacobian", "both", "inverse", "minimal", "forward")
+PROGRAMS = ("close", "motion", "accelerations", "pose", "jacobian", "both", "inverse", "closed", "minimal", "forward")
 
 
 @cache
@@ -29,6 +29,7 @@ def program(name: str, which: str) -> Program:
         "jacobian": programs.jacobian(frame),
         "both": programs.pose_and_jacobian(frame),
         "inverse": programs.INVERSE_DYNAMICS,
+        "closed": programs.closed_inverse_dynamics(),
         "minimal": programs.MINIMAL_FORM,
         "forward": programs.FORWARD_DYNAMICS,
     }[which]

@@ -61,6 +61,23 @@ def test_fused_calls_are_the_thorough_calls(name: str) -> None:
                 assert np.abs(a - b).max() <= 1e-12 * max(1.0, np.abs(b).max())
 
 
+@pytest.mark.parametrize("laden", [False, True])
+@pytest.mark.parametrize("name", [name for name in ROBOTS if not robot(name).follows])
+def test_closure_and_efforts_in_one_call_are_those_of_two_to_the_last_bit(name: str, laden: bool) -> None:
+    """Recordings are computed by batches of two calls, the node's stream by one: they must agree."""
+    machine = robot(name)
+    loads = _laden(machine) if laden else machine.loads
+    call = machine.kernels.under(loads).closed_inverse_dynamics
+    for k, state in enumerate(random_states(name, 20)):
+        ddu = random_vector(machine, k)
+        s, ds, tau, residuals, distances = call(state.u, state.du, ddu)
+        assert np.array_equal(tau, machine.inverse_dynamics(state, ddu, loads))
+        assert np.array_equal(s, state.s)
+        assert np.array_equal(ds, state.ds)
+        assert np.array_equal(machine.loop_distances(distances), state.distances)
+        assert np.abs(residuals).max(initial=0.0) == state.residual
+
+
 def _each(found: Any, expected: Any) -> list[tuple[np.ndarray, np.ndarray]]:
     return list(zip(found, expected, strict=True)) if isinstance(found, tuple) else [(found, expected)]
 

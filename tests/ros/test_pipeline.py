@@ -8,7 +8,8 @@ import pytest
 
 from hybrid_dynamics_core.errors import HybridDynamicsError, SingularityError
 from hybrid_dynamics_ros.filters import StampEvent
-from hybrid_dynamics_ros.pipeline import MotionResult, Pipeline
+from hybrid_dynamics_ros.pipeline import Pipeline
+from hybrid_dynamics_ros.results import MotionResult
 from hybrid_dynamics_ros.samples import JointSample, Rejection, RejectionCode
 
 MS = 10**6  # [ns]
@@ -38,8 +39,7 @@ def wavy(k, *, with_velocity=True):
 
 def arrays(result):
     """All numbers of a result, for comparison to the last bit."""
-    names = ("position", "velocity", "active_acceleration", "efforts")
-    return [*(getattr(result, name) for name in names), result.pose.matrix]
+    return [result.position, result.velocity, *result.active, result.efforts, result.distances, result.pose.matrix]
 
 
 def same(one, two):
@@ -70,7 +70,7 @@ def test_without_velocities_there_are_none_until_the_filter_has_its_samples(pipe
     results = [pipeline.process(sample(10.0 * k, POSITION + RATES * 0.01 * (k - 5), velocity=None)) for k in range(6)]
     assert [r.velocity is not None for r in results] == [False] * 3 + [True] * 3
     assert [r.efforts is not None for r in results] == [False] * 3 + [True] * 3
-    np.testing.assert_allclose(results[-1].active_velocity, RATES, rtol=1e-9)
+    np.testing.assert_allclose(results[-1].active.velocity, RATES, rtol=1e-9)
     np.testing.assert_allclose(results[-1].efforts, EFFORTS, rtol=1e-6, atol=1e-6)
 
 
@@ -162,7 +162,14 @@ class Failing:
     def __getattr__(self, name):
         return getattr(self._robot, name)
 
-    def inverse_dynamics(self, _state, _ddu, _loads):
+    @property
+    def kernels(self):
+        return self
+
+    def under(self, _loads):
+        return self
+
+    def closed_inverse_dynamics(self, _u, _du, _ddu):
         raise self._error
 
 

@@ -14,7 +14,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from hybrid_dynamics_ros import conversions, outputs
-from hybrid_dynamics_ros.pipeline import MotionResult, Pipeline
+from hybrid_dynamics_ros.pipeline import Pipeline
+from hybrid_dynamics_ros.results import MotionResult
 from hybrid_dynamics_ros.samples import Rejection
 
 ACTIVE = ("q1", "q12", "q22", "q4")
@@ -94,7 +95,7 @@ def test_random_streams_give_true_numbers_or_reasons(robot, fillers, stream):
         assert isinstance(result, MotionResult)
         accepted += 1
         given_at = dict(zip(message.name, message.position, strict=False))
-        assert [given_at[name] for name in ACTIVE] == list(result.active_position)
+        assert [given_at[name] for name in ACTIVE] == list(result.active.position)
         assert result.residual < 1e-9
         sent = [as_message(fill(result), kind) for kind, fill in fillers]
         for out in sent:

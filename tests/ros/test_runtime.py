@@ -32,10 +32,10 @@ def test_a_new_calibration_is_no_motion(runtime):
     offset = sensor_rows("q12")[0]
     runtime.take(runtime.settings.replaced({offset.name: 0.02}))
     for result in at_rest(runtime, 30, start=30):
-        assert result.active_acceleration is None or not result.active_acceleration.any()
+        assert result.active.acceleration is None or not result.active.acceleration.any()
         assert result.velocity is None or not result.velocity.any()
     assert result.efforts is not None
-    assert result.active_position[1] == before.active_position[1] - 0.02
+    assert result.active.position[1] == before.active.position[1] - 0.02
     runtime.take(runtime.settings)
     assert at_rest(runtime, 1, start=60)[0].efforts is not None  # nothing changed, nothing starts anew
 

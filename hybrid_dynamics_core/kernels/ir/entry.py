@@ -42,7 +42,9 @@ declare void @PyEval_RestoreThread(ptr)
 """
 
 
-class _Entry:
+class Entry:
+    """A function of so many arguments, which are looked at one after the other; `finish` ends it."""
+
     def __init__(self, name: str, arguments: int, header: Header) -> None:
         self.f = Function(f"define ptr @{name}(ptr %self, ptr %args, i64 %count)")
         self.header = header
@@ -51,6 +53,7 @@ class _Entry:
         self.require(f"icmp eq i64 %count, {arguments}")
 
     def field(self, thing: str, offset: int, kind: str = "ptr") -> str:
+        """What lies so many bytes after a pointer."""
         place = self.f.let(f"getelementptr i8, ptr {thing}, i64 {offset}")
         return self.f.let(f"load {kind}, ptr {place}, align {4 if kind == 'i32' else 8}")
 
@@ -88,6 +91,13 @@ class _Entry:
             self.require(*(f"icmp eq i64 {has}, {size}" for has, size in zip(lengths, shape, strict=True)))
         return self.field(thing, self.header.data)
 
+    def lengths(self, number: int, rank: int) -> list[str]:
+        """The shape of argument `number`, an array of so many axes."""
+        thing = self.argument(number, Address.FLOAT64, writable=False)
+        self.require(f"icmp eq i32 {self.field(thing, self.header.ndim, 'i32')}, {rank}")
+        dims = self.field(thing, self.header.dims)
+        return [self.f.load(dims, axis, kind="i64") for axis in range(rank)]
+
     def shared_or_rows(self, number: int, size: int, rows: str) -> tuple[str, str]:
         """The data of an input (size,) or (rows, size), and its stride from state to state in numbers."""
         f, header = self.f, self.header
@@ -116,6 +126,7 @@ class _Entry:
             self.require(*conditions)
 
     def finish(self, status: str) -> str:
+        """Give the status back; the text of the function."""
         for value in (status, str(NOT_TAKEN)):
             self.f.do(f"ret ptr {self.f.let(f'call ptr @PyLong_FromLongLong(i64 {value})')}")
             if value is status:
@@ -126,7 +137,7 @@ class _Entry:
 def one_entry(trace: Trace, header: Header) -> str:
     """`call(a0, ..., o0, ...)` for one state: inputs (size,), outputs of their shapes, which are filled."""
     k = len(trace.inputs)
-    entry = _Entry("call", k + len(trace.layout), header)
+    entry = Entry("call", k + len(trace.layout), header)
     inputs = [entry.array(v, [size], writable=False) for v, size in enumerate(trace.inputs)]
     outs = [entry.array(k + j, list(shape), writable=True) for j, (_, shape) in enumerate(trace.layout)]
     entry.require_apart(list(zip(inputs, trace.inputs, strict=True)), list(zip(outs, sizes(trace), strict=True)))
@@ -140,7 +151,7 @@ def rows_entry(trace: Trace, header: Header) -> str:
     Inputs (N, size), or (size,) for all states; outputs (N, *shape) and int64 status (N,) are filled; the answer is 0.
     """
     k, m = len(trace.inputs), len(trace.layout)
-    entry = _Entry("call", k + m + 1, header)
+    entry = Entry("call", k + m + 1, header)
     f = entry.f
     status = entry.argument(k + m, Address.INT64, writable=True)
     entry.require(f"icmp eq i32 {entry.field(status, header.ndim, 'i32')}, 1")

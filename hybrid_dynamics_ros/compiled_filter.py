@@ -1,21 +1,27 @@
-"""The filter's steps as machine code: what `recursion` does in Python, operation by operation, so to the same bits.
+"""The filter's steps as machine code: what `filters` does in Python, operation by operation, so to the same bits.
 
 Nothing is fused and nothing reordered; exp and expm1 are those of the C library, which Python calls too.
 """
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable
-from functools import cache
-from typing import Any
+from dataclasses import dataclass
+from functools import cache, cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hybrid_dynamics_core.kernels import llvm, native
+from hybrid_dynamics_core.kernels import extension, llvm, native
+from hybrid_dynamics_core.kernels.ir.entry import DECLARATIONS, Entry
 from hybrid_dynamics_core.kernels.ir.text import Function, constant
-from hybrid_dynamics_ros.filters import LEAST_CONDITION, LEAST_DECAY, MOST_WEIGHT, FloatArray
+from hybrid_dynamics_ros.filters import (
+    LEAST_CONDITION,
+    LEAST_DECAY,
+    MOST_WEIGHT,
+    FilterState,
+    FloatArray,
+    PolynomialFilter,
+)
 
 MOMENTS = 5
 _DECLARED = """declare double @exp(double)
@@ -25,8 +31,11 @@ declare double @llvm.minnum.f64(double, double)
 """
 _BINOMIAL = ((), (1.0,), (1.0, 2.0), (1.0, 3.0, 3.0), (1.0, 4.0, 6.0, 4.0))
 
-# (rows, joints, intervals [s], samples, rate [1/s], moments in and out, derivatives in and out, fitted) -> rows done
-Advance = Callable[[FloatArray, FloatArray, float, FloatArray, FloatArray, FloatArray], int]
+# Of float64 arrays in C order: intervals (N,) [s], samples (N, n), rate (1,) [1/s], moments (5,) and derivatives
+# (D + 1, n) before the first row and, filled in, after the last taken; fitted (N, D + 1, n), filled as far as that.
+# Gives how many rows were taken, fewer than N where the moments no longer allow the degree; `kernels.status.NOT_TAKEN`
+# where the arrays are others.
+Advance = Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], int]
 
 
 @cache
@@ -34,34 +43,30 @@ def advance_of(degree: int) -> Advance | None:
     """The function for a filter of degree 1 or 2; None where there is no compiler."""
     if native.reason_against():
         return None
-    loaded = llvm.Loaded(llvm.compile_text(_text(degree), native.LEVEL))
-    pointer, count = ctypes.c_void_p, ctypes.c_int64
-    code = ctypes.CFUNCTYPE(count, count, count, pointer, pointer, ctypes.c_double, pointer, pointer, pointer)(
-        loaded.address
-    )
+    return extension.function(llvm.Loaded(llvm.compile_text(_text(degree), native.LEVEL)))
 
-    def advance(
-        intervals: FloatArray,
-        samples: FloatArray,
-        rate: float,
-        moments: FloatArray,
-        derivatives: FloatArray,
-        fitted: FloatArray,
-    ) -> int:
-        """Rows of `samples` (N, n) taken, fewer than N where the moments no longer allow the degree.
 
-        intervals: (N,) [s]. moments: (5,), derivatives: (D + 1, n): before the first row, and after the last taken.
-        fitted: (N, D + 1, n), filled.
-        """
-        arrays: tuple[NDArray[Any], ...] = (intervals, samples, moments, derivatives, fitted)
-        if not all(a.dtype == np.float64 and a.flags.c_contiguous for a in arrays):
-            raise ValueError("expected float64 arrays in C order")
-        places = [a.ctypes.data for a in arrays]
-        done = code(len(samples), samples.shape[1], places[0], places[1], rate, *places[2:])
-        _ = loaded  # lives as long as its code
-        return int(done)
+@dataclass(frozen=True)
+class CompiledFilter(PolynomialFilter):
+    """The filter with steps of machine code where it has its full degree; to the same bits."""
 
-    return advance
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        advance_of(self.degree)  # compiled now, not while the first sample waits
+
+    def _advance(self, state: FilterState, stamp_ns: int, sample: FloatArray) -> FilterState:
+        advance = advance_of(self.degree)
+        if advance is None or state.degree != self.degree:
+            return super()._advance(state, stamp_ns, sample)
+        interval, own = np.array([(stamp_ns - state.stamp_ns) * 1e-9]), np.array([sample])
+        moments, derivatives = np.array(state.moments), state.derivatives.copy()
+        if advance(interval, own, self._rates, moments, derivatives, np.empty((1, *derivatives.shape))) != 1:
+            return super()._advance(state, stamp_ns, sample)
+        return FilterState(stamp_ns, state.start_ns, self.degree, tuple(moments.tolist()), own[0], derivatives)
+
+    @cached_property
+    def _rates(self) -> FloatArray:
+        return np.array([self.rate])
 
 
 class _Formula:
@@ -90,8 +95,23 @@ class _Formula:
 
 
 def _text(degree: int) -> str:
-    heads = "ptr %intervals, ptr %samples, double %rate, ptr %moments, ptr %state, ptr %fitted"
-    f = Function(f"define i64 @call(i64 %rows, i64 %joints, {heads})")
+    entry = Entry("call", 6, extension.header())
+    f = entry.f
+    rows, joints = entry.lengths(1, 2)
+    shapes: list[list[int | str]] = [
+        [rows], [rows, joints], [1], [MOMENTS], [degree + 1, joints], [rows, degree + 1, joints]
+    ]  # fmt: skip
+    intervals, samples, rate, moments, state, fitted = (
+        entry.array(k, shape, writable=k > 2) for k, shape in enumerate(shapes)
+    )
+    places = f"ptr {intervals}, ptr {samples}, ptr {moments}, ptr {state}, ptr {fitted}"
+    done = f.let(f"call i64 @advance(i64 {rows}, i64 {joints}, double {f.load(rate)}, {places})")
+    return DECLARATIONS + _DECLARED + _advance_text(degree) + entry.finish(done)
+
+
+def _advance_text(degree: int) -> str:
+    heads = "double %rate, ptr %intervals, ptr %samples, ptr %moments, ptr %state, ptr %fitted"
+    f = Function(f"define internal i64 @advance(i64 %rows, i64 %joints, {heads})")
     going, done = f.slot("i1"), f.slot("i64")
     f.store("true", going, kind="i1", align=1)
     f.store(0, done, kind="i64")
@@ -105,7 +125,7 @@ def _text(degree: int) -> str:
             _step(f, row, dt, gains, degree)
             f.store(f.let(f"add i64 {row}, 1"), done, kind="i64")
     f.do(f"ret i64 {f.load(done, kind='i64')}")
-    return _DECLARED + f.text()
+    return f.text()
 
 
 def _gains(f: Function, dt: str, degree: int) -> tuple[list[str], str, list[str]]:
