@@ -135,6 +135,7 @@ class Calls:
 
     def _change(self, runtime: Runtime, change: Change, answered: Any) -> Any:
         """Make the change of a call, unless things changed while it was worked on. Runs in a worker's thread too."""
+        runtime.prepare(change)
         with runtime.lock:
             if runtime is not self._runtime:
                 return refused(type(answered)(), Rejection(RejectionCode.NOT_READY, _UNREADY))

@@ -105,7 +105,17 @@ class Pipeline:
     def _choose(self) -> None:
         """One call for all, where nothing has to be followed from the sample before."""
         plain = self._direct and self.mode is None and not self.robot.follows
-        self._fused = self.robot.kernels.under(self._loads).closed_inverse_dynamics if plain else None
+        self._fused = self._fused_under(self._loads) if plain else None
+
+    def _fused_under(self, loads: Loads) -> Call:
+        return self.robot.kernels.under(loads).closed_inverse_dynamics
+
+    def prepare(self, loads: Loads) -> None:
+        """Have the code for such loads generated, whatever their values: then `loads` are taken without delay."""
+        if not self.robot.follows:
+            self._fused_under(loads)
+        state = self.robot.close(self.robot.reference)
+        self.robot.inverse_dynamics(state, np.zeros(state.n), loads)
 
     def set_filter(self, bandwidth: float, max_gap: float) -> None:
         """Another bandwidth [Hz] and gap [s] from now on; the estimates start anew."""
@@ -150,6 +160,11 @@ class Pipeline:
         """Count a rejection of a sample that `process` was given."""
         self.counts.rejected[rejection.code] += 1
         return rejection
+
+    def withdraw(self, result: MotionResult, rejection: Rejection) -> Rejection:
+        """Count a result of `process` as a rejection after all, since it could not be told."""
+        self.counts.with_efforts -= result.efforts is not None
+        return self.reject(rejection)
 
     def reject_unread(self, rejection: Rejection) -> Rejection:
         """Count a message that never became a sample for `process`."""

@@ -9,7 +9,7 @@ import threading
 
 import numpy as np
 
-from hybrid_dynamics_core import Loads, Robot
+from hybrid_dynamics_core import Loads, Payload, Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_ros.conditions import Change, Conditions, calibration_of, loads_of
 from hybrid_dynamics_ros.monitor import Monitor
@@ -88,6 +88,10 @@ class Runtime:
             self.pipeline.set_filter(settings[BANDWIDTH], settings[MAX_GAP])
         self.conditions, self.settings, self._taken = conditions, settings, settings
 
+    def prepare(self, change: Change) -> None:
+        """Have the code for a change generated while the stream goes on."""
+        self._generate(loads_of(self.robot, change.applied(self.conditions)))
+
     def change(self, change: Change) -> None:
         """Work under changed conditions from now on; they were checked by whoever made the change."""
         with self.lock:
@@ -125,14 +129,19 @@ class Runtime:
         self.result = None
 
     def _warm_up(self) -> None:
-        robot, pipeline = self.robot, self.pipeline
+        robot = self.robot
         state = robot.close(robot.reference)
-        zero = np.zeros(state.n)
-        robot.inverse_dynamics(state, zero, pipeline.loads)
         robot.forward_kinematics(state)
         robot.jacobian(state)
-        robot.reactions(state, zero, pipeline.loads)
-        robot.hydraulics(state, zero)
+        robot.hydraulics(state, np.zeros(state.n))
+        loads, frame = self.pipeline.loads, self.settings[PAYLOAD_FRAME] or robot.end_effector
+        for each in (loads, loads.with_payload(Payload(1.0), frame)):  # which parameters may bring at any time
+            self._generate(each)
+
+    def _generate(self, loads: Loads) -> None:
+        self.pipeline.prepare(loads)
+        state = self.robot.close(self.robot.reference)
+        self.robot.reactions(state, np.zeros(state.n), loads)
 
 
 def _require_known(parameter: str, names: tuple[str, ...], known: tuple[str, ...]) -> None:

@@ -169,7 +169,9 @@ class Stream:
         try:
             messages = self._messages(result)
         except HybridDynamicsError as error:
-            return runtime.pipeline.reject(rejection_of(error))
+            return runtime.pipeline.withdraw(result, rejection_of(error))
+        except Exception:  # noqa: BLE001 - as in `_attempt`
+            return runtime.pipeline.withdraw(result, _fault())
         runtime.result = result
         self._tell(result)
         for send, message in messages:

@@ -41,7 +41,7 @@ TABLE: Final = (
     Service("compute_jacobian", srv.ComputeJacobian, compute_jacobian, Lane.SHORT),
     Service("minimal_form", srv.MinimalForm, minimal_form, Lane.SHORT),
     Service("close_loops", srv.CloseLoops, close_loops, Lane.SHORT),
-    Service("set_payload", srv.SetPayload, set_payload, Lane.HERE),
+    Service("set_payload", srv.SetPayload, set_payload, Lane.SHORT),
     Service("list_assembly_modes", srv.ListAssemblyModes, list_assembly_modes, Lane.LONG),
     Service("switch_assembly_mode", srv.SwitchAssemblyMode, switch_assembly_mode, Lane.LONG),
     Service("convert_trajectory", srv.ConvertTrajectory, convert_trajectory, Lane.LONG),

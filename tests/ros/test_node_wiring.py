@@ -7,13 +7,14 @@ from xml.etree import ElementTree
 
 import pytest
 import rclpy
-from hybrid_dynamics_msgs.msg import ErrorCode
-from hybrid_dynamics_msgs.srv import SetPayload
+from hybrid_dynamics_msgs.msg import ErrorCode, JointMotion
+from hybrid_dynamics_msgs.srv import DescribeRobot
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
+from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_ros import outputs
 from hybrid_dynamics_ros.lifecycle import HybridDynamicsNode
 from hybrid_dynamics_ros.samples import RejectionCode
@@ -87,15 +88,38 @@ def test_a_reader_with_a_bug_is_counted_as_a_rejection_of_what_was_received(ros_
     assert "ZeroDivisionError: a bug" in capfd.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [(ZeroDivisionError("a bug"), RejectionCode.INTERNAL), (InputError("too large"), RejectionCode.OVERFLOW)],
+)
+def test_efforts_that_cannot_be_told_are_not_counted(ros_node, error, code):
+    def broken(_):
+        raise error
+
+    ros_node.start()
+    publisher, _, rate, pace = ros_node._stream._outputs[0]
+    ros_node._stream._outputs[0] = publisher, broken, rate, pace
+    listener = ros_node.create_subscription(JointState, "~/joint_states", lambda _: None, 1)
+    motion = JointMotion(name=MESSAGE.name, position=MESSAGE.position, velocity=[0.0] * 4, acceleration=[0.0] * 4)
+    end = time.monotonic() + 5.0
+    counts = ros_node._runtime.pipeline.counts
+    while not counts.rejected.total() and time.monotonic() < end:  # until the listener is known
+        ros_node._stream._on_motion(serialize_message(motion))
+        time.sleep(0.05)
+    assert counts.rejected == {code: 1}
+    assert counts.with_efforts == counts.accepted == counts.received - 1
+    ros_node.destroy_subscription(listener)
+
+
 def test_a_bug_in_the_model_is_answered_and_logged_by_services(ros_node, capfd):
     ros_node.start()
     ros_node._runtime.robot = None  # any use of it fails
     answered = []
-    service = next(service for service in TABLE if service.name == "set_payload")
-    ros_node._calls._call(service, SetPayload.Request(), SetPayload.Response(), answered.append)
+    service = next(service for service in TABLE if service.name == "describe_robot")
+    ros_node._calls._call(service, DescribeRobot.Request(), DescribeRobot.Response(), answered.append)
     assert answered[0].error_code == ErrorCode.INTERNAL
     assert "AttributeError" in answered[0].error_text
-    assert "set_payload: fault of the node: AttributeError" in capfd.readouterr().err
+    assert "describe_robot: fault of the node: AttributeError" in capfd.readouterr().err
 
 
 def test_the_names_are_those_of_the_tables(ros_node):
