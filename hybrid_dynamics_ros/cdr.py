@@ -24,6 +24,8 @@ LITTLE: Final = b"\x00\x01\x00\x00"
 PADDING: Final = 8  # bytes that writers leave after the fields, at most: some pad to four, rclpy leaves eight
 _STAMP: Final = struct.Struct("<iI")
 _NS: Final = 10**9
+LEAST_SEC: Final = -(2**31)  # [s] of builtin_interfaces/Time
+MOST_SEC: Final = 2**31 - 1
 
 
 class Template:
@@ -93,11 +95,16 @@ class Template:
     def message(self, stamp_ns: int, values: Mapping[str, NDArray[Any]]) -> bytes:
         """One message: the stamp of its headers [ns] and the values of its other slots.
 
-        Raises KeyError where a slot has no value, ValueError where a value is of another type or count.
+        Raises KeyError where a slot has no value, ValueError where a value is of another type or count, and where the
+        stamp is beyond the seconds that a message of ROS can hold.
         """
         parts = bytearray(self._parts)
-        for start in self._stamps:
-            _STAMP.pack_into(parts, start, *divmod(stamp_ns, _NS))
+        try:
+            for start in self._stamps:
+                _STAMP.pack_into(parts, start, *divmod(stamp_ns, _NS))
+        except struct.error as error:  # asked for afterwards: a good stamp pays nothing
+            told = f"the stamp {stamp_ns} ns is {stamp_ns / _NS:.10g} s; expected nanoseconds, and seconds in 32 bits"
+            raise ValueError(f"{told}: {LEAST_SEC} to {MOST_SEC} (January 2038), as messages of ROS have them") from error
         for name, start, end, kind in self._numbers:
             value = values[name]
             data = value.tobytes()
