@@ -103,8 +103,8 @@ class Template:
             for start in self._stamps:
                 _STAMP.pack_into(parts, start, *divmod(stamp_ns, _NS))
         except struct.error as error:  # asked for afterwards: a good stamp pays nothing
-            told = f"the stamp {stamp_ns} ns is {stamp_ns / _NS:.10g} s; expected nanoseconds, and seconds in 32 bits"
-            raise ValueError(f"{told}: {LEAST_SEC} to {MOST_SEC} (January 2038), as messages of ROS have them") from error
+            told = f"the stamp {stamp_ns} ns is {stamp_ns / _NS:.10g} s; messages of ROS have seconds in 32 bits"
+            raise ValueError(f"{told}, from {LEAST_SEC} to {MOST_SEC} (January 2038)") from error
         for name, start, end, kind in self._numbers:
             value = values[name]
             data = value.tobytes()

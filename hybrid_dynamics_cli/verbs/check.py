@@ -57,7 +57,9 @@ def massless(machine: Robot) -> dict[str, str]:
     """Links that move and have neither mass nor inertia, and the joint that moves each."""
     links, joints = machine.description.links, machine.description.joints
     moved = {joint.child: name for name, joint in joints.items()}
-    return {name: moved[name] for name, link in links.items() if name in moved and not (link.mass or link.inertia.any())}
+    return {
+        name: moved[name] for name, link in links.items() if name in moved and not (link.mass or link.inertia.any())
+    }
 
 
 def remarks(machine: Robot) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+
 from ..description.model import Array, Closure, RobotDescription
 from ..mechanism.tree import Tree
 from .posture import Posture
@@ -18,7 +19,7 @@ TOLD = 1e-9  # [m or rad] a gap of a closure that is worth a number of its own
 
 
 def gap_of(tree: Tree, robot: RobotDescription, loop: str, posture: Posture) -> str:
-    """Which ends of a closure, or which follower, stay how far apart at a posture of floats: 'a and b stay 0.1 m apart'.
+    """Which ends of a closure stay how far apart at a posture of floats, or how far a follower is off.
 
     Beside the points [m], of axes the angle between them and of frames that of the turn between them [rad].
     """

@@ -102,9 +102,7 @@ OPEN = {  # what is changed, the bracket that stays open, and the lines after it
 
 
 @pytest.mark.parametrize(("old", "new", "opened", "after"), OPEN.values(), ids=OPEN.keys())
-def test_an_open_bracket_is_told_where_it_stands(
-    tmp_path: Path, old: str, new: str, opened: str, after: int
-) -> None:
+def test_an_open_bracket_is_told_where_it_stands(tmp_path: Path, old: str, new: str, opened: str, after: int) -> None:
     text = GOOD.replace(old, new, 1)
     before = text[: text.index(opened)]
     line, column = before.count("\n") + 1, len(before) - before.rfind("\n")

@@ -159,12 +159,13 @@ class TestLoopsThatDoNotClose:
         assert caught.value.line == 8
 
     def test_a_tilt_is_told_in_radians(self) -> None:
-        """Two frames of a planar loop, tilted by 0.1 rad against each other; the least squares leave some metres too."""
+        """Two frames of a planar loop, tilted by 0.1 rad against each other; least squares leave metres too."""
         with pytest.raises(DescriptionError, match=r"its ends on coupler and half stay .* m and 0\.1 rad apart"):
             robot(framed("[0, 0, 0]", "[0.1, 0, 0]"))
 
     def test_a_follower_off_its_course_is_told_in_its_unit(self) -> None:
-        text = four_bar(0.3, 0.1, 0.3, 0.2).replace("0.3, 0, 0]}, axis: z}", "0.3, 0, 0]}, axis: z, mimic: {joint: q1}}")
+        origin = "origin: {xyz: [0.3, 0, 0]}, axis: z"
+        text = four_bar(0.3, 0.1, 0.3, 0.2).replace(origin, f"{origin}, mimic: {{joint: q1}}")
         description = parse_description(text)
         tree = build_tree(description)
         values = {tree.coordinates.index(name): value for name, value in (("q1", 1.0), ("q2", 0.3), ("q3", 1.25))}

@@ -66,7 +66,7 @@ def test_many_short_ones_are_told_together_and_then_not_for_a_while(monkeypatch:
     class Timer:
         daemon = False
 
-        def __init__(self, delay: float, act: object, words: tuple[str, threading.Event]) -> None:
+        def __init__(self, delay: float, _act: object, words: tuple[str, threading.Event]) -> None:
             delays.append(delay)
             self.told = words[1]
 
