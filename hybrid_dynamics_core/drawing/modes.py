@@ -46,7 +46,7 @@ def modes_figure(
         rows = math.ceil(len(modes) / columns)
         line = "the same active joints, every way in which the loops close"
         size = (columns * _WIDTHS[columns], rows * pitch)
-        figure, key = framed(size, first, robot.description, title or f"{robot.name}: assembly modes", line)
+        figure, key = framed(size, scenes, robot.description, title or f"{robot.name}: assembly modes", line)
         for k, (scene, text) in enumerate(zip(scenes, texts, strict=True)):
             left, bottom = (k % columns) * _WIDTHS[columns] + _SIDES[0], key + (rows - 1 - k // columns) * pitch + below
             axes = axes_at(figure, (left, bottom, width, height))

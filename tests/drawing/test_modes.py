@@ -129,3 +129,9 @@ def test_long_names_of_loops_go_on_in_the_next_line() -> None:
         lines = text.splitlines()
         assert max(map(len, lines)) <= 30  # letters of 0.08 in, in panels of 2.3 in
         assert "".join(lines[1:]).replace(" ", "").startswith("leg_A+leg_B+leg_C+leg_D+leg_E+leg_F:")
+
+
+def test_the_key_tells_what_occurs_in_any_of_the_modes() -> None:
+    """The delta's platform is far from where its coordinates begin in one mode only."""
+    key = [text.get_text() for legend in figure_of("delta").legends for text in legend.get_texts()]
+    assert "coordinates of a platform" in key
