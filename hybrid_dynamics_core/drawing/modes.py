@@ -20,7 +20,7 @@ from .style import INK, QUIET, STYLE
 
 _WIDTHS: Final = {1: 6.0, 2: 4.4, 3: 3.6, 4: 3.1}  # [in] of a panel, by their number in a row
 _LINE: Final = 0.155  # [in] height of a line of a panel's title
-_LETTER: Final = 0.082  # [in] width of one
+_LETTER: Final = 0.072  # [in] width of one, in bold
 _SIDES: Final = (0.66, 0.1)  # [in] left and right of a panel's axes
 _SHAPES: Final = (0.5, 1.5)  # least and greatest height of a panel over its width
 
@@ -38,7 +38,7 @@ def modes_figure(
         shape = float(np.clip(up / across, *_SHAPES))
         columns = _columns(len(modes), shape)
         width = _WIDTHS[columns] - sum(_SIDES)
-        texts = [_text(k, modes, own, round(width / _LETTER)) for k in range(len(modes))]
+        texts = [_text(k, modes, own, round((width + _SIDES[1]) / _LETTER)) for k in range(len(modes))]
         height = width * shape
         above = 0.14 + _LINE * (1 + max(text.count("\n") for text in texts))
         below = 0.46 if first.view.planar else 0.08
