@@ -9,9 +9,9 @@ from textwrap import fill
 from typing import Any, Final
 
 import matplotlib as mpl
-from cycler import cycler  # comes with Matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.rcsetup import cycler
 
 from .figure import save
 from .style import BLUE, GREEN, ORANGE, PURPLE, QUIET, RED, SKY, STYLE
