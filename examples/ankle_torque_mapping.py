@@ -51,22 +51,22 @@ def available(jacobian: np.ndarray) -> np.ndarray:
 
 def plot(pitches: np.ndarray, result: dict[str, np.ndarray], path: str) -> None:
     """Motor torques over the pitch, and the torques that the foot can have."""
-    from matplotlib.figure import Figure  # noqa: PLC0415  needed only here
+    from hybrid_dynamics_core.drawing.page import entitled, written_page  # noqa: PLC0415  needs Matplotlib
+    from hybrid_dynamics_core.drawing.style import INK  # noqa: PLC0415
 
-    figure = Figure(figsize=(7.2, 3.4), layout="constrained")
-    over, region = figure.subplots(1, 2)
-    over.plot(np.degrees(pitches), result["torques"], label=["q_L", "q_R"])
-    over.set(xlabel="pitch of the foot, toes down [deg]", ylabel="motor torques at push-off [N m]")
-    over.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
-    for k in (0, len(pitches) // 2, -1):
-        corners = available(result["jacobian"][k])
-        region.plot(*corners.T, label=f"pitch {np.degrees(pitches[k]):.0f} deg")
-    region.plot(*PUSH_OFF.values(), "k*", label="push-off")
-    region.set(xlabel="pitch torque [N m]", ylabel="roll torque [N m]")
-    region.legend(fontsize="small", loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
-    for axes in (over, region):
-        axes.grid(alpha=0.3)
-    figure.savefig(path)
+    pitch, roll = PUSH_OFF.values()
+    about = f"push-off takes {pitch:.0f} N m about the pitch axis and {roll:.0f} N m about the roll axis of the foot"
+    with written_page(path, "Torques of an ankle and of its two motors", about, height=3.4) as figure:
+        over, region = figure.subplots(1, 2)
+        over.plot(np.degrees(pitches), result["torques"], label=["motor q_L", "motor q_R"])
+        over.set(xlabel="pitch of the foot, toes down [deg]", ylabel="torque of a motor [N m]")
+        for k in (0, len(pitches) // 2, -1):
+            corners = available(result["jacobian"][k])
+            region.plot(*corners.T, label=f"pitch {np.degrees(pitches[k]):.0f} deg")
+        region.plot(*PUSH_OFF.values(), "*", color=INK, markersize=9, label="push-off")
+        region.set(xlabel="pitch torque of the foot [N m]", ylabel="roll torque of the foot [N m]")
+        entitled(over, "what the motors need for it", 1)
+        entitled(region, f"what motors of {LARGEST:.0f} N m can give", 2)
 
 
 def main() -> None:

@@ -55,22 +55,25 @@ def cycle() -> dict[str, np.ndarray]:
 
 def plot(result: dict[str, np.ndarray], path: str) -> None:
     """Pressures and flows over the cycle."""
-    from matplotlib.figure import Figure  # noqa: PLC0415  needed only here
+    from hybrid_dynamics_core.drawing.page import entitled, written_page  # noqa: PLC0415  needs Matplotlib
+    from hybrid_dynamics_core.drawing.style import BLUE, GREEN, GRID, QUIET, RED  # noqa: PLC0415
 
-    figure = Figure(figsize=(7.2, 5.4), layout="constrained")
-    pressure, flow = figure.subplots(2, 1, sharex=True)
-    for k, name in enumerate(("boom", "stick", "bucket")):
-        pressure.plot(result["t"], result["cap_pressure"][:, k] / 1e5, color=f"C{k}", label=f"{name}, cap side")
-        pressure.plot(result["t"], result["rod_pressure"][:, k] / 1e5, "--", color=f"C{k}", label=f"{name}, rod side")
-        flow.plot(result["t"], 6e4 * result["demand"][:, k], color=f"C{k}", label=name)
-    pressure.set(ylabel="pressure [bar]")
-    pressure.legend(ncols=3, fontsize="small", loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
-    flow.set(xlabel="t [s]", ylabel="flow from the pump [l/min]")
-    for axes in (pressure, flow):
-        axes.axvspan(2.5, 5.5, color="0.92", zorder=0)
-        axes.grid(alpha=0.3)
-    flow.text(2.6, 0.97 * flow.get_ylim()[1], "digging", va="top", color="0.4")
-    figure.savefig(path)
+    about = "reach out, dig, lift and slew, dump, come back"
+    with written_page(path, "A digging cycle of the excavator", about, height=5.4) as figure:
+        pressure, flow = figure.subplots(2, 1, sharex=True)
+        for k, (name, colour) in enumerate(zip(("boom", "stick", "bucket"), (BLUE, RED, GREEN), strict=True)):
+            cap, rod = result["cap_pressure"][:, k] / 1e5, result["rod_pressure"][:, k] / 1e5
+            pressure.plot(result["t"], cap, color=colour, label=f"{name}, cap side")
+            pressure.plot(result["t"], rod, "--", color=colour, label=f"{name}, rod side")
+            flow.plot(result["t"], 6e4 * result["demand"][:, k], color=colour, label=name)
+        pressure.set(ylabel="pressure [bar]")
+        flow.set(xlabel="t [s]", ylabel="flow [l/min]")
+        for axes in (pressure, flow):
+            axes.axvspan(2.5, 5.5, color=GRID, alpha=0.6, linewidth=0.0, zorder=0)
+            axes.set_xlim(result["t"][0], result["t"][-1])
+        flow.text(2.6, 0.97 * flow.get_ylim()[1], "digging", va="top", color=QUIET)
+        entitled(pressure, "pressures of the cylinders", 3)
+        entitled(flow, "what the pump delivers to them", 3)
 
 
 def main() -> None:

@@ -46,19 +46,17 @@ def errors(motion: Simulation) -> np.ndarray:
 
 def plot(motions: dict[str, Simulation], path: str) -> None:
     """Errors of both cylinders."""
-    from matplotlib.figure import Figure  # noqa: PLC0415  needed only here
+    from hybrid_dynamics_core.drawing.page import written_page  # noqa: PLC0415  needs Matplotlib
 
-    figure = Figure(figsize=(7.2, 3.6), layout="constrained")
-    panels = figure.subplots(1, 2, sharex=True)
-    for axes, joint in zip(panels, (1, 2), strict=True):
-        for name, motion in motions.items():
-            axes.plot(motion.t, 1e3 * errors(motion)[:, joint], label=name)
-        axes.set(xlabel="t [s]", ylabel=f"error of {'q12' if joint == 1 else 'q22'} [mm]")
-        axes.grid(alpha=0.3)
-    figure.legend(
-        *panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, frameon=False, fontsize=8
-    )
-    figure.savefig(path)
+    about = f"the gripper holds {BILLET.mass:.0f} kg; cylinder 1 starts {1e3 * OFF[1]:.0f} mm beside its path"
+    with written_page(path, "The forging robot under three controllers", about, height=3.5) as figure:
+        panels = figure.subplots(1, 2, sharex=True)
+        for axes, joint in zip(panels, (1, 2), strict=True):
+            for name, motion in motions.items():
+                axes.plot(motion.t, 1e3 * errors(motion)[:, joint], label=name)
+            name = "q12" if joint == 1 else "q22"
+            axes.set(xlabel="t [s]", ylabel=f"error of {name} [mm]", title=f"cylinder {joint}: {name}")
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=3, fontsize=8)
 
 
 def main() -> None:

@@ -56,20 +56,21 @@ def truth(found: Found) -> np.ndarray:
 
 def plot(found: Found, path: str) -> None:
     """Estimates with their intervals, less the truth, each in parts of its interval."""
-    from matplotlib.figure import Figure  # noqa: PLC0415  needed only here
+    from hybrid_dynamics_core.drawing.page import entitled, written_page  # noqa: PLC0415  needs Matplotlib
+    from hybrid_dynamics_core.drawing.style import GRID  # noqa: PLC0415
 
     reach = 0.5 * np.ptp(found.result.interval, axis=1)
     base = found.result.base
     told = base.values(base.parameters.values(load("forging_chu2020").description))
-    figure = Figure(figsize=(7.2, 3.4), layout="constrained")
-    axes = figure.subplots()
-    axes.axhspan(-1.0, 1.0, color="0.9", label="95 % interval")
-    axes.plot((found.result.estimate - truth(found)) / reach, "o", label="estimate less the truth")
-    axes.plot((told - truth(found)) / reach, "x", label="robot file less the truth")
-    axes.set(xlabel="base parameter", ylabel="in half intervals", yscale="symlog")
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False)
-    axes.grid(alpha=0.3)
-    figure.savefig(path)
+    heavier = ", ".join(f"{name} {share:g} times" for name, share in HEAVIER.items())
+    about = f"links of the recorded robot are heavier than its file says: {heavier}"
+    with written_page(path, "Base parameters of the forging robot from a recording", about, height=3.5) as figure:
+        axes = figure.subplots()
+        axes.axhspan(-1.0, 1.0, color=GRID, linewidth=0.0, label="95 % interval")
+        axes.plot((found.result.estimate - truth(found)) / reach, "o", markersize=4.5, label="estimate less the truth")
+        axes.plot((told - truth(found)) / reach, "x", markersize=5.5, label="robot file less the truth")
+        axes.set(xlabel="number of the base parameter", ylabel="difference, in half intervals", yscale="symlog")
+        entitled(axes, "what was found, and what the file says", 3)
 
 
 def main() -> None:

@@ -110,22 +110,26 @@ def solve() -> dict[str, np.ndarray]:
 
 
 def plot(result: dict[str, np.ndarray], path: str) -> None:
-    """Errors of both cylinders, predicted and true, and a plan."""
-    from matplotlib.figure import Figure  # noqa: PLC0415  needed only here
+    """Errors of a cylinder, predicted and true, and its forces in the plans."""
+    from hybrid_dynamics_core.drawing.page import entitled, written_page  # noqa: PLC0415  needs Matplotlib
+    from hybrid_dynamics_core.drawing.style import BLUE, QUIET, RED  # noqa: PLC0415
 
-    figure = Figure(figsize=(7.2, 3.4), layout="constrained")
-    error, effort = figure.subplots(1, 2)
     t = DT * np.arange(STEPS + 1)
-    error.plot(t, 1e3 * (result["states"][:, :, 1] - GOAL[1]), color="C0", linewidth=1.2)
-    error.plot(t, 1e3 * (result["predicted"][:, :, 1] - GOAL[1]), "--", color="C1", linewidth=0.8)
-    error.set(xlabel="t [s]", ylabel="error of q12 [mm]", title="full model, and dashed: predicted")
-    effort.step(t[:-1], 1e-3 * result["efforts"][:, :, 1], where="post", color="C0", linewidth=1.0)
-    effort.axhline(1e-3 * LIMITS[1], color="0.4", linestyle="--")
-    effort.axhline(-1e-3 * LIMITS[1], color="0.4", linestyle="--")
-    effort.set(xlabel="t [s]", ylabel="force of cylinder 1 [kN]", title="plans, and their limits")
-    for axes in (error, effort):
-        axes.grid(alpha=0.3)
-    figure.savefig(path)
+    off, told = (1e3 * (result[key][:, :, 1] - GOAL[1]) for key in ("states", "predicted"))
+    count = off.shape[1]
+    about = f"{count} forging robots beside their goal, {STEPS} steps of {1e3 * DT:.0f} ms"
+    with written_page(path, "A step of model predictive control for a batch", about, height=3.5) as figure:
+        error, effort = figure.subplots(1, 2)
+        error.plot(t, off, color=BLUE, linewidth=1.2, label=["full model"] + [""] * (count - 1))
+        error.plot(t, told, "--", color=RED, linewidth=0.9, label=["predicted"] + [""] * (count - 1))
+        error.set(xlabel="t [s]", ylabel="error of q12 [mm]")
+        plans = 1e-3 * result["efforts"][:, :, 1]
+        effort.step(t[:-1], plans, where="post", color=BLUE, linewidth=1.0, label=["a plan"] + [""] * (count - 1))
+        for k, limit in enumerate((1e-3 * LIMITS[1], -1e-3 * LIMITS[1])):
+            effort.axhline(limit, color=QUIET, linestyle="--", label="" if k else "limits")
+        effort.set(xlabel="t [s]", ylabel="force of cylinder 1 [kN]")
+        entitled(error, "where the plans lead", 2)
+        entitled(effort, "the plans", 2)
 
 
 def main() -> None:

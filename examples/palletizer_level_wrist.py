@@ -49,21 +49,21 @@ def carry() -> dict[str, np.ndarray]:
 
 def plot(result: dict[str, np.ndarray], path: str) -> None:
     """Motors, and what the hand does."""
-    from matplotlib.figure import Figure  # noqa: PLC0415  needed only here
+    from hybrid_dynamics_core.drawing.page import entitled, written_page  # noqa: PLC0415  needs Matplotlib
+    from hybrid_dynamics_core.drawing.style import QUIET, RED  # noqa: PLC0415
 
-    figure = Figure(figsize=(7.2, 3.4), layout="constrained")
-    motors, wrist = figure.subplots(1, 2)
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(result["points"], axis=0), axis=1))])
-    for k, style in enumerate(("-", "-", "-", "--")):
-        motors.plot(along, np.degrees(result["motors"][:, k]), style, label=f"q{k + 1}")
-    wrist.plot(along, np.degrees(result["forearm"]), color="0.6", label="hand to forearm")
-    wrist.plot(along, np.degrees(result["tilt"]), color="C3", label="hand to horizontal")
-    motors.set(xlabel="way along the path [m]", ylabel="motors [deg]")
-    wrist.set(xlabel="way along the path [m]", ylabel="angle [deg]")
-    for axes in (motors, wrist):
-        axes.legend(fontsize="small", loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False)
-        axes.grid(alpha=0.3)
-    figure.savefig(path)
+    about = "a box is lifted, carried along straight lines and put down; two parallelograms keep the hand level"
+    with written_page(path, "A palletizer keeps its wrist level", about, height=3.5) as figure:
+        motors, wrist = figure.subplots(1, 2)
+        for k, style in enumerate(("-", "-", "-", "--")):
+            motors.plot(along, np.degrees(result["motors"][:, k]), style, label=f"q{k + 1}")
+        wrist.plot(along, np.degrees(result["forearm"]), color=QUIET, label="to the forearm")
+        wrist.plot(along, np.degrees(result["tilt"]), color=RED, label="to the horizontal")
+        motors.set(xlabel="way along the path [m]", ylabel="angle of a motor [deg]")
+        wrist.set(xlabel="way along the path [m]", ylabel="angle of the hand [deg]")
+        entitled(motors, "what the motors do", 4)
+        entitled(wrist, "how the hand stands", 2)
 
 
 def main() -> None:

@@ -52,16 +52,19 @@ def follow(count: int = 81) -> dict[str, np.ndarray]:
 
 def plot(result: dict[str, np.ndarray], path: str) -> None:
     """Legs and their rates."""
-    from matplotlib.figure import Figure  # noqa: PLC0415  needed only here
+    from hybrid_dynamics_core.drawing.page import written_page  # noqa: PLC0415  needs Matplotlib
+    from hybrid_dynamics_core.drawing.style import LOOPS  # noqa: PLC0415
 
-    figure = Figure(figsize=(7.2, 3.6), layout="constrained")
-    panels = figure.subplots(1, 2, sharex=True)
-    for axes, part, label in zip(panels, ("legs", "rates"), ("extension [mm]", "rate [mm/s]"), strict=True):
-        axes.plot(result["t"], 1e3 * result[part], label=[f"leg {leg}" for leg in "ABCDEF"])
-        axes.set(xlabel="t [s]", ylabel=label)
-        axes.grid(alpha=0.3)
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=6, frameon=False)
-    figure.savefig(path)
+    about = "round a circle, tilting; legs A to C belong to the lower module, D to F (dashed) to the upper one"
+    with written_page(path, "Legs of Staicu's robot along a closed path", about, height=3.6) as figure:
+        panels = figure.subplots(1, 2, sharex=True)
+        for axes, part, label in zip(panels, ("legs", "rates"), ("extension [mm]", "rate [mm/s]"), strict=True):
+            for leg, column, colour in zip("ABCDEF", 1e3 * result[part].T, LOOPS, strict=True):
+                axes.plot(result["t"], column, "--" if leg in "DEF" else "-", color=colour, label=f"leg {leg}")
+            axes.set(xlabel="t [s]", ylabel=label, xlim=result["t"][[0, -1]])
+        panels[0].set_title("how far the legs are out")
+        panels[1].set_title("how fast they move")
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=6, fontsize=8)
 
 
 def main() -> None:

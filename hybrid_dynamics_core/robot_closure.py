@@ -341,7 +341,8 @@ class ClosingRobot:
     def kernel(self, key: str, program: programs.Program, model: programs.Model | None = None) -> Kernel:
         """The kernel of a program, made when first asked for; `key` tells programs and models apart."""
         if key not in self._kernels:
-            self._kernels[key] = program.kernel(model or self._model)
+            label = f"{key.partition(' ')[0]} of {self.name}"
+            self._kernels[key] = program.kernel(model or self._model, label)
         return self._kernels[key]
 
     def _run(

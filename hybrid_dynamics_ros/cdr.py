@@ -26,6 +26,8 @@ _STAMP: Final = struct.Struct("<iI")
 _DOUBLE: Final = struct.Struct("<d")
 _FLOAT64: Final = np.dtype("<f8")
 _NS: Final = 10**9
+LEAST_SEC: Final = -(2**31)  # [s] of builtin_interfaces/Time
+MOST_SEC: Final = 2**31 - 1
 
 
 class Template:
@@ -94,11 +96,16 @@ class Template:
     def message(self, stamp_ns: int, values: Iterable[NDArray[Any] | float]) -> bytes:
         """One message: the stamp of its headers [ns] and the values of its other slots, in their order.
 
-        Raises ValueError where there are more or fewer values than slots, or one is of another type or count.
+        Raises ValueError where there are more or fewer values than slots, or one is of another type or count, and where
+        the stamp is beyond the seconds that a message of ROS can hold.
         """
         pieces, stamps, numbers = self._pieces
         pieces = pieces.copy()
-        stamp = _STAMP.pack(*divmod(stamp_ns, _NS))
+        try:
+            stamp = _STAMP.pack(*divmod(stamp_ns, _NS))
+        except struct.error as error:  # asked for afterwards: a good stamp pays nothing
+            told = f"the stamp {stamp_ns} ns is {stamp_ns / _NS:.10g} s; messages of ROS have seconds in 32 bits"
+            raise ValueError(f"{told}, from {LEAST_SEC} to {MOST_SEC} (January 2038)") from error
         for hole in stamps:
             pieces[hole] = stamp
         for (hole, size, kind, name), value in zip(numbers, values, strict=True):

@@ -71,17 +71,19 @@ def _spin(stop: threading.Event) -> None:
     from rclpy.utilities import ok  # noqa: PLC0415
 
     from hybrid_dynamics_ros.executor import make_executor  # noqa: PLC0415
+    from hybrid_dynamics_ros.library_log import handed_on  # noqa: PLC0415
     from hybrid_dynamics_ros.lifecycle import HybridDynamicsNode  # noqa: PLC0415
 
     node = HybridDynamicsNode()
     try:
-        executor = make_executor()
-        executor.add_node(node)
-        node.start()
-        # Not spin(): the events executor's does not return on signals.
-        while ok() and not stop.is_set():
-            executor.spin_once(timeout_sec=0.5)
-        executor.shutdown()
+        with handed_on(node.get_logger()):
+            executor = make_executor()
+            executor.add_node(node)
+            node.start()
+            # Not spin(): the events executor's does not return on signals.
+            while ok() and not stop.is_set():
+                executor.spin_once(timeout_sec=0.5)
+            executor.shutdown()
     finally:
         node.discard()
         node.destroy_node()

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from hybrid_dynamics_core import Robot, load
+from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.kernels.run import VARIABLE
 
 if "PYTEST_XDIST_WORKER" not in os.environ:  # kernels are kept for this run of all workers, not with the user's own
@@ -83,7 +83,9 @@ def backend(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> 
         monkeypatch.setenv(VARIABLE, "python")
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture
 def forging() -> Robot:
-    """The forging robot of Chu et al. (2020)."""
-    return load("forging_chu2020")
+    """The forging robot of Chu et al. (2020), one for all tests of a backend."""
+    from tests.robots import robot  # after this file has set the environment
+
+    return robot("forging_chu2020")

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from functools import cache
 
 import numpy as np
 
 from hybrid_dynamics_core import ClosedState, ClosureStatus, Robot, load, shipped_robots
+from hybrid_dynamics_core.kernels.run import VARIABLE
 from tests.mechanisms import MECHANISMS, mechanism, with_masses
 
 ROBOTS = (*shipped_robots(), *MECHANISMS)
@@ -14,16 +16,29 @@ REACH = 0.25  # [rad or m] about the reference, where a coordinate has no limits
 REGULAR = 0.02  # distance to a singularity below which rounding is no longer what a law is about
 
 
-@cache
 def robot(name: str) -> Robot:
     """A shipped robot or a mechanism; one that comes without masses gets some."""
+    return _robot(name, backend())
+
+
+def backend() -> str:
+    """What robots made now compute with: those of one backend are not for tests of another."""
+    return os.environ.get(VARIABLE, "")
+
+
+@cache
+def _robot(name: str, _backend: str) -> Robot:
     machine = mechanism(name) if name in MECHANISMS else load(name)
     return machine if any(link.mass for link in machine.description.links.values()) else with_masses(machine)
 
 
-@cache
 def random_states(name: str, count: int = 4, seed: int = 0, regular: float = REGULAR) -> tuple[ClosedState, ...]:
     """Closed states with random rates up to 1 rad/s or m/s, away from singularities."""
+    return _random_states(name, count, seed, regular, backend())
+
+
+@cache
+def _random_states(name: str, count: int, seed: int, regular: float, _backend: str) -> tuple[ClosedState, ...]:
     machine = robot(name)
     rng = np.random.default_rng(seed)
     n = len(machine.active)

@@ -10,7 +10,7 @@ import numpy as np
 from hybrid_dynamics_core import MassSingularityError, Robot, SingularityError
 from hybrid_dynamics_core.drawing.options import Names
 
-from ..output import number, show
+from ..output import counted, number, show, table
 from ..parameters import json_option, loaded, output_path, robot_argument
 from .info import facts
 from .info import text as info_text
@@ -35,8 +35,14 @@ def command(robot: str, picture: str | None, names: Names, modes: bool, as_json:
     machine = loaded(robot)
     notes = remarks(machine)
     doubts = machine.description.doubts
+    light = massless(machine)
     told: dict[str, Any] = {"ok": True, "notes": notes, "warnings": list(doubts), **facts(machine)}
-    lines = [info_text(machine, told), "", *(f"note: {note}" for note in notes)]
+    told["massless"] = list(light)
+    lines = [info_text(machine, told), ""]
+    if any(link.mass for link in machine.description.links.values()) and light:  # else a note says it of all
+        rows = [[link, joint, "none: massless in the dynamics"] for link, joint in light.items()]
+        lines += [f"{counted(len(light), 'link')} without a mass", "", table(["link", "moved by", "mass"], rows), ""]
+    lines += [f"note: {note}" for note in notes]
     lines += [f"warning: {doubt}" for doubt in doubts]
     if picture is not None:
         draw(machine, picture, names, modes)
@@ -45,6 +51,15 @@ def command(robot: str, picture: str | None, names: Names, modes: bool, as_json:
     seen = f"Every loop closes, but see the {'warnings' if len(doubts) > 1 else 'warning'} above."
     lines.append(seen if doubts else "The description is right: every loop closes.")
     show(told, as_json, "\n".join(lines))
+
+
+def massless(machine: Robot) -> dict[str, str]:
+    """Links that move and have neither mass nor inertia, and the joint that moves each."""
+    links, joints = machine.description.links, machine.description.joints
+    moved = {joint.child: name for name, joint in joints.items()}
+    return {
+        name: moved[name] for name, link in links.items() if name in moved and not (link.mass or link.inertia.any())
+    }
 
 
 def remarks(machine: Robot) -> list[str]:

@@ -15,7 +15,8 @@ from ..description.model import Array, RobotDescription
 from ..mechanism.tree import Tree, build_tree
 from .equations import LoopEquations
 from .loops import loop_equations
-from .rank import CLOSED, close_numerically, jacobian_of
+from .rank import CLOSED, close_numerically, jacobian_of, posture_of
+from .shortfall import gap_of
 
 INDEPENDENT = 1e-6  # share of a coordinate's motion that must not follow from the coordinates chosen before
 SPREADS = (0.3, 1.0)  # [rad or m] how far from a reference that does not close others are tried
@@ -41,7 +42,9 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     worst = max(residual, key=lambda name: residual[name], default="")
     if worst and residual[worst] > CLOSED:
         raise robot.error(
-            "closures", f"loop '{worst}' does not close: {residual[worst]:.2g} of its length is left open at best"
+            robot.closure_key(worst),
+            f"does not close: {gap_of(tree, robot, worst, posture_of(tree, s))} "
+            f"({residual[worst]:.2g} of the loop's length) at best; mend the geometry",
         )
     motions = _null_space(jacobian_of(tree, loops, s, range(len(names)))[1])
     order = [names.index(name) for name in robot.active] + passive

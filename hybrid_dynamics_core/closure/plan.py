@@ -15,7 +15,8 @@ from .matching import match
 from .newton_step import NewtonStep
 from .patterns import Context, make_step
 from .posture import Posture
-from .rank import CLOSED, close_numerically, rank_equations
+from .rank import CLOSED, close_numerically, posture_of, rank_equations
+from .shortfall import gap_of
 from .step import Step
 
 
@@ -62,7 +63,7 @@ def build_plan(
         closed, residual = close_numerically(tree, loops, guess, unknowns)
         guess = closed.tolist() if max(residual.values()) < CLOSED else guess
     branch = [choose_branch(robot, step, context, posture, guess) for step in steps]
-    _check_closed(robot, loops, posture)
+    _check_closed(tree, robot, loops, posture)
     if named and robot.active_set == "exact":  # else the reference is not the file's: a note tells of it
         _check_limits(tree, robot, posture)
     return ClosurePlan(given, tuple(steps), tuple(branch), posture, tuple(loops), tuple(redundant))
@@ -104,7 +105,8 @@ def _independent(
     if ranked.residual[worst] > CLOSED:
         raise robot.error(
             robot.closure_key(worst),
-            f"does not close: {ranked.residual[worst]:.2g} of its length is left open; mend the geometry, "
+            f"does not close: {gap_of(tree, robot, worst, posture_of(tree, ranked.closest))} "
+            f"({ranked.residual[worst]:.2g} of the loop's length) where it comes nearest; mend the geometry, "
             "or give a reference nearer to a closed configuration",
         )
     if ranked.rigid:
@@ -127,12 +129,13 @@ def _wrong_count(tree: Tree, unknowns: int, equations: int) -> str:
     )
 
 
-def _check_closed(robot: RobotDescription, loops: Sequence[LoopEquations], posture: Posture) -> None:
+def _check_closed(tree: Tree, robot: RobotDescription, loops: Sequence[LoopEquations], posture: Posture) -> None:
     for loop in loops:
         error = max(abs(float(r)) for r in loop.linearise(posture).residual)
         flipped = any(not float(g) > 0.0 for g in loop.guards(posture))
         if not error < CLOSED or flipped:
-            size = f"{error:.2g} of its length is left open" if not flipped else "its frames face opposite ways"
+            gap = f"{gap_of(tree, robot, loop.name, posture)} ({error:.2g} of the loop's length)"
+            size = gap if not flipped else "its frames face opposite ways"
             raise robot.error(
                 robot.closure_key(loop.name), f"does not close at the reference: {size}; mend geometry or reference"
             )

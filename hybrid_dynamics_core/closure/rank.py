@@ -29,6 +29,7 @@ class Ranked:
     redundant: list[Equation]
     idle: list[int]
     residual: dict[str, float]  # by loop, at the configuration that closes best
+    closest: Array  # that configuration
     rank: int | None
     rigid: bool = False  # closes where it stands, but not where the given coordinates are moved a little
 
@@ -41,7 +42,7 @@ def rank_equations(
     closed, residual = close_numerically(tree, loops, start, unknowns)
     moved = _near_by(tree, loops, closed, unknowns)
     if moved is None:
-        return Ranked([], [], [], residual, _rank(tree, loops, closed), rigid=True)
+        return Ranked([], [], [], residual, closed, _rank(tree, loops, closed), rigid=True)
     jacobian = jacobian_of(tree, loops, moved, unknowns)[1]
     chosen = _independent_rows(jacobian)
     idle = _idle(jacobian[chosen], unknowns)
@@ -50,6 +51,7 @@ def rank_equations(
         [e for k, e in enumerate(equations) if k not in chosen],
         idle,
         residual,
+        closed,
         _rank(tree, loops, moved),
     )
 

@@ -1,4 +1,4 @@
-"""How far a loop that cannot close stays open, in metres: what an error can say of its geometry."""
+"""How far a loop that does not close stays open, in metres and radians: what an error can say of its geometry."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..description.model import Array, Closure
+from ..description.model import Array, Closure, RobotDescription
 from ..mechanism.tree import Tree
 from .posture import Posture
 from .spatial import Chain, closure_chains
@@ -15,6 +15,39 @@ from .step import Step
 STARTS = 24  # of the search for the nearest approach
 OPEN = 1e-6  # of the longest length: a gap worth telling
 UNLIKE = 100.0  # lengths of one loop this far apart are hardly in one unit
+TOLD = 1e-9  # [m or rad] a gap of a closure that is worth a number of its own
+
+
+def gap_of(tree: Tree, robot: RobotDescription, loop: str, posture: Posture) -> str:
+    """Which ends of a closure stay how far apart at a posture of floats, or how far a follower is off.
+
+    Beside the points [m], of axes the angle between them and of frames that of the turn between them [rad].
+    """
+    closure = next((closure for closure in robot.closures if closure.name == loop), None)
+    if closure is None:
+        return _off_course(tree, robot, loop, posture)
+    a, b = (chain.at(posture) for chain in closure_chains(tree, closure))
+    gaps = [(float(np.linalg.norm(np.subtract(a.end, b.end).astype(float))), "m")]
+    if closure.kind in ("axis", "frame"):
+        gaps.append((_angle(np.array(a.rotation, dtype=float), np.array(b.rotation, dtype=float), closure.kind), "rad"))
+    told = [f"{gap:.3g} {unit}" for gap, unit in gaps if gap > TOLD] or ["0 m"]
+    return f"its ends on {closure.link_a} and {closure.link_b} stay {' and '.join(told)} apart"
+
+
+def _off_course(tree: Tree, robot: RobotDescription, follower: str, posture: Posture) -> str:
+    mimic, own = robot.mimics[follower], tree.coordinates.index(follower)
+    source = float(posture.q[tree.coordinates.index(mimic.source)])
+    off = abs(float(posture.q[own]) - mimic.multiplier * source - mimic.offset)
+    return f"it stays {off:.3g} {'rad' if tree.is_revolute(own) else 'm'} off what it follows, {mimic.source}"
+
+
+def _angle(a: Array, b: Array, kind: str) -> float:
+    """Between the z axes of two frames, or of the turn from one to the other [rad]."""
+    if kind == "axis":
+        return float(np.arctan2(np.linalg.norm(np.cross(a[:, 2], b[:, 2])), a[:, 2] @ b[:, 2]))
+    from scipy.spatial.transform import Rotation  # noqa: PLC0415  slow to import, and only a failure needs it
+
+    return float(Rotation.from_matrix(a @ b.T).magnitude())
 
 
 def shortfall(tree: Tree, closures: Mapping[str, Closure], step: Step, posture: Posture) -> str:

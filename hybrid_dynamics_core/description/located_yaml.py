@@ -31,6 +31,7 @@ _BOOL = re.compile(r"^(?:true|True|false|False)$")
 _Loader.add_implicit_resolver("tag:yaml.org,2002:bool", _BOOL, list("tTfF"))
 _Loader.add_implicit_resolver("tag:yaml.org,2002:int", _INT, list("-+0123456789"))
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", _FLOAT, list("-+.0123456789"))
+_OPENED = ("while parsing a flow mapping", "while parsing a flow sequence", "while scanning a quoted scalar")
 
 
 def read_yaml(text: str, file: File = None) -> Document:
@@ -51,10 +52,7 @@ class _Reader:
             node = loader.get_single_node()
             data = None if node is None else self._read(loader, node, ())
         except yaml.MarkedYAMLError as error:
-            mark = error.problem_mark or error.context_mark
-            line = None if mark is None else mark.line + 1
-            problem = f"not valid YAML: {error.problem or error.context}"
-            raise DescriptionError(problem, file=self.file, line=line) from error
+            raise self._invalid(error) from error
         except yaml.YAMLError as error:
             raise DescriptionError(f"not valid YAML: {error}", file=self.file) from error
         except RecursionError:
@@ -62,6 +60,20 @@ class _Reader:
         finally:
             loader.dispose()
         return Document(data, self.file, self._lines)
+
+    def _invalid(self, error: yaml.MarkedYAMLError) -> DescriptionError:
+        """The error at the bracket, brace or quote that is left open, if one is; else where reading ended."""
+        problem, start, end = error.problem or error.context, error.context_mark, error.problem_mark
+        if start is not None and end is not None and error.context in _OPENED:
+            opened = self.text[start.index]
+            problem = (
+                f"the {opened!r} in column {start.column + 1} is still open "
+                f"in line {end.line + 1}, column {end.column + 1}: {problem}"
+            )
+            end = start
+        mark = end or start
+        line = None if mark is None else mark.line + 1
+        return DescriptionError(f"not valid YAML: {problem}", file=self.file, line=line)
 
     def _loader(self) -> _Loader:
         try:

@@ -162,7 +162,9 @@ class RobotDescription(Picklable):
     actuators: Mapping[str, HydraulicCylinder] = field(default_factory=dict)  # by joint
 
     def closure_key(self, closure: str) -> str:
-        """The key under which the file gives a closure: a loop of Type A to D, or a closure of its own."""
+        """The key under which the file gives a closure: a loop of Type A to D, a closure of its own, or a follower."""
+        if closure in self.mimics and f"closures.{closure}" not in self.lines:
+            return f"joints.{closure}.mimic"
         return f"loops.{closure}" if closure in self.loops else f"closures.{closure}"
 
     def error(self, key: str, problem: str) -> DescriptionError:

@@ -73,12 +73,11 @@ def _attach_slides(skeleton: Skeleton, found: dict[str, Attached], group: Group)
         child.fixed.append(group.last.point)
     if group.kind != "prismatic":
         return
-    grounded = joint.parent == skeleton.base
+    grounded = joint.parent == skeleton.base  # held in one place, wherever the joint is
     cylinder = None if grounded else _cylinder(skeleton, joint, parent.fixed, child.fixed + child.ends)
     if cylinder is None:
-        ends = rail(joint)
-        way = (ends - joint.start) @ joint.axis
-        held = way.mean() if grounded else np.clip(0.0, *way)
+        way = _way(joint)
+        held = 0.5 * (min(way) + max(way)) if grounded else np.clip(0.0, min(*way, joint.here), max(*way, joint.here))
         parent.fixed.append(joint.start + held * joint.axis)
         child.fixed.append(joint.point)
     else:
@@ -101,10 +100,14 @@ def _cylinder(skeleton: Skeleton, joint: PlacedJoint, feet: Sequence[Array], end
 
 
 def rail(joint: PlacedJoint) -> Array:
-    """(2, 3) ends of the way of a prismatic joint: its limits, or from zero to where it is [m]."""
-    way = [float((joint.point - joint.start) @ joint.axis)]
-    way += [limit for limit in joint.limits if np.isfinite(limit)] or [0.0]
+    """(2, 3) ends of the way of a prismatic joint: its limits, or zero and the reference, and where it is [m]."""
+    way = [joint.here, *_way(joint)]
     return np.asarray(joint.start + np.outer([min(way), max(way)], joint.axis))
+
+
+def _way(joint: PlacedJoint) -> list[float]:
+    """Values between which the rail reaches in every configuration [m]."""
+    return [joint.home, *([limit for limit in joint.limits if np.isfinite(limit)] or [0.0])]
 
 
 def extent(skeleton: Skeleton) -> float:

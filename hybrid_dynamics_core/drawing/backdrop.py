@@ -57,8 +57,8 @@ def _is_pivot(scene: Scene, point: Array) -> bool:
 
 
 def _rises(scene: Scene, point: Array) -> bool:
-    """Whether the mechanism stands on a place of its base, and does not hang from it."""
-    skeleton, at = scene.skeleton, scene.view.flat(point)
+    """Whether the mechanism stands on a place of its base, and does not hang from it, in its reference."""
+    skeleton, at = scene.standing.skeleton, scene.view.flat(point)
     if _is_pivot(scene, point):
         return bool(scene.view.flat(skeleton.points).mean(axis=0)[1] > at[1] - 4.0 * scene.unit)
     on_it = {j.child for j in skeleton.joints if j.parent == skeleton.base}

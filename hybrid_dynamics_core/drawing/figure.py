@@ -39,7 +39,7 @@ def robot_figure(robot: Robot, state: ClosedState | None, names: Names, title: s
         width = _WIDTH - left - right
         height = float(np.clip(width * up / across, *_HEIGHTS))
         size = (_WIDTH, height + below)
-        figure, key = framed(size, scene, robot.description, title or robot.name, subtitle(scene))
+        figure, key = framed(size, [scene], robot.description, title or robot.name, subtitle(scene))
         axes = axes_at(figure, (left, key + below, width, height))
         paint_scene(axes, scene, names, limits)
         axes.yaxis.set_label_coords((_LABEL - left) / width, 0.5)

@@ -20,17 +20,18 @@ _BODIES = ("plate", "bar", "rod", "barrel", "base")
 
 def tile_side(scene: Scene) -> float:
     """Side of a tile [m]: 1, 2 or 5 times a power of ten."""
-    wanted = max(float(np.ptp(_points(scene)[:, :2], axis=0).max()), 1e-6) / 6.0
+    wanted = max(float(np.ptp(_points(scene.standing)[:, :2], axis=0).max()), 1e-6) / 6.0
     power = 10.0 ** np.floor(np.log10(wanted))
     return float(power * min((1.0, 2.0, 5.0, 10.0), key=lambda k: abs(np.log(k * power / wanted))))
 
 
 def floor_corners(scene: Scene) -> Array:
-    """(4, 3) corners of the floor, at the lowest point of the mechanism, whole tiles wide [m]."""
-    points, tile = _points(scene), tile_side(scene)
+    """(4, 3) corners of the floor, whole tiles wide [m]: at the lowest point of the mechanism in its reference."""
+    home, tile = _points(scene.standing), tile_side(scene)
+    points = np.vstack([home, _points(scene)])
     low, high = points.min(axis=0), points.max(axis=0)
     (x0, y0), (x1, y1) = tile * np.floor(low[:2] / tile - 0.3), tile * np.ceil(high[:2] / tile + 0.3)
-    level = float(low[2]) - (0.0 if any(part.role == "base" for part in scene.parts) else scene.unit)
+    level = float(home[:, 2].min()) - (0.0 if any(part.role == "base" for part in scene.parts) else scene.unit)
     return np.array([[x0, y0, level], [x1, y0, level], [x1, y1, level], [x0, y1, level]])
 
 
@@ -51,7 +52,7 @@ def draw_floor(axes: Axes, scene: Scene) -> None:
     axes.add_patch(ground)
     level = corners[0, 2]
     for part in scene.parts:
-        if part.role in _BODIES:
+        if part.role in _BODIES and part.points[:, 2].max() > level:
             fallen = part.points * (1.0, 1.0, 0.0) + (0.0, 0.0, level)
             shade = hull((flat(fallen)[:, None] + _disc(scene, part.radius)[None]).reshape(-1, 2))
             axes.add_patch(Polygon(shade, facecolor=_SHADE, edgecolor="none", zorder=1.1))
@@ -62,7 +63,7 @@ def draw_floor(axes: Axes, scene: Scene) -> None:
     lowest = flat(corners)[int(np.argmin(flat(corners)[:, 1]))]
     axes.annotate(
         f"floor tiles {tile:g} m", lowest, xytext=(0, -4), textcoords="offset points", color=QUIET, fontsize=7.5,
-        ha="center", va="top",
+        ha="center", va="top", zorder=1.2,
     )  # fmt: skip
 
 

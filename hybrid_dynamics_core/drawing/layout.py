@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -15,14 +17,14 @@ _EDGE = 0.16  # [in] left of the text
 
 
 def framed(
-    size: tuple[float, float], scene: Scene, description: RobotDescription, title: str, line: str
+    size: tuple[float, float], scenes: Sequence[Scene], description: RobotDescription, title: str, line: str
 ) -> tuple[Figure, float]:
     """A figure with room of a size [in] between title and key; the height of the key [in]."""
     width, height = size
-    key = add_legends(Figure(figsize=(width, height + 2.0)), scene, description)
+    key = add_legends(Figure(figsize=(width, height + 2.0)), scenes, description)
     total = height + key + _HEAD
     figure = Figure(figsize=(width, total))
-    add_legends(figure, scene, description)
+    add_legends(figure, scenes, description)
     figure.text(_EDGE / width, 1.0 - 0.24 / total, title, fontsize=13, weight="bold", va="center")
     figure.text(_EDGE / width, 1.0 - 0.46 / total, line, fontsize=9, color=QUIET, va="center")
     return figure, key

@@ -29,10 +29,10 @@ def loop_type(description: RobotDescription, closure: Closure) -> str:
     return f"{kind}, parallelogram" if closure.assembly == "parallelogram" else kind
 
 
-def add_legends(figure: Figure, scene: Scene, description: RobotDescription) -> float:
-    """Write the key at the bottom of a figure; its height [in]."""
+def add_legends(figure: Figure, scenes: Sequence[Scene], description: RobotDescription) -> float:
+    """Write the key to one robot's scenes at the bottom of a figure; its height [in]."""
     height = 0.05
-    for entries in (_symbols(scene), _loops(scene, description)):
+    for entries in (_symbols(scenes), _loops(scenes[0], description)):
         if entries:
             legend = _rows(figure, entries, height / figure.get_figheight())
             height += float(legend.get_window_extent().height) / figure.dpi
@@ -72,12 +72,13 @@ def _dot(colour: str) -> Line2D:
     return Line2D([], [], marker=".", linestyle="", color=colour, markersize=6, mew=0)
 
 
-def _symbols(scene: Scene) -> list[Entry]:
+def _symbols(scenes: Sequence[Scene]) -> list[Entry]:
     """Every symbol that occurs, once."""
+    scene = scenes[0]  # all have the same joints
     kinds = {group.kind for group in scene.groups}
     roles = {part.role for part in scene.parts}
     passive = any(g.kind in ("revolute", "prismatic") and not g.first.active for g in scene.groups)
-    carriers = [g for g in scene.groups if g.kind == "carrier"]
+    carriers = [group for each in scenes for group in each.groups if group.kind == "carrier"]
     seen = any(np.linalg.norm(g.last.point - g.first.start) > 2.0 * scene.unit for g in carriers)
     grey = deep(BALL)
     cross = Line2D([], [], marker="P", linestyle="", markersize=8, color=INK, markerfacecolor="white", mew=1.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Final
 
@@ -19,6 +20,7 @@ from .style import INK, QUIET, STYLE
 
 _WIDTHS: Final = {1: 6.0, 2: 4.4, 3: 3.6, 4: 3.1}  # [in] of a panel, by their number in a row
 _LINE: Final = 0.155  # [in] height of a line of a panel's title
+_LETTER: Final = 0.072  # [in] width of one, in bold
 _SIDES: Final = (0.66, 0.1)  # [in] left and right of a panel's axes
 _SHAPES: Final = (0.5, 1.5)  # least and greatest height of a panel over its width
 
@@ -28,15 +30,15 @@ def modes_figure(
 ) -> Figure:
     """Modes in one view and scale, each under the names of what differs; `own`: the mode of the robot's file."""
     with mpl.rc_context({**STYLE, "font.size": 8.0}):
-        first = make_scene(robot, modes[0].state)
-        scenes = [first, *(make_scene(robot, mode.state, first) for mode in modes[1:])]
+        first = make_scene(robot, None)
+        scenes = [make_scene(robot, mode.state, first) for mode in modes]
         boxes = np.array([limits_of(scene) for scene in scenes])
         limits = np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
-        texts = [_text(k, modes, own) for k in range(len(modes))]
         across, up = np.ptp(limits, axis=0)
         shape = float(np.clip(up / across, *_SHAPES))
         columns = _columns(len(modes), shape)
         width = _WIDTHS[columns] - sum(_SIDES)
+        texts = [_text(k, modes, own, round((width + _SIDES[1]) / _LETTER)) for k in range(len(modes))]
         height = width * shape
         above = 0.14 + _LINE * (1 + max(text.count("\n") for text in texts))
         below = 0.46 if first.view.planar else 0.08
@@ -44,7 +46,7 @@ def modes_figure(
         rows = math.ceil(len(modes) / columns)
         line = "the same active joints, every way in which the loops close"
         size = (columns * _WIDTHS[columns], rows * pitch)
-        figure, key = framed(size, first, robot.description, title or f"{robot.name}: assembly modes", line)
+        figure, key = framed(size, scenes, robot.description, title or f"{robot.name}: assembly modes", line)
         for k, (scene, text) in enumerate(zip(scenes, texts, strict=True)):
             left, bottom = (k % columns) * _WIDTHS[columns] + _SIDES[0], key + (rows - 1 - k // columns) * pitch + below
             axes = axes_at(figure, (left, bottom, width, height))
@@ -66,8 +68,15 @@ def _columns(count: int, shape: float) -> int:
     return min(_WIDTHS, key=unsuited)
 
 
-def _text(k: int, modes: Sequence[AssemblyMode], own: Mapping[str, str]) -> str:
-    """Number of a mode and the loops in which the modes differ, one a line."""
+def _text(k: int, modes: Sequence[AssemblyMode], own: Mapping[str, str], most: int) -> str:
+    """Number of a mode and the loops in which the modes differ, each on lines of `most` letters."""
     told = [name for name in modes[k].branch if len({mode.branch[name] for mode in modes}) > 1]
     mark = " (the robot's own)" if modes[k].branch == own else ""
-    return "\n".join([f"{k + 1}{mark}", *(f"{name}: {modes[k].branch[name]}" for name in told)])
+    lines = [line for name in told for line in _broken(f"{name}: {modes[k].branch[name]}", most)]
+    return "\n".join([f"{k + 1}{mark}", *lines])
+
+
+def _broken(text: str, most: int) -> list[str]:
+    """A text in lines: where it is too long it goes on behind a + between names, or behind a space."""
+    lines = textwrap.wrap(text.replace("+", "+ "), most, break_long_words=False)
+    return [line.replace("+ ", "+") for line in lines]

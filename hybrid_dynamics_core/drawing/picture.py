@@ -21,10 +21,13 @@ from .view import choose_view
 
 def make_scene(robot: Robot, state: ClosedState | None, like: Scene | None = None) -> Scene:
     """What is painted of a robot in a state (the reference if None), in the view and the sizes of another scene."""
-    skeleton = place(robot, robot.close(robot.reference) if state is None else state)
-    if like is not None:
-        return build_scene(robot.description, skeleton, like.view, like.unit)
-    return build_scene(robot.description, skeleton, choose_view(skeleton))
+    description, reference = robot.description, place(robot, robot.close(robot.reference))
+    if state is None:
+        return build_scene(description, reference, choose_view(reference))
+    skeleton = place(robot, state)
+    view, unit = (choose_view(skeleton), None) if like is None else (like.view, like.unit)
+    home = build_scene(description, reference, view, unit) if like is None else like.standing
+    return build_scene(description, skeleton, view, unit, home)
 
 
 def paint_scene(axes: Axes, scene: Scene, names: Names, limits: Array) -> None:

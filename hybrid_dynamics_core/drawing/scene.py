@@ -36,9 +36,21 @@ class Scene:
     colours: Mapping[str, str]
     unit: float
     ground: tuple[Array, ...]  # (3,) each: where the base of a planar mechanism is held
+    home: Scene | None = None  # the reference configuration, unless this is it
+
+    @property
+    def standing(self) -> Scene:
+        """The configuration that says how the mechanism stands: ground and floor are the same in all its pictures."""
+        return self.home or self
 
 
-def build_scene(description: RobotDescription, skeleton: Skeleton, view: View, unit: float | None = None) -> Scene:
+def build_scene(
+    description: RobotDescription,
+    skeleton: Skeleton,
+    view: View,
+    unit: float | None = None,
+    home: Scene | None = None,
+) -> Scene:
     """Turn a skeleton into marks; `unit` as in another scene, or such that it suits this one."""
     if view.planar:
         skeleton = skeleton.pressed(view.toward)
@@ -60,7 +72,7 @@ def build_scene(description: RobotDescription, skeleton: Skeleton, view: View, u
     strokes += triad(f"frame:{skeleton.tip.name}", skeleton.tip.point, skeleton.tip.rotation, size)
     ground = tuple(distinct(attached[skeleton.base].fixed, extent(skeleton))) if view.planar else ()
     colours = link_colours(skeleton, description.loops)
-    return Scene(skeleton, view, groups, parts, tuple(strokes), colours, unit, ground)
+    return Scene(skeleton, view, groups, parts, tuple(strokes), colours, unit, ground, home)
 
 
 def _drives(

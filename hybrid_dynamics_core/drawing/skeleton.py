@@ -19,7 +19,10 @@ Pose = tuple[Array, Array]  # rotation (3, 3) to base axes, origin (3,) [m]
 
 @dataclass(frozen=True, eq=False)
 class PlacedJoint:
-    """A joint in base axes: `start` is where the child's frame stands at zero, `point` where it stands now [m]."""
+    """A joint in base axes: `start` is where the child's frame stands at zero, `point` where it stands now [m].
+
+    home: its value in the reference configuration [rad or m].
+    """
 
     name: str
     type: JointType
@@ -29,7 +32,13 @@ class PlacedJoint:
     point: Array
     axis: Array  # (3,) unit
     limits: tuple[float, float]
+    home: float
     active: bool
+
+    @property
+    def here(self) -> float:
+        """How far a prismatic joint is out [m]."""
+        return float((self.point - self.start) @ self.axis)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +161,7 @@ def _joint(robot: Robot, poses: Mapping[str, Pose], name: str) -> PlacedJoint:
         point=point,
         axis=rotation @ joint.axis,
         limits=joint.limits,
+        home=float(robot.description.reference.get(name, 0.0)),
         active=name in robot.active,
     )
 

@@ -9,6 +9,7 @@ import hashlib
 import json
 import os
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from functools import cached_property
 from typing import Any
 
@@ -23,6 +24,7 @@ from .ir.module import Form
 from .status import NOT_TAKEN
 from .threads import in_parts
 from .trace import Trace, Traceable, trace
+from .waiting import WAITING
 
 Codes = NDArray[np.int64]
 _FORMS: tuple[Form, ...] = ("one", "rows")
@@ -30,10 +32,15 @@ VARIABLE = "HYBRID_DYNAMICS_KERNELS"  # "python": never compile
 
 
 class Kernel:
-    """A program whose arguments are vectors of the given sizes; it works as `backend` says."""
+    """A program whose arguments are vectors of the given sizes; it works as `backend` says.
 
-    def __init__(self, program: Traceable, sizes: Sequence[int], backend: str | None = None) -> None:
-        self._program = program
+    `label`: what people are told while they wait for it to be compiled.
+    """
+
+    def __init__(
+        self, program: Traceable, sizes: Sequence[int], backend: str | None = None, label: str = "a program"
+    ) -> None:
+        self._program, self._label = program, label
         self._sizes = tuple(sizes)
         self.backend = backend or default_backend()
 
@@ -59,7 +66,8 @@ class Kernel:
             artifact = self._stored(form)
             if artifact is not None:
                 return artifact.facts
-        return facts_of(self.trace)
+        with self._waiting():
+            return facts_of(self.trace)
 
     @cached_property
     def layout(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
@@ -100,10 +108,15 @@ class Kernel:
         artifact = self._stored(form)
         if artifact is None:
             make = native.make if self.backend == native.NAME else generated.make
-            artifact = Artifact(facts_of(self.trace), make(self.trace, form))
+            with self._waiting():
+                artifact = Artifact(facts_of(self.trace), make(self.trace, form))
             if self._identity is not None:
                 cache.write(self._key(form), artifact)
         return native.load(artifact) if self.backend == native.NAME else generated.load(artifact, form)
+
+    def _waiting(self) -> AbstractContextManager[None]:
+        kept = "once; kept in the cache" if self._identity is not None else "not kept: no cache"
+        return WAITING.during(f"{self._label} ({kept})")
 
     def _stored(self, form: Form) -> Artifact | None:
         return None if self._identity is None else cache.read(self._key(form))

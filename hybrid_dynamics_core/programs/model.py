@@ -61,13 +61,13 @@ class Program:
         """Length of an input vector."""
         return self.sizes.get(name) or model.size(name)
 
-    def kernel(self, model: Model) -> Kernel:
-        """The program on a model as functions of arrays, its inputs in order."""
+    def kernel(self, model: Model, label: str) -> Kernel:
+        """The program on a model as functions of arrays, its inputs in order; `label`: what it is called by people."""
 
         def run(*vectors: Scalars) -> Results:
             return self.run(model, Inputs(**dict(zip(self.inputs, vectors, strict=True))))
 
-        return Kernel(run, [self.size(model, name) for name in self.inputs])
+        return Kernel(run, [self.size(model, name) for name in self.inputs], label=label)
 
 
 def closure_code(step: int) -> int:

@@ -30,6 +30,10 @@ class Camera:
     radius: float
     field: float = float(FIELD)
 
+    def seen_from(self, aspect: float) -> Array:
+        """Where it has to stand (3,) [m] for a canvas whose width is `aspect` times its height."""
+        return np.asarray(self.look_at + (self.position - self.look_at) / min(aspect, 1.0))
+
 
 @dataclass(frozen=True)
 class Floor:

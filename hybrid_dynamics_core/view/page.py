@@ -19,27 +19,41 @@ TOO_NEAR: Final = 0.03
 _STYLE: Final = f"""<style>
 .hd {{ font: 12.5px/1.55 system-ui, sans-serif; padding: 0.1em 0.9em 0.4em; color: {INK}; }}
 .hd td {{ padding: 0 0.9em 0 0; }} .hd .q {{ color: {QUIET}; }} .hd .n {{ text-align: right; }}
-.hd .n, .hd .v {{ font-variant-numeric: tabular-nums; white-space: nowrap; }}
-.hd .w {{ white-space: normal; }}
+.hd .n, .hd .v {{ font-variant-numeric: tabular-nums; }}
+.hd .n, .hd .u {{ white-space: nowrap; }}
 .hd .bar {{ display: inline-block; position: relative; height: 0.65em; background: {GRID}; border-radius: 0.2em; }}
 .hd .bar i {{ position: absolute; top: 0; height: 100%; border-radius: 0.2em; }}
 .hd-no {{ background: #fdf0e7; border-left: 4px solid {RED}; margin: 0.3em 0.6em; padding: 0.5em 0.8em; }}
 </style>"""
 
+NARROW: Final = "36em"  # width of the window up to which viser lays its panel over the scene, from below
+SHEET: Final = f"""<style>
+@media (max-width: {NARROW}) {{
+  div:has(> .mantine-Paper-root .hd-sheet) {{ flex-direction: column; }}
+  div:has(> .mantine-Paper-root .hd-sheet) > div:has(canvas) {{ height: auto !important; min-height: 0; }}
+  div:has(> .mantine-Paper-root .hd-sheet) > .mantine-Paper-root {{
+    position: relative !important; flex: none; width: 100% !important;
+    max-height: max(50%, 100% - 100vw) !important;
+  }}
+  .mantine-ScrollArea-content > div:has(.hd-sheet) {{ width: 100% !important; }}
+}}
+</style><div class=hd-sheet></div>"""  # the panel below the scene instead, which is at least as wide as high
+
 
 def state_html(session: Session) -> str:
     """End effector, residual, distance to a singularity."""
     robot, state = session.robot, session.state
-    place = zip("xyz", np.round(robot.forward_kinematics(state).position, 4).tolist(), strict=True)
+    place = zip("xyz", np.round(robot.forward_kinematics(state).position, 4).tolist(), ("", "", " m"), strict=True)
+    told = [f"<span class=q>{axis}</span> {v + 0.0:.4f}{unit}" for axis, v, unit in place]
     margin = float(state.singularity)
     colour = RED if margin < TOO_NEAR else ORANGE if margin < NEAR else GREEN
-    where = f" <span class='q w'>{breakable(str(state.singular_loop))}</span>" if state.loops else ""
+    where = f" <span class=q>{breakable(str(state.singular_loop))}</span>" if state.loops else ""
     rows = [
-        (robot.end_effector, "&ensp;".join(f"<span class=q>{axis}</span> {v + 0.0:.4f}" for axis, v in place) + " m"),
+        (robot.end_effector, "&ensp; ".join(f"<span class=u>{value}</span>" for value in told)),
         ("residual", f"{float(np.asarray(state.residual)):.1e}"),
         ("singularity", f"{bar(0.0, margin, colour)} {margin:.3f}{where}"),
     ]
-    return table([f"<td class=q>{escape(str(told))}</td><td class=v>{value}</td>" for told, value in rows])
+    return table([f"<td class=q>{escape(str(name))}</td><td class=v>{value}</td>" for name, value in rows])
 
 
 def modes_html(state: ClosedState) -> str:
@@ -57,7 +71,7 @@ def efforts_html(robot: Robot, efforts: Efforts) -> str:
     for name, value, share in zip(efforts.joints, efforts.values.tolist(), efforts.shares(robot), strict=True):
         unit = "N m" if robot.joint_types[name] == "revolute" else "N"
         cells = [f"<td>{escape(name)}</td><td>{bar(0.5, 0.5 * share, RED)}</td>"]
-        cells.append(f"<td class=n>{number(value)}</td><td class=q>{unit}</td>")
+        cells.append(f"<td class=n>{number(value)}</td><td class='q u'>{unit}</td>")
         cells += [f"<td class=n>{number(recorded[name])}</td>"] if name in recorded else []
         rows.append("".join(cells))
     return table(rows)

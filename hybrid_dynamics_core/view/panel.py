@@ -26,6 +26,7 @@ class Panel:
         self.modes: tuple[AssemblyMode, ...] = ()
         self.labels: list[str] = []
         self.stale = bool(session.state.loops)  # the list of modes
+        self.gui.add_html(page.SHEET)
         self._problem = self.gui.add_html("", visible=False)
         self.playback = None if session.motion is None else Playback(self.gui, session, session.motion, ask)
         self._add_sliders(slider_ranges(session.robot, session.home, size))

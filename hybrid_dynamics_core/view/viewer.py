@@ -17,6 +17,7 @@ from ..errors import HybridDynamicsError, InputError
 from ..robot import Robot
 from .asking import Wish
 from .bodies import shape_of
+from .fitting import Fitting
 from .glide import Glide
 from .motion import Motion
 from .panel import Panel
@@ -46,6 +47,7 @@ class Viewer:
         try:
             self._theme()
             self.stage = Stage(self.server, shape)
+            self.fitting = Fitting(self.server, self.stage.camera)
             self.glide = Glide(robot, self.session.state)
             self.panel = Panel(self.server, self.session, shape.size, self.ask)
             self.show()

@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_ros.cdr import Template
+from hybrid_dynamics_ros.cdr import MOST_SEC, Template
 from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE
 from hybrid_dynamics_ros.offline.mcap_write import Block, new_bag
 from hybrid_dynamics_ros.offline.smooth import split
 from hybrid_dynamics_ros.offline.source import Topic
 from hybrid_dynamics_ros.offline.trajectory_file import Trajectory
+from hybrid_dynamics_ros.samples import FloatArray
 
 _AT_ONCE: Final = 8192
 PARTS: Final = ("position", "velocity", "effort")
@@ -48,7 +49,12 @@ def simulated(robot: Robot, seconds: float, rate: float = 1000.0, seed: int = 0)
 
 
 def write_trajectory(path: Path, trajectory: Trajectory, topic: str, notes: Mapping[str, str]) -> int:
-    """Write a bag of JointState messages; how many."""
+    """Write a bag of JointState messages, the first of 1 January 2020; how many.
+
+    Raises:
+        BagError: the trajectory lasts beyond the stamps that messages can have.
+    """
+    _require_stamps(trajectory.time)
     counts = [0 if part is None else len(trajectory.names) for part in (trajectory.velocity, trajectory.effort)]
     template = Template().header().strings(trajectory.names).sequence("position", len(trajectory.names))
     template.sequence("velocity", counts[0]).sequence("effort", counts[1])
@@ -59,3 +65,12 @@ def write_trajectory(path: Path, trajectory: Trajectory, topic: str, notes: Mapp
             values |= {"sec": stamps[rows] // 10**9, "nanosec": stamps[rows] % 10**9}
             bag.write([Block.filled(1, stamps[rows], template, values)])
     return len(stamps)
+
+
+def _require_stamps(time: FloatArray) -> None:
+    lasts, most = float(time[-1] - time[0]), MOST_SEC - START_NS // 10**9
+    if lasts >= most:
+        raise BagError(
+            f"the trajectory lasts {lasts:.10g} s, and stamps of ROS reach {most} s beyond the start of the bag; "
+            "expected times in seconds"
+        )

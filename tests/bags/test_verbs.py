@@ -56,6 +56,16 @@ def test_a_trajectory_file_becomes_a_bag_and_comes_back(forging, tmp_path):
         assert np.array_equal(np.diff(table["header.stamp_ns"]), np.full(49, 10 * MS))
 
 
+@pytest.mark.parametrize("lasts", [6e8, 1e18])
+def test_a_trajectory_beyond_the_stamps_of_ros_is_refused(forging, tmp_path, lasts):
+    """20 years, or nanoseconds taken for seconds: the bag's stamps begin in 2020 and end in January 2038."""
+    u = motion_of(forging, 3)[1]
+    np.savez(tmp_path / "a.npz", time=[0.0, 1.0, lasts], position=u)
+    told = run("make", tmp_path / "bag", "--robot", ROBOT, "--trajectory", tmp_path / "a.npz", code=1)
+    assert f"lasts {lasts:.10g} s, and stamps of ROS reach 569646847 s beyond the start" in told
+    assert not (tmp_path / "bag").exists()
+
+
 def test_a_saved_simulation_becomes_a_trajectory(tmp_path):
     from hybrid_dynamics_core.simulation import simulate
 

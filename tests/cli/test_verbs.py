@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from importlib import resources
@@ -185,6 +186,24 @@ def test_a_wrong_file_is_told_with_its_line(tmp_path: Path) -> None:
     result = call("check", str(place))
     assert result.exit_code == 1
     assert f"{place}:" in result.output
+
+
+def test_links_without_a_mass_are_listed_and_no_fault(tmp_path: Path) -> None:
+    """A forgotten mass is seen; the base, which does not move, needs none."""
+    text = resources.files("hybrid_dynamics_core").joinpath("robots/five_bar.yaml").read_text(encoding="utf-8")
+    place = tmp_path / "five_bar.yaml"
+    given = "bar_L: {mass: 0.25, com: [bar/2, 0, 0], inertia: {box: {size: [bar, 0.02, 0.015]}}}"
+    assert given in text
+    place.write_text(text.replace(given, "bar_L: {}"), encoding="utf-8")
+    assert told("check", "five_bar")["massless"] == []
+    assert "without a mass" not in call("check", "five_bar").output
+    answer = told("check", str(place))
+    assert answer["ok"] is True
+    assert answer["massless"] == ["bar_L"]
+    output = call("check", str(place)).output
+    assert "1 link without a mass" in output
+    assert re.search(r"^bar_L +p_L +none: massless in the dynamics$", output, re.MULTILINE)
+    assert "right: every loop closes" in output
 
 
 def test_command_of_its_own() -> None:

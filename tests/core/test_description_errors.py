@@ -93,6 +93,31 @@ def test_message_names_file_line_key_and_expectation(tmp_path: Path, old: str, n
         assert not same_entry or error.line == changed
 
 
+OPEN = {  # what is changed, the bracket that stays open, and the lines after it in which reading ends
+    "brace": ("inertia: {rod: {axis: z, length: b1}}}", "inertia: {rod: {axis: z, length: b1}}", "{mass: 81.3", 1),
+    "inner brace": ("inertia: {rod: {axis: z, length: b1}}}", "inertia: {rod: {axis: z, length: b1", "{axis: z", 1),
+    "bracket": ("gravity: [0, 0, -9.81]", "gravity: [0, 0, -9.81", "[0, 0, -9.81 ", 2),
+    "bracket in a brace": ("com: [L11/2, 0, 0]", "com: [L11/2, 0, 0", "[L11/2, 0, 0", 0),
+}
+
+
+@pytest.mark.parametrize(("old", "new", "opened", "after"), OPEN.values(), ids=OPEN.keys())
+def test_an_open_bracket_is_told_where_it_stands(tmp_path: Path, old: str, new: str, opened: str, after: int) -> None:
+    text = GOOD.replace(old, new, 1)
+    before = text[: text.index(opened)]
+    line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
+    with pytest.raises(DescriptionError) as caught:
+        load_text(tmp_path, text)
+    assert caught.value.line == line
+    assert f"'{opened[0]}' in column {column} is still open in line {line + after}, column " in str(caught.value)
+
+
+def test_an_open_quote_is_told_where_it_stands(tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError, match="in column 7 is still open in line") as caught:
+        load_text(tmp_path, "format: 1\nname: 'crane\nlinks: {}\n")
+    assert caught.value.line == 2
+
+
 def test_unreadable_files(tmp_path: Path) -> None:
     with pytest.raises(DescriptionError, match="cannot be read"):
         load(tmp_path / "none.yaml")

@@ -1,15 +1,24 @@
 """Assembly modes side by side."""
 
 import functools
+import re
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hybrid_dynamics_core import InputError, Robot
+from hybrid_dynamics_core.description.reader import parse_description
 from hybrid_dynamics_core.drawing import draw_modes
+from hybrid_dynamics_core.drawing.attach import rail
+from hybrid_dynamics_core.drawing.floor import floor_corners, tile_side
+from hybrid_dynamics_core.drawing.picture import make_scene
+from hybrid_dynamics_core.drawing.skeleton import place
+from tests.hard_cases.linkages import four_bar, robot
 
 from .conftest import robot_of
+from .shapes import SHAPES, shape
 
 
 @functools.cache
@@ -53,3 +62,76 @@ def test_modes_may_be_fewer_and_are_written(forging: Robot, tmp_path) -> None:
 def test_where_no_loop_closes_there_is_nothing_to_draw(forging: Robot) -> None:
     with pytest.raises(InputError, match="do not close"):
         draw_modes(forging, [0.0, 9.0, 0.1, 0.0])
+
+
+def unlimited() -> Robot:
+    """A slider-crank whose slide has no limits: its rail is as long as it is needed."""
+    text = re.sub(r", limits: [^}]*", "", SHAPES["slider_crank"])
+    return Robot(parse_description(f"format: 1\nname: slider_crank\n{text}", file="slider_crank.yaml"))
+
+
+STANDING = {  # robots whose modes lie on both sides of what holds them
+    "four-bar": lambda: shape("hinge_and_weld"),
+    "upright four-bar": lambda: robot(four_bar(0.3, 0.1, 0.3, 0.2).replace("axis: z", "axis: y")),
+    "slider-crank": unlimited,
+    "five-bar": lambda: robot_of("five_bar"),
+}
+
+
+@pytest.mark.parametrize("make", STANDING.values(), ids=STANDING.keys())
+def test_ground_is_the_same_in_every_mode_and_where_the_base_holds_joints(make) -> None:
+    """What hatches the ground lies below the places where joints of the base are, by a few radii of a joint."""
+    mechanism = make()
+    modes = mechanism.assembly_modes(mechanism.reference)
+    panels = [_ground(axes) for axes in draw_modes(mechanism).axes]
+    assert len(panels) == len(modes) > 1
+    for panel in panels:
+        assert panel.keys() == panels[0].keys() != set()
+        for name, points in panel.items():
+            np.testing.assert_allclose(points, panels[0][name], atol=1e-12)
+    for axes, mode in zip(draw_modes(mechanism).axes, modes, strict=True):
+        scene = make_scene(mechanism, mode.state, make_scene(mechanism, None))
+        skeleton = place(mechanism, mode.state)
+        held = [scene.view.flat(j.start) for j in skeleton.joints if j.parent == skeleton.base and j.type == "revolute"]
+        rails = [scene.view.flat(rail(j)) for j in skeleton.joints if j.parent == "base" and j.type == "prismatic"]
+        places = [np.mean(points, axis=0) for points in _ground(axes).values()]
+        assert len(places) == len(held) + len(rails)
+        for at in held:
+            assert min(np.linalg.norm(at - place_) for place_ in places) < 5.0 * scene.unit
+        for low, high in rails:
+            inside = [p for p in places if low[0] <= p[0] <= high[0] and abs(p[1] - low[1]) < 3.0 * scene.unit]
+            assert inside
+
+
+def _ground(axes: Axes) -> dict[str, np.ndarray]:
+    """Points of each hatch by name."""
+    hatches = [c for c in axes.collections if re.fullmatch(r"link:base(\.\d+)?", c.get_gid() or "")]
+    return {str(hatch.get_gid()): np.vstack(hatch.get_segments()) for hatch in hatches}
+
+
+@pytest.mark.parametrize("name", ["gough", "delta"])
+def test_the_floor_is_at_one_height_in_every_mode(name: str) -> None:
+    """Where the mechanism stands in its reference: a mode that reaches below does not leave its base in the air."""
+    mechanism = robot_of(name)
+    home = make_scene(mechanism, None)
+    level = floor_corners(home)[0, 2]
+    for mode in mechanism.assembly_modes(mechanism.reference)[:3]:
+        scene = make_scene(mechanism, mode.state, home)
+        np.testing.assert_allclose(floor_corners(scene)[:, 2], level, atol=1e-12)
+        assert tile_side(scene) == tile_side(home)
+    if name == "gough":  # its base is the lowest part of it
+        base = np.vstack([part.points for part in home.parts if part.role == "base"])
+        np.testing.assert_allclose(base[:, 2], level, atol=1e-9)
+
+
+def test_long_names_of_loops_go_on_in_the_next_line() -> None:
+    for text in titles(figure_of("gough")):
+        lines = text.splitlines()
+        assert max(map(len, lines)) <= 34  # letters of 0.07 in, in panels of 2.4 in
+        assert "".join(lines[1:]).replace(" ", "").startswith("leg_A+leg_B+leg_C+leg_D+leg_E+leg_F:")
+
+
+def test_the_key_tells_what_occurs_in_any_of_the_modes() -> None:
+    """The delta's platform is far from where its coordinates begin in one mode only."""
+    key = [text.get_text() for legend in figure_of("delta").legends for text in legend.get_texts()]
+    assert "coordinates of a platform" in key

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import runpy
 import sys
 from pathlib import Path
@@ -32,14 +33,58 @@ def test_every_example_is_told_here() -> None:
     assert {path.stem for path in FOLDER.glob("*.py")} == set(PRINTS)
 
 
-@pytest.mark.parametrize("script", [name for name in PRINTS if name != "identify_from_bag"])
-def test_examples_print_and_draw(script: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """The figures that are written."""
     pytest.importorskip("matplotlib")
+    from hybrid_dynamics_core.drawing import page
+
+    figures: list[Any] = []
+    save = page.save
+    monkeypatch.setattr(page, "save", lambda figure, path: (figures.append(figure), save(figure, path)))
+    return figures
+
+
+def check_look(figure: Any) -> None:
+    """A title in the project's look, axes with titles, names and units, colours of the project, keys beside curves."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.colors import to_hex
+
+    from hybrid_dynamics_core.drawing import style
+
+    ours = {getattr(style, name) for name in dir(style) if name.isupper() and isinstance(getattr(style, name), str)}
+    FigureCanvasAgg(figure).draw()  # in pixels of the screen, not of the file
+    title, about = figure.texts[:2]
+    assert (title.get_fontsize(), title.get_weight()) == (12, "bold")
+    assert about.get_text()
+    for axes in figure.axes:
+        assert axes.get_title(loc="left")
+        below = axes.get_xlabel() if axes.get_subplotspec().is_last_row() else "t [s]"
+        for name in (below, axes.get_ylabel()):
+            assert re.search(r"\[[^]]+\]|^number of|, in half intervals$", name), name
+        assert not axes.spines["top"].get_visible()
+        assert {to_hex(line.get_color()) for line in axes.lines} <= ours
+        keys = [key for key in (axes.get_legend(), *figure.legends) if key is not None]
+        assert keys
+        for key in keys:
+            assert not key.get_window_extent().overlaps(axes.patch.get_window_extent())
+        for text in (axes.title, axes._left_title, axes.xaxis.label, axes.yaxis.label, title, about):
+            box = text.get_window_extent()
+            assert -1.0 <= box.x0 <= box.x1 <= figure.bbox.x1 + 1.0  # nothing runs out of the page
+            assert -1.0 <= box.y0 <= box.y1 <= figure.bbox.y1 + 1.0
+
+
+@pytest.mark.parametrize("script", [name for name in PRINTS if name != "identify_from_bag"])
+def test_examples_print_and_draw(
+    script: str, drawn: list[Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
     place = tmp_path / "figure.png"
     monkeypatch.setattr(sys, "argv", [script, "--plot", str(place)])
     run(script, name="__main__")
     assert PRINTS[script] in capsys.readouterr().out
     assert place.read_bytes().startswith(b"\x89PNG")
+    (figure,) = drawn
+    check_look(figure)
 
 
 def test_excavator_pressures_are_positive_and_below_the_supply() -> None:
@@ -121,13 +166,16 @@ def test_staicus_robot_tracks_its_path() -> None:
     assert result["singularity"].min() > 0.1
 
 
-def test_a_bag_tells_what_the_robot_weighs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+def test_a_bag_tells_what_the_robot_weighs(
+    drawn: list[Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
     pytest.importorskip("rosbags")
     bag, figure = tmp_path / "recording", tmp_path / "figure.png"
     monkeypatch.setattr(sys, "argv", ["identify_from_bag", "--bag", str(bag), "--plot", str(figure)])
     example = run("identify_from_bag", name="__main__")
     assert PRINTS["identify_from_bag"] in capsys.readouterr().out
     assert figure.read_bytes().startswith(b"\x89PNG")
+    check_look(drawn[0])
     found = example["identified"](bag)
     truth, interval = example["truth"](found), found.result.interval
     assert ((truth >= interval[:, 0]) & (truth <= interval[:, 1])).mean() > 0.85

@@ -80,6 +80,18 @@ def test_a_message_with_values_missing_or_of_another_kind_is_refused(wrong, word
         template.message(7, wrong)
 
 
+@pytest.mark.parametrize(("sec", "fits"), [(2**31 - 1, True), (2**31, False), (-(2**31), True), (-(2**31) - 1, False)])
+def test_a_stamp_beyond_what_messages_hold_is_told(sec, fits):
+    template = layouts.joint_state(["a"], velocity=False, effort=False)
+    stamp_ns = sec * 10**9 + 5
+    if fits:
+        told = deserialize_message(template.message(stamp_ns, [np.ones(1)]), JointState).header.stamp
+        assert (told.sec, told.nanosec) == (sec, 5)
+    else:
+        with pytest.raises(ValueError, match=rf"the stamp {stamp_ns} ns is {sec} s.* to 2147483647 \(January 2038\)"):
+            template.message(stamp_ns, [np.ones(1)])
+
+
 @pytest.mark.parametrize("name", ["forging_chu2020", "staicu2015", "delta", "type_c"])
 def test_messages_filled_in_as_bytes_are_those_that_rclpy_writes(name):
     robot = load(name)

@@ -1,0 +1,66 @@
+"""Pages for plots in the look of all figures: a title, what is shown, axes, and below them what was assumed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from textwrap import fill
+from typing import Any, Final
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.rcsetup import cycler
+
+from .figure import save
+from .style import BLUE, GREEN, ORANGE, PURPLE, QUIET, RED, SKY, STYLE
+
+CURVES: Final = (BLUE, RED, GREEN, ORANGE, PURPLE, SKY)
+PLOTS: Final[dict[Any, Any]] = {**STYLE, "axes.prop_cycle": cycler(color=CURVES), "legend.frameon": False}
+_LINE: Final = 0.16  # [in] of the caption
+_ROW: Final = 13.0  # [pt] of a legend
+_GAP: Final = 6.0  # [pt] between axes, legend and title
+
+
+def page(title: str, caption: str = "", *, line: str = "", width: float = 7.2, height: float = 4.0) -> Figure:
+    """A figure with a title and a line of what is shown, and below its axes a caption that says what was assumed.
+
+    width, height: of the axes with their names [in]. To be made, filled and saved within `mpl.rc_context(PLOTS)`.
+    """
+    text = fill(" ".join(caption.split()), round(width * 15.5))
+    foot = _LINE * (1 + text.count("\n")) + 0.14 if text else 0.0
+    head = 0.6 if line else 0.4
+    whole = height + foot + head
+    figure = Figure(figsize=(width, whole), layout="constrained")
+    engine: Any = figure.get_layout_engine()
+    engine.set(rect=(0.008, foot / whole, 0.98, (height - 0.04) / whole))
+    figure.text(0.015, 1.0 - 0.22 / whole, title, fontsize=12, weight="bold", va="center")
+    if line:
+        figure.text(0.015, 1.0 - 0.44 / whole, line, fontsize=9, color=QUIET, va="center")
+    if text:
+        figure.text(0.015, foot / whole - 0.03 / whole, text, fontsize=8, color=QUIET, va="top", linespacing=1.35)
+    return figure
+
+
+@contextmanager
+def written_page(path: str | Path, title: str, line: str, height: float) -> Iterator[Figure]:
+    """A page to be filled with axes; written to the file, .svg or .png, at the end. InputError for other suffixes."""
+    with mpl.rc_context(PLOTS):
+        figure = page(title, line=line, height=height)
+        yield figure
+        save(figure, Path(path))
+
+
+def entitled(axes: Axes, title: str, columns: int = 0) -> None:
+    """A title over axes and, where there are columns for it, between both a legend, which so hides nothing."""
+    if not columns:
+        axes.set_title(title)
+        return
+    handles, labels = axes.get_legend_handles_labels()
+    rows = -(-len(labels) // columns)
+    axes.legend(
+        handles, labels, ncols=columns, loc="lower left", bbox_to_anchor=(0.0, 1.0), fontsize=8, borderaxespad=0.3,
+        borderpad=0.0, handlelength=1.6, columnspacing=1.4,
+    )  # fmt: skip
+    axes.set_title(title, pad=rows * _ROW + _GAP)

@@ -1,0 +1,124 @@
+"""A narrow window: scene and panel share it, nothing is cut off, and the whole robot is in the picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hybrid_dynamics_core import Robot, load
+from hybrid_dynamics_core.view.camera import Camera, camera_for
+from tools.browser import NoBrowserError, opened_page
+
+pytestmark = pytest.mark.usefixtures("needs_viser")
+PATIENCE = 60_000  # [ms] a machine may be loaded; nothing waits for this where all is well
+WIDTH, HEIGHT = 500, 800  # [px]
+BOXES = """() => {
+  const box = e => { const r = e.getBoundingClientRect(); return [r.left, r.top, r.right, r.bottom]; };
+  const sheet = document.querySelector('.hd-sheet').closest("div.mantine-ScrollArea-root").parentElement.parentElement;
+  const wide = [...document.querySelectorAll('.hd table')].map(t => t.getBoundingClientRect().right);
+  return {scene: box(document.querySelector('canvas')), panel: box(sheet), rightmost: Math.max(...wide)};
+}"""
+SETTLED = """height => {
+  const sheet = document.querySelector('.hd-sheet');
+  return sheet && Math.abs(document.querySelector('canvas').getBoundingClientRect().height - height) < 1.5;
+}"""
+
+
+def test_scene_and_panel_share_a_narrow_window() -> None:
+    from tools.view_screenshot import running
+
+    try:
+        with running(load("gough")) as viewer, opened_page(viewer.url, WIDTH, HEIGHT) as page:
+            page.wait_for_function(SETTLED, arg=0.5 * HEIGHT, timeout=PATIENCE)
+            page.get_by_text("lambda_F", exact=True).wait_for(timeout=PATIENCE)
+            boxes = page.evaluate(BOXES)
+            assert boxes["scene"] == pytest.approx([0.0, 0.0, WIDTH, 0.5 * HEIGHT], abs=1.0)
+            assert boxes["panel"] == pytest.approx([0.0, 0.5 * HEIGHT, WIDTH, HEIGHT], abs=1.0)
+            assert 0.0 < boxes["rightmost"] <= WIDTH  # readouts are not cut off
+            (client,) = viewer.server.get_clients().values()
+            assert client.camera.position == pytest.approx(viewer.stage.camera.position, rel=1e-4)  # wide enough for it
+            page.get_by_text("gough", exact=True).click()  # folds the panel: the scene has the rest
+            page.wait_for_function(
+                "height => document.querySelector('canvas').getBoundingClientRect().height > height",
+                arg=0.9 * HEIGHT,
+                timeout=PATIENCE,
+            )
+    except NoBrowserError as problem:
+        pytest.skip(str(problem))
+
+
+@pytest.mark.parametrize("aspect", [3.0, 1.0, 0.6, 0.25])
+def test_every_point_is_in_the_picture_however_narrow(forging: Robot, aspect: float) -> None:
+    """Within the pyramid of view of a canvas of this shape."""
+    from hybrid_dynamics_core.view.bodies import shape_of
+
+    shape = shape_of(forging, forging.close(forging.reference))
+    camera = camera_for(shape.skeleton, shape.points)
+    away = camera.look_at - camera.seen_from(aspect)
+    forward = away / np.linalg.norm(away)
+    right = np.cross(forward, (0.0, 0.0, 1.0))
+    right /= np.linalg.norm(right)
+    seen = shape.points - camera.seen_from(aspect)
+    depth, up = seen @ forward, seen @ np.cross(right, forward)
+    assert np.abs(up / depth).max() < np.tan(0.5 * camera.field)
+    assert np.abs(seen @ right / depth).max() < aspect * np.tan(0.5 * camera.field)
+    if aspect >= 1.0:
+        assert camera.seen_from(aspect) == pytest.approx(camera.position, rel=1e-12)
+
+
+@dataclass
+class Eye:
+    """The camera of a browser."""
+
+    position: np.ndarray
+    look_at: np.ndarray
+    aspect: float
+    heard: list[Any] = field(default_factory=list)
+
+    def on_update(self, act: Any) -> None:
+        self.heard.append(act)
+
+
+class Page:
+    """A browser, as the server knows it."""
+
+    client_id = 7
+
+    def __init__(self, camera: Camera, aspect: float) -> None:
+        self.camera = Eye(camera.position, camera.look_at, aspect)
+
+    def atomic(self) -> Any:
+        return pytest.MonkeyPatch.context()  # any context will do
+
+    def turned(self, aspect: float) -> None:
+        """The window has another shape now."""
+        self.camera.aspect = aspect
+        for act in self.camera.heard:
+            act(self.camera)
+
+
+def test_the_camera_follows_the_window_until_somebody_moves_it() -> None:
+    from hybrid_dynamics_core.view.fitting import Fitting
+
+    met: dict[str, Any] = {}
+    server = SimpleNamespace(
+        on_client_connect=lambda act: met.update(come=act), on_client_disconnect=lambda act: met.update(gone=act)
+    )
+    camera = Camera(np.array([3.0, 4.0, 12.0]), np.zeros(3), 2.0)
+    fitting, page = Fitting(server, camera), Page(camera, 0.5)  # type: ignore[arg-type]
+    met["come"](page)
+    assert page.camera.position == pytest.approx([6.0, 8.0, 24.0])
+    assert page.camera.look_at == pytest.approx([0.0, 0.0, 0.0])
+    page.turned(2.0)
+    assert page.camera.position == pytest.approx([3.0, 4.0, 12.0])
+    page.camera.position = np.array([1.0, 0.0, 0.0])
+    page.turned(0.5)
+    assert page.camera.position == pytest.approx([1.0, 0.0, 0.0])
+    met["gone"](page)
+    page.turned(0.25)
+    assert page.camera.position == pytest.approx([1.0, 0.0, 0.0])
+    assert not fitting._put
