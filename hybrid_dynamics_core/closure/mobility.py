@@ -49,6 +49,8 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     motions = _null_space(jacobian_of(tree, loops, s, range(len(names)))[1])
     order = [names.index(name) for name in robot.active] + passive
     chosen = _independent(motions, order)
+    if names and not chosen:
+        raise robot.error("active", "the loops hold every joint fast: nothing is left to move; mend the geometry")
     motors = tuple(names[k] for k in chosen if names[k] in robot.active)
     idle = tuple(names[k] for k in chosen if names[k] not in robot.active)
     dependent = tuple(name for name in robot.active if name not in motors)

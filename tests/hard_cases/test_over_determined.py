@@ -158,6 +158,19 @@ class TestLoopsThatDoNotClose:
             Robot(description)
         assert caught.value.line == 8
 
+    def test_a_truss_is_told(self) -> None:
+        """Two bars pinned together and to the ground: a triangle, which moves nowhere."""
+        text = (
+            "format: 1\nname: truss\nlinks: {base: {}, left: {mass: 1}, right: {mass: 1}}\njoints:\n"
+            "  a: {type: revolute, parent: base, child: left, axis: z}\n"
+            "  b: {type: revolute, parent: base, child: right, origin: {xyz: [1, 0, 0]}, axis: z}\n"
+            "closures:\n  top: {kind: planar, between: {left: [1, 0, 0], right: [1, 0, 0]}}\n"
+            "active: [a]\nend_effector: {link: left}\nreference: {a: 1.0471975511965976, b: 2.0943951023931953}\n"
+        )
+        description = replace(parse_description(text, file="truss.yaml"), active_set="motors")
+        with pytest.raises(DescriptionError, match="the loops hold every joint fast"):
+            Robot(description)
+
     def test_a_tilt_is_told_in_radians(self) -> None:
         """Two frames of a planar loop, tilted by 0.1 rad against each other; least squares leave metres too."""
         with pytest.raises(DescriptionError, match=r"its ends on coupler and half stay .* m and 0\.1 rad apart"):
