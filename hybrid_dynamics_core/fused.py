@@ -11,7 +11,7 @@ finite raise InputError, states that do not close raise what `robot.close` raise
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property, partial
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from . import programs
@@ -19,6 +19,7 @@ from .description.model import Array, Frame
 from .dynamics.loading import Loading
 from .dynamics.loads import Loads
 from .fused_call import FusedCall
+from .lazy import lazy
 
 if TYPE_CHECKING:
     from .robot import Robot
@@ -53,46 +54,46 @@ class RobotKernels:
         """The same calls under other loads. Loads of the same kinds with other values use the same compiled code."""
         return RobotKernels(self._robot, self._find, self._prepare, loads, self._frame)
 
-    @cached_property
+    @lazy
     def close(self) -> Call:
         """(u, du=0) -> s, ds: all coordinates and their rates, (n_s,) or (N, n_s)."""
         return self._fused("motion", programs.MOTION, optional=("du",))
 
-    @cached_property
+    @lazy
     def forward_kinematics(self) -> Call:
         """(u) -> position (3,) and rotation (3, 3) of the end effector in the base frame."""
         return self._fused(f"pose {self._frame}", programs.forward_kinematics(self._find(self._frame)))
 
-    @cached_property
+    @lazy
     def jacobian(self) -> Call:
         """(u) -> (6, n): d(linear, angular velocity)/du' of the end effector's origin, base axes."""
         return self._fused(f"jacobian {self._frame}", programs.jacobian(self._find(self._frame)))
 
-    @cached_property
+    @lazy
     def pose_and_jacobian(self) -> Call:
         """(u) -> position (3,), rotation (3, 3) and Jacobian (6, n): what a step of inverse kinematics needs."""
         return self._fused(f"pose and jacobian {self._frame}", programs.pose_and_jacobian(self._find(self._frame)))
 
-    @cached_property
+    @lazy
     def inverse_dynamics(self) -> Call:
         """(u, du, ddu) -> tau (n,): actuator torques and forces; Chu (2020), Eq. 25."""
         return self._loaded("inverse_dynamics", programs.inverse_dynamics)
 
-    @cached_property
+    @lazy
     def closed_inverse_dynamics(self) -> Call:
-        """(u, du, ddu) -> s, ds (n_s,), tau (n,), residuals of all loop equations, and distances (steps,).
+        """(u, du, ddu) -> tau (n,), and s, ds, R, bias, residuals, distances, of which `robot.closed_state` is made.
 
-        What `close` and `inverse_dynamics` of the robot give, to the same bits where every loop has a closed form.
-        Residuals are in lengths of the loop or [rad]; `robot.loop_distances` gives the distances by loop.
+        What `close` and `inverse_dynamics` of the robot give, to the same bits where every loop has a closed form, and
+        refused where one of the two is.
         """
         return self._loaded("closed_inverse_dynamics", programs.closed_inverse_dynamics)
 
-    @cached_property
+    @lazy
     def minimal_form(self) -> Call:
         """(u, du) -> M-bar (n, n), C-bar u' (n,), G-bar (n,); Chu (2020), Eq. 25."""
         return self._loaded("minimal_form", programs.minimal_form)
 
-    @cached_property
+    @lazy
     def forward_dynamics(self) -> Call:
         """(u, du, tau) -> ddu (n,): active accelerations from actuator torques and forces."""
         return self._loaded("forward_dynamics", programs.forward_dynamics, self._robot.forward_dynamics)

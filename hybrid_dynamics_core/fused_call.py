@@ -143,7 +143,7 @@ class FusedCall:
         if self._explain is not None:
             self._explain(state, *(inputs[name] for name in self._given if name not in ("u", "du")))
         place = "" if codes.ndim == 0 else f" in row {int(np.flatnonzero(codes)[0])}"
-        raise InputError(f"the result{place} is beyond the range of floating point numbers")
+        raise InputError(f"the result{place} is not finite: the input is too large to compute with")
 
 
 def _overlap(a: Array, b: Array) -> bool:

@@ -34,7 +34,7 @@ def refusal(model: Model, u: Array, signs: Array, code: int, distance: float, in
     if code == JUMP:
         return _jump(model, index)
     if code == NOT_FINITE:
-        return InputError("the result is beyond the range of floating point numbers")
+        return InputError("the result is not finite: the input is too large to compute with")
     return _not_closed(model, u, signs, code, distance, index)
 
 

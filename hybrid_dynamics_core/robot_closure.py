@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from types import MappingProxyType
@@ -175,6 +175,12 @@ class ClosingRobot:
         values, codes = self._closer.close(u, du, signs, start)
         state = self._state(u, du, signs, values, codes, check)
         return state if near is None else replace(state, branch=self._followed(near, state))
+
+    def closed_state(self, u: Array, du: Array, found: Sequence[Array]) -> ClosedState:
+        """The state of what `kernels.closed_inverse_dynamics` found besides tau for u and du, without closing again."""
+        values = dict(zip(("s", "ds", "R", "bias", "residuals", "distances"), found, strict=True))
+        values["iterations"] = np.zeros((*u.shape[:-1], 1))
+        return self._state(u, du, self._signs, values, np.zeros(u.shape[:-1], dtype=np.int64), check=True)
 
     def close_path(self, u: ArrayLike, du: ArrayLike | None = None, near: ClosedState | None = None) -> ClosedState:
         """Close along a motion u (N, n): each row is followed from the one before, the first from `near`.

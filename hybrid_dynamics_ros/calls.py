@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Final
 
+import numpy as np
 from hybrid_dynamics_msgs.srv import ConvertTrajectory
 from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import QoSProfile
 from rclpy.service import Service as RosService
 from trajectory_msgs.msg import JointTrajectory
 
+from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_ros.conditions import Change, NewMode
 from hybrid_dynamics_ros.parameters import QUEUE, TIMEOUT
 from hybrid_dynamics_ros.runtime import Runtime
-from hybrid_dynamics_ros.samples import Rejection, RejectionCode
+from hybrid_dynamics_ros.samples import Rejection, RejectionCode, rejection_of
 from hybrid_dynamics_ros.services.answers import OK, guarded, refused
 from hybrid_dynamics_ros.services.context import Context
 from hybrid_dynamics_ros.services.table import TABLE, Lane, Service
@@ -25,7 +28,7 @@ from hybrid_dynamics_ros.workers import Job, Workers
 # The usual ten that wait would let calls of a flood vanish unanswered.
 _REQUESTS: Final = QoSProfile(depth=1000)
 TRAJECTORY: Final = "convert_trajectory"
-_UNREADY: Final = "the node is not configured: it has no robot yet"
+_UNREADY: Final = Rejection(RejectionCode.NOT_READY, "the node is not configured: it has no robot yet")
 
 
 class Later:
@@ -76,6 +79,7 @@ class Calls:
         self._node, self._log = node, log
         self._runtime: Runtime | None = None
         self._workers: Workers | None = None
+        self._changer: ThreadPoolExecutor | None = None  # one thread: changes come one after the other
         self.active = False
         for service in TABLE:
             name, responder = f"~/{service.name}", self._responder(service)
@@ -86,14 +90,17 @@ class Calls:
     def open(self, runtime: Runtime) -> None:
         """Answer for this robot from now on."""
         self._workers = Workers(runtime.robot.description)
+        self._changer = ThreadPoolExecutor(1, "changes")
         self._runtime = runtime
 
     def close(self) -> None:
         """Answer NOT_READY from now on."""
         self._runtime = None
+        if self._changer is not None:
+            self._changer.shutdown(wait=False)  # what waits is answered NOT_READY
         if self._workers is not None:
             self._workers.close()
-        self._workers = None
+        self._workers = self._changer = None
 
     def _responder(self, service: Service) -> Callable[[Any, Any], Any]:
         def respond(request: Any, response: Any) -> Any:
@@ -115,18 +122,21 @@ class Calls:
         self._call(service, ConvertTrajectory.Request(joints=message), ConvertTrajectory.Response(), publish)
 
     def _call(self, service: Service, request: Any, response: Any, tell: Callable[[Any], None]) -> None:
-        runtime, workers = self._runtime, self._workers
+        runtime, workers, changer = self._runtime, self._workers, self._changer
+        if runtime is None or workers is None or changer is None:
+            self._tell(service, refused(response, _UNREADY), tell)
+            return
 
         def done(answered: Any, change: Change | None) -> None:
-            if change is not None and runtime is not None:
-                answered = self._change(runtime, change, answered)
-            if answered.error_code != OK:
-                self._log.warn((service.name, answered.error_code), f"{service.name}: {answered.error_text}")
-            self._tell(service, answered, tell)
+            if change is None:
+                self._tell(service, answered, tell)
+                return
+            try:
+                changer.submit(lambda: self._tell(service, self._change(runtime, change, answered), tell))
+            except RuntimeError:  # it was shut down meanwhile
+                self._tell(service, refused(response, _UNREADY), tell)
 
-        if runtime is None or workers is None:
-            done(refused(response, Rejection(RejectionCode.NOT_READY, _UNREADY)), None)
-        elif service.lane is Lane.HERE:
+        if service.lane is Lane.HERE:
             done(*guarded(service.answer, Context(runtime.robot, runtime.situation()), request, response))
         else:
             settings = runtime.settings
@@ -134,17 +144,27 @@ class Calls:
             workers.submit(service.lane, job, settings[QUEUE])
 
     def _change(self, runtime: Runtime, change: Change, answered: Any) -> Any:
-        """Make the change of a call, unless things changed while it was worked on. Runs in a worker's thread too."""
-        runtime.prepare(change)
-        with runtime.lock:
-            if runtime is not self._runtime:
-                return refused(type(answered)(), Rejection(RejectionCode.NOT_READY, _UNREADY))
-            if isinstance(change, NewMode) and runtime.moving:
-                return refused(type(answered)(), Rejection(RejectionCode.REFUSED, "the robot began to move meanwhile"))
-            runtime.change(change)
+        """Make the change of a call, unless things changed while it was worked on; in a thread of its own."""
+        empty = type(answered)()
+        try:
+            if runtime is self._runtime:
+                with np.errstate(all="ignore"):  # of a payload beyond all numbers: the result is checked
+                    runtime.prepare(change)
+            with runtime.lock:
+                if runtime is not self._runtime:
+                    return refused(empty, _UNREADY)
+                if isinstance(change, NewMode) and runtime.moving:
+                    return refused(empty, Rejection(RejectionCode.REFUSED, "the robot began to move meanwhile"))
+                runtime.change(change)
+        except HybridDynamicsError as error:
+            return refused(empty, rejection_of(error))
+        except Exception as error:  # noqa: BLE001 - a call is answered, whatever the fault
+            return refused(empty, Rejection(RejectionCode.INTERNAL, f"fault of the node: {error!r}"))
         return answered
 
     def _tell(self, service: Service, response: Any, tell: Callable[[Any], None]) -> None:
+        if response.error_code != OK:
+            self._log.warn((service.name, response.error_code), f"{service.name}: {response.error_text}")
         try:
             tell(response)
         except Exception as error:  # noqa: BLE001 - the client, or the node, may be gone by now

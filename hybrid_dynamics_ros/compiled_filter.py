@@ -14,6 +14,7 @@ import numpy as np
 from hybrid_dynamics_core.kernels import extension, llvm, native
 from hybrid_dynamics_core.kernels.ir.entry import DECLARATIONS, Entry
 from hybrid_dynamics_core.kernels.ir.text import Function, constant
+from hybrid_dynamics_core.kernels.run import default_backend
 from hybrid_dynamics_ros.filters import (
     LEAST_CONDITION,
     LEAST_DECAY,
@@ -38,11 +39,13 @@ _BINOMIAL = ((), (1.0,), (1.0, 2.0), (1.0, 3.0, 3.0), (1.0, 4.0, 6.0, 4.0))
 Advance = Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], int]
 
 
-@cache
 def advance_of(degree: int) -> Advance | None:
-    """The function for a filter of degree 1 or 2; None where there is no compiler."""
-    if native.reason_against():
-        return None
+    """The function for a filter of degree 1 or 2; None where nothing is compiled."""
+    return _compiled(degree) if default_backend() == native.NAME else None
+
+
+@cache
+def _compiled(degree: int) -> Advance:
     return extension.function(llvm.Loaded(llvm.compile_text(_text(degree), native.LEVEL)))
 
 
@@ -52,10 +55,14 @@ class CompiledFilter(PolynomialFilter):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        advance_of(self.degree)  # compiled now, not while the first sample waits
+        _ = self._compiled  # now, not while the first sample waits
+
+    @cached_property
+    def _compiled(self) -> Advance | None:
+        return advance_of(self.degree)
 
     def _advance(self, state: FilterState, stamp_ns: int, sample: FloatArray) -> FilterState:
-        advance = advance_of(self.degree)
+        advance = self._compiled
         if advance is None or state.degree != self.degree:
             return super()._advance(state, stamp_ns, sample)
         interval, own = np.array([(stamp_ns - state.stamp_ns) * 1e-9]), np.array([sample])

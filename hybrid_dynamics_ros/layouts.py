@@ -32,6 +32,16 @@ def closed_state(robot: Robot, ending: Sequence[str], branch: Mapping[str, str],
     return template.strings(ending).sequence("lower", len(ending)).sequence("upper", len(ending))
 
 
+def pose(robot: Robot) -> Template:
+    """A geometry_msgs/PoseStamped of the end effector: slots `position` and `turn` (x y z w)."""
+    return Template().header(robot.base_frame).slot("position", "<f8", 3).slot("turn", "<f8", 4)
+
+
+def twist(robot: Robot) -> Template:
+    """A geometry_msgs/TwistStamped of the end effector: slot `twist`, linear and angular."""
+    return Template().header(robot.base_frame).slot("twist", "<f8", 6)
+
+
 def transforms(robot: Robot) -> Template:
     """A tf2_msgs/TFMessage of all joints: slots `place 0`, `turn 0` (x y z w), `place 1` ... in their order."""
     template = Template().length(len(robot.coordinates))

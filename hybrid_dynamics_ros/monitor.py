@@ -109,13 +109,13 @@ class Monitor:
         return entries
 
     def _geometry(self, result: MotionResult, settings: Settings) -> list[Entry]:
-        state, bad = result.state, result.residual > settings[RESIDUAL]
+        bad = result.residual > settings[RESIDUAL]
         entries = [Entry("residual", f"{result.residual:.3g}", Level.ERROR if bad else Level.OK)]
-        near = float(state.singularity)
+        near, loop = result.nearest
         level = _below(near, settings[SINGULARITY_WARN], settings[SINGULARITY_ERROR])
-        entries.append(Entry("singularity margin", f"{near:.4g} {state.singular_loop}".strip(), level))
+        entries.append(Entry("singularity margin", f"{near:.4g} {loop}".strip(), level))
         if self._strokes.joints:
-            margins = np.minimum(*self._strokes.left(state.s))
+            margins = np.minimum(*self._strokes.left(result.position))
             k = int(np.argmin(margins))
             level = _below(float(margins[k]), settings[STROKE_WARN], settings[STROKE_ERROR])
             entries.append(Entry("stroke margin", f"{margins[k]:.4g} {self._strokes.joints[k]}", level))

@@ -22,7 +22,8 @@ from hybrid_dynamics_core import CylinderState, Robot
 from hybrid_dynamics_core.errors import SingularityError
 from hybrid_dynamics_ros import layouts
 from hybrid_dynamics_ros.cdr import Template
-from hybrid_dynamics_ros.conversions import ns_to_stamp, pose_stamped, to_field
+from hybrid_dynamics_ros.conversions import ns_to_stamp, to_field
+from hybrid_dynamics_ros.placement import quaternion
 from hybrid_dynamics_ros.results import MotionResult
 from hybrid_dynamics_ros.samples import FloatArray
 from hybrid_dynamics_ros.strokes import Strokes
@@ -109,29 +110,23 @@ def closed_state_message(robot: Robot, state: Closed, stamp: Time) -> ClosedStat
 
 def end_effector_pose(robot: Robot) -> Fill:
     """Pose of the end effector in the base frame."""
+    layout = layouts.pose(robot)
 
-    def fill(result: MotionResult) -> PoseStamped:
-        message = pose_stamped(
-            header=PoseStamped().header, position=result.pose.position, rotation=result.pose.rotation
-        )
-        message.header.stamp, message.header.frame_id = ns_to_stamp(result.stamp_ns), robot.base_frame
-        return message
+    def fill(result: MotionResult) -> bytes:
+        pose = result.pose
+        return layout.message(result.stamp_ns, (pose.position, np.array(quaternion(pose.rotation))))
 
     return fill
 
 
 def end_effector_twist(robot: Robot) -> Fill:
     """Velocity of the end effector's origin and its rotation, base axes; nothing before rates are known."""
-    message = TwistStamped()
-    message.header.frame_id = robot.base_frame
+    layout = layouts.twist(robot)
 
-    def fill(result: MotionResult) -> TwistStamped | None:
+    def fill(result: MotionResult) -> bytes | None:
         if not result.moving:
             return None
-        twist = (robot.jacobian(result.state) @ result.state.du).tolist()
-        message.header.stamp = ns_to_stamp(result.stamp_ns)
-        message.twist.linear, message.twist.angular = _vector(twist[:3]), _vector(twist[3:])
-        return message
+        return layout.message(result.stamp_ns, (robot.jacobian(result.state) @ result.state.du,))
 
     return fill
 

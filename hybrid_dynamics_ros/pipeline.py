@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -99,13 +100,12 @@ class Pipeline:
 
     @loads.setter
     def loads(self, loads: Loads) -> None:
-        self._loads = loads
-        self._choose()
+        self._loads, self._fused = loads, self._chosen(loads)
 
-    def _choose(self) -> None:
+    def _chosen(self, loads: Loads) -> Call | None:
         """One call for all, where nothing has to be followed from the sample before."""
         plain = self._direct and self.mode is None and not self.robot.follows
-        self._fused = self._fused_under(self._loads) if plain else None
+        return self._fused_under(loads) if plain else None
 
     def _fused_under(self, loads: Loads) -> Call:
         return self.robot.kernels.under(loads).closed_inverse_dynamics
@@ -132,7 +132,7 @@ class Pipeline:
         """Keep the assembly modes of a closed state from now on; None: those of the robot file."""
         self.mode = self._near = mode
         self._state = None
-        self._choose()
+        self._fused = self._chosen(self._loads)
 
     def reset(self) -> None:
         """Forget the samples so far; the counts stay."""
@@ -219,14 +219,18 @@ class Pipeline:
             distances=state.distances,
             branch=state.branch,
             event=event,
-            closed=state,
+            make_state=lambda: state,
         )
 
     def _evaluate_fused(
         self, fused: Call, stamp_ns: int, motion: ActiveMotion, event: StampEvent | None
     ) -> MotionResult:
         """The same to the last bit, in one call of compiled code."""
-        s, ds, efforts, residuals, distances = fused(*motion)
+        u, du, ddu = motion.complete()
+        efforts, *closed = fused(u, du, ddu)
+        s, ds, _, _, residuals, distances = closed
+        for array in (u, du, ddu, efforts, s, ds):
+            array.flags.writeable = False
         robot = self.robot
         return MotionResult(
             robot,
@@ -240,6 +244,7 @@ class Pipeline:
             robot.loop_distances(distances),
             self._branch,
             event,
+            partial(robot.closed_state, u, du, closed),
         )
 
     def _close(self, motion: ActiveMotion, event: StampEvent | None) -> tuple[ClosedState, FloatArray | None]:

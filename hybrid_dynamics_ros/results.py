@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -13,7 +13,9 @@ from hybrid_dynamics_ros.samples import ActiveMotion, FloatArray
 
 @dataclass(eq=False)
 class MotionResult:
-    """All that one sample says about the robot. Coordinates are in the order of ``robot.coordinates``. Never changed.
+    """All that one sample says about the robot. Coordinates are in the order of ``robot.coordinates``.
+
+    Never changed: arrays are read-only.
 
     Attributes:
         robot, loads: what the result was computed with.
@@ -26,7 +28,7 @@ class MotionResult:
         distances: of each loop to its nearest singularity, (loops,).
         branch: assembly mode of each loop by name.
         event: what the stamp meant to the filter; None where it was not asked.
-        closed: the closed state, where there already is one; `state` is one in any case.
+        make_state: makes `state` of what was computed for the arrays above.
     """
 
     robot: Robot
@@ -40,7 +42,7 @@ class MotionResult:
     distances: FloatArray
     branch: Mapping[str, str]
     event: StampEvent | None
-    closed: ClosedState | None = field(default=None, repr=False)
+    make_state: Callable[[], ClosedState] = field(repr=False)
 
     @property
     def moving(self) -> bool:
@@ -50,7 +52,7 @@ class MotionResult:
     @cached_property
     def state(self) -> ClosedState:
         """The loops, closed; the arrays above are its own, to the last bit."""
-        return self.closed or self.robot.close(self.active.position, self.active.velocity)
+        return self.make_state()
 
     @property
     def nearest(self) -> tuple[float, str]:

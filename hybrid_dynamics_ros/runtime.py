@@ -111,7 +111,8 @@ class Runtime:
         """Whether a joint moved at the newest input; one whose rate is not known counts as moving."""
         if self.result is None:
             return False
-        return not self.result.moving or bool(np.abs(self.result.state.ds).max() > self.settings[STILL])
+        rates = self.result.velocity
+        return rates is None or bool(np.abs(rates).max() > self.settings[STILL])
 
     def situation(self) -> Situation:
         """How things stand, for whoever answers a call."""
@@ -119,7 +120,7 @@ class Runtime:
             conditions=self.conditions,
             settings=self.settings,
             measured=self.measured,
-            newest=None if self.result is None else self.result.state.u,
+            newest=None if self.result is None else self.result.active.position,
             moving=self.moving,
         )
 
@@ -134,9 +135,9 @@ class Runtime:
         robot.forward_kinematics(state)
         robot.jacobian(state)
         robot.hydraulics(state, np.zeros(state.n))
-        loads, frame = self.pipeline.loads, self.settings[PAYLOAD_FRAME] or robot.end_effector
-        for each in (loads, loads.with_payload(Payload(1.0), frame)):  # which parameters may bring at any time
-            self._generate(each)
+        bare, frame = loads_of(robot, Conditions(gravity=self.conditions.gravity)), self.settings[PAYLOAD_FRAME]
+        for loads in (bare, bare.with_payload(Payload(1.0), frame or robot.end_effector), self.pipeline.loads):
+            self._generate(loads)  # what parameters may bring while messages flow
 
     def _generate(self, loads: Loads) -> None:
         self.pipeline.prepare(loads)

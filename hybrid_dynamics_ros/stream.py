@@ -65,7 +65,7 @@ class Stream:
             self.destroy()
             raise
         self._looked = -_LOOK
-        self._listened: list[tuple[Publisher, Fill, float, Pace]] = []
+        self._sent: list[tuple[Publisher, Fill, float, Pace, bool]] = []
 
     def _open(self, table: list[tuple[str, type, Fill, Parameter[float]]]) -> None:
         settings = self._runtime.settings
@@ -168,14 +168,14 @@ class Stream:
             return result
         try:
             messages = self._messages(result)
+            for send, message in messages:
+                send(message)
         except HybridDynamicsError as error:
             return runtime.pipeline.withdraw(result, rejection_of(error))
         except Exception:  # noqa: BLE001 - as in `_attempt`
             return runtime.pipeline.withdraw(result, _fault())
         runtime.result = result
         self._tell(result)
-        for send, message in messages:
-            send(message)
         return None
 
     def _messages(self, result: MotionResult) -> list[tuple[Send, Any]]:
@@ -183,10 +183,10 @@ class Stream:
         now = time.perf_counter()
         if now > self._looked + _LOOK:
             self._looked = now
-            self._listen()
+            self._look()
         messages = []
-        for publisher, fill, rate, pace in self._listened:
-            if rate == 0.0 or pace.due(result.stamp_ns, rate):
+        for publisher, fill, rate, pace, listened in self._sent:
+            if (rate == 0.0 or pace.due(result.stamp_ns, rate)) and listened:
                 message = fill(result)
                 if message is not None:
                     # Bytes go the short way; who is to send is destroyed in this thread alone.
@@ -194,14 +194,14 @@ class Stream:
                     messages.append((send, message))
         return messages
 
-    def _listen(self) -> None:
-        """Keep which topics somebody listens to, and at which rate they go out."""
+    def _look(self) -> None:
+        """Keep at which rate topics go out, and whether somebody listens; one at full rate needs no pace."""
         settings = self._runtime.settings
-        self._listened = [
-            (publisher, fill, settings[rate], pace)
+        told = [
+            (publisher, fill, settings[rate], pace, publisher.get_subscription_count() > 0)
             for publisher, fill, rate, pace in self._outputs
-            if settings[rate] >= 0.0 and publisher.get_subscription_count() > 0
         ]
+        self._sent = [row for row in told if row[2] > 0.0 or (row[2] == 0.0 and row[4])]
 
     def _tell(self, result: MotionResult) -> None:
         self._repeated = self._repeated + 1 if result.event is StampEvent.REPEATED else 0

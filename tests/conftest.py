@@ -83,9 +83,10 @@ def backend(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> 
         monkeypatch.setenv(VARIABLE, "python")
 
 
-@pytest.fixture
-def forging() -> Robot:
+@pytest.fixture(scope="module")
+def forging(request: pytest.FixtureRequest) -> Robot:
     """The forging robot of Chu et al. (2020), one for all tests of a backend."""
-    from tests.robots import robot  # after this file has set the environment
+    from tests.robots import backend, robot_of  # after this file has set the environment
 
-    return robot("forging_chu2020")
+    compiled = request.path.relative_to(ROOT).parts[0] not in UNCOMPILED
+    return robot_of("forging_chu2020", backend() if compiled else "python")

@@ -18,7 +18,7 @@ REGULAR = 0.02  # distance to a singularity below which rounding is no longer wh
 
 def robot(name: str) -> Robot:
     """A shipped robot or a mechanism; one that comes without masses gets some."""
-    return _robot(name, backend())
+    return robot_of(name, backend())
 
 
 def backend() -> str:
@@ -27,7 +27,8 @@ def backend() -> str:
 
 
 @cache
-def _robot(name: str, _backend: str) -> Robot:
+def robot_of(name: str, _backend: str) -> Robot:
+    """The same for tests of a backend."""
     machine = mechanism(name) if name in MECHANISMS else load(name)
     return machine if any(link.mass for link in machine.description.links.values()) else with_masses(machine)
 

@@ -10,13 +10,13 @@ import json
 import os
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..description.model import Array
+from ..lazy import lazy
 from . import cache, generated, native
 from .cache import Artifact
 from .digest import NoDigestError, code_digest, digest
@@ -44,22 +44,22 @@ class Kernel:
         self._sizes = tuple(sizes)
         self.backend = backend or default_backend()
 
-    @cached_property
+    @lazy
     def trace(self) -> Trace:
         """The traced program."""
         return trace(self._program, self._sizes)
 
-    @cached_property
+    @lazy
     def one(self) -> Callable[..., int]:
         """One state: inputs (size,), then named outputs, which are filled; a status code."""
         return self._made("one")
 
-    @cached_property
+    @lazy
     def rows(self) -> Callable[..., int]:
         """Many states: inputs (size,) or (N, size), outputs (N, *shape) and status (N,) int64, which are filled."""
         return self._made("rows")
 
-    @cached_property
+    @lazy
     def facts(self) -> dict[str, Any]:
         """What is to be known of the program without running it: see `facts_of`."""
         for form in _FORMS:
@@ -69,7 +69,7 @@ class Kernel:
         with self._waiting():
             return facts_of(self.trace)
 
-    @cached_property
+    @lazy
     def layout(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
         """Names and shapes of the outputs."""
         return tuple((name, tuple(shape)) for name, shape in self.facts["layout"])
@@ -124,7 +124,7 @@ class Kernel:
     def _key(self, form: Form) -> str:
         return hashlib.sha256(f"{self._identity} {form}".encode()).hexdigest()
 
-    @cached_property
+    @lazy
     def _identity(self) -> str | None:
         """Digest of everything that the code depends on; None where that cannot be told."""
         if cache.folder() is None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..algebra.scalar import Scalar, absolute
 from ..closure.passive import ClosedMotion
 from ..kernels.trace import Check, Results
@@ -27,17 +29,20 @@ def closed_motion(model: Model, x: Inputs) -> tuple[ClosedMotion, list[Check], l
 def _close(model: Model, x: Inputs) -> Results:
     """All coordinates, their rates, R, R' u', and the evidence."""
     motion, checks, distances = closed_motion(model, x)
-    ds = motion.rates(x.du)
-    outputs = {
+    outputs = closed_outputs(motion, len(x.u), motion.rates(x.du), distances)
+    return Results({**outputs, "iterations": [motion.iterations()]}, checks)
+
+
+def closed_outputs(motion: ClosedMotion, n: int, ds: list[Scalar], distances: list[Scalar]) -> dict[str, Any]:
+    """What a closed state of a robot is made of."""
+    return {
         "s": motion.posture.q,
         "ds": ds,
         "R": motion.velocity_map(),
-        "bias": motion.accelerations([0.0] * len(x.u), ds),
+        "bias": motion.accelerations([0.0] * n, ds),
         "residuals": motion.residuals,
         "distances": distances,
-        "iterations": [motion.iterations()],
     }
-    return Results(outputs, checks)
 
 
 def _motion(model: Model, x: Inputs) -> Results:

@@ -8,7 +8,7 @@ from ..algebra.vector import Vector
 from ..closure.passive import ClosedMotion
 from ..dynamics.loading import NOTHING, LoadedTree, Loading
 from ..kernels.trace import Check, Results
-from .closure import closed_motion
+from .closure import closed_motion, closed_outputs
 from .model import MASS_SINGULAR, Inputs, Model, Program
 
 SINGULAR_MASS = 1e-13  # share of the robot's own scale of inertia below which a pivot of M-bar is rounding
@@ -56,19 +56,12 @@ def inverse_dynamics(loading: Loading = NOTHING) -> Program:
 
 
 def closed_inverse_dynamics(loading: Loading = NOTHING) -> Program:
-    """Program for s, s', tau, and the evidence that the loops are closed: what one sample of a motion says."""
+    """Program for tau and all that a closed state is made of: what one sample of a motion says."""
 
     def run(model: Model, x: Inputs) -> Results:
         dynamics = Dynamics(model, x, loading)
-        motion = dynamics.motion
-        outputs = {
-            "s": motion.posture.q,
-            "ds": dynamics.ds,
-            "tau": dynamics.inverse(list(x.ddu)),
-            "residuals": motion.residuals,
-            "distances": dynamics.distances,
-        }
-        return Results(outputs, dynamics.checks)
+        closed = closed_outputs(dynamics.motion, dynamics.n, dynamics.ds, dynamics.distances)
+        return Results({"tau": dynamics.inverse(list(x.ddu)), **closed}, dynamics.checks)
 
     return Program(("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes)
 

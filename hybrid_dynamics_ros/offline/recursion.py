@@ -67,7 +67,7 @@ def _advance(
         last = out[done - 1].copy()
     else:
         past, last = np.array(state.moments), np.array(state.derivatives)
-        own = np.ascontiguousarray(samples[:usable])
+        own = np.ascontiguousarray(samples[:usable]).view(np.float64)  # of a type object of another process, too
         done = compiled(seconds[:usable], own, np.array([filt.rate]), past, last, out[:usable])
         if done < 0:
             raise ValueError("expected float64 arrays in C order")

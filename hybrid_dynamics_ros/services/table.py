@@ -18,7 +18,7 @@ from hybrid_dynamics_ros.services.trajectory import convert_trajectory
 class Lane(Enum):
     """Where a call is worked on. Short calls never wait behind long ones, and the stream never behind any."""
 
-    HERE = "in the node, between two messages: a few microseconds"
+    HERE = "in the node, between two messages: a few microseconds; changes are then made in a thread beside the stream"
     SHORT = "in a process beside it: milliseconds"
     LONG = "in another process beside it: up to seconds"
 
@@ -41,7 +41,7 @@ TABLE: Final = (
     Service("compute_jacobian", srv.ComputeJacobian, compute_jacobian, Lane.SHORT),
     Service("minimal_form", srv.MinimalForm, minimal_form, Lane.SHORT),
     Service("close_loops", srv.CloseLoops, close_loops, Lane.SHORT),
-    Service("set_payload", srv.SetPayload, set_payload, Lane.SHORT),
+    Service("set_payload", srv.SetPayload, set_payload, Lane.HERE),
     Service("list_assembly_modes", srv.ListAssemblyModes, list_assembly_modes, Lane.LONG),
     Service("switch_assembly_mode", srv.SwitchAssemblyMode, switch_assembly_mode, Lane.LONG),
     Service("convert_trajectory", srv.ConvertTrajectory, convert_trajectory, Lane.LONG),
