@@ -163,6 +163,12 @@ class HybridDynamicsNode(LifecycleNode):
             self._runtime.take(settings)
 
     def _report(self) -> None:
+        try:
+            self._publish_report()
+        except Exception as error:  # noqa: BLE001 - a timer must not end the node
+            self._throttled.warn("report", f"no diagnostics: fault of the node: {error!r}")
+
+    def _publish_report(self) -> None:
         now = self.get_clock().now()
         runtime, hardware = self._runtime, ""
         if runtime is None:

@@ -8,6 +8,8 @@ border: Lee, Wensing and Park (2020), doi 10.1109/TRO.2019.2926491. The whole is
 
 from __future__ import annotations
 
+import logging
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,11 +17,14 @@ from scipy.linalg import solve_triangular
 
 from ..description.model import Array
 
-ITERATIONS = 200
-CONVERGED = 1e-9  # Newton decrement, in units of the cost, at which the answer is taken
+ITERATIONS = 100  # for each weight
+CONVERGED = 1e-6  # Newton decrement, in times of the weight, at which a minimum is taken
+SMALLEST = 1e-9  # weight that still counts, as a share of the misfit
+ROUNDING = 1e-5  # Newton decrement, in times of the weight or the misfit, beyond which a minimum was missed
 SHORTEST = 1e-9  # part of Newton's step that is still tried
 BORDER = 1e-12  # smallest eigenvalue over the largest, in the prior's coordinates: below, the border is rounding
 SPREAD = 0.05  # [m] added to the radii of gyration of a prior that has some at zero, such as a slender rod
+_log = logging.getLogger(__name__)
 _INDEX = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
@@ -71,19 +76,43 @@ def consistent(matrix: Array, target: Array, prior: Array, bodies: int, weight: 
     for block in blocks:
         transform[block.own, block.own] = block.to_x
     goal = _triangle(matrix @ transform, target)
-    x = np.concatenate([_identity(block) for block in blocks])
-    cost = _cost(blocks, x, goal, weight)
+    x, decrement = np.concatenate([_identity(block) for block in blocks]), np.inf
+    # Where the best fit is no body, the minimum lies at the border; from afar Newton's steps would creep along it.
+    # So the divergence counts for much at first, and then for ever less.
+    for stage in _weights(0.5 * _square(goal, x), weight):
+        x, decrement = _minimised(blocks, x, goal, stage)
+        if stage < SMALLEST * 0.5 * _square(goal, x):
+            break  # less changes nothing in the fit, and the border comes too near for rounding
+    if decrement > ROUNDING * max(stage, _square(goal, x)):
+        _log.warning("physical parameters were not found to the end: the cost may be %.2g too high", decrement)
+    return np.asarray(transform @ x)
+
+
+def _weights(misfit: float, last: float) -> list[float]:
+    """From that of the misfit down to the last, a tenth each."""
+    stages = max(0, math.ceil(math.log10(max(misfit, last) / last)))
+    return [last * 10.0**k for k in range(stages, -1, -1)]
+
+
+def _minimised(blocks: list[_Block], x: Array, goal: Array, weight: float) -> tuple[Array, float]:
+    """By damped Newton steps, and the last decrement."""
+    cost, decrement = _cost(blocks, x, goal, weight), np.inf
     for _ in range(ITERATIONS):
         step, decrement = _newton(blocks, x, goal, weight)
-        if decrement < CONVERGED:
+        if decrement < CONVERGED * weight:
             break
         length = 1.0
         while not (lower := _cost(blocks, x + length * step, goal, weight)) <= cost - 0.1 * length * decrement:
             length *= 0.5
-            if length < SHORTEST:  # rounding: there is nothing lower
-                return np.asarray(transform @ x)
+            if length < SHORTEST:  # nothing lower that rounding can tell
+                return x, decrement
         x, cost = x + length * step, lower
-    return np.asarray(transform @ x)
+    return x, decrement
+
+
+def _square(goal: Array, x: Array) -> float:
+    """|matrix x - target|^2."""
+    return float(np.square(goal @ np.append(x, -1.0)).sum())
 
 
 def _triangle(matrix: Array, target: Array) -> Array:
@@ -93,7 +122,7 @@ def _triangle(matrix: Array, target: Array) -> Array:
 
 def _cost(blocks: list[_Block], x: Array, goal: Array, weight: float) -> float:
     """The cost; infinite beyond the border, and where rounding cannot tell the border."""
-    total = 0.5 * float(np.square(goal @ np.append(x, -1.0)).sum())
+    total = 0.5 * _square(goal, x)
     for block in blocks:
         values = np.linalg.eigvalsh(np.tensordot(x[block.own], block.matrices, axes=1))
         if not values[0] > BORDER * values[-1]:

@@ -238,3 +238,27 @@ class TestConsistency:
         for body in found.reshape(3, 10):
             assert np.linalg.eigvalsh(pseudo_inertia(body))[0] > 0.0
         assert np.linalg.norm(matrix @ found - target) <= np.linalg.norm(matrix @ prior - target)
+
+    @pytest.mark.parametrize("noise", [0.0, 3.0, 30.0, 300.0])
+    def test_nothing_near_by_costs_less(self, noise: float) -> None:
+        """The problem is convex: a local minimum is the minimum. From 30 on the best fit is no body."""
+        rng = np.random.default_rng(0)
+        prior = np.tile([2.0, 0.0, 0.0, 0.2, 0.05, 0.0, 0.0, 0.06, 0.0, 0.05], 3)
+        matrix = 10.0 * rng.normal(size=(40, 24)) @ rng.normal(size=(24, 30))
+        target = matrix @ (prior * np.where(np.arange(30) == 0, 1.3, 1.0)) + noise * rng.normal(size=40)
+        at_prior = np.linalg.inv(pseudo_inertia(prior[:10]))
+
+        def cost(values: np.ndarray) -> float:
+            ratios = [at_prior @ pseudo_inertia(body) for body in values.reshape(3, 10)]
+            divergence = sum(np.trace(r) - np.linalg.slogdet(r)[1] for r in ratios)
+            return float(0.5 * np.square(matrix @ values - target).sum() + 1e-3 * divergence)
+
+        found = consistent(matrix, target, prior, 3, 1e-3)
+        least = cost(found)
+        # Newton's decrement, half of it what is left to gain, is below 1e-6 of the weight, or 1e-5 of the misfit
+        slack = 1e-5 * max(1e-3, least)
+        for size in (1e-2, 1e-4, 1e-6):
+            for direction in rng.normal(size=(50, 30)):
+                step = size * direction
+                physical = all(np.linalg.eigvalsh(pseudo_inertia(b))[0] > 0.0 for b in (found + step).reshape(3, 10))
+                assert not physical or cost(found + step) >= least - slack

@@ -103,6 +103,30 @@ def test_a_payload_that_is_none_is_refused(client):
     request = SetPayload.Request()
     request.inertia.m, request.inertia.ixx = 1.0, -1.0
     assert client.call("set_payload", request).error_code == ErrorCode.BAD_INPUT
+    request = SetPayload.Request()
+    request.inertia.m, request.inertia.com.x = 1e300, 1e5
+    answer = client.call("set_payload", request)
+    assert answer.error_code not in (ErrorCode.OK, ErrorCode.INTERNAL)
+    assert "too large" in answer.error_text
+    assert np.isfinite(efforts_now(client)).all()
+
+
+def test_a_payload_at_a_frame_that_had_none_loses_no_input(client):
+    """Its code is generated beside the stream."""
+    bare, request = efforts_now(client), SetPayload.Request(frame="l3")
+    request.inertia.m = 12.0
+    told, stamps = client.call_async("set_payload", request), []
+    while not told.done() or len(stamps) < 10:
+        assert len(stamps) < 1000, "no answer"
+        stamps.append(client.new_stamp())
+        client.publish("active_joint_motions", motion(), stamps[-1])
+        time.sleep(0.01)
+    assert told.result().error_code == ErrorCode.OK
+    for stamp in stamps:
+        client.wait_for("required_efforts", stamp)
+    assert np.abs(efforts_now(client) - bare).max() > 1.0
+    request.inertia.m = 0.0
+    assert client.call("set_payload", request).error_code == ErrorCode.OK
 
 
 def test_jacobian_and_minimal_form_are_those_of_the_library(client, robot):

@@ -2,11 +2,15 @@
 
 import subprocess
 import sys
+from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core.errors import HybridDynamicsError, SingularityError
+from hybrid_dynamics_core import Payload, Robot, load
+from hybrid_dynamics_core.description.model import Link
+from hybrid_dynamics_core.errors import HybridDynamicsError, InputError, SingularityError
 from hybrid_dynamics_ros.filters import StampEvent
 from hybrid_dynamics_ros.pipeline import Pipeline
 from hybrid_dynamics_ros.results import MotionResult
@@ -213,3 +217,50 @@ def test_the_pipeline_needs_no_ros():
     """Recordings are processed on machines without ROS."""
     code = "import sys, hybrid_dynamics_ros.pipeline; sys.exit('rclpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def weightless(name):
+    machine = load(name)
+    links = {link: Link(link) for link in machine.description.links}
+    return Robot(replace(machine.description, links=MappingProxyType(links)))
+
+
+@pytest.mark.parametrize("name", ["forging_chu2020", "excavator"])
+def test_what_closing_refuses_is_refused_though_efforts_have_a_number(name):
+    """Without masses no effort knows of rates whose squares are beyond all numbers; R' u' does."""
+    machine = weightless(name)
+    pipeline = Pipeline(machine, bandwidth=10.0, max_gap=0.5)
+    rng = np.random.default_rng(0)
+    accepted = 0
+    for size in 10.0 ** rng.uniform(148, 160, 200):
+        rates = size * rng.normal(size=len(machine.active))
+        result = pipeline.process(JointSample(0, machine.active, machine.reference.copy(), rates, np.zeros_like(rates)))
+        with np.errstate(all="ignore"):
+            try:
+                state = machine.close(machine.reference, rates)
+            except InputError:
+                assert result.code is RejectionCode.OVERFLOW
+                continue
+        if isinstance(result, MotionResult):
+            accepted += 1
+            assert np.array_equal(result.state.bias, state.bias)
+    assert 0 < accepted < 200
+
+
+def test_loads_that_are_none_leave_all_as_it_was(pipeline, robot):
+    before = pipeline.loads
+    wanted = pipeline.process(sample(acceleration=np.zeros(4))).efforts
+    with pytest.raises(InputError, match="nonsense"):
+        pipeline.loads = robot.loads.with_payload(Payload(50.0), "nonsense")
+    result = pipeline.process(sample(acceleration=np.zeros(4)))
+    assert result.loads is before
+    assert np.array_equal(result.efforts, wanted)
+
+
+def test_results_are_read_only(pipeline):
+    for k in range(50):
+        result = pipeline.process(wavy(k, with_velocity=False))
+    assert result.efforts is not None
+    for array in (result.position, result.velocity, result.efforts, *result.active):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
