@@ -19,7 +19,7 @@ def apart(case: Case, a: np.ndarray, b: np.ndarray) -> float:
     return float(np.abs(np.where(turning, np.remainder(a - b + np.pi, 2.0 * np.pi) - np.pi, a - b)).max())
 
 
-@examples(30)
+@examples(15)
 @given(robots(), STATES)
 def test_one_long_step_ends_where_small_steps_do(case: Case, seed: int) -> None:
     """Where the oracle comes through, far from singular places, the step is taken, and to the same configuration.
@@ -67,7 +67,7 @@ def test_step_that_is_not_refused_has_a_smooth_way(case: Case, seed: int) -> Non
         near = state
 
 
-@examples(20)
+@examples(10)
 @given(robots(), STATES)
 def test_path_is_its_steps(case: Case, seed: int) -> None:
     ends = np.array([case.somewhere(seed + k) for k in range(2)])[:, : case.n]
@@ -96,7 +96,7 @@ def another_set(case: Case, seed: int) -> list[int]:
     return [k for k in order if k not in passive]
 
 
-@examples(30)
+@examples(15)
 @given(robots(), STATES)
 def test_any_independent_coordinates_give_the_rest(case: Case, seed: int) -> None:
     """From the reference along the straight way of the coordinates given, which the oracle follows in small steps."""
@@ -122,7 +122,7 @@ def test_any_independent_coordinates_give_the_rest(case: Case, seed: int) -> Non
     assert np.abs(state.R @ state.dds[: case.n] + state.bias - state.dds).max() < 1e-8 * size / margin
 
 
-@examples(25)
+@examples(15)
 @given(robots(), STATES)
 def test_what_passive_ones_give_gives_them_back(case: Case, seed: int) -> None:
     """Active to passive by `close`, passive to active by `close_given` from nearby."""
