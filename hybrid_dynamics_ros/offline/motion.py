@@ -7,6 +7,7 @@ given in place of the active ones) is left to the pipeline itself, sample by sam
 from __future__ import annotations
 
 import itertools
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -63,12 +64,14 @@ class Estimates:
     moving: Mask
     acceleration: FloatArray
     driven: Mask
-    events: list[StampEvent]
+    events: Counter[StampEvent]
     after: EstimatorState | None
 
     def part(self, rows: NDArray[np.intp] | slice) -> Estimates:
         """Those of some rows."""
-        return Estimates(self.velocity[rows], self.moving[rows], self.acceleration[rows], self.driven[rows], [], None)
+        return Estimates(
+            self.velocity[rows], self.moving[rows], self.acceleration[rows], self.driven[rows], Counter(), None
+        )
 
 
 class BulkPipeline:
@@ -144,7 +147,7 @@ class BulkPipeline:
         estimator, state = self.pipeline._estimator, self.pipeline._state  # noqa: SLF001
         count, n = position.shape
         out = Estimates(
-            velocity.copy(), measured.copy(), np.full((count, n), np.nan), np.zeros(count, dtype=bool), [], state
+            velocity.copy(), measured.copy(), np.full((count, n), np.nan), np.zeros(count, dtype=bool), Counter(), state
         )
         edges = [0, *(np.flatnonzero(np.diff(measured.astype(np.int8))) + 1).tolist(), count]
         for start, end in itertools.pairwise(edges):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -56,7 +57,7 @@ def estimates_of(samples: Samples, method: str, pipeline: Pipeline) -> Estimates
         offset, factor = pipeline.calibration.offset, pipeline.calibration.factor
         position, velocity = factor * (position - offset), factor * velocity
     out = Estimates(
-        np.zeros((count, n)), samples.measured.copy(), np.full((count, n), np.nan), np.zeros(count, bool), [], None
+        np.zeros((count, n)), samples.measured.copy(), np.full((count, n), np.nan), np.zeros(count, bool), Counter(), None
     )
     usable = np.ones(count, dtype=bool)
     usable[[*samples.rejected, *samples.broken]] = False

@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from hybrid_dynamics_core import CylinderState, Loads, Robot
+from hybrid_dynamics_core import ClosedState, CylinderState, Loads, Robot
 from hybrid_dynamics_core.dynamics.reactions import PinReaction
 from hybrid_dynamics_core.errors import SingularityError
 from hybrid_dynamics_ros import layouts
@@ -57,9 +57,9 @@ class Output:
         if not len(rows):
             return
         for own, template, values in self.make(motion, rows):
-            stamps = motion.stamp_ns[own]
+            stamps = _of(motion.stamp_ns, own)
             head = {"sec": stamps // _NS, "nanosec": stamps % _NS}
-            yield Block.filled(channel, motion.log_ns[own], template, {**head, **values})
+            yield Block.filled(channel, _of(motion.log_ns, own), template, {**head, **values})
 
 
 def outputs_of(robot: Robot, loads: Loads, settings: Settings) -> list[Output]:
@@ -99,7 +99,7 @@ class JointStates:
                     template = layouts.joint_state(self._robot.coordinates, velocity=moving, effort=driven)
                     state = motion.state
                     yield own, template, {
-                        "position": state.s[own], "velocity": state.ds[own], "effort": along[own]
+                        "position": _of(state.s, own), "velocity": _of(state.ds, own), "effort": _of(along, own)
                     }  # fmt: skip
 
     def _along(self, motion: Motion) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -139,7 +139,7 @@ class RequiredEfforts:
         if len(own):
             state = motion.state
             yield own, self._template, {
-                "position": state.u[own], "velocity": state.du[own], "effort": motion.efforts[own]
+                "position": _of(state.u, own), "velocity": _of(state.du, own), "effort": _of(motion.efforts, own)
             }  # fmt: skip
 
 
@@ -153,16 +153,19 @@ class ClosedStates:
         """Layouts differ in the loop that is nearest to its singularity."""
         state, robot, strokes = motion.state, self._robot, self._strokes
         lower, upper = strokes.left(state.s)
-        nearest = np.array(state.singular_loop, dtype=object)
-        distance = np.broadcast_to(np.asarray(state.singularity, dtype=np.float64), (len(motion),))
-        for loop in dict.fromkeys(nearest[rows].tolist()):
-            own = rows[nearest[rows] == loop]
+        if state.loops:
+            nearest, distance = np.argmin(state.distances, axis=-1), np.asarray(state.singularity)
+        else:
+            nearest, distance = np.zeros(len(motion), dtype=np.intp), np.ones(len(motion))
+        for k in dict.fromkeys(_of(nearest, rows).tolist()):
+            own = rows[_of(nearest, rows) == k]
+            loop = state.loops[k] if state.loops else ""
             yield own, layouts.closed_state(robot, strokes.joints, state.branch, loop), {
-                "residual": np.asarray(state.residual)[own],
-                "singularity": state.distances[own],
-                "nearest": distance[own],
-                "lower": lower[own],
-                "upper": upper[own],
+                "residual": _of(np.asarray(state.residual), own),
+                "singularity": _of(state.distances, own),
+                "nearest": _of(distance, own),
+                "lower": _of(lower, own),
+                "upper": _of(upper, own),
             }  # fmt: skip
 
 
@@ -175,7 +178,7 @@ class Poses:
 
     def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
         """One for each."""
-        state = motion.state if len(rows) == len(motion) else motion.state.rows(rows)
+        state = _states(motion, rows)
         pose = self._robot.forward_kinematics(state)
         yield rows, self._template, {"position": pose.position, "turn": quaternions(pose.rotation)}
 
@@ -191,10 +194,8 @@ class Twists:
         """Nothing before rates are known."""
         own = rows[motion.moving[rows]]
         if len(own):
-            state = motion.state.rows(own)
-            jacobians = self._robot.jacobian(state)
-            # One product at a time: a product of stacks adds up in another order.
-            twists = np.array([matrix @ rates for matrix, rates in zip(jacobians, state.du, strict=True)])
+            state = _states(motion, own)
+            twists = self._robot.jacobian(state) @ state.du[:, :, None]
             yield own, self._template, {"twist": twists}
 
 
@@ -210,7 +211,7 @@ class Reactions:
         own = rows[motion.driven[rows] & motion.moving[rows]]
         if not len(own):
             return
-        pins = self._robot.reactions(motion.state.rows(own), motion.acceleration[own], self._loads).pins
+        pins = self._robot.reactions(_states(motion, own), _of(motion.acceleration, own), self._loads).pins
         count = len(pins)
         if self._template is None:
             self._template = _reactions(self._robot, pins)
@@ -249,7 +250,7 @@ class Cylinders:
         own = rows[motion.driven[rows]]
         if not len(own) or not self._robot.cylinders:
             return
-        states = list(self._robot.hydraulics(motion.state.rows(own), motion.efforts[own]).values())
+        states = list(self._robot.hydraulics(_states(motion, own), _of(motion.efforts, own)).values())
         values = {
             name: np.stack([np.broadcast_to(getattr(s, name), (len(own),)) for s in states], axis=-1)
             for name in (*self._numbers, "overloaded")
@@ -265,7 +266,16 @@ class Transforms:
 
     def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
         """One for each."""
-        yield rows, self._template, dict(self._transforms.values(motion.state.s[rows]))
+        yield rows, self._template, dict(self._transforms.values(_of(motion.state.s, rows)))
+
+
+def _of(values: NDArray[Any], rows: Rows) -> NDArray[Any]:
+    """Values of some rows of a motion; as they are where those are all of them."""
+    return values if len(rows) == len(values) else values[rows]
+
+
+def _states(motion: Motion, rows: Rows) -> ClosedState:
+    return motion.state if len(rows) == len(motion) else motion.state.rows(rows)
 
 
 def quaternions(rotations: FloatArray) -> FloatArray:
