@@ -24,6 +24,7 @@ from hybrid_dynamics_ros.pipeline import MotionResult, Pipeline
 from hybrid_dynamics_ros.samples import FloatArray, JointSample, Rejection, rejection_of
 
 Mask = NDArray[np.bool_]
+Rows = NDArray[np.intp]
 
 
 @dataclass(eq=False)
@@ -39,7 +40,7 @@ class Motion:
         acceleration, efforts: (m, n) of the active joints; NaN where not known.
     """
 
-    rows: NDArray[np.intp]
+    rows: Rows
     stamp_ns: NDArray[np.int64]
     log_ns: NDArray[np.int64]
     state: ClosedState
@@ -67,7 +68,7 @@ class Estimates:
     events: Counter[StampEvent]
     after: EstimatorState | None
 
-    def part(self, rows: NDArray[np.intp] | slice) -> Estimates:
+    def part(self, rows: Rows | slice) -> Estimates:
         """Those of some rows."""
         return Estimates(
             self.velocity[rows], self.moving[rows], self.acceleration[rows], self.driven[rows], Counter(), None
@@ -111,25 +112,38 @@ class BulkPipeline:
         if pipeline.calibration is not None:
             offset, factor = pipeline.calibration.offset, pipeline.calibration.factor
             position, velocity = factor * (position - offset), factor * velocity
-        rows = np.flatnonzero(usable)
-        state = robot.close(position[rows], check=False)
-        refused = self._refusals(position, velocity, samples.measured, rows[np.asarray(state.status) != 0])
-        rows = rows[np.asarray(state.status) == 0]
-        if not len(rows):
+        rows, refused = np.flatnonzero(usable), list[Rejection]()
+        found = self._closed(samples, position, velocity, rows, given)
+        if found is not None and np.any(found[1].status):  # those that cannot be closed must not reach the filter
+            status = np.asarray(robot.close(position[rows], check=False).status)
+            refused = self._refusals(position, velocity, samples.measured, rows[status != 0])
+            rows = rows[status == 0]
+            found = self._closed(samples, position, velocity, rows, given)
+        if found is None:
             self._count(samples, refused, None, 0)
             return None
-        if given is None:
-            estimates = self._estimate(samples.stamp_ns[rows], position[rows], velocity[rows], samples.measured[rows])
-        else:
-            estimates = given.part(rows)
-        motion = self._evaluate(samples, rows, position[rows], estimates)
+        estimates, state = found
+        motion = self._evaluate(samples, rows, state, estimates)
         self._count(samples, refused, estimates, int(motion.driven.sum()))
         if given is None:
             pipeline._state = estimates.after  # noqa: SLF001 - this is the pipeline's own loop, unrolled
         return motion
 
+    def _closed(
+        self, samples: Samples, position: FloatArray, velocity: FloatArray, rows: Rows, given: Estimates | None
+    ) -> tuple[Estimates, ClosedState] | None:
+        """Rates of some rows, and their states, closed or not; None where there are no rows."""
+        if not len(rows):
+            return None
+        if given is None:
+            known = self._estimate(samples.stamp_ns[rows], position[rows], velocity[rows], samples.measured[rows])
+        else:
+            known = given.part(rows)
+        rates = np.where(known.moving[:, None], known.velocity, 0.0)
+        return known, self.pipeline.robot.close(position[rows], rates, check=False)
+
     def _refusals(
-        self, position: FloatArray, velocity: FloatArray, measured: Mask, rows: NDArray[np.intp]
+        self, position: FloatArray, velocity: FloatArray, measured: Mask, rows: Rows
     ) -> list[Rejection]:
         found = []
         for k in rows:
@@ -167,15 +181,14 @@ class BulkPipeline:
         out.after = state
         return out
 
-    def _evaluate(self, samples: Samples, rows: NDArray[np.intp], u: FloatArray, known: Estimates) -> Motion:
+    def _evaluate(self, samples: Samples, rows: Rows, state: ClosedState, known: Estimates) -> Motion:
         robot, loads = self.pipeline.robot, self.pipeline.loads
-        state = robot.close(u, np.where(known.moving[:, None], known.velocity, 0.0), check=False)
         if np.any(state.status):
             raise _UnusualError
-        tau = np.full_like(u, np.nan)
+        tau = np.full_like(state.u, np.nan)
         which = np.flatnonzero(known.driven)
         if len(which):
-            part = state if len(which) == len(u) else state.rows(which)
+            part = state if len(which) == len(rows) else state.rows(which)
             tau[which] = robot.inverse_dynamics(part, known.acceleration[which], loads)
         if not (np.isfinite(state.s).all() and np.isfinite(state.ds).all() and np.isfinite(tau[which]).all()):
             raise _UnusualError

@@ -21,7 +21,8 @@ from hybrid_dynamics_ros.conditions import Conditions, calibration_of, loads_of
 from hybrid_dynamics_ros.offline.decode import Decoder, Samples
 from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE
-from hybrid_dynamics_ros.offline.mcap_write import BagWriter, Block, new_bag
+from hybrid_dynamics_ros.offline.mcap_chunk import Block
+from hybrid_dynamics_ros.offline.mcap_write import BagWriter, new_bag
 from hybrid_dynamics_ros.offline.motion import BulkPipeline, Motion
 from hybrid_dynamics_ros.offline.settings import require_known_sensors
 from hybrid_dynamics_ros.offline.smooth import estimates_of, joined, split

@@ -18,7 +18,7 @@ from hybrid_dynamics_core.errors import SingularityError
 from hybrid_dynamics_ros import layouts
 from hybrid_dynamics_ros.cdr import Template
 from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE
-from hybrid_dynamics_ros.offline.mcap_write import Block
+from hybrid_dynamics_ros.offline.mcap_chunk import Block
 from hybrid_dynamics_ros.offline.motion import Motion
 from hybrid_dynamics_ros.parameters import RATES, TF_RATE, Settings
 from hybrid_dynamics_ros.placement import LinkTransforms
