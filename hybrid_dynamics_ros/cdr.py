@@ -27,7 +27,7 @@ _NS: Final = 10**9
 
 
 class Template:
-    """A message with fixed names and lengths: `fill` writes many of them at a time, `message` one."""
+    """A message with fixed names and lengths: `pattern` and `columns` make many of them at a time, `message` one."""
 
     def __init__(self) -> None:
         self._parts = bytearray(LITTLE)
@@ -81,14 +81,18 @@ class Template:
         """Bytes of a message."""
         return len(self._parts)
 
-    def fill(self, rows: Bytes, values: Mapping[str, NDArray[Any]]) -> None:
-        """Write messages into `rows` (N, size) from the slots' values (N, ...)."""
-        rows[:] = np.frombuffer(bytes(self._parts), dtype=np.uint8)
+    @property
+    def pattern(self) -> Bytes:
+        """A message whose numbers are zero, (size,)."""
+        return np.frombuffer(bytes(self._parts), dtype=np.uint8)
+
+    def columns(self, values: Mapping[str, NDArray[Any]]) -> list[tuple[int, Bytes]]:
+        """Where in a message numbers are, and the bytes of those of N messages, (N, k), from the slots' values (N, ...)."""
+        found = []
         for name, start, kind in self._slots:
-            view = rows[:, start : start + kind.itemsize]
-            shape = (len(rows), kind.itemsize)
             part = np.ascontiguousarray(values[name], dtype=kind.base)
-            view[:] = part.reshape(len(rows), -1).view(np.uint8).reshape(shape)
+            found.append((start, part.reshape(len(part), -1).view(np.uint8)))
+        return found
 
     def message(self, stamp_ns: int, values: Mapping[str, NDArray[Any]]) -> bytes:
         """One message: the stamp of its headers [ns] and the values of its other slots.

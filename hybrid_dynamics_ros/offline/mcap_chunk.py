@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import struct
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any, Final
 from zlib import crc32
 
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hybrid_dynamics_ros.cdr import Bytes, Template
+from hybrid_dynamics_ros.offline import compiled_rows
 from hybrid_dynamics_ros.offline.mcap_file import MESSAGE, PREFIX
 from hybrid_dynamics_ros.offline.source import Messages
 
@@ -22,58 +23,67 @@ else:
     from backports import zstd
 
 _LEVEL: Final = 1  # of zstd: higher levels take several times as long for a tenth of the size
-_HEAD = np.dtype(
-    [("code", "u1"), ("size", "<u8"), ("channel", "<u2"), ("number", "<u4"), ("log", "<u8"), ("sent", "<u8")]
-)
+_HEAD: Final = struct.Struct("<BQHIQQ")  # of a message record: code, size, channel, number, log time, time sent
+_BEFORE: Final = 9  # bytes of it that its size does not count
+_LOG: Final = 15  # where its times are
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Messages of one channel and one size, in the order of log times.
+    """Message records of one channel and one size, in the order of log times; they are written when their chunk is.
 
     Attributes:
         channel: its number.
         log_ns: (N,) [ns].
-        size: bytes of a message.
-        put: writes all messages into an array (N, size); called when the chunk is made.
+        pattern: what all records share (size,).
+        columns: where records differ: first byte, and the bytes of each record (N, k).
     """
 
     channel: int
     log_ns: NDArray[np.int64]
-    size: int
-    put: Callable[[Bytes], None] = field(repr=False)
+    pattern: Bytes = field(repr=False)
+    columns: list[tuple[int, Bytes]] = field(repr=False)
 
     def __len__(self) -> int:
         return len(self.log_ns)
 
     @property
-    def step(self) -> int:
-        """Bytes of a message record."""
-        return PREFIX + self.size
+    def size(self) -> int:
+        """Bytes of a record."""
+        return len(self.pattern)
 
     @staticmethod
     def filled(channel: int, log_ns: NDArray[np.int64], template: Template, values: Mapping[str, Any]) -> Block:
         """Messages of one template, whose values must not change any more."""
-        return Block(channel, log_ns, template.size, partial(template.fill, values=values))
+        return Block._of(channel, log_ns, template.pattern, template.columns(values))
 
     @staticmethod
     def copies(channel: int, messages: Messages) -> Iterator[Block]:
         """Messages as they are, by size."""
         for size in np.unique(messages.lengths).tolist():
             rows = np.flatnonzero(messages.lengths == size)
-            yield Block(channel, messages.log_ns[rows], size, partial(_copy, messages.block(rows, size)))
+            columns = [(0, messages.block(rows, size))]
+            yield Block._of(channel, messages.log_ns[rows], np.zeros(size, dtype=np.uint8), columns)
+
+    @staticmethod
+    def _of(
+        channel: int, log_ns: NDArray[np.int64], message: Bytes, columns: Sequence[tuple[int, Bytes]]
+    ) -> Block:
+        head = np.frombuffer(_HEAD.pack(MESSAGE, PREFIX - _BEFORE + len(message), channel, 0, 0, 0), dtype=np.uint8)
+        times = np.ascontiguousarray(log_ns, dtype="<u8").view(np.uint8).reshape(len(log_ns), 8)
+        own = [(PREFIX + start, column) for start, column in columns]
+        stamps = [(_LOG, times), (_LOG + 8, times)]
+        return Block(channel, log_ns, np.concatenate([head, message]), [*stamps, *own])
 
     def write(self, records: Bytes) -> None:
-        """Fill all message records (N, step)."""
-        head = np.zeros(len(self), dtype=_HEAD)
-        head["code"], head["size"], head["channel"] = MESSAGE, self.step - 9, self.channel
-        head["log"] = head["sent"] = self.log_ns
-        records[:, :PREFIX] = head.view(np.uint8).reshape(len(self), PREFIX)
-        self.put(records[:, PREFIX:])
-
-
-def _copy(messages: Bytes, to: Bytes) -> None:
-    to[:] = messages
+        """Fill all records (N, size)."""
+        compiled = compiled_rows.writer()
+        if compiled is not None:
+            compiled(records, self.pattern, self.columns)
+            return
+        records[:] = self.pattern
+        for start, column in self.columns:
+            records[:, start : start + column.shape[1]] = column
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,13 +113,13 @@ class Packer:
 
     def chunk(self, blocks: Sequence[Block]) -> Chunk:
         """The chunk of blocks that are not empty."""
-        size = sum(len(block) * block.step for block in blocks)
+        size = sum(len(block) * block.size for block in blocks)
         if len(self._buffer) < size:
             self._buffer = np.empty(size, dtype=np.uint8)
         raw, at = self._buffer[:size], 0
         for block in blocks:
-            end = at + len(block) * block.step
-            block.write(raw[at:end].reshape(len(block), block.step))
+            end = at + len(block) * block.size
+            block.write(raw[at:end].reshape(len(block), block.size))
             at = end
         packed = self._compressor.compress(raw, zstd.ZstdCompressor.FLUSH_FRAME)
         first = min(int(block.log_ns.min()) for block in blocks)
@@ -122,9 +132,9 @@ def _indices(blocks: Sequence[Block]) -> dict[int, NDArray[np.uint64]]:
     at = 0
     for block in blocks:
         entries = np.empty((len(block), 2), dtype="<u8")
-        entries[:, 0], entries[:, 1] = block.log_ns, at + block.step * np.arange(len(block))
+        entries[:, 0], entries[:, 1] = block.log_ns, at + block.size * np.arange(len(block))
         found.setdefault(block.channel, []).append(entries)
-        at += len(block) * block.step
+        at += len(block) * block.size
     return {channel: parts[0] if len(parts) == 1 else _in_order(parts) for channel, parts in found.items()}
 
 
