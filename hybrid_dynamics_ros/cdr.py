@@ -166,16 +166,14 @@ class JointStateLayout:
 
     def stamps(self, rows: Bytes) -> NDArray[np.int64]:
         """Stamps (N,) [ns]; -1 where the nanoseconds are a second or more."""
-        words = np.ascontiguousarray(rows[:, 4:12])
-        sec = words[:, :4].copy().view("<i4")[:, 0].astype(np.int64)
-        nanosec = words[:, 4:].copy().view("<u4")[:, 0].astype(np.int64)
+        sec = rows[:, 4:8].view("<i4")[:, 0].astype(np.int64)
+        nanosec = rows[:, 8:12].view("<u4")[:, 0].astype(np.int64)
         return np.where(nanosec < _NS, sec * _NS + nanosec, -1)
 
     def numbers(self, rows: Bytes, which: int) -> NDArray[np.float64]:
         """Positions (0), velocities (1) or efforts (2), (N, count)."""
         start, count = self.starts[which]
-        part = np.ascontiguousarray(rows[:, start : start + 8 * count])
-        return part.view("<f8").reshape(len(rows), count).astype(np.float64, copy=False)
+        return rows[:, start : start + 8 * count].view("<f8").astype(np.float64)
 
 
 def layout_of(message: bytes) -> JointStateLayout:

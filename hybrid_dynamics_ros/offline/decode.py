@@ -88,8 +88,8 @@ class Decoder:
             measured=np.zeros(count, dtype=bool),
             effort=np.full((count, n), np.nan),
         )
-        for size in np.unique(messages.lengths).tolist() if self._bulk else ():
-            self._decode_size(out, messages, int(size))
+        for size in messages.sizes() if self._bulk else ():
+            self._decode_size(out, messages, size)
         if not self._bulk:
             for row in range(count):
                 self._one(out, row, messages.message(row))
@@ -105,8 +105,9 @@ class Decoder:
                 rows, block = rows[1:], block[1:]
                 continue
             same = layout.matches(block)
-            if not self._take(out, layout, rows[same], block[same]):
-                for row, message in zip(rows[same], block[same], strict=True):
+            own, part = (rows, block) if same.all() else (rows[same], block[same])
+            if not self._take(out, layout, own, part):
+                for row, message in zip(own, part, strict=True):
                     self._one(out, int(row), bytes(message))
             rows, block = rows[~same], block[~same]
 
@@ -129,15 +130,17 @@ class Decoder:
         if not complete or any(names.count(joint) != 1 for joint in self._joints):
             return False
         places = [names.index(joint) for joint in self._joints]
-        out.stamp_ns[rows] = layout.stamps(block)
-        out.position[rows] = layout.numbers(block, 0)[:, places]
-        good = np.isfinite(out.position[rows]).all(axis=1) & (out.stamp_ns[rows] >= 0)
-        if counts[1]:
-            out.velocity[rows] = layout.numbers(block, 1)[:, places]
-            out.measured[rows] = True
-            good &= np.isfinite(out.velocity[rows]).all(axis=1)
+        own = slice(None) if len(rows) == len(out) else rows
+        out.stamp_ns[own] = stamps = layout.stamps(block)
+        out.measured[own] = counts[1] > 0
+        good = stamps >= 0
+        for which, values in enumerate((out.position, out.velocity) if counts[1] else (out.position,)):
+            values[own] = numbers = layout.numbers(block, which)[:, places]
+            finite = np.isfinite(numbers)
+            if not finite.all():
+                good &= finite.all(axis=1)
         if counts[2] == len(names):
-            out.effort[rows] = layout.numbers(block, 2)[:, places]
+            out.effort[own] = layout.numbers(block, 2)[:, places]
         for k in np.flatnonzero(~good):
             self._one(out, int(rows[k]), bytes(block[k]))
         out.bulk += int(good.sum())

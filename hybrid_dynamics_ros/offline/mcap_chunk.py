@@ -60,7 +60,7 @@ class Block:
     @staticmethod
     def copies(channel: int, messages: Messages) -> Iterator[Block]:
         """Messages as they are, by size."""
-        for size in np.unique(messages.lengths).tolist():
+        for size in messages.sizes():
             rows = np.flatnonzero(messages.lengths == size)
             columns = [(0, messages.block(rows, size))]
             yield Block._of(channel, messages.log_ns[rows], np.zeros(size, dtype=np.uint8), columns)

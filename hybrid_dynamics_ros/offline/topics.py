@@ -88,19 +88,23 @@ class JointStates:
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
         self._own = set(robot.drives) == set(robot.active)
+        names = robot.coordinates
+        self._templates = [
+            (moving, driven, layouts.joint_state(names, velocity=moving, effort=driven))
+            for moving in (False, True)
+            for driven in (False, True)
+        ]
 
     def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
         """Layouts differ in what is known."""
         along, known = self._along(motion)
-        for moving in (False, True):
-            for driven in (False, True):
-                own = rows[(motion.moving[rows] == moving) & (known[rows] == driven)]
-                if len(own):
-                    template = layouts.joint_state(self._robot.coordinates, velocity=moving, effort=driven)
-                    state = motion.state
-                    yield own, template, {
-                        "position": _of(state.s, own), "velocity": _of(state.ds, own), "effort": _of(along, own)
-                    }  # fmt: skip
+        state = motion.state
+        for moving, driven, template in self._templates:
+            own = rows[(motion.moving[rows] == moving) & (known[rows] == driven)]
+            if len(own):
+                yield own, template, {
+                    "position": _of(state.s, own), "velocity": _of(state.ds, own), "effort": _of(along, own)
+                }  # fmt: skip
 
     def _along(self, motion: Motion) -> tuple[FloatArray, NDArray[np.bool_]]:
         robot, known = self._robot, motion.driven.copy()
@@ -148,25 +152,31 @@ class ClosedStates:
 
     def __init__(self, robot: Robot) -> None:
         self._robot, self._strokes = robot, Strokes(robot)
+        self._templates: dict[tuple[str, ...], Template] = {}  # by nearest loop and modes
 
     def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
         """Layouts differ in the loop that is nearest to its singularity."""
-        state, robot, strokes = motion.state, self._robot, self._strokes
-        lower, upper = strokes.left(state.s)
+        state = motion.state
+        lower, upper = self._strokes.left(state.s)
         if state.loops:
             nearest, distance = np.argmin(state.distances, axis=-1), np.asarray(state.singularity)
         else:
             nearest, distance = np.zeros(len(motion), dtype=np.intp), np.ones(len(motion))
         for k in dict.fromkeys(_of(nearest, rows).tolist()):
             own = rows[_of(nearest, rows) == k]
-            loop = state.loops[k] if state.loops else ""
-            yield own, layouts.closed_state(robot, strokes.joints, state.branch, loop), {
+            yield own, self._template(state, state.loops[k] if state.loops else ""), {
                 "residual": _of(np.asarray(state.residual), own),
                 "singularity": _of(state.distances, own),
                 "nearest": _of(distance, own),
                 "lower": _of(lower, own),
                 "upper": _of(upper, own),
             }  # fmt: skip
+
+    def _template(self, state: ClosedState, nearest: str) -> Template:
+        key = (nearest, *state.branch.values())
+        if key not in self._templates:
+            self._templates[key] = layouts.closed_state(self._robot, self._strokes.joints, state.branch, nearest)
+        return self._templates[key]
 
 
 class Poses:
