@@ -87,7 +87,7 @@ class Template:
         return np.frombuffer(bytes(self._parts), dtype=np.uint8)
 
     def columns(self, values: Mapping[str, NDArray[Any]]) -> list[tuple[int, Bytes]]:
-        """Where in a message numbers are, and the bytes of those of N messages, (N, k), from the slots' values (N, ...)."""
+        """Where in a message each slot is, and the bytes (N, k) of its values in N messages, given as (N, ...)."""
         found = []
         for name, start, kind in self._slots:
             part = np.ascontiguousarray(values[name], dtype=kind.base)

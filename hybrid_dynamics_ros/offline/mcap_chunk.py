@@ -66,9 +66,7 @@ class Block:
             yield Block._of(channel, messages.log_ns[rows], np.zeros(size, dtype=np.uint8), columns)
 
     @staticmethod
-    def _of(
-        channel: int, log_ns: NDArray[np.int64], message: Bytes, columns: Sequence[tuple[int, Bytes]]
-    ) -> Block:
+    def _of(channel: int, log_ns: NDArray[np.int64], message: Bytes, columns: Sequence[tuple[int, Bytes]]) -> Block:
         head = np.frombuffer(_HEAD.pack(MESSAGE, PREFIX - _BEFORE + len(message), channel, 0, 0, 0), dtype=np.uint8)
         times = np.ascontiguousarray(log_ns, dtype="<u8").view(np.uint8).reshape(len(log_ns), 8)
         own = [(PREFIX + start, column) for start, column in columns]
@@ -121,10 +119,10 @@ class Packer:
             end = at + len(block) * block.size
             block.write(raw[at:end].reshape(len(block), block.size))
             at = end
-        packed = self._compressor.compress(raw, zstd.ZstdCompressor.FLUSH_FRAME)
+        packed = self._compressor.compress(raw.data, zstd.ZstdCompressor.FLUSH_FRAME)
         first = min(int(block.log_ns.min()) for block in blocks)
         last = max(int(block.log_ns.max()) for block in blocks)
-        return Chunk(packed, size, crc32(raw), first, last, _indices(blocks))
+        return Chunk(packed, size, crc32(raw.data), first, last, _indices(blocks))
 
 
 def _indices(blocks: Sequence[Block]) -> dict[int, NDArray[np.uint64]]:

@@ -142,9 +142,7 @@ class BulkPipeline:
         rates = np.where(known.moving[:, None], known.velocity, 0.0)
         return known, self.pipeline.robot.close(position[rows], rates, check=False)
 
-    def _refusals(
-        self, position: FloatArray, velocity: FloatArray, measured: Mask, rows: Rows
-    ) -> list[Rejection]:
+    def _refusals(self, position: FloatArray, velocity: FloatArray, measured: Mask, rows: Rows) -> list[Rejection]:
         found = []
         for k in rows:
             try:

@@ -57,7 +57,12 @@ def estimates_of(samples: Samples, method: str, pipeline: Pipeline) -> Estimates
         offset, factor = pipeline.calibration.offset, pipeline.calibration.factor
         position, velocity = factor * (position - offset), factor * velocity
     out = Estimates(
-        np.zeros((count, n)), samples.measured.copy(), np.full((count, n), np.nan), np.zeros(count, bool), Counter(), None
+        velocity=np.zeros((count, n)),
+        moving=samples.measured.copy(),
+        acceleration=np.full((count, n), np.nan),
+        driven=np.zeros(count, bool),
+        events=Counter(),
+        after=None,
     )
     usable = np.ones(count, dtype=bool)
     usable[[*samples.rejected, *samples.broken]] = False
