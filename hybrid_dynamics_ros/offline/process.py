@@ -70,7 +70,9 @@ class Outcome:
         losses: what could not be read, a sentence each; after a thousand, how many more of each kind.
         rejections: the first text of each kind of rejection.
         bulk: share of the samples that were decoded in bulk.
-        shares: [s] spent on reading, decoding, the model, encoding, and writing.
+        shares: [s] spent on reading, decoding, the model, what the messages hold (encoding), and waiting until they are
+            written.
+        beside: [s] that the thread took which fills, packs and writes chunks meanwhile.
         duration: [s] of the samples' stamps; samples: how many there were.
     """
 
@@ -80,6 +82,7 @@ class Outcome:
     rejections: dict[str, str] = field(default_factory=dict)
     bulk: float = 0.0
     shares: Counter[str] = field(default_factory=Counter)
+    beside: float = 0.0
     duration: float = 0.0
     samples: int = 0
 
@@ -123,6 +126,7 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
             worker.run(source, topic, {entry.name for entry in kept}, shown)
             watch.lap("writing")
         watch.lap("writing")
+        outcome.beside = bag.beside
         outcome.losses += [*worker.losses.told, *source.losses.told]
     outcome.summary = pipeline.counts.summary()
     return outcome
