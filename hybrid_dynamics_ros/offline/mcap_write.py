@@ -14,10 +14,12 @@ from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
 import yaml
+from rosbags.interfaces import Qos
 from rosbags.rosbag2.metadata import dump_qos_v9
 
 from hybrid_dynamics_ros.offline.errors import BagError
@@ -102,8 +104,12 @@ class BagWriter:
                 numbers[topic.kind] = len(numbers) + 1
                 head = struct.pack("<H", numbers[topic.kind]) + _text(topic.kind)
                 yield _record(SCHEMA, head + _text("ros2msg") + _text(_definition(topic)))
-            qos = yaml.safe_dump(dump_qos_v9(list(topic.qos)), sort_keys=False).strip()
-            extra = _text("offered_qos_profiles") + _text(qos) + _text("topic_type_hash") + _text(_digest(topic))
+            extra = (
+                _text("offered_qos_profiles")
+                + _text(_profiles(topic.qos))
+                + _text("topic_type_hash")
+                + _text(_digest(topic))
+            )
             head = struct.pack("<HH", self.channels[topic.name], numbers[topic.kind])
             tail = _text(topic.name) + _text("cdr") + struct.pack("<I", len(extra)) + extra
             yield _record(CHANNEL, head + tail)
@@ -220,6 +226,11 @@ def _definition(topic: Topic) -> str:
     if topic.definition or topic.kind not in typestore().types:
         return topic.definition
     return str(typestore().generate_msgdef(topic.kind, ros_version=2)[0])
+
+
+@cache  # most topics of a bag have the same
+def _profiles(qos: tuple[Qos, ...]) -> str:
+    return yaml.safe_dump(dump_qos_v9(list(qos)), sort_keys=False).strip()
 
 
 def _digest(topic: Topic) -> str:
