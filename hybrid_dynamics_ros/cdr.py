@@ -126,6 +126,8 @@ class LayoutError(ValueError):
 class JointStateLayout:
     """Where the numbers of a JointState are, for messages that differ in nothing else.
 
+    A JointMotion is laid out alike, with accelerations in the place of efforts.
+
     Attributes:
         names: joints.
         starts: of position, velocity and effort: first byte and how many numbers.

@@ -108,17 +108,14 @@ class BulkPipeline:
         pipeline, robot = self.pipeline, self.pipeline.robot
         usable = np.ones(len(samples), dtype=bool)
         usable[[*samples.rejected, *samples.broken]] = False
-        position, velocity = samples.position, samples.velocity
-        if pipeline.calibration is not None:
-            offset, factor = pipeline.calibration.offset, pipeline.calibration.factor
-            position, velocity = factor * (position - offset), factor * velocity
+        samples = samples.calibrated(pipeline.calibration)
         rows, refused = np.flatnonzero(usable), list[Rejection]()
-        found = self._closed(samples, position, velocity, rows, given)
+        found = self._closed(samples, rows, given)
         if found is not None and np.any(found[1].status):  # those that cannot be closed must not reach the filter
-            status = np.asarray(robot.close(position[rows], check=False).status)
-            refused = self._refusals(position, velocity, samples.measured, rows[status != 0])
+            status = np.asarray(robot.close(samples.position[rows], check=False).status)
+            refused = self._refusals(samples, rows[status != 0])
             rows = rows[status == 0]
-            found = self._closed(samples, position, velocity, rows, given)
+            found = self._closed(samples, rows, given)
         if found is None:
             self._count(samples, refused, None, 0)
             return None
@@ -129,29 +126,35 @@ class BulkPipeline:
             pipeline._state = estimates.after  # noqa: SLF001 - this is the pipeline's own loop, unrolled
         return motion
 
-    def _closed(
-        self, samples: Samples, position: FloatArray, velocity: FloatArray, rows: Rows, given: Estimates | None
-    ) -> tuple[Estimates, ClosedState] | None:
+    def _closed(self, samples: Samples, rows: Rows, given: Estimates | None) -> tuple[Estimates, ClosedState] | None:
         """Rates of some rows, and their states, closed or not; None where there are no rows."""
         if not len(rows):
             return None
-        if given is None:
-            known = self._estimate(samples.stamp_ns[rows], position[rows], velocity[rows], samples.measured[rows])
-        else:
+        position, velocity = samples.position[rows], samples.velocity[rows]
+        if given is not None:
             known = given.part(rows)
+        elif samples.acceleration is not None:
+            known = self._told(velocity, samples.acceleration[rows])
+        else:
+            known = self._estimate(samples.stamp_ns[rows], position, velocity, samples.measured[rows])
         rates = np.where(known.moving[:, None], known.velocity, 0.0)
-        return known, self.pipeline.robot.close(position[rows], rates, check=False)
+        return known, self.pipeline.robot.close(position, rates, check=False)
 
-    def _refusals(self, position: FloatArray, velocity: FloatArray, measured: Mask, rows: Rows) -> list[Rejection]:
+    def _refusals(self, samples: Samples, rows: Rows) -> list[Rejection]:
         found = []
         for k in rows:
             try:
-                self.pipeline.robot.close(position[k], velocity[k] if measured[k] else None)
+                self.pipeline.robot.close(samples.position[k], samples.velocity[k] if samples.measured[k] else None)
             except HybridDynamicsError as error:
                 found.append(rejection_of(error))
             else:
                 raise _UnusualError
         return found
+
+    def _told(self, velocity: FloatArray, acceleration: FloatArray) -> Estimates:
+        """Rates that came with the samples: they are taken as they are, and the filter is left alone."""
+        every = np.ones(len(velocity), dtype=bool)
+        return Estimates(velocity, every, acceleration, every, Counter(), self.pipeline._state)  # noqa: SLF001
 
     def _estimate(
         self, stamps: NDArray[np.int64], position: FloatArray, velocity: FloatArray, measured: Mask
@@ -218,8 +221,15 @@ class BulkPipeline:
                 self._remember(self.pipeline.reject_unread(samples.rejected[row]))
                 continue
             velocity = samples.velocity[row] if samples.measured[row] else None
-            sample = JointSample(int(samples.stamp_ns[row]), self.pipeline.measured, samples.position[row], velocity)
-            result = self.pipeline.process(sample)
+            result = self.pipeline.process(
+                JointSample(
+                    stamp_ns=int(samples.stamp_ns[row]),
+                    names=self.pipeline.measured,
+                    position=samples.position[row],
+                    velocity=velocity,
+                    acceleration=None if samples.acceleration is None else samples.acceleration[row],
+                )
+            )
             if isinstance(result, Rejection):
                 self._remember(result)
             else:

@@ -52,10 +52,8 @@ def estimates_of(samples: Samples, method: str, pipeline: Pipeline) -> Estimates
         pipeline: its bandwidth and largest gap count here too.
     """
     count, n = samples.position.shape
+    samples = samples.calibrated(pipeline.calibration)
     position, velocity = samples.position, samples.velocity
-    if pipeline.calibration is not None:
-        offset, factor = pipeline.calibration.offset, pipeline.calibration.factor
-        position, velocity = factor * (position - offset), factor * velocity
     out = Estimates(
         velocity=np.zeros((count, n)),
         moving=samples.measured.copy(),
