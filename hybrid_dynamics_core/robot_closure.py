@@ -289,8 +289,9 @@ class ClosingRobot:
         else:
             if check:
                 refuse(self._model, u, signs, codes, values["distances"])
-            for value in values.values():
-                value[codes != 0] = np.nan
+            if codes.any():
+                for value in values.values():
+                    value[codes != 0] = np.nan
             odd = np.where(codes % 2 == 1, ClosureStatus.UNREACHABLE, ClosureStatus.SINGULAR)
             status = np.where(codes == 0, 0, np.where(codes == JUMP, ClosureStatus.SINGULAR, odd))
             iterations = np.nan_to_num(values["iterations"][..., 0]).astype(int)
