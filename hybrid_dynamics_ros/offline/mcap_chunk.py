@@ -73,16 +73,6 @@ class Block:
         stamps = [(_LOG, times), (_LOG + 8, times)]
         return Block(channel, log_ns, np.concatenate([head, message]), [*stamps, *own])
 
-    def write(self, records: Bytes) -> None:
-        """Fill all records (N, size)."""
-        compiled = compiled_rows.writer()
-        if compiled is not None:
-            compiled(records, self.pattern, self.columns)
-            return
-        records[:] = self.pattern
-        for start, column in self.columns:
-            records[:, start : start + column.shape[1]] = column
-
 
 @dataclass(frozen=True, eq=False)
 class Chunk:
@@ -114,15 +104,26 @@ class Packer:
         size = sum(len(block) * block.size for block in blocks)
         if len(self._buffer) < size:
             self._buffer = np.empty(size, dtype=np.uint8)
-        raw, at = self._buffer[:size], 0
-        for block in blocks:
-            end = at + len(block) * block.size
-            block.write(raw[at:end].reshape(len(block), block.size))
-            at = end
+        raw = self._buffer[:size]
+        _write(raw, blocks)
         packed = self._compressor.compress(raw.data, zstd.ZstdCompressor.FLUSH_FRAME)
         first = min(int(block.log_ns.min()) for block in blocks)
         last = max(int(block.log_ns.max()) for block in blocks)
         return Chunk(packed, size, crc32(raw.data), first, last, _indices(blocks))
+
+
+def _write(raw: Bytes, blocks: Sequence[Block]) -> None:
+    """All records of the blocks, one after the other."""
+    ends = np.cumsum([len(block) * block.size for block in blocks]).tolist()
+    places = [raw[end - len(b) * b.size : end].reshape(len(b), b.size) for b, end in zip(blocks, ends, strict=True)]
+    compiled = compiled_rows.writer()
+    if compiled is not None:
+        compiled([(records, b.pattern, b.columns) for records, b in zip(places, blocks, strict=True)])
+        return
+    for records, block in zip(places, blocks, strict=True):
+        records[:] = block.pattern
+        for start, column in block.columns:
+            records[:, start : start + column.shape[1]] = column
 
 
 def _indices(blocks: Sequence[Block]) -> dict[int, NDArray[np.uint64]]:

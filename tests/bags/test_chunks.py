@@ -61,9 +61,9 @@ def test_a_bag_is_the_same_file_with_a_compiler_and_without(forging, tmp_path, m
 @compiled
 @pytest.mark.parametrize(("start", "rows", "width"), [(-1, 4, 8), (13, 4, 8), (0, 3, 8), (0, 4, 21)])
 def test_columns_that_do_not_fit_are_refused(start, rows, width):
-    column = np.zeros((rows, width), dtype=np.uint8)
+    column, pattern = np.zeros((rows, width), dtype=np.uint8), np.zeros(20, dtype=np.uint8)
     with pytest.raises(ValueError, match="columns inside them"):
-        compiled_rows.writer()(np.zeros((4, 20), dtype=np.uint8), np.zeros(20, dtype=np.uint8), [(start, column)])
+        compiled_rows.writer()([(np.zeros((4, 20), dtype=np.uint8), pattern, [(start, column)])])
 
 
 def test_a_packer_gives_a_chunk_the_same_bytes_whatever_it_packed_before():
