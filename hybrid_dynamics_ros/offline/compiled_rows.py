@@ -52,7 +52,8 @@ def writer() -> Callable[[Sequence[Records]], None] | None:
 
 
 def _fits(column: Bytes, start: int, rows: int, size: int) -> bool:
-    return column.shape[0] == rows and 0 <= start <= size - column.shape[1] and column.strides[1] == 1
+    count, width = column.shape
+    return count == rows and 0 <= start <= size - width and (width == 1 or column.strides[1] == 1)
 
 
 def _column(start: int, values: Bytes) -> tuple[int, ...]:

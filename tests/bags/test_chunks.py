@@ -23,13 +23,15 @@ compiled = pytest.mark.skipif(bool(native.reason_against()), reason="there is no
 def blocks(rng, count):
     """Blocks of random columns: numbers of several sizes, views with steps, messages as they were."""
     log_ns = START + np.sort(rng.integers(0, 10**9, count))
-    template = Template().header("base").sequence("a", 3).slot("b", "<f8").sequence("c", 5, "u1").string("end")
+    template = Template().header("base").sequence("a", 3).slot("b", "<f8").sequence("c", 5, "u1").sequence("d", 1, "u1")
+    template.string("end")
     values = {
         "sec": log_ns // 10**9,
         "nanosec": log_ns % 10**9,
         "a": rng.normal(size=(count, 6))[:, ::2],
         "b": rng.normal(size=count),
         "c": rng.integers(0, 2, (count, 5)),
+        "d": rng.integers(0, 2, (count, 1)),
     }
     yield Block.filled(1, log_ns, template, values)
     yield from Block.copies(2, messages_of([(int(t), rng.bytes(int(rng.choice([7, 30])))) for t in log_ns]))
