@@ -99,7 +99,7 @@ def measured(place: Path, robot: str) -> None:
     start, cpu = time.perf_counter(), time.process_time()
     outcome = process(Job(place / "in", place / "out", robot), shown=False)
     spent = {**outcome.shares, "total": time.perf_counter() - start, "cpu": time.process_time() - cpu}
-    spent["duration"], spent["bulk"] = outcome.duration, outcome.bulk
+    spent |= {"beside": outcome.beside, "duration": outcome.duration, "bulk": outcome.bulk}
     spent["memory"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     print(json.dumps(spent))
 
@@ -131,7 +131,8 @@ def text(options: argparse.Namespace, count: int, told: dict[str, float], one: f
             f" {sizes[1]:.0f} MB out, {os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}"
         ),
         *shares,
-        f"  total     {total:8.2f} s  ({told['cpu']:.1f} s of processor time; packing runs beside)",
+        f"  total     {total:8.2f} s  ({told['cpu']:.2f} s of processor time)",
+        f"  beside    {told['beside']:8.2f} s  by the thread that fills, packs and writes chunks",
         f"one by one: {1e6 * one:.0f} us a message; in bulk {1e6 * total / count:.2f} us",
         f"{one * count / total:.1f} times faster than one by one (goal {GOALS['singly']:g})",
         f"{duration / total:.1f} times real time (goal {GOALS['real time']:g})",

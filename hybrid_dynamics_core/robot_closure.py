@@ -303,12 +303,13 @@ class ClosingRobot:
         else:
             if check:
                 refuse(self._model, u, signs, codes, values["distances"])
-            for value in values.values():
-                value[codes != 0] = np.nan
+            if codes.any():
+                for value in values.values():
+                    value[codes != 0] = np.nan
             odd = np.where(codes % 2 == 1, ClosureStatus.UNREACHABLE, ClosureStatus.SINGULAR)
             status = np.where(codes == 0, 0, np.where(codes == JUMP, ClosureStatus.SINGULAR, odd))
             iterations = np.nan_to_num(values["iterations"][..., 0]).astype(int)
-            residual = np.abs(values["residuals"]).max(axis=-1, initial=0.0)
+            residual = np.abs(values["residuals"].T, order="C").max(axis=0, initial=0.0)  # rows are short
             if u.ndim == 1:
                 status, iterations, residual = ClosureStatus(int(status)), int(iterations), float(residual)
         return ClosedState(

@@ -31,7 +31,7 @@ MOST_SEC: Final = 2**31 - 1
 
 
 class Template:
-    """A message with fixed names and lengths: `fill` writes many of them at a time, `message` one."""
+    """A message with fixed names and lengths: `pattern` and `columns` make many of them at a time, `message` one."""
 
     def __init__(self) -> None:
         self._parts = bytearray(LITTLE)
@@ -82,16 +82,20 @@ class Template:
         """Bytes of a message."""
         return len(self._parts)
 
-    def fill(self, rows: Bytes, values: Mapping[str, NDArray[Any]]) -> None:
-        """Write messages into `rows` (N, size) from the slots' values (N, ...)."""
-        rows[:] = np.frombuffer(bytes(self._parts), dtype=np.uint8)
+    @property
+    def pattern(self) -> Bytes:
+        """A message whose numbers are zero, (size,)."""
+        return np.frombuffer(bytes(self._parts), dtype=np.uint8)
+
+    def columns(self, values: Mapping[str, NDArray[Any]]) -> list[tuple[int, Bytes]]:
+        """Where in a message each slot is, and the bytes (N, k) of its values in N messages, given as (N, ...)."""
+        found = []
         for name, start, kind in self._slots:
             if not kind.itemsize:
                 continue
-            view = rows[:, start : start + kind.itemsize]
-            shape = (len(rows), kind.itemsize)
             part = np.ascontiguousarray(values[name], dtype=kind.base)
-            view[:] = part.reshape(len(rows), -1).view(np.uint8).reshape(shape)
+            found.append((start, part.reshape(len(part), -1).view(np.uint8)))
+        return found
 
     def message(self, stamp_ns: int, values: Iterable[NDArray[Any] | float]) -> bytes:
         """One message: the stamp of its headers [ns] and the values of its other slots, in their order.
@@ -143,6 +147,8 @@ class LayoutError(ValueError):
 class JointStateLayout:
     """Where the numbers of a JointState are, for messages that differ in nothing else.
 
+    A JointMotion is laid out alike, with accelerations in the place of efforts.
+
     Attributes:
         names: joints.
         starts: of position, velocity and effort: first byte and how many numbers.
@@ -188,16 +194,14 @@ class JointStateLayout:
 
     def stamps(self, rows: Bytes) -> NDArray[np.int64]:
         """Stamps (N,) [ns]; -1 where the nanoseconds are a second or more."""
-        words = np.ascontiguousarray(rows[:, 4:12])
-        sec = words[:, :4].copy().view("<i4")[:, 0].astype(np.int64)
-        nanosec = words[:, 4:].copy().view("<u4")[:, 0].astype(np.int64)
+        sec = rows[:, 4:8].view("<i4")[:, 0].astype(np.int64)
+        nanosec = rows[:, 8:12].view("<u4")[:, 0].astype(np.int64)
         return np.where(nanosec < _NS, sec * _NS + nanosec, -1)
 
     def numbers(self, rows: Bytes, which: int) -> NDArray[np.float64]:
         """Positions (0), velocities (1) or efforts (2), (N, count)."""
         start, count = self.starts[which]
-        part = np.ascontiguousarray(rows[:, start : start + 8 * count])
-        return part.view("<f8").reshape(len(rows), count).astype(np.float64, copy=False)
+        return rows[:, start : start + 8 * count].view("<f8").astype(np.float64)
 
 
 def layout_of(message: bytes) -> JointStateLayout:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from bisect import bisect_left
 from collections.abc import Hashable
 from typing import Protocol
 
@@ -83,11 +84,23 @@ class Pace:
             return np.arange(len(stamps_ns) if rate == 0.0 else 0)
         if not len(stamps_ns) or stamps_ns[0] < self._last or (np.diff(stamps_ns) < 0).any():
             return np.flatnonzero([self.due(stamp, rate) for stamp in stamps_ns.tolist()])
-        rows: list[int] = []
-        at = int(np.searchsorted(stamps_ns, self._next))
-        while at < len(stamps_ns):  # stamps that rise: all before the next one are early
-            self.due(int(stamps_ns[at]), rate)
-            rows.append(at)
-            at = max(at + 1, int(np.searchsorted(stamps_ns, self._next)))
+        period = round(1e9 / rate)
+        steps = min((int(stamps_ns[-1]) - self._next) // period + 1, len(stamps_ns))
+        grid = self._next + period * np.arange(steps)
+        found = np.searchsorted(stamps_ns, grid)
+        if not (stamps_ns[found] - grid < period).all():
+            return self._one_by_one(stamps_ns.tolist(), rate)
+        self._next += period * len(grid)  # no step of the grid was left out
         self._last = int(stamps_ns[-1])
+        return found
+
+    def _one_by_one(self, stamps_ns: list[int], rate: float) -> NDArray[np.intp]:
+        """`due_rows` of stamps that rise: all before the next one are early."""
+        rows: list[int] = []
+        at = bisect_left(stamps_ns, self._next)
+        while at < len(stamps_ns):
+            self.due(stamps_ns[at], rate)
+            rows.append(at)
+            at = bisect_left(stamps_ns, self._next, at + 1)
+        self._last = stamps_ns[-1]
         return np.array(rows, dtype=np.intp)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..description.model import Array, Closure, Picklable
 from ..mechanism.tree import Tree
@@ -77,13 +78,8 @@ def named_reactions(
     """The flat results of the program with their names; what no pin force settles becomes NaN."""
     undefined = ~(values["pin_shares"] > UNDEFINED)
     values["pin_shares"][np.isnan(values["pin_shares"]) & np.isfinite(values["tau"][..., :1])] = 0.0
-    for key in ("pin_forces", "pin_moments"):
-        values[key][undefined] = np.nan
-    for k, pin in enumerate(pins):
-        side_a, side_b, _ = tree.branches(pin.body_a, pin.body_b)
-        for i in (*side_a, *side_b):
-            for key in ("joint_forces", "joint_moments"):
-                values[key][..., i, :][undefined[..., k]] = np.nan
+    if undefined.any():
+        _empty(values, undefined, pins, tree)
     by_pin = {
         pin.name: _pin(values, k, pin, closure) for k, (pin, closure) in enumerate(zip(pins, closures, strict=True))
     }
@@ -97,6 +93,17 @@ def named_reactions(
         for i, body in enumerate(tree.bodies)
     }
     return Reactions(values["tau"], MappingProxyType(by_pin), MappingProxyType(joints), values["base"])
+
+
+def _empty(values: Mapping[str, Array], undefined: NDArray[np.bool_], pins: Sequence[Pin], tree: Tree) -> None:
+    """NaN in the pins that are not settled, and in the joints between their bodies."""
+    for key in ("pin_forces", "pin_moments"):
+        values[key][undefined] = np.nan
+    for k, pin in enumerate(pins):
+        side_a, side_b, _ = tree.branches(pin.body_a, pin.body_b)
+        for i in (*side_a, *side_b):
+            for key in ("joint_forces", "joint_moments"):
+                values[key][..., i, :][undefined[..., k]] = np.nan
 
 
 def _pin(values: Mapping[str, Array], k: int, pin: Pin, closure: Closure) -> PinReaction:

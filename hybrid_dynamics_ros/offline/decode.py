@@ -1,18 +1,19 @@
-"""JointState messages in bulk: messages of one layout become columns at once, others go through rosbags one by one."""
+"""Joint states and motions in bulk: messages of one layout become columns at once, others one by one by rosbags."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hybrid_dynamics_ros.cdr import Bytes, JointStateLayout, LayoutError, layout_of
-from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE, typestore
+from hybrid_dynamics_ros.offline.interfaces import JOINT_MOTION, JOINT_STATE, typestore
 from hybrid_dynamics_ros.offline.source import Messages
 from hybrid_dynamics_ros.samples import (
+    Calibration,
     FloatArray,
     JointOrder,
     JointSample,
@@ -35,9 +36,10 @@ class Samples:
         position, velocity: (N, n) [rad or m, per second]; velocity is NaN where there is none.
         measured: (N,) whether there are velocities.
         effort: (N, n) recorded efforts [N m or N], NaN where there are none.
+        acceleration: (N, n) as they were told [per second^2]; None: to be estimated.
         rejected: rows that are no samples, and why; their numbers say nothing.
         bulk: how many came in bulk.
-        broken: rows that are no JointState at all.
+        broken: rows that are no message of their type at all.
     """
 
     log_ns: NDArray[np.int64]
@@ -46,12 +48,25 @@ class Samples:
     velocity: FloatArray
     measured: NDArray[np.bool_]
     effort: FloatArray
+    acceleration: FloatArray | None = None
     rejected: dict[int, Rejection] = field(default_factory=dict)
     broken: dict[int, str] = field(default_factory=dict)
     bulk: int = 0
 
     def __len__(self) -> int:
         return len(self.stamp_ns)
+
+    def calibrated(self, calibration: Calibration | None) -> Samples:
+        """The samples of the joints from those of their sensors."""
+        if calibration is None:
+            return self
+        offset, factor = calibration.offset, calibration.factor
+        return replace(
+            self,
+            position=factor * (self.position - offset),
+            velocity=factor * self.velocity,
+            acceleration=None if self.acceleration is None else factor * self.acceleration,
+        )
 
     def part(self, rows: slice) -> Samples:
         """Samples of some rows."""
@@ -63,6 +78,7 @@ class Samples:
             velocity=self.velocity[rows],
             measured=self.measured[rows],
             effort=self.effort[rows],
+            acceleration=None if self.acceleration is None else self.acceleration[rows],
             rejected={row - rows.start: why for row, why in self.rejected.items() if row in inside},
             broken={row - rows.start: why for row, why in self.broken.items() if row in inside},
         )
@@ -71,9 +87,13 @@ class Samples:
 class Decoder:
     """Decodes the messages of one topic; remembers the layouts that it has seen."""
 
-    def __init__(self, joints: Sequence[str], *, bulk: bool = True) -> None:
-        """The joints that are wanted, in order; `bulk` False: every message through the library."""
-        self._joints, self._bulk = tuple(joints), bulk
+    def __init__(self, joints: Sequence[str], kind: str = JOINT_STATE, *, bulk: bool = True) -> None:
+        """The joints that are wanted, in order.
+
+        kind: of the messages, JOINT_STATE or JOINT_MOTION.
+        bulk: False: every message through the library.
+        """
+        self._joints, self._kind, self._bulk = tuple(joints), kind, bulk
         self._order = JointOrder(joints)
         self._layouts: dict[int, list[JointStateLayout]] = {}
 
@@ -87,9 +107,10 @@ class Decoder:
             velocity=np.full((count, n), np.nan),
             measured=np.zeros(count, dtype=bool),
             effort=np.full((count, n), np.nan),
+            acceleration=np.full((count, n), np.nan) if self._kind == JOINT_MOTION else None,
         )
-        for size in np.unique(messages.lengths).tolist() if self._bulk else ():
-            self._decode_size(out, messages, int(size))
+        for size in messages.sizes() if self._bulk else ():
+            self._decode_size(out, messages, size)
         if not self._bulk:
             for row in range(count):
                 self._one(out, row, messages.message(row))
@@ -105,8 +126,9 @@ class Decoder:
                 rows, block = rows[1:], block[1:]
                 continue
             same = layout.matches(block)
-            if not self._take(out, layout, rows[same], block[same]):
-                for row, message in zip(rows[same], block[same], strict=True):
+            own, part = (rows, block) if same.all() else (rows[same], block[same])
+            if not self._take(out, layout, own, part):
+                for row, message in zip(own, part, strict=True):
                     self._one(out, int(row), bytes(message))
             rows, block = rows[~same], block[~same]
 
@@ -125,19 +147,26 @@ class Decoder:
     def _take(self, out: Samples, layout: JointStateLayout, rows: NDArray[np.intp], block: Bytes) -> bool:
         """Columns of many messages; False where each has to be asked what is wrong with it."""
         names, counts = layout.names, [count for _, count in layout.starts]
-        complete = counts[0] == len(names) and counts[1] in (0, len(names))
+        parts = [out.position]
+        if counts[1] or out.acceleration is not None:
+            parts.append(out.velocity)
+        if out.acceleration is not None:
+            parts.append(out.acceleration)
+        complete = counts[: len(parts)] == [len(names)] * len(parts)
         if not complete or any(names.count(joint) != 1 for joint in self._joints):
             return False
         places = [names.index(joint) for joint in self._joints]
-        out.stamp_ns[rows] = layout.stamps(block)
-        out.position[rows] = layout.numbers(block, 0)[:, places]
-        good = np.isfinite(out.position[rows]).all(axis=1) & (out.stamp_ns[rows] >= 0)
-        if counts[1]:
-            out.velocity[rows] = layout.numbers(block, 1)[:, places]
-            out.measured[rows] = True
-            good &= np.isfinite(out.velocity[rows]).all(axis=1)
-        if counts[2] == len(names):
-            out.effort[rows] = layout.numbers(block, 2)[:, places]
+        own = slice(None) if len(rows) == len(out) else rows
+        out.stamp_ns[own] = stamps = layout.stamps(block)
+        out.measured[own] = counts[1] > 0
+        good = stamps >= 0
+        for which, values in enumerate(parts):
+            values[own] = numbers = layout.numbers(block, which)[:, places]
+            finite = np.isfinite(numbers)
+            if not finite.all():
+                good &= finite.all(axis=1)
+        if out.acceleration is None and counts[2] == len(names):
+            out.effort[own] = layout.numbers(block, 2)[:, places]
         for k in np.flatnonzero(~good):
             self._one(out, int(rows[k]), bytes(block[k]))
         out.bulk += int(good.sum())
@@ -145,11 +174,11 @@ class Decoder:
 
     def _one(self, out: Samples, row: int, data: bytes) -> None:
         try:
-            message: Any = typestore().deserialize_cdr(_fields(data), JOINT_STATE)
+            message: Any = typestore().deserialize_cdr(_fields(data), self._kind)
         except Exception as error:  # noqa: BLE001 - whatever the library meets in damaged bytes
-            out.broken[row] = f"no JointState: {str(error) or type(error).__name__}"
+            out.broken[row] = f"no {self._kind.rpartition('/')[2]}: {str(error) or type(error).__name__}"
             return
-        sample = sample_of(message)
+        sample = motion_of(message) if self._kind == JOINT_MOTION else sample_of(message)
         out.stamp_ns[row] = sample.stamp_ns
         try:
             if sample.stamp_ns < 0:
@@ -162,6 +191,9 @@ class Decoder:
         out.position[row] = motion.position
         out.measured[row] = motion.velocity is not None
         out.velocity[row] = np.nan if motion.velocity is None else motion.velocity
+        if out.acceleration is not None:
+            out.acceleration[row] = motion.acceleration
+            return
         efforts = np.asarray(message.effort)
         if len(efforts) == len(sample.names):
             out.effort[row] = efforts[[sample.names.index(joint) for joint in self._joints]]
@@ -177,10 +209,22 @@ def _fields(data: bytes) -> bytes:
 
 def sample_of(message: Any) -> JointSample:
     """A JointState of rosbags as a sample, as `conversions.sample_of_state` makes it of one of rclpy."""
+    velocity = np.array(message.velocity, dtype=np.float64) if len(message.velocity) else None
+    return _sample(message, velocity, None)
+
+
+def motion_of(message: Any) -> JointSample:
+    """A JointMotion of rosbags as a sample, as `conversions.sample_of_motion` makes it of one of rclpy."""
+    velocity, acceleration = (np.array(part, dtype=np.float64) for part in (message.velocity, message.acceleration))
+    return _sample(message, velocity, acceleration)
+
+
+def _sample(message: Any, velocity: FloatArray | None, acceleration: FloatArray | None) -> JointSample:
     stamp = message.header.stamp
     return JointSample(
         stamp_ns=nanoseconds(stamp.sec, stamp.nanosec),
         names=[name.partition("\0")[0] for name in message.name],  # C strings end there
         position=np.array(message.position, dtype=np.float64),
-        velocity=np.array(message.velocity, dtype=np.float64) if len(message.velocity) else None,
+        velocity=velocity,
+        acceleration=acceleration,
     )

@@ -10,6 +10,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 JOINT_STATE: Final = "sensor_msgs/msg/JointState"
+JOINT_MOTION: Final = "hybrid_dynamics_msgs/msg/JointMotion"
 _PACKAGE: Final = Path(__file__).resolve().parents[1]
 _PLACES: Final = (_PACKAGE / "interfaces", _PACKAGE.parent / "msg_defs" / "msg")  # installed, or in the repository
 

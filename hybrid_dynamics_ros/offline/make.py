@@ -13,7 +13,8 @@ from hybrid_dynamics_core import Robot
 from hybrid_dynamics_ros.cdr import MOST_SEC, Template
 from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE
-from hybrid_dynamics_ros.offline.mcap_write import Block, new_bag
+from hybrid_dynamics_ros.offline.mcap_chunk import Block
+from hybrid_dynamics_ros.offline.mcap_write import new_bag
 from hybrid_dynamics_ros.offline.smooth import split
 from hybrid_dynamics_ros.offline.source import Topic
 from hybrid_dynamics_ros.offline.trajectory_file import Trajectory

@@ -36,6 +36,7 @@ _RECORD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
 PREFIX: Final = _RECORD.size + _MESSAGE.size  # bytes of a message record before its data
 _LARGEST: Final = 1 << 32  # [bytes] of a chunk, unpacked: more is a broken length
+_MANY: Final = 8  # records of one size after which more of them are looked for together
 _LOOSE: Final = 4096  # messages outside chunks that are handed on together
 
 
@@ -233,7 +234,7 @@ class McapFile:
         self, records: bytes, piece: _Piece, *, remember_only: bool = False
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Where message records begin, and their lengths; others are remembered."""
-        starts, lengths, at, end = [], [], 0, len(records)
+        found, at, end = _Runs(), 0, len(records)
         unpack = _RECORD.unpack_from
         try:
             while at < end:
@@ -241,16 +242,58 @@ class McapFile:
                 if at + _RECORD.size + size > end or (code == MESSAGE and size < _MESSAGE.size):
                     raise struct.error(f"a record of {size} bytes at its byte {at}")  # noqa: TRY301
                 if code == MESSAGE:
-                    starts.append(at)
-                    lengths.append(size)
-                elif code in (SCHEMA, CHANNEL):
+                    at = found.add(records, at, size)
+                    continue
+                if code in (SCHEMA, CHANNEL):
                     self._remember(code, records[at + _RECORD.size : at + _RECORD.size + size])
                 at += _RECORD.size + size
         except (struct.error, UnicodeDecodeError, IndexError) as error:
-            self._lose(f"what follows record {len(starts)} of the chunk at byte {piece.start} is lost: {error}")
+            self._lose(f"what follows record {found.total} of the chunk at byte {piece.start} is lost: {error}")
         if remember_only:
             return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-        return np.array(starts, dtype=np.int64), np.array(lengths, dtype=np.int64)
+        return found.places()
+
+
+class _Runs:
+    """Message records, those of one size that follow each other together."""
+
+    def __init__(self) -> None:
+        self._starts: list[int] = []
+        self._sizes: list[int] = []
+        self._counts: list[int] = []
+        self._alike = 0  # records of one size, one after the other
+        self.total = 0
+
+    def add(self, records: bytes, at: int, size: int) -> int:
+        """One record whose body has a size, and where many were like it all that follow; where the next begins."""
+        self._alike = self._alike + 1 if self._sizes and self._sizes[-1] == size else 0
+        count = 1 if self._alike < _MANY else _alike(records, at, _RECORD.size + size)
+        self._starts.append(at)
+        self._sizes.append(size)
+        self._counts.append(count)
+        self.total += count
+        return at + count * (_RECORD.size + size)
+
+    def places(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Where each begins (N,), and the size of its body (N,)."""
+        starts, sizes, counts = (np.array(part, dtype=np.int64) for part in (self._starts, self._sizes, self._counts))
+        inside = np.arange(self.total) - np.repeat(np.cumsum(counts) - counts, counts)
+        sizes = np.repeat(sizes, counts)
+        return np.repeat(starts, counts) + inside * (_RECORD.size + sizes), sizes
+
+
+def _alike(records: bytes, at: int, step: int) -> int:
+    """How many records from `at` on begin with the same code and size, so that each ends where the next begins."""
+    every = np.ndarray(
+        ((len(records) - at) // step, _RECORD.size), dtype=np.uint8, buffer=records, offset=at, strides=(step, 1)
+    )
+    found, ask = 1, _MANY
+    while found < len(every):  # in growing steps: a run may be short
+        same = (every[found : found + ask] == every[0]).all(axis=1)
+        if not same.all():
+            return found + int(np.argmin(same))
+        found, ask = found + len(same), 4 * ask
+    return found
 
 
 def _require_some(path: Path) -> None:
@@ -260,8 +303,9 @@ def _require_some(path: Path) -> None:
 
 
 def _gathered(data: NDArray[np.uint8], starts: NDArray[np.int64], kind: str) -> NDArray[np.int64]:
-    size = np.dtype(kind).itemsize
-    found: NDArray[np.int64] = data[starts[:, None] + np.arange(size)].view(kind)[:, 0].astype(np.int64)
+    """The integers that begin at some places of the data."""
+    every = np.ndarray(len(data) - np.dtype(kind).itemsize + 1, dtype=kind, buffer=data, strides=1)
+    found: NDArray[np.int64] = every[starts].astype(np.int64)
     return found
 
 

@@ -1,4 +1,4 @@
-"""Bags out: rosbag2 folders with one MCAP file, written in blocks of equal messages and packed beside the writer.
+"""Bags out: rosbag2 folders with one MCAP file, whose chunks are made and written by a thread beside the caller.
 
 A bag appears under its name when all of it is written; before, it is a hidden folder beside it.
 """
@@ -8,25 +8,23 @@ from __future__ import annotations
 import re
 import shutil
 import struct
-import sys
 import tempfile
+import time
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, Final
-from zlib import crc32
 
-import numpy as np
 import yaml
-from numpy.typing import NDArray
+from rosbags.interfaces import Qos
 from rosbags.rosbag2.metadata import dump_qos_v9
 
-from hybrid_dynamics_ros.cdr import Bytes, Template
 from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.interfaces import typestore
+from hybrid_dynamics_ros.offline.mcap_chunk import Block, Packer
 from hybrid_dynamics_ros.offline.mcap_file import (
     CHANNEL,
     CHUNK,
@@ -36,58 +34,12 @@ from hybrid_dynamics_ros.offline.mcap_file import (
     HEADER,
     INDEX,
     MAGIC,
-    MESSAGE,
-    PREFIX,
     SCHEMA,
     STATISTICS,
 )
-from hybrid_dynamics_ros.offline.source import METADATA, Messages, Topic
+from hybrid_dynamics_ros.offline.source import METADATA, Topic
 
-if sys.version_info >= (3, 14):
-    from compression import zstd
-else:
-    from backports import zstd
-
-_LEVEL: Final = 1  # of zstd: higher levels take several times as long for a tenth of the size
-_QUEUED: Final = 4  # chunks that wait to be packed or written
-_HEAD = np.dtype(
-    [("code", "u1"), ("size", "<u8"), ("channel", "<u2"), ("number", "<u4"), ("log", "<u8"), ("sent", "<u8")]
-)
-
-
-@dataclass(frozen=True, eq=False)
-class Block:
-    """Message records of one channel and one size, in the order of log times."""
-
-    channel: int
-    log_ns: NDArray[np.int64]
-    records: Bytes
-
-    @staticmethod
-    def empty(channel: int, log_ns: NDArray[np.int64], size: int) -> Block:
-        """Records whose data (N, size) are still to be filled."""
-        records = np.empty((len(log_ns), PREFIX + size), dtype=np.uint8)
-        head = np.zeros(len(log_ns), dtype=_HEAD)
-        head["code"], head["size"], head["channel"] = MESSAGE, PREFIX - 9 + size, channel
-        head["log"] = head["sent"] = log_ns
-        records[:, :PREFIX] = head.view(np.uint8).reshape(len(log_ns), PREFIX)
-        return Block(channel, log_ns, records)
-
-    @staticmethod
-    def filled(channel: int, log_ns: NDArray[np.int64], template: Template, values: Mapping[str, Any]) -> Block:
-        """Messages of one template."""
-        block = Block.empty(channel, log_ns, template.size)
-        template.fill(block.records[:, PREFIX:], values)
-        return block
-
-    @staticmethod
-    def copies(channel: int, messages: Messages) -> Iterator[Block]:
-        """Messages as they are, by size."""
-        for size in np.unique(messages.lengths).tolist():
-            rows = np.flatnonzero(messages.lengths == size)
-            block = Block.empty(channel, messages.log_ns[rows], int(size))
-            block.records[:, PREFIX:] = messages.block(rows, int(size))
-            yield block
+_QUEUED: Final = 4  # chunks that wait to be made and written
 
 
 class BagWriter:
@@ -102,30 +54,28 @@ class BagWriter:
         self._counts = dict.fromkeys(self.channels.values(), 0)
         self._chunks: list[bytes] = []
         self._first, self._last = 2**63 - 1, 0
-        self.packing = self.writing = 0.0  # [s], told by the benchmark
-        self._pool = ThreadPoolExecutor(1)
-        self._queue: deque[Future[tuple[bytes, int, int]]] = deque()
-        self._meta: deque[list[Block]] = deque()
+        self.beside = 0.0  # [s] that the thread has worked
+        self._packer, self._thread = Packer(), ThreadPoolExecutor(1)
+        self._waiting: deque[Future[None]] = deque()
         self._file = (folder / self._name).open("wb")
         self._file.write(MAGIC + _record(HEADER, _text("ros2") + _text("hybrid_dynamics")))
         self._described = b"".join(self._descriptions())
         self._file.write(self._described)
 
     def write(self, blocks: Sequence[Block]) -> None:
-        """One chunk of messages."""
-        blocks = [block for block in blocks if len(block.log_ns)]
+        """One chunk of messages. Raises what went wrong with this one or one before."""
+        blocks = [block for block in blocks if len(block)]
         if not blocks:
             return
-        self._queue.append(self._pool.submit(_pack, blocks))
-        self._meta.append(blocks)
-        while len(self._queue) > _QUEUED:
-            self._put()
+        self._waiting.append(self._thread.submit(self._put, blocks))
+        while len(self._waiting) > _QUEUED:
+            self._waiting.popleft().result()
 
     def close(self) -> None:
         """Write what waits, the index, and the metadata."""
-        while self._queue:
-            self._put()
-        self._pool.shutdown()
+        while self._waiting:
+            self._waiting.popleft().result()
+        self._thread.shutdown()
         self._file.write(_record(DATA_END, struct.pack("<I", 0)))
         start = self._file.tell()
         count = sum(self._counts.values())
@@ -142,7 +92,7 @@ class BagWriter:
 
     def abort(self) -> None:
         """Let go of everything."""
-        self._pool.shutdown(cancel_futures=True)
+        self._thread.shutdown(cancel_futures=True)
         self._file.close()
 
     # -- parts -------------------------------------------------------------------------------------------------
@@ -154,31 +104,35 @@ class BagWriter:
                 numbers[topic.kind] = len(numbers) + 1
                 head = struct.pack("<H", numbers[topic.kind]) + _text(topic.kind)
                 yield _record(SCHEMA, head + _text("ros2msg") + _text(_definition(topic)))
-            qos = yaml.safe_dump(dump_qos_v9(list(topic.qos)), sort_keys=False).strip()
-            extra = _text("offered_qos_profiles") + _text(qos) + _text("topic_type_hash") + _text(_digest(topic))
+            extra = (
+                _text("offered_qos_profiles")
+                + _text(_profiles(topic.qos))
+                + _text("topic_type_hash")
+                + _text(_digest(topic))
+            )
             head = struct.pack("<HH", self.channels[topic.name], numbers[topic.kind])
             tail = _text(topic.name) + _text("cdr") + struct.pack("<I", len(extra)) + extra
             yield _record(CHANNEL, head + tail)
 
-    def _put(self) -> None:
-        packed, size, checksum = self._queue.popleft().result()
-        blocks = self._meta.popleft()
-        times = np.concatenate([block.log_ns for block in blocks])
-        first, last = int(times.min()), int(times.max())
-        self._first, self._last = min(self._first, first), max(self._last, last)
-        start = self._file.tell()
-        body = struct.pack("<QQQI", first, last, size, checksum) + _text("zstd") + struct.pack("<Q", len(packed))
-        self._file.write(struct.pack("<BQ", CHUNK, len(body) + len(packed)) + body)
-        self._file.write(packed)
+    def _put(self, blocks: Sequence[Block]) -> None:
+        """Make and write a chunk; the thread does this."""
+        begun = time.perf_counter()
+        chunk = self._packer.chunk(blocks)
+        self._first, self._last = min(self._first, chunk.first), max(self._last, chunk.last)
+        start, size = self._file.tell(), len(chunk.packed)
+        body = struct.pack("<QQQI", chunk.first, chunk.last, chunk.size, chunk.checksum) + _text("zstd")
+        self._file.write(struct.pack("<BQ", CHUNK, len(body) + 8 + size) + body + struct.pack("<Q", size))
+        self._file.write(chunk.packed)
         end, places = self._file.tell(), b""
-        for channel, entries in _indices(blocks):
+        for channel, entries in chunk.indices.items():
             self._counts[channel] += len(entries)
             places += struct.pack("<HQ", channel, self._file.tell())
             raw = entries.tobytes()
             self._file.write(_record(INDEX, struct.pack("<HI", channel, len(raw)) + raw))
-        told = struct.pack("<QQQQI", first, last, start, end - start, len(places)) + places
-        told += struct.pack("<Q", self._file.tell() - end) + _text("zstd") + struct.pack("<QQ", len(packed), size)
+        told = struct.pack("<QQQQI", chunk.first, chunk.last, start, end - start, len(places)) + places
+        told += struct.pack("<Q", self._file.tell() - end) + _text("zstd") + struct.pack("<QQ", size, chunk.size)
         self._chunks.append(_record(CHUNK_INDEX, told))
+        self.beside += time.perf_counter() - begun
 
     def _metadata(self, count: int, first: int, last: int) -> dict[str, Any]:
         span = {"starting_time": {"nanoseconds_since_epoch": first}, "duration": {"nanoseconds": last - first}}
@@ -268,30 +222,15 @@ def require_new(path: Path) -> None:
         raise BagError(f"{path}: there is a bag already; name a new folder, or give --overwrite")
 
 
-def _pack(blocks: Sequence[Block]) -> tuple[bytes, int, int]:
-    raw = b"".join(block.records.tobytes() for block in blocks)
-    return zstd.compress(raw, level=_LEVEL), len(raw), crc32(raw)
-
-
-def _indices(blocks: Sequence[Block]) -> Iterator[tuple[int, NDArray[np.uint64]]]:
-    """For each channel its log times and places in the chunk, (n, 2)."""
-    found: dict[int, list[NDArray[np.uint64]]] = {}
-    at = 0
-    for block in blocks:
-        count, size = block.records.shape
-        entries = np.empty((count, 2), dtype="<u8")
-        entries[:, 0], entries[:, 1] = block.log_ns, at + size * np.arange(count)
-        found.setdefault(block.channel, []).append(entries)
-        at += count * size
-    for channel, parts in found.items():
-        whole = np.concatenate(parts)
-        yield channel, whole[np.argsort(whole[:, 0], kind="stable")]
-
-
 def _definition(topic: Topic) -> str:
     if topic.definition or topic.kind not in typestore().types:
         return topic.definition
     return str(typestore().generate_msgdef(topic.kind, ros_version=2)[0])
+
+
+@cache  # most topics of a bag have the same
+def _profiles(qos: tuple[Qos, ...]) -> str:
+    return yaml.safe_dump(dump_qos_v9(list(qos)), sort_keys=False).strip()
 
 
 def _digest(topic: Topic) -> str:

@@ -7,6 +7,7 @@ given in place of the active ones) is left to the pipeline itself, sample by sam
 from __future__ import annotations
 
 import itertools
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -24,6 +25,7 @@ from hybrid_dynamics_ros.results import MotionResult
 from hybrid_dynamics_ros.samples import FloatArray, JointSample, Rejection, rejection_of
 
 Mask = NDArray[np.bool_]
+Rows = NDArray[np.intp]
 
 
 @dataclass(eq=False)
@@ -39,7 +41,7 @@ class Motion:
         acceleration, efforts: (m, n) of the active joints; NaN where not known.
     """
 
-    rows: NDArray[np.intp]
+    rows: Rows
     stamp_ns: NDArray[np.int64]
     log_ns: NDArray[np.int64]
     state: ClosedState
@@ -64,12 +66,14 @@ class Estimates:
     moving: Mask
     acceleration: FloatArray
     driven: Mask
-    events: list[StampEvent]
+    events: Counter[StampEvent]
     after: EstimatorState | None
 
-    def part(self, rows: NDArray[np.intp] | slice) -> Estimates:
+    def part(self, rows: Rows | slice) -> Estimates:
         """Those of some rows."""
-        return Estimates(self.velocity[rows], self.moving[rows], self.acceleration[rows], self.driven[rows], [], None)
+        return Estimates(
+            self.velocity[rows], self.moving[rows], self.acceleration[rows], self.driven[rows], Counter(), None
+        )
 
 
 class BulkPipeline:
@@ -105,39 +109,53 @@ class BulkPipeline:
         pipeline, robot = self.pipeline, self.pipeline.robot
         usable = np.ones(len(samples), dtype=bool)
         usable[[*samples.rejected, *samples.broken]] = False
-        position, velocity = samples.position, samples.velocity
-        if pipeline.calibration is not None:
-            offset, factor = pipeline.calibration.offset, pipeline.calibration.factor
-            position, velocity = factor * (position - offset), factor * velocity
-        rows = np.flatnonzero(usable)
-        state = robot.close(position[rows], check=False)
-        refused = self._refusals(position, velocity, samples.measured, rows[np.asarray(state.status) != 0])
-        rows = rows[np.asarray(state.status) == 0]
-        if not len(rows):
+        samples = samples.calibrated(pipeline.calibration)
+        rows, refused = np.flatnonzero(usable), list[Rejection]()
+        found = self._closed(samples, rows, given)
+        if found is not None and np.any(found[1].status):  # those that cannot be closed must not reach the filter
+            status = np.asarray(robot.close(samples.position[rows], check=False).status)
+            refused = self._refusals(samples, rows[status != 0])
+            rows = rows[status == 0]
+            found = self._closed(samples, rows, given)
+        if found is None:
             self._count(samples, refused, None, 0)
             return None
-        if given is None:
-            estimates = self._estimate(samples.stamp_ns[rows], position[rows], velocity[rows], samples.measured[rows])
-        else:
-            estimates = given.part(rows)
-        motion = self._evaluate(samples, rows, position[rows], estimates)
+        estimates, state = found
+        motion = self._evaluate(samples, rows, state, estimates)
         self._count(samples, refused, estimates, int(motion.driven.sum()))
         if given is None:
             pipeline._state = estimates.after  # noqa: SLF001 - this is the pipeline's own loop, unrolled
         return motion
 
-    def _refusals(
-        self, position: FloatArray, velocity: FloatArray, measured: Mask, rows: NDArray[np.intp]
-    ) -> list[Rejection]:
+    def _closed(self, samples: Samples, rows: Rows, given: Estimates | None) -> tuple[Estimates, ClosedState] | None:
+        """Rates of some rows, and their states, closed or not; None where there are no rows."""
+        if not len(rows):
+            return None
+        position, velocity = samples.position[rows], samples.velocity[rows]
+        if given is not None:
+            known = given.part(rows)
+        elif samples.acceleration is not None:
+            known = self._told(velocity, samples.acceleration[rows])
+        else:
+            known = self._estimate(samples.stamp_ns[rows], position, velocity, samples.measured[rows])
+        rates = np.where(known.moving[:, None], known.velocity, 0.0)
+        return known, self.pipeline.robot.close(position, rates, check=False)
+
+    def _refusals(self, samples: Samples, rows: Rows) -> list[Rejection]:
         found = []
         for k in rows:
             try:
-                self.pipeline.robot.close(position[k], velocity[k] if measured[k] else None)
+                self.pipeline.robot.close(samples.position[k], samples.velocity[k] if samples.measured[k] else None)
             except HybridDynamicsError as error:
                 found.append(rejection_of(error))
             else:
                 raise _UnusualError
         return found
+
+    def _told(self, velocity: FloatArray, acceleration: FloatArray) -> Estimates:
+        """Rates that came with the samples: they are taken as they are, and the filter is left alone."""
+        every = np.ones(len(velocity), dtype=bool)
+        return Estimates(velocity, every, acceleration, every, Counter(), self.pipeline._state)  # noqa: SLF001
 
     def _estimate(
         self, stamps: NDArray[np.int64], position: FloatArray, velocity: FloatArray, measured: Mask
@@ -145,7 +163,7 @@ class BulkPipeline:
         estimator, state = self.pipeline._estimator, self.pipeline._state  # noqa: SLF001
         count, n = position.shape
         out = Estimates(
-            velocity.copy(), measured.copy(), np.full((count, n), np.nan), np.zeros(count, dtype=bool), [], state
+            velocity.copy(), measured.copy(), np.full((count, n), np.nan), np.zeros(count, dtype=bool), Counter(), state
         )
         edges = [0, *(np.flatnonzero(np.diff(measured.astype(np.int8))) + 1).tolist(), count]
         for start, end in itertools.pairwise(edges):
@@ -165,15 +183,14 @@ class BulkPipeline:
         out.after = state
         return out
 
-    def _evaluate(self, samples: Samples, rows: NDArray[np.intp], u: FloatArray, known: Estimates) -> Motion:
+    def _evaluate(self, samples: Samples, rows: Rows, state: ClosedState, known: Estimates) -> Motion:
         robot, loads = self.pipeline.robot, self.pipeline.loads
-        state = robot.close(u, np.where(known.moving[:, None], known.velocity, 0.0), check=False)
         if np.any(state.status):
             raise _UnusualError
-        tau = np.full_like(u, np.nan)
+        tau = np.full_like(state.u, np.nan)
         which = np.flatnonzero(known.driven)
         if len(which):
-            part = state if len(which) == len(u) else state.rows(which)
+            part = state if len(which) == len(rows) else state.rows(which)
             tau[which] = robot.inverse_dynamics(part, known.acceleration[which], loads)
         if not (np.isfinite(state.s).all() and np.isfinite(state.ds).all() and np.isfinite(tau[which]).all()):
             raise _UnusualError
@@ -205,8 +222,15 @@ class BulkPipeline:
                 self._remember(self.pipeline.reject_unread(samples.rejected[row]))
                 continue
             velocity = samples.velocity[row] if samples.measured[row] else None
-            sample = JointSample(int(samples.stamp_ns[row]), self.pipeline.measured, samples.position[row], velocity)
-            result = self.pipeline.process(sample)
+            result = self.pipeline.process(
+                JointSample(
+                    stamp_ns=int(samples.stamp_ns[row]),
+                    names=self.pipeline.measured,
+                    position=samples.position[row],
+                    velocity=velocity,
+                    acceleration=None if samples.acceleration is None else samples.acceleration[row],
+                )
+            )
             if isinstance(result, Rejection):
                 self._remember(result)
             else:

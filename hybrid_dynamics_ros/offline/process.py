@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -20,8 +20,9 @@ from hybrid_dynamics_ros.cdr import Template
 from hybrid_dynamics_ros.conditions import Conditions, calibration_of, loads_of
 from hybrid_dynamics_ros.offline.decode import Decoder, Samples
 from hybrid_dynamics_ros.offline.errors import BagError
-from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE
-from hybrid_dynamics_ros.offline.mcap_write import BagWriter, Block, new_bag
+from hybrid_dynamics_ros.offline.interfaces import JOINT_MOTION, JOINT_STATE
+from hybrid_dynamics_ros.offline.mcap_chunk import Block
+from hybrid_dynamics_ros.offline.mcap_write import BagWriter, new_bag
 from hybrid_dynamics_ros.offline.motion import BulkPipeline, Motion
 from hybrid_dynamics_ros.offline.settings import require_known_sensors
 from hybrid_dynamics_ros.offline.smooth import estimates_of, joined, split
@@ -31,6 +32,7 @@ from hybrid_dynamics_ros.parameters import BANDWIDTH, MAX_GAP, MEASURED, Setting
 from hybrid_dynamics_ros.pipeline import Pipeline
 
 INPUT: Final = f"{NODE}/active_joint_states"
+KINDS: Final = (JOINT_STATE, JOINT_MOTION)  # that the node takes
 DESCRIPTION: Final = "/robot_description"
 SMOOTHINGS: Final = ("causal", "savgol", "spline")
 _AT_ONCE: Final = 2048  # samples that go through the model together, and into one chunk
@@ -44,7 +46,8 @@ class Job:
     Attributes:
         source, target: the bag in and the bag out.
         robot: name of a shipped robot or path of a description file.
-        topic: where the joint states are; None: the node's own topic, or the only one of their type.
+        topic: where the joint states or motions are; None: the node's own topic of joint states, or the only one of
+            their type, or where there are no joint states the only one of joint motions.
         smooth: one of `SMOOTHINGS`.
         keep: whether the original topics go into the new bag too.
         settings: parameters of the node.
@@ -69,7 +72,9 @@ class Outcome:
         losses: what could not be read, a sentence each; after a thousand, how many more of each kind.
         rejections: the first text of each kind of rejection.
         bulk: share of the samples that were decoded in bulk.
-        shares: [s] spent on reading, decoding, the model, encoding, and writing.
+        shares: [s] spent on reading, decoding, the model, what the messages hold (encoding), and waiting until they are
+            written.
+        beside: [s] that the thread took which fills, packs and writes chunks meanwhile.
         duration: [s] of the samples' stamps; samples: how many there were.
     """
 
@@ -79,6 +84,7 @@ class Outcome:
     rejections: dict[str, str] = field(default_factory=dict)
     bulk: float = 0.0
     shares: Counter[str] = field(default_factory=Counter)
+    beside: float = 0.0
     duration: float = 0.0
     samples: int = 0
 
@@ -111,17 +117,26 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
     pipeline = make_pipeline(robot, job.settings)
     outputs = outputs_of(robot, pipeline.loads, job.settings)
     with Source(job.source) as source:
-        topic = input_topic(source, job.topic)
+        topic = input_topic(source, job.topic, KINDS)
+        kind = source.topics[topic].kind
+        if kind == JOINT_MOTION and job.smooth != "causal":
+            told = "accelerations, which are taken as they are"
+            raise BagError(
+                f"{source.path}: {topic} has {told}: nothing can be smoothed; leave out --smooth {job.smooth}"
+            )
         topics = [Topic(output.name, output.kind, (_offered(latched=False),)) for output in outputs]
         topics.append(Topic(DESCRIPTION, _STRING, (_offered(latched=True),)))
         kept = _kept(source, topics) if job.keep else []
         notes = {"robot": robot.name, "source": job.source.name, "smooth": job.smooth}
         watch.lap("start")
         with new_bag(job.target, [*topics, *kept], notes) as bag:
-            worker = _Worker(job, BulkPipeline(pipeline), Decoder(pipeline.measured), outputs, bag, outcome, watch)
+            worker = _Worker(
+                job, BulkPipeline(pipeline), Decoder(pipeline.measured, kind), outputs, bag, outcome, watch
+            )
             worker.run(source, topic, {entry.name for entry in kept}, shown)
             watch.lap("writing")
         watch.lap("writing")
+        outcome.beside = bag.beside
         outcome.losses += [*worker.losses.told, *source.losses.told]
     outcome.summary = pipeline.counts.summary()
     return outcome
@@ -137,23 +152,30 @@ def make_pipeline(robot: Robot, settings: Settings) -> Pipeline:
     return pipeline
 
 
-def input_topic(source: Source, wanted: str | None) -> str:
-    """The topic with the joint states.
+def input_topic(source: Source, wanted: str | None, kinds: Sequence[str] = (JOINT_STATE,)) -> str:
+    """The topic with the samples.
+
+    Args:
+        source: the bag.
+        wanted: its name; None: the node's own topic of joint states, or the only topic of the first kind that is there.
+        kinds: message types that are taken.
 
     Raises:
         BagError: there is none, or it is not clear which.
     """
-    there = [topic.name for topic in source.topics.values() if topic.kind == JOINT_STATE]
-    told = ", ".join(there) or "none"
+    there = {kind: [topic.name for topic in source.topics.values() if topic.kind == kind] for kind in kinds}
+    every = [name for names in there.values() for name in names]
+    told = ", ".join(every) or "none"
     if wanted is not None:
-        if wanted in there:
+        if wanted in every:
             return wanted
-        raise BagError(f"{source.path}: no topic {wanted} of type {JOINT_STATE}; topics of this type: {told}")
-    if INPUT in there:
+        raise BagError(f"{source.path}: no topic {wanted} of type {' or '.join(kinds)}; topics of this type: {told}")
+    if INPUT in every:
         return INPUT
-    if len(there) != 1:
+    first = next((names for names in there.values() if names), [])
+    if len(first) != 1:
         raise BagError(f"{source.path}: which topic holds the joint states? Name it with --topic; there are: {told}")
-    return there[0]
+    return first[0]
 
 
 class _Worker:

@@ -5,6 +5,8 @@ Compiled where there is a compiler, else in plain floats: every bit is the same 
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,7 +23,7 @@ from hybrid_dynamics_ros.filters import (
 
 Steps = list[tuple[float, float, float, float]]  # dt [s], gains of value, first and second derivative
 Moments = tuple[float, float, float, float, float]
-Run = tuple[FloatArray, NDArray[np.bool_], list[StampEvent], FilterState]
+Run = tuple[FloatArray, NDArray[np.bool_], Counter[StampEvent], FilterState]
 
 
 def run_filter(
@@ -30,23 +32,23 @@ def run_filter(
     """All samples (N, n) through the filter.
 
     Returns:
-        Derivatives (N, D + 1, n), whether each was ready (N,), what each stamp meant, the state after the last.
+        Derivatives (N, D + 1, n), whether each was ready (N,), what the stamps meant, the state after the last.
     """
     count, n = samples.shape
     derivatives, ready = np.empty((count, filt.degree + 1, n)), np.empty(count, dtype=bool)
-    events: list[StampEvent] = []
+    events: Counter[StampEvent] = Counter()
     at, times = 0, stamps.tolist()
     while at < count:
         if state is not None and state.degree == filt.degree:
             done, state = _advance(filt, state, stamps[at:], samples[at:], derivatives[at:])
             ready[at : at + done] = (stamps[at : at + done] - state.start_ns) * 1e-9 >= filt.lag
-            events += [StampEvent.NEXT] * done
+            events[StampEvent.NEXT] += done
             at += done
             if at == count:
                 break
         state, event = filt.step(state, times[at], samples[at])
         derivatives[at], ready[at] = state.derivatives, filt.ready(state)
-        events.append(event)
+        events[event] += 1
         at += 1
     if state is None:
         raise ValueError("no samples")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -51,12 +52,15 @@ def estimates_of(samples: Samples, method: str, pipeline: Pipeline) -> Estimates
         pipeline: its bandwidth and largest gap count here too.
     """
     count, n = samples.position.shape
+    samples = samples.calibrated(pipeline.calibration)
     position, velocity = samples.position, samples.velocity
-    if pipeline.calibration is not None:
-        offset, factor = pipeline.calibration.offset, pipeline.calibration.factor
-        position, velocity = factor * (position - offset), factor * velocity
     out = Estimates(
-        np.zeros((count, n)), samples.measured.copy(), np.full((count, n), np.nan), np.zeros(count, bool), [], None
+        velocity=np.zeros((count, n)),
+        moving=samples.measured.copy(),
+        acceleration=np.full((count, n), np.nan),
+        driven=np.zeros(count, bool),
+        events=Counter(),
+        after=None,
     )
     usable = np.ones(count, dtype=bool)
     usable[[*samples.rejected, *samples.broken]] = False

@@ -62,6 +62,12 @@ class Messages:
     def __len__(self) -> int:
         return len(self.log_ns)
 
+    def sizes(self) -> list[int]:
+        """The lengths that there are, in order."""
+        lengths = self.lengths
+        alike = len(lengths) > 0 and (lengths == lengths[0]).all()
+        return [int(lengths[0])] if alike else [int(size) for size in np.unique(lengths)]
+
     def message(self, row: int) -> bytes:
         """The bytes of one message."""
         start = int(self.offsets[row])

@@ -12,13 +12,13 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from hybrid_dynamics_core import CylinderState, Loads, Robot
+from hybrid_dynamics_core import ClosedState, CylinderState, Loads, Robot
 from hybrid_dynamics_core.dynamics.reactions import PinReaction
 from hybrid_dynamics_core.errors import SingularityError
 from hybrid_dynamics_ros import layouts
 from hybrid_dynamics_ros.cdr import Template
 from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE
-from hybrid_dynamics_ros.offline.mcap_write import Block
+from hybrid_dynamics_ros.offline.mcap_chunk import Block
 from hybrid_dynamics_ros.offline.motion import Motion
 from hybrid_dynamics_ros.parameters import RATES, TF_RATE, Settings
 from hybrid_dynamics_ros.placement import LinkTransforms
@@ -57,9 +57,9 @@ class Output:
         if not len(rows):
             return
         for own, template, values in self.make(motion, rows):
-            stamps = motion.stamp_ns[own]
+            stamps = _of(motion.stamp_ns, own)
             head = {"sec": stamps // _NS, "nanosec": stamps % _NS}
-            yield Block.filled(channel, motion.log_ns[own], template, {**head, **values})
+            yield Block.filled(channel, _of(motion.log_ns, own), template, {**head, **values})
 
 
 def outputs_of(robot: Robot, loads: Loads, settings: Settings) -> list[Output]:
@@ -88,19 +88,23 @@ class JointStates:
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
         self._own = set(robot.drives) == set(robot.active)
+        names = robot.coordinates
+        self._templates = [
+            (moving, driven, layouts.joint_state(names, velocity=moving, effort=driven))
+            for moving in (False, True)
+            for driven in (False, True)
+        ]
 
     def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
         """Layouts differ in what is known."""
         along, known = self._along(motion)
-        for moving in (False, True):
-            for driven in (False, True):
-                own = rows[(motion.moving[rows] == moving) & (known[rows] == driven)]
-                if len(own):
-                    template = layouts.joint_state(self._robot.coordinates, velocity=moving, effort=driven)
-                    state = motion.state
-                    yield own, template, {
-                        "position": state.s[own], "velocity": state.ds[own], "effort": along[own]
-                    }  # fmt: skip
+        state = motion.state
+        for moving, driven, template in self._templates:
+            own = rows[(motion.moving[rows] == moving) & (known[rows] == driven)]
+            if len(own):
+                yield own, template, {
+                    "position": _of(state.s, own), "velocity": _of(state.ds, own), "effort": _of(along, own)
+                }  # fmt: skip
 
     def _along(self, motion: Motion) -> tuple[FloatArray, NDArray[np.bool_]]:
         robot, known = self._robot, motion.driven.copy()
@@ -139,7 +143,7 @@ class RequiredEfforts:
         if len(own):
             state = motion.state
             yield own, self._template, {
-                "position": state.u[own], "velocity": state.du[own], "effort": motion.efforts[own]
+                "position": _of(state.u, own), "velocity": _of(state.du, own), "effort": _of(motion.efforts, own)
             }  # fmt: skip
 
 
@@ -148,22 +152,31 @@ class ClosedStates:
 
     def __init__(self, robot: Robot) -> None:
         self._robot, self._strokes = robot, Strokes(robot)
+        self._templates: dict[tuple[str, ...], Template] = {}  # by nearest loop and modes
 
     def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
         """Layouts differ in the loop that is nearest to its singularity."""
-        state, robot, strokes = motion.state, self._robot, self._strokes
-        lower, upper = strokes.left(state.s)
-        nearest = np.array(state.singular_loop, dtype=object)
-        distance = np.broadcast_to(np.asarray(state.singularity, dtype=np.float64), (len(motion),))
-        for loop in dict.fromkeys(nearest[rows].tolist()):
-            own = rows[nearest[rows] == loop]
-            yield own, layouts.closed_state(robot, strokes.joints, state.branch, loop), {
-                "residual": np.asarray(state.residual)[own],
-                "singularity": state.distances[own],
-                "nearest": distance[own],
-                "lower": lower[own],
-                "upper": upper[own],
+        state = motion.state
+        lower, upper = self._strokes.left(state.s)
+        if state.loops:
+            nearest, distance = np.argmin(state.distances, axis=-1), np.asarray(state.singularity)
+        else:
+            nearest, distance = np.zeros(len(motion), dtype=np.intp), np.ones(len(motion))
+        for k in dict.fromkeys(_of(nearest, rows).tolist()):
+            own = rows[_of(nearest, rows) == k]
+            yield own, self._template(state, state.loops[k] if state.loops else ""), {
+                "residual": _of(np.asarray(state.residual), own),
+                "singularity": _of(state.distances, own),
+                "nearest": _of(distance, own),
+                "lower": _of(lower, own),
+                "upper": _of(upper, own),
             }  # fmt: skip
+
+    def _template(self, state: ClosedState, nearest: str) -> Template:
+        key = (nearest, *state.branch.values())
+        if key not in self._templates:
+            self._templates[key] = layouts.closed_state(self._robot, self._strokes.joints, state.branch, nearest)
+        return self._templates[key]
 
 
 class Poses:
@@ -171,11 +184,11 @@ class Poses:
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
-        self._template = Template().header(robot.base_frame).slot("position", "<f8", 3).slot("turn", "<f8", 4)
+        self._template = layouts.pose(robot)
 
     def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
         """One for each."""
-        state = motion.state if len(rows) == len(motion) else motion.state.rows(rows)
+        state = _states(motion, rows)
         pose = self._robot.forward_kinematics(state)
         yield rows, self._template, {"position": pose.position, "turn": quaternions(pose.rotation)}
 
@@ -185,16 +198,14 @@ class Twists:
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
-        self._template = Template().header(robot.base_frame).slot("twist", "<f8", 6)
+        self._template = layouts.twist(robot)
 
     def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
         """Nothing before rates are known."""
         own = rows[motion.moving[rows]]
         if len(own):
-            state = motion.state.rows(own)
-            jacobians = self._robot.jacobian(state)
-            # One product at a time: a product of stacks adds up in another order.
-            twists = np.array([matrix @ rates for matrix, rates in zip(jacobians, state.du, strict=True)])
+            state = _states(motion, own)
+            twists = self._robot.jacobian(state) @ state.du[:, :, None]
             yield own, self._template, {"twist": twists}
 
 
@@ -210,7 +221,7 @@ class Reactions:
         own = rows[motion.driven[rows] & motion.moving[rows]]
         if not len(own):
             return
-        pins = self._robot.reactions(motion.state.rows(own), motion.acceleration[own], self._loads).pins
+        pins = self._robot.reactions(_states(motion, own), _of(motion.acceleration, own), self._loads).pins
         count = len(pins)
         if self._template is None:
             self._template = _reactions(self._robot, pins)
@@ -249,7 +260,7 @@ class Cylinders:
         own = rows[motion.driven[rows]]
         if not len(own) or not self._robot.cylinders:
             return
-        states = list(self._robot.hydraulics(motion.state.rows(own), motion.efforts[own]).values())
+        states = list(self._robot.hydraulics(_states(motion, own), _of(motion.efforts, own)).values())
         values = {
             name: np.stack([np.broadcast_to(getattr(s, name), (len(own),)) for s in states], axis=-1)
             for name in (*self._numbers, "overloaded")
@@ -265,7 +276,16 @@ class Transforms:
 
     def __call__(self, motion: Motion, rows: Rows) -> Iterator[Filled]:
         """One for each."""
-        yield rows, self._template, dict(self._transforms.values(motion.state.s[rows]))
+        yield rows, self._template, dict(self._transforms.values(_of(motion.state.s, rows)))
+
+
+def _of(values: NDArray[Any], rows: Rows) -> NDArray[Any]:
+    """Values of some rows of a motion; as they are where those are all of them."""
+    return values if len(rows) == len(values) else values[rows]
+
+
+def _states(motion: Motion, rows: Rows) -> ClosedState:
+    return motion.state if len(rows) == len(motion) else motion.state.rows(rows)
 
 
 def quaternions(rotations: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""JointState messages and bags for the tests."""
+"""JointState and JointMotion messages and bags for the tests."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
-from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE, typestore
+from hybrid_dynamics_ros.offline.interfaces import JOINT_MOTION, JOINT_STATE, typestore
 from hybrid_dynamics_ros.offline.process import INPUT
 from hybrid_dynamics_ros.offline.source import Messages
 
@@ -21,6 +21,15 @@ def joint_state(stamp_ns, names, position, velocity=(), effort=(), frame=""):
     numbers = (np.array(part, dtype=np.float64) for part in (position, velocity, effort))
     message = types[JOINT_STATE](types["std_msgs/msg/Header"](time, frame), list(names), *numbers)
     return bytes(typestore().serialize_cdr(message, JOINT_STATE))
+
+
+def joint_motion(stamp_ns, names, position, velocity, acceleration):
+    """CDR bytes of a JointMotion, by rosbags."""
+    types = typestore().types
+    time = types["builtin_interfaces/msg/Time"](sec=stamp_ns // 10**9, nanosec=stamp_ns % 10**9)
+    numbers = (np.array(part, dtype=np.float64) for part in (position, velocity, acceleration))
+    message = types[JOINT_MOTION](types["std_msgs/msg/Header"](time, ""), list(names), *numbers)
+    return bytes(typestore().serialize_cdr(message, JOINT_MOTION))
 
 
 def motion_of(robot, count, rate=100.0, seed=0):
@@ -43,12 +52,19 @@ def recorded(robot, count=60, rate=100.0, seed=0, *, velocity=True):
     return [(t + 1000, joint_state(t, robot.active, p, v)) for t, p, v in zip(stamps, u, rates, strict=True)]
 
 
-def bag(path: Path, messages, topic=INPUT, plugin=StoragePlugin.MCAP, mode=CompressionMode.NONE):
-    """A bag of JointState messages, by rosbags."""
+def recorded_motions(robot, count=60, rate=100.0, seed=0):
+    """JointMotion messages of a motion, with their log times."""
+    time, *parts = motion_of(robot, count, rate, seed)
+    stamps = [START + round(t * 1e9) for t in time]
+    return [(t + 1000, joint_motion(t, robot.active, *rows)) for t, *rows in zip(stamps, *parts, strict=True)]
+
+
+def bag(path: Path, messages, topic=INPUT, plugin=StoragePlugin.MCAP, mode=CompressionMode.NONE, kind=JOINT_STATE):
+    """A bag of one topic, by rosbags."""
     writer = Writer(path, version=9, storage_plugin=plugin)
     writer.set_compression(mode, CompressionFormat.ZSTD)
     with writer:
-        connection = writer.add_connection(topic, JOINT_STATE, typestore=typestore())
+        connection = writer.add_connection(topic, kind, typestore=typestore())
         for log_ns, data in messages:
             writer.write(connection, log_ns, data)
     return path

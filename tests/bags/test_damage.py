@@ -90,7 +90,7 @@ def whole(forging, tmp_path_factory):
     write_trajectory(path, motion, INPUT, {})
     pairs, _ = read(path)
     chunked = path.parent / "chunked"
-    from hybrid_dynamics_ros.offline.mcap_write import Block
+    from hybrid_dynamics_ros.offline.mcap_chunk import Block
     from hybrid_dynamics_ros.offline.source import Messages
 
     with new_bag(chunked, [Topic(INPUT, JOINT_STATE)]) as out:

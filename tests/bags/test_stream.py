@@ -14,8 +14,8 @@ from hybrid_dynamics_core import load, shipped_robots
 from hybrid_dynamics_ros.compiled_filter import CompiledFilter
 from hybrid_dynamics_ros.filters import PolynomialFilter
 from hybrid_dynamics_ros.offline import recursion
-from hybrid_dynamics_ros.offline.decode import Decoder, sample_of
-from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE, typestore
+from hybrid_dynamics_ros.offline.decode import Decoder, motion_of, sample_of
+from hybrid_dynamics_ros.offline.interfaces import JOINT_MOTION, JOINT_STATE, typestore
 from hybrid_dynamics_ros.offline.motion import BulkPipeline
 from hybrid_dynamics_ros.offline.recursion import run_filter
 from hybrid_dynamics_ros.pipeline import Pipeline
@@ -27,17 +27,23 @@ GOOD = {"q1": 0.1, "q12": 0.1, "q22": 0.15, "q4": 0.2, "hose": np.nan}
 MS = 10**6
 
 
-def streamed(robot, pairs, measured=None):
-    """Row and result of each accepted message, one after the other; the pipeline."""
+def pipeline_of(robot, measured, calibration):
+    """A pipeline under the node's defaults."""
     pipeline = Pipeline(robot, 10.0, 0.5, measured)
-    results = [pipeline.process(sample_of(typestore().deserialize_cdr(data, JOINT_STATE))) for _, data in pairs]
+    pipeline.calibrate(calibration)
+    return pipeline
+
+
+def streamed(pipeline, pairs, kind=JOINT_STATE):
+    """Row and result of each accepted message, one after the other; the pipeline."""
+    read = {JOINT_STATE: sample_of, JOINT_MOTION: motion_of}[kind]
+    results = [pipeline.process(read(typestore().deserialize_cdr(data, kind))) for _, data in pairs]
     return [(row, r) for row, r in enumerate(results) if isinstance(r, MotionResult)], pipeline
 
 
-def in_bulk(robot, pairs, cuts=(), measured=None):
+def in_bulk(pipeline, pairs, cuts=(), kind=JOINT_STATE):
     """Motions of the pieces between cuts, with the row that each begins at; the pipeline."""
-    pipeline = Pipeline(robot, 10.0, 0.5, measured)
-    bulk, decoder = BulkPipeline(pipeline), Decoder(pipeline.measured)
+    bulk, decoder = BulkPipeline(pipeline), Decoder(pipeline.measured, kind)
     edges = [0, *cuts, len(pairs)]
     motions = []
     for start, end in itertools.pairwise(edges):
@@ -46,10 +52,10 @@ def in_bulk(robot, pairs, cuts=(), measured=None):
     return motions, pipeline
 
 
-def assert_same(robot, pairs, cuts=(), measured=None):
+def assert_same(robot, pairs, cuts=(), measured=None, kind=JOINT_STATE, calibration=None):
     """Both ways agree in every bit and every count."""
-    expected, stream = streamed(robot, pairs, measured)
-    motions, bulk = in_bulk(robot, pairs, cuts, measured)
+    expected, stream = streamed(pipeline_of(robot, measured, calibration), pairs, kind)
+    motions, bulk = in_bulk(pipeline_of(robot, measured, calibration), pairs, cuts, kind)
     assert stream.counts == bulk.counts
     assert (bulk.counts.received, bulk.counts.accepted) == (len(pairs), len(expected))
     rows = [start + int(row) for start, motion in motions for row in motion.rows]
@@ -142,7 +148,9 @@ def test_bytes_that_writers_leave_behind_a_message_are_no_damage(forging, count)
     pairs = recorded(forging, count)
     rng = np.random.default_rng(1)
     longer = [(log, data + rng.bytes(8)) for log, data in pairs]
-    ((_, wanted),), ((_, found),) = (in_bulk(forging, entries)[0] for entries in (pairs, longer))
+    ((_, wanted),), ((_, found),) = (
+        in_bulk(pipeline_of(forging, None, None), entries)[0] for entries in (pairs, longer)
+    )
     assert len(found) == count
     for name in ("stamp_ns", "efforts", "moving"):
         assert np.array_equal(getattr(wanted, name), getattr(found, name), equal_nan=True)

@@ -107,3 +107,14 @@ def test_many_messages_are_due_as_one_after_the_other(rate):
     expected = [k for k, stamp in enumerate(stamps.tolist()) if one.due(stamp, rate)]
     found = [start + many.due_rows(stamps[start : start + 50], rate) for start in range(0, 2000, 50)]
     assert np.concatenate(found).tolist() == expected
+
+
+@pytest.mark.parametrize("rate", [20.0, 333.3, 999.0, 1000.0, 1e5])
+@pytest.mark.parametrize("jitter", [0, 10**5])
+def test_many_messages_without_a_gap_are_due_as_one_after_the_other(rate, jitter):
+    noise = np.random.default_rng(2).integers(-jitter, jitter + 1, 2000)
+    stamps = 10**18 + 10**6 * np.arange(2000) + noise
+    one, many = Pace(), Pace()
+    expected = [k for k, stamp in enumerate(stamps.tolist()) if one.due(stamp, rate)]
+    found = [start + many.due_rows(stamps[start : start + 300], rate) for start in range(0, 2000, 300)]
+    assert np.concatenate(found).tolist() == expected
