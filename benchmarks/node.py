@@ -8,7 +8,7 @@ they cost little. The latency of an input runs from before it is published until
   --alone  leaves the echo node out
   --calls  asks for inverse kinematics out of reach all the time, from a fourth process
   --flood  10000 messages a second for the time given, then 200 a second: when is the latency as it was before?
-  --soak   one robot at 200 Hz for so long: latency and memory of the node by tenths of the time
+  --soak   one robot at 200 Hz for so long: latency and memory of the node by tenths of the time, and latency of an echo
 """
 
 from __future__ import annotations
@@ -23,9 +23,10 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -110,24 +111,33 @@ def flood(options: argparse.Namespace) -> None:
 
 
 def soak(options: argparse.Namespace) -> None:
-    """Latency and memory over a long time."""
-    print("  part   median ms   99 % ms   lost   memory MB")
-    with _subject("node", options.robot) as process:
+    """Latency and memory over a long time; for a tenth of it those of an echo in a graph of its own."""
+    print("  part   median ms   99 % ms   lost   memory MB   echo's median ms   times")
+    aside = {"ROS_DOMAIN_ID": str(int(os.environ["ROS_DOMAIN_ID"]) + 1)}
+    with _subject("node", options.robot) as process, _subject("echo", options.robot, aside):
         for part in range(10):
             seconds = options.soak / 10.0
-            found = _measure(options.robot, [(200.0, seconds)])
+            found = _measure(options.robot, [(200.0, 0.9 * seconds)])
+            short = [(200.0, max(0.1 * seconds, 2.0 * WARM_UP))]
+            floor = _measure(options.robot, short, echoed=True, environment=aside)
             middle, late = 1e3 * np.percentile(found["latency"], (50.0, 99.0))
+            least = 1e3 * float(np.median(floor["latency"]))
             lost = len(found["sent"]) - len(found["latency"])
-            print(
-                f"  {part + 1:4d}   {middle:9.3f}   {late:7.3f}   {lost:4d}   {_memory(process.pid):9.1f}", flush=True
-            )
+            told = f"{part + 1:4d}   {middle:9.3f}   {late:7.3f}   {lost:4d}   {_memory(process.pid):9.1f}"
+            print(f"  {told}   {least:16.3f}   {middle / least:5.2f}", flush=True)
 
 
-def _measure(robot: str, plan: list[tuple[float, float]], *, echoed: bool = False) -> dict[str, Any]:
+def _measure(
+    robot: str,
+    plan: list[tuple[float, float]],
+    *,
+    echoed: bool = False,
+    environment: Mapping[str, str] = MappingProxyType({}),
+) -> dict[str, Any]:
     """What was sent and what came back; plan: rate [Hz] and seconds, one after the other."""
     settings = {"robot": robot, "plan": plan, "echoed": echoed}
-    receiver = _start("receive", settings)
-    sender = _start("send", settings)
+    receiver = _start("receive", settings, environment)
+    sender = _start("send", settings, environment)
     sent, received = (json.loads(process.communicate()[0].splitlines()[-1]) for process in (sender, receiver))
     counted = np.array(sent["stamps"])
     first = counted[0] + WARM_UP * 1e9
@@ -168,15 +178,19 @@ def _options() -> argparse.Namespace:
 # -- processes ---------------------------------------------------------------------------------------------------------
 
 
-def _start(part: str, settings: dict[str, Any]) -> subprocess.Popen[str]:
+def _start(
+    part: str, settings: dict[str, Any], environment: Mapping[str, str] = MappingProxyType({})
+) -> subprocess.Popen[str]:
     command = [sys.executable, "-m", "benchmarks.node", "--part", part, "--settings", json.dumps(settings)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, **environment})
 
 
 @contextmanager
-def _subject(what: str, robot: str) -> Iterator[subprocess.Popen[str]]:
+def _subject(
+    what: str, robot: str, environment: Mapping[str, str] = MappingProxyType({})
+) -> Iterator[subprocess.Popen[str]]:
     if what == "echo":
-        process = _start("echo", {})
+        process = _start("echo", {}, environment)
     else:
         words = [*("--ros-args", "-p", f"robot:={robot}"), "--log-level", "error"]
         process = subprocess.Popen([sys.executable, "-m", "hybrid_dynamics_ros.node", *words], text=True)
