@@ -22,7 +22,7 @@ if sys.version_info >= (3, 14):
 else:
     from backports import zstd
 
-_LEVEL: Final = 1  # of zstd: higher levels take several times as long for a tenth of the size
+_LEVEL: Final = -3  # of zstd: packs twice as fast as level 1, into 6 % more bytes
 _HEAD: Final = struct.Struct("<BQHIQQ")  # of a message record: code, size, channel, number, log time, time sent
 _BEFORE: Final = 9  # bytes of it that its size does not count
 _LOG: Final = 15  # where its times are
