@@ -120,15 +120,17 @@ class BulkPipeline:
         if found is None:
             self._count(samples, refused, None, 0)
             return None
-        estimates, state = found
-        motion = self._evaluate(samples, rows, state, estimates)
+        motion = self._evaluate(samples, rows, *found)
+        estimates = found[0]
         self._count(samples, refused, estimates, int(motion.driven.sum()))
         if given is None:
             pipeline._state = estimates.after  # noqa: SLF001 - this is the pipeline's own loop, unrolled
         return motion
 
-    def _closed(self, samples: Samples, rows: Rows, given: Estimates | None) -> tuple[Estimates, ClosedState] | None:
-        """Rates of some rows, and their states, closed or not; None where there are no rows."""
+    def _closed(
+        self, samples: Samples, rows: Rows, given: Estimates | None
+    ) -> tuple[Estimates, ClosedState, FloatArray | None] | None:
+        """Rates of some rows, their states, closed or not, and efforts where they came along; None without rows."""
         if not len(rows):
             return None
         position, velocity = samples.position[rows], samples.velocity[rows]
@@ -138,8 +140,13 @@ class BulkPipeline:
             known = self._told(velocity, samples.acceleration[rows])
         else:
             known = self._estimate(samples.stamp_ns[rows], position, velocity, samples.measured[rows])
+        robot, fused = self.pipeline.robot, self.pipeline._fused  # noqa: SLF001
+        if fused is not None and known.moving.all() and known.driven.all():
+            tau, *parts = fused(position, known.velocity, known.acceleration, check=False)
+            if np.isfinite(tau).all():
+                return known, robot.closed_state(position, known.velocity, parts), tau
         rates = np.where(known.moving[:, None], known.velocity, 0.0)
-        return known, self.pipeline.robot.close(position, rates, check=False)
+        return known, robot.close(position, rates, check=False), None
 
     def _refusals(self, samples: Samples, rows: Rows) -> list[Rejection]:
         found = []
@@ -183,13 +190,15 @@ class BulkPipeline:
         out.after = state
         return out
 
-    def _evaluate(self, samples: Samples, rows: Rows, state: ClosedState, known: Estimates) -> Motion:
+    def _evaluate(
+        self, samples: Samples, rows: Rows, known: Estimates, state: ClosedState, efforts: FloatArray | None
+    ) -> Motion:
         robot, loads = self.pipeline.robot, self.pipeline.loads
         if np.any(state.status):
             raise _UnusualError
-        tau = np.full_like(state.u, np.nan)
+        tau = np.full_like(state.u, np.nan) if efforts is None else efforts
         which = np.flatnonzero(known.driven)
-        if len(which):
+        if efforts is None and len(which):
             part = state if len(which) == len(rows) else state.rows(which)
             tau[which] = robot.inverse_dynamics(part, known.acceleration[which], loads)
         if not (np.isfinite(state.s).all() and np.isfinite(state.ds).all() and np.isfinite(tau[which]).all()):
