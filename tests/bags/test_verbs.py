@@ -15,7 +15,9 @@ from click.testing import CliRunner
 from hybrid_dynamics_cli.app import app
 from hybrid_dynamics_core import load
 from hybrid_dynamics_core.dynamics.parameters import described_parameters
+from hybrid_dynamics_core.simulation import simulate
 from hybrid_dynamics_ros.offline.collect import collect
+from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.identify import identify_track
 from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
 from hybrid_dynamics_ros.offline.many import attempt, run_jobs
@@ -66,17 +68,56 @@ def test_a_trajectory_beyond_the_stamps_of_ros_is_refused(forging, tmp_path, las
     assert not (tmp_path / "bag").exists()
 
 
-def test_a_saved_simulation_becomes_a_trajectory(tmp_path):
-    from hybrid_dynamics_core.simulation import simulate
-
+@pytest.mark.parametrize("name", ["a.npz", "a.csv"])
+def test_a_saved_simulation_becomes_a_trajectory(name, tmp_path):
     robot = load("five_bar")
-    motion = simulate(robot, robot.reference, None, None, (0.0, 0.05))
-    for name in ("a.npz", "a.csv"):
-        motion.save(tmp_path / name)
-        found = read_trajectory(tmp_path / name, robot)
-        assert np.array_equal(found.time, motion.t)
-        assert np.array_equal(found.position, motion.u)
-        assert np.array_equal(found.effort, motion.tau)
+    motion = simulate(robot, robot.reference, [0.4, -0.3, 0.1], None, (0.0, 0.05))
+    motion.save(tmp_path / name)
+    found = read_trajectory(tmp_path / name, robot)
+    assert np.array_equal(found.time, motion.t)
+    for part, whole in (("position", "u"), ("velocity", "du"), ("acceleration", "ddu"), ("effort", "tau")):
+        assert np.array_equal(getattr(found, part), getattr(motion, whole)), part
+    done = CliRunner().invoke(
+        app,
+        ["bag", "make", str(tmp_path / "bag"), "--robot", "five_bar", "--trajectory", str(tmp_path / name)],
+    )
+    assert done.exit_code == 0, done.output
+    for unused in (f"{robot.active[0]}.acceleration", "work"):  # joint states hold neither
+        assert unused in done.stderr
+    run("export", tmp_path / "bag", tmp_path / "tables", "--format", "npz")
+    table = npz(tmp_path / "tables" / "hybrid_dynamics.active_joint_states.npz")
+    for k, joint in enumerate(robot.active):
+        assert np.array_equal(table[f"velocity[{joint}]"], motion.du[:, k])
+
+
+def test_trajectories_of_earlier_versions_keep_their_rates(tmp_path):
+    robot = load("five_bar")
+    time, u = np.arange(5) * 0.1, np.tile(robot.reference, (5, 1))
+    du, ddu = np.full_like(u, 0.25), np.full_like(u, 0.5)
+    head = ",".join(["t", *robot.active, *(f"{name}.rate" for name in robot.active)])
+    np.savetxt(tmp_path / "a.csv", np.column_stack([time, u, du]), delimiter=",", header=head, comments="")
+    np.savez(tmp_path / "a.npz", t=time, state_u=u, state_du=du, ddu=ddu)
+    assert np.array_equal(read_trajectory(tmp_path / "a.csv", robot).velocity, du)
+    found = read_trajectory(tmp_path / "a.npz", robot)
+    assert np.array_equal(found.velocity, du)
+    assert np.array_equal(found.acceleration, ddu)
+
+
+@pytest.mark.parametrize(
+    ("columns", "told"),
+    [
+        (["q1.speed", "q12.speed"], "column q1.speed, q12.speed is not known"),
+        (["q1.velocity"], "no column q12.velocity, q22.velocity, q32.velocity; expected velocity of all"),
+        (["q1"], "two columns have the same name"),
+    ],
+)
+def test_columns_of_active_joints_are_never_dropped_in_silence(columns, told, tmp_path):
+    robot = load("excavator")
+    names = ["time", *robot.active, *columns]
+    rows = np.column_stack([np.arange(3), np.tile(robot.reference, (3, 1)), np.zeros((3, len(columns)))])
+    np.savetxt(tmp_path / "a.csv", rows, delimiter=",", header=",".join(names), comments="")
+    with pytest.raises(BagError, match=told):
+        read_trajectory(tmp_path / "a.csv", robot)
 
 
 def test_a_simulation_has_the_noise_that_was_asked_for(forging, tmp_path):
