@@ -11,6 +11,7 @@ from hybrid_dynamics_cli.parameters import json_option, loaded
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_ros.offline.make import PARTS, simulated, write_trajectory
 from hybrid_dynamics_ros.offline.mcap_write import require_new, require_replaceable
+from hybrid_dynamics_ros.offline.origin import robot_notes
 from hybrid_dynamics_ros.offline.process import INPUT
 from hybrid_dynamics_ros.offline.trajectory_file import Trajectory, read_trajectory
 
@@ -52,7 +53,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     (require_replaceable if overwrite else require_new)(out)
     machine = loaded(robot)
     motion = simulated(machine, seconds, rate, seed) if trajectory is None else _of_file(trajectory, machine)
-    count = write_trajectory(out, motion.noisy(_deviations(noise), seed), topic, {"robot": robot})
+    count = write_trajectory(out, motion.noisy(_deviations(noise), seed), topic, robot_notes(robot, machine))
     told = {"bag": str(out), "topic": topic, "messages": count}
     show(told, as_json, f"{out}: {count} messages on {topic}")
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from hybrid_dynamics_core import ClosedState, Loads, Robot, load
@@ -15,9 +14,10 @@ from hybrid_dynamics_core.progress import Progress
 from hybrid_dynamics_ros.offline.decode import Decoder, Samples
 from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.motion import BulkPipeline, Motion
+from hybrid_dynamics_ros.offline.origin import known_robot
 from hybrid_dynamics_ros.offline.process import input_topic, make_pipeline
 from hybrid_dynamics_ros.offline.smooth import estimates_of, joined, split
-from hybrid_dynamics_ros.offline.source import METADATA, Source
+from hybrid_dynamics_ros.offline.source import Source
 from hybrid_dynamics_ros.offline.topics import NODE
 from hybrid_dynamics_ros.parameters import MAX_GAP, Settings
 from hybrid_dynamics_ros.pipeline import Counts
@@ -155,7 +155,7 @@ def collect(
         BagError: there is nothing in it that the model can take, or it is not told which robot it is of.
     """
     settings = settings or Settings()
-    machine = load(robot or _robot_of(path))
+    machine = known_robot(path) if robot is None else load(robot)
     pipeline = make_pipeline(machine, settings)
     bulk, decoder = BulkPipeline(pipeline), Decoder(pipeline.measured)
     kept, errors = _Kept(), Errors.none(len(machine.active))
@@ -200,14 +200,6 @@ def _own_states(source: Source) -> str | None:
         return None
     others = [t.name for t in source.topics.values() if t.kind == source.topics[own].kind and NODE not in t.name]
     return own if len(others) != 1 else others[0]
-
-
-def _robot_of(path: Path) -> str:
-    try:
-        told = yaml.safe_load((path / METADATA).read_text(encoding="utf-8"))
-        return str(told["rosbag2_bagfile_information"]["custom_data"]["robot"])
-    except (OSError, KeyError, TypeError, ValueError, yaml.YAMLError) as error:
-        raise BagError(f"{path}: does not tell which robot it is of; name it with --robot") from error
 
 
 def _watch(kept: _Kept, samples: Samples, gap: float) -> None:

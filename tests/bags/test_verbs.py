@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+from importlib import resources
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -229,6 +230,42 @@ def test_a_report_stands_alone_and_tells_of_gaps_and_bad_samples(forging, tmp_pa
     assert "<td>gaps</td><td>1</td>" in page
     assert "recorded less computed" in page
     assert len(set(re.findall(r' id="([^"]+)"', page))) == len(re.findall(r' id="([^"]+)"', page))
+
+
+@pytest.fixture
+def own_file(tmp_path):
+    """The excavator in a file of one's own, under the same name: a robot that could be taken for the shipped one."""
+    text = resources.files("hybrid_dynamics_core").joinpath("robots", "excavator.yaml").read_text(encoding="utf-8")
+    path = tmp_path / "own.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("verb", ["process", "make"])
+def test_a_bag_knows_the_file_of_its_robot(verb, own_file, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    run("make", "rec", "--robot", "own.yaml", "--seconds", 0.5, "--rate", 200)
+    if verb == "process":
+        run("process", "rec", "results", "--robot", "own.yaml", "--keep")
+    made = tmp_path / ("results" if verb == "process" else "rec")
+    monkeypatch.chdir("/")
+    run("report", made, "--output", tmp_path / "page.html")
+    track = collect(made)
+    given = collect(made, str(own_file))
+    assert track.robot.description.file == str(own_file.resolve())
+    assert np.array_equal(track.efforts, given.efforts, equal_nan=True)
+    own_file.write_text(own_file.read_text(encoding="utf-8") + "# a word\n", encoding="utf-8")
+    assert "has been changed since then; give --robot FILE" in run("report", made, code=1)
+    own_file.unlink()
+    for told in (run("report", made, code=1), run("identify", made, code=1)):
+        assert f"was made with {own_file}" in told
+        assert "give --robot FILE" in told
+
+
+def test_a_bag_that_only_names_a_robot_of_its_own_asks_for_the_file(forging, tmp_path):
+    write_trajectory(tmp_path / "rec", simulated(forging, 0.5, 100.0), INPUT, {"robot": "my_arm"})
+    told = run("report", tmp_path / "rec", code=1)
+    assert "was made with 'my_arm', which is not a shipped robot, and does not tell its file; give --robot FILE" in told
 
 
 def test_many_bags_give_the_same_in_processes_and_a_failed_one_is_told(forging, tmp_path):
