@@ -52,6 +52,12 @@ def known_robot(bag: Path) -> Robot:
     return robot
 
 
+def smoothing_of(bag: Path) -> str | None:
+    """How the accelerations of a processed bag were found; None for a recording."""
+    told = _notes(bag).get("smooth")
+    return None if told is None else str(told)
+
+
 def _notes(bag: Path) -> dict[str, Any]:
     try:
         told = yaml.safe_load((bag / METADATA).read_text(encoding="utf-8"))

@@ -135,7 +135,10 @@ def _npz(path: Path, robot: Robot) -> tuple[dict[str, FloatArray], list[str]]:
     """Columns by name, and the arrays that are none."""
     with np.load(path, allow_pickle=False) as file:
         found: dict[str, Any] = dict(file)
-    arrays = {part: next((key for key in keys if key in found and found[key].ndim == 2), None) for part, keys in _ARRAYS.items()}
+    arrays = {
+        part: next((key for key in keys if key in found and found[key].ndim == 2), None)
+        for part, keys in _ARRAYS.items()
+    }
     columns: dict[str, FloatArray] = {}
     for part, key in arrays.items():
         if key is None:

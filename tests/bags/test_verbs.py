@@ -23,6 +23,7 @@ from hybrid_dynamics_ros.offline.identify import identify_track
 from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
 from hybrid_dynamics_ros.offline.many import attempt, run_jobs
 from hybrid_dynamics_ros.offline.process import INPUT, Job, Outcome, process
+from hybrid_dynamics_ros.offline.report import accelerations_of
 from hybrid_dynamics_ros.offline.trajectory_file import read_trajectory
 from tests.bags.messages import bag, joint_state, motion_of, recorded
 
@@ -232,6 +233,32 @@ def test_a_report_stands_alone_and_tells_of_gaps_and_bad_samples(forging, tmp_pa
     assert len(set(re.findall(r' id="([^"]+)"', page))) == len(re.findall(r' id="([^"]+)"', page))
 
 
+def test_a_report_says_where_accelerations_are_from_and_a_perfect_model_looks_perfect(forging, tmp_path):
+    write_trajectory(tmp_path / "rec", simulated(forging, 3.0, 200.0), INPUT, {"robot": ROBOT})
+    said, left = {}, {}
+    for smooth in ("spline", "savgol", "causal"):
+        track = collect(tmp_path / "rec", smooth=smooth)
+        said[smooth] = accelerations_of(track)
+        left[smooth] = track.errors.rms / track.recorded.std(axis=0)
+    run("report", tmp_path / "rec")
+    assert said["spline"] in (tmp_path / "rec.html").read_text(encoding="utf-8")
+    # two time constants of the filter, whose bandwidth is the node's 10 Hz: 2 sqrt(sqrt(2) - 1) / (2 pi 10)
+    assert "from the node's causal filter, which tells them 20.5 ms late" in said["causal"]
+    assert "<code>--smooth spline</code>" in said["causal"]
+    assert "from a spline through the samples before and after, which has no lag" in said["spline"]
+    assert "from a Savitzky-Golay filter" in said["savgol"]
+    assert (left["spline"] < 0.1 * left["causal"]).all()  # exact rates at 200 Hz: the lag was all that the model left
+
+
+def test_a_processed_bag_is_reported_with_the_rates_that_it_was_made_with(forging, tmp_path):
+    source = bag(tmp_path / "in", recorded(forging, 60))
+    for smooth in ("causal", "savgol"):
+        process(Job(source, tmp_path / smooth, ROBOT, smooth=smooth, keep=True))
+        assert collect(tmp_path / smooth, smooth=None).smooth == smooth
+    assert collect(source, ROBOT, smooth=None).smooth == "spline"
+    assert json.loads(run("report", tmp_path / "savgol", "--json"))["smooth"] == "savgol"
+
+
 @pytest.fixture
 def own_file(tmp_path):
     """The excavator in a file of one's own, under the same name: a robot that could be taken for the shipped one."""
@@ -249,7 +276,6 @@ def test_a_bag_knows_the_file_of_its_robot(verb, own_file, tmp_path, monkeypatch
         run("process", "rec", "results", "--robot", "own.yaml", "--keep")
     made = tmp_path / ("results" if verb == "process" else "rec")
     monkeypatch.chdir("/")
-    run("report", made, "--output", tmp_path / "page.html")
     track = collect(made)
     given = collect(made, str(own_file))
     assert track.robot.description.file == str(own_file.resolve())

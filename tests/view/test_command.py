@@ -97,7 +97,8 @@ def test_a_saved_simulation_is_played_with_the_efforts_that_made_it(
     )
     weight.save(tmp_path / name)
     motion = what_to_show("excavator", tmp_path / name, None, None)[1]
-    assert motion is not None and motion.recorded is not None
+    assert motion is not None
+    assert motion.recorded is not None
     told = robot.inverse_dynamics(motion.state, motion.ddu)
     # quintics through exact rates and accelerations every 10 ms: what is left is the file's samples brought onto the
     # player's times, below 1e-4 of the largest effort
