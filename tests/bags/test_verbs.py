@@ -14,6 +14,7 @@ import pytest
 from click.testing import CliRunner
 
 from hybrid_dynamics_cli.app import app
+from hybrid_dynamics_cli.bags.process import pace
 from hybrid_dynamics_core import load
 from hybrid_dynamics_core.dynamics.parameters import described_parameters
 from hybrid_dynamics_core.simulation import simulate
@@ -194,6 +195,41 @@ def test_a_motion_that_shows_too_little_is_told(forging, tmp_path):
     said = " ".join(run("identify", tmp_path / "rec").split())
     assert f"of {len(found.meant)} base parameters that are not 0 in the robot file" in said
     assert f"the intervals of {len(found.unsettled)} contain 0" in said
+
+
+def test_identification_tells_what_is_determined_on_lines_that_fit(tmp_path):
+    run("make", tmp_path / "rec", "--robot", "excavator", "--seconds", 10, "--rate", 50, "--noise", "effort=25")
+    told = json.loads(run("identify", tmp_path / "rec", "--json", "--output", tmp_path / "all.csv"))
+    base = told["base"]
+    determined = [name for name, part in base.items() if not part["low"] <= 0.0 <= part["high"]]
+    assert told["determined"] == determined
+    assert 5 < len(determined) < len(base) - 5
+    said = run("identify", tmp_path / "rec")
+    every = run("identify", tmp_path / "rec", "--all")
+    assert max(map(len, (*said.splitlines(), *every.splitlines()))) <= 120
+    for text in (said, every):
+        assert text.startswith(f"{len(determined)} of {len(base)} base parameters are determined")
+    leads = {name: re.split(r" (?=[+-] )", name)[0] for name in base}  # of two combinations no two begin alike
+    lines = said.split("base parameter, determined")[1].splitlines()[1:]
+    place = lines[0].rindex(" ") + 1  # where the last column begins under its ruler
+    listed = [re.split(r" (?=[+-] |\.\.\. )", line[place:])[0] for line in lines[1:]]
+    assert listed == [leads[name] for name in determined]
+    unwrapped = " ".join(every.split())
+    assert all(name in unwrapped for name in base)
+    assert (tmp_path / "all.csv").read_text(encoding="utf-8").count("\n") == len(base) + 1
+
+
+def test_the_pace_is_told_where_it_means_something():
+    assert pace(0.05, 0.3) == "0.3 s"
+    assert pace(0.0, 0.0) == "0.0 s"
+    assert pace(600.0, 2.5) == "2.5 s, 240 times real time"
+    assert pace(2.0, 5.0) == "5.0 s, 0.4 times real time"
+
+
+def test_a_short_bag_is_not_zero_times_real_time(forging, tmp_path):
+    told = run("process", bag(tmp_path / "in", recorded(forging, 5)), tmp_path / "out", "--robot", ROBOT)
+    assert "5 accepted" in told
+    assert "real time" not in told
 
 
 def test_a_wrong_robot_file_is_seen_in_the_held_out_part(forging, tmp_path):
