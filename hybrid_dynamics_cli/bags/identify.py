@@ -131,7 +131,8 @@ def estimates(
     rows: list[list[object]] = []
     for name in names:
         first, *more = wrapped(name) if whole else [shortened(name)]
-        rows += [[*base[name], first], *(["", "", "", line] for line in more)]
+        rows.append([*base[name], first])
+        rows += [["", "", "", line] for line in more]
     return ["", table(["estimate", "95 % from", "to", f"base parameter, {head}"], rows)]
 
 
