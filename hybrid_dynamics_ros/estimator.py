@@ -42,6 +42,10 @@ class MotionEstimator:
         self._velocity_filter = CompiledFilter(1, bandwidth, max_gap)
         self._position_filter = CompiledFilter(2, bandwidth, max_gap)
 
+    def lag(self, *, measured: bool) -> float:
+        """How late accelerations are [s]: from velocities that are measured, or from positions alone."""
+        return (self._velocity_filter if measured else self._position_filter).lag
+
     def step(
         self, state: EstimatorState | None, stamp_ns: int, position: FloatArray, velocity: FloatArray | None
     ) -> tuple[EstimatorState, Estimate]:

@@ -122,6 +122,10 @@ class Pipeline:
         self._estimator = MotionEstimator(bandwidth, max_gap)
         self._state = None
 
+    def acceleration_lag(self, *, measured: bool) -> float:
+        """How late the filter's accelerations are [s], with velocities measured or without."""
+        return self._estimator.lag(measured=measured)
+
     def calibrate(self, calibration: Calibration | None) -> None:
         """Read the sensors so from now on; where that is another way than before, the estimates start anew."""
         if not _same(calibration, self.calibration):

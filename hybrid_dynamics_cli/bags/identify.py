@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import re
+import textwrap
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import click
+import numpy as np
 
-from hybrid_dynamics_cli.output import show, table
+from hybrid_dynamics_cli.output import number, show, table
 from hybrid_dynamics_cli.parameters import RobotType, json_option, output_path
 from hybrid_dynamics_ros.offline.collect import collect
-from hybrid_dynamics_ros.offline.identify import identify_track
+from hybrid_dynamics_ros.offline.identify import Found, identify_track
 from hybrid_dynamics_ros.offline.process import SMOOTHINGS
 from hybrid_dynamics_ros.offline.settings import read_settings
 
 from .common import LOST, PATH, params_option, tell_losses, topic_option
 
+WIDTH = 120  # of a terminal, in characters
+ROOM = WIDTH - 3 * (12 + 2)  # for the terms of a base parameter, beside three numbers as `number` writes them
 HELD = ("recorded", "left_by_file", "left_by_estimate", "explained")
 EPILOG = """\b
 Examples:
@@ -33,6 +39,7 @@ Examples:
 @click.option("--hold-out", type=click.FloatRange(0.05, 0.9), default=0.25, help="Share of the bag to test on.")
 @click.option("--samples", type=click.IntRange(100), default=5000, help="How many samples are used at most.")
 @click.option("--output", metavar="FILE", help="Write the base parameters to this CSV file too.")
+@click.option("--all", "everything", is_flag=True, help="Tell what is not determined too, and all terms.")
 @json_option
 @click.pass_context
 def command(  # noqa: PLR0913, PLR0917 - an argument for each option
@@ -46,9 +53,10 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     hold_out: float,
     samples: int,
     output: str | None,
+    everything: bool,
     as_json: bool,
 ) -> None:
-    """Base parameters and friction from the recorded efforts of BAG.
+    """Base parameters and friction from the recorded efforts of BAG: what is determined, and how well.
 
     The last part of the bag is held out: what the estimates leave unexplained there is told beside what the robot file
     leaves.
@@ -58,21 +66,21 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     joints = track.robot.active if friction == "all" else tuple(name for name in friction.split(",") if name)
     found = identify_track(track, joints, hold_out)
     base = found.result.table()
-    rows = [[value, low, high, name] for name, (value, low, high) in base.items()]
     per_joint = [
         [name, float(found.spread[k]), float(found.before[k]), float(found.noise[k]), float(found.explained[k])]
         for k, name in enumerate(track.robot.active)
     ]
     text = [
-        f"{found.trained} samples to learn from, {found.held} held out; condition {found.result.condition:.3g}",
-        "",
-        table(["estimate", "95 % from", "to", "base parameter"], rows),
+        *verdict(found, base),
         "",
         table(["held-out efforts", "recorded", "left by file", "left by estimate", "explained"], per_joint),
+        *(estimates("determined", found.determined, base, whole=everything) if found.determined else []),
     ]
-    if 2 * len(found.unsettled) > len(found.meant):
-        text += ["", excites_too_little(len(found.unsettled), len(found.meant))]
+    others = [name for name in base if name not in found.determined]
+    if everything and others:
+        text += estimates("not determined", others, base, whole=True)
     told = {
+        "determined": list(found.determined),
         "unsettled": list(found.unsettled),
         "base": {name: {"estimate": v, "low": low, "high": high} for name, (v, low, high) in base.items()},
         "parameters": dict(zip(found.result.parameters.names, found.result.values, strict=True)),
@@ -82,11 +90,77 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     }
     show(told, as_json, "\n".join(text))
     if place is not None:
-        lines = ["name,estimate,low,high", *(f'"{name}",{v!r},{low!r},{high!r}' for v, low, high, name in rows)]
+        lines = [
+            "name,estimate,low,high",
+            *(f'"{name}",{v!r},{low!r},{high!r}' for name, (v, low, high) in base.items()),
+        ]
         place.write_text("\n".join(lines) + "\n", encoding="utf-8")
     tell_losses(track.losses)
     if track.losses:
         context.exit(LOST)
+
+
+def verdict(found: Found, base: Mapping[str, tuple[float, float, float]]) -> list[str]:
+    """What could be found, and what could not."""
+    known, others = len(found.determined), len(base) - len(found.determined)
+    lines = [f"{known} of {len(base)} base parameters are determined: their 95 % intervals do not contain 0."]
+    if 2 * len(found.unsettled) > len(found.meant):
+        lines.append(excites_too_little(len(found.unsettled), len(found.meant)))
+    elif found.unsettled:
+        lines.append(
+            f"Of the {len(found.meant)} that are not 0 in the robot file, {len(found.unsettled)} are not determined."
+        )
+    share = np.floor(1e4 * found.explained.min()) / 100.0  # never more than it is
+    ratio = found.noise / np.maximum(found.before, 1e-300)
+    lines.append(
+        f"In the part held out the estimates explain at least {share:.2f} % of the variance of "
+        f"each effort, and leave {number(ratio.min())} to {number(ratio.max())} times what the robot file leaves."
+    )
+    lines.append(
+        f"{found.trained} samples to learn from, {found.held} held out; condition {found.result.condition:.3g}."
+    )
+    if others:
+        lines.append(f"The {others} that are not determined are listed with --all.")
+    return [textwrap.fill(line, WIDTH) for line in lines]
+
+
+def estimates(
+    head: str, names: Sequence[str], base: Mapping[str, tuple[float, float, float]], *, whole: bool
+) -> list[str]:
+    """A table of base parameters; their terms are wrapped where all are wanted, else cut."""
+    rows: list[list[object]] = []
+    for name in names:
+        first, *more = wrapped(name) if whole else [shortened(name)]
+        rows.append([*base[name], first])
+        rows += [["", "", "", line] for line in more]
+    return ["", table(["estimate", "95 % from", "to", f"base parameter, {head}"], rows)]
+
+
+def terms_of(name: str) -> list[str]:
+    """A combination's terms, each with its sign."""
+    return re.split(r" (?=[+-] )", name)
+
+
+def shortened(name: str) -> str:
+    """As many terms as a line has room for, and how many more there are."""
+    terms = terms_of(name)
+    for count in range(len(terms), 1, -1):
+        left = len(terms) - count
+        text = " ".join(terms[:count]) + (f" ... ({left} more)" if left else "")
+        if len(text) <= ROOM:
+            return text
+    return terms[0] if len(terms) == 1 else f"{terms[0]} ... ({len(terms) - 1} more)"
+
+
+def wrapped(name: str) -> list[str]:
+    """All terms, on as many lines as it takes."""
+    lines: list[str] = []
+    for term in terms_of(name):
+        if lines and len(lines[-1]) + 1 + len(term) <= ROOM:
+            lines[-1] += f" {term}"
+        else:
+            lines.append(f"  {term}" if lines else term)
+    return lines
 
 
 def excites_too_little(unsettled: int, meant: int) -> str:

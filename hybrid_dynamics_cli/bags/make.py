@@ -8,12 +8,14 @@ import click
 
 from hybrid_dynamics_cli.output import show
 from hybrid_dynamics_cli.parameters import json_option, loaded
+from hybrid_dynamics_core import Robot
 from hybrid_dynamics_ros.offline.make import PARTS, simulated, write_trajectory
 from hybrid_dynamics_ros.offline.mcap_write import require_new, require_replaceable
+from hybrid_dynamics_ros.offline.origin import robot_notes
 from hybrid_dynamics_ros.offline.process import INPUT
-from hybrid_dynamics_ros.offline.trajectory_file import read_trajectory
+from hybrid_dynamics_ros.offline.trajectory_file import Trajectory, read_trajectory
 
-from .common import PATH, robot_option
+from .common import PATH, robot_option, tell_unused
 
 EPILOG = """\b
 Examples:
@@ -50,10 +52,18 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     """Write a bag of joint states from a trajectory file, or from a motion of the model with its efforts."""
     (require_replaceable if overwrite else require_new)(out)
     machine = loaded(robot)
-    motion = simulated(machine, seconds, rate, seed) if trajectory is None else read_trajectory(trajectory, machine)
-    count = write_trajectory(out, motion.noisy(_deviations(noise), seed), topic, {"robot": robot})
+    motion = simulated(machine, seconds, rate, seed) if trajectory is None else _of_file(trajectory, machine)
+    count = write_trajectory(out, motion.noisy(_deviations(noise), seed), topic, robot_notes(robot, machine))
     told = {"bag": str(out), "topic": topic, "messages": count}
     show(told, as_json, f"{out}: {count} messages on {topic}")
+
+
+def _of_file(path: Path, robot: Robot) -> Trajectory:
+    """The trajectory; what a bag of joint states does not hold is told."""
+    motion = read_trajectory(path, robot)
+    pushes = [] if motion.acceleration is None else [f"{name}.acceleration" for name in robot.active]
+    tell_unused(path, [*pushes, *motion.unused])
+    return motion
 
 
 def _deviations(text: str) -> dict[str, float]:

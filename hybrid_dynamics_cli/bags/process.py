@@ -108,13 +108,20 @@ def _facts(job: Job, result: Outcome | str) -> dict[str, Any]:
     return {**told, **more, "seconds": result.shares, "rejections": result.rejections, "losses": result.losses}
 
 
+def pace(duration: float, spent: float) -> str:
+    """How long it took [s], and beside a second of samples or more, how that compares with them [s]."""
+    if duration < 1.0 or spent <= 0.0:  # the start alone would tell
+        return f"{spent:.1f} s"
+    faster = duration / spent
+    return f"{spent:.1f} s, {f'{faster:.0f}' if faster >= 10.0 else f'{faster:.2g}'} times real time"
+
+
 def _tell(job: Job, result: Outcome | str) -> None:
     if isinstance(result, str):
         click.echo(f"{job.source}: failed: {result}", err=True)
         return
     spent = sum(result.shares.values())
-    faster = f", {result.duration / spent:.0f} times real time" if spent else ""
-    click.echo(f"{job.source} -> {job.target}: {result.summary} ({spent:.1f} s{faster})")
+    click.echo(f"{job.source} -> {job.target}: {result.summary} ({pace(result.duration, spent)})")
     for code, text in result.rejections.items():
         click.echo(f"  rejected, {code}: {text}")
     tell_losses(result.losses)

@@ -26,7 +26,11 @@ Examples:
 @click.option("--robot", type=RobotType(), metavar="ROBOT", help="Robot, or its file; of a processed bag it is known.")
 @topic_option
 @params_option
-@click.option("--smooth", type=click.Choice(SMOOTHINGS), default="causal", help="Rates; causal: as the node.")
+@click.option(
+    "--smooth",
+    type=click.Choice(SMOOTHINGS),
+    help="How rates are found; causal: as the node. Unless given spline (no lag); of a processed bag as it was made.",
+)
 @click.option("--output", metavar="FILE", help="The page; BAG.html beside the bag unless given.")
 @json_option
 @click.pass_context
@@ -36,7 +40,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     robot: str | None,
     topic: str | None,
     params: Path | None,
-    smooth: str,
+    smooth: str | None,
     output: str | None,
     as_json: bool,
 ) -> None:
@@ -57,6 +61,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         "received": track.counts.received,
         "accepted": track.counts.accepted,
         "summary": summary,
+        "smooth": track.smooth,
         "losses": track.losses,
     }
     show(told, as_json, f"{place}: {summary}")

@@ -13,7 +13,7 @@ import numpy as np
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.errors import InputError
 
-from ..bags.common import LOST, tell_losses
+from ..bags.common import LOST, tell_losses, tell_unused
 from ..parameters import loaded, robot_argument
 from .bag import missing
 
@@ -102,11 +102,12 @@ def of_file(machine: Robot, path: Path) -> Motion:
 
     try:
         told = read_trajectory(path, machine)
-        curve = JointTrajectory(told.time, told.position, told.velocity)
+        curve = JointTrajectory(told.time, told.position, told.velocity, told.acceleration, at_rest=False)
     except BagError as error:
         raise click.ClickException(str(error)) from error
     except InputError as error:
         raise click.ClickException(f"{path}: {error}") from error
+    tell_unused(path, told.unused)
     return motion_of(machine, curve, path.name, told.effort)
 
 

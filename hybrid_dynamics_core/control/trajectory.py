@@ -23,7 +23,9 @@ class Reference(NamedTuple):
 class JointTrajectory:
     """A motion through points (N, n) at ascending times (N,) [s], as in trajectory_msgs/JointTrajectory.
 
-    With positions alone: the cubic spline that starts and ends at rest, of continuous acceleration. With velocities:
+    With positions alone: the cubic spline that starts and ends at rest, of continuous acceleration; with `at_rest`
+    false, as for a motion that was cut out of a longer one, the spline whose ends go on as the points do (not-a-knot),
+    which is exact for cubics. With velocities:
     cubics between the points, whose acceleration jumps there. With accelerations too: quintics. Before the first and
     after the last point it stands there at rest.
 
@@ -36,6 +38,8 @@ class JointTrajectory:
         positions: ArrayLike,
         velocities: ArrayLike | None = None,
         accelerations: ArrayLike | None = None,
+        *,
+        at_rest: bool = True,
     ) -> None:
         self.times = frozen(times)
         given = [frozen(x) for x in (positions, velocities, accelerations) if x is not None]
@@ -51,7 +55,7 @@ class JointTrajectory:
         self.positions = given[0]
         times = self.times.copy()  # SciPy 1.11 wants arrays that could be written
         if len(given) == 1:
-            self._curve = CubicSpline(times, given[0].copy(), axis=0, bc_type="clamped")
+            self._curve = CubicSpline(times, given[0].copy(), axis=0, bc_type="clamped" if at_rest else "not-a-knot")
         else:
             self._curve = BPoly.from_derivatives(times, np.stack(given, axis=1))
 

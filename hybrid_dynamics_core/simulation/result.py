@@ -20,7 +20,8 @@ from .events import Event
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FORMAT = 2
+FORMAT = 3
+_FORMER = {"t": "time", "ddu": "acceleration", "tau": "effort"}  # names of arrays in format 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +90,11 @@ class Simulation:
         return plot_simulation(self)
 
     def table(self) -> tuple[tuple[str, ...], Array]:
-        """Names of the columns, and (N, columns): time, all coordinates and rates, accelerations, efforts, energies."""
-        head = ["t", *self.coordinates, *(f"{name}.rate" for name in self.coordinates)]
+        """Names of the columns, and (N, columns).
+
+        `time`, each coordinate by name and its `.velocity`, `.acceleration` and `.effort` of active joints, energies.
+        """
+        head = ["time", *self.coordinates, *(f"{name}.velocity" for name in self.coordinates)]
         head += [f"{name}.{what}" for what in ("acceleration", "effort") for name in self.names]
         head += [*(f"energy.{part}" for part in self.energy._fields), "work"]
         parts = (self.t, self.state.s, self.state.ds, self.ddu, self.tau, *self.energy, self.work)
@@ -124,7 +128,7 @@ class Simulation:
             "branch": dict(self.state.branch),
             "loops": self.state.loops,
         }
-        arrays: dict[str, Any] = {k: getattr(self, k) for k in ("t", "ddu", "tau", "work")}
+        arrays: dict[str, Any] = {"time": self.t, "acceleration": self.ddu, "effort": self.tau, "work": self.work}
         arrays |= {f"energy_{k}": v for k, v in self.energy._asdict().items()}
         arrays |= {f"state_{k}": getattr(self.state, k) for k in _state_arrays() if getattr(self.state, k) is not None}
         np.savez_compressed(file, head=np.array(json.dumps(head)), **arrays)
@@ -138,8 +142,10 @@ def load_simulation(path: str | os.PathLike[str]) -> Simulation:
             arrays = {k: file[k] for k in file.files if k != "head"}
     except (OSError, KeyError, ValueError) as error:
         raise InputError(f"{path} is not a saved simulation: {error}") from error
-    if head.get("format") != FORMAT:
-        raise InputError(f"{path} has format {head.get('format')}; this version reads {FORMAT}")
+    if head.get("format") == 2:
+        arrays = {_FORMER.get(k, k): v for k, v in arrays.items()}
+    elif head.get("format") != FORMAT:
+        raise InputError(f"{path} has format {head.get('format')}; this version reads 2 and {FORMAT}")
     states = {k.removeprefix("state_"): v for k, v in arrays.items() if k.startswith("state_")}
     state = ClosedState(**states, branch=MappingProxyType(head["branch"]), loops=tuple(head["loops"]))
     return Simulation(
@@ -149,7 +155,10 @@ def load_simulation(path: str | os.PathLike[str]) -> Simulation:
         state=state,
         energy=Energy(*(arrays[f"energy_{k}"] for k in Energy._fields)),
         events=tuple(Event(**event) for event in head["events"]),
-        **{k: arrays[k] for k in ("t", "ddu", "tau", "work")},
+        t=arrays["time"],
+        ddu=arrays["acceleration"],
+        tau=arrays["effort"],
+        work=arrays["work"],
         **{k: head[k] for k in ("message", "completed", "steps", "evaluations")},
     )
 

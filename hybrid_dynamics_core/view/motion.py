@@ -67,7 +67,7 @@ def motion_of(robot: Robot, trajectory: JointTrajectory, title: str, recorded: A
     """
     count = int(np.clip(round(trajectory.duration * RATE) + 1, 2, LARGEST))
     time = np.linspace(0.0, trajectory.duration, count)
-    reference = trajectory(trajectory.times[0] + time)
+    reference = trajectory(np.minimum(trajectory.times[0] + time, trajectory.times[-1]))  # beyond the end it is at rest
     try:
         state = robot.close_path(reference.u, reference.du)
     except StateError as error:

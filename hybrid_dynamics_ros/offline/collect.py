@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from hybrid_dynamics_core import ClosedState, Loads, Robot, load
@@ -15,9 +14,10 @@ from hybrid_dynamics_core.progress import Progress
 from hybrid_dynamics_ros.offline.decode import Decoder, Samples
 from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.motion import BulkPipeline, Motion
-from hybrid_dynamics_ros.offline.process import input_topic, make_pipeline
+from hybrid_dynamics_ros.offline.origin import known_robot, smoothing_of
+from hybrid_dynamics_ros.offline.process import SMOOTHINGS, input_topic, make_pipeline
 from hybrid_dynamics_ros.offline.smooth import estimates_of, joined, split
-from hybrid_dynamics_ros.offline.source import METADATA, Source
+from hybrid_dynamics_ros.offline.source import Source
 from hybrid_dynamics_ros.offline.topics import NODE
 from hybrid_dynamics_ros.parameters import MAX_GAP, Settings
 from hybrid_dynamics_ros.pipeline import Counts
@@ -46,6 +46,8 @@ class Track:
         intervals: (k,) [s] between stamps.
         errors: recorded less computed efforts over all samples: count, sum, sum of squares, largest, (n,) each.
         losses: what could not be read.
+        smooth: how accelerations were found, one of `process.SMOOTHINGS`.
+        causal_lag: how late they are where they come from the node's filter [s].
     """
 
     robot: Robot
@@ -64,6 +66,8 @@ class Track:
     intervals: FloatArray
     errors: Errors
     losses: list[str]
+    smooth: str
+    causal_lag: float
 
     @property
     def power(self) -> FloatArray:
@@ -139,23 +143,27 @@ class _Kept:
     bad: list[tuple[int, str]] = field(default_factory=list)
     intervals: list[NDArray[np.int64]] = field(default_factory=list)
     last: int | None = None
+    measured: bool = True  # whether all samples had velocities
 
 
 def collect(
     path: Path,
     robot: str | None = None,
     topic: str | None = None,
-    smooth: str = "causal",
+    smooth: str | None = "causal",
     settings: Settings | None = None,
     most: int = 20_000,
 ) -> Track:
     """Run a recording through the pipeline and keep about `most` samples, evenly.
 
+    `smooth`: one of `process.SMOOTHINGS`; None: that of a processed bag, or the spline, which has no lag.
+
     Raises:
         BagError: there is nothing in it that the model can take, or it is not told which robot it is of.
     """
     settings = settings or Settings()
-    machine = load(robot or _robot_of(path))
+    smooth = smooth or _smoothing(path)
+    machine = known_robot(path) if robot is None else load(robot)
     pipeline = make_pipeline(machine, settings)
     bulk, decoder = BulkPipeline(pipeline), Decoder(pipeline.measured)
     kept, errors = _Kept(), Errors.none(len(machine.active))
@@ -174,6 +182,7 @@ def collect(
                     _watch(kept, samples, settings[MAX_GAP])
                     if computed or pipeline.measured != machine.active:
                         samples.effort[:] = np.nan
+                    kept.measured &= bool(samples.measured[_usable(samples)].all())
                     parts.append(samples)
                     if smooth == "causal":
                         _keep(kept, errors, samples, bulk.process(samples), every)
@@ -190,7 +199,14 @@ def collect(
     if not kept.motions:
         told = "; ".join(f"{code}: {text}" for code, text in bulk.first_rejections.items())
         raise BagError(f"{path}: {name}: no sample can be used ({pipeline.counts.summary()}) {told}")
-    return _track(machine, pipeline.loads, name, kept, errors, every, pipeline.counts, losses)
+    lag = pipeline.acceleration_lag(measured=kept.measured)
+    return _track(machine, pipeline.loads, name, kept, errors, every, pipeline.counts, losses, smooth, lag)
+
+
+def _smoothing(path: Path) -> str:
+    """That which a bag was processed with; of a recording the one that has no lag."""
+    told = smoothing_of(path)
+    return told if told in SMOOTHINGS else "spline"
 
 
 def _own_states(source: Source) -> str | None:
@@ -202,18 +218,14 @@ def _own_states(source: Source) -> str | None:
     return own if len(others) != 1 else others[0]
 
 
-def _robot_of(path: Path) -> str:
-    try:
-        told = yaml.safe_load((path / METADATA).read_text(encoding="utf-8"))
-        return str(told["rosbag2_bagfile_information"]["custom_data"]["robot"])
-    except (OSError, KeyError, TypeError, ValueError, yaml.YAMLError) as error:
-        raise BagError(f"{path}: does not tell which robot it is of; name it with --robot") from error
+def _usable(samples: Samples) -> NDArray[np.bool_]:
+    good = np.ones(len(samples), dtype=bool)
+    good[[*samples.rejected, *samples.broken]] = False
+    return good
 
 
 def _watch(kept: _Kept, samples: Samples, gap: float) -> None:
-    good = np.ones(len(samples), dtype=bool)
-    good[[*samples.rejected, *samples.broken]] = False
-    stamps = samples.stamp_ns[good]
+    stamps = samples.stamp_ns[_usable(samples)]
     for row, why in samples.rejected.items():
         if len(kept.bad) < _LISTED:
             kept.bad.append((int(samples.log_ns[row]), why.code.value))
@@ -260,6 +272,8 @@ def _track(  # noqa: PLR0913, PLR0917 - a line for each attribute
     every: int,
     counts: Counts,
     losses: list[str],
+    smooth: str,
+    causal_lag: float,
 ) -> Track:
     stamps = np.concatenate([motion.stamp_ns for motion in kept.motions])
     start = int(stamps[0])
@@ -280,4 +294,6 @@ def _track(  # noqa: PLR0913, PLR0917 - a line for each attribute
         intervals=np.concatenate([np.zeros(0, dtype=np.int64), *kept.intervals]).astype(np.float64) * 1e-9,
         errors=errors,
         losses=losses,
+        smooth=smooth,
+        causal_lag=causal_lag,
     )

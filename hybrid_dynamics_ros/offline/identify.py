@@ -50,10 +50,14 @@ class Found:
         return tuple(name for name, value in names if abs(value) > _NOTHING * largest)
 
     @property
+    def determined(self) -> tuple[str, ...]:
+        """Base parameters whose 95 % interval does not contain 0: the motion shows at least their sign."""
+        return tuple(name for name, (_, low, high) in self.result.table().items() if not low <= 0.0 <= high)
+
+    @property
     def unsettled(self) -> tuple[str, ...]:
         """Those of them whose 95 % interval contains 0: the motion does not even show their sign."""
-        table = self.result.table()
-        return tuple(name for name in self.meant if table[name][1] <= 0.0 <= table[name][2])
+        return tuple(name for name in self.meant if name not in self.determined)
 
     @property
     def explained(self) -> FloatArray:

@@ -24,6 +24,7 @@ from hybrid_dynamics_ros.offline.interfaces import JOINT_MOTION, JOINT_STATE
 from hybrid_dynamics_ros.offline.mcap_chunk import Block
 from hybrid_dynamics_ros.offline.mcap_write import BagWriter, new_bag
 from hybrid_dynamics_ros.offline.motion import BulkPipeline, Motion
+from hybrid_dynamics_ros.offline.origin import robot_notes
 from hybrid_dynamics_ros.offline.settings import require_known_sensors
 from hybrid_dynamics_ros.offline.smooth import estimates_of, joined, split
 from hybrid_dynamics_ros.offline.source import Losses, Messages, Source, Topic
@@ -127,7 +128,7 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
         topics = [Topic(output.name, output.kind, (_offered(latched=False),)) for output in outputs]
         topics.append(Topic(DESCRIPTION, _STRING, (_offered(latched=True),)))
         kept = _kept(source, topics) if job.keep else []
-        notes = {"robot": robot.name, "source": job.source.name, "smooth": job.smooth}
+        notes = {**robot_notes(job.robot, robot), "source": job.source.name, "smooth": job.smooth}
         watch.lap("start")
         with new_bag(job.target, [*topics, *kept], notes) as bag:
             worker = _Worker(

@@ -60,6 +60,8 @@ def report(track: Track, title: str) -> str:
         parts += [f"<h2>{heading}</h2>", f'<p class="quiet">{text}</p>']
         if draw is efforts and track.errors.count.any():
             parts.append(_errors(track))
+        if draw is efforts:
+            parts.append(f"<p>{accelerations_of(track)}</p>")
         parts.append(_wide(svg(draw, track, heading.split()[0].lower())))
     if track.bad:
         parts.append(_bad(track))
@@ -123,6 +125,22 @@ def _errors(track: Track) -> str:
         share = f"{100.0 * errors.explained[k]:.2f} %" if np.isfinite(errors.explained[k]) else "-"
         rows.append([name, unit_of(track, name, "effort"), *sizes, share, str(errors.count[k])])
     return _table(["recorded less computed", "unit", "RMS", "mean", "largest", "variance explained", "samples"], rows)
+
+
+def accelerations_of(track: Track) -> str:
+    """Which estimate of the accelerations the computed efforts are from, and how late it is."""
+    late = f"{1e3 * track.causal_lag:.1f} ms"
+    if track.smooth == "causal":
+        return (
+            f"Accelerations are from the node's causal filter, which tells them {late} late: smooth waves of recorded "
+            "less computed are this lag rather than the model. <code>--smooth spline</code>, when the recording is "
+            "reported or processed, removes it."
+        )
+    name = {"spline": "a spline", "savgol": "a Savitzky-Golay filter"}[track.smooth]
+    return (
+        f"Accelerations are from {name} through the samples before and after, which has no lag; those of the node's "
+        f"causal filter (<code>--smooth causal</code>) are {late} late."
+    )
 
 
 def _bad(track: Track) -> str:

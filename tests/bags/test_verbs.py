@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+from importlib import resources
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -13,13 +14,17 @@ import pytest
 from click.testing import CliRunner
 
 from hybrid_dynamics_cli.app import app
+from hybrid_dynamics_cli.bags.process import pace
 from hybrid_dynamics_core import load
 from hybrid_dynamics_core.dynamics.parameters import described_parameters
+from hybrid_dynamics_core.simulation import simulate
 from hybrid_dynamics_ros.offline.collect import collect
+from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.identify import identify_track
 from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
 from hybrid_dynamics_ros.offline.many import attempt, run_jobs
 from hybrid_dynamics_ros.offline.process import INPUT, Job, Outcome, process
+from hybrid_dynamics_ros.offline.report import accelerations_of
 from hybrid_dynamics_ros.offline.trajectory_file import read_trajectory
 from tests.bags.messages import bag, joint_state, motion_of, recorded
 
@@ -66,17 +71,56 @@ def test_a_trajectory_beyond_the_stamps_of_ros_is_refused(forging, tmp_path, las
     assert not (tmp_path / "bag").exists()
 
 
-def test_a_saved_simulation_becomes_a_trajectory(tmp_path):
-    from hybrid_dynamics_core.simulation import simulate
-
+@pytest.mark.parametrize("name", ["a.npz", "a.csv"])
+def test_a_saved_simulation_becomes_a_trajectory(name, tmp_path):
     robot = load("five_bar")
-    motion = simulate(robot, robot.reference, None, None, (0.0, 0.05))
-    for name in ("a.npz", "a.csv"):
-        motion.save(tmp_path / name)
-        found = read_trajectory(tmp_path / name, robot)
-        assert np.array_equal(found.time, motion.t)
-        assert np.array_equal(found.position, motion.u)
-        assert np.array_equal(found.effort, motion.tau)
+    motion = simulate(robot, robot.reference, [0.4, -0.3, 0.1], None, (0.0, 0.05))
+    motion.save(tmp_path / name)
+    found = read_trajectory(tmp_path / name, robot)
+    assert np.array_equal(found.time, motion.t)
+    for part, whole in (("position", "u"), ("velocity", "du"), ("acceleration", "ddu"), ("effort", "tau")):
+        assert np.array_equal(getattr(found, part), getattr(motion, whole)), part
+    done = CliRunner().invoke(
+        app,
+        ["bag", "make", str(tmp_path / "bag"), "--robot", "five_bar", "--trajectory", str(tmp_path / name)],
+    )
+    assert done.exit_code == 0, done.output
+    for unused in (f"{robot.active[0]}.acceleration", "work"):  # joint states hold neither
+        assert unused in done.stderr
+    run("export", tmp_path / "bag", tmp_path / "tables", "--format", "npz")
+    table = npz(tmp_path / "tables" / "hybrid_dynamics.active_joint_states.npz")
+    for k, joint in enumerate(robot.active):
+        assert np.array_equal(table[f"velocity[{joint}]"], motion.du[:, k])
+
+
+def test_trajectories_of_earlier_versions_keep_their_rates(tmp_path):
+    robot = load("five_bar")
+    time, u = np.arange(5) * 0.1, np.tile(robot.reference, (5, 1))
+    du, ddu = np.full_like(u, 0.25), np.full_like(u, 0.5)
+    head = ",".join(["t", *robot.active, *(f"{name}.rate" for name in robot.active)])
+    np.savetxt(tmp_path / "a.csv", np.column_stack([time, u, du]), delimiter=",", header=head, comments="")
+    np.savez(tmp_path / "a.npz", t=time, state_u=u, state_du=du, ddu=ddu)
+    assert np.array_equal(read_trajectory(tmp_path / "a.csv", robot).velocity, du)
+    found = read_trajectory(tmp_path / "a.npz", robot)
+    assert np.array_equal(found.velocity, du)
+    assert np.array_equal(found.acceleration, ddu)
+
+
+@pytest.mark.parametrize(
+    ("columns", "told"),
+    [
+        (["q1.speed", "q12.speed"], "column q1.speed, q12.speed is not known"),
+        (["q1.velocity"], "no column q12.velocity, q22.velocity, q32.velocity; expected velocity of all"),
+        (["q1"], "two columns have the same name"),
+    ],
+)
+def test_columns_of_active_joints_are_never_dropped_in_silence(columns, told, tmp_path):
+    robot = load("excavator")
+    names = ["time", *robot.active, *columns]
+    rows = np.column_stack([np.arange(3), np.tile(robot.reference, (3, 1)), np.zeros((3, len(columns)))])
+    np.savetxt(tmp_path / "a.csv", rows, delimiter=",", header=",".join(names), comments="")
+    with pytest.raises(BagError, match=told):
+        read_trajectory(tmp_path / "a.csv", robot)
 
 
 def test_a_simulation_has_the_noise_that_was_asked_for(forging, tmp_path):
@@ -153,6 +197,41 @@ def test_a_motion_that_shows_too_little_is_told(forging, tmp_path):
     assert f"the intervals of {len(found.unsettled)} contain 0" in said
 
 
+def test_identification_tells_what_is_determined_on_lines_that_fit(tmp_path):
+    run("make", tmp_path / "rec", "--robot", "excavator", "--seconds", 10, "--rate", 50, "--noise", "effort=25")
+    told = json.loads(run("identify", tmp_path / "rec", "--json", "--output", tmp_path / "all.csv"))
+    base = told["base"]
+    determined = [name for name, part in base.items() if not part["low"] <= 0.0 <= part["high"]]
+    assert told["determined"] == determined
+    assert 5 < len(determined) < len(base) - 5
+    said = run("identify", tmp_path / "rec")
+    every = run("identify", tmp_path / "rec", "--all")
+    assert max(map(len, (*said.splitlines(), *every.splitlines()))) <= 120
+    for text in (said, every):
+        assert text.startswith(f"{len(determined)} of {len(base)} base parameters are determined")
+    leads = {name: re.split(r" (?=[+-] )", name)[0] for name in base}  # of two combinations no two begin alike
+    lines = said.split("base parameter, determined")[1].splitlines()[1:]
+    place = lines[0].rindex(" ") + 1  # where the last column begins under its ruler
+    listed = [re.split(r" (?=[+-] |\.\.\. )", line[place:])[0] for line in lines[1:]]
+    assert listed == [leads[name] for name in determined]
+    unwrapped = " ".join(every.split())
+    assert all(name in unwrapped for name in base)
+    assert (tmp_path / "all.csv").read_text(encoding="utf-8").count("\n") == len(base) + 1
+
+
+def test_the_pace_is_told_where_it_means_something():
+    assert pace(0.05, 0.3) == "0.3 s"
+    assert pace(0.0, 0.0) == "0.0 s"
+    assert pace(600.0, 2.5) == "2.5 s, 240 times real time"
+    assert pace(2.0, 5.0) == "5.0 s, 0.4 times real time"
+
+
+def test_a_short_bag_is_not_zero_times_real_time(forging, tmp_path):
+    told = run("process", bag(tmp_path / "in", recorded(forging, 5)), tmp_path / "out", "--robot", ROBOT)
+    assert "5 accepted" in told
+    assert "real time" not in told
+
+
 def test_a_wrong_robot_file_is_seen_in_the_held_out_part(forging, tmp_path):
     motion = simulated(forging, 20.0, 100.0, seed=5).noisy({"effort": 0.5})
     heavier = motion.effort * 1.1
@@ -188,6 +267,67 @@ def test_a_report_stands_alone_and_tells_of_gaps_and_bad_samples(forging, tmp_pa
     assert "<td>gaps</td><td>1</td>" in page
     assert "recorded less computed" in page
     assert len(set(re.findall(r' id="([^"]+)"', page))) == len(re.findall(r' id="([^"]+)"', page))
+
+
+def test_a_report_says_where_accelerations_are_from_and_a_perfect_model_looks_perfect(forging, tmp_path):
+    write_trajectory(tmp_path / "rec", simulated(forging, 3.0, 200.0), INPUT, {"robot": ROBOT})
+    said, left = {}, {}
+    for smooth in ("spline", "savgol", "causal"):
+        track = collect(tmp_path / "rec", smooth=smooth)
+        said[smooth] = accelerations_of(track)
+        left[smooth] = track.errors.rms / track.recorded.std(axis=0)
+    run("report", tmp_path / "rec")
+    assert said["spline"] in (tmp_path / "rec.html").read_text(encoding="utf-8")
+    # two time constants of the filter, whose bandwidth is the node's 10 Hz: 2 sqrt(sqrt(2) - 1) / (2 pi 10)
+    assert "from the node's causal filter, which tells them 20.5 ms late" in said["causal"]
+    assert "<code>--smooth spline</code>" in said["causal"]
+    assert "from a spline through the samples before and after, which has no lag" in said["spline"]
+    assert "from a Savitzky-Golay filter" in said["savgol"]
+    assert (left["spline"] < 0.1 * left["causal"]).all()  # exact rates at 200 Hz: the lag was all that the model left
+
+
+def test_a_processed_bag_is_reported_with_the_rates_that_it_was_made_with(forging, tmp_path):
+    source = bag(tmp_path / "in", recorded(forging, 60))
+    for smooth in ("causal", "savgol"):
+        process(Job(source, tmp_path / smooth, ROBOT, smooth=smooth, keep=True))
+        assert collect(tmp_path / smooth, smooth=None).smooth == smooth
+    assert collect(source, ROBOT, smooth=None).smooth == "spline"
+    assert json.loads(run("report", tmp_path / "savgol", "--json"))["smooth"] == "savgol"
+
+
+@pytest.fixture
+def own_file(tmp_path):
+    """The excavator in a file of one's own, under the same name: a robot that could be taken for the shipped one."""
+    text = resources.files("hybrid_dynamics_core").joinpath("robots", "excavator.yaml").read_text(encoding="utf-8")
+    path = tmp_path / "own.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("verb", ["process", "make"])
+def test_a_bag_knows_the_file_of_its_robot(verb, own_file, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    run("make", "rec", "--robot", "own.yaml", "--seconds", 0.5, "--rate", 200)
+    if verb == "process":
+        run("process", "rec", "results", "--robot", "own.yaml", "--keep")
+    made = tmp_path / ("results" if verb == "process" else "rec")
+    monkeypatch.chdir("/")
+    track = collect(made)
+    given = collect(made, str(own_file))
+    assert track.robot.description.file == str(own_file.resolve())
+    assert np.array_equal(track.efforts, given.efforts, equal_nan=True)
+    own_file.write_text(own_file.read_text(encoding="utf-8") + "# a word\n", encoding="utf-8")
+    assert "has been changed since then; give --robot FILE" in run("report", made, code=1)
+    own_file.unlink()
+    for told in (run("report", made, code=1), run("identify", made, code=1)):
+        assert f"was made with {own_file}" in told
+        assert "give --robot FILE" in told
+
+
+def test_a_bag_that_only_names_a_robot_of_its_own_asks_for_the_file(forging, tmp_path):
+    write_trajectory(tmp_path / "rec", simulated(forging, 0.5, 100.0), INPUT, {"robot": "my_arm"})
+    told = run("report", tmp_path / "rec", code=1)
+    assert "was made with 'my_arm', which is not a shipped robot, and does not tell its file; give --robot FILE" in told
 
 
 def test_many_bags_give_the_same_in_processes_and_a_failed_one_is_told(forging, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -218,13 +219,25 @@ class TestRecord:
         assert dict(again.state.branch) == dict(motion.state.branch)
         assert np.array_equal(again.energy.total, motion.energy.total)
 
+    def test_what_the_former_format_saved_is_read(self, motion: Simulation, tmp_path: Path) -> None:
+        motion.save(tmp_path / "fall.npz")
+        with np.load(tmp_path / "fall.npz") as file:
+            arrays = dict(file)
+        former = {"time": "t", "acceleration": "ddu", "effort": "tau"}
+        head = json.dumps(json.loads(str(arrays.pop("head"))) | {"format": 2})
+        old = {former.get(name, name): values for name, values in arrays.items()}
+        np.savez(tmp_path / "old.npz", head=np.array(head), **old)
+        again = load_simulation(tmp_path / "old.npz")
+        for name in ("t", "u", "du", "ddu", "tau", "work"):
+            assert np.array_equal(getattr(again, name), getattr(motion, name))
+
     def test_saved_as_a_table(self, motion: Simulation, tmp_path: Path) -> None:
         motion.save(tmp_path / "fall.csv")
         assert [p.name for p in tmp_path.iterdir()] == ["fall.csv"]
         rows = np.genfromtxt(tmp_path / "fall.csv", delimiter=",", names=True, deletechars="")
-        assert np.array_equal(rows["t"], motion.t)
+        assert np.array_equal(rows["time"], motion.t)
         assert np.array_equal(rows["q12.effort"], motion.tau[:, 1])
-        assert np.array_equal(rows["q3.rate"], motion.state.ds[:, motion.coordinates.index("q3")])
+        assert np.array_equal(rows["q3.velocity"], motion.state.ds[:, motion.coordinates.index("q3")])
         assert np.array_equal(rows["q22.acceleration"], motion.ddu[:, 2])
         assert np.array_equal(rows["energy.kinetic"], motion.energy.kinetic)
         assert len(rows.dtype.names or ()) == 1 + 12 + 12 + 4 + 4 + 3 + 1

@@ -16,8 +16,9 @@ from click.testing import CliRunner, Result
 from hybrid_dynamics_cli.app import app
 from hybrid_dynamics_cli.bags.common import LOST
 from hybrid_dynamics_cli.verbs.view import what_to_show
-from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_core.control import JointTrajectory
+from hybrid_dynamics_core.simulation import simulate
 from hybrid_dynamics_core.view.session import Session
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -81,6 +82,40 @@ def test_a_trajectory_file_is_played(forging: Robot, tmp_path: Path, rates: bool
     exact = curve(0.3)
     needed = forging.inverse_dynamics(forging.close(exact.u, exact.du), exact.ddu)
     assert session.efforts().values == pytest.approx(needed, rel=1e-2, abs=1.0)  # cubics: accelerations to 1 %
+
+
+@pytest.mark.parametrize("name", ["swing.csv", "swing.npz"])
+def test_a_saved_simulation_is_played_with_the_efforts_that_made_it(
+    tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot = load("excavator")
+    weight = simulate(
+        robot,
+        robot.close(robot.reference, np.array([0.3, 0.0, 0.0, 0.0])),
+        tau=lambda _time, state: robot.minimal_form(state)[2],
+        t_span=(0.0, 0.5),
+    )
+    weight.save(tmp_path / name)
+    motion = what_to_show("excavator", tmp_path / name, None, None)[1]
+    assert motion is not None
+    assert motion.recorded is not None
+    told = robot.inverse_dynamics(motion.state, motion.ddu)
+    # quintics through exact rates and accelerations every 10 ms: what is left is the file's samples brought onto the
+    # player's times, below 1e-4 of the largest effort
+    assert np.abs(told - motion.recorded).max() < 1e-4 * np.abs(motion.recorded).max()
+    assert "work" in capsys.readouterr().err
+
+
+def test_positions_alone_are_not_made_to_start_from_rest(forging: Robot, tmp_path: Path) -> None:
+    time = np.linspace(0.0, 1.0, 101)[:, None]
+    rise = np.array([0.1, 0.02, -0.02, 0.2])
+    np.savez(tmp_path / "a.npz", time=time[:, 0], position=forging.reference + rise * (time + time**2 - time**3))
+    motion = what_to_show(forging.name, tmp_path / "a.npz", None, None)[1]
+    assert motion is not None
+    at = motion.time[:, None]
+    # a cubic is its own spline; second differences of points 10 ms apart blow their rounding up 1e4 times
+    assert motion.state.du == pytest.approx(rise * (1.0 + 2.0 * at - 3.0 * at**2), abs=1e-10)
+    assert motion.ddu == pytest.approx(rise * (2.0 - 6.0 * at), abs=1e-8)
 
 
 def test_a_recording_is_played_with_its_efforts(forging: Robot, tmp_path: Path) -> None:
