@@ -57,22 +57,22 @@ class RobotKernels:
     @lazy
     def close(self) -> Call:
         """(u, du=0) -> s, ds: all coordinates and their rates, (n_s,) or (N, n_s)."""
-        return self._fused("motion", programs.MOTION, optional=("du",))
+        return self._fused("all coordinates", programs.MOTION, optional=("du",))
 
     @lazy
     def forward_kinematics(self) -> Call:
         """(u) -> position (3,) and rotation (3, 3) of the end effector in the base frame."""
-        return self._fused(f"pose {self._frame}", programs.forward_kinematics(self._find(self._frame)))
+        return self._fused(f"pose {self._frame!r}", programs.forward_kinematics(self._find(self._frame)))
 
     @lazy
     def jacobian(self) -> Call:
         """(u) -> (6, n): d(linear, angular velocity)/du' of the end effector's origin, base axes."""
-        return self._fused(f"jacobian {self._frame}", programs.jacobian(self._find(self._frame)))
+        return self._fused(f"jacobian {self._frame!r}", programs.jacobian(self._find(self._frame)))
 
     @lazy
     def pose_and_jacobian(self) -> Call:
         """(u) -> position (3,), rotation (3, 3) and Jacobian (6, n): what a step of inverse kinematics needs."""
-        return self._fused(f"pose and jacobian {self._frame}", programs.pose_and_jacobian(self._find(self._frame)))
+        return self._fused(f"pose and jacobian {self._frame!r}", programs.pose_and_jacobian(self._find(self._frame)))
 
     @lazy
     def inverse_dynamics(self) -> Call:

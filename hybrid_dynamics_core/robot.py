@@ -35,13 +35,13 @@ class Robot(RobotActuators):
     def forward_kinematics(self, state: ClosedState, frame: str | None = None) -> Pose:
         """Pose of the end effector, or of any name in `frames`, in the base frame: (3,) and (3, 3), or (N, ...)."""
         where = self._frame(frame)
-        values = self._checked(f"pose {frame}", programs.forward_kinematics(where), state)
+        values = self._checked(f"pose {frame!r}", programs.forward_kinematics(where), state)
         return Pose(values["position"], values["rotation"])
 
     def jacobian(self, state: ClosedState, frame: str | None = None) -> Array:
         """(6, n) or (N, 6, n): d(linear, angular velocity)/du' of the frame's origin, base axes [m/s, rad/s]."""
         program = programs.jacobian(self._frame(frame))
-        return self._checked(f"jacobian {frame}", program, state)["jacobian"]
+        return self._checked(f"jacobian {frame!r}", program, state)["jacobian"]
 
     def accelerations(self, state: ClosedState, ddu: ArrayLike) -> Array:
         """s'' = R u'' + R' u' of all coordinates, (n_s,) or (N, n_s), from the active accelerations ddu."""

@@ -29,7 +29,7 @@ def backend() -> str:
 @cache
 def robot_of(name: str, _backend: str) -> Robot:
     """The same for tests of a backend."""
-    machine = mechanism(name) if name in MECHANISMS else load(name)
+    machine = Robot(mechanism(name).description) if name in MECHANISMS else load(name)
     return machine if any(link.mass for link in machine.description.links.values()) else with_masses(machine)
 
 

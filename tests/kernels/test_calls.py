@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core import ClosureError, InputError, Payload, Robot, SingularityError
+from hybrid_dynamics_core import ClosureError, InputError, Payload, Robot, SingularityError, load
+from hybrid_dynamics_core.description.reader import parse_description
 from hybrid_dynamics_core.dynamics.loads import Loads
 from hybrid_dynamics_core.errors import MassSingularityError
 from hybrid_dynamics_core.kernels import run
@@ -80,6 +81,27 @@ def test_closure_and_efforts_in_one_call_are_those_of_two_to_the_last_bit(name: 
 
 def _each(found: Any, expected: Any) -> list[tuple[np.ndarray, np.ndarray]]:
     return list(zip(found, expected, strict=True)) if isinstance(found, tuple) else [(found, expected)]
+
+
+def test_fused_calls_and_simulations_do_not_take_each_others_kernels() -> None:
+    machine = load("five_bar")
+    state = machine.close(machine.reference)
+    for _ in range(2):  # in both orders
+        machine.motion_near(state)(state.u, state.du, np.zeros(state.n))
+        s, _ = machine.kernels.close(state.u)
+        assert s == pytest.approx(state.s, abs=1e-14)
+        machine = load("five_bar")
+        machine.kernels.close(state.u)
+
+
+def test_a_link_may_be_called_none() -> None:
+    """Kernels are told apart by frames: no name is the end effector."""
+    text = "format: 1\nname: odd\nlinks: {base: {}, None: {mass: 1}}\njoints:\n"
+    text += "  a: {type: revolute, parent: base, child: None, axis: z}\n"
+    machine = Robot(parse_description(text + "active: [a]\nend_effector: {link: None, xyz: [1, 0, 0]}\n"))
+    state = machine.close([0.0])
+    assert machine.forward_kinematics(state).position == pytest.approx([1.0, 0.0, 0.0])
+    assert machine.forward_kinematics(state, "None").position == pytest.approx([0.0, 0.0, 0.0])
 
 
 @pytest.mark.parametrize("name", ["seven_bar", "gough"])
