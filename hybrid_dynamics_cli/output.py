@@ -52,9 +52,9 @@ def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     return "\n".join([line(head), line(["-" * width for width in widths]), *map(line, cells)])
 
 
-def counted(count: int, what: str) -> str:
-    """`1 loop`, `2 loops`."""
-    return f"{count} {what}" + ("" if count == 1 else "s")
+def counted(count: int, what: str, more: str = "") -> str:
+    """`1 loop`, `2 loops`; `more`: the plural, where it is no mere s."""
+    return f"{count} {what if count == 1 else more or what + 's'}"
 
 
 def unit(joint_type: str, rate: str = "") -> str:

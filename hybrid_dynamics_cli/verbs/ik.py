@@ -9,6 +9,7 @@ import numpy as np
 
 from hybrid_dynamics_core import IKResult, IKStatus, Pose, Robot
 
+from ..limits import beyond
 from ..output import number, show, table, unit
 from ..parameters import NUMBER, json_option, loaded, robot_argument, vector, vector_option
 
@@ -57,6 +58,7 @@ def command(
         "branch": dict(result.branch),
         "redundant": list(result.redundant),
         "iterations": result.iterations,
+        "beyond_limits": beyond(machine, machine.active, start),
     }
     show(told, as_json, text(machine, result))
     if result.status is not IKStatus.SOLVED:

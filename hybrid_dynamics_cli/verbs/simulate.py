@@ -101,8 +101,17 @@ def text(machine: Robot, result: Simulation) -> str:
     return "\n".join(
         [
             table(["active joint", "start", "end", "rate at the end", "unit"], rows),
-            f"{number(float(result.t[-1]))} s: {result.message}",
-            *(f"at {number(event.time)} s: {event.message}" for event in result.events),
-            f"energy to {number(result.relative_energy_error)}, loops to {number(result.residual)}",
+            *met(result),
+            f"energy error {number(result.relative_energy_error)} of what was exchanged, "
+            f"loop error {number(result.residual)}",
         ]
     )
+
+
+def met(result: Simulation) -> list[str]:
+    """What was met, and how it ended; an event that ended it is told once."""
+    events = list(result.events)
+    if events and not result.completed and result.message.endswith(events[-1].message):
+        events.pop()
+    end = result.message if not result.completed else f"{number(float(result.t[-1]))} s: {result.message}"
+    return [*(f"at {number(event.time)} s: {event.message}" for event in events), end]
