@@ -58,8 +58,12 @@ class Counts:
         ]
         parts += [f"{count} rejected: {code.value}" for code, count in self.rejected.items()]
         quiet = (StampEvent.NEXT, StampEvent.FIRST)
-        parts += [f"{count} {event.value}" for event, count in self.events.items() if event not in quiet]
+        parts += [f"{count} {_plural(event, count)}" for event, count in self.events.items() if event not in quiet]
         return ", ".join(parts)
+
+
+def _plural(event: StampEvent, count: int) -> str:
+    return event.value if count == 1 or event is StampEvent.REPEATED else f"{event.value}s"
 
 
 class Pipeline:
