@@ -20,8 +20,10 @@ def narrowed(machine: Robot) -> list[str]:
     told = []
     for name, (lower, upper) in zip(machine.active, machine.limits.tolist(), strict=True):
         least, most = machine.description.joints[name].limits
-        if least > -float("inf") and lower > least + SLACK or most < float("inf") and upper < most - SLACK:
-            told.append(f"{name}: the file allows {least:g} to {most:g}; its loop closes from {lower:.6g} to {upper:.6g}")
+        if (least > -float("inf") and lower > least + SLACK) or (most < float("inf") and upper < most - SLACK):
+            told.append(
+                f"{name}: the file allows {least:g} to {most:g}; its loop closes from {lower:.6g} to {upper:.6g}"
+            )
     return told
 
 

@@ -19,7 +19,16 @@ from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_ros import conversions, outputs, qos
 from hybrid_dynamics_ros.filters import StampEvent
 from hybrid_dynamics_ros.outputs import Fill
-from hybrid_dynamics_ros.parameters import INPUT_DEPTH, INPUT_QOS, MAX_GAP, OUTPUT_DEPTH, OUTPUT_QOS, RATES, TF_RATE, Parameter
+from hybrid_dynamics_ros.parameters import (
+    INPUT_DEPTH,
+    INPUT_QOS,
+    MAX_GAP,
+    OUTPUT_DEPTH,
+    OUTPUT_QOS,
+    RATES,
+    TF_RATE,
+    Parameter,
+)
 from hybrid_dynamics_ros.reading import Read, StateReader, reader_of
 from hybrid_dynamics_ros.results import MotionResult
 from hybrid_dynamics_ros.runtime import Runtime

@@ -50,7 +50,12 @@ def _parted(values: str) -> list[str]:
 @click.command(cls=Places, epilog=EPILOG, short_help="Active coordinates for a place of the end effector.")
 @robot_argument
 @click.option(
-    "--position", nargs=3, type=NUMBER, required=True, metavar="X Y Z", help="Of the end effector, in the base; or X,Y,Z."
+    "--position",
+    nargs=3,
+    type=NUMBER,
+    required=True,
+    metavar="X Y Z",
+    help="Of the end effector, in the base; or X,Y,Z.",
 )
 @click.option("--quaternion", nargs=4, type=NUMBER, metavar="X Y Z W", help="Its orientation; left out, it is free.")
 @click.option("--axes", metavar="AXES", help="What counts of the target: some of x,y,z,rx,ry,rz; all that is given.")

@@ -80,7 +80,9 @@ class _Reader:
     def _missing(self, opened: str, start: yaml.Mark, end: yaml.Mark) -> str:
         """Where the other bracket is missing, if reading ended in a later line: most likely before that."""
         lines = self.text.splitlines()[start.line : end.line]
-        full = [start.line + k + 1 for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")]
+        full = [
+            start.line + k + 1 for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")
+        ]
         if opened not in _CLOSING or not full:
             return ""
         return f"; a '{_CLOSING[opened]}' is missing, probably at the end of line {full[-1]}"

@@ -159,7 +159,10 @@ def test_a_slip_anywhere_is_a_message_or_another_robot(path: Path) -> None:
 @pytest.mark.parametrize(
     ("joint", "words"),
     [
-        ("{type: fixd, parent: base, child: arm}", r"a\.type: is 'fixd' \(did you mean 'fixed'\?\); expected one of rev"),
+        (
+            "{type: fixd, parent: base, child: arm}",
+            r"a\.type: is 'fixd' \(did you mean 'fixed'\?\); expected one of rev",
+        ),
         ("{type: prismatic, parent: base, child: arm}", "a: missing 'axis'"),
         ("{parent: base, child: arm}", "a: missing 'type'"),
     ],

@@ -45,7 +45,13 @@ def test_every_block_runs(read: Any, page: str) -> None:
 def needs(page: str) -> None:
     """Skip where a library that the page's blocks use is not installed."""
     text = "".join(block.text for block in blocks_of(page) if not block.left_out)
-    libraries = {"--draw": "matplotlib", "--plot": "matplotlib", "draw(": "matplotlib", "hybrid-dynamics": "click"}
+    libraries = {
+        "--draw": "matplotlib",
+        "--plot": "matplotlib",
+        "draw(": "matplotlib",
+        "draw_simulation(": "matplotlib",
+        "hybrid-dynamics": "click",
+    }
     libraries |= {"bag ": "rosbags"}
     for sign, library in libraries.items():
         if sign in text:
