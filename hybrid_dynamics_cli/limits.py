@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -20,10 +21,10 @@ def narrowed(machine: Robot) -> list[str]:
     told = []
     for name, (lower, upper) in zip(machine.active, machine.limits.tolist(), strict=True):
         least, most = machine.description.joints[name].limits
-        if (least > -float("inf") and lower > least + SLACK) or (most < float("inf") and upper < most - SLACK):
-            told.append(
-                f"{name}: the file allows {least:g} to {most:g}; its loop closes from {lower:.6g} to {upper:.6g}"
-            )
+        cut = [lower - least, most - upper]  # infinite where the file gives no limit
+        if any(SLACK < by < math.inf for by in cut):
+            closes = f"{lower:.6g} to {upper:.6g}"
+            told.append(f"{name}: the file allows {least:g} to {most:g}; its loop closes from {closes}")
     return told
 
 

@@ -13,6 +13,7 @@ from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
 from ..output import number, show, table, unit
 from ..parameters import json_option, loaded, output_path, robot_argument, vector, vector_option
 
+OF_WHAT = "of the energy exchanged"
 POSITIVE = click.FloatRange(min=0.0, min_open=True)
 
 EPILOG = """\b
@@ -95,8 +96,7 @@ def text(machine: Robot, result: Simulation) -> str:
         [
             table(["active joint", "start", "end", "rate at the end", "unit"], rows),
             *met(result),
-            f"energy error {number(result.relative_energy_error)} of what was exchanged, "
-            f"loop error {number(result.residual)}",
+            f"energy error {number(result.relative_energy_error)} {OF_WHAT}, loop error {number(result.residual)}",
         ]
     )
 

@@ -24,9 +24,8 @@ _UNITS: Final = {"revolute": ("rad", "N m"), "prismatic": ("m", "N")}
 def simulation_figure(robot: Robot, motion: Simulation, title: str | None) -> Figure:
     """Four axes over one time; a line where something was met. Raises InputError for another robot's motion."""
     if motion.names != robot.active:
-        raise InputError(
-            f"the motion is of {', '.join(motion.names)}; the active joints of {robot.name} are {', '.join(robot.active)}"
-        )
+        given, own = ", ".join(motion.names), ", ".join(robot.active)
+        raise InputError(f"the motion is of {given}; the active joints of {robot.name} are {own}")
     with mpl.rc_context(PLOTS):
         figure = page(title or f"{robot.name}: simulated motion", line=_told(motion), height=_HEIGHT)
         axes = figure.subplots(4, 1, sharex=True)

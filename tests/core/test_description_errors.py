@@ -119,7 +119,7 @@ def test_an_open_bracket_is_told_where_it_stands(tmp_path: Path, old: str, new: 
 def test_a_missing_brace_is_told_at_the_end_of_its_line(tmp_path: Path) -> None:
     """Where the mapping goes over lines, at the last of them that says something."""
     text = "format: 1\nlinks:\n  arm: {mass: 2,\n    com: [0, 0, 1]\n\n  # next\n  rod: {mass: 1}\n"
-    with pytest.raises(DescriptionError, match="a '}' is missing, probably at the end of line 4$"):
+    with pytest.raises(DescriptionError, match=r"a '}' is missing, probably at the end of line 4$"):
         load_text(tmp_path, text)
 
 

@@ -251,10 +251,9 @@ class TestRecord:
         ]
         text = (tmp_path / "fall.svg").read_text(encoding="utf-8")
         assert all(words in text for words in (*motion.names, motion.message, "simulated motion"))
-        for ending in ("png", "pdf"):
-            draw_simulation(machine, motion, tmp_path / f"fall.{ending}")
-            assert (tmp_path / f"fall.{ending}").stat().st_size > 10_000
-        with pytest.raises(InputError, match="not as '.xls'"):
+        draw_simulation(machine, motion, tmp_path / "fall.pdf")
+        assert (tmp_path / "fall.pdf").read_bytes().startswith(b"%PDF")
+        with pytest.raises(InputError, match=r"not as '\.xls'"):
             draw_simulation(machine, motion, tmp_path / "fall.xls")
         with pytest.raises(InputError, match="the active joints of five_bar are"):
             draw_simulation(load("five_bar"), motion)
