@@ -124,3 +124,16 @@ def test_the_end_of_a_motion_is_told_once() -> None:
     output = call("simulate", "excavator", "--seconds", "1").output
     assert output.count("q22 reached its lower limit 0.32") == 1
     assert "energy error " in output
+
+
+def test_units_of_a_picture_are_those_of_the_joints(lift: str, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    place = tmp_path / "fall.svg"
+    assert call("simulate", lift, "--seconds", "0.05", "--draw", str(place)).exit_code == 0
+    text = place.read_text(encoding="utf-8")
+    assert all(label in text for label in ("u [m]", "u' [m/s]", "tau [N]"))
+
+
+def test_one_is_told_in_the_singular(lift: str) -> None:
+    Path(lift).write_text(LIFT.replace("active: [stroke]", "active: [stroke, q1]"), encoding="utf-8")
+    assert "1 degree of freedom; name 1" in call("check", lift).output
