@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import sys
 
+ABORTED = "Aborted!"  # as click says it
+
 
 def main() -> None:
-    """Run the command; a missing click is told, not traced."""
+    """Run the command; a missing click, and an interrupt while modules are loaded, are told, not traced."""
     try:
         import click  # noqa: F401, PLC0415  an extra
     except ImportError:
         sys.exit("hybrid-dynamics needs click: pip install click, or this package with its extra 'cli'")
-    from .app import run  # noqa: PLC0415
-
+    except KeyboardInterrupt:
+        sys.exit(ABORTED)
+    try:
+        from .app import run  # noqa: PLC0415
+    except KeyboardInterrupt:
+        sys.exit(ABORTED)
     run()
 
 

@@ -11,6 +11,8 @@ from hybrid_dynamics_core import __version__
 from hybrid_dynamics_core.errors import HybridDynamicsError
 
 from .exits import exit_table
+from .groups import Group
+from .output import AS_JSON, fail
 
 VERBS = {  # in the order in which they are shown: name -> module
     "check": "check",
@@ -29,7 +31,7 @@ VERBS = {  # in the order in which they are shown: name -> module
 }
 
 
-class Verbs(click.Group):
+class Verbs(Group):
     """Loads the module of a verb when it is asked for, so that `--help` and completion stay quick."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
@@ -45,8 +47,22 @@ class Verbs(click.Group):
         command: click.Command = import_module(f".verbs.{VERBS[cmd_name]}", __package__).command
         return command
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Remember whether JSON is asked for, whatever else is wrong with the command line."""
+        ctx.meta[AS_JSON] = "--json" in args
+        return super().parse_args(ctx, args)
+
     def invoke(self, ctx: click.Context) -> Any:
-        """Errors of the library end with their message alone."""
+        """Errors end with their message alone; where JSON is asked for, stdout has it as JSON too."""
+        try:
+            return self._invoke(ctx)
+        except click.ClickException as error:
+            if ctx.meta.get(AS_JSON):
+                fail(ctx, error)
+            raise
+
+    def _invoke(self, ctx: click.Context) -> Any:
+        """Errors of the library become those of the command."""
         try:
             return super().invoke(ctx)
         except HybridDynamicsError as error:
@@ -64,6 +80,9 @@ Examples:
 \b
 Exit codes:
 {exit_table()}
+
+\b
+With --json an error is JSON too, on stdout: {{"error": {{"kind": ..., "text": ...}}}}
 
 \b
 Shell completion of verbs, options, robots and files:

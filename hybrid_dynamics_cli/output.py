@@ -11,12 +11,28 @@ from typing import Any
 import click
 import numpy as np
 
+AS_JSON = f"{__package__}.as_json"  # in the meta of click's contexts: whether JSON is asked for,
+ANSWERED = f"{__package__}.answered"  # and whether it is printed: stdout holds one document
 ROUNDING = 1e-12  # below it a value of order one is noise
 
 
 def show(told: Mapping[str, Any], as_json: bool, text: str) -> None:
     """Print one of the two forms of a result."""
-    click.echo(json.dumps(plain(told), indent=2, allow_nan=False) if as_json else text.rstrip())
+    if not as_json:
+        click.echo(text.rstrip())
+        return
+    click.echo(json.dumps(plain(told), indent=2, allow_nan=False))
+    context = click.get_current_context(silent=True)
+    if context is not None:
+        context.meta[ANSWERED] = True
+
+
+def fail(context: click.Context, error: click.ClickException) -> None:
+    """Print an error as JSON, unless an answer is printed already; its kind is the class of what caused it."""
+    usage = isinstance(error, click.UsageError)
+    kind = "UsageError" if usage else type(error.__cause__ or error).__name__
+    if not context.meta.get(ANSWERED):
+        show({"error": {"kind": kind, "text": error.format_message()}}, as_json=True, text="")
 
 
 def plain(value: Any) -> Any:
@@ -52,9 +68,9 @@ def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     return "\n".join([line(head), line(["-" * width for width in widths]), *map(line, cells)])
 
 
-def counted(count: int, what: str) -> str:
-    """`1 loop`, `2 loops`."""
-    return f"{count} {what}" + ("" if count == 1 else "s")
+def counted(count: int, what: str, more: str = "") -> str:
+    """`1 loop`, `2 loops`; `more`: the plural, where it is no mere s."""
+    return f"{count} {what if count == 1 else more or what + 's'}"
 
 
 def unit(joint_type: str, rate: str = "") -> str:

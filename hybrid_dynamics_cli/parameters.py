@@ -15,6 +15,8 @@ from hybrid_dynamics_core import InputError, Robot, load, shipped_robots
 from hybrid_dynamics_core.description.expressions import evaluate
 from hybrid_dynamics_core.description.model import Array
 
+from .output import counted
+
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
@@ -79,19 +81,22 @@ def vector(name: str, text: str | None, names: Sequence[str], default: Array) ->
         return values
     parts = [part.strip() for part in text.split(",")]
     named = ["=" in part for part in parts]
-    if not any(named) and len(parts) != len(names):
-        raise InputError(f"{name}: {len(parts)} values; expected {len(names)}, for {', '.join(names)}")
     if any(named) and not all(named):
         raise click.BadParameter(f"either all values by name, or none: '{text}'", param_hint=name)
+    told: dict[int, float] = {}
     for k, part in enumerate(parts):
         key, _, term = part.rpartition("=")
         key = key.strip()
         if key and key not in names:
             raise InputError(f"{name}: '{key}' is not an active joint; they are {', '.join(names)}")
         try:
-            values[names.index(key) if key else k] = evaluate(term, NAMES)
+            told[names.index(key) if key else k] = evaluate(term, NAMES)
         except (ValueError, ArithmeticError) as error:
-            raise click.BadParameter(f"'{part}': {error}", param_hint=name) from error
+            joint = f" of {names[k]}" if not key and k < len(names) else ""
+            raise click.BadParameter(f"'{part}'{joint}: {error}", param_hint=name) from error
+    if not any(named) and len(parts) != len(names):
+        raise InputError(f"{name}: {counted(len(parts), 'value')}; expected {len(names)}, for {', '.join(names)}")
+    values[list(told)] = list(told.values())
     return values
 
 

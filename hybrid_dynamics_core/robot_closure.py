@@ -280,7 +280,8 @@ class ClosingRobot:
             if unknown:
                 raise InputError(f"there is no coordinate '{unknown[0]}'; known: {', '.join(self.coordinates)}")
             if len(names) != len(self.active):
-                problem = f"the mechanism has {len(self.active)} degrees of freedom; name {len(self.active)}"
+                count = len(self.active)
+                problem = f"the mechanism has {count} degree{'s' * (count > 1)} of freedom; name {count}"
                 raise InputError(f"{', '.join(names)} ({len(names)} coordinates) cannot be given together: {problem}")
             tree = self._model.tree
             near = dict(enumerate(self._start.tolist()))

@@ -58,8 +58,12 @@ class Counts:
         ]
         parts += [f"{count} rejected: {code.value}" for code, count in self.rejected.items()]
         quiet = (StampEvent.NEXT, StampEvent.FIRST)
-        parts += [f"{count} {event.value}" for event, count in self.events.items() if event not in quiet]
+        parts += [f"{count} {_plural(event, count)}" for event, count in self.events.items() if event not in quiet]
         return ", ".join(parts)
+
+
+def _plural(event: StampEvent, count: int) -> str:
+    return event.value if count == 1 or event is StampEvent.REPEATED else f"{event.value}s"
 
 
 class Pipeline:
@@ -82,6 +86,7 @@ class Pipeline:
         self.calibration: Calibration | None = None
         self.mode: ClosedState | None = None
         self.counts = Counts()
+        self.gap = 0.0  # [s] the newest that was too long, between stamps
         self._direct = self.measured == robot.active
         self._order = JointOrder(self.measured)
         self._near: ClosedState | None = None
@@ -194,6 +199,8 @@ class Pipeline:
         state, estimate = self._estimate(sample.stamp_ns, motion)
         motion = ActiveMotion(motion.position, estimate.velocity, estimate.acceleration)
         result = self._evaluate(sample.stamp_ns, motion, estimate.event)
+        if estimate.event is StampEvent.GAP and self._state is not None:
+            self.gap = (sample.stamp_ns - self._state.filter.stamp_ns) * 1e-9
         self._state = state  # only now: a sample that the model refused must not reach the filter
         return result
 

@@ -19,7 +19,16 @@ from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_ros import conversions, outputs, qos
 from hybrid_dynamics_ros.filters import StampEvent
 from hybrid_dynamics_ros.outputs import Fill
-from hybrid_dynamics_ros.parameters import INPUT_DEPTH, INPUT_QOS, OUTPUT_DEPTH, OUTPUT_QOS, RATES, TF_RATE, Parameter
+from hybrid_dynamics_ros.parameters import (
+    INPUT_DEPTH,
+    INPUT_QOS,
+    MAX_GAP,
+    OUTPUT_DEPTH,
+    OUTPUT_QOS,
+    RATES,
+    TF_RATE,
+    Parameter,
+)
 from hybrid_dynamics_ros.reading import Read, StateReader, reader_of
 from hybrid_dynamics_ros.results import MotionResult
 from hybrid_dynamics_ros.runtime import Runtime
@@ -209,7 +218,13 @@ class Stream:
             stamp = result.stamp_ns * 1e-9
             self._log.warn("stuck", f"stamps stay at {stamp:.9f} s: no rates and no efforts can be told")
         elif result.event not in _QUIET:
-            self._log.warn(result.event, f"rates are estimated anew: {result.event.value}")
+            self._log.warn(result.event, f"rates are estimated anew: {self._why(result.event)}")
+
+    def _why(self, event: StampEvent | None) -> str:
+        if event is not StampEvent.GAP:
+            return "" if event is None else event.value
+        most = self._runtime.settings[MAX_GAP]
+        return f"gap of {self._runtime.pipeline.gap:.6g} s between stamps, beyond {MAX_GAP.name} ({most:g} s)"
 
     def _refuse(self, rejection: Rejection) -> None:
         self._runtime.monitor.rejected(rejection)

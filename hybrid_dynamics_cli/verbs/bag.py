@@ -7,11 +7,13 @@ from typing import Any
 
 import click
 
+from ..groups import Group
+
 VERBS = ("process", "report", "identify", "export", "make")
 NEEDS = "this needs rosbags and lz4: pip install 'hybrid-dynamics-ros[bag]', or: pip install rosbags lz4"
 
 
-class BagVerbs(click.Group):
+class BagVerbs(Group):
     """Loads a verb when it is asked for; what a bag is wrong with is told without a trace."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002

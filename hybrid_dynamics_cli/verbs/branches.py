@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from ..output import number, show, table
+from ..output import counted, number, show, table
 from ..parameters import json_option, loaded, output_path, robot_argument, vector, vector_option
 
 EPILOG = """\b
@@ -35,6 +35,7 @@ def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> No
             {
                 "branch": dict(mode.branch),
                 "coordinates": dict(zip(machine.coordinates, mode.state.s, strict=True)),
+                "position": machine.forward_kinematics(mode.state).position,
                 "residual": mode.state.residual,
                 "singularity": mode.state.singularity,
             }
@@ -43,11 +44,18 @@ def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> No
     }
     loops = list(modes[0].branch) if modes else []
     rows = [
-        [str(k + 1), *(mode.branch[loop] for loop in loops), number(float(mode.state.singularity))]
-        for k, mode in enumerate(modes)
+        [
+            str(k + 1),
+            *(mode.branch[loop] for loop in loops),
+            number(float(mode.state.singularity)),
+            *entry["position"].tolist(),
+        ]
+        for k, (mode, entry) in enumerate(zip(modes, told["modes"], strict=True))
     ]
-    plural = "mode" if len(modes) == 1 else "modes"
-    lines = [f"{len(modes)} assembly {plural}", "", table(["", *loops, "distance to singularity"], rows)]
+    head = ["", *loops, "distance to singularity", *(f"{axis} [m]" for axis in "xyz")]
+    lines = [counted(len(modes), "assembly mode"), "", table(head, rows)]
+    if modes:
+        lines.append(f"x, y, z of {machine.end_effector} in {machine.base_frame}")
     if place is not None and modes:
         from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415  Matplotlib is an extra
 

@@ -10,6 +10,7 @@ import numpy as np
 from hybrid_dynamics_core import MassSingularityError, Robot, SingularityError
 from hybrid_dynamics_core.drawing.options import Names
 
+from ..limits import narrowed
 from ..output import counted, number, show, table
 from ..parameters import json_option, loaded, output_path, robot_argument
 from .info import facts
@@ -28,10 +29,12 @@ Examples:
 @robot_argument
 @click.option("--draw", "picture", metavar="FILE", help="Draw the mechanism to an .svg or .png file.")
 @click.option("--names", type=click.Choice(get_args(Names)), default="active", help="Whose names are drawn.")
-@click.option("--modes", is_flag=True, help="Draw all assembly modes of the reference side by side.")
+@click.option("--modes", is_flag=True, help="With --draw: all assembly modes of the reference, side by side.")
 @json_option
 def command(robot: str, picture: str | None, names: Names, modes: bool, as_json: bool) -> None:
     """Check a robot: its file, its loops, its masses. Ends with 1 where something is wrong."""
+    if modes and picture is None:
+        raise click.UsageError("--modes draws assembly modes; give --draw FILE too")
     machine = loaded(robot)
     notes = remarks(machine)
     doubts = machine.description.doubts
@@ -66,7 +69,7 @@ def remarks(machine: Robot) -> list[str]:
     """What is no fault, and yet to be known."""
     state = machine.close(machine.reference)
     description = machine.description
-    notes = [note for note in description.notes if note not in description.doubts]
+    notes = [note for note in description.notes if note not in description.doubts] + narrowed(machine)
     if float(state.singularity) < SMALL:
         notes.append(
             f"the reference is near a singularity of {state.singular_loop} ({number(float(state.singularity))})"

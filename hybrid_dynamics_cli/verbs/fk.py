@@ -7,6 +7,7 @@ from typing import Any
 import click
 import numpy as np
 
+from ..limits import beyond
 from ..output import ROUNDING, number, show, table, unit
 from ..parameters import json_option, loaded, robot_argument, vector, vector_option
 
@@ -42,6 +43,7 @@ def command(robot: str, u: str | None, du: str | None, frame: str | None, as_jso
         "branch": dict(state.branch),
         "residual": state.residual,
         "singularity": state.singularity,
+        "beyond_limits": beyond(machine, machine.coordinates, state.s),
     }
     rows = [
         [name, float(state.s[k]), float(state.ds[k]), unit(machine.joint_types[name])]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 import numpy as np
 
+from ..limits import beyond
 from ..output import show, table, unit
 from ..parameters import json_option, loaded, robot_argument, vector, vector_option
 
@@ -32,5 +33,9 @@ def command(robot: str, u: str | None, du: str | None, tau: str | None, as_json:
         [name, "active" if k < len(ddu) else "", float(dds[k]), unit(machine.joint_types[name], "/s^2")]
         for k, name in enumerate(machine.coordinates)
     ]
-    told = {"ddu": dict(zip(machine.active, ddu, strict=True)), "dds": dict(zip(machine.coordinates, dds, strict=True))}
+    told = {
+        "ddu": dict(zip(machine.active, ddu, strict=True)),
+        "dds": dict(zip(machine.coordinates, dds, strict=True)),
+        "beyond_limits": beyond(machine, machine.coordinates, state.s),
+    }
     show(told, as_json, table(["coordinate", "", "acceleration", "unit"], rows))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import click
@@ -9,9 +10,11 @@ import numpy as np
 
 from hybrid_dynamics_core import IKResult, IKStatus, Pose, Robot
 
+from ..limits import beyond
 from ..output import number, show, table, unit
 from ..parameters import NUMBER, json_option, loaded, robot_argument, vector, vector_option
 
+_PLACES = ("--position", "--quaternion")
 _AXES = ("x", "y", "z", "rx", "ry", "rz")
 
 EPILOG = """\b
@@ -24,10 +27,35 @@ Ends with 1 where there is no solution.
 """
 
 
-@click.command(epilog=EPILOG, short_help="Active coordinates for a place of the end effector.")
+class Places(click.Command):
+    """Takes the numbers of a place with commas as well: `--position 1.4,0,1.05`."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Values with commas become values of their own."""
+        taken: list[str] = []
+        for arg in args:
+            option, equals, values = arg.partition("=")
+            if option in _PLACES and equals:
+                taken += [option, *_parted(values)]
+            else:
+                taken += _parted(arg) if taken and taken[-1] in _PLACES else [arg]
+        return super().parse_args(ctx, taken)
+
+
+def _parted(values: str) -> list[str]:
+    """At commas, but for those between the brackets of a term."""
+    return [part.strip() for part in re.split(r",(?![^()]*\))", values)]
+
+
+@click.command(cls=Places, epilog=EPILOG, short_help="Active coordinates for a place of the end effector.")
 @robot_argument
 @click.option(
-    "--position", nargs=3, type=NUMBER, required=True, metavar="X Y Z", help="Of the end effector, in the base."
+    "--position",
+    nargs=3,
+    type=NUMBER,
+    required=True,
+    metavar="X Y Z",
+    help="Of the end effector, in the base; or X,Y,Z.",
 )
 @click.option("--quaternion", nargs=4, type=NUMBER, metavar="X Y Z W", help="Its orientation; left out, it is free.")
 @click.option("--axes", metavar="AXES", help="What counts of the target: some of x,y,z,rx,ry,rz; all that is given.")
@@ -57,6 +85,7 @@ def command(
         "branch": dict(result.branch),
         "redundant": list(result.redundant),
         "iterations": result.iterations,
+        "beyond_limits": beyond(machine, machine.active, start),
     }
     show(told, as_json, text(machine, result))
     if result.status is not IKStatus.SOLVED:

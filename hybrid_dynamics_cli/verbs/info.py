@@ -8,6 +8,7 @@ import click
 
 from hybrid_dynamics_core import Robot
 
+from ..limits import narrowed
 from ..output import counted, number, plain, show, table, unit
 from ..parameters import json_option, loaded, robot_argument
 
@@ -24,8 +25,10 @@ Examples:
 def command(robot: str, as_json: bool) -> None:
     """Show coordinates, limits, loops and masses of a robot."""
     machine = loaded(robot)
-    told = facts(machine)
-    show(told, as_json, text(machine, told))
+    notes = narrowed(machine)
+    told = {**facts(machine), "notes": notes}
+    lines = [text(machine, told), "", masses(machine), "", *(f"note: {note}" for note in notes)]
+    show(told, as_json, "\n".join(lines))
 
 
 def facts(machine: Robot) -> dict[str, Any]:
@@ -53,7 +56,11 @@ def facts(machine: Robot) -> dict[str, Any]:
             for loop, distance in zip(state.loops, state.distances, strict=True)
         ],
         "redundant_equations": dict(machine.redundant_equations),
-        "links": {name: {"mass": link.mass} for name, link in machine.description.links.items()},
+        "links": {name: {"mass": link.mass, "com": link.com} for name, link in machine.description.links.items()},
+        "parts": {
+            name: {"part_of": machine.description.body_of(name), "mass": part.mass}
+            for name, part in machine.description.parts.items()
+        },
         "gravity": plain(machine.description.gravity),
         "frames": list(machine.frames),
     }
@@ -71,7 +78,7 @@ def text(machine: Robot, told: dict[str, Any]) -> str:
     mass = sum(link["mass"] for link in told["links"].values())
     title = (
         f"{machine.name}: {len(machine.active)} active of {len(machine.coordinates)} coordinates, "
-        f"{counted(len(told['loops']), 'loop')}, {len(told['links'])} links, {number(mass)} kg; "
+        f"{counted(len(told['loops']), 'loop')}, {_links(told)}, {number(mass)} kg; "
         f"end effector {machine.end_effector}"
     )
     lines = [
@@ -84,4 +91,25 @@ def text(machine: Robot, told: dict[str, Any]) -> str:
         lines += ["", table(["loop", "assembly mode", "distance to singularity (0..1)"], loops)]
     for loop, count in told["redundant_equations"].items():
         lines.append(f"{loop}: {count} of its equations follow from the others")
+    if told["parts"]:
+        lines += ["", *parts(told)]
     return "\n".join(lines)
+
+
+def _links(told: dict[str, Any]) -> str:
+    bodies, fixed = len(told["links"]), len(told["parts"])
+    return counted(bodies + fixed, "link") + (f" in {counted(bodies, 'body', 'bodies')}" if fixed else "")
+
+
+def parts(told: dict[str, Any]) -> list[str]:
+    """Of which body the links are that are fixed to others, a line a body."""
+    bodies: dict[str, list[str]] = {}
+    for name, part in told["parts"].items():
+        bodies.setdefault(part["part_of"], []).append(name if part["mass"] else f"{name} (without a mass)")
+    return [f"{', '.join(on)} {'is' if len(on) == 1 else 'are'} part of {body}" for body, on in bodies.items()]
+
+
+def masses(machine: Robot) -> str:
+    """Mass and centre of mass of every body, what is fixed to it included."""
+    head = ["link", "mass [kg]", *(f"com {axis} [m]" for axis in "xyz")]
+    return table(head, [[name, link.mass, *link.com.tolist()] for name, link in machine.description.links.items()])

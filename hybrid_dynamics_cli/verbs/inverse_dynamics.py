@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 import numpy as np
 
+from ..limits import beyond
 from ..output import effort_unit, show, table
 from ..parameters import json_option, loaded, robot_argument, vector, vector_option
 
@@ -50,5 +51,6 @@ def command(robot: str, u: str | None, du: str | None, ddu: str | None, as_json:
         "power": float(tau @ state.du),
         "residual": state.residual,
         "singularity": state.singularity,
+        "beyond_limits": beyond(machine, machine.coordinates, state.s),
     }
     show(told, as_json, table(["active joint", "effort", "M ddu", "C du", "G", "unit"], rows))

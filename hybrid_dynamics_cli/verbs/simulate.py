@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
 
-from hybrid_dynamics_core import InputError, Robot
+from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
 
 from ..output import number, show, table, unit
 from ..parameters import json_option, loaded, output_path, robot_argument, vector, vector_option
 
+OF_WHAT = "of the energy exchanged"
 POSITIVE = click.FloatRange(min=0.0, min_open=True)
 
 EPILOG = """\b
 Examples:
-  hybrid-dynamics simulate excavator --seconds 0.5 --plot fall.png
+  hybrid-dynamics simulate excavator --seconds 0.5 --draw fall.png
   hybrid-dynamics simulate forging_chu2020 --tau weight --du q1=0.5 --save swing.csv
 """
 
@@ -33,7 +33,7 @@ Examples:
     "--rate", type=click.FloatRange(min=0.0, min_open=True), default=100.0, show_default=True, help="Samples a second."
 )
 @click.option("--save", metavar="FILE", help="Write the motion to a .csv or .npz file.")
-@click.option("--plot", metavar="FILE", help="Draw it to a .png, .svg or .pdf file.")
+@click.option("--draw", "--plot", "plot", metavar="FILE", help="Draw it to an .svg, .png or .pdf file.")
 @json_option
 def command(
     robot: str,
@@ -55,7 +55,9 @@ def command(
     if places[0] is not None:
         result.save(places[0])
     if places[1] is not None:
-        picture(result, places[1])
+        from hybrid_dynamics_core.drawing import draw_simulation  # noqa: PLC0415  Matplotlib is an extra
+
+        draw_simulation(machine, result, places[1])
     show(facts(result), as_json, text(machine, result))
 
 
@@ -64,14 +66,6 @@ def efforts(machine: Robot, told: str | None) -> Any:
     if told is not None and told.strip() == "weight":
         return lambda _time, state: machine.minimal_form(state)[2]
     return vector("--tau", told, machine.active, np.zeros(len(machine.active)))
-
-
-def picture(result: Simulation, place: Path) -> None:
-    """Write the figure."""
-    try:
-        result.plot().savefig(place)
-    except ValueError as error:  # Matplotlib's word on an ending that it does not know
-        raise InputError(f"{place}: {error}") from error
 
 
 def facts(result: Simulation) -> dict[str, Any]:
@@ -101,8 +95,16 @@ def text(machine: Robot, result: Simulation) -> str:
     return "\n".join(
         [
             table(["active joint", "start", "end", "rate at the end", "unit"], rows),
-            f"{number(float(result.t[-1]))} s: {result.message}",
-            *(f"at {number(event.time)} s: {event.message}" for event in result.events),
-            f"energy to {number(result.relative_energy_error)}, loops to {number(result.residual)}",
+            *met(result),
+            f"energy error {number(result.relative_energy_error)} {OF_WHAT}, loop error {number(result.residual)}",
         ]
     )
+
+
+def met(result: Simulation) -> list[str]:
+    """What was met, and how it ended; an event that ended it is told once."""
+    events = list(result.events)
+    if events and not result.completed and result.message.endswith(events[-1].message):
+        events.pop()
+    end = result.message if not result.completed else f"{number(float(result.t[-1]))} s: {result.message}"
+    return [*(f"at {number(event.time)} s: {event.message}" for event in events), end]

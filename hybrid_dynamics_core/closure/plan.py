@@ -125,7 +125,7 @@ def _wrong_count(tree: Tree, unknowns: int, equations: int) -> str:
         )
     return (
         f"{len(tree.coordinates) - unknowns} joints are named, but {len(tree.coordinates)} joints with {equations} "
-        f"independent loop equations have {freedom} degrees of freedom; name {freedom}"
+        f"independent loop equations have {freedom} degree{'s' * (freedom > 1)} of freedom; name {freedom}"
     )
 
 

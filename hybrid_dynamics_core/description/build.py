@@ -37,12 +37,14 @@ class _Builder:
 
     def robot(self) -> RobotDescription:
         data, numbers = self.data, self.numbers
+        links, parts = self.links()
         told = RobotDescription(
             name=data["name"],
             source=data.get("source", ""),
             gravity=numbers.vector(data.get("gravity", STANDARD_GRAVITY), ("gravity",)),
             base=data.get("base", "base"),
-            links=self.links(),
+            links=links,
+            parts=parts,
             joints=self.joints(),
             closures=tuple(self.each("closures", self.closure).values()),
             loops=self.each("loops", self.loop),
@@ -68,22 +70,19 @@ class _Builder:
 
     # -- links -------------------------------------------------------------------------------------------------
 
-    def links(self) -> Mapping[str, Link]:
-        """Moving links and the base, each with the links fixed to it as one body."""
+    def links(self) -> tuple[Mapping[str, Link], Mapping[str, Link]]:
+        """Moving links and the base, each with the links fixed to it as one body; and these, in that body's frame."""
         links: dict[str, Link] = {}
-        fixed: list[tuple[str, Link]] = []
+        parts: dict[str, Link] = {}
         for name, entry in self.data["links"].items():
             link = self.link(name, entry or {}, ("links", name))
-            carrier, pose = self.places.place(name)
-            link = _moved(link, pose)
-            if self.places.is_fixed(name):
-                fixed.append((carrier, link))
-            else:
-                links[name] = link
-        for carrier, link in fixed:
-            if link.mass:
-                links[carrier] = _joined(links.get(carrier, Link(carrier)), link)
-        return MappingProxyType(links)
+            link = _moved(link, self.places.place(name)[1])
+            (parts if self.places.is_fixed(name) else links)[name] = link
+        for name, part in parts.items():
+            if part.mass:
+                carrier = self.places.place(name)[0]
+                links[carrier] = _joined(links.get(carrier, Link(carrier)), part)
+        return MappingProxyType(links), MappingProxyType(parts)
 
     def link(self, name: str, entry: Mapping[str, Any], path: Path_) -> Link:
         mass = self.numbers.number(entry.get("mass", 0), (*path, "mass"))

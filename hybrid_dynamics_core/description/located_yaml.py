@@ -31,6 +31,7 @@ _BOOL = re.compile(r"^(?:true|True|false|False)$")
 _Loader.add_implicit_resolver("tag:yaml.org,2002:bool", _BOOL, list("tTfF"))
 _Loader.add_implicit_resolver("tag:yaml.org,2002:int", _INT, list("-+0123456789"))
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", _FLOAT, list("-+.0123456789"))
+_CLOSING = {"{": "}", "[": "]"}
 _OPENED = ("while parsing a flow mapping", "while parsing a flow sequence", "while scanning a quoted scalar")
 
 
@@ -63,17 +64,28 @@ class _Reader:
 
     def _invalid(self, error: yaml.MarkedYAMLError) -> DescriptionError:
         """The error at the bracket, brace or quote that is left open, if one is; else where reading ended."""
-        problem, start, end = error.problem or error.context, error.context_mark, error.problem_mark
+        problem, start, end = error.problem or error.context or "", error.context_mark, error.problem_mark
+        problem = problem.replace("'<scalar>'", "a value")
         if start is not None and end is not None and error.context in _OPENED:
             opened = self.text[start.index]
             problem = (
                 f"the {opened!r} in column {start.column + 1} is still open "
-                f"in line {end.line + 1}, column {end.column + 1}: {problem}"
+                f"in line {end.line + 1}, column {end.column + 1}: {problem}{self._missing(opened, start, end)}"
             )
             end = start
         mark = end or start
         line = None if mark is None else mark.line + 1
         return DescriptionError(f"not valid YAML: {problem}", file=self.file, line=line)
+
+    def _missing(self, opened: str, start: yaml.Mark, end: yaml.Mark) -> str:
+        """Where the other bracket is missing, if reading ended in a later line: most likely before that."""
+        lines = self.text.splitlines()[start.line : end.line]
+        full = [
+            start.line + k + 1 for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")
+        ]
+        if opened not in _CLOSING or not full:
+            return ""
+        return f"; a '{_CLOSING[opened]}' is missing, probably at the end of line {full[-1]}"
 
     def _loader(self) -> _Loader:
         try:

@@ -160,6 +160,11 @@ class RobotDescription(Picklable):
     effects: Mapping[str, JointEffect] = field(default_factory=dict)  # by joint, where the file gives any
     payloads: Mapping[str, tuple[str, Payload]] = field(default_factory=dict)  # frame and body by name
     actuators: Mapping[str, HydraulicCylinder] = field(default_factory=dict)  # by joint
+    parts: Mapping[str, Link] = field(default_factory=dict)  # links fixed to others, in whose frame and data they are
+
+    def body_of(self, part: str) -> str:
+        """The link of which a part is one; `frames` tells where on it."""
+        return self.frames[part].link
 
     def closure_key(self, closure: str) -> str:
         """The key under which the file gives a closure: a loop of Type A to D, a closure of its own, or a follower."""

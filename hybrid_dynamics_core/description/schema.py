@@ -112,6 +112,12 @@ def _say_size(error: Any) -> str:
     return f"has {len(error.instance)} entries; expected {wanted}{hint}"
 
 
+def _say_choice(error: Any) -> str:
+    known = [str(choice) for choice in error.schema["enum"]]
+    hint = nearest(error.instance, known) if isinstance(error.instance, str) else ""
+    return f"is {error.instance!r}{hint}; expected one of {', '.join(known)}"
+
+
 _SAY: dict[str, Callable[[Any], str]] = {
     "required": _say_missing,
     "type": _say_type,
@@ -120,7 +126,7 @@ _SAY: dict[str, Callable[[Any], str]] = {
     "minProperties": _say_size,
     "maxProperties": _say_size,
     "dependentRequired": lambda _: "needs 'mass' beside it",
-    "enum": lambda e: f"is {e.instance!r}; expected one of {', '.join(map(str, e.schema['enum']))}",
+    "enum": _say_choice,
     "const": lambda e: f"is {e.instance!r}; expected {e.schema['const']!r}",
     "not": lambda e: f"has keys that exclude each other: {', '.join(e.instance)}",
     "minLength": lambda _: "is empty; expected a name",

@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw", "draw_margins", "draw_modes", "draw_on", "draw_workspace"]
+    from ..simulation import Simulation
+
+__all__ = ["draw", "draw_margins", "draw_modes", "draw_on", "draw_simulation", "draw_workspace"]
 
 
 def draw(
@@ -39,7 +41,7 @@ def draw(
     """Draw a robot: a side view where all of it moves in one plane, an oblique view where not.
 
     state: one closed state; the reference configuration if None.
-    path: where to write the figure, as .svg or .png.
+    path: where to write the figure, as .svg, .png or .pdf.
     names: which names are shown: none, those of the active joints, of all joints, or of links too.
     Raises InputError for a batch of states and for other suffixes, MissingPackageError without Matplotlib.
     """
@@ -133,6 +135,27 @@ def draw_margins(
     from .over import over_figure  # noqa: PLC0415
 
     figure = over_figure(robot, over, u, known_colour(colour), title)
+    if path is not None:
+        save(figure, Path(path))
+    return figure
+
+
+def draw_simulation(
+    robot: Robot,
+    motion: Simulation,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    title: str | None = None,
+) -> Figure:
+    """Draw a simulated motion of a robot over time: coordinates, rates, efforts, energy, and when something was met.
+
+    Raises InputError for a motion of other active joints, and as `draw` does.
+    """
+    _need_matplotlib()
+    from .figure import save  # noqa: PLC0415
+    from .simulation import simulation_figure  # noqa: PLC0415
+
+    figure = simulation_figure(robot, motion, title)
     if path is not None:
         save(figure, Path(path))
     return figure

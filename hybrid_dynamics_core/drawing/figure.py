@@ -47,13 +47,15 @@ def robot_figure(robot: Robot, state: ClosedState | None, names: Names, title: s
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as what the suffix says. Raises InputError for others than .svg and .png."""
+    """Write a figure as what the suffix says. Raises InputError for others than .svg, .png and .pdf."""
     suffix = path.suffix.lower()
-    if suffix not in (".svg", ".png"):
-        raise InputError(f"{path}: a drawing is written as .svg or .png, not as '{suffix}'")
+    if suffix not in (".svg", ".png", ".pdf"):
+        raise InputError(f"{path}: a drawing is written as .svg, .png or .pdf, not as '{suffix}'")
     with mpl.rc_context({**STYLE, "svg.fonttype": "none"}):
         if suffix == ".png":
             figure.savefig(path, dpi=150, pil_kwargs={"optimize": True})
+        elif suffix == ".pdf":
+            figure.savefig(path, metadata={"CreationDate": None})
         else:
             text = io.StringIO()
             figure.savefig(text, format="svg", metadata={"Date": None})

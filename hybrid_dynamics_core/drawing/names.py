@@ -60,5 +60,15 @@ def _links(scene: Scene) -> list[Label]:
             named.add(link)
             style = {"color": deep(scene.colours.get(link, INK)), "fontsize": 7.5, "fontstyle": "italic"}
             at = scene.view.flat(part.points.mean(axis=0))
-            labels.append(Label(link, at, scene.unit, style, f"name:link:{link}", QUIET, part.role == "plate"))
+            labels.append(
+                Label(
+                    scene.skeleton.names_on(link),
+                    at,
+                    scene.unit,
+                    style,
+                    f"name:link:{link}",
+                    QUIET,
+                    part.role == "plate",
+                )
+            )
     return labels

@@ -79,6 +79,11 @@ class Skeleton:
     arm: tuple[str, ...]
     links: tuple[str, ...]
     massless: frozenset[str]
+    parts: frozenset[str]  # names of frames that are links fixed to others
+
+    def names_on(self, link: str) -> str:
+        """The link and what is a part of it."""
+        return ", ".join([link, *(f.name for f in self.frames if f.link == link and f.name in self.parts)])
 
     @property
     def tip(self) -> PlacedFrame:
@@ -131,6 +136,7 @@ def place(robot: Robot, state: ClosedState) -> Skeleton:
         arm=arm,
         links=tuple(dict.fromkeys((description.base, *description.links))),
         massless=frozenset(name for name, link in description.links.items() if link.mass == 0.0),
+        parts=frozenset(description.parts),
     )
 
 

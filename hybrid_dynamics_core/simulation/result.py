@@ -7,18 +7,15 @@ import os
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from ..description.model import Array
 from ..dynamics.energy import Energy
-from ..errors import InputError, MissingPackageError
+from ..errors import InputError
 from ..state import ClosedState
 from .events import Event
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 FORMAT = 3
 _FORMER = {"t": "time", "ddu": "acceleration", "tau": "effort"}  # names of arrays in format 2
@@ -80,14 +77,6 @@ class Simulation:
     def residual(self) -> float:
         """Largest error of the loop equations over all samples."""
         return float(np.max(self.state.residual))
-
-    def plot(self) -> Figure:
-        """Coordinates, rates, efforts and energy over time. Raises MissingPackageError without Matplotlib."""
-        try:
-            from .plot import plot_simulation  # noqa: PLC0415  Matplotlib is optional
-        except ModuleNotFoundError as error:
-            raise MissingPackageError("matplotlib", "plot", "plots") from error
-        return plot_simulation(self)
 
     def table(self) -> tuple[tuple[str, ...], Array]:
         """Names of the columns, and (N, columns).

@@ -213,10 +213,11 @@ def test_command_of_its_own() -> None:
     assert not answer.stderr
 
 
-def test_simulation_is_told_saved_and_drawn(tmp_path: Path) -> None:
+@pytest.mark.parametrize("spelling", ["--draw", "--plot"])
+def test_simulation_is_told_saved_and_drawn(spelling: str, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     table, figure = tmp_path / "fall.csv", tmp_path / "fall.png"
-    answer = told("simulate", "five_bar", "--seconds", "0.2", "--save", str(table), "--plot", str(figure))
+    answer = told("simulate", "five_bar", "--seconds", "0.2", "--save", str(table), spelling, str(figure))
     assert answer["relative_energy_error"] < 1e-6
     assert answer["residual"] < 1e-10
     assert table.read_text(encoding="utf-8").count("\n") == answer["samples"] + 1

@@ -93,6 +93,7 @@ def test_message_names_file_line_key_and_expectation(tmp_path: Path, old: str, n
         assert not same_entry or error.line == changed
 
 
+CLOSING = {"{": "}", "[": "]"}
 OPEN = {  # what is changed, the bracket that stays open, and the lines after it in which reading ends
     "brace": ("inertia: {rod: {axis: z, length: b1}}}", "inertia: {rod: {axis: z, length: b1}}", "{mass: 81.3", 1),
     "inner brace": ("inertia: {rod: {axis: z, length: b1}}}", "inertia: {rod: {axis: z, length: b1", "{axis: z", 1),
@@ -110,6 +111,16 @@ def test_an_open_bracket_is_told_where_it_stands(tmp_path: Path, old: str, new: 
         load_text(tmp_path, text)
     assert caught.value.line == line
     assert f"'{opened[0]}' in column {column} is still open in line {line + after}, column " in str(caught.value)
+    end = f"a '{CLOSING[opened[0]]}' is missing, probably at the end of line "
+    assert (end in str(caught.value)) == (after > 0)  # on one line it is a comma, or a bracket of the other kind
+    assert "<scalar>" not in str(caught.value)
+
+
+def test_a_missing_brace_is_told_at_the_end_of_its_line(tmp_path: Path) -> None:
+    """Where the mapping goes over lines, at the last of them that says something."""
+    text = "format: 1\nlinks:\n  arm: {mass: 2,\n    com: [0, 0, 1]\n\n  # next\n  rod: {mass: 1}\n"
+    with pytest.raises(DescriptionError, match=r"a '}' is missing, probably at the end of line 4$"):
+        load_text(tmp_path, text)
 
 
 def test_an_open_quote_is_told_where_it_stands(tmp_path: Path) -> None:

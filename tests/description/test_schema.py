@@ -48,7 +48,7 @@ def test_every_property_is_described() -> None:
     told = dict(properties({**schema, "if": None}))
     assert len(told) > 100
     for path, entry in told.items():
-        if set(entry) == {"const"} and ".if." in path:
+        if set(entry) <= {"const", "enum"} and ".if." in path:
             continue
         definition = schema["$defs"][entry["$ref"].rpartition("/")[2]] if "$ref" in entry else {}
         assert "description" in entry or "description" in definition, path
@@ -154,3 +154,20 @@ def test_a_slip_anywhere_is_a_message_or_another_robot(path: Path) -> None:
             said.append(str(error))
     assert all("slip.yaml" in message for message in said)
     assert said
+
+
+@pytest.mark.parametrize(
+    ("joint", "words"),
+    [
+        (
+            "{type: fixd, parent: base, child: arm}",
+            r"a\.type: is 'fixd' \(did you mean 'fixed'\?\); expected one of rev",
+        ),
+        ("{type: prismatic, parent: base, child: arm}", "a: missing 'axis'"),
+        ("{parent: base, child: arm}", "a: missing 'type'"),
+    ],
+)
+def test_a_wrong_type_is_told_before_what_it_would_need(joint: str, words: str) -> None:
+    text = f"format: 1\nname: arm\nlinks: {{base: {{}}, arm: {{}}}}\njoints:\n  a: {joint}\nactive: [a]\n"
+    with pytest.raises(DescriptionError, match=words):
+        parse_description(f"{text}end_effector: {{link: arm}}\n")

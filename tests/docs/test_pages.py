@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import builtins
 import re
 from pathlib import Path
 from typing import Any
@@ -43,7 +45,13 @@ def test_every_block_runs(read: Any, page: str) -> None:
 def needs(page: str) -> None:
     """Skip where a library that the page's blocks use is not installed."""
     text = "".join(block.text for block in blocks_of(page) if not block.left_out)
-    libraries = {"--draw": "matplotlib", "--plot": "matplotlib", "draw(": "matplotlib", "hybrid-dynamics": "click"}
+    libraries = {
+        "--draw": "matplotlib",
+        "--plot": "matplotlib",
+        "draw(": "matplotlib",
+        "draw_simulation(": "matplotlib",
+        "hybrid-dynamics": "click",
+    }
     libraries |= {"bag ": "rosbags"}
     for sign, library in libraries.items():
         if sign in text:
@@ -72,6 +80,19 @@ def test_the_readme_runs(read: Any) -> None:
     scope = read("README.md")
     assert scope["robot"].name == "crank_and_cylinder"
     assert scope["state"].residual < 1e-12
+
+
+def test_python_of_the_readme_stands_alone() -> None:
+    """A block that loads a robot can be copied into a script of its own."""
+    needed = {}
+    for block in blocks_of("README.md"):
+        if block.language == "python" and " = load(" in block.text:
+            names = [node for node in ast.walk(ast.parse(block.text)) if isinstance(node, ast.Name)]
+            made = {node.id for node in names if isinstance(node.ctx, ast.Store)} | set(dir(builtins))
+            made |= set(re.findall(r"\b\w+\b", " ".join(re.findall(r"import (.*)", block.text))))
+            needed[block.where] = {node.id for node in names} - made
+    assert len(needed) >= 5
+    assert not any(needed.values()), needed
 
 
 def test_figure_10_is_made(read: Any, tmp_path: Path) -> None:

@@ -136,8 +136,8 @@ def test_a_batch_and_an_open_state_are_refused(forging: Robot) -> None:
 
 
 def test_other_formats_and_unknown_choices_are_refused(forging: Robot, tmp_path) -> None:
-    with pytest.raises(InputError, match=r"\.svg or \.png, not as '\.pdf'"):
-        draw(forging, path=tmp_path / "robot.pdf")
+    with pytest.raises(InputError, match=r"\.svg, \.png or \.pdf, not as '\.jpg'"):
+        draw(forging, path=tmp_path / "robot.jpg")
     with pytest.raises(InputError, match="none of none, active, joints, all"):
         draw(forging, names="some")
     assert not list(tmp_path.iterdir())

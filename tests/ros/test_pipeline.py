@@ -202,6 +202,7 @@ def test_restarts_are_counted_by_kind(pipeline):
         StampEvent.CONFLICT: 1,
     }
     assert "1 backward stamp" in pipeline.counts.summary()
+    assert pipeline.gap == pytest.approx(0.895)
 
 
 def test_a_reset_forgets_the_samples(pipeline):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +10,6 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import ClosedState, InputError, Robot, load
-from hybrid_dynamics_core.errors import MissingPackageError
 from hybrid_dynamics_core.simulation import Settings, Simulation, load_simulation, simulate
 from tests.mechanisms import describe, mechanism
 from tests.robots import random_states, robot
@@ -251,21 +249,27 @@ class TestRecord:
             with pytest.raises(InputError, match="not a saved simulation"):
                 load_simulation(tmp_path / name)
 
-    def test_plot(self, motion: Simulation, tmp_path: Path) -> None:
+    def test_picture(self, motion: Simulation, tmp_path: Path) -> None:
+        """In the look of all pictures: a title, what is shown, every joint named, units of its joints alone."""
         pytest.importorskip("matplotlib")
-        figure = motion.plot()
-        assert len(figure.axes) == 4
-        figure.savefig(tmp_path / "fall.png")
-        assert (tmp_path / "fall.png").stat().st_size > 10_000
+        from hybrid_dynamics_core.drawing import draw_simulation
 
-    def test_plot_without_matplotlib_says_what_to_install(
-        self, motion: Simulation, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        monkeypatch.delitem(sys.modules, "hybrid_dynamics_core.simulation.plot", raising=False)
-        for name in ("matplotlib", "matplotlib.figure"):
-            monkeypatch.setitem(sys.modules, name, None)
-        with pytest.raises(MissingPackageError, match="with its extra 'plot'"):
-            motion.plot()
+        machine = load(motion.robot)
+        figure = draw_simulation(machine, motion, tmp_path / "fall.svg")
+        assert [ax.get_ylabel() for ax in figure.axes] == [
+            "u [rad, m]",
+            "u' [rad/s, m/s]",
+            "tau [N m, N]",
+            "energy [J]",
+        ]
+        text = (tmp_path / "fall.svg").read_text(encoding="utf-8")
+        assert all(words in text for words in (*motion.names, motion.message, "simulated motion"))
+        draw_simulation(machine, motion, tmp_path / "fall.pdf")
+        assert (tmp_path / "fall.pdf").read_bytes().startswith(b"%PDF")
+        with pytest.raises(InputError, match=r"not as '\.xls'"):
+            draw_simulation(machine, motion, tmp_path / "fall.xls")
+        with pytest.raises(InputError, match="the active joints of five_bar are"):
+            draw_simulation(load("five_bar"), motion)
 
 
 class TestProgress:

@@ -1,0 +1,139 @@
+"""What the command tells of a robot that a newcomer wrote: parts, limits that are cut, values beyond them."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+
+from hybrid_dynamics_cli.app import app
+from hybrid_dynamics_core import load
+
+LIFT = """\
+format: 1
+name: lift
+links:
+  base: {}
+  crank: {mass: 10, com: [0.4, 0, 0], inertia: {rod: {axis: x, length: 0.8}}}
+  barrel: {mass: 4, com: [0.2, 0, 0], inertia: {rod: {axis: x, length: 0.4}}}
+  rod: {mass: 2, com: [-0.2, 0, 0], inertia: {rod: {axis: x, length: 0.4}}}
+  bucket: {mass: 1, inertia: {sphere: {radius: 0.1}}}
+  cap: {}
+joints:
+  q1: {type: revolute, parent: base, child: crank, origin: {rpy: [pi/2, 0, 0]}, axis: z}
+  q2: {type: revolute, parent: base, child: barrel, origin: {xyz: [0.3, 0, -0.5], rpy: [pi/2, 0, 0]}, axis: z,
+       limits: [0, 1.1]}
+  stroke: {type: prismatic, parent: barrel, child: rod, origin: {xyz: [0.4, 0, 0]}, axis: x, limits: [0, 0.95]}
+  mount: {type: fixed, parent: crank, child: bucket, origin: {xyz: [0.8, 0, 0]}}
+  lid: {type: fixed, parent: bucket, child: cap}
+loops:
+  lift: {type: A, base: base, arm: crank, k1: barrel, k2: rod, pin: {rod: [0, 0, 0], crank: [0.6, 0, 0]},
+         assembly: clockwise}
+active: [stroke]
+end_effector: {link: bucket}
+reference: {stroke: 0.1}
+"""
+
+
+def call(*arguments: str) -> Result:
+    return CliRunner().invoke(app, arguments)
+
+
+@pytest.fixture
+def lift(tmp_path: Path) -> str:
+    place = tmp_path / "lift.yaml"
+    place.write_text(LIFT, encoding="utf-8")
+    return str(place)
+
+
+def told(*arguments: str) -> dict[str, Any]:
+    result = call(*arguments, "--json")
+    assert result.exit_code == 0, result.output
+    answer: dict[str, Any] = json.loads(result.stdout)
+    return answer
+
+
+@pytest.mark.parametrize("verb", ["check", "info"])
+def test_links_fixed_to_others_are_told(verb: str, lift: str) -> None:
+    output = call(verb, lift).output
+    assert "6 links in 4 bodies" in output
+    assert "bucket, cap (without a mass) are part of crank" in output
+    parts = told(verb, lift)["parts"]
+    assert parts == {"bucket": {"part_of": "crank", "mass": 1.0}, "cap": {"part_of": "crank", "mass": 0.0}}
+    assert "6 links," in call(verb, "five_bar").output
+
+
+def test_names_of_parts_are_drawn(lift: str, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    place = tmp_path / "lift.svg"
+    assert call("check", lift, "--draw", str(place), "--names", "all").exit_code == 0
+    assert "crank, bucket, cap" in place.read_text(encoding="utf-8")
+
+
+def test_masses_are_told_with_what_is_fixed_to_a_body(lift: str) -> None:
+    links = told("info", lift)["links"]
+    assert links["crank"] == {"mass": 11.0, "com": pytest.approx([(10 * 0.4 + 0.8) / 11, 0.0, 0.0])}
+    assert re.search(r"^crank +11 +0.436364 +0 +0$", call("info", lift).output, re.MULTILINE)
+
+
+@pytest.mark.parametrize("verb", ["check", "info"])
+def test_a_limit_that_the_loop_cuts_is_told(verb: str, lift: str) -> None:
+    most = load(lift).limits[0, 1]  # where crank and cylinder are in line
+    note = f"stroke: the file allows 0 to 0.95; its loop closes from 0 to {most:.6g}"
+    assert f"note: {note}" in call(verb, lift).output
+    assert note in told(verb, lift)["notes"]
+    assert "the file allows" not in call(verb, "excavator").output
+
+
+@pytest.mark.parametrize("verb", ["fk", "id", "fd"])
+def test_values_beyond_a_limit_are_noted_and_answered(verb: str, lift: str) -> None:
+    """Limits bind no model: the answer stays, with a word on stderr, of passive joints too."""
+    result = call(verb, lift, "-u", "0.3", "--json")
+    assert result.exit_code == 0
+    assert re.fullmatch(r"note: q2 = 1.1\d+ rad is beyond its limit 1.1 rad\n", result.stderr)
+    (found,) = json.loads(result.stdout)["beyond_limits"]
+    assert (found["name"], found["limit"]) == ("q2", 1.1)
+    within = call(verb, lift, "-u", "0.1", "--json")
+    assert not within.stderr
+    assert json.loads(within.stdout)["beyond_limits"] == []
+
+
+def test_a_seed_beyond_a_limit_is_noted() -> None:
+    result = call("ik", "ankle", "--position", "0", "0", "0", "--axes", "x", "--seed", "q_L=0.7")
+    assert "note: q_L = 0.7 rad is beyond its limit 0.6 rad" in result.stderr
+
+
+def test_modes_without_a_picture_are_refused(lift: str) -> None:
+    result = call("check", lift, "--modes")
+    assert result.exit_code == 2
+    assert "give --draw FILE too" in result.output
+
+
+def test_modes_tell_where_the_end_effector_is() -> None:
+    robot = load("five_bar")
+    places = [robot.forward_kinematics(mode.state).position.tolist() for mode in robot.assembly_modes(robot.reference)]
+    assert [mode["position"] for mode in told("branches", "five_bar")["modes"]] == places
+    assert "x, y, z of end_effector in base" in call("branches", "five_bar").output
+
+
+def test_the_end_of_a_motion_is_told_once() -> None:
+    output = call("simulate", "excavator", "--seconds", "1").output
+    assert output.count("q22 reached its lower limit 0.32") == 1
+    assert "energy error " in output
+
+
+def test_units_of_a_picture_are_those_of_the_joints(lift: str, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    place = tmp_path / "fall.svg"
+    assert call("simulate", lift, "--seconds", "0.05", "--draw", str(place)).exit_code == 0
+    text = place.read_text(encoding="utf-8")
+    assert all(label in text for label in ("u [m]", "u' [m/s]", "tau [N]"))
+
+
+def test_one_is_told_in_the_singular(lift: str) -> None:
+    Path(lift).write_text(LIFT.replace("active: [stroke]", "active: [stroke, q1]"), encoding="utf-8")
+    assert "1 degree of freedom; name 1" in call("check", lift).output
