@@ -60,7 +60,33 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON f
 def vector_option(*names: str, **more: Any) -> Callable[[Command], Command]:
     """An option for one value per active joint: `0,0.1,0.15,0`, or `q12=0.1,q4=pi/2` where the others stay."""
     more["help"] = f"{more['help']} As 0,0.1,30*deg or by name, q12=0.1,q4=pi/2."
-    return click.option(*names, metavar="VALUES", **more)
+    return click.option(*names, metavar="VALUES", shell_complete=_complete_values, **more)
+
+
+def frame_option(text: str) -> Callable[[Command], Command]:
+    """An option for the name of a frame or link."""
+    return click.option("--frame", metavar="NAME", shell_complete=_complete_frames, help=text)
+
+
+def _complete_frames(ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[str]:
+    robot = _robot_so_far(ctx)
+    return [] if robot is None else [name for name in robot.frames if name.startswith(incomplete)]
+
+
+def _complete_values(ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[str]:
+    """Active joints by name, behind those that are there already."""
+    robot, (there, comma, begun) = _robot_so_far(ctx), incomplete.rpartition(",")
+    told = {part.partition("=")[0].strip() for part in there.split(",")}
+    names = [] if robot is None else [name for name in robot.active if name not in told]
+    return [f"{there}{comma}{name}=" for name in names if name.startswith(begun)]
+
+
+def _robot_so_far(ctx: click.Context) -> Robot | None:
+    """The robot that a line being typed names; click leaves it among the arguments while a value is missing."""
+    try:
+        return load(ctx.params.get("robot") or next(word for word in ctx.args if not word.startswith("-")))
+    except Exception:  # noqa: BLE001 - a shell that completes wants no errors
+        return None
 
 
 def loaded(robot: str) -> Robot:

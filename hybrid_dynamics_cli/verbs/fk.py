@@ -9,7 +9,7 @@ import numpy as np
 
 from ..limits import beyond
 from ..output import ROUNDING, number, show, table, unit
-from ..parameters import json_option, loaded, robot_argument, vector, vector_option
+from ..parameters import frame_option, json_option, loaded, robot_argument, vector, vector_option
 
 EPILOG = """\b
 Examples:
@@ -22,7 +22,7 @@ Examples:
 @robot_argument
 @vector_option("-u", "--u", help="Active coordinates; the robot's reference where left out.")
 @vector_option("--du", help="Their rates; zero where left out.")
-@click.option("--frame", metavar="NAME", help="A frame or link in place of the end effector.")
+@frame_option("A frame or link in place of the end effector.")
 @json_option
 def command(robot: str, u: str | None, du: str | None, frame: str | None, as_json: bool) -> None:
     """Pose of the end effector, and all coordinates, from the active ones."""

@@ -10,7 +10,16 @@ from hybrid_dynamics_core import Margins, Robot, SampleStatus, Workspace
 from hybrid_dynamics_core.drawing.options import Colour
 
 from ..output import number, show, table, unit
-from ..parameters import json_option, loaded, output_path, pair, robot_argument, vector, vector_option
+from ..parameters import (
+    frame_option,
+    json_option,
+    loaded,
+    output_path,
+    pair,
+    robot_argument,
+    vector,
+    vector_option,
+)
 
 NEAR = 0.1  # distance to a singularity below which a sample is told as near one
 FATES = {
@@ -36,7 +45,7 @@ Ends with 1 where no sample is reachable.
 @click.option(
     "--range", "ranges", multiple=True, metavar="NAME=LOW:HIGH", help="Narrower range of an active joint; repeatable."
 )
-@click.option("--frame", metavar="NAME", help="A frame or link in place of the end effector.")
+@frame_option("A frame or link in place of the end effector.")
 @click.option("--draw", "picture", metavar="FILE", help="Draw a map to an .svg or .png file.")
 @click.option("--over", metavar="A,B", help="Draw over these two active joints, not over the plane.")
 @vector_option("-u", "--u", help="With --over: where the other active joints stay; the reference where left out.")

@@ -114,8 +114,15 @@ def test_exit_codes_stand_under_help() -> None:
         (["bag", "report", "results", "--robot"], "exc", "excavator"),
         (["workspace", "ankle", "--colour"], "l", "limits"),
         (["check", "ankle"], "--d", "--draw"),
+        (["fk", "excavator", "--frame"], "buck", "bucket"),
+        (["fk", "forging_chu2020", "-u"], "q1=0.1,q12=0.1,q2", "q1=0.1,q12=0.1,q22="),
     ],
 )
 def test_shells_complete_verbs_options_and_robots(words: list[str], incomplete: str, wanted: str) -> None:
     complete = ShellComplete(app, {}, "hybrid-dynamics", "_HYBRID_DYNAMICS_COMPLETE")
     assert [item.value for item in complete.get_completions(words, incomplete)] == [wanted]
+
+
+def test_shells_complete_nothing_of_a_robot_that_is_none() -> None:
+    complete = ShellComplete(app, {}, "hybrid-dynamics", "_HYBRID_DYNAMICS_COMPLETE")
+    assert complete.get_completions(["fk", "nowhere.yaml", "--frame"], "") == []
