@@ -67,6 +67,10 @@ class Verbs(Group):
             return super().invoke(ctx)
         except HybridDynamicsError as error:
             raise click.ClickException(str(error)) from error
+        except BrokenPipeError:
+            raise  # who read the output has gone: click ends in silence
+        except (OSError, EOFError) as error:
+            raise click.ClickException(f"{type(error).__name__}: {error}") from error
         except FloatingPointError as error:
             raise click.ClickException(f"the numbers are beyond what can be computed with: {error}") from error
 

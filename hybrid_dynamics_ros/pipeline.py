@@ -147,15 +147,16 @@ class Pipeline:
         """Forget the samples so far; the counts stay."""
         self._state, self._near = None, self.mode
 
-    def process(self, sample: JointSample) -> MotionResult | Rejection:
+    def process(self, sample: JointSample, *, estimate: bool = True) -> MotionResult | Rejection:
         """The result of one sample, or why there is none.
 
         A sample with accelerations is taken as it is and needs velocities too; it leaves the filter alone. A
         rejected sample leaves the filter alone as well. Raises nothing for any content of the sample.
+        estimate: whether the filter tells the rates that the sample lacks; if not, they stay unknown.
         """
         self.counts.received += 1
         try:
-            result = self._process(sample)
+            result = self._process(sample, estimate=estimate)
         except RejectedError as error:
             return self.reject(error.rejection)
         except HybridDynamicsError as error:
@@ -180,14 +181,14 @@ class Pipeline:
         self.counts.received += 1
         return self.reject(rejection)
 
-    def _process(self, sample: JointSample) -> MotionResult:
+    def _process(self, sample: JointSample, *, estimate: bool) -> MotionResult:
         if self._direct and self.mode is None and self.calibration is None:
-            return self._answer(sample)  # without NumPy's arithmetic
+            return self._answer(sample, estimate=estimate)  # without NumPy's arithmetic
         # Numbers near the end of the range overflow somewhere in the model: the result is checked.
         with np.errstate(all="ignore"):
-            return self._answer(sample)
+            return self._answer(sample, estimate=estimate)
 
-    def _answer(self, sample: JointSample) -> MotionResult:
+    def _answer(self, sample: JointSample, *, estimate: bool) -> MotionResult:
         if sample.stamp_ns < 0:
             raise RejectedError(RejectionCode.BAD_STAMP, f"stamp is {sample.stamp_ns} ns, expected 0 or more")
         motion = self._order.arrange(sample)
@@ -196,10 +197,12 @@ class Pipeline:
         if motion.acceleration is not None:
             motion.complete()
             return self._evaluate(sample.stamp_ns, motion, None)
-        state, estimate = self._estimate(sample.stamp_ns, motion)
-        motion = ActiveMotion(motion.position, estimate.velocity, estimate.acceleration)
-        result = self._evaluate(sample.stamp_ns, motion, estimate.event)
-        if estimate.event is StampEvent.GAP and self._state is not None:
+        if not estimate:
+            return self._evaluate(sample.stamp_ns, motion, None)
+        state, rates = self._estimate(sample.stamp_ns, motion)
+        motion = ActiveMotion(motion.position, rates.velocity, rates.acceleration)
+        result = self._evaluate(sample.stamp_ns, motion, rates.event)
+        if rates.event is StampEvent.GAP and self._state is not None:
             self.gap = (sample.stamp_ns - self._state.filter.stamp_ns) * 1e-9
         self._state = state  # only now: a sample that the model refused must not reach the filter
         return result

@@ -10,6 +10,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+_LARGEST = 2**63 - 1  # of NumPy's integers
+
 
 class Throttle:
     """Lets one line of each kind through in a period, and counts those it held back."""
@@ -68,7 +70,7 @@ class Pace:
         """Whether the message with this stamp [ns] goes out at this rate [Hz]; 0: all do, below: none."""
         if rate <= 0.0:
             return rate == 0.0
-        period = round(1e9 / rate)
+        period = _period(rate)
         early = stamp_ns < self._next and stamp_ns >= self._last  # an earlier stamp starts anew
         self._last = stamp_ns
         if early:
@@ -84,8 +86,10 @@ class Pace:
             return np.arange(len(stamps_ns) if rate == 0.0 else 0)
         if not len(stamps_ns) or stamps_ns[0] < self._last or (np.diff(stamps_ns) < 0).any():
             return np.flatnonzero([self.due(stamp, rate) for stamp in stamps_ns.tolist()])
-        period = round(1e9 / rate)
+        period = _period(rate)
         steps = min((int(stamps_ns[-1]) - self._next) // period + 1, len(stamps_ns))
+        if self._next + period * max(steps, 1) > _LARGEST:
+            return self._one_by_one(stamps_ns.tolist(), rate)
         grid = self._next + period * np.arange(steps)
         found = np.searchsorted(stamps_ns, grid)
         if not (stamps_ns[found] - grid < period).all():
@@ -104,3 +108,8 @@ class Pace:
             at = bisect_left(stamps_ns, self._next, at + 1)
         self._last = stamps_ns[-1]
         return np.array(rows, dtype=np.intp)
+
+
+def _period(rate: float) -> int:
+    """Of a rate above 0 [ns]; of one below once in 146 years, that."""
+    return round(min(1e9 / rate, _LARGEST / 2))

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import zlib
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, BinaryIO
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -129,7 +131,7 @@ def load_simulation(path: str | os.PathLike[str]) -> Simulation:
         with np.load(path, allow_pickle=False) as file:
             head = json.loads(str(file["head"]))
             arrays = {k: file[k] for k in file.files if k != "head"}
-    except (OSError, KeyError, ValueError) as error:
+    except (OSError, KeyError, ValueError, TypeError, EOFError, BadZipFile, zlib.error) as error:
         raise InputError(f"{path} is not a saved simulation: {error}") from error
     if head.get("format") == 2:
         arrays = {_FORMER.get(k, k): v for k, v in arrays.items()}

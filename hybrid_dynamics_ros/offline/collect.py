@@ -143,7 +143,8 @@ class _Kept:
     bad: list[tuple[int, str]] = field(default_factory=list)
     intervals: list[NDArray[np.int64]] = field(default_factory=list)
     last: int | None = None
-    measured: bool = True  # whether all samples had velocities
+    with_velocity: int = 0  # samples
+    without: int = 0
 
 
 def collect(
@@ -182,7 +183,9 @@ def collect(
                     _watch(kept, samples, settings[MAX_GAP])
                     if computed or pipeline.measured != machine.active:
                         samples.effort[:] = np.nan
-                    kept.measured &= bool(samples.measured[_usable(samples)].all())
+                    measured = samples.measured[_usable(samples)]
+                    kept.with_velocity += int(measured.sum())
+                    kept.without += int((~measured).sum())
                     parts.append(samples)
                     if smooth == "causal":
                         _keep(kept, errors, samples, bulk.process(samples), every)
@@ -199,7 +202,7 @@ def collect(
     if not kept.motions:
         told = "; ".join(f"{code}: {text}" for code, text in bulk.first_rejections.items())
         raise BagError(f"{path}: {name}: no sample can be used ({pipeline.counts.summary()}) {told}")
-    lag = pipeline.acceleration_lag(measured=kept.measured)
+    lag = pipeline.acceleration_lag(measured=kept.with_velocity >= kept.without)  # of most samples
     return _track(machine, pipeline.loads, name, kept, errors, every, pipeline.counts, losses, smooth, lag)
 
 

@@ -53,7 +53,7 @@ def writer() -> Callable[[Sequence[Records]], None] | None:
 
 def _fits(column: Bytes, start: int, rows: int, size: int) -> bool:
     count, width = column.shape
-    return count == rows and 0 <= start <= size - width and (width == 1 or column.strides[1] == 1)
+    return count == rows and 0 <= start <= size - width and (width <= 1 or column.strides[1] == 1)
 
 
 def _column(start: int, values: Bytes) -> tuple[int, ...]:

@@ -219,6 +219,10 @@ class McapFile:
             return
         numbers = _gathered(data, starts + _RECORD.size, "<u2")
         times = _gathered(data, starts + _RECORD.size + 6, "<u8").astype(np.int64)
+        late = times < 0  # beyond 2^63 ns: the year 2262
+        if late.any():
+            self._lose(f"{int(late.sum())} messages with log times beyond the year 2262")
+            numbers, times, starts, lengths = numbers[~late], times[~late], starts[~late], lengths[~late]
         for number in np.unique(numbers).tolist():
             if number not in self._channels:
                 self._lose(f"{int((numbers == number).sum())} messages of channel {number}, which is not described")

@@ -189,7 +189,12 @@ def new_bag(path: Path, topics: Sequence[Topic], notes: Mapping[str, str] | None
             raise
         if path.exists():
             path.rename(aside / "replaced")
-        (aside / path.name).rename(path)
+        try:
+            (aside / path.name).rename(path)
+        except BaseException:
+            if (aside / "replaced").exists():
+                (aside / "replaced").rename(path)
+            raise
     finally:
         shutil.rmtree(aside, ignore_errors=True)
 

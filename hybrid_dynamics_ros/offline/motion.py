@@ -97,9 +97,20 @@ class BulkPipeline:
         return self._one_by_one(samples)
 
     def smoothed(self, samples: Samples, estimates: Estimates) -> Motion | None:
-        """The same with estimates that were made elsewhere, for all samples."""
-        with np.errstate(all="ignore"):
-            return self._process(samples, estimates)
+        """The same with estimates that were made elsewhere, for all samples; those not known stay so."""
+        if self._direct and not self._late(samples):
+            try:
+                with np.errstate(all="ignore"):
+                    return self._process(samples, estimates)
+            except (_UnusualError, HybridDynamicsError):
+                pass  # nothing was changed yet
+        calibration = self.pipeline.calibration
+        samples = samples.calibrated(calibration)
+        self.pipeline.calibration = None  # estimates are of the joints, not of their sensors
+        try:
+            return self._one_by_one(samples, estimates)
+        finally:
+            self.pipeline.calibration = calibration
 
     @staticmethod
     def _late(samples: Samples) -> bool:
@@ -222,7 +233,7 @@ class BulkPipeline:
     def _remember(self, rejection: Rejection) -> None:
         self.first_rejections.setdefault(rejection.code.value, rejection.text)
 
-    def _one_by_one(self, samples: Samples) -> Motion | None:
+    def _one_by_one(self, samples: Samples, given: Estimates | None = None) -> Motion | None:
         found: list[tuple[int, MotionResult]] = []
         for row in range(len(samples)):
             if row in samples.broken:
@@ -230,21 +241,22 @@ class BulkPipeline:
             if row in samples.rejected:
                 self._remember(self.pipeline.reject_unread(samples.rejected[row]))
                 continue
-            velocity = samples.velocity[row] if samples.measured[row] else None
-            result = self.pipeline.process(
-                JointSample(
-                    stamp_ns=int(samples.stamp_ns[row]),
-                    names=self.pipeline.measured,
-                    position=samples.position[row],
-                    velocity=velocity,
-                    acceleration=None if samples.acceleration is None else samples.acceleration[row],
-                )
-            )
+            result = self.pipeline.process(self._sample(samples, row, given), estimate=given is None)
             if isinstance(result, Rejection):
                 self._remember(result)
             else:
                 found.append((row, result))
         return _stacked(samples, found) if found else None
+
+    def _sample(self, samples: Samples, row: int, given: Estimates | None) -> JointSample:
+        if given is not None:
+            velocity = given.velocity[row] if given.moving[row] else None
+            acceleration = given.acceleration[row] if given.driven[row] else None
+        else:
+            velocity = samples.velocity[row] if samples.measured[row] else None
+            acceleration = None if samples.acceleration is None else samples.acceleration[row]
+        stamp = int(samples.stamp_ns[row])
+        return JointSample(stamp, self.pipeline.measured, samples.position[row], velocity, acceleration)
 
 
 def _stacked(samples: Samples, found: Sequence[tuple[int, MotionResult]]) -> Motion:

@@ -31,6 +31,8 @@ def known_robot(bag: Path) -> Robot:
     Raises:
         BagError: the bag does not tell, or tells of a file that is not there any more or is not what it was.
     """
+    if not bag.exists():
+        raise BagError(f"{bag}: there is no such bag")
     notes = _notes(bag)
     name = notes.get(_NAME)
     if name is None:

@@ -212,7 +212,7 @@ class _Worker:
                     self._bag.write(list(Block.copies(self._bag.channels[name], messages)))
                     self._watch.lap("writing")
                 for part in _pieces(messages) if name == topic else ():
-                    samples = self._decode(part, done)
+                    samples = self._decode(part)
                     if self._job.smooth == "causal":
                         self._emit(self._bulk.process(samples))
                     else:
@@ -227,8 +227,8 @@ class _Worker:
         outcome.rejections = self._bulk.first_rejections
         outcome.duration = max(self._last - self._first, 0) * 1e-9
 
-    def _decode(self, messages: Messages, done: int) -> Samples:
-        samples = self._decoder.decode(messages)
+    def _decode(self, messages: Messages) -> Samples:
+        samples, done = self._decoder.decode(messages), self._outcome.samples
         self._in_bulk += samples.bulk
         self._outcome.samples += len(samples)
         for row, text in samples.broken.items():

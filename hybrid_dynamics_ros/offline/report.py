@@ -83,7 +83,7 @@ def write_report(track: Track, title: str, path: Path) -> None:
 def _head(track: Track) -> str:
     begin = datetime.fromtimestamp(track.start_ns * 1e-9, UTC).strftime("%d %B %Y, %H:%M:%S UTC")
     shown = "" if track.every == 1 else f"; one sample in {track.every} is shown, statistics are over all"
-    told = f"{track.robot.name}, {html.escape(track.topic)}, {track.time.max():.1f} s from {begin}{shown}"
+    told = f"{html.escape(track.robot.name)}, {html.escape(track.topic)}, {track.time.max():.1f} s from {begin}{shown}"
     return f'<p class="quiet">{told}</p>'
 
 

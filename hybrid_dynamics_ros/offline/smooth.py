@@ -18,6 +18,7 @@ from hybrid_dynamics_ros.samples import FloatArray
 _DEGREE = 5  # of the spline: accelerations are cubic
 _ORDER = 4  # of Savitzky-Golay polynomials
 _LEAST = 12  # samples between two gaps
+_AT_ONCE = 2048  # samples that are closed together
 
 
 def joined(parts: Sequence[Samples]) -> Samples:
@@ -65,6 +66,7 @@ def estimates_of(samples: Samples, method: str, pipeline: Pipeline) -> Estimates
     usable = np.ones(count, dtype=bool)
     usable[[*samples.rejected, *samples.broken]] = False
     out.velocity[usable] = np.where(samples.measured[usable, None], velocity[usable], 0.0)
+    usable &= _sound(samples, pipeline)
     filt = pipeline._estimator._velocity_filter  # noqa: SLF001 - the same bandwidth and gap as the node's
     for rows in _runs(np.flatnonzero(usable), samples, filt.max_gap):
         time = (samples.stamp_ns[rows] - samples.stamp_ns[rows[0]]) * 1e-9
@@ -76,6 +78,21 @@ def estimates_of(samples: Samples, method: str, pipeline: Pipeline) -> Estimates
         out.velocity[rows], out.acceleration[rows] = rates, accelerations
         out.moving[rows] = out.driven[rows] = True
     return out
+
+
+def _sound(samples: Samples, pipeline: Pipeline) -> NDArray[np.bool_]:
+    """Which samples the model can take: others, such as one beyond all numbers, spoil the rates of their neighbours."""
+    sound = np.isfinite(samples.position).all(axis=1) & (np.isfinite(samples.velocity).all(axis=1) | ~samples.measured)
+    if pipeline.measured != pipeline.robot.active or pipeline.mode is not None:
+        return sound
+    rows = np.flatnonzero(sound)
+    for some in np.array_split(rows, len(rows) // _AT_ONCE + 1):
+        if len(some):
+            rates = np.where(samples.measured[some, None], samples.velocity[some], 0.0)
+            with np.errstate(all="ignore"):
+                state = pipeline.robot.close(samples.position[some], rates, check=False)
+            sound[some] = np.asarray(state.status) == 0
+    return sound
 
 
 def _runs(rows: NDArray[np.intp], samples: Samples, gap: float) -> Iterator[NDArray[np.intp]]:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -133,8 +135,14 @@ def _csv(path: Path) -> dict[str, FloatArray]:
 
 def _npz(path: Path, robot: Robot) -> tuple[dict[str, FloatArray], list[str]]:
     """Columns by name, and the arrays that are none."""
-    with np.load(path, allow_pickle=False) as file:
-        found: dict[str, Any] = dict(file)
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            found: dict[str, Any] = dict(file)
+    except (BadZipFile, EOFError, TypeError, zlib.error) as error:
+        raise ValueError(f"it is damaged, or no .npz file ({error})") from error
+    for name, values in found.items():
+        if values.ndim and values.dtype.kind not in "fiub" and name != "head":
+            raise ValueError(f"{name} holds {values.dtype.name} values; expected real numbers")
     arrays = {
         part: next((key for key in keys if key in found and found[key].ndim == 2), None)
         for part, keys in _ARRAYS.items()

@@ -261,3 +261,20 @@ def test_bags_need_no_ros():
         "import sys, hybrid_dynamics_ros.offline.process; sys.exit(bool({'rclpy', 'sensor_msgs'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False, cwd=ROOT).returncode == 0
+
+
+def test_log_times_beyond_the_numbers_of_the_reader_are_told(forging, tmp_path):
+    pairs = recorded(forging, 30)
+    late = [(2**63 + 5 if k == 10 else log, data) for k, (log, data) in enumerate(pairs)]
+    path = bag(tmp_path / "in", late)
+    outcome = process(Job(path, tmp_path / "out", "forging_chu2020"))
+    assert "29 received" in outcome.summary
+    assert any("1 messages with log times beyond the year 2262" in told for told in outcome.losses)
+
+
+@pytest.mark.parametrize("keep", [False, True])
+def test_a_loss_names_the_number_of_its_message(keep, forging, tmp_path):
+    pairs = recorded(forging, 3000)
+    pairs[2500] = (pairs[2500][0], pairs[2500][1][:20])
+    outcome = process(Job(bag(tmp_path / "in", pairs), tmp_path / "out", "forging_chu2020", keep=keep))
+    assert [told.split(",")[0] for told in outcome.losses] == ["message 2500"]

@@ -1,0 +1,67 @@
+"""Smoothing that looks ahead: stand-in joints, and samples that the model cannot take."""
+
+import numpy as np
+import pytest
+
+from hybrid_dynamics_core import load
+from hybrid_dynamics_ros.offline.collect import collect
+from hybrid_dynamics_ros.offline.mcap_chunk import Block, Packer, zstd
+from hybrid_dynamics_ros.offline.mcap_file import PREFIX
+from hybrid_dynamics_ros.offline.process import Job, process
+from hybrid_dynamics_ros.offline.source import Messages
+from hybrid_dynamics_ros.parameters import MEASURED, Settings
+from hybrid_dynamics_ros.throttle import Pace
+from tests.bags.messages import START, bag, joint_state, motion_of
+
+MS = 10**6
+
+
+@pytest.mark.parametrize("measured", [("p_L", "p_R", "q_T"), ("q_L", "p_R", "q_T")])
+def test_joints_that_stand_in_for_the_active_ones_are_not_taken_as_those(measured, tmp_path):
+    robot = load("five_bar")
+    time, u, du, _ = motion_of(robot, 200)
+    states = robot.close(u, du)
+    places = [robot.coordinates.index(name) for name in measured]
+    pairs = [
+        (START + round(t * 1e9), joint_state(START + round(t * 1e9), measured, s, ds))
+        for t, s, ds in zip(time, states.s[:, places], states.ds[:, places], strict=True)
+    ]
+    path, settings = bag(tmp_path / "in", pairs), Settings({MEASURED.name: measured})
+    for smooth in ("causal", "spline", "savgol"):
+        track = collect(path, "five_bar", smooth=smooth, settings=settings)
+        assert track.state.u == pytest.approx(u, abs=1e-9), smooth
+
+
+@pytest.mark.parametrize("smooth", ["spline", "savgol"])
+def test_a_sample_beyond_all_numbers_is_refused_and_leaves_its_neighbours_alone(smooth, tmp_path):
+    robot = load("ankle")
+    time, u, du, ddu = motion_of(robot, 400)
+    rates = du.copy()
+    rates[100] = 1e200
+    stamps = [START + round(t * 1e9) for t in time]
+    pairs = [(t, joint_state(t, robot.active, p, v)) for t, p, v in zip(stamps, u, rates, strict=True)]
+    path = bag(tmp_path / "in", pairs)
+    track = collect(path, "ankle", smooth=smooth)
+    assert (track.counts.accepted, track.counts.rejected.total()) == (399, 1)
+    kept = np.delete(ddu, 100, axis=0)
+    assert np.abs(track.acceleration - kept)[5:-5].max() < 0.05 * np.abs(kept).max()
+    outcome = process(Job(path, tmp_path / "out", "ankle", smooth=smooth))
+    assert "399 accepted" in outcome.summary
+
+
+@pytest.mark.parametrize("rate", [1e-10, 1e-5, 1e-300])
+def test_a_rate_of_once_in_an_age_sends_the_first(rate):
+    stamps = START + MS * np.arange(50)
+    alone, together = Pace(), Pace()
+    due = [k for k, stamp in enumerate(stamps.tolist()) if alone.due(stamp, rate)]
+    assert together.due_rows(stamps, rate).tolist() == due == [0]
+    assert together.due_rows(stamps + 10**9, rate).tolist() == []
+
+
+def test_messages_without_a_byte_are_packed():
+    messages = Messages.of([START, START + 5, START + 7], [b"", b"some", b""])
+    chunk = Packer().chunk(list(Block.copies(3, messages)))
+    records = zstd.decompress(chunk.packed)
+    assert len(records) == chunk.size == 3 * PREFIX + 4
+    assert records.count(b"some") == 1
+    assert chunk.indices[3][:, 0].tolist() == [START, START + 5, START + 7]
