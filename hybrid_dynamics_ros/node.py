@@ -29,6 +29,8 @@ def main(args: list[str] | None = None) -> int:
         return 0
     # Outside a sourced ROS installation nothing says where packages are: in a plain environment, here.
     os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
+    # Matrices are small here: on a busy machine the threads of OpenBLAS wait for each other up to forty times longer.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     stop = threading.Event()
     for number in _STOP_SIGNALS:
         signal.signal(number, lambda *_: stop.set())
