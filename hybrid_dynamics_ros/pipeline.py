@@ -196,8 +196,7 @@ class Pipeline:
             motion = motion.calibrated(self.calibration)
         if motion.acceleration is not None:
             motion.complete()
-            return self._evaluate(sample.stamp_ns, motion, None)
-        if not estimate:
+        if motion.acceleration is not None or not estimate:
             return self._evaluate(sample.stamp_ns, motion, None)
         state, rates = self._estimate(sample.stamp_ns, motion)
         motion = ActiveMotion(motion.position, rates.velocity, rates.acceleration)

@@ -90,14 +90,16 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     }
     show(told, as_json, "\n".join(text))
     if place is not None:
-        lines = [
-            "name,estimate,low,high",
-            *(f'"{name}",{v!r},{low!r},{high!r}' for name, (v, low, high) in base.items()),
-        ]
-        place.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        write_base(place, base)
     tell_losses(track.losses)
     if track.losses:
         context.exit(LOST)
+
+
+def write_base(place: Path, base: Mapping[str, tuple[float, float, float]]) -> None:
+    """All base parameters as CSV."""
+    rows = (f'"{name}",{value!r},{low!r},{high!r}' for name, (value, low, high) in base.items())
+    place.write_text("\n".join(["name,estimate,low,high", *rows]) + "\n", encoding="utf-8")
 
 
 def verdict(found: Found, base: Mapping[str, tuple[float, float, float]]) -> list[str]:

@@ -183,7 +183,7 @@ def collect(
                     _watch(kept, samples, settings[MAX_GAP])
                     if computed or pipeline.measured != machine.active:
                         samples.effort[:] = np.nan
-                    measured = samples.measured[_usable(samples)]
+                    measured = samples.measured[samples.usable]
                     kept.with_velocity += int(measured.sum())
                     kept.without += int((~measured).sum())
                     parts.append(samples)
@@ -197,7 +197,7 @@ def collect(
             estimates = estimates_of(whole, smooth, pipeline)
             for rows in split(len(whole), _AT_ONCE):
                 samples = whole.part(rows)
-                _keep(kept, errors, samples, bulk.smoothed(samples, estimates.part(rows)), every)
+                _keep(kept, errors, samples, bulk.process(samples, estimates.part(rows)), every)
         losses = source.losses.told
     if not kept.motions:
         told = "; ".join(f"{code}: {text}" for code, text in bulk.first_rejections.items())
@@ -221,14 +221,8 @@ def _own_states(source: Source) -> str | None:
     return own if len(others) != 1 else others[0]
 
 
-def _usable(samples: Samples) -> NDArray[np.bool_]:
-    good = np.ones(len(samples), dtype=bool)
-    good[[*samples.rejected, *samples.broken]] = False
-    return good
-
-
 def _watch(kept: _Kept, samples: Samples, gap: float) -> None:
-    stamps = samples.stamp_ns[_usable(samples)]
+    stamps = samples.stamp_ns[samples.usable]
     for row, why in samples.rejected.items():
         if len(kept.bad) < _LISTED:
             kept.bad.append((int(samples.log_ns[row]), why.code.value))

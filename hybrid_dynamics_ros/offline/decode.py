@@ -56,6 +56,13 @@ class Samples:
     def __len__(self) -> int:
         return len(self.stamp_ns)
 
+    @property
+    def usable(self) -> NDArray[np.bool_]:
+        """(N,) which rows are samples."""
+        good = np.ones(len(self), dtype=bool)
+        good[[*self.rejected, *self.broken]] = False
+        return good
+
     def calibrated(self, calibration: Calibration | None) -> Samples:
         """The samples of the joints from those of their sensors."""
         if calibration is None:

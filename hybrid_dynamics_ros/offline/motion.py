@@ -86,29 +86,24 @@ class BulkPipeline:
         robot = pipeline.robot
         self._direct = pipeline.measured == robot.active and pipeline.mode is None
 
-    def process(self, samples: Samples) -> Motion | None:
-        """Results of the samples; None where none was accepted."""
-        if self._direct and not self._late(samples):
-            try:
-                with np.errstate(all="ignore"):
-                    return self._process(samples, None)
-            except (_UnusualError, HybridDynamicsError):
-                pass  # nothing was changed yet
-        return self._one_by_one(samples)
+    def process(self, samples: Samples, given: Estimates | None = None) -> Motion | None:
+        """Results of the samples; None where none was accepted.
 
-    def smoothed(self, samples: Samples, estimates: Estimates) -> Motion | None:
-        """The same with estimates that were made elsewhere, for all samples; those not known stay so."""
+        given: estimates that were made elsewhere, for all samples; those not known stay so. None: the node's filter.
+        """
         if self._direct and not self._late(samples):
             try:
                 with np.errstate(all="ignore"):
-                    return self._process(samples, estimates)
+                    return self._process(samples, given)
             except (_UnusualError, HybridDynamicsError):
                 pass  # nothing was changed yet
+        if given is None:
+            return self._one_by_one(samples)
         calibration = self.pipeline.calibration
         samples = samples.calibrated(calibration)
         self.pipeline.calibration = None  # estimates are of the joints, not of their sensors
         try:
-            return self._one_by_one(samples, estimates)
+            return self._one_by_one(samples, given)
         finally:
             self.pipeline.calibration = calibration
 
@@ -118,10 +113,8 @@ class BulkPipeline:
 
     def _process(self, samples: Samples, given: Estimates | None) -> Motion | None:
         pipeline, robot = self.pipeline, self.pipeline.robot
-        usable = np.ones(len(samples), dtype=bool)
-        usable[[*samples.rejected, *samples.broken]] = False
         samples = samples.calibrated(pipeline.calibration)
-        rows, refused = np.flatnonzero(usable), list[Rejection]()
+        rows, refused = np.flatnonzero(samples.usable), list[Rejection]()
         found = self._closed(samples, rows, given)
         if found is not None and np.any(found[1].status):  # those that cannot be closed must not reach the filter
             status = np.asarray(robot.close(samples.position[rows], check=False).status)

@@ -245,7 +245,7 @@ class _Worker:
         for rows in split(len(samples), _AT_ONCE):
             part, own = samples.part(rows), estimates.part(rows)
             try:
-                self._emit(self._bulk.smoothed(part, own))
+                self._emit(self._bulk.process(part, own))
             except HybridDynamicsError as error:
                 self.losses.add(f"samples {rows.start} to {rows.stop}: {error}")
 

@@ -63,8 +63,7 @@ def estimates_of(samples: Samples, method: str, pipeline: Pipeline) -> Estimates
         events=Counter(),
         after=None,
     )
-    usable = np.ones(count, dtype=bool)
-    usable[[*samples.rejected, *samples.broken]] = False
+    usable = samples.usable
     out.velocity[usable] = np.where(samples.measured[usable, None], velocity[usable], 0.0)
     usable &= _sound(samples, pipeline)
     filt = pipeline._estimator._velocity_filter  # noqa: SLF001 - the same bandwidth and gap as the node's
@@ -86,12 +85,12 @@ def _sound(samples: Samples, pipeline: Pipeline) -> NDArray[np.bool_]:
     if pipeline.measured != pipeline.robot.active or pipeline.mode is not None:
         return sound
     rows = np.flatnonzero(sound)
-    for some in np.array_split(rows, len(rows) // _AT_ONCE + 1):
-        if len(some):
-            rates = np.where(samples.measured[some, None], samples.velocity[some], 0.0)
-            with np.errstate(all="ignore"):
-                state = pipeline.robot.close(samples.position[some], rates, check=False)
-            sound[some] = np.asarray(state.status) == 0
+    for part in split(len(rows), _AT_ONCE):
+        some = rows[part]
+        rates = np.where(samples.measured[some, None], samples.velocity[some], 0.0)
+        with np.errstate(all="ignore"):
+            state = pipeline.robot.close(samples.position[some], rates, check=False)
+        sound[some] = np.asarray(state.status) == 0
     return sound
 
 
