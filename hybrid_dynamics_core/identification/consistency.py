@@ -137,19 +137,21 @@ def _newton(blocks: list[_Block], x: Array, goal: Array, weight: float) -> tuple
     With X = C C^T and F_k = C^-1 M_k C^-T, tr X - log det X has the gradient <F_k, C^T C - E> and the Hessian
     <F_k, F_l>: the step s has the smallest |R s + r|^2 + weight |F s + C^T C - E|^2.
     """
-    rows, right = [goal[:, :-1]], [-(goal @ np.append(x, -1.0))]
+    size = len(x)
+    rows = [np.column_stack([goal[:, :-1], -(goal @ np.append(x, -1.0))])]
     for block in blocks:
         factor = np.linalg.cholesky(np.tensordot(x[block.own], block.matrices, axes=1))
         inverse = np.linalg.inv(factor)
-        own = np.zeros((factor.size, len(x)))
-        own[:, block.own] = (inverse @ block.matrices @ inverse.T).reshape(len(block.to_x), -1).T
+        slopes = (inverse @ block.matrices @ inverse.T).reshape(len(block.to_x), -1).T
+        few = _triangle(slopes, (np.eye(len(factor)) - factor.T @ factor).ravel())[: len(block.to_x)]
+        own = np.zeros((len(few), size + 1))
+        own[:, block.own], own[:, -1] = few[:, :-1], few[:, -1]
         rows.append(np.sqrt(weight) * own)
-        right.append(np.sqrt(weight) * (np.eye(len(factor)) - factor.T @ factor).ravel())
     matrix = np.concatenate(rows)
-    scale = 1.0 / np.linalg.norm(matrix, axis=0)
-    q, r = np.linalg.qr(matrix * scale)
-    image = q.T @ np.concatenate(right)
-    return np.asarray(scale * solve_triangular(r, image)), float(image @ image)
+    scale = 1.0 / np.linalg.norm(matrix[:, :-1], axis=0)
+    whole = _triangle(matrix[:, :-1] * scale, matrix[:, -1])[:size]
+    triangle, image = whole[:, :-1], whole[:, -1]
+    return np.asarray(scale * solve_triangular(triangle, image)), float(image @ image)
 
 
 def _body(start: int, prior: Array) -> _Block:
