@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hybrid_dynamics_core.errors import ClosureError, HybridDynamicsError, InputError, SingularityError
-from hybrid_dynamics_core.inputs import all_finite
 
 FloatArray = NDArray[np.float64]
-_TOLD = 12  # names in a message
+LARGEST: Final = 1e12  # of any measured number, in its unit: no joint is there, and all that follows from it is finite
+_TOLD: Final = 12  # names in a message
 
 
 def nanoseconds(sec: int, nanosec: int) -> int:
@@ -142,7 +142,7 @@ class JointOrder:
         """The motion of the active joints.
 
         Raises:
-            RejectedError: names are missing or doubled, lengths differ, or a number is not finite.
+            RejectedError: names are missing or doubled, lengths differ, or a number is not finite or beyond `LARGEST`.
         """
         places = self._find(tuple(sample.names))
         count = len(sample.names)
@@ -172,7 +172,15 @@ class JointOrder:
         if values.shape != (count,):
             raise RejectedError(RejectionCode.WRONG_LENGTH, f"{what} has {values.size} values for {count} joint names")
         picked: FloatArray = values[places]
-        if not all_finite(picked):
-            bad = int(np.argmin(np.isfinite(picked)))
-            raise RejectedError(RejectionCode.NOT_FINITE, f"{what} of joint {self._active[bad]} is {picked[bad]}")
+        if not sum(map(abs, picked.tolist())) < LARGEST:  # NaN is not; in plain floats this costs least
+            self._refuse(what, picked)
         return picked
+
+    def _refuse(self, what: str, picked: FloatArray) -> None:
+        for good, code, why in (
+            (np.isfinite(picked), RejectionCode.NOT_FINITE, ""),
+            (np.abs(picked) < LARGEST, RejectionCode.OVERFLOW, f", expected less than {LARGEST:g}"),
+        ):
+            if not good.all():
+                bad = int(np.argmin(good))
+                raise RejectedError(code, f"{what} of joint {self._active[bad]} is {picked[bad]}{why}")

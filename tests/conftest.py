@@ -8,7 +8,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, Phase, settings
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.kernels.run import VARIABLE
@@ -44,7 +44,13 @@ def pytest_report_header() -> list[str]:
     return [f"left out: tests/{place}, which needs {' and '.join(names)}" for place, names in MISSING.items()]
 
 
-settings.register_profile("project", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize=True)
+settings.register_profile(
+    "project",
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+    derandomize=True,
+    phases=[phase for phase in Phase if phase is not Phase.explain],  # it traces every line: failures ran out of time
+)
 settings.load_profile("project")
 
 

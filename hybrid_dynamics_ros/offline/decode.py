@@ -13,6 +13,7 @@ from hybrid_dynamics_ros.cdr import Bytes, JointStateLayout, LayoutError, layout
 from hybrid_dynamics_ros.offline.interfaces import JOINT_MOTION, JOINT_STATE, typestore
 from hybrid_dynamics_ros.offline.source import Messages
 from hybrid_dynamics_ros.samples import (
+    LARGEST,
     Calibration,
     FloatArray,
     JointOrder,
@@ -169,9 +170,9 @@ class Decoder:
         good = stamps >= 0
         for which, values in enumerate(parts):
             values[own] = numbers = layout.numbers(block, which)[:, places]
-            finite = np.isfinite(numbers)
-            if not finite.all():
-                good &= finite.all(axis=1)
+            fit = np.abs(numbers) < LARGEST
+            if not fit.all():
+                good &= fit.all(axis=1)
         if out.acceleration is None and counts[2] == len(names):
             out.effort[own] = layout.numbers(block, 2)[:, places]
         for k in np.flatnonzero(~good):

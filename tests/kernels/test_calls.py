@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import ClosureError, InputError, Payload, Robot, SingularityError, load
+from hybrid_dynamics_core.description.model import Link
 from hybrid_dynamics_core.description.reader import parse_description
 from hybrid_dynamics_core.dynamics.loads import Loads
 from hybrid_dynamics_core.errors import MassSingularityError
@@ -266,6 +267,27 @@ def test_results_beyond_the_floating_point_numbers_are_refused(machine: Robot) -
         machine.kernels.inverse_dynamics(U, DU, 1e307 * DDU)
     with pytest.raises(InputError, match="in row 1 is not finite"):
         machine.kernels.inverse_dynamics(np.tile(U, (2, 1)), DU, np.array([DDU, 1e307 * DDU]))
+
+
+@pytest.mark.parametrize("name", ["forging_chu2020", "excavator"])
+def test_what_closing_refuses_is_refused_though_efforts_have_a_number(name: str) -> None:
+    """Without masses no effort knows of rates whose squares are beyond all numbers; R' u' does."""
+    machine = load(name)
+    machine = changed(machine, links={link: Link(link) for link in machine.description.links})
+    rng, u, refused = np.random.default_rng(0), machine.reference, 0
+    for size in 10.0 ** rng.uniform(148, 160, 200):
+        du = size * rng.normal(size=len(u))
+        with np.errstate(all="ignore"):
+            try:
+                expected = machine.close(u, du)
+            except InputError:
+                refused += 1
+                with pytest.raises(InputError):
+                    machine.kernels.closed_inverse_dynamics(u, du, np.zeros_like(u))
+                continue
+            _, *closed = machine.kernels.closed_inverse_dynamics(u, du, np.zeros_like(u))
+        assert np.array_equal(machine.closed_state(u, du, closed).bias, expected.bias)
+    assert 0 < refused < 200
 
 
 def test_a_robot_without_inertia_has_no_forward_dynamics(forging: Robot) -> None:

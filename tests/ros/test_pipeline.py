@@ -2,14 +2,11 @@
 
 import subprocess
 import sys
-from dataclasses import replace
-from types import MappingProxyType
 
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core import Payload, Robot, load
-from hybrid_dynamics_core.description.model import Link
+from hybrid_dynamics_core import Payload
 from hybrid_dynamics_core.errors import HybridDynamicsError, InputError, SingularityError
 from hybrid_dynamics_ros.filters import StampEvent
 from hybrid_dynamics_ros.pipeline import Pipeline
@@ -122,6 +119,8 @@ BAD = {
     "short cylinder": (sample(position=[0.0, 0.1, -0.35, 0.0]), RejectionCode.UNREACHABLE),
     "no velocity": (sample(velocity=None, acceleration=np.zeros(4)), RejectionCode.WRONG_LENGTH),
     "overflow": (sample(velocity=np.full(4, 1e300), acceleration=np.zeros(4)), RejectionCode.OVERFLOW),
+    "huge rate": (sample(velocity=np.array([0.0, 0.0, 0.0, -1.7e308])), RejectionCode.OVERFLOW),
+    "huge place": (sample(position=[1e12, 0.1, 0.15, 0.0]), RejectionCode.OVERFLOW),
 }
 
 
@@ -142,13 +141,15 @@ def test_bad_samples_are_rejected_counted_and_do_not_touch_the_filter(robot, kin
     assert f"8 rejected: {code.value}" in disturbed.counts.summary()
 
 
-def test_a_rate_near_the_end_of_the_range_is_forgotten_after_the_gap(pipeline):
-    """The differences overflow: samples are refused until the filter starts anew, then all is well again."""
-    pipeline.process(sample(0.0, velocity=np.array([0.0, 0.0, 0.0, 1.7e308])))
-    results = [pipeline.process(sample(10.0 * k)) for k in range(1, 60)]
-    assert [isinstance(r, MotionResult) for r in results] == [10.0 * k > 500.0 for k in range(1, 60)]
-    assert {r.code for r in results if isinstance(r, Rejection)} == {RejectionCode.OVERFLOW}
-    np.testing.assert_allclose(results[-1].efforts, EFFORTS, rtol=1e-9, atol=1e-9)
+@pytest.mark.parametrize("rate", [9e11, -9e11])
+def test_an_absurd_rate_gives_finite_numbers_and_fades_in_the_filter(pipeline, rate):
+    """exp(-2 pi 10 Hz 1.5 s) times 1e12 is below all rounding."""
+    pipeline.process(sample(0.0, velocity=np.array([0.0, 0.0, 0.0, rate])))
+    results = [pipeline.process(sample(10.0 * k)) for k in range(1, 150)]
+    efforts = [result.efforts for result in results if result.efforts is not None]
+    assert np.isfinite(efforts).all()
+    assert np.abs(efforts).max() > 1e9
+    np.testing.assert_allclose(efforts[-1], EFFORTS, rtol=1e-9, atol=1e-9)
 
 
 def test_an_unreachable_sample_names_the_joint_and_its_value(pipeline):
@@ -218,34 +219,6 @@ def test_the_pipeline_needs_no_ros():
     """Recordings are processed on machines without ROS."""
     code = "import sys, hybrid_dynamics_ros.pipeline; sys.exit('rclpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-
-def weightless(name):
-    machine = load(name)
-    links = {link: Link(link) for link in machine.description.links}
-    return Robot(replace(machine.description, links=MappingProxyType(links)))
-
-
-@pytest.mark.parametrize("name", ["forging_chu2020", "excavator"])
-def test_what_closing_refuses_is_refused_though_efforts_have_a_number(name):
-    """Without masses no effort knows of rates whose squares are beyond all numbers; R' u' does."""
-    machine = weightless(name)
-    pipeline = Pipeline(machine, bandwidth=10.0, max_gap=0.5)
-    rng = np.random.default_rng(0)
-    accepted = 0
-    for size in 10.0 ** rng.uniform(148, 160, 200):
-        rates = size * rng.normal(size=len(machine.active))
-        result = pipeline.process(JointSample(0, machine.active, machine.reference.copy(), rates, np.zeros_like(rates)))
-        with np.errstate(all="ignore"):
-            try:
-                state = machine.close(machine.reference, rates)
-            except InputError:
-                assert result.code is RejectionCode.OVERFLOW
-                continue
-        if isinstance(result, MotionResult):
-            accepted += 1
-            assert np.array_equal(result.state.bias, state.bias)
-    assert 0 < accepted < 200
 
 
 def test_loads_that_are_none_leave_all_as_it_was(pipeline, robot):
