@@ -28,6 +28,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import metadata, util
 from pathlib import Path
+from textwrap import shorten
 
 ROOT = Path(__file__).resolve().parent.parent
 RUN_EXTRAS = "fast,cli,plot,bag,view,ros"
@@ -107,7 +108,7 @@ def steps(purpose: str) -> Iterator[Step]:
     )
     yield Step(
         "Building and installing the interfaces of msg_defs/",
-        ["--no-deps", "--force-reinstall", str(interfaces)],
+        ["--verbose", "--no-deps", "--force-reinstall", str(interfaces)],  # what the compiler is at, for the signs of life
         files(interfaces, INTERFACE_INPUTS),
         "hybrid-dynamics-msgs",
     )
@@ -186,7 +187,7 @@ def run(title: str, command: list[str], log: Path) -> None:
             try:
                 code = process.wait(HEARTBEAT)
             except subprocess.TimeoutExpired:
-                print(f"  {time.monotonic() - start:4.0f} s  {last_lines(log, 1)[:90]}", flush=True)
+                print(f"  {time.monotonic() - start:4.0f} s  {shorten(last_lines(log, 1), 90)}", flush=True)
     if code != 0:
         sys.exit(f"{last_lines(log, 30)}\nThis failed: {' '.join(command)}\nAll it said is in {log}")
     print(f"  {time.monotonic() - start:4.0f} s  done", flush=True)
