@@ -113,7 +113,7 @@ def _facts(track: Track) -> str:
         )
     power = track.power[np.isfinite(track.power)]
     if len(power):
-        rows.append(["largest power", f"{float(np.abs(power).max()):.4g} W"])
+        rows.append(["largest power", f"{_digits(float(np.abs(power).max()))} W"])
     return _table([], rows)
 
 
@@ -121,7 +121,7 @@ def _errors(track: Track) -> str:
     errors = track.errors
     rows = []
     for k, name in enumerate(track.robot.active):
-        sizes = [f"{value:.4g}" for value in (errors.rms[k], errors.mean[k], errors.largest[k])]
+        sizes = [_digits(value) for value in (errors.rms[k], errors.mean[k], errors.largest[k])]
         share = f"{100.0 * errors.explained[k]:.2f} %" if np.isfinite(errors.explained[k]) else "-"
         rows.append([name, unit_of(track, name, "effort"), *sizes, share, str(errors.count[k])])
     return _table(["recorded less computed", "unit", "RMS", "mean", "largest", "variance explained", "samples"], rows)
@@ -150,6 +150,11 @@ def _bad(track: Track) -> str:
         times = [at for at, why in track.bad if why == kind]
         rows.append([kind, str(count), f"{times[0]:.3f} s", f"{times[-1]:.3f} s"])
     return _table(["refused", "samples", "first", "last"], rows)
+
+
+def _digits(value: float) -> str:
+    """A number with four digits that count, and no power of ten where it is large."""
+    return f"{value:.4g}" if abs(value) < 1e4 else f"{float(f'{value:.4g}'):,.0f}"
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
