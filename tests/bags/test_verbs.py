@@ -278,7 +278,10 @@ def test_a_report_draws_ends_of_strokes_in_view_and_nothing_where_nothing_is_mis
     assert all(axes.get_ylim()[0] < 0.0 for axes in strokes)  # else the axis hides the line at zero
     (intervals,) = sampling(track).axes
     assert sum(bar.get_height() for bar in intervals.patches) == pytest.approx(100.0)
-    assert re.search(r"<td>largest power</td><td>[\d.,]+ W</td>", report(track, "rec"))
+    page = report(track, "rec")
+    assert re.search(r"<td>largest power</td><td>[\d.,]+ W</td>", page)
+    assert page.count("<th class=n>") == 5  # of the efforts' table: RMS, mean, largest, explained, samples
+    assert re.search(r"<td>q12</td><td>N</td><td class=n>", page)
 
 
 def test_a_report_says_where_accelerations_are_from_and_a_perfect_model_looks_perfect(forging, tmp_path):
