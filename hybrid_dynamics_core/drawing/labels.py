@@ -127,4 +127,4 @@ class Labeller:
 def _beside(anchor: Array, direction: float, clear: float, half: Array) -> Array:
     """Centre of a box outside of the circle around an anchor, beside it in a direction; the box's edge slides along."""
     way = np.array([np.cos(direction), np.sin(direction)])
-    return np.asarray(anchor + clear * way + half * way / np.abs(way).max())
+    return np.asarray(anchor + (clear + half) * way / np.abs(way).max())
