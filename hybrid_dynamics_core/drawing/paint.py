@@ -58,7 +58,7 @@ class Painter:
         face = shaded(face, part, self.view)
         outline, cap = part.outline(self.view), part.cap(self.view)
         self._add(part.owner, outline, face, edge, width, "//////" if part.role == "base" else None)
-        self.covered.append((outline, 0.06 if part.role in ("plate", "base") else 1.0))
+        self.covered.append((outline, 0.02 if part.role in ("plate", "base") else 1.0))
         if part.role == "ball":
             self._add(f"{part.owner}.light", _shrunk(outline, 0.3, 0.28), mix(face, WHITE, 0.75), "none")
         if cap is None or part.role not in _CAPPED:

@@ -117,7 +117,7 @@ def _panel(axes: Axes, plane: Plane, paint: Callable[..., None], drawn: Drawn, t
     painter.paint()
     (left, bottom), (right, top) = plane.box
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
-    Labeller(axes, painter.covered).place(painter.letters)
+    Labeller(axes, []).place(painter.letters)  # at their arrows: a map has no room for leaders
 
 
 def _along(plane: Plane, samples: Margins, values: Array) -> Drawn:
