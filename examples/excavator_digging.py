@@ -56,12 +56,12 @@ def cycle() -> dict[str, np.ndarray]:
 def plot(result: dict[str, np.ndarray], path: str) -> None:
     """Pressures and flows over the cycle."""
     from hybrid_dynamics_core.drawing.page import entitled, written_page  # noqa: PLC0415  needs Matplotlib
-    from hybrid_dynamics_core.drawing.style import BLUE, GREEN, GRID, QUIET, RED  # noqa: PLC0415
+    from hybrid_dynamics_core.drawing.style import GRID, LOOPS, QUIET  # noqa: PLC0415
 
     about = "reach out, dig, lift and slew, dump, come back"
     with written_page(path, "A digging cycle of the excavator", about, height=5.4) as figure:
         pressure, flow = figure.subplots(2, 1, sharex=True)
-        for k, (name, colour) in enumerate(zip(("boom", "stick", "bucket"), (BLUE, RED, GREEN), strict=True)):
+        for k, (name, colour) in enumerate(zip(("boom", "stick", "bucket"), LOOPS[:3], strict=True)):
             cap, rod = result["cap_pressure"][:, k] / 1e5, result["rod_pressure"][:, k] / 1e5
             pressure.plot(result["t"], cap, color=colour, label=f"{name}, cap side")
             pressure.plot(result["t"], rod, "--", color=colour, label=f"{name}, rod side")

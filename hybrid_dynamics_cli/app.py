@@ -86,13 +86,14 @@ Exit codes:
 {exit_table()}
 
 \b
-With --json an error is JSON too, on stdout: {{"error": {{"kind": ..., "text": ...}}}}
+With --json errors are JSON, on stdout: {{"error": {{"kind": ..., "text": ...}}}}
 
 \b
-Shell completion of verbs, options, robots and files:
-  bash  eval "$(_HYBRID_DYNAMICS_COMPLETE=bash_source hybrid-dynamics)"     in ~/.bashrc
-  zsh   eval "$(_HYBRID_DYNAMICS_COMPLETE=zsh_source hybrid-dynamics)"      in ~/.zshrc
-  fish  _HYBRID_DYNAMICS_COMPLETE=fish_source hybrid-dynamics | source      in ~/.config/fish/config.fish
+Shell completion of verbs, options, robots and files, by a line in
+  ~/.bashrc   eval "$(_HYBRID_DYNAMICS_COMPLETE=bash_source hybrid-dynamics)"
+  ~/.zshrc    eval "$(_HYBRID_DYNAMICS_COMPLETE=zsh_source hybrid-dynamics)"
+  ~/.config/fish/config.fish
+              _HYBRID_DYNAMICS_COMPLETE=fish_source hybrid-dynamics | source
 """
 
 

@@ -11,8 +11,8 @@ LOST: Final = 3
 
 MEANINGS: Final = {
     DONE: "done",
-    FAILED: "no answer: a robot, a value or a file is wrong, loops do not close, a target is out of reach",
-    MISUSED: "the command line is not understood: a verb, an option, or the form of a value",
+    FAILED: "no answer: a wrong robot, value or file, an open loop, or out of reach",
+    MISUSED: "the command line is not understood: a verb, an option, or a value",
     LOST: "done, but a part of the recording could not be read (bag)",
 }
 

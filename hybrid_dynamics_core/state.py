@@ -64,6 +64,19 @@ class ClosedState(Picklable):
         for array in (self.s, self.ds, self.R, self.bias, self.distances):
             array.flags.writeable = False
 
+    def __repr__(self) -> str:
+        """Coordinates and rates (of a batch their shapes), and the evidence: the worst of all rows."""
+        parts = [f"{name}={_told(getattr(self, name))}" for name in ("u", "du", "z", "dz")]
+        residual, nearest = np.max(self.residual, initial=0.0), np.min(self.singularity, initial=1.0)
+        met = "+".join(ClosureStatus(code).name for code in np.unique(self.status))
+        parts += [
+            f"residual={residual:.2g}",
+            f"singularity={nearest:.3g}",
+            f"branch={dict(self.branch)}",
+            f"status={met}",
+        ]
+        return f"ClosedState({', '.join(parts)})"
+
     @property
     def n(self) -> int:
         """Number of active coordinates."""
@@ -124,6 +137,13 @@ class ClosedState(Picklable):
         if signs.ndim == 1 and all(state.signs is signs for state in states):
             parts["signs"] = signs
         return replace(states[-1], **parts)
+
+
+def _told(values: Array) -> str:
+    """Values of one state, the shape of those of many."""
+    if values.ndim > 1:
+        return str(values.shape)
+    return f"[{', '.join(f'{value:.6g}' for value in (values + 0.0).tolist())}]"
 
 
 def _columns(state: ClosedState) -> dict[str, Any]:

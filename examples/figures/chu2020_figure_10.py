@@ -36,6 +36,7 @@ def draw() -> Figure:
     for k, axes in enumerate(figure.subplots(2, 2, sharex=True).flat):
         axes.plot(t, np.round(tau[:, k], 12), color=BLUE)  # tau_4 is zero but for rounding
         axes.set(ylabel=EFFORTS[k], xlabel="t [s]" if k > 1 else "", xlim=(0.0, 10.0))
+    figure.align_ylabels()
     return figure
 
 

@@ -43,6 +43,7 @@ def draw() -> Figure:
         axes.plot(t, given[:, k], color=BLUE, linewidth=1.4)
         axes.plot(t, found[:, k], "o", color=ORANGE, markersize=3.2, markeredgecolor="none")
         axes.set(ylabel=JOINTS[k], xlabel="t [s]" if k > 1 else "", xlim=(-0.2, 10.2))
+    figure.align_ylabels()
     return figure
 
 

@@ -24,7 +24,7 @@ from paper import BLUE, GREEN, ORANGE, page
 
 SIZES = {"x": 0.05, "y": 0.05, "z": 0.0, "alpha_1": math.pi / 12.0, "alpha_2": 0.0, "alpha_3": 0.0}  # [m], [rad]
 PULSE = math.pi / 3.0  # [rad/s]
-WORDS = (("displacements", "m"), ("velocities", "m/s"), ("accelerations", "m/s^2"))
+WORDS = (("displacements", "m"), ("velocities", "m/s"), ("accelerations", "m/s²"))
 MODULES = {"lower": "ABC", "upper": "DEF"}
 CAPTION = """x = y = 0.05 m (1 - cos(pi t / 3)), alpha_1 = pi/12 (1 - cos(pi t / 3)), z = alpha_2 = alpha_3 = 0, from
     the central configuration. alpha_E read as 2 pi/3 ((2) prints alpha_E = -alpha_E), cos in the second line of (9)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from textwrap import wrap
 from typing import Any
 
 import click
 
-from ..output import counted, number, show, table
+from ..output import counted, show, table
 from ..parameters import json_option, loaded, output_path, robot_argument, vector, vector_option
 
 EPILOG = """\b
@@ -42,20 +44,21 @@ def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> No
             for mode in modes
         ]
     }
-    loops = list(modes[0].branch) if modes else []
+    ways = {loop: [mode.branch[loop] for mode in modes] for loop in (modes[0].branch if modes else ())}
+    loops = [loop for loop, own in ways.items() if len(set(own)) > 1]
     rows = [
         [
             str(k + 1),
             *(mode.branch[loop] for loop in loops),
-            number(float(mode.state.singularity)),
+            float(mode.state.singularity),
             *entry["position"].tolist(),
         ]
         for k, (mode, entry) in enumerate(zip(modes, told["modes"], strict=True))
     ]
-    head = ["", *loops, "distance to singularity", *(f"{axis} [m]" for axis in "xyz")]
+    head = ["", *loops, "singularity", *(f"{axis} [m]" for axis in "xyz")]
     lines = [counted(len(modes), "assembly mode"), "", table(head, rows)]
     if modes:
-        lines.append(f"x, y, z of {machine.end_effector} in {machine.base_frame}")
+        lines += ["", *_key(ways, loops), f"x, y, z of {machine.end_effector} in {machine.base_frame}"]
     if place is not None and modes:
         from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415  Matplotlib is an extra
 
@@ -66,3 +69,10 @@ def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> No
     if not modes:
         machine.close(values)  # raises, and says which loop does not close and within which range it would
         raise SystemExit(1)
+
+
+def _key(ways: Mapping[str, Sequence[str]], shown: Sequence[str]) -> list[str]:
+    """What the columns mean, and the loops that close in one way in all modes."""
+    same = [f"{loop} {own[0]}" for loop, own in ways.items() if loop not in shown]
+    told = wrap(f"in all of them: {', '.join(same)}", 79, break_on_hyphens=False) if same else []
+    return ["singularity: distance of the nearest loop, 0 there, 1 best", *told]

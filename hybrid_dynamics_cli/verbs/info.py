@@ -78,11 +78,11 @@ def text(machine: Robot, told: dict[str, Any]) -> str:
     mass = sum(link["mass"] for link in told["links"].values())
     title = (
         f"{machine.name}: {len(machine.active)} active of {len(machine.coordinates)} coordinates, "
-        f"{counted(len(told['loops']), 'loop')}, {_links(told)}, {number(mass)} kg; "
-        f"end effector {machine.end_effector}"
+        f"{counted(len(told['loops']), 'loop')}, {_links(told)}, {number(mass)} kg"
     )
     lines = [
         title,
+        f"end effector: {machine.end_effector}",
         "",
         table(["coordinate", "", "type", "reference", "lower", "upper", "unit"], rows),
     ]

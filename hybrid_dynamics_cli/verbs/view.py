@@ -30,8 +30,8 @@ Examples:
   hybrid-dynamics view forging_chu2020 --bag recording --topic /joint_states
 
 \b
-Exit codes: 0 after Ctrl-C, 1 where nothing can be shown, 2 where the command line is wrong, 3 after Ctrl-C where
-something of the bag could not be read.
+Exit codes: 0 after Ctrl-C, 1 where nothing can be shown, 2 where the command
+line is wrong, 3 after Ctrl-C where something of the bag could not be read.
 """
 
 

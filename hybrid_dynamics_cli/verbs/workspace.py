@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import wrap
 from typing import Any, get_args
 
 import click
@@ -151,9 +152,11 @@ def text_of(machine: Robot, found: Workspace, told: dict[str, Any]) -> str:
         share = 100.0 * told["near_singularity"]["share"]
         lines += [
             "",
-            "singularity: of the nearest loop, 0 there, 1 best; limit: of the nearest joint, 0 there, 1 mid-range",
+            "singularity: of the nearest loop, 0 there, 1 best",
+            "limit: of the nearest joint, 0 there, 1 mid-range",
             f"singularity below {NEAR} in {share:.1f} % of what is reachable",
-            f"smallest {number(nearest['distance'])}, of {nearest['loop']}, at {at}",
+            f"smallest {number(nearest['distance'])}, of {nearest['loop']}, at",
+            *wrap(at, 78, initial_indent="  ", subsequent_indent="  "),
         ]
     return "\n".join(lines)
 

@@ -15,7 +15,9 @@ from ..description.model import Array
 _CELL = 3.0  # [px] of the grid that remembers what is covered
 _DIRECTIONS = np.linspace(0.0, 2.0 * np.pi, 25)[:-1]
 _DISTANCES = (2.0, 6.0, 12.0, 20.0, 30.0, 44.0, 60.0, 80.0, 110.0)  # [pt] beyond the symbol
-_EDGE = 0.8  # weight of an outline
+_EDGE = 1.6  # weight of an outline: a line through a name is worse than a ground behind it
+_ABOVE = 0.2  # of the cost: what a place above is better than one beside
+_PILL, _AIR = 2.5, 2.0  # [pt] around a name that stands on a ground of its own, and around one that does not
 _LEADER = 11.0  # [pt] a label farther away than this gets a line
 
 
@@ -76,7 +78,7 @@ class Labeller:
         )  # fmt: skip
         text.set_gid(label.gid)
         box = text.get_window_extent()
-        pad = 2.5 * self.point if "bbox" in label.style else 0.5 * self.point
+        pad = (_PILL if "bbox" in label.style else _AIR) * self.point
         half = np.array([box.width, box.height]) / 2.0 + pad
         anchor = self.axes.transData.transform(label.at)
         clear = float(np.linalg.norm(self.axes.transData.transform(label.at + np.array([label.clear, 0.0])) - anchor))
@@ -89,11 +91,11 @@ class Labeller:
     def _best(self, anchor: Array, half: Array, clear: float, inside: bool) -> tuple[Array, float]:
         """Centre of the free place nearest to an anchor, and how far it is from the symbol [pt]."""
         best, far = anchor, 0.0
-        least = self._cost(anchor, half) if inside else np.inf
+        least = self._cost(anchor, half) - _ABOVE if inside else np.inf
         for distance in _DISTANCES:
             for direction in _DIRECTIONS:
                 centre = _beside(anchor, direction, clear + distance * self.point, half)
-                cost = self._cost(centre, half) + 0.05 * distance - 0.2 * np.sin(direction)
+                cost = self._cost(centre, half) + 0.05 * distance - _ABOVE * np.sin(direction)
                 if cost < least:
                     best, least, far = centre, cost, distance
         return best, far
@@ -123,7 +125,6 @@ class Labeller:
 
 
 def _beside(anchor: Array, direction: float, clear: float, half: Array) -> Array:
-    """Centre of a box that begins at a distance from the anchor in a direction."""
+    """Centre of a box outside of the circle around an anchor, beside it in a direction; the box's edge slides along."""
     way = np.array([np.cos(direction), np.sin(direction)])
-    edge = float(np.min(half / np.maximum(np.abs(way), 1e-9)))
-    return np.asarray(anchor + (clear + edge) * way)
+    return np.asarray(anchor + (clear + half) * way / np.abs(way).max())

@@ -14,11 +14,12 @@ from matplotlib.figure import Figure
 from matplotlib.rcsetup import cycler
 
 from .figure import save
-from .style import BLUE, GREEN, ORANGE, PURPLE, QUIET, RED, SKY, STYLE
+from .style import LOOPS, QUIET, STYLE
 
-CURVES: Final = (BLUE, RED, GREEN, ORANGE, PURPLE, SKY)
+CURVES: Final = LOOPS  # RED stays with what is driven, and with what is beyond a limit
 PLOTS: Final[dict[Any, Any]] = {**STYLE, "axes.prop_cycle": cycler(color=CURVES), "legend.frameon": False}
 _LINE: Final = 0.16  # [in] of the caption
+_LETTERS: Final = 16.5  # of a caption to the inch: full lines end short of the edge
 _ROW: Final = 13.0  # [pt] of a legend
 _GAP: Final = 6.0  # [pt] between axes, legend and title
 
@@ -28,7 +29,7 @@ def page(title: str, caption: str = "", *, line: str = "", width: float = 7.2, h
 
     width, height: of the axes with their names [in]. To be made, filled and saved within `mpl.rc_context(PLOTS)`.
     """
-    text = fill(" ".join(caption.split()), round(width * 15.5))
+    text = fill(" ".join(caption.split()), round(width * _LETTERS))
     foot = _LINE * (1 + text.count("\n")) + 0.14 if text else 0.0
     head = 0.6 if line else 0.4
     whole = height + foot + head

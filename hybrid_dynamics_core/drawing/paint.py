@@ -12,6 +12,7 @@ from matplotlib.patches import Polygon
 
 from ..description.model import Array
 from .depth import from_back
+from .labels import Label
 from .looks import BALL, WHITE, look, shaded
 from .parts import Part
 from .scene import Scene
@@ -25,11 +26,15 @@ _HEAD = np.array([1.35, 0.55])  # length and half width of an arrow's head, in r
 
 
 class Painter:
-    """Paints a scene; `covered` collects what was painted, (m, 2) polygons with a weight, for the labels."""
+    """Paints a scene.
+
+    For the labels `covered` collects what was painted, (m, 2) polygons with a weight, and `letters` the names of axes.
+    """
 
     def __init__(self, axes: Axes, scene: Scene) -> None:
         self.axes, self.scene, self.view = axes, scene, scene.view
         self.covered: list[tuple[Array, float]] = []
+        self.letters: list[Label] = []
         self._names: Counter[str] = Counter()
         self._order = 2.0
         self._active = {f"joint:{joint.name}" for joint in scene.skeleton.joints if joint.active}
@@ -53,7 +58,7 @@ class Painter:
         face = shaded(face, part, self.view)
         outline, cap = part.outline(self.view), part.cap(self.view)
         self._add(part.owner, outline, face, edge, width, "//////" if part.role == "base" else None)
-        self.covered.append((outline, 0.06 if part.role in ("plate", "base") else 1.0))
+        self.covered.append((outline, 0.02 if part.role in ("plate", "base") else 1.0))
         if part.role == "ball":
             self._add(f"{part.owner}.light", _shrunk(outline, 0.3, 0.28), mix(face, WHITE, 0.75), "none")
         if cap is None or part.role not in _CAPPED:
@@ -103,14 +108,12 @@ class Painter:
             self.covered.append((head, 1.0))
         self.covered.append((flat, 1.0))
         if named:
-            self._name_axis(stroke.owner[-1], flat, colour)
+            self._name_axis(stroke.owner, flat, colour)
 
-    def _name_axis(self, name: str, flat: Array, colour: str) -> None:
-        at = flat[1] + 1.1 * self.scene.unit * (flat[1] - flat[0]) / np.linalg.norm(flat[1] - flat[0])
-        self.axes.text(
-            float(at[0]), float(at[1]), name, color=colour, fontsize=7.5, ha="center", va="center", zorder=self._order
-        )
-        self.covered.append((at + 0.9 * self.scene.unit * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]), 2.0))
+    def _name_axis(self, owner: str, flat: Array, colour: str) -> None:
+        at = flat[1] + 1.5 * self.scene.unit * (flat[1] - flat[0]) / np.linalg.norm(flat[1] - flat[0])
+        style = {"color": colour, "fontsize": 7.5}
+        self.letters.append(Label(owner[-1], at, 0.0, style, f"letter:{owner}", colour, inside=True))
 
     def _end_on(self, stroke: Stroke, at: Array, colour: str) -> None:
         """An axis along the view: a circle with a dot (toward the viewer) or a cross (away)."""

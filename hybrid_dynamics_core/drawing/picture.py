@@ -47,7 +47,7 @@ def paint_scene(axes: Axes, scene: Scene, names: Names, limits: Array) -> None:
             painter.arrow(stroke)
     _fill(axes, limits)
     covered = painter.covered + [(outline, 1.0) for outline in ground_outlines(scene)]
-    Labeller(axes, covered).place(name_labels(scene, names))
+    Labeller(axes, covered).place(painter.letters + name_labels(scene, names))
 
 
 def _fill(axes: Axes, limits: Array) -> None:

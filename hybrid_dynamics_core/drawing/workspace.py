@@ -18,6 +18,7 @@ from scipy.ndimage import binary_closing, distance_transform_edt, gaussian_filte
 from ..description.model import Array
 from ..kinematics.workspace import Margins, Workspace
 from ..robot import Robot
+from .labels import Labeller
 from .layout import axes_at
 from .options import Colour
 from .paint import Painter
@@ -112,9 +113,11 @@ def _panel(axes: Axes, plane: Plane, paint: Callable[..., None], drawn: Drawn, t
     axes.grid(visible=False)
     if np.isfinite(drawn[-1]).any():
         paint(axes, *drawn, top)
-    Painter(axes, plane.scene).paint()
+    painter = Painter(axes, plane.scene)
+    painter.paint()
     (left, bottom), (right, top) = plane.box
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
+    Labeller(axes, []).place(painter.letters)  # at their arrows: a map has no room for leaders
 
 
 def _along(plane: Plane, samples: Margins, values: Array) -> Drawn:

@@ -12,14 +12,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hybrid_dynamics_core.drawing.style import BLUE, GREEN, ORANGE, PURPLE, QUIET, RED, STYLE
+from hybrid_dynamics_core.drawing.style import BLUE, GREEN, INK, LOOPS, ORANGE, QUIET, RED, STYLE
 from hybrid_dynamics_ros.offline.collect import Track
 from hybrid_dynamics_ros.samples import FloatArray
 
-_COLOURS: Final = (BLUE, RED, GREEN, ORANGE, PURPLE, "#0aa", "#a60", "#666")
+_COLOURS: Final = LOOPS  # as in the drawings; RED is kept for what is beyond an end
 _WIDTH: Final = 10.5  # [inch]
 _LEAST: Final = 1e-17  # residuals of zero on a logarithmic axis
 _ABOVE: Final[dict[str, Any]] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "fontsize": 8, "frameon": False}
+_NEAR: Final = 0.1  # of a singularity
+_THOUSANDS: Final = "{x:,.10g}"
 _RECORDED: Final = "#b4bac2"
 _MOST: Final = 2500  # points of a line: more cannot be seen, and make the page heavy
 Draw = Callable[[Track], Figure]
@@ -77,7 +79,7 @@ def energy(track: Track) -> Figure:
     for k, name in enumerate(track.robot.active):
         part = track.efforts[:, k] * track.state.du[:, k]
         _line(axes[1][0], track, part, _COLOURS[k % len(_COLOURS)], label=name)
-    _line(axes[1][0], track, track.power, "black", label="sum")
+    _line(axes[1][0], track, track.power, INK, label="sum")
     axes[1][0].set_ylabel("power [W]")
     axes[1][0].legend(**_ABOVE, ncols=8)
     return figure
@@ -93,10 +95,9 @@ def closure(track: Track) -> Figure:
     for k, loop in enumerate(track.robot.loops):
         _line(axes[1][0], track, track.state.distances[:, k], _COLOURS[k % len(_COLOURS)], label=loop)
     axes[1][0].set_ylim(0.0, 1.05)
-    axes[1][0].axhline(0.1, color=QUIET, linewidth=0.8, linestyle="--")
+    axes[1][0].axhline(_NEAR, color=QUIET, linewidth=0.8, linestyle="--", label=f"near: {_NEAR:g}")
     axes[1][0].set_ylabel("distance to a\nsingularity [1]")
-    if track.robot.loops:
-        axes[1][0].legend(**_ABOVE, ncols=6)
+    axes[1][0].legend(**_ABOVE, ncols=6)
     return figure
 
 
@@ -108,23 +109,30 @@ def margins(track: Track) -> Figure:
         ax = axes[k][0]
         _line(ax, track, left[:, k], _COLOURS[k % len(_COLOURS)])
         ax.axhline(0.0, color=RED, linewidth=0.8)
-        ax.set_ylim(min(0.0, 1.1 * float(left[:, k].min())) - 1e-9, 1.08 * float(left[:, k].max()) + 1e-9)
+        low, high = min(0.0, float(left[:, k].min())), max(0.0, float(left[:, k].max()))
+        room = 0.08 * (high - low) + 1e-9
+        ax.set_ylim(low - room, high + room)  # the red line stands clear of the axis
         ax.set_ylabel(f"{name} [{unit_of(track, name, 'position')}]")
     return figure
 
 
 def sampling(track: Track) -> Figure:
     """Intervals between stamps, and where samples are missing or bad."""
-    figure, axes = _panels(1, 2, 2.2)
+    regular = not track.gaps and not track.bad
+    figure, axes = _panels(1, 1 if regular else 2, 2.2)
     positive = track.intervals[track.intervals > 0.0]
     if len(positive):
         middle = float(np.median(positive))
         low, high = np.percentile(positive, [0.5, 99.5])
         span = max(high - low, 0.02 * middle)
         ends = ((low - 0.2 * span) * 1e3, (high + 0.2 * span) * 1e3)
-        axes[0][0].hist(positive * 1e3, bins=60, range=ends, color=BLUE)
+        share = np.full(len(positive), 100.0 / len(positive))  # of a long recording not all intervals are kept
+        axes[0][0].hist(positive * 1e3, bins=60, range=ends, weights=share, color=BLUE)
     axes[0][0].set_xlabel("between stamps [ms]")
-    axes[0][0].set_ylabel("samples")
+    axes[0][0].set_ylabel("share of samples [%]")
+    if regular:
+        axes[0][0].set_title("no gaps, no bad samples")
+        return figure
     ax = axes[0][1]
     for start, end in track.gaps:
         ax.axvspan(min(start, end), max(start, end), color=ORANGE, alpha=0.5, linewidth=1.0)
@@ -133,8 +141,7 @@ def sampling(track: Track) -> Figure:
     ax.set_xlim(0.0, max(float(track.time.max()), 1e-3))
     ax.set_ylim(0.0, 1.0)
     ax.set_yticks([])
-    nothing = not track.gaps and not track.bad
-    ax.set_title("no gaps, no bad samples" if nothing else "gaps (orange) and bad samples (red)")
+    ax.set_title("gaps (orange) and bad samples (red)")
     ax.set_xlabel("time [s]")
     return figure
 
@@ -156,7 +163,7 @@ def _panels(rows: int, columns: int, height: float) -> tuple[Figure, list[list[A
     for ax in axes.flat:
         ax.grid(visible=True, color="#e6e6e6", linewidth=0.6)
         ax.spines[["top", "right"]].set_visible(False)
-        ax.ticklabel_format(useOffset=False) if rows * columns > 2 else None
+        ax.yaxis.set_major_formatter(_THOUSANDS)
     for ax in axes[-1]:
         ax.set_xlabel("time [s]")
     for ax in axes[:-1].flat:

@@ -30,9 +30,11 @@ h1 { font-size: 1.6em; margin-bottom: 0; } h2 { font-size: 1.15em; margin-top: 2
 p.quiet { color: #666; margin-top: .2em; } div.wide { overflow-x: auto; }
 svg { width: 100%; min-width: 640px; height: auto; }
 table { border-collapse: collapse; margin: .6em 0; } th { text-align: left; font-weight: 600; }
-td, th { padding: .15em 1.2em .15em 0; border-bottom: 1px solid #eee; } td.n { text-align: right; }
+td, th { padding: .15em 1.2em .15em 0; border-bottom: 1px solid #eee; }
+td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 .warn { background: #fff4e5; border-left: 4px solid #e08a00; padding: .5em 1em; }
 """
+_DIGITS: Final = tuple("-0123456789")
 _FIGURES: Final[tuple[tuple[str, str, Draw], ...]] = (
     ("Trajectories", "The active joints, as measured or as estimated from positions.", trajectories),
     ("Efforts", "What the model says the actuators gave, beside what was recorded.", efforts),
@@ -113,7 +115,7 @@ def _facts(track: Track) -> str:
         )
     power = track.power[np.isfinite(track.power)]
     if len(power):
-        rows.append(["largest power", f"{float(np.abs(power).max()):.4g} W"])
+        rows.append(["largest power", f"{_digits(float(np.abs(power).max()))} W"])
     return _table([], rows)
 
 
@@ -121,7 +123,7 @@ def _errors(track: Track) -> str:
     errors = track.errors
     rows = []
     for k, name in enumerate(track.robot.active):
-        sizes = [f"{value:.4g}" for value in (errors.rms[k], errors.mean[k], errors.largest[k])]
+        sizes = [_digits(value) for value in (errors.rms[k], errors.mean[k], errors.largest[k])]
         share = f"{100.0 * errors.explained[k]:.2f} %" if np.isfinite(errors.explained[k]) else "-"
         rows.append([name, unit_of(track, name, "effort"), *sizes, share, str(errors.count[k])])
     return _table(["recorded less computed", "unit", "RMS", "mean", "largest", "variance explained", "samples"], rows)
@@ -152,10 +154,21 @@ def _bad(track: Track) -> str:
     return _table(["refused", "samples", "first", "last"], rows)
 
 
+def _digits(value: float) -> str:
+    """A number with four digits that count, and no power of ten where it is large."""
+    return f"{value:.4g}" if abs(value) < 1e4 else f"{float(f'{value:.4g}'):,.0f}"
+
+
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    top = "<tr>" + "".join(f"<th>{html.escape(cell)}</th>" for cell in head) + "</tr>" if head else ""
-    body = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return _wide(f"<table>{top}{body}</table>")
+    """Rows, under a head where there is one: then columns of numbers stand to the right."""
+    right = [bool(head) and all(row[k][:1] in _DIGITS for row in rows) for k in range(len(rows[0]))]
+
+    def line(cells: Sequence[str], tag: str) -> str:
+        parts = zip(cells, right, strict=True)
+        return "".join(f"<{tag}{' class=n' * n}>{html.escape(cell)}</{tag}>" for cell, n in parts)
+
+    lines = ([line(head, "th")] if head else []) + [line(row, "td") for row in rows]
+    return _wide(f"<table>{''.join(f'<tr>{text}</tr>' for text in lines)}</table>")
 
 
 def _wide(part: str) -> str:

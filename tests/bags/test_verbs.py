@@ -20,11 +20,12 @@ from hybrid_dynamics_core.dynamics.parameters import described_parameters
 from hybrid_dynamics_core.simulation import simulate
 from hybrid_dynamics_ros.offline.collect import collect
 from hybrid_dynamics_ros.offline.errors import BagError
+from hybrid_dynamics_ros.offline.figures import margins, sampling
 from hybrid_dynamics_ros.offline.identify import identify_track
 from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
 from hybrid_dynamics_ros.offline.many import attempt, run_jobs
 from hybrid_dynamics_ros.offline.process import INPUT, Job, Outcome, process
-from hybrid_dynamics_ros.offline.report import accelerations_of
+from hybrid_dynamics_ros.offline.report import accelerations_of, report
 from hybrid_dynamics_ros.offline.trajectory_file import read_trajectory
 from tests.bags.messages import bag, joint_state, motion_of, recorded
 
@@ -267,6 +268,20 @@ def test_a_report_stands_alone_and_tells_of_gaps_and_bad_samples(forging, tmp_pa
     assert "<td>gaps</td><td>1</td>" in page
     assert "recorded less computed" in page
     assert len(set(re.findall(r' id="([^"]+)"', page))) == len(re.findall(r' id="([^"]+)"', page))
+
+
+def test_a_report_draws_ends_of_strokes_in_view_and_nothing_where_nothing_is_missing(forging, tmp_path):
+    write_trajectory(tmp_path / "rec", simulated(forging, 2.0, 100.0), INPUT, {"robot": ROBOT})
+    track = collect(tmp_path / "rec", ROBOT)
+    strokes = margins(track).axes
+    assert len(strokes) == len(track.margins[0])
+    assert all(axes.get_ylim()[0] < 0.0 for axes in strokes)  # else the axis hides the line at zero
+    (intervals,) = sampling(track).axes
+    assert sum(bar.get_height() for bar in intervals.patches) == pytest.approx(100.0)
+    page = report(track, "rec")
+    assert re.search(r"<td>largest power</td><td>[\d.,]+ W</td>", page)
+    assert page.count("<th class=n>") == 5  # of the efforts' table: RMS, mean, largest, explained, samples
+    assert re.search(r"<td>q12</td><td>N</td><td class=n>", page)
 
 
 def test_a_report_says_where_accelerations_are_from_and_a_perfect_model_looks_perfect(forging, tmp_path):

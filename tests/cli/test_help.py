@@ -58,6 +58,12 @@ def test_every_verb_has_help_with_examples_of_itself(words: tuple[str, ...]) -> 
     assert all(param.help for param in command_of(words).params if isinstance(param, click.Option) and words != SPARE)
 
 
+@pytest.mark.parametrize("words", [(), *ALL], ids="-".join)
+def test_help_fits_a_terminal_but_for_commands_to_be_copied(words: tuple[str, ...]) -> None:
+    page = CliRunner().invoke(app, [*words, "--help"], terminal_width=80).output
+    assert [line for line in page.splitlines() if len(line) > 80 and "hybrid-dynamics " not in line] == []
+
+
 SPARE = ("export",)  # its output is for programs as it is
 
 

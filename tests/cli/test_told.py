@@ -120,6 +120,23 @@ def test_modes_tell_where_the_end_effector_is() -> None:
     assert "x, y, z of end_effector in base" in call("branches", "five_bar").output
 
 
+@pytest.mark.parametrize("name", ["forging_chu2020", "staicu2015"])
+def test_modes_name_the_loops_in_which_they_differ_and_fit_a_terminal(name: str) -> None:
+    output = call("branches", name).output
+    branches = [mode["branch"] for mode in told("branches", name)["modes"]]
+    head = output.splitlines()[2].split()
+    for loop in branches[0]:
+        ways = {branch[loop] for branch in branches}
+        assert (loop in head) == (len(ways) > 1)
+        assert all(way in output for way in ways)
+    assert max(map(len, output.splitlines())) <= 80
+
+
+@pytest.mark.parametrize("name", ["forging_chu2020", "staicu2015", "excavator"])
+def test_what_a_robot_is_fits_a_terminal(name: str) -> None:
+    assert max(map(len, call("info", name).output.splitlines())) <= 80
+
+
 def test_the_end_of_a_motion_is_told_once() -> None:
     output = call("simulate", "excavator", "--seconds", "1").output
     assert output.count("q22 reached its lower limit 0.32") == 1

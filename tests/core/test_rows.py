@@ -59,3 +59,20 @@ def test_rows_keep_their_own_modes_accelerations_and_status(forging: Robot) -> N
     assert broken.rows(1).status is ClosureStatus.UNREACHABLE
     with pytest.raises(InputError, match="not a batch"):
         modes[0].rows(0)
+
+
+def test_a_state_prints_what_it_is_in_short_and_a_batch_the_worst_of_its_rows(forging: Robot) -> None:
+    state = forging.close(forging.reference, [0.1, 0.0, 0.0, 0.0])
+    shown = repr(state)
+    assert shown.startswith("ClosedState(u=[0, 0.1, 0.15, 0], du=[0.1, 0, 0, 0], z=[2.3664, -1.63334, ")
+    assert f"singularity={state.singularity:.3g}, " in shown
+    assert "'theta_1': 'counterclockwise'" in shown
+    assert shown.endswith("status=OK)")
+    rows = [forging.reference, np.add(forging.reference, [0.0, 0.4, 0.0, 0.0]), [0.0, 0.9, 0.1, 0.0]]
+    many = forging.close(rows, check=False)
+    assert "u=(3, 4), " in repr(many)
+    assert repr(many).endswith("status=OK+UNREACHABLE)")
+    closed = many.rows([0, 1])
+    assert f"singularity={np.min(closed.singularity):.3g}, " in repr(closed)
+    assert f"residual={np.max(closed.residual):.2g}, " in repr(closed)
+    assert "u=(0, 4), " in repr(many.rows(slice(0)))

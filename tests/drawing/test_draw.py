@@ -13,6 +13,7 @@ from matplotlib.text import Text
 
 from hybrid_dynamics_core import ClosedState, InputError, Robot
 from hybrid_dynamics_core.drawing import draw, draw_on
+from hybrid_dynamics_core.drawing.labels import _beside
 from hybrid_dynamics_core.drawing.style import RED
 
 from .conftest import drawing_of
@@ -86,6 +87,25 @@ def test_names_of_active_joints_do_not_hide_each_other(robot: Robot) -> None:
     for box in boxes:
         assert np.all(figure.bbox.min <= box.min)
         assert np.all(box.max <= figure.bbox.max)
+
+
+def test_letters_of_axes_stand_on_no_joint_and_no_arrow(robot: Robot) -> None:
+    figure = drawing_of(robot.name)
+    letters = [artist for artist in figure.findobj(Text) if (artist.get_gid() or "").startswith("letter:")]
+    assert len(letters) >= 2  # of the end effector's frame; an axis along the view has a mark instead
+    symbols = [patch for patch in figure.findobj(Polygon) if (patch.get_gid() or "").startswith(("joint:", "drive:"))]
+    for letter in letters:
+        middle = np.mean(letter.get_window_extent().get_points(), axis=0)
+        for symbol in symbols:
+            assert not symbol.get_path().transformed(symbol.get_transform()).contains_point(middle), symbol.get_gid()
+
+
+@pytest.mark.parametrize("direction", np.linspace(0.0, 2.0 * np.pi, 25))
+def test_a_name_stays_outside_of_the_circle_that_it_is_to_keep_clear_of(direction: float) -> None:
+    half, clear = np.array([40.0, 6.0]), 10.0
+    centre = _beside(np.zeros(2), direction, clear, half)
+    gap = np.maximum(np.abs(centre) - half, 0.0)  # from the circle's middle to the box
+    assert np.linalg.norm(gap) >= clear * (1.0 - 1e-9)  # but for rounding
 
 
 def test_scales_are_equal(robot: Robot) -> None:

@@ -16,7 +16,7 @@ from tests.published.test_forging_chu2020 import close_to
 from tests.published.test_staicu2015 import REFERENCE as STAICU
 from tests.published.test_staicu2015 import TOLERANCE
 
-pytest.importorskip("matplotlib")
+mpl = pytest.importorskip("matplotlib")
 FOLDER = Path(__file__).parents[2] / "examples" / "figures"
 SCRIPTS = sorted(path.stem for path in FOLDER.glob("*_figure_*.py"))
 STAICU_FIGURES = {5: ("ABC", 0), 6: ("DEF", 0), 7: ("ABC", 1), 8: ("DEF", 1), 9: ("ABC", 2), 10: ("DEF", 2)}
@@ -40,6 +40,17 @@ def curves(script: str) -> Callable[[np.ndarray], np.ndarray]:
 def test_every_figure_has_its_script() -> None:
     wanted = [f"chu2020_figure_{k}" for k in (8, 9, 10)] + [f"staicu2015_figure_{k}" for k in STAICU_FIGURES]
     assert sorted(wanted) == SCRIPTS
+
+
+@pytest.mark.parametrize("script", ["chu2020_figure_9", "chu2020_figure_10"])
+def test_captions_end_before_the_edge_of_the_page(script: str) -> None:
+    from hybrid_dynamics_core.drawing.page import PLOTS
+
+    with mpl.rc_context(PLOTS):
+        figure = run(script)["draw"]()
+        ends = [text.get_window_extent().x1 for text in figure.texts]
+    assert len(ends) == 2
+    assert max(ends) < 0.99 * figure.bbox.width
 
 
 def test_chu_figure_8_end_effector() -> None:
@@ -80,7 +91,7 @@ def test_scripts_write_their_figure(script: str, tmp_path: Path, monkeypatch: py
     paper, number = script.split("_figure_")
     title = "Chu et al. (2020)" if paper == "chu2020" else "Staicu (2015)"
     assert f"{title}, Figure {number}:" in text
-    assert "(printed: " in text  # what was read otherwise than printed stands below
+    assert "(printed:" in text  # what was read otherwise than printed stands below
     assert str(place) in capsys.readouterr().out
 
 
