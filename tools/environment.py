@@ -108,7 +108,7 @@ def steps(purpose: str) -> Iterator[Step]:
     )
     yield Step(
         "Building and installing the interfaces of msg_defs/",
-        ["--verbose", "--no-deps", "--force-reinstall", str(interfaces)],  # what the compiler is at, for the signs of life
+        ["--verbose", "--no-deps", "--force-reinstall", str(interfaces)],  # the signs of life name what is built
         files(interfaces, INTERFACE_INPUTS),
         "hybrid-dynamics-msgs",
     )
