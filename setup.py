@@ -6,7 +6,8 @@ from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
-PACKAGE = ElementTree.parse(Path(__file__).resolve().parent / "package.xml").getroot()
+HERE = Path(__file__).resolve().parent
+PACKAGE = ElementTree.parse(HERE / "package.xml").getroot()
 NAME = PACKAGE.findtext("name")  # colcon wants the name of package.xml here
 
 EXTRAS = {
@@ -75,6 +76,19 @@ setup(
     name=NAME,
     version=PACKAGE.findtext("version"),
     description=PACKAGE.findtext("description"),
+    long_description=(HERE / "README.md").read_text(encoding="utf-8"),
+    long_description_content_type="text/markdown",
+    keywords=["robotics", "ROS 2", "kinematics", "dynamics", "closed loops", "parallel robots"],
+    classifiers=[
+        "Development Status :: 4 - Beta",
+        "Intended Audience :: Science/Research",
+        "License :: OSI Approved :: Apache Software License",
+        "Operating System :: POSIX :: Linux",
+        "Programming Language :: Python :: 3.11",
+        "Programming Language :: Python :: 3.12",
+        "Topic :: Scientific/Engineering",
+        "Typing :: Typed",
+    ],
     author=PACKAGE.findtext("maintainer"),
     author_email=PACKAGE.find("maintainer").get("email"),
     license=PACKAGE.findtext("license"),

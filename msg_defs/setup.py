@@ -57,6 +57,8 @@ setup(
     name="hybrid-dynamics-msgs",
     version=PACKAGE.findtext("version"),
     description=PACKAGE.findtext("description"),
+    long_description=PACKAGE.findtext("description"),
+    long_description_content_type="text/markdown",
     license=PACKAGE.findtext("license"),
     python_requires=">=3.11",
     install_requires=[

@@ -30,6 +30,9 @@ NEEDS = {  # what tests take from beyond the libraries of Ubuntu 24.04, and of a
     "export/test_loops.py": ("pinocchio",),
     "export/test_urdf.py": ("pinocchio",),
     "ros": ("rclpy",),
+    "ros/test_conversions.py": ("rclpy", "rosbags"),
+    "ros/test_outputs.py": ("rclpy", "rosbags"),
+    "ros/test_page_blocks.py": ("rclpy", "rosbags"),
 }
 MISSING = {
     place: [name for name in names if importlib.util.find_spec(name) is None]

@@ -10,10 +10,10 @@ from pathlib import Path
 import click
 import pytest
 from click.shell_completion import ShellComplete
-from click.testing import CliRunner
 
 from hybrid_dynamics_cli.app import app
 from hybrid_dynamics_cli.exits import MEANINGS
+from tests.cli.calling import call
 
 pytest.importorskip("rosbags")
 
@@ -49,7 +49,7 @@ def examples(words: tuple[str, ...]) -> list[str]:
 
 @pytest.mark.parametrize("words", ALL, ids="-".join)
 def test_every_verb_has_help_with_examples_of_itself(words: tuple[str, ...]) -> None:
-    page = CliRunner().invoke(app, [*words, "--help"])
+    page = call(*words, "--help")
     assert page.exit_code == 0
     assert len(examples(words)) >= 2
     for line in examples(words):
@@ -91,7 +91,7 @@ RUN = [(words, line) for words in ALL for line in examples(words) if words[0] no
 def test_the_examples_run(line: str) -> None:
     pytest.importorskip("matplotlib")
     fewer = ["--samples", "500"] if " workspace " in line else []
-    result = CliRunner().invoke(app, [*shlex.split(line)[1:], *fewer])
+    result = call(*shlex.split(line)[1:], *fewer)
     assert result.exit_code == 0, result.output
 
 
@@ -104,7 +104,7 @@ def test_the_examples_of_long_runs_are_understood(words: tuple[str, ...]) -> Non
 
 
 def test_exit_codes_stand_under_help() -> None:
-    page = CliRunner().invoke(app, ["--help"]).output
+    page = call("--help").output
     for code, meaning in MEANINGS.items():
         assert f"{code}  {meaning}" in page
     assert list(MEANINGS) == [0, 1, 2, 3]

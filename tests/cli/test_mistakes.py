@@ -8,14 +8,9 @@ from importlib.abc import MetaPathFinder
 from typing import Any
 
 import pytest
-from click.testing import CliRunner, Result
 
 from hybrid_dynamics_cli.__main__ import main
-from hybrid_dynamics_cli.app import app
-
-
-def call(*arguments: str) -> Result:
-    return CliRunner().invoke(app, arguments)
+from tests.cli.calling import call
 
 
 def test_a_verb_that_is_not_there_gets_a_hint() -> None:

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner, Result
 
-from hybrid_dynamics_cli.app import app
 from hybrid_dynamics_core import load
+from tests.cli.calling import call
 
 LIFT = """\
 format: 1
@@ -37,10 +36,6 @@ active: [stroke]
 end_effector: {link: bucket}
 reference: {stroke: 0.1}
 """
-
-
-def call(*arguments: str) -> Result:
-    return CliRunner().invoke(app, arguments)
 
 
 @pytest.fixture

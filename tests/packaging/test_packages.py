@@ -18,6 +18,13 @@ def test_both_packages_have_the_version_of_the_library(manifest: Path) -> None:
     assert ElementTree.parse(manifest).findtext("version") == hybrid_dynamics_core.__version__
 
 
+def test_both_packages_carry_the_licence() -> None:
+    """The interfaces are released from a branch that holds their folder alone."""
+    texts = {manifest.with_name("LICENSE").read_text(encoding="utf-8") for manifest in MANIFESTS}
+    assert len(texts) == 1
+    assert all(ElementTree.parse(manifest).find("license").get("file") == "LICENSE" for manifest in MANIFESTS)
+
+
 def test_the_interfaces_that_are_built_are_those_that_are_there() -> None:
     cmake = (ROOT / "msg_defs" / "CMakeLists.txt").read_text(encoding="utf-8")
     there = sorted([*ROOT.glob("msg_defs/msg/*.msg"), *ROOT.glob("msg_defs/srv/*.srv")])
