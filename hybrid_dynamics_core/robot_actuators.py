@@ -29,7 +29,10 @@ class RobotActuators(RobotDynamics):
 
     @cached_property
     def drives(self) -> tuple[str, ...]:
-        """The n joints that are driven: those with an actuator, then active joints until the motion is determined."""
+        """The n joints that are driven: those with an actuator, then active joints until the motion is determined.
+
+        In the order of the coordinates.
+        """
         R = self.close(self.reference).R
         chosen: list[str] = []
         basis: list[Array] = []
@@ -41,7 +44,7 @@ class RobotActuators(RobotDynamics):
             if np.linalg.norm(rest) > INDEPENDENT * max(1.0, float(np.linalg.norm(row))):
                 basis.append(rest / np.linalg.norm(rest))
                 chosen.append(name)
-        return tuple(chosen)
+        return tuple(sorted(chosen, key=self.coordinates.index))
 
     def generalised_forces(self, state: ClosedState, forces: Mapping[str, ArrayLike]) -> Array:
         """tau (n,) or (N, n) of forces [N] and torques [N m] along any joints, by name: R^T f, Chu (2020), Eq. 22.

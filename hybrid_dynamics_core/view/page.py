@@ -67,7 +67,9 @@ def efforts_html(robot: Robot, efforts: Efforts) -> str:
     if efforts.problem:
         return f"{_STYLE}<div class=hd>{escape(efforts.problem)}</div>"
     recorded = {} if efforts.recorded is None else dict(zip(robot.active, efforts.recorded.tolist(), strict=True))
-    rows = ["<td></td><td></td><td class='n q'>model</td><td></td><td class='n q'>recorded</td>"] if recorded else []
+    rows = (
+        ["<td></td><td></td><td class='n q'>model</td><td></td><td class='n q u'>in the file</td>"] if recorded else []
+    )
     for name, value, share in zip(efforts.joints, efforts.values.tolist(), efforts.shares(robot), strict=True):
         unit = "N m" if robot.joint_types[name] == "revolute" else "N"
         cells = [f"<td>{escape(name)}</td><td>{bar(0.5, 0.5 * share, RED)}</td>"]

@@ -13,7 +13,7 @@ from ..description.model import Array
 from . import page
 from .asking import Ask, by_person, put
 from .playback import Playback
-from .ranges import on_round_steps, round_value, slider_ranges
+from .ranges import on_round_steps, on_step, round_value, slider_ranges
 from .session import Efforts, Session
 
 
@@ -64,7 +64,7 @@ class Panel:
         self.target = np.array(self.session.state.u)
         for slider, value in zip(self.sliders, self.target.tolist(), strict=True):
             if abs(value - slider.value) > slider.step:  # a slider that a person holds is left alone
-                put(slider, float(np.clip(value, slider.min, slider.max)))
+                put(slider, on_step(float(np.clip(value, slider.min, slider.max)), slider.step))
 
     def list_modes(self) -> None:
         """Look for the assembly modes at the present coordinates."""
@@ -85,7 +85,7 @@ class Panel:
             for k, name in enumerate(robot.active):
                 unit = "rad" if robot.joint_types[name] == "revolute" else "m"
                 low, high, step = on_round_steps(*ranges[k].tolist())
-                start = float(np.clip(self.target[k], low, high))
+                start = on_step(float(np.clip(self.target[k], low, high)), step)
                 slider = self.gui.add_slider(f"{name} [{unit}]", low, high, step, start)
                 slider.on_update(self._moved(k))
                 self.sliders.append(slider)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 import numpy as np
@@ -48,6 +49,11 @@ def on_round_steps(low: float, high: float) -> tuple[float, float, float]:
     step, digits = 10.0**power, max(-power, 0)
     first, last = np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9)
     return round(float(first * step), digits), round(float(last * step), digits), round(float(step), digits)
+
+
+def on_step(value: float, step: float) -> float:
+    """The nearest multiple of a power of ten, as a slider's number box has room for."""
+    return round(value, max(round(-math.log10(step)), 0))
 
 
 def round_value(value: float) -> float:

@@ -117,7 +117,7 @@ class Stage:
             cell_color=(222, 227, 232),
             section_color=(200, 207, 214),
             plane_color=(250, 251, 252),
-            plane_opacity=1.0,
+            plane_opacity=0.6,
             shadow_opacity=0.25,
             fade_distance=3.0 * floor.side,
             position=middle,
@@ -160,10 +160,11 @@ class Stage:
         handle = self.scene.add_mesh_simple(
             path, mesh.vertices, mesh.faces, color=rgb(RED), cast_shadow=False, visible=False
         )
-        if revolute:
-            return handle, anchor.point, anchor.axis
         rotation, _ = shape.poses(shape.home)[anchor.link]
         toward = rotation.T @ (self.camera.position - self.camera.look_at)
+        if revolute:
+            front = np.copysign(1.0, anchor.axis @ toward) * anchor.axis
+            return handle, anchor.point + 2.0 * shape.unit * front, anchor.axis
         aside = np.cross(anchor.axis, toward)
         aside /= max(float(np.linalg.norm(aside)), 1e-9)
         front = np.cross(aside, anchor.axis)

@@ -59,8 +59,12 @@ def test_every_verb_has_help_with_examples_of_itself(words: tuple[str, ...]) -> 
 
 
 @pytest.mark.parametrize("words", [(), *ALL], ids="-".join)
-def test_help_fits_a_terminal_but_for_commands_to_be_copied(words: tuple[str, ...]) -> None:
-    page = CliRunner().invoke(app, [*words, "--help"], terminal_width=80).output
+def test_help_fits_a_terminal_but_for_commands_to_be_copied(
+    words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    page = call(*words, "--help").output
+    assert page
     assert [line for line in page.splitlines() if len(line) > 80 and "hybrid-dynamics " not in line] == []
 
 
