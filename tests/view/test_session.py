@@ -12,8 +12,9 @@ from hybrid_dynamics_core.control import JointTrajectory
 from hybrid_dynamics_core.view.glide import SPAN
 from hybrid_dynamics_core.view.motion import motion_of
 from hybrid_dynamics_core.view.page import efforts_html, mode_labels, modes_html, problem_html, state_html
-from hybrid_dynamics_core.view.ranges import on_round_steps, slider_ranges
+from hybrid_dynamics_core.view.ranges import on_round_steps, on_step, slider_ranges
 from hybrid_dynamics_core.view.session import Session
+from tests.mechanisms import changed
 
 from .conftest import Opened
 
@@ -123,6 +124,14 @@ def test_sliders_have_round_steps_within_the_range(low: float, high: float) -> N
     assert low - 1e-9 <= first < low + step
     assert high - step < last <= high + 1e-9
     assert 500 <= round((last - first) / step) + 1 <= 6400
+
+
+def test_sliders_begin_on_their_steps_whatever_the_reference(forging: Robot, opened: Opened) -> None:
+    """Their number boxes have no room for more digits."""
+    robot = changed(forging, reference={**forging.description.reference, "q1": 10.0 * np.pi / 180.0})
+    assert on_step(0.1745329, 0.001) == 0.175
+    for slider, value in zip(opened(robot).panel.sliders, robot.reference, strict=True):
+        assert slider.value == on_step(slider.value, slider.step) == pytest.approx(value, abs=0.5 * slider.step)
 
 
 def test_playback_shows_the_motion_with_the_efforts_that_it_takes(forging: Robot, opened: Opened) -> None:
