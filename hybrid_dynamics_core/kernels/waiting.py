@@ -1,4 +1,4 @@
-"""Word of compiling while one waits for it: after a second of silence, and at most once a second.
+"""Word of compiling while one waits for it: after a second of silence, at most once a second, and never twice the same.
 
 It goes to the logger of this module, at level INFO. Where nobody listens there, a terminal gets it as a line on
 stderr; a program whose output goes elsewhere, and one that finds everything in the cache, gets none.
@@ -23,10 +23,14 @@ class Waiting:
 
     def __init__(self) -> None:
         self._silent = 0.0
+        self._said: set[str] = set()
 
     @contextmanager
     def during(self, label: str) -> Iterator[None]:
         """Around compiling: says `label` when it has lasted too long. A thread waits, since LLVM cannot be asked."""
+        if label in self._said:  # another part of the same
+            yield
+            return
         told = threading.Event()
         timer = threading.Timer(max(0.0, PATIENCE - self._silent), _tell, (label, told))
         timer.daemon = True
@@ -37,6 +41,8 @@ class Waiting:
         finally:
             timer.cancel()
             lasted = time.monotonic() - start
+            if told.is_set():
+                self._said.add(label)
             self._silent = 0.0 if told.is_set() else self._silent + lasted
 
 

@@ -46,6 +46,17 @@ def test_long_compiling_is_told_on_a_terminal(terminal: Terminal, monkeypatch: p
     assert terminal.getvalue() == "compiling motion of arm (once; kept in the cache) ...\n"
 
 
+def test_parts_of_one_thing_are_told_once(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(waiting, "PATIENCE", 0.0)
+    word = waiting.Waiting()
+    for label in ("reactions of arm", "reactions of arm", "motion of arm"):
+        told_before = label in terminal.getvalue()
+        terminal.written.clear()
+        with word.during(label):
+            assert terminal.written.wait(0.1 if told_before else DEADLINE) is not told_before
+    assert terminal.getvalue() == "compiling reactions of arm ...\ncompiling motion of arm ...\n"
+
+
 def test_short_compiling_is_not_told(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(waiting, "PATIENCE", DEADLINE)
     before = threading.active_count()
