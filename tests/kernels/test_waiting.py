@@ -91,8 +91,8 @@ def test_many_short_ones_are_told_together_and_then_not_for_a_while(monkeypatch:
     monkeypatch.setattr(waiting, "threading", SimpleNamespace(Timer=Timer, Event=threading.Event))
     monkeypatch.setattr(waiting, "time", SimpleNamespace(monotonic=lambda: next(clock)))
     together = waiting.Waiting()
-    for _ in range(6):
-        with together.during("one of arm"):
+    for k in range(6):
+        with together.during(f"part {k} of arm"):
             pass
     assert delays == pytest.approx([1.0, 0.6, 0.2] * 2)
 
