@@ -12,8 +12,11 @@ import numpy as np
 
 from hybrid_dynamics_cli.output import number, show, table
 from hybrid_dynamics_cli.parameters import RobotType, json_option, output_path
-from hybrid_dynamics_ros.offline.collect import collect
-from hybrid_dynamics_ros.offline.identify import Found, identify_track
+from hybrid_dynamics_core.dynamics.parameters import Parameters
+from hybrid_dynamics_core.errors import InputError
+from hybrid_dynamics_core.identification import TooLittleShownError
+from hybrid_dynamics_ros.offline.collect import Track, collect
+from hybrid_dynamics_ros.offline.identify import Found, asked_parameters, identify_track
 from hybrid_dynamics_ros.offline.process import SMOOTHINGS
 from hybrid_dynamics_ros.offline.settings import read_settings
 
@@ -36,6 +39,7 @@ Examples:
 @params_option
 @click.option("--smooth", type=click.Choice(SMOOTHINGS), default="spline", help="How accelerations are found.")
 @click.option("--friction", metavar="JOINTS", default="", help="Joints whose friction is asked for; or all.")
+@click.option("--links", metavar="LINKS", default="", help="Links whose inertia is asked for; all unless given.")
 @click.option("--hold-out", type=click.FloatRange(0.05, 0.9), default=0.25, help="Share of the bag to test on.")
 @click.option("--samples", type=click.IntRange(100), default=5000, help="How many samples are used at most.")
 @click.option("--output", metavar="FILE", help="Write the base parameters to this CSV file too.")
@@ -50,6 +54,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     params: Path | None,
     smooth: str,
     friction: str,
+    links: str,
     hold_out: float,
     samples: int,
     output: str | None,
@@ -63,8 +68,8 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     """
     place = None if output is None else output_path(output)
     track = collect(bag, robot, topic, smooth, read_settings(params), most=samples)
-    joints = track.robot.active if friction == "all" else tuple(name for name in friction.split(",") if name)
-    found = identify_track(track, joints, hold_out)
+    asked = asked_parameters(track.robot, listed(links), track.robot.active if friction == "all" else listed(friction))
+    found = identified(track, asked, hold_out)
     base = found.result.table()
     per_joint = [
         [name, float(found.spread[k]), float(found.before[k]), float(found.noise[k]), float(found.explained[k])]
@@ -96,6 +101,23 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         context.exit(LOST)
 
 
+def listed(text: str) -> tuple[str, ...]:
+    """Names between commas."""
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def identified(track: Track, asked: Parameters, hold_out: float) -> Found:
+    """What is found; where the motion shows too little for all that is asked, the options that ask for less."""
+    try:
+        return identify_track(track, asked, hold_out)
+    except TooLittleShownError as error:
+        least = asked.links[-1]
+        raise InputError(
+            f"{error}: with --links, as --links {least}, inertias of these links alone are asked for, and those of the "
+            "others are taken from the robot file"
+        ) from error
+
+
 def write_base(place: Path, base: Mapping[str, tuple[float, float, float]]) -> None:
     """All base parameters as CSV."""
     rows = (f'"{name}",{value!r},{low!r},{high!r}' for name, (value, low, high) in base.items())
@@ -112,7 +134,7 @@ def verdict(found: Found, base: Mapping[str, tuple[float, float, float]]) -> lis
         lines.append(
             f"Of the {len(found.meant)} that are not 0 in the robot file, {len(found.unsettled)} are not determined."
         )
-    share = np.floor(1e4 * found.explained.min()) / 100.0  # never more than it is
+    share = np.floor(1e4 * np.nanmin(found.explained)) / 100.0  # never more than it is
     ratio = found.noise / np.maximum(found.before, 1e-300)
     lines.append(
         f"In the part held out the estimates explain at least {share:.2f} % of the variance of "

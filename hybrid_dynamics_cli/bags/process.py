@@ -118,7 +118,8 @@ def pace(duration: float, spent: float) -> str:
 
 def _tell(job: Job, result: Outcome | str) -> None:
     if isinstance(result, str):
-        click.echo(f"{job.source}: failed: {result}", err=True)
+        told = result.removeprefix(f"{job.source}: ")  # most errors begin with the file that they are about
+        click.echo(f"{job.source}: failed: {told}", err=True)
         return
     spent = sum(result.shares.values())
     click.echo(f"{job.source} -> {job.target}: {result.summary} ({pace(result.duration, spent)})")

@@ -27,6 +27,10 @@ FINEST = 1e-6  # of a joint's largest effort: none is measured better, and bette
 RUNS = 3  # estimates, each weighted with the residuals of the one before
 
 
+class TooLittleShownError(InputError):
+    """The samples do not show all base parameters that were asked for."""
+
+
 @dataclass(frozen=True, eq=False)
 class Identification:
     """Estimated parameters.
@@ -86,11 +90,13 @@ def identify(
     """Estimate parameters from N samples: a batch state, accelerations and measured efforts (N, n).
 
     parameters: which to estimate (None: inertias of all links with mass, friction of no joint); all others, and what
-        `loads` gives, are taken as they are. Raises InputError where the samples do not show all base parameters, for a
-        row whose loops do not close, and for entries that are not finite.
+        `loads` gives, are taken as they are. Raises TooLittleShownError, an InputError, where the samples do not show
+        all base parameters; InputError for a row whose loops do not close, for entries that are not finite, and for
+        names that the robot does not have.
     """
     parameters = described_parameters(robot.description) if parameters is None else parameters
     loads = robot.loads if loads is None else loads
+    parameters.check(robot.description)
     if state.u.ndim != 2:
         raise InputError("identification takes a batch of states")
     _check_closed(state)
@@ -154,7 +160,7 @@ class _Fit:
         rank = int((pivots > RANK * pivots[0]).sum())
         if rank < base.size:
             hidden = ", ".join(base.names[k] for k in sorted(order[rank:])[:3])
-            raise InputError(
+            raise TooLittleShownError(
                 f"the motion shows {rank} of {base.size} base parameters, not {hidden}"
                 f"{', ...' if base.size - rank > 3 else ''}; give more varied motion, or ask for fewer parameters"
             )

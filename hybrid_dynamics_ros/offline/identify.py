@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hybrid_dynamics_core import Loads
-from hybrid_dynamics_core.dynamics.parameters import described_parameters
+from hybrid_dynamics_core.description.schema import nearest
+from hybrid_dynamics_core.dynamics.parameters import Parameters, described_parameters
+from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_core.identification import Identification, identify
 from hybrid_dynamics_core.robot import Robot
 from hybrid_dynamics_ros.offline.collect import Track
@@ -61,16 +63,32 @@ class Found:
 
     @property
     def explained(self) -> FloatArray:
-        """Share of the variance of the held-out efforts that the estimates explain, (n,)."""
-        return 1.0 - (self.noise / np.maximum(self.spread, 1e-300)) ** 2
+        """Share of the variance of the held-out efforts that the estimates explain, (n,); NaN where none varies."""
+        told = self.spread > 0.0
+        return np.where(told, 1.0 - (self.noise / np.where(told, self.spread, 1.0)) ** 2, np.nan)
 
 
-def identify_track(track: Track, friction: Sequence[str] = (), hold_out: float = 0.25) -> Found:
+def asked_parameters(robot: Robot, links: Sequence[str] = (), friction: Sequence[str] = ()) -> Parameters:
+    """Inertias of these links (none: of all that have mass) and friction of these joints.
+
+    Raises:
+        InputError: the robot has no such link that moves, or no such joint.
+    """
+    moving = [name for name in robot.description.links if name != robot.description.base]
+    for names, known, what in ((links, moving, "moving link"), (friction, [*robot.description.joints], "joint")):
+        for name in names:
+            if name not in known:
+                raise InputError(f"'{name}' is not a {what}{nearest(name, known)}; they are {', '.join(known)}")
+    asked = described_parameters(robot.description, tuple(dict.fromkeys(friction)))
+    return replace(asked, links=tuple(dict.fromkeys(links))) if links else asked
+
+
+def identify_track(track: Track, parameters: Parameters | None = None, hold_out: float = 0.25) -> Found:
     """Identify from recorded efforts; the last part of the recording is held out.
 
     Args:
         track: of a recording with efforts.
-        friction: joints whose viscous and Coulomb friction is asked for.
+        parameters: which are asked for, see `asked_parameters`; None: inertias of all links with mass.
         hold_out: share of the samples.
 
     Raises:
@@ -88,7 +106,7 @@ def identify_track(track: Track, friction: Sequence[str] = (), hold_out: float =
     cut = round(len(rows) * (1.0 - hold_out))
     edge = round(_EDGE * len(rows))
     train, held = rows[: max(cut - edge, 1)], rows[cut:]
-    parameters = described_parameters(robot.description, friction)
+    parameters = asked_parameters(robot) if parameters is None else parameters
     result = identify(
         robot, track.state.rows(train), track.acceleration[train], track.recorded[train], parameters, track.loads
     )
