@@ -3,5 +3,15 @@
 from .base import BaseParameters, base_parameters
 from .estimate import Identification, TooLittleShownError, identify
 from .excite import random_motion
+from .outliers import noise_limit, robust_deviation
 
-__all__ = ["BaseParameters", "Identification", "TooLittleShownError", "base_parameters", "identify", "random_motion"]
+__all__ = [
+    "BaseParameters",
+    "Identification",
+    "TooLittleShownError",
+    "base_parameters",
+    "identify",
+    "noise_limit",
+    "random_motion",
+    "robust_deviation",
+]

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from hybrid_dynamics_core.drawing.style import BLUE, GREEN, ORANGE, PURPLE, QUIET, RED, STYLE
 from hybrid_dynamics_ros.offline.collect import Track
+from hybrid_dynamics_ros.offline.stamps import Stamps
 from hybrid_dynamics_ros.samples import FloatArray
 
 _COLOURS: Final = (BLUE, RED, GREEN, ORANGE, PURPLE, "#0aa", "#a60", "#666")
@@ -21,6 +22,9 @@ _WIDTH: Final = 10.5  # [inch]
 _LEAST: Final = 1e-17  # residuals of zero on a logarithmic axis
 _ABOVE: Final[dict[str, Any]] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "fontsize": 8, "frameon": False}
 _RECORDED: Final = "#b4bac2"
+_BEYOND: Final[dict[str, Any]] = {"color": "black", "markersize": 5, "clip_on": False, "zorder": 5}
+_BOX: Final = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0}
+_NOTE: Final[dict[str, Any]] = {"ha": "right", "va": "top", "fontsize": 8, "bbox": _BOX, "zorder": 6}
 _MOST: Final = 2500  # points of a line: more cannot be seen, and make the page heavy
 Draw = Callable[[Track], Figure]
 
@@ -53,9 +57,12 @@ def efforts(track: Track) -> Figure:
         if told:
             _line(ax, track, track.recorded[:, k], _RECORDED, label="recorded", linewidth=1.8)
         _line(ax, track, track.efforts[:, k], _COLOURS[k % len(_COLOURS)], label="computed")
+        _clip(ax, track, track.efforts[:, k], track.recorded[:, k])
         ax.set_ylabel(f"{name} [{unit}]")
         if told:
-            _line(axes[k][1], track, track.recorded[:, k] - track.efforts[:, k], _COLOURS[k % len(_COLOURS)])
+            left = track.recorded[:, k] - track.efforts[:, k]
+            _line(axes[k][1], track, left, _COLOURS[k % len(_COLOURS)])
+            _clip(axes[k][1], track, left)
             axes[k][1].axhline(0.0, color=QUIET, linewidth=0.6)
             axes[k][1].set_ylabel(f"{name} [{unit}]")
     axes[0][0].legend(**_ABOVE, ncols=2)
@@ -114,29 +121,52 @@ def margins(track: Track) -> Figure:
 
 
 def sampling(track: Track) -> Figure:
-    """Intervals between stamps, and where samples are missing or bad."""
-    figure, axes = _panels(1, 2, 2.2)
-    positive = track.intervals[track.intervals > 0.0]
-    if len(positive):
-        middle = float(np.median(positive))
-        low, high = np.percentile(positive, [0.5, 99.5])
-        span = max(high - low, 0.02 * middle)
-        ends = ((low - 0.2 * span) * 1e3, (high + 0.2 * span) * 1e3)
-        axes[0][0].hist(positive * 1e3, bins=60, range=ends, color=BLUE)
-    axes[0][0].set_xlabel("between stamps [ms]")
-    axes[0][0].set_ylabel("samples")
-    ax = axes[0][1]
+    """Intervals between stamps, and where samples are missing, off or refused."""
+    figure, axes = _panels(1, 2, 2.4)
+    _intervals(axes[0][0], track.stamps)
+    missing, ax = track.stamps.missing, axes[0][1]
     for start, end in track.gaps:
         ax.axvspan(min(start, end), max(start, end), color=ORANGE, alpha=0.5, linewidth=1.0)
-    if track.bad:
-        ax.plot([at for at, _ in track.bad], np.full(len(track.bad), 0.5), "|", color=RED, markersize=30)
-    ax.set_xlim(0.0, max(float(track.time.max()), 1e-3))
-    ax.set_ylim(0.0, 1.0)
-    ax.set_yticks([])
-    nothing = not track.gaps and not track.bad
-    ax.set_title("no gaps, no bad samples" if nothing else "gaps (orange) and bad samples (red)")
+    first = track.start_ns
+    looked = track.smooth != "causal"
+    rows = [
+        ("missing", ORANGE, [at for at, _, _ in missing]),
+        *([("off the motion", PURPLE, [stray.at(first) for stray in track.strays])] if looked else []),
+        ("refused", RED, [at for at, _ in track.bad]),
+    ]
+    for k, (_, colour, times) in enumerate(rows):
+        ax.plot(times, np.full(len(times), 2.0 - k), "|", color=colour, markersize=16, markeredgewidth=1.6)
+    ax.set_xlim(*_wider(float(track.time.min()), float(track.time.max())))
+    ax.set_ylim(-0.6, 2.6)
+    counts = [sum(count for _, _, count in missing), *(len(times) for _, _, times in rows[1:])]
+    told = [f"{name}: {count}" for (name, _, _), count in zip(rows, counts, strict=True)]
+    ax.set_yticks([2.0 - k for k in range(len(rows))], told)
+    ax.set_title(f"samples; gaps, shaded: {len(track.gaps)}")
     ax.set_xlabel("time [s]")
     return figure
+
+
+def _intervals(ax: Axes, stamps: Stamps) -> None:
+    """How many intervals are how long; the few that are far from the others are counted at the edges."""
+    steps = stamps.intervals * 1e3
+    ax.set_xlabel("between stamps [ms]")
+    ax.set_ylabel("intervals")
+    if not len(steps):
+        return
+    low, high = np.percentile(steps, [0.5, 99.5])
+    span = max(high - low, 0.1 * stamps.nominal * 1e3, 1e-6)
+    low, high = low - 0.2 * span, high + 0.2 * span
+    ax.hist(steps[(steps >= low) & (steps <= high)], bins=60, range=(low, high), color=BLUE)
+    ax.set_xlim(low, high)
+    beyond = [f"{(steps < low).sum()} shorter, from {steps.min():.4g} ms" if (steps < low).any() else ""]
+    beyond.append(f"{(steps > high).sum()} longer, to {steps.max():.4g} ms" if (steps > high).any() else "")
+    ax.set_title("; ".join(part for part in beyond if part) or f"{len(steps)} intervals")
+
+
+def _wider(low: float, high: float) -> tuple[float, float]:
+    """A range with some room, so that marks at its ends are seen."""
+    room = max(0.02 * (high - low), 1e-3)
+    return low - room, high + room
 
 
 def svg(draw: Draw, track: Track, name: str) -> str:
@@ -172,6 +202,32 @@ def _line(ax: Axes, track: Track, values: FloatArray, colour: str, label: str = 
     time, values = np.insert(time, where, np.nan), np.insert(values.astype(np.float64), where, np.nan)
     ax.plot(time, values, color=colour, linewidth=linewidth, label=label)
     ax.margins(x=0.01)
+
+
+def _clip(ax: Axes, track: Track, *parts: FloatArray) -> None:
+    """Keep a few wild values from flattening all others: they are marked at the edge, and counted.
+
+    The axis reaches once the range of the middle 98 % beyond it: seven deviations of Gaussian noise, and every wave.
+    """
+    values = np.concatenate([part[np.isfinite(part)] for part in parts])
+    if not len(values):
+        return
+    low, high = np.percentile(values, [1.0, 99.0])
+    low, high = low - (high - low), high + (high - low)
+    lowest, highest = float(values.min()), float(values.max())
+    if not low < high or (low <= lowest and highest <= high):
+        return
+    ends = _wider(max(low, lowest), min(high, highest))
+    ax.set_ylim(*ends)
+    beyond = []
+    for part in parts:
+        for sign, mark, edge in ((-1.0, 6, ends[0]), (1.0, 7, ends[1])):
+            rows = np.flatnonzero(sign * part > sign * (low if sign < 0.0 else high))
+            (marks,) = ax.plot(track.time[rows], np.full(len(rows), edge), linestyle="", marker=mark, **_BEYOND)
+            marks.set_in_layout(False)
+            beyond += part[rows].tolist()
+    told = f"{len(beyond)} beyond, to {max(beyond, key=abs):.4g}"
+    ax.annotate(told, (0.995, 0.97), xycoords="axes fraction", **_NOTE).set_in_layout(False)
 
 
 def _thinned(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:

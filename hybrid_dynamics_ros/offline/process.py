@@ -73,6 +73,7 @@ class Outcome:
         summary: one line about the samples.
         losses: what could not be read, a sentence each; after a thousand, how many more of each kind.
         rejections: the first text of each kind of rejection.
+        strays: samples that `smooth` made no accelerations of, as they do not fit the motion around them, a text each.
         bulk: share of the samples that were decoded in bulk.
         shares: [s] spent on reading, decoding, the model, what the messages hold (encoding), and waiting until they are
             written.
@@ -84,6 +85,7 @@ class Outcome:
     summary: str = ""
     losses: list[str] = field(default_factory=list)
     rejections: dict[str, str] = field(default_factory=dict)
+    strays: list[str] = field(default_factory=list)
     bulk: float = 0.0
     shares: Counter[str] = field(default_factory=Counter)
     beside: float = 0.0
@@ -255,6 +257,8 @@ class _Worker:
 
     def _smoothed(self, samples: Samples) -> None:
         estimates = estimates_of(samples, self._job.smooth, self._bulk.pipeline)
+        joints, first = self._bulk.pipeline.measured, int(samples.stamp_ns[samples.usable][:1].sum())
+        self._outcome.strays = [stray.told(joints, first) for stray in estimates.strays]
         self._watch.lap("model")
         for rows in split(len(samples), _AT_ONCE):
             part, own = samples.part(rows), estimates.part(rows)

@@ -1,0 +1,128 @@
+"""Samples that do not fit the motion around them: a stamp that is late or early, a reading that jumps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+
+from hybrid_dynamics_core.identification import noise_limit, robust_deviation
+from hybrid_dynamics_ros.samples import FloatArray
+
+_DEGREE: Final = 3
+_WINDOW: Final = 240  # samples that are looked at together
+_LEAST: Final = 24  # samples that tell what noise is
+_STEPS: Final = 2.0  # of the joint between two samples, that a sample is off at least: a spline misses corners by less
+_FAST: Final = 99.0  # [%] of a joint's steps that are smaller than the one that counts
+
+
+@dataclass(frozen=True)
+class Stray:
+    """A sample off the curve through those around it.
+
+    Attributes:
+        stamp_ns: its stamp [ns].
+        joint: number of the measured joint that is furthest off.
+        rate: whether its velocity is, rather than its position.
+        off: by how much [rad or m, or per second].
+        late: by how much later than the motion says its stamp is [s]; NaN where the positions give no such time.
+    """
+
+    stamp_ns: int
+    joint: int
+    rate: bool
+    off: float
+    late: float
+
+    def at(self, start_ns: int) -> float:
+        """Seconds since some stamp [ns]."""
+        return (self.stamp_ns - start_ns) * 1e-9
+
+    def told(self, joints: Sequence[str], start_ns: int) -> str:
+        """A sentence, with the time since some stamp [ns]."""
+        unit = "(rad or m)/s" if self.rate else "rad or m"
+        late = "" if np.isnan(self.late) else f", as if its stamp were {1e3 * abs(self.late):.1f} ms {self.word}"
+        off = f"{joints[self.joint]} is {abs(self.off):.3g} {unit} off the motion around it"
+        return f"{self.at(start_ns):.3f} s: {off}{late}"
+
+    @property
+    def word(self) -> str:
+        """Which way the stamp is wrong."""
+        return "late" if self.late > 0.0 else "early"
+
+
+def strays(stamps: NDArray[np.int64], position: FloatArray, velocity: FloatArray | None) -> dict[int, Stray]:
+    """The rows of a run that do not fit those around them.
+
+    Such a sample is off the least-squares spline through the others both by more than the largest of as much noise as
+    the others have, and by more than two steps of the joint's fast motion from one sample to the next.
+
+    Args:
+        stamps: (N,) [ns], rising.
+        position: (N, n) [rad or m].
+        velocity: (N, n) where it was measured.
+    """
+    found: dict[int, Stray] = {}
+    if len(stamps) < _LEAST:
+        return found
+    time = (stamps - stamps[0]) * 1e-9
+    values = position if velocity is None else np.concatenate([position, velocity], axis=1)
+    least = _STEPS * _fast_steps(values)
+    starts = range(0, max(len(time) - _LEAST, 1), _WINDOW)
+    for start in starts:
+        stop = len(time) if start == starts[-1] else start + _WINDOW
+        window = slice(max(stop - _WINDOW, 0) if start == starts[-1] else start, stop)
+        for row, column, off in _off(time[window], values[window], least, values.size):
+            whole, n = row + window.start, position.shape[1]
+            late = _late(time, values[:, :n], values[whole, :n], whole, least[:n])
+            found[whole] = Stray(int(stamps[whole]), column % n, column >= n, off, late)
+    return found
+
+
+def _fast_steps(values: FloatArray) -> FloatArray:
+    """What each column changes by from a sample to the next where it changes fast; infinite where it never does."""
+    steps = np.abs(np.diff(values, axis=0))
+    return np.array([np.percentile(s[s > 0.0], _FAST) if (s > 0.0).any() else np.inf for s in steps.T])
+
+
+def _off(time: FloatArray, values: FloatArray, least: FloatArray, count: int) -> list[tuple[int, int, float]]:
+    """Row, column and by how much; the worst is left out first, as it makes its neighbours look worse."""
+    rows, found = np.arange(len(time)), []
+    while len(rows) >= _LEAST:
+        residual, free = _left(time[rows], values[rows])
+        without = residual / free[:, None]  # from the curve without the sample
+        studentised = residual / np.sqrt(free)[:, None]
+        limit = noise_limit(count) * robust_deviation(studentised)
+        size = np.where(np.abs(studentised) > limit, np.abs(without) / least, 0.0)
+        row, column = np.unravel_index(int(np.argmax(size)), size.shape)
+        if size[row, column] <= 1.0:
+            break
+        found.append((int(rows[row]), int(column), float(without[row, column])))
+        rows = np.delete(rows, row)
+    return found
+
+
+def _left(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Residuals (N, k) of a least-squares spline with a knot every four samples, and 1 - leverage of each (N,)."""
+    inner = time[4:-4:4]
+    knots = np.concatenate([np.full(_DEGREE + 1, time[0]), inner, np.full(_DEGREE + 1, time[-1])])
+    basis, _ = np.linalg.qr(BSpline.design_matrix(time, knots, _DEGREE).toarray())
+    left = values - basis @ (basis.T @ values)
+    return left, np.maximum(1.0 - np.square(basis).sum(axis=1), 1e-9)
+
+
+def _late(time: FloatArray, positions: FloatArray, own: FloatArray, row: int, scale: FloatArray) -> float:
+    """The time by which the stamp is later than when the joints were where the sample has them."""
+    near = [k for k in range(row - 3, row + 4) if 0 <= k < len(time) and k != row]
+    weights = 1.0 / np.where(np.isfinite(scale), scale, 1.0)
+    line = np.polyfit(time[near] - time[row], positions[near] * weights, 1 if len(near) < 5 else 2)
+    rate, miss = line[-2], line[-1] - own * weights
+    speed = float(rate @ rate)
+    if not speed > 0.0:
+        return float("nan")
+    late = float(rate @ miss) / speed
+    return late if np.linalg.norm(miss - late * rate) < 0.3 * np.linalg.norm(miss) else float("nan")
