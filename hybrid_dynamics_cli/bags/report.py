@@ -65,6 +65,13 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         "accepted": track.counts.accepted,
         "summary": summary,
         "smooth": track.smooth,
+        "stamps": {
+            "nominal": track.stamps.nominal,
+            "longest": track.stamps.longest,
+            "missing": sum(count for _, _, count in track.stamps.missing),
+            "gaps": len(track.gaps),
+        },
+        "strays": [stray.told(track.measured, track.start_ns) for stray in track.strays],
         "losses": track.losses,
     }
     show(told, as_json, f"{place}: {summary}")

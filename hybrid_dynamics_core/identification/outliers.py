@@ -57,10 +57,10 @@ def outlying_samples(columns: Array, target: Array, floor: Array) -> Mask:
 
 
 def _studentised(columns: Array, target: Array, weights: Array, scale: Array) -> Array:
-    """Residuals (N, n) of the weighted fit, in deviations that they have if noise has the `scale`.
+    """How far each equation is from the fit to the others, in deviations of that if noise has the `scale`, (N, n).
 
-    An equation in the fit pulls it towards itself, and its residual varies less; one without weight is predicted, and
-    its residual varies more.
+    From the residual r of the whole fit: with the weight w and the leverage h of the equation at a weight of one, it is
+    r / (1 - w^2 h) from the fit to the others, which has the variance 1 + h / (1 - w^2 h).
     """
     size = columns.shape[-1]
     matrix = (columns * weights[..., None]).reshape(-1, size)
@@ -70,6 +70,5 @@ def _studentised(columns: Array, target: Array, weights: Array, scale: Array) ->
     beta = solve_triangular(triangle, image) / lengths
     rows = (columns / scale[:, None]).reshape(-1, size) / lengths
     leverage = np.square(solve_triangular(triangle, rows.T, trans="T")).sum(axis=0).reshape(target.shape)
-    share = weights * scale
-    spread = np.maximum(1.0 + leverage * (1.0 - 2.0 * share), LEAST_FREE)
-    return np.asarray((target - columns @ beta) / scale / np.sqrt(spread))
+    free = np.maximum(1.0 - np.square(weights * scale) * leverage, LEAST_FREE)
+    return np.asarray((target - columns @ beta) / scale / np.sqrt(free * (free + leverage)))

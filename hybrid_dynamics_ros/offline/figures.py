@@ -156,11 +156,15 @@ def _intervals(ax: Axes, stamps: Stamps) -> None:
     low, high = np.percentile(steps, [0.5, 99.5])
     span = max(high - low, 0.1 * stamps.nominal * 1e3, 1e-6)
     low, high = low - 0.2 * span, high + 0.2 * span
-    ax.hist(steps[(steps >= low) & (steps <= high)], bins=60, range=(low, high), color=BLUE)
+    inside = steps[(steps >= low) & (steps <= high)]
+    ax.hist(inside, bins=60, range=(low, high), color=BLUE)
     ax.set_xlim(low, high)
-    beyond = [f"{(steps < low).sum()} shorter, from {steps.min():.4g} ms" if (steps < low).any() else ""]
-    beyond.append(f"{(steps > high).sum()} longer, to {steps.max():.4g} ms" if (steps > high).any() else "")
-    ax.set_title("; ".join(part for part in beyond if part) or f"{len(steps)} intervals")
+    told = [f"{len(inside)} of {len(steps)}" if len(inside) < len(steps) else f"{len(steps)} intervals"]
+    if (steps < low).any():
+        told.append(f"{(steps < low).sum()} shorter, from {steps.min():.4g} ms")
+    if (steps > high).any():
+        told.append(f"{(steps > high).sum()} longer, to {steps.max():.4g} ms")
+    ax.set_title("; ".join(told))
 
 
 def _wider(low: float, high: float) -> tuple[float, float]:

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
+from scipy.ndimage import median_filter
 
 from hybrid_dynamics_core.identification import noise_limit, robust_deviation
 from hybrid_dynamics_ros.samples import FloatArray
@@ -17,7 +18,7 @@ _DEGREE: Final = 3
 _WINDOW: Final = 240  # samples that are looked at together
 _LEAST: Final = 24  # samples that tell what noise is
 _STEPS: Final = 2.0  # of the joint between two samples, that a sample is off at least: a spline misses corners by less
-_FAST: Final = 99.0  # [%] of a joint's steps that are smaller than the one that counts
+_LASTS: Final = 9  # steps, of which a fast motion makes most: two bad samples side by side make three
 
 
 @dataclass(frozen=True)
@@ -84,26 +85,37 @@ def strays(stamps: NDArray[np.int64], position: FloatArray, velocity: FloatArray
 
 
 def _fast_steps(values: FloatArray) -> FloatArray:
-    """What each column changes by from a sample to the next where it changes fast; infinite where it never does."""
-    steps = np.abs(np.diff(values, axis=0))
-    return np.array([np.percentile(s[s > 0.0], _FAST) if (s > 0.0).any() else np.inf for s in steps.T])
+    """The largest step of each column that lasts: jumps of a few samples do not; infinite where it rests."""
+    lasting = median_filter(np.abs(np.diff(values, axis=0)), size=(_LASTS, 1)).max(axis=0)
+    return np.where(lasting > 0.0, lasting, np.inf)
 
 
 def _off(time: FloatArray, values: FloatArray, least: FloatArray, count: int) -> list[tuple[int, int, float]]:
     """Row, column and by how much; the worst is left out first, as it makes its neighbours look worse."""
-    rows, found = np.arange(len(time)), []
+    rows, found = np.arange(len(time)), dict[int, tuple[int, float]]()
     while len(rows) >= _LEAST:
-        residual, free = _left(time[rows], values[rows])
-        without = residual / free[:, None]  # from the curve without the sample
-        studentised = residual / np.sqrt(free)[:, None]
-        limit = noise_limit(count) * robust_deviation(studentised)
-        size = np.where(np.abs(studentised) > limit, np.abs(without) / least, 0.0)
+        size, without = _sizes(time[rows], values[rows], least, count)
         row, column = np.unravel_index(int(np.argmax(size)), size.shape)
         if size[row, column] <= 1.0:
             break
-        found.append((int(rows[row]), int(column), float(without[row, column])))
+        found[int(rows[row])] = int(column), float(without[row, column])
         rows = np.delete(rows, row)
-    return found
+    for row in list(found) if len(found) > 1 else []:  # what only looked bad beside a worse one comes back
+        more = np.sort(np.append(rows, row))
+        size, _ = _sizes(time[more], values[more], least, count)
+        if size[np.searchsorted(more, row)].max() <= 1.0:
+            rows = more
+            del found[row]
+    return [(row, *told) for row, told in found.items()]
+
+
+def _sizes(time: FloatArray, values: FloatArray, least: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """How far off samples are in parts of the `least` that counts, 0 within noise; and off the curve without them."""
+    residual, free = _left(time, values)
+    without = residual / free[:, None]
+    studentised = residual / np.sqrt(free)[:, None]
+    limit = noise_limit(count) * robust_deviation(studentised)
+    return np.where(np.abs(studentised) > limit, np.abs(without) / least, 0.0), without
 
 
 def _left(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -117,10 +129,11 @@ def _left(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]
 
 def _late(time: FloatArray, positions: FloatArray, own: FloatArray, row: int, scale: FloatArray) -> float:
     """The time by which the stamp is later than when the joints were where the sample has them."""
-    near = [k for k in range(row - 3, row + 4) if 0 <= k < len(time) and k != row]
+    first = min(max(row - 3, 0), len(time) - 7)
+    near = [k for k in range(first, first + 7) if k != row]
     weights = 1.0 / np.where(np.isfinite(scale), scale, 1.0)
-    line = np.polyfit(time[near] - time[row], positions[near] * weights, 1 if len(near) < 5 else 2)
-    rate, miss = line[-2], line[-1] - own * weights
+    line = np.polyfit(time[near] - time[row], positions[near] * weights, 2)
+    rate, miss = line[1], line[2] - own * weights
     speed = float(rate @ rate)
     if not speed > 0.0:
         return float("nan")
