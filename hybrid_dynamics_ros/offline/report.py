@@ -90,7 +90,9 @@ def write_report(track: Track, title: str, path: Path) -> None:
 def _head(track: Track) -> str:
     begin = datetime.fromtimestamp(track.start_ns * 1e-9, UTC).strftime("%d %B %Y, %H:%M:%S UTC")
     shown = "" if track.every == 1 else f"; one sample in {track.every} is shown, statistics are over all"
-    told = f"{html.escape(track.robot.name)}, {html.escape(track.topic)}, {track.time.max():.1f} s from {begin}{shown}"
+    end = float(track.time.max())
+    span = f"{end:.1f} s from" if not track.first else f"{track.first:.1f} s to {end:.1f} s of the bag, which begins on"
+    told = f"{html.escape(track.robot.name)}, {html.escape(track.topic)}, {span} {begin}{shown}"
     return f'<p class="quiet">{told}</p>'
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -70,24 +70,29 @@ def strays(stamps: NDArray[np.int64], position: FloatArray, velocity: FloatArray
     found: dict[int, Stray] = {}
     if len(stamps) < _LEAST:
         return found
-    time = (stamps - stamps[0]) * 1e-9
-    values = position if velocity is None else np.concatenate([position, velocity], axis=1)
-    least = _STEPS * _fast_steps(values)
-    starts = range(0, max(len(time) - _LEAST, 1), _WINDOW)
-    for start in starts:
-        stop = len(time) if start == starts[-1] else start + _WINDOW
-        window = slice(max(stop - _WINDOW, 0) if start == starts[-1] else start, stop)
-        for row, column, off in _off(time[window], values[window], least, values.size):
-            whole, n = row + window.start, position.shape[1]
-            late = _late(time, values[:, :n], values[whole, :n], whole, least[:n])
+    time, n = (stamps - stamps[0]) * 1e-9, position.shape[1]
+    parts = [position] if velocity is None else [position, velocity]
+    least = _STEPS * np.array([_fast_step(column) for part in parts for column in part.T])
+    for window in _windows(len(time)):
+        values = np.concatenate([part[window] for part in parts], axis=1)
+        for row, column, off in _off(time[window], values, least, len(time) * len(least)):
+            whole = row + window.start
+            late = _late(time, position, whole, least[:n])
             found[whole] = Stray(int(stamps[whole]), column % n, column >= n, off, late)
     return found
 
 
-def _fast_steps(values: FloatArray) -> FloatArray:
-    """The largest step of each column that lasts: jumps of a few samples do not; infinite where it rests."""
-    lasting = median_filter(np.abs(np.diff(values, axis=0)), size=(_LASTS, 1)).max(axis=0)
-    return np.where(lasting > 0.0, lasting, np.inf)
+def _windows(count: int) -> Iterator[slice]:
+    """All samples, some at a time; the last ones together with as many before them as make a whole window."""
+    starts = range(0, max(count - _LEAST, 1), _WINDOW)
+    yield from (slice(start, start + _WINDOW) for start in starts[:-1])
+    yield slice(max(min(starts[-1], count - _WINDOW), 0), count)
+
+
+def _fast_step(values: FloatArray) -> float:
+    """The largest step (N,) that lasts: jumps of a few samples do not; infinite where there is none."""
+    lasting = float(median_filter(np.abs(np.diff(values)), size=_LASTS).max())
+    return lasting if lasting > 0.0 else np.inf
 
 
 def _off(time: FloatArray, values: FloatArray, least: FloatArray, count: int) -> list[tuple[int, int, float]]:
@@ -95,12 +100,12 @@ def _off(time: FloatArray, values: FloatArray, least: FloatArray, count: int) ->
     rows, found = np.arange(len(time)), dict[int, tuple[int, float]]()
     while len(rows) >= _LEAST:
         size, without = _sizes(time[rows], values[rows], least, count)
-        row, column = np.unravel_index(int(np.argmax(size)), size.shape)
-        if size[row, column] <= 1.0:
+        worst, column = divmod(int(np.argmax(size)), size.shape[1])
+        if size[worst, column] <= 1.0:
             break
-        found[int(rows[row])] = int(column), float(without[row, column])
-        rows = np.delete(rows, row)
-    for row in list(found) if len(found) > 1 else []:  # what only looked bad beside a worse one comes back
+        found[int(rows[worst])] = column, float(without[worst, column])
+        rows = np.delete(rows, worst)
+    for row in [*found] if len(found) > 1 else []:  # what only looked bad beside a worse one comes back
         more = np.sort(np.append(rows, row))
         size, _ = _sizes(time[more], values[more], least, count)
         if size[np.searchsorted(more, row)].max() <= 1.0:
@@ -127,13 +132,13 @@ def _left(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]
     return left, np.maximum(1.0 - np.square(basis).sum(axis=1), 1e-9)
 
 
-def _late(time: FloatArray, positions: FloatArray, own: FloatArray, row: int, scale: FloatArray) -> float:
+def _late(time: FloatArray, positions: FloatArray, row: int, scale: FloatArray) -> float:
     """The time by which the stamp is later than when the joints were where the sample has them."""
     first = min(max(row - 3, 0), len(time) - 7)
     near = [k for k in range(first, first + 7) if k != row]
     weights = 1.0 / np.where(np.isfinite(scale), scale, 1.0)
     line = np.polyfit(time[near] - time[row], positions[near] * weights, 2)
-    rate, miss = line[1], line[2] - own * weights
+    rate, miss = line[1], line[2] - positions[row] * weights
     speed = float(rate @ rate)
     if not speed > 0.0:
         return float("nan")
