@@ -263,7 +263,7 @@ def test_a_report_stands_alone_and_tells_of_gaps_and_bad_samples(forging, tmp_pa
     outside = re.findall(r'(?:src|href)="(?!#)[^"]*"', page)
     assert [link for link in outside if "w3.org" not in link] == []
     assert "refused by the model" in page
-    assert "<td>gaps</td><td>1</td>" in page
+    assert "<td>gaps</td><td>1 (stamps that go back, or are more than 0.5 s apart" in page
     assert "recorded less computed" in page
     assert len(set(re.findall(r' id="([^"]+)"', page))) == len(re.findall(r' id="([^"]+)"', page))
 
