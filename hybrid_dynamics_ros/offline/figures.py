@@ -137,7 +137,7 @@ def sampling(track: Track) -> Figure:
     for k, (_, colour, times) in enumerate(rows):
         ax.plot(times, np.full(len(times), 2.0 - k), "|", color=colour, markersize=16, markeredgewidth=1.6)
     ax.set_xlim(*_wider(float(track.time.min()), float(track.time.max())))
-    ax.set_ylim(-0.6, 2.6)
+    ax.set_ylim(2.4 - len(rows), 2.6)
     counts = [sum(count for _, _, count in missing), *(len(times) for _, _, times in rows[1:])]
     told = [f"{name}: {count}" for (name, _, _), count in zip(rows, counts, strict=True)]
     ax.set_yticks([2.0 - k for k in range(len(rows))], told)
