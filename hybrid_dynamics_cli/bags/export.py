@@ -8,9 +8,9 @@ import click
 
 from hybrid_dynamics_cli.output import show
 from hybrid_dynamics_cli.parameters import json_option
-from hybrid_dynamics_ros.offline.export import FORMATS, export
+from hybrid_dynamics_ros.offline.export import FORMATS, export, table_file
 
-from .common import LOST, PATH, tell_losses
+from .common import LOST, PATH, first_few, tell_losses
 
 EPILOG = """\b
 Examples:
@@ -24,13 +24,26 @@ Examples:
 @click.argument("out", type=PATH)
 @click.option("--format", "kind", type=click.Choice(FORMATS), default="csv", help="Of the files; csv unless given.")
 @click.option("--topic", "topics", multiple=True, metavar="T", help="Only this topic; may be given several times.")
+@click.option("--overwrite", is_flag=True, help="Into a folder with something in it: replace files of the same names.")
 @json_option
 @click.pass_context
-def command(context: click.Context, bag: Path, out: Path, kind: str, topics: tuple[str, ...], as_json: bool) -> None:
+def command(  # noqa: PLR0913, PLR0917 - an argument for each option
+    context: click.Context,
+    bag: Path,
+    out: Path,
+    kind: str,
+    topics: tuple[str, ...],
+    overwrite: bool,
+    as_json: bool,
+) -> None:
     """Write the topics of BAG as tables into the folder OUT: a file a topic, a row a message, a column a number."""
-    counts, losses = export(bag, out, kind, topics)
-    told = {"folder": str(out), "rows": dict(counts), "losses": losses}
+    counts, losses = export(bag, out, kind, topics, overwrite=overwrite)
+    written = {table_file(out, name, kind) for name in counts}
+    others = sorted(file.name for file in out.iterdir() if file not in written)
+    told = {"folder": str(out), "rows": dict(counts), "losses": losses, "others": others}
     show(told, as_json, "\n".join(f"{name}: {count} rows" for name, count in counts.items()))
+    if others:
+        click.echo(f"note: {out} holds what was there before too: {first_few(others)}", err=True)
     tell_losses(losses)
     if losses:
         context.exit(LOST)

@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+import math
 import re
 import textwrap
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 import click
 import numpy as np
 
-from hybrid_dynamics_cli.output import number, show, table
+from hybrid_dynamics_cli.output import counted, number, show, table
 from hybrid_dynamics_cli.parameters import RobotType, json_option, output_path
-from hybrid_dynamics_ros.offline.collect import collect
-from hybrid_dynamics_ros.offline.identify import Found, identify_track
+from hybrid_dynamics_core.description.model import Array
+from hybrid_dynamics_core.dynamics.parameters import Parameters
+from hybrid_dynamics_core.errors import InputError
+from hybrid_dynamics_core.identification import TooLittleShownError
+from hybrid_dynamics_ros.offline.collect import Track, collect
+from hybrid_dynamics_ros.offline.identify import Found, asked_parameters, identify_track
 from hybrid_dynamics_ros.offline.process import SMOOTHINGS
 from hybrid_dynamics_ros.offline.settings import read_settings
 
-from .common import LOST, PATH, params_option, tell_losses, topic_option
+from .common import LOST, PATH, params_option, span_of, span_options, tell_losses, topic_option
 
+LISTED = 8  # samples that were left out
 WIDTH = 120  # of a terminal, in characters
 ROOM = WIDTH - 3 * (12 + 2)  # for the terms of a base parameter, beside three numbers as `number` writes them
 HELD = ("recorded", "left_by_file", "left_by_estimate", "explained")
@@ -26,6 +33,7 @@ EPILOG = """\b
 Examples:
   hybrid-dynamics bag identify recording --robot excavator
   hybrid-dynamics bag identify recording --robot excavator --friction q12,q22 --hold-out 0.3 --json
+  hybrid-dynamics bag identify recording --robot excavator --from 0.5 --to 4.5
 """
 
 
@@ -34,8 +42,10 @@ Examples:
 @click.option("--robot", type=RobotType(), metavar="ROBOT", help="Robot, or its file; of a processed bag it is known.")
 @topic_option
 @params_option
+@span_options
 @click.option("--smooth", type=click.Choice(SMOOTHINGS), default="spline", help="How accelerations are found.")
 @click.option("--friction", metavar="JOINTS", default="", help="Joints whose friction is asked for; or all.")
+@click.option("--links", metavar="LINKS", default="", help="Links whose inertia is asked for; all unless given.")
 @click.option("--hold-out", type=click.FloatRange(0.05, 0.9), default=0.25, help="Share of the bag to test on.")
 @click.option("--samples", type=click.IntRange(100), default=5000, help="How many samples are used at most.")
 @click.option("--output", metavar="FILE", help="Write the base parameters to this CSV file too.")
@@ -48,8 +58,11 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     robot: str | None,
     topic: str | None,
     params: Path | None,
+    start: float,
+    end: float,
     smooth: str,
     friction: str,
+    links: str,
     hold_out: float,
     samples: int,
     output: str | None,
@@ -59,12 +72,13 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     """Base parameters and friction from the recorded efforts of BAG: what is determined, and how well.
 
     The last part of the bag is held out: what the estimates leave unexplained there is told beside what the robot file
-    leaves.
+    leaves; where that is more, nothing is offered as determined. Samples that do not fit the motion around them, or
+    whose efforts noise does not explain, are left out and named. Exits with 3 where a part of BAG could not be read.
     """
     place = None if output is None else output_path(output)
-    track = collect(bag, robot, topic, smooth, read_settings(params), most=samples)
-    joints = track.robot.active if friction == "all" else tuple(name for name in friction.split(",") if name)
-    found = identify_track(track, joints, hold_out)
+    track = collect(bag, robot, topic, smooth, read_settings(params), samples, span=span_of(start, end))
+    asked = asked_parameters(track.robot, listed(links), track.robot.active if friction == "all" else listed(friction))
+    found = identified(track, asked, hold_out)
     base = found.result.table()
     per_joint = [
         [name, float(found.spread[k]), float(found.before[k]), float(found.noise[k]), float(found.explained[k])]
@@ -74,12 +88,15 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         *verdict(found, base),
         "",
         table(["held-out efforts", "recorded", "left by file", "left by estimate", "explained"], per_joint),
+        *left_out(found, whole=everything),
         *(estimates("determined", found.determined, base, whole=everything) if found.determined else []),
     ]
     others = [name for name in base if name not in found.determined]
     if everything and others:
         text += estimates("not determined", others, base, whole=True)
     told = {
+        "worse_than_file": list(found.worse),
+        "left_out": [asdict(entry) for entry in found.left_out],
         "determined": list(found.determined),
         "unsettled": list(found.unsettled),
         "base": {name: {"estimate": v, "low": low, "high": high} for name, (v, low, high) in base.items()},
@@ -96,6 +113,23 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         context.exit(LOST)
 
 
+def listed(text: str) -> tuple[str, ...]:
+    """Names between commas."""
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def identified(track: Track, asked: Parameters, hold_out: float) -> Found:
+    """What is found; where the motion shows too little for all that is asked, the options that ask for less."""
+    try:
+        return identify_track(track, asked, hold_out)
+    except TooLittleShownError as error:
+        least = asked.links[-1]
+        raise InputError(
+            f"{error}: with --links, as --links {least}, inertias of these links alone are asked for, and those of the "
+            "others are taken from the robot file"
+        ) from error
+
+
 def write_base(place: Path, base: Mapping[str, tuple[float, float, float]]) -> None:
     """All base parameters as CSV."""
     rows = (f'"{name}",{value!r},{low!r},{high!r}' for name, (value, low, high) in base.items())
@@ -104,16 +138,11 @@ def write_base(place: Path, base: Mapping[str, tuple[float, float, float]]) -> N
 
 def verdict(found: Found, base: Mapping[str, tuple[float, float, float]]) -> list[str]:
     """What could be found, and what could not."""
-    known, others = len(found.determined), len(base) - len(found.determined)
-    lines = [f"{known} of {len(base)} base parameters are determined: their 95 % intervals do not contain 0."]
-    if 2 * len(found.unsettled) > len(found.meant):
-        lines.append(excites_too_little(len(found.unsettled), len(found.meant)))
-    elif found.unsettled:
-        lines.append(
-            f"Of the {len(found.meant)} that are not 0 in the robot file, {len(found.unsettled)} are not determined."
-        )
-    share = np.floor(1e4 * found.explained.min()) / 100.0  # never more than it is
-    ratio = found.noise / np.maximum(found.before, 1e-300)
+    others = len(base) - len(found.determined)
+    lines = [worse_than_file(found)] if found.worse else determined(found, len(base))
+    ratio = ratios(found)
+    with np.errstate(all="ignore"):
+        share = np.floor(1e4 * np.nanmin([*found.explained, np.inf])) / 100.0  # never more than it is
     lines.append(
         f"In the part held out the estimates explain at least {share:.2f} % of the variance of "
         f"each effort, and leave {number(ratio.min())} to {number(ratio.max())} times what the robot file leaves."
@@ -121,9 +150,67 @@ def verdict(found: Found, base: Mapping[str, tuple[float, float, float]]) -> lis
     lines.append(
         f"{found.trained} samples to learn from, {found.held} held out; condition {found.result.condition:.3g}."
     )
+    if found.left_out:
+        lines.append(f"{counted(len(found.left_out), 'sample')} left out: {why_left_out(found)}.")
     if others:
         lines.append(f"The {others} that are not determined are listed with --all.")
     return [textwrap.fill(line, WIDTH) for line in lines]
+
+
+def ratios(found: Found) -> Array:
+    """What the estimates leave of the held-out efforts in times of what the robot file leaves, (n,)."""
+    return np.asarray(found.noise / np.maximum(found.before, 1e-300))
+
+
+def determined(found: Found, count: int) -> list[str]:
+    """How many are determined, and what the motion is to be blamed for."""
+    lines = [
+        f"{len(found.determined)} of {count} base parameters are determined: their 95 % intervals do not contain 0."
+    ]
+    if 2 * len(found.unsettled) > len(found.meant):
+        lines.append(excites_too_little(len(found.unsettled), len(found.meant)))
+    elif found.unsettled:
+        lines.append(
+            f"Of the {len(found.meant)} that are not 0 in the robot file, {len(found.unsettled)} are not determined."
+        )
+    return lines
+
+
+def worse_than_file(found: Found) -> str:
+    """That the estimates are no good."""
+    ratio = dict(zip(found.joints, ratios(found), strict=True))
+    worst = max(found.worse, key=ratio.__getitem__)
+    return (
+        "The estimates are worse than the robot file: of efforts that they have not seen they leave up to "
+        f"{number(ratio[worst])} times what the file leaves ({worst}). None of them is determined; their intervals "
+        "hold for a model that does not fit this recording. Look at the efforts in `bag report`, cut off with --from "
+        "and --to what the model does not hold for (contact, a payload, a drive that is off), or ask for --friction."
+    )
+
+
+def why_left_out(found: Found) -> str:
+    """How many samples of which kind."""
+    stray = sum(entry.what != "effort" for entry in found.left_out)
+    told = [
+        (stray, "off the motion around them"),
+        (len(found.left_out) - stray, "with efforts that noise does not explain"),
+    ]
+    return ", ".join(f"{count} {what}" for count, what in told if count)
+
+
+def left_out(found: Found, *, whole: bool) -> list[str]:
+    """A table of the samples that were left out: the first, or all."""
+    if not found.left_out:
+        return []
+    rows = [[f"{e.time:.3f} s", e.joint, e.what, number(e.off), stamp_word(e.late)] for e in found.left_out]
+    most = len(rows) if whole else LISTED
+    more = [f"... and {len(rows) - most} more, listed with --all"] if len(rows) > most else []
+    return ["", table(["left out", "joint", "off in", "by", "stamp"], rows[:most]), *more]
+
+
+def stamp_word(late: float) -> str:
+    """`41 ms late`."""
+    return "" if not math.isfinite(late) else f"{1e3 * abs(late):.3g} ms {'late' if late > 0.0 else 'early'}"
 
 
 def estimates(

@@ -19,7 +19,7 @@ from hybrid_dynamics_ros.offline.process import SMOOTHINGS, Job, Outcome
 from hybrid_dynamics_ros.offline.settings import read_settings
 from hybrid_dynamics_ros.offline.source import bags_of
 
-from .common import LOST, PATH, params_option, robot_option, tell_losses, topic_option
+from .common import FEW, LOST, PATH, params_option, robot_option, tell_losses, topic_option
 
 EPILOG = """\b
 Examples:
@@ -105,7 +105,14 @@ def _facts(job: Job, result: Outcome | str) -> dict[str, Any]:
     if isinstance(result, str):
         return {**told, "failed": result}
     more = {"summary": result.summary, "samples": result.samples, "duration": result.duration}
-    return {**told, **more, "seconds": result.shares, "rejections": result.rejections, "losses": result.losses}
+    return {
+        **told,
+        **more,
+        "seconds": result.shares,
+        "rejections": result.rejections,
+        "losses": result.losses,
+        "strays": result.strays,
+    }
 
 
 def pace(duration: float, spent: float) -> str:
@@ -118,10 +125,15 @@ def pace(duration: float, spent: float) -> str:
 
 def _tell(job: Job, result: Outcome | str) -> None:
     if isinstance(result, str):
-        click.echo(f"{job.source}: failed: {result}", err=True)
+        told = result.removeprefix(f"{job.source}: ")  # most errors begin with the file that they are about
+        click.echo(f"{job.source}: failed: {told}", err=True)
         return
     spent = sum(result.shares.values())
     click.echo(f"{job.source} -> {job.target}: {result.summary} ({pace(result.duration, spent)})")
     for code, text in result.rejections.items():
         click.echo(f"  rejected, {code}: {text}")
+    for text in result.strays[:FEW]:
+        click.echo(f"  without accelerations, {text}")
+    if len(result.strays) > FEW:
+        click.echo(f"  and {len(result.strays) - FEW} more like this")
     tell_losses(result.losses)

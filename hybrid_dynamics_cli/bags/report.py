@@ -12,7 +12,7 @@ from hybrid_dynamics_ros.offline.collect import collect
 from hybrid_dynamics_ros.offline.process import SMOOTHINGS
 from hybrid_dynamics_ros.offline.settings import read_settings
 
-from .common import LOST, PATH, params_option, tell_losses, topic_option
+from .common import LOST, PATH, params_option, span_of, span_options, tell_losses, topic_option
 
 EPILOG = """\b
 Examples:
@@ -26,6 +26,7 @@ Examples:
 @click.option("--robot", type=RobotType(), metavar="ROBOT", help="Robot, or its file; of a processed bag it is known.")
 @topic_option
 @params_option
+@span_options
 @click.option(
     "--smooth",
     type=click.Choice(SMOOTHINGS),
@@ -40,6 +41,8 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     robot: str | None,
     topic: str | None,
     params: Path | None,
+    start: float,
+    end: float,
     smooth: str | None,
     output: str | None,
     as_json: bool,
@@ -53,7 +56,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     except ModuleNotFoundError as error:
         raise click.ClickException("reports need matplotlib: pip install matplotlib") from error
     place = output_path(output or str(bag.resolve().with_suffix(".html")))
-    track = collect(bag, robot, topic, smooth, read_settings(params))
+    track = collect(bag, robot, topic, smooth, read_settings(params), span=span_of(start, end))
     write_report(track, bag.resolve().name, place)
     summary = track.counts.summary()
     told = {
@@ -62,6 +65,13 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         "accepted": track.counts.accepted,
         "summary": summary,
         "smooth": track.smooth,
+        "stamps": {
+            "nominal": track.stamps.nominal,
+            "longest": track.stamps.longest,
+            "missing": sum(count for _, _, count in track.stamps.missing),
+            "gaps": len(track.gaps),
+        },
+        "strays": [stray.told(track.measured, track.start_ns) for stray in track.strays],
         "losses": track.losses,
     }
     show(told, as_json, f"{place}: {summary}")

@@ -21,10 +21,15 @@ from ..robot import Robot
 from ..state import ClosedState, ClosureStatus
 from .base import RANK, BaseParameters, base_parameters
 from .consistency import consistent
+from .outliers import outlying_samples
 
 PRIOR_WEIGHT = 1e-3  # of the divergence from the prior against half the sum of squares of normalised residuals
 FINEST = 1e-6  # of a joint's largest effort: none is measured better, and better weights leave nothing but rounding
 RUNS = 3  # estimates, each weighted with the residuals of the one before
+
+
+class TooLittleShownError(InputError):
+    """The samples do not show all base parameters that were asked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +45,8 @@ class Identification:
             Combinations that the data cannot show stay near the description.
         noise: (n,) standard deviation of the residuals of each active joint [N m or N].
         explained: (n,) share of the variance of tau that the estimate explains, 1 at best.
+        outlying: (N,) which samples were left out: in some joint further from the estimate than noise explains.
+        residual: (N, n) measured efforts less those of the estimate, of all samples [N m or N].
         condition: condition number of the data: above a few hundred the motion excites too little.
     """
 
@@ -50,6 +57,8 @@ class Identification:
     values: Array
     noise: Array
     explained: Array
+    outlying: np.ndarray
+    residual: Array
     condition: float
 
     @property
@@ -86,11 +95,14 @@ def identify(
     """Estimate parameters from N samples: a batch state, accelerations and measured efforts (N, n).
 
     parameters: which to estimate (None: inertias of all links with mass, friction of no joint); all others, and what
-        `loads` gives, are taken as they are. Raises InputError where the samples do not show all base parameters, for a
-        row whose loops do not close, and for entries that are not finite.
+        `loads` gives, are taken as they are. Samples that noise does not explain are left out, and are told in
+        `Identification.outlying`. Raises TooLittleShownError, an InputError, where the samples do not show all base
+        parameters; InputError for a row whose loops do not close, for entries that are not finite, and for names that
+        the robot does not have.
     """
     parameters = described_parameters(robot.description) if parameters is None else parameters
     loads = robot.loads if loads is None else loads
+    parameters.check(robot.description)
     if state.u.ndim != 2:
         raise InputError("identification takes a batch of states")
     _check_closed(state)
@@ -101,9 +113,20 @@ def identify(
     base = base_parameters(robot, parameters, loads)
     fit = _Fit(regressor, tau - known, base)
     start = _positive(prior, fit, parameters.inertial_size)
-    weighted = fit.weighted(regressor)
+    weighted = fit.weighted(fit.regressor)
     values = consistent(weighted, fit.weighted_target, start, len(parameters.links), PRIOR_WEIGHT)
-    return Identification(base, fit.beta, fit.deviation, fit.interval, values, fit.noise, fit.explained, fit.condition)
+    return Identification(
+        base,
+        fit.beta,
+        fit.deviation,
+        fit.interval,
+        values,
+        fit.noise,
+        fit.explained,
+        fit.outlying,
+        tau - known - regressor[..., base.kept] @ fit.beta,
+        fit.condition,
+    )
 
 
 def _check_closed(state: ClosedState) -> None:
@@ -118,19 +141,17 @@ def _check_closed(state: ClosedState) -> None:
 
 
 class _Fit:
-    """Least squares in the base parameters, each joint's equations weighted with its own noise."""
+    """Least squares in the base parameters, each joint's equations weighted with its own noise, outliers left out."""
 
     def __init__(self, regressor: Array, target: Array, base: BaseParameters) -> None:
-        samples, n, _ = regressor.shape
-        self.regressor, self.target = regressor, target
-        self.columns = regressor[..., base.kept]
-        free = samples * n - base.size
-        if free <= 0:
-            raise InputError(f"{samples * n} equations cannot tell {base.size} base parameters; give more samples")
-        self._check_shown(base)
-        self.noise = np.ones(n)
+        n = target.shape[1]
+        self._take(regressor, target, base)
         size = np.abs(target)
         floor = np.maximum(FINEST * size.max(axis=0), 1e-3 * FINEST * size.max(initial=1e-300))
+        self.outlying = outlying_samples(self.columns, target, floor)
+        self._take(regressor[~self.outlying], target[~self.outlying], base)
+        target, free = self.target, self.target.size - base.size
+        self.noise = np.ones(n)
         for _ in range(RUNS - 1):
             residual = target - self.columns @ self._solved()[0]
             share = np.sqrt((residual**2).sum(axis=0) * n / free)
@@ -145,6 +166,13 @@ class _Fit:
         self.interval = np.stack([self.beta - reach, self.beta + reach], axis=1)
         self.explained = 1.0 - residual.var(axis=0) / np.maximum(target.var(axis=0), 1e-300)
 
+    def _take(self, regressor: Array, target: Array, base: BaseParameters) -> None:
+        """Fit these samples; raise InputError where they are too few or show too little."""
+        self.regressor, self.target, self.columns = regressor, target, regressor[..., base.kept]
+        if target.size <= base.size:
+            raise InputError(f"{target.size} equations cannot tell {base.size} base parameters; give more samples")
+        self._check_shown(base)
+
     def _check_shown(self, base: BaseParameters) -> None:
         """Raise InputError where some base parameters have no effect of their own on these samples."""
         matrix = self.columns.reshape(-1, base.size)
@@ -154,7 +182,7 @@ class _Fit:
         rank = int((pivots > RANK * pivots[0]).sum())
         if rank < base.size:
             hidden = ", ".join(base.names[k] for k in sorted(order[rank:])[:3])
-            raise InputError(
+            raise TooLittleShownError(
                 f"the motion shows {rank} of {base.size} base parameters, not {hidden}"
                 f"{', ...' if base.size - rank > 3 else ''}; give more varied motion, or ask for fewer parameters"
             )

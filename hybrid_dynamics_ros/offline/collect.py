@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +20,16 @@ from hybrid_dynamics_ros.offline.origin import known_robot, smoothing_of
 from hybrid_dynamics_ros.offline.process import SMOOTHINGS, input_topic, make_pipeline
 from hybrid_dynamics_ros.offline.smooth import estimates_of, joined, split
 from hybrid_dynamics_ros.offline.source import Source
+from hybrid_dynamics_ros.offline.stamps import Stamps
+from hybrid_dynamics_ros.offline.stray import Stray
 from hybrid_dynamics_ros.offline.topics import NODE
 from hybrid_dynamics_ros.parameters import MAX_GAP, Settings
-from hybrid_dynamics_ros.pipeline import Counts
+from hybrid_dynamics_ros.pipeline import Counts, Pipeline
 from hybrid_dynamics_ros.samples import FloatArray
 from hybrid_dynamics_ros.strokes import Strokes
 
+Span = tuple[float, float]  # from, to [s]
+WHOLE: Final[Span] = (0.0, math.inf)
 _AT_ONCE = 4096
 _LISTED = 1000  # gaps and bad samples that are kept for the page
 
@@ -43,7 +49,11 @@ class Track:
         every: each how manieth sample is here.
         gaps: (from, to) [s] where stamps are further apart than the largest gap.
         bad: (time [s], why) of samples that were refused.
-        intervals: (k,) [s] between stamps.
+        strays: samples that do not fit the motion around them, and have no acceleration; none of the causal filter.
+        measured: joints of the bag's samples, the active ones unless the node's parameter says otherwise.
+        max_gap: the largest gap [s], a parameter of the node.
+        intervals: (k,) [s] between all stamps, one after the other from `first` on.
+        first: [s] the first stamp that was looked at.
         errors: recorded less computed efforts over all samples: count, sum, sum of squares, largest, (n,) each.
         losses: what could not be read.
         smooth: how accelerations were found, one of `process.SMOOTHINGS`.
@@ -63,11 +73,20 @@ class Track:
     counts: Counts
     gaps: list[tuple[float, float]]
     bad: list[tuple[float, str]]
+    strays: list[Stray]
+    measured: tuple[str, ...]
+    max_gap: float
     intervals: FloatArray
+    first: float
     errors: Errors
     losses: list[str]
     smooth: str
     causal_lag: float
+
+    @property
+    def stamps(self) -> Stamps:
+        """How regular the stamps are."""
+        return Stamps(self.first, self.intervals)
 
     @property
     def power(self) -> FloatArray:
@@ -90,31 +109,38 @@ class Track:
 
 @dataclass(eq=False)
 class Errors:
-    """Sums over all samples that have both efforts: recorded less computed, (n,) each."""
+    """Sums over all samples that have both efforts: recorded less computed, (n,) each; the largest and its stamp."""
 
     count: NDArray[np.int64]
     total: FloatArray
     squares: FloatArray
     largest: FloatArray
+    largest_ns: NDArray[np.int64]
     recorded_total: FloatArray
     recorded_squares: FloatArray
 
     @staticmethod
     def none(n: int) -> Errors:
         """Of no samples."""
-        return Errors(np.zeros(n, dtype=np.int64), *(np.zeros(n) for _ in range(5)))
+        zeros = np.zeros(n)
+        return Errors(np.zeros(n, dtype=np.int64), zeros, zeros, zeros, np.zeros(n, dtype=np.int64), zeros, zeros)
 
-    def add(self, recorded: FloatArray, computed: FloatArray) -> None:
-        """More samples (N, n)."""
+    def add(self, recorded: FloatArray, computed: FloatArray, stamp_ns: NDArray[np.int64]) -> None:
+        """More samples (N, n), with their stamps [ns]."""
+        if not len(recorded):
+            return
         good = np.isfinite(recorded) & np.isfinite(computed)
         error = np.where(good, recorded - computed, 0.0)
         told = np.where(good, recorded, 0.0)
-        self.count += good.sum(axis=0)
-        self.total += error.sum(axis=0)
-        self.squares += (error**2).sum(axis=0)
-        self.largest = np.maximum(self.largest, np.abs(error).max(axis=0, initial=0.0))
-        self.recorded_total += told.sum(axis=0)
-        self.recorded_squares += (told**2).sum(axis=0)
+        self.count = self.count + good.sum(axis=0)
+        self.total = self.total + error.sum(axis=0)
+        self.squares = self.squares + (error**2).sum(axis=0)
+        size = np.abs(error)
+        worst = size.argmax(axis=0)
+        self.largest_ns = np.where(size.max(axis=0) > self.largest, stamp_ns[worst], self.largest_ns)
+        self.largest = np.maximum(self.largest, size.max(axis=0))
+        self.recorded_total = self.recorded_total + told.sum(axis=0)
+        self.recorded_squares = self.recorded_squares + (told**2).sum(axis=0)
 
     @property
     def mean(self) -> FloatArray:
@@ -142,21 +168,27 @@ class _Kept:
     gaps: list[tuple[int, int]] = field(default_factory=list)
     bad: list[tuple[int, str]] = field(default_factory=list)
     intervals: list[NDArray[np.int64]] = field(default_factory=list)
+    strays: list[Stray] = field(default_factory=list)
+    origin: int | None = None  # the first stamp of the bag [ns]
+    first: int | None = None  # and of what is looked at
     last: int | None = None
     with_velocity: int = 0  # samples
     without: int = 0
 
 
-def collect(
+def collect(  # noqa: PLR0913 - the command's options
     path: Path,
     robot: str | None = None,
     topic: str | None = None,
     smooth: str | None = "causal",
     settings: Settings | None = None,
     most: int = 20_000,
+    *,
+    span: Span = WHOLE,
 ) -> Track:
     """Run a recording through the pipeline and keep about `most` samples, evenly.
 
+    `span`: from and to [s], after the first stamp of the bag, to which times refer too; nothing outside is looked at.
     `smooth`: one of `process.SMOOTHINGS`; None: that of a processed bag, or the spline, which has no lag.
 
     Raises:
@@ -172,38 +204,33 @@ def collect(
         name = topic or _own_states(source) or input_topic(source, None)
         name = input_topic(source, name)
         computed = name == f"{NODE}/joint_states"  # its efforts are the model's own
-        total = source.topics[name].told or 1
-        every = max(1, math.ceil(total / most))
+        every = max(1, math.ceil((source.topics[name].told or 1) / most))
         parts: list[Samples] = []
-        with Progress(path.name, total) as progress:
-            done = 0
-            for _, messages in source.read(frozenset([name])):
-                for rows in split(len(messages), _AT_ONCE):
-                    samples = decoder.decode(messages.part(np.arange(rows.start, rows.stop)))
-                    _watch(kept, samples, settings[MAX_GAP])
-                    if computed or pipeline.measured != machine.active:
-                        samples.effort[:] = np.nan
-                    measured = samples.measured[samples.usable]
-                    kept.with_velocity += int(measured.sum())
-                    kept.without += int((~measured).sum())
-                    parts.append(samples)
-                    if smooth == "causal":
-                        _keep(kept, errors, samples, bulk.process(samples), every)
-                        parts.clear()
-                done += len(messages)
-                progress.update(done)
+        for samples in _read(source, name, decoder, kept, span):
+            _watch(kept, samples, settings[MAX_GAP])
+            if computed or pipeline.measured != machine.active:
+                samples.effort[:] = np.nan
+            measured = samples.measured[samples.usable]
+            kept.with_velocity += int(measured.sum())
+            kept.without += int((~measured).sum())
+            if smooth == "causal":
+                _keep(kept, errors, samples, bulk.process(samples), every)
+            else:
+                parts.append(samples)
         if parts:
             whole = joined(parts)
             estimates = estimates_of(whole, smooth, pipeline)
+            kept.strays = estimates.strays
             for rows in split(len(whole), _AT_ONCE):
                 samples = whole.part(rows)
                 _keep(kept, errors, samples, bulk.process(samples, estimates.part(rows)), every)
         losses = source.losses.told
     if not kept.motions:
         told = "; ".join(f"{code}: {text}" for code, text in bulk.first_rejections.items())
-        raise BagError(f"{path}: {name}: no sample can be used ({pipeline.counts.summary()}) {told}")
+        where = "" if span == WHOLE else f" from {span[0]:g} s {told_end(span)} of the bag"
+        raise BagError(f"{path}: {name}: no sample{where} can be used ({pipeline.counts.summary()}) {told}")
     lag = pipeline.acceleration_lag(measured=kept.with_velocity >= kept.without)  # of most samples
-    return _track(machine, pipeline.loads, name, kept, errors, every, pipeline.counts, losses, smooth, lag)
+    return _track(machine, pipeline, name, kept, errors, every, losses, smooth, lag, settings[MAX_GAP])
 
 
 def _smoothing(path: Path) -> str:
@@ -221,6 +248,36 @@ def _own_states(source: Source) -> str | None:
     return own if len(others) != 1 else others[0]
 
 
+def _read(source: Source, name: str, decoder: Decoder, kept: _Kept, span: Span) -> Iterator[Samples]:
+    """The samples of a topic within the span, some at a time."""
+    with Progress(source.path.name, source.topics[name].told or 1) as progress:
+        done = 0
+        for _, messages in source.read(frozenset([name])):
+            for rows in split(len(messages), _AT_ONCE):
+                samples = decoder.decode(messages.part(np.arange(rows.start, rows.stop)))
+                samples = _within(kept, samples, span)
+                if len(samples):
+                    yield samples
+            done += len(messages)
+            progress.update(done)
+
+
+def told_end(span: Span) -> str:
+    """`to 5 s`, or `to the end`."""
+    return f"to {span[1]:g} s" if math.isfinite(span[1]) else "to the end"
+
+
+def _within(kept: _Kept, samples: Samples, span: Span) -> Samples:
+    """The samples of a span; the others are as if they were not in the bag."""
+    if kept.origin is None and samples.usable.any():
+        kept.origin = int(samples.stamp_ns[samples.usable][0])
+    if span == WHOLE or kept.origin is None:
+        return samples
+    stamps = np.where(samples.usable, samples.stamp_ns, samples.log_ns)
+    time = (stamps - kept.origin) * 1e-9
+    return samples.only(np.flatnonzero((time >= span[0]) & (time <= span[1])))
+
+
 def _watch(kept: _Kept, samples: Samples, gap: float) -> None:
     stamps = samples.stamp_ns[samples.usable]
     for row, why in samples.rejected.items():
@@ -233,7 +290,8 @@ def _watch(kept: _Kept, samples: Samples, gap: float) -> None:
     for k in np.flatnonzero((steps < 0) | (steps * 1e-9 > gap)):
         if len(kept.gaps) < _LISTED:
             kept.gaps.append((int(whole[k]), int(whole[k + 1])))
-    kept.intervals.append(steps[:: max(1, len(steps) // 256)])
+    kept.first = int(stamps[0]) if kept.first is None else kept.first
+    kept.intervals.append(steps)
     kept.last = int(stamps[-1])
 
 
@@ -242,7 +300,7 @@ def _keep(kept: _Kept, errors: Errors, samples: Samples, motion: Motion | None, 
         return
     recorded = samples.effort[motion.rows]
     if recorded.shape == motion.efforts.shape:
-        errors.add(recorded, motion.efforts)
+        errors.add(recorded, motion.efforts, motion.stamp_ns)
     rows = np.arange(0, len(motion), every)
     kept.recorded.append(recorded[rows])
     kept.motions.append(_thinned(motion, rows))
@@ -262,21 +320,21 @@ def _thinned(motion: Motion, rows: NDArray[np.intp]) -> Motion:
 
 def _track(  # noqa: PLR0913, PLR0917 - a line for each attribute
     robot: Robot,
-    loads: Loads,
+    pipeline: Pipeline,
     topic: str,
     kept: _Kept,
     errors: Errors,
     every: int,
-    counts: Counts,
     losses: list[str],
     smooth: str,
     causal_lag: float,
+    max_gap: float,
 ) -> Track:
     stamps = np.concatenate([motion.stamp_ns for motion in kept.motions])
-    start = int(stamps[0])
+    start = int(stamps[0]) if kept.origin is None else kept.origin
     return Track(
         robot=robot,
-        loads=loads,
+        loads=pipeline.loads,
         topic=topic,
         start_ns=start,
         time=(stamps - start) * 1e-9,
@@ -285,9 +343,13 @@ def _track(  # noqa: PLR0913, PLR0917 - a line for each attribute
         efforts=np.concatenate([motion.efforts for motion in kept.motions]),
         recorded=np.concatenate(kept.recorded),
         every=every,
-        counts=counts,
+        counts=pipeline.counts,
         gaps=[((a - start) * 1e-9, (b - start) * 1e-9) for a, b in kept.gaps],
         bad=[((at - start) * 1e-9, why) for at, why in kept.bad],
+        strays=kept.strays,
+        measured=pipeline.measured,
+        max_gap=max_gap,
+        first=0.0 if kept.first is None else (kept.first - start) * 1e-9,
         intervals=np.concatenate([np.zeros(0, dtype=np.int64), *kept.intervals]).astype(np.float64) * 1e-9,
         errors=errors,
         losses=losses,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from hybrid_dynamics_ros.samples import (
 )
 
 _LAYOUTS: Final = 32  # kept at a time: a bag has a handful
+T = TypeVar("T")
 _FEW: Final = 4  # messages of one layout below which finding it costs more than it saves
 
 
@@ -77,8 +78,15 @@ class Samples:
         )
 
     def part(self, rows: slice) -> Samples:
+        """Samples of some rows that follow each other; views of these."""
+        return self._at(rows, range(rows.start, rows.stop))
+
+    def only(self, rows: NDArray[np.intp]) -> Samples:
         """Samples of some rows."""
-        inside = range(rows.start, rows.stop)
+        return self if len(rows) == len(self) else self._at(rows, rows.tolist())
+
+    def _at(self, rows: slice | NDArray[np.intp], numbers: Sequence[int]) -> Samples:
+        places = {row: k for k, row in enumerate(numbers)} if self.rejected or self.broken else {}
         return Samples(
             log_ns=self.log_ns[rows],
             stamp_ns=self.stamp_ns[rows],
@@ -87,9 +95,13 @@ class Samples:
             measured=self.measured[rows],
             effort=self.effort[rows],
             acceleration=None if self.acceleration is None else self.acceleration[rows],
-            rejected={row - rows.start: why for row, why in self.rejected.items() if row in inside},
-            broken={row - rows.start: why for row, why in self.broken.items() if row in inside},
+            rejected=_numbered(self.rejected, places),
+            broken=_numbered(self.broken, places),
         )
+
+
+def _numbered(table: dict[int, T], places: dict[int, int]) -> dict[int, T]:
+    return {places[row]: why for row, why in table.items() if row in places}
 
 
 class Decoder:

@@ -55,12 +55,28 @@ def _sized(value: Any) -> int:
     return len(value) if isinstance(value, (list, tuple, np.ndarray)) else -1
 
 
-def export(path: Path, target: Path, kind: str, topics: tuple[str, ...] = ()) -> tuple[dict[str, int], list[str]]:
+def table_file(folder: Path, topic: str, kind: str) -> Path:
+    """Where the table of a topic is."""
+    return folder / f"{topic.strip('/').replace('/', '.')}.{kind}"
+
+
+def export(
+    path: Path, target: Path, kind: str, topics: tuple[str, ...] = (), *, overwrite: bool = False
+) -> tuple[dict[str, int], list[str]]:
     """Write a file for each topic into a folder; how many messages each has, and what could not be read.
 
+    overwrite: files of the same names are replaced, all else in the folder stays.
+
     Raises:
-        BagError: a topic is not there, or the format needs what is not installed.
+        BagError: a topic is not there, the folder is not empty, or the format needs what is not installed.
     """
+    if target.exists() and not target.is_dir():
+        raise BagError(f"{target}: is a file; name a folder")
+    if not overwrite and target.is_dir() and any(target.iterdir()):
+        raise BagError(
+            f"{target}: there is something in it already, and tables of two bags would mix; name a new folder, or give "
+            "--overwrite to replace the files of the same names"
+        )
     with Source(path) as source:
         missing = [topic for topic in topics if topic not in source.topics]
         if missing:
@@ -73,7 +89,7 @@ def export(path: Path, target: Path, kind: str, topics: tuple[str, ...] = ()) ->
         losses = source.losses.told
     target.mkdir(parents=True, exist_ok=True)
     for name, columns in tables.items():
-        file = target / f"{name.strip('/').replace('/', '.')}.{kind}"
+        file = table_file(target, name, kind)
         aside = file.with_name(f".{file.name}.part")
         _WRITERS[kind](aside, columns)
         aside.replace(file)

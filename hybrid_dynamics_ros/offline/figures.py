@@ -12,8 +12,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hybrid_dynamics_core.drawing.style import BLUE, GREEN, INK, LOOPS, ORANGE, QUIET, RED, STYLE
+from hybrid_dynamics_core.drawing.style import BLUE, GREEN, INK, LOOPS, ORANGE, PURPLE, QUIET, RED, STYLE
 from hybrid_dynamics_ros.offline.collect import Track
+from hybrid_dynamics_ros.offline.stamps import Stamps
 from hybrid_dynamics_ros.samples import FloatArray
 
 _COLOURS: Final = LOOPS  # as in the drawings; RED is kept for what is beyond an end
@@ -23,6 +24,9 @@ _ABOVE: Final[dict[str, Any]] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0
 _NEAR: Final = 0.1  # of a singularity
 _THOUSANDS: Final = "{x:,.10g}"
 _RECORDED: Final = "#b4bac2"
+_BEYOND: Final[dict[str, Any]] = {"color": "black", "markersize": 5, "clip_on": False, "zorder": 5}
+_BOX: Final = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0}
+_NOTE: Final[dict[str, Any]] = {"ha": "right", "va": "top", "fontsize": 8, "bbox": _BOX, "zorder": 6}
 _MOST: Final = 2500  # points of a line: more cannot be seen, and make the page heavy
 Draw = Callable[[Track], Figure]
 
@@ -55,9 +59,12 @@ def efforts(track: Track) -> Figure:
         if told:
             _line(ax, track, track.recorded[:, k], _RECORDED, label="recorded", linewidth=1.8)
         _line(ax, track, track.efforts[:, k], _COLOURS[k % len(_COLOURS)], label="computed")
+        _clip(ax, track, track.efforts[:, k], track.recorded[:, k])
         ax.set_ylabel(f"{name} [{unit}]")
         if told:
-            _line(axes[k][1], track, track.recorded[:, k] - track.efforts[:, k], _COLOURS[k % len(_COLOURS)])
+            left = track.recorded[:, k] - track.efforts[:, k]
+            _line(axes[k][1], track, left, _COLOURS[k % len(_COLOURS)])
+            _clip(axes[k][1], track, left)
             axes[k][1].axhline(0.0, color=QUIET, linewidth=0.6)
             axes[k][1].set_ylabel(f"{name} [{unit}]")
     axes[0][0].legend(**_ABOVE, ncols=2)
@@ -117,33 +124,61 @@ def margins(track: Track) -> Figure:
 
 
 def sampling(track: Track) -> Figure:
-    """Intervals between stamps, and where samples are missing or bad."""
-    regular = not track.gaps and not track.bad
-    figure, axes = _panels(1, 1 if regular else 2, 2.2)
-    positive = track.intervals[track.intervals > 0.0]
-    if len(positive):
-        middle = float(np.median(positive))
-        low, high = np.percentile(positive, [0.5, 99.5])
-        span = max(high - low, 0.02 * middle)
-        ends = ((low - 0.2 * span) * 1e3, (high + 0.2 * span) * 1e3)
-        share = np.full(len(positive), 100.0 / len(positive))  # of a long recording not all intervals are kept
-        axes[0][0].hist(positive * 1e3, bins=60, range=ends, weights=share, color=BLUE)
-    axes[0][0].set_xlabel("between stamps [ms]")
-    axes[0][0].set_ylabel("share of samples [%]")
+    """Intervals between stamps, and where samples are missing, off or refused."""
+    missing = track.stamps.missing
+    regular = not (missing or track.gaps or track.strays or track.bad)
+    figure, axes = _panels(1, 1 if regular else 2, 2.4)
+    _intervals(axes[0][0], track.stamps)
     if regular:
-        axes[0][0].set_title("no gaps, no bad samples")
+        axes[0][0].set_title(f"{axes[0][0].get_title()}; no gaps, none missing or bad")
         return figure
     ax = axes[0][1]
     for start, end in track.gaps:
         ax.axvspan(min(start, end), max(start, end), color=ORANGE, alpha=0.5, linewidth=1.0)
-    if track.bad:
-        ax.plot([at for at, _ in track.bad], np.full(len(track.bad), 0.5), "|", color=RED, markersize=30)
-    ax.set_xlim(0.0, max(float(track.time.max()), 1e-3))
-    ax.set_ylim(0.0, 1.0)
-    ax.set_yticks([])
-    ax.set_title("gaps (orange) and bad samples (red)")
+    first = track.start_ns
+    looked = track.smooth != "causal"
+    rows = [
+        ("missing", ORANGE, [at for at, _, _ in missing]),
+        *([("off the motion", PURPLE, [stray.at(first) for stray in track.strays])] if looked else []),
+        ("refused", RED, [at for at, _ in track.bad]),
+    ]
+    for k, (_, colour, times) in enumerate(rows):
+        ax.plot(times, np.full(len(times), 2.0 - k), "|", color=colour, markersize=16, markeredgewidth=1.6)
+    ax.set_xlim(*_wider(float(track.time.min()), float(track.time.max())))
+    ax.set_ylim(2.4 - len(rows), 2.6)
+    counts = [sum(count for _, _, count in missing), *(len(times) for _, _, times in rows[1:])]
+    told = [f"{name}: {count}" for (name, _, _), count in zip(rows, counts, strict=True)]
+    ax.set_yticks([2.0 - k for k in range(len(rows))], told)
+    ax.set_title(f"samples; gaps, shaded: {len(track.gaps)}")
     ax.set_xlabel("time [s]")
     return figure
+
+
+def _intervals(ax: Axes, stamps: Stamps) -> None:
+    """How many intervals are how long; the few that are far from the others are counted at the edges."""
+    steps = stamps.intervals * 1e3
+    ax.set_xlabel("between stamps [ms]")
+    ax.set_ylabel("intervals")
+    if not len(steps):
+        return
+    low, high = np.percentile(steps, [0.5, 99.5])
+    span = max(high - low, 0.1 * stamps.nominal * 1e3, 1e-6)
+    low, high = low - 0.2 * span, high + 0.2 * span
+    inside = steps[(steps >= low) & (steps <= high)]
+    ax.hist(inside, bins=60, range=(low, high), color=BLUE)
+    ax.set_xlim(low, high)
+    told = [f"{len(inside)} of {len(steps)}" if len(inside) < len(steps) else f"{len(steps)} intervals"]
+    if (steps < low).any():
+        told.append(f"{(steps < low).sum()} shorter, from {steps.min():.4g} ms")
+    if (steps > high).any():
+        told.append(f"{(steps > high).sum()} longer, to {steps.max():.4g} ms")
+    ax.set_title("; ".join(told))
+
+
+def _wider(low: float, high: float) -> tuple[float, float]:
+    """A range with some room, so that marks at its ends are seen."""
+    room = max(0.02 * (high - low), 1e-3)
+    return low - room, high + room
 
 
 def svg(draw: Draw, track: Track, name: str) -> str:
@@ -179,6 +214,32 @@ def _line(ax: Axes, track: Track, values: FloatArray, colour: str, label: str = 
     time, values = np.insert(time, where, np.nan), np.insert(values.astype(np.float64), where, np.nan)
     ax.plot(time, values, color=colour, linewidth=linewidth, label=label)
     ax.margins(x=0.01)
+
+
+def _clip(ax: Axes, track: Track, *parts: FloatArray) -> None:
+    """Keep a few wild values from flattening all others: they are marked at the edge, and counted.
+
+    The axis reaches once the range of the middle 98 % beyond it: seven deviations of Gaussian noise, and every wave.
+    """
+    values = np.concatenate([part[np.isfinite(part)] for part in parts])
+    if not len(values):
+        return
+    low, high = np.percentile(values, [1.0, 99.0])
+    low, high = low - (high - low), high + (high - low)
+    lowest, highest = float(values.min()), float(values.max())
+    if not low < high or (low <= lowest and highest <= high):
+        return
+    ends = _wider(max(low, lowest), min(high, highest))
+    ax.set_ylim(*ends)
+    beyond = []
+    for part in parts:
+        for sign, mark, edge in ((-1.0, 6, ends[0]), (1.0, 7, ends[1])):
+            rows = np.flatnonzero(sign * part > sign * (low if sign < 0.0 else high))
+            (marks,) = ax.plot(track.time[rows], np.full(len(rows), edge), linestyle="", marker=mark, **_BEYOND)
+            marks.set_in_layout(False)
+            beyond += part[rows].tolist()
+    told = f"{len(beyond)} beyond, to {max(beyond, key=abs):.4g}"
+    ax.annotate(told, (0.995, 0.97), xycoords="axes fraction", **_NOTE).set_in_layout(False)
 
 
 def _thinned(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from hybrid_dynamics_ros.estimator import EstimatorState
 from hybrid_dynamics_ros.filters import StampEvent
 from hybrid_dynamics_ros.offline.decode import Samples
 from hybrid_dynamics_ros.offline.recursion import run_filter
+from hybrid_dynamics_ros.offline.stray import Stray
 from hybrid_dynamics_ros.pipeline import Pipeline
 from hybrid_dynamics_ros.results import MotionResult
 from hybrid_dynamics_ros.samples import FloatArray, JointSample, Rejection, rejection_of
@@ -60,7 +61,10 @@ class _UnusualError(Exception):
 
 @dataclass(eq=False)
 class Estimates:
-    """Rates of accepted samples: velocity (m, n), acceleration (m, n), which are known, and the filter after them."""
+    """Rates of accepted samples: velocity (m, n), acceleration (m, n), which are known, and the filter after them.
+
+    strays: samples that rates were not made of, as they do not fit the motion around them.
+    """
 
     velocity: FloatArray
     moving: Mask
@@ -68,6 +72,7 @@ class Estimates:
     driven: Mask
     events: Counter[StampEvent]
     after: EstimatorState | None
+    strays: list[Stray] = field(default_factory=list)
 
     def part(self, rows: Rows | slice) -> Estimates:
         """Those of some rows."""

@@ -30,7 +30,8 @@ from hybrid_dynamics_ros.offline.smooth import estimates_of, joined, split
 from hybrid_dynamics_ros.offline.source import Losses, Messages, Source, Topic
 from hybrid_dynamics_ros.offline.topics import NODE, Output, outputs_of
 from hybrid_dynamics_ros.parameters import BANDWIDTH, MAX_GAP, MEASURED, Settings
-from hybrid_dynamics_ros.pipeline import Pipeline
+from hybrid_dynamics_ros.pipeline import Counts, Pipeline
+from hybrid_dynamics_ros.samples import RejectionCode
 
 INPUT: Final = f"{NODE}/active_joint_states"
 KINDS: Final = (JOINT_STATE, JOINT_MOTION)  # that the node takes
@@ -72,6 +73,7 @@ class Outcome:
         summary: one line about the samples.
         losses: what could not be read, a sentence each; after a thousand, how many more of each kind.
         rejections: the first text of each kind of rejection.
+        strays: samples that `smooth` made no accelerations of, as they do not fit the motion around them, a text each.
         bulk: share of the samples that were decoded in bulk.
         shares: [s] spent on reading, decoding, the model, what the messages hold (encoding), and waiting until they are
             written.
@@ -83,6 +85,7 @@ class Outcome:
     summary: str = ""
     losses: list[str] = field(default_factory=list)
     rejections: dict[str, str] = field(default_factory=dict)
+    strays: list[str] = field(default_factory=list)
     bulk: float = 0.0
     shares: Counter[str] = field(default_factory=Counter)
     beside: float = 0.0
@@ -107,7 +110,7 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
     """Do a job; the new bag is there when this returns, and what was lost is in the outcome.
 
     Raises:
-        BagError: the bag cannot be read at all, or its topic is not clear.
+        BagError: the bag cannot be read at all, its topic is not clear, or none of its samples can be used.
         HybridDynamicsError: the robot cannot be loaded.
     """
     if job.target.resolve() in (job.source.resolve(), *job.source.resolve().parents):
@@ -135,12 +138,25 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
                 job, BulkPipeline(pipeline), Decoder(pipeline.measured, kind), outputs, bag, outcome, watch
             )
             worker.run(source, topic, {entry.name for entry in kept}, shown)
+            _require_some(outcome, topic, pipeline.counts, [*worker.losses.told, *source.losses.told])
             watch.lap("writing")
         watch.lap("writing")
         outcome.beside = bag.beside
         outcome.losses += [*worker.losses.told, *source.losses.told]
     outcome.summary = pipeline.counts.summary()
     return outcome
+
+
+def _require_some(outcome: Outcome, topic: str, counts: Counts, losses: Sequence[str]) -> None:
+    """Raise BagError where no sample could be used: a bag without one computed message would look like a result."""
+    if counts.accepted:
+        return
+    job = outcome.job
+    told = [f"{code}: {text}" for code, text in outcome.rejections.items()] + [f"lost: {loss}" for loss in losses[:3]]
+    if RejectionCode.MISSING_JOINT.value in outcome.rejections:
+        told.append(f"is {job.robot} the robot of this bag?")
+    why = "; ".join(["", *told])
+    raise BagError(f"{job.source}: {topic}: none of {outcome.samples} samples can be used, nothing is written{why}")
 
 
 def make_pipeline(robot: Robot, settings: Settings) -> Pipeline:
@@ -241,6 +257,8 @@ class _Worker:
 
     def _smoothed(self, samples: Samples) -> None:
         estimates = estimates_of(samples, self._job.smooth, self._bulk.pipeline)
+        joints, first = self._bulk.pipeline.measured, int(samples.stamp_ns[samples.usable][:1].sum())
+        self._outcome.strays = [stray.told(joints, first) for stray in estimates.strays]
         self._watch.lap("model")
         for rows in split(len(samples), _AT_ONCE):
             part, own = samples.part(rows), estimates.part(rows)

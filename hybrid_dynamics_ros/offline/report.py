@@ -35,6 +35,7 @@ td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 .warn { background: #fff4e5; border-left: 4px solid #e08a00; padding: .5em 1em; }
 """
 _DIGITS: Final = tuple("-0123456789")
+_LISTED: Final = 20  # samples in a table
 _FIGURES: Final[tuple[tuple[str, str, Draw], ...]] = (
     ("Trajectories", "The active joints, as measured or as estimated from positions.", trajectories),
     ("Efforts", "What the model says the actuators gave, beside what was recorded.", efforts),
@@ -49,7 +50,11 @@ _FIGURES: Final[tuple[tuple[str, str, Draw], ...]] = (
         "What is left to the nearer end; below the red line it is beyond.",
         margins,
     ),
-    ("Samples", "How regular the stamps are, where some are missing, and which were refused.", sampling),
+    (
+        "Samples",
+        "How regular the stamps are, where samples are missing, do not fit the motion around them, or were refused.",
+        sampling,
+    ),
 )
 
 
@@ -65,6 +70,8 @@ def report(track: Track, title: str) -> str:
         if draw is efforts:
             parts.append(f"<p>{accelerations_of(track)}</p>")
         parts.append(_wide(svg(draw, track, heading.split()[0].lower())))
+    if track.strays:
+        parts.append(_strays(track))
     if track.bad:
         parts.append(_bad(track))
     body = "\n".join(parts)
@@ -85,7 +92,9 @@ def write_report(track: Track, title: str, path: Path) -> None:
 def _head(track: Track) -> str:
     begin = datetime.fromtimestamp(track.start_ns * 1e-9, UTC).strftime("%d %B %Y, %H:%M:%S UTC")
     shown = "" if track.every == 1 else f"; one sample in {track.every} is shown, statistics are over all"
-    told = f"{html.escape(track.robot.name)}, {html.escape(track.topic)}, {track.time.max():.1f} s from {begin}{shown}"
+    end = float(track.time.max())
+    span = f"{end:.1f} s from" if not track.first else f"{track.first:.1f} s to {end:.1f} s of the bag, which begins on"
+    told = f"{html.escape(track.robot.name)}, {html.escape(track.topic)}, {span} {begin}{shown}"
     return f'<p class="quiet">{told}</p>'
 
 
@@ -101,7 +110,12 @@ def _facts(track: Track) -> str:
     nearest = int(np.argmin(np.asarray(state.singularity)))
     loops = state.singular_loop
     rows = [["samples", track.counts.summary()]]
-    rows.append(["gaps", f"{len(track.gaps)}"])
+    rows += [["stamps", _stamps(track)], ["missing samples", _missing(track)]]
+    if track.smooth != "causal":
+        told = "".join(f"{'; ' if k else ', at '}{s.at(track.start_ns):.3f} s" for k, s in enumerate(track.strays[:3]))
+        rows.append(["samples off the motion", f"{len(track.strays)}{told}{' ...' if len(track.strays) > 3 else ''}"])
+    meaning = f"stamps that go back, or are more than {track.max_gap:g} s apart: estimates start anew there"
+    rows.append(["gaps", f"{len(track.gaps)} ({meaning})"])
     if track.robot.loops:
         distance = float(np.asarray(state.singularity)[nearest])
         where = f"{distance:.3g} of loop {loops[nearest]} at {track.time[nearest]:.2f} s"
@@ -119,14 +133,51 @@ def _facts(track: Track) -> str:
     return _table([], rows)
 
 
+def _stamps(track: Track) -> str:
+    longest, at = track.stamps.longest
+    nominal = track.stamps.nominal
+    return f"{1e3 * nominal:.4g} ms apart (median); the longest interval is {1e3 * longest:.4g} ms at {at:.3f} s"
+
+
+def _missing(track: Track) -> str:
+    missing = track.stamps.missing
+    if not missing:
+        return "0 (no interval is longer than 1.5 times the median)"
+    count = sum(entry[2] for entry in missing)
+    first = ", ".join(f"{at:.3f} s" for at, _, _ in missing[:4])
+    more = f" and {len(missing) - 4} more" if len(missing) > 4 else ""
+    return f"{count}, in intervals of more than 1.5 times the median, at {first}{more}"
+
+
+def _strays(track: Track) -> str:
+    rows = []
+    for stray in track.strays[:_LISTED]:
+        name = track.measured[stray.joint]
+        unit = unit_of(track, name, "rate" if stray.rate else "position")
+        late = "" if np.isnan(stray.late) else f"{1e3 * abs(stray.late):.1f} ms {stray.word}"
+        rows.append([f"{stray.at(track.start_ns):.3f} s", name, f"{stray.off:.3g} {unit}", late])
+    more = len(track.strays) - len(rows)
+    told = (
+        "These samples do not fit the motion around them: accelerations are not made of them, nor efforts computed at "
+        f"their stamps.{f' {more} more are not listed.' if more else ''}"
+    )
+    return f"<p>{told}</p>" + _table(["off the motion", "joint", "off by", "stamp is"], rows)
+
+
 def _errors(track: Track) -> str:
     errors = track.errors
+    left = np.abs(track.recorded - track.efforts)
+    near = [np.percentile(part[np.isfinite(part)], 95.0) if np.isfinite(part).any() else np.nan for part in left.T]
     rows = []
     for k, name in enumerate(track.robot.active):
-        sizes = [_digits(value) for value in (errors.rms[k], errors.mean[k], errors.largest[k])]
+        sizes = [_digits(value) for value in (near[k], errors.rms[k], errors.mean[k])]
+        sizes.append(f"{_digits(errors.largest[k])} at {(errors.largest_ns[k] - track.start_ns) * 1e-9:.3f} s")
         share = f"{100.0 * errors.explained[k]:.2f} %" if np.isfinite(errors.explained[k]) else "-"
         rows.append([name, unit_of(track, name, "effort"), *sizes, share, str(errors.count[k])])
-    return _table(["recorded less computed", "unit", "RMS", "mean", "largest", "variance explained", "samples"], rows)
+    return _table(
+        ["recorded less computed", "unit", "95 % within", "RMS", "mean", "largest", "variance explained", "samples"],
+        rows,
+    )
 
 
 def accelerations_of(track: Track) -> str:

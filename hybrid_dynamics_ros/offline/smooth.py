@@ -12,6 +12,7 @@ from scipy.signal import savgol_filter
 
 from hybrid_dynamics_ros.offline.decode import Samples
 from hybrid_dynamics_ros.offline.motion import Estimates
+from hybrid_dynamics_ros.offline.stray import strays
 from hybrid_dynamics_ros.pipeline import Pipeline
 from hybrid_dynamics_ros.samples import FloatArray
 
@@ -45,7 +46,8 @@ def split(count: int, size: int) -> Iterator[slice]:
 def estimates_of(samples: Samples, method: str, pipeline: Pipeline) -> Estimates:
     """Velocities and accelerations of all samples from those before and after.
 
-    Velocities that were measured are smoothed as they are; where there are none, positions are.
+    Velocities that were measured are smoothed as they are; where there are none, positions are. Samples that do not fit
+    the motion around them are left out, have no acceleration, and are told in `Estimates.strays`.
 
     Args:
         samples: of a whole recording.
@@ -67,9 +69,14 @@ def estimates_of(samples: Samples, method: str, pipeline: Pipeline) -> Estimates
     out.velocity[usable] = np.where(samples.measured[usable, None], velocity[usable], 0.0)
     usable &= _sound(samples, pipeline)
     filt = pipeline._estimator._velocity_filter  # noqa: SLF001 - the same bandwidth and gap as the node's
-    for rows in _runs(np.flatnonzero(usable), samples, filt.max_gap):
+    for run in _runs(np.flatnonzero(usable), samples, filt.max_gap):
+        measured = bool(samples.measured[run[0]])
+        stray = strays(samples.stamp_ns[run], position[run], velocity[run] if measured else None)
+        out.strays += [stray[row] for row in sorted(stray)]
+        rows = np.delete(run, list(stray))
+        if len(rows) < _LEAST:
+            continue
         time = (samples.stamp_ns[rows] - samples.stamp_ns[rows[0]]) * 1e-9
-        measured = bool(samples.measured[rows[0]])
         first, second = (1, 2) if not measured else (0, 1)
         values = (velocity if measured else position)[rows]
         fit = _spline if method == "spline" else _savgol
