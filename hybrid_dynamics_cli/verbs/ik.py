@@ -80,6 +80,8 @@ def command(
         "status": result.status,
         "message": result.message,
         "residual": result.residual,
+        "position_error": result.position_error,
+        "angle_error": result.angle_error,
         "u": dict(zip(machine.active, result.u, strict=True)),
         "solutions": [dict(zip(machine.active, u, strict=True)) for u in result.solutions],
         "branch": dict(result.branch),
@@ -115,7 +117,9 @@ def text(machine: Robot, result: IKResult) -> str:
         for k, name in enumerate(machine.active)
     ]
     heads = ["value"] if len(result.solutions) == 1 else [f"solution {k + 1}" for k in range(len(result.solutions))]
-    lines = [table(["active joint", *heads, "unit"], rows), f"residual {number(result.residual)} m"]
+    errors = ((result.position_error, "m"), (result.angle_error, "rad"))
+    left = " and ".join(f"{number(float(error))} {kind}" for error, kind in errors if np.isfinite(error))
+    lines = [table(["active joint", *heads, "unit"], rows), f"left to the target: {left}"]
     if result.redundant:
         lines.append(f"not determined by the target, and left near the seed: {', '.join(result.redundant)}")
     return "\n".join(lines)

@@ -85,6 +85,17 @@ def test_no_solution_ends_with_1() -> None:
     assert "out of reach: the nearest found is" in result.output
 
 
+def test_what_is_left_to_a_target_has_its_units() -> None:
+    arguments = ("ik", "forging_chu2020", "--position", "9", "0", "0", "--quaternion", "0", "0", "0", "1")
+    assert re.search(r"the nearest found is [\d.]+ m and [\d.]+ rad \([\d.]+ deg\) away", call(*arguments).output)
+    told = json.loads(call(*arguments, "--json").stdout)
+    assert told["position_error"] > 1.0
+    assert 0.0 < told["angle_error"] <= np.pi
+    position = json.loads(call(*arguments[:6], "--json").stdout)
+    assert position["angle_error"] is None
+    assert position["position_error"] == position["residual"]
+
+
 def test_frame_and_modes() -> None:
     answer = told("fk", "excavator", "--frame", "bucket")
     assert answer["frame"] == "bucket"
