@@ -128,7 +128,7 @@ class _Builder:
         return (self.numbers.angle if revolute else self.numbers.number)(value, path)
 
     def references(self) -> Mapping[str, float]:
-        """What the file names; active joints that it leaves out and that cannot be at zero, at the limit nearest to it."""
+        """What the file names; active joints that it leaves out where they cannot be at zero, at the nearest limit."""
         told = self.each("reference", self.reference)
         taken: dict[str, float] = {}
         for name in self.data["active"]:

@@ -256,6 +256,44 @@ def test_export_is_taken_back(form: str, tmp_path: Path) -> None:
     assert load(place).active == load("excavator").active
 
 
+@pytest.mark.parametrize("more", [(), ("--overwrite",)])
+def test_export_never_replaces_what_the_robot_is_read_from(tmp_path: Path, more: tuple[str, ...]) -> None:
+    """A file of one's own, the URDF that it names, and the URDF that is written beside a robot.yaml."""
+    own, tree, over = tmp_path / "own.yaml", tmp_path / "tree.urdf", tmp_path / "over.yaml"
+    source = resources.files("hybrid_dynamics_core").joinpath("robots/five_bar.yaml")
+    own.write_text(source.read_text(encoding="utf-8"), encoding="utf-8")
+    assert call("export", str(own), "-o", str(tree)).exit_code == 0
+    active = ", ".join(load(tree).active)
+    over.write_text(f"format: 1\nname: o\nurdf: tree.urdf\nactive: [{active}]\nend_effector: {{link: end_effector}}\n")
+    before = [file.read_text(encoding="utf-8") for file in (own, tree, over)]
+    (tmp_path / "link.yaml").symlink_to(own)
+    for robot, form, output in (
+        (own, "robot.yaml", own),
+        (own, "sdf", tmp_path / "link.yaml"),
+        (over, "mjcf", tree),
+        (over, "robot.yaml", tmp_path / "tree.yaml"),
+    ):
+        result = call("export", str(robot), "--format", form, "-o", str(output), *more)
+        assert result.exit_code == 1
+        assert "the robot is read from this file, which is not replaced; name another one" in result.output
+    assert before == [file.read_text(encoding="utf-8") for file in (own, tree, over)]
+    assert not (tmp_path / "tree.yaml").exists()  # all files, or none
+
+
+def test_export_replaces_files_where_that_is_asked_for(tmp_path: Path) -> None:
+    urdf, pair = tmp_path / "a.urdf", tmp_path / "a.yaml"
+    assert call("export", "excavator", "--format", "urdf+", "-o", str(urdf)).output == f"written: {urdf}\n"
+    text = urdf.read_text(encoding="utf-8")
+    arguments = ("export", "excavator", "--format", "robot.yaml", "-o", str(pair))
+    refused = call(*arguments)
+    assert refused.exit_code == 1
+    assert f"{urdf}: there is a file already; name another one, or give --overwrite" in refused.output
+    assert urdf.read_text(encoding="utf-8") == text
+    assert not pair.exists()
+    assert call(*arguments, "--overwrite").output == f"written: {pair}\nwritten: {urdf}\n"
+    assert "<loop" not in urdf.read_text(encoding="utf-8")
+
+
 def test_a_pair_of_files_needs_a_place(tmp_path: Path) -> None:
     assert "comes with a URDF beside it" in call("export", "excavator", "--format", "robot.yaml").output
     wrong = call("export", "excavator", "--format", "robot.yaml", "-o", str(tmp_path / "robot.urdf"))

@@ -94,6 +94,11 @@ def test_the_command_writes_what_the_function_gives(tmp_path) -> None:
     command = [sys.executable, "-m", "hybrid_dynamics_core.export"]
     assert subprocess.run([*command, "excavator", file], check=False).returncode == 0
     assert file.read_text(encoding="utf-8") == to_urdf(load("excavator").description)
+    again = subprocess.run([*command, "delta", file], check=False, capture_output=True, text=True)
+    assert again.returncode == 1
+    assert "there is a file already" in again.stderr
+    assert subprocess.run([*command, "delta", file, "--overwrite"], check=False).returncode == 0
+    assert file.read_text(encoding="utf-8") == to_urdf(load("delta").description)
     wrong = subprocess.run([*command, "no_such_robot"], check=False, capture_output=True, text=True)
     assert wrong.returncode == 1
     assert "no_such_robot" in wrong.stderr
