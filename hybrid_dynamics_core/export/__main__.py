@@ -1,4 +1,4 @@
-"""python -m hybrid_dynamics_core.export ROBOT [FILE] [--overwrite]: a robot or a description file as URDF, to FILE or out.
+"""python -m hybrid_dynamics_core.export ROBOT [FILE] [--overwrite]: a robot as URDF, to FILE or out.
 
 A file that is there already is replaced with --overwrite only, and never the one that the robot is read from.
 """

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from click.testing import CliRunner, Result
 
 from hybrid_dynamics_cli.app import VERBS, app
@@ -94,6 +95,26 @@ def test_what_is_left_to_a_target_has_its_units() -> None:
     position = json.loads(call(*arguments[:6], "--json").stdout)
     assert position["angle_error"] is None
     assert position["position_error"] == position["residual"]
+
+
+def test_the_columns_of_an_effort_add_up(tmp_path: Path) -> None:
+    """With friction and a spring; both kinds of output."""
+    text = resources.files("hybrid_dynamics_core").joinpath("robots/forging_chu2020.yaml").read_text(encoding="utf-8")
+    data = yaml.safe_load(text)
+    data["joints"]["q12"]["friction"] = {"viscous": 2000, "coulomb": 300}
+    data["joints"]["q1"]["spring"] = {"stiffness": 50, "rest": 0.1}
+    (tmp_path / "loaded.yaml").write_text(yaml.safe_dump(data), encoding="utf-8")
+    arguments = ("id", str(tmp_path / "loaded.yaml"), "--du", "q12=0.05,q1=0.4", "--ddu", "q12=0.1")
+    answer = told(*arguments)
+    parts = ("M_ddu", "C_du", "G", "passive")
+    for name, tau in answer["tau"].items():
+        assert sum(answer[part][name] for part in parts) == pytest.approx(tau, rel=1e-12, abs=1e-9)  # rounding of sums
+    assert all(list(answer[part]) == list(answer["tau"]) == list(answer["M"]) for part in parts)
+    assert answer["M"]["q1"]["q12"] == answer["M"]["q12"]["q1"]
+    assert answer["passive"]["q12"] == pytest.approx(2000 * 0.05 + 300, rel=1e-2)  # Coulomb friction is smoothed
+    lines = {line.split()[0]: line.split() for line in call(*arguments).output.splitlines() if line.startswith("q")}
+    effort, *columns = (float(word) for word in lines["q12"][1:6])
+    assert sum(columns) == pytest.approx(effort, abs=1e-3 * abs(effort))  # six digits each
 
 
 def test_frame_and_modes() -> None:
