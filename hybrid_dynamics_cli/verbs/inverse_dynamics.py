@@ -30,7 +30,7 @@ Examples:
 def command(robot: str, u: str | None, du: str | None, ddu: str | None, as_json: bool) -> None:
     """Efforts that the actuators need for a motion, and what they are made of.
 
-    The columns add up to the effort: inertia (M ddu), speed (C du), weight (G), friction and springs (in JSON `passive`).
+    The columns add up to the effort: inertia (M ddu), speed (C du), weight (G), friction and springs (JSON: `passive`).
     """
     machine = loaded(robot)
     still = np.zeros(len(machine.active))

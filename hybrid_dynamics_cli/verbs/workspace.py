@@ -14,6 +14,7 @@ from ..parameters import (
     frame_option,
     json_option,
     loaded,
+    options,
     output_path,
     pair,
     robot_argument,
@@ -74,7 +75,8 @@ def command(
     if u is not None and over is None:
         raise click.UsageError("-u is where a map over two joints is taken: give --over A,B too")
     place = None if picture is None else output_path(picture)
-    found = machine.workspace(samples, frame, dict(pair(text) for text in ranges))
+    with options("range"):
+        found = machine.workspace(samples, frame, dict(pair(text) for text in ranges))
     told = facts(machine, found)
     lines = [text_of(machine, found, told)]
     if place is not None:
@@ -84,7 +86,8 @@ def command(
             draw_workspace(machine, found, place, colour=colour)
         else:
             base = vector("-u", u, machine.active, machine.reference)
-            draw_margins(machine, _two(over), base, place, colour=colour)
+            with options("over"):
+                draw_margins(machine, _two(over), base, place, colour=colour)
         told["picture"] = str(place)
         lines.append(f"drawn to {place}")
     show(told, as_json, "\n".join(lines))

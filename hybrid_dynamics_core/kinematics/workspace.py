@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ..description.hints import nearest
 from ..description.model import Array
 from ..errors import InputError
 from ..progress import Progress
@@ -192,7 +193,8 @@ def sampled_ranges(robot: Robot, told: Mapping[str, tuple[float, float]] | None)
             box[k] = np.where(np.isfinite(box[k]), box[k], chosen)
     for name, (low, high) in (told or {}).items():
         if name not in robot.active:
-            raise InputError(f"range: '{name}' is not an active joint; they are {', '.join(robot.active)}")
+            hint = nearest(name, robot.active)
+            raise InputError(f"range: '{name}' is not an active joint{hint}; they are {', '.join(robot.active)}")
         lower, upper = robot.limits[robot.active.index(name)]
         if not (math.isfinite(low) and math.isfinite(high) and lower <= low < high <= upper):
             raise InputError(
