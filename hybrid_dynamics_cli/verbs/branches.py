@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import click
+import numpy as np
 
-from ..output import counted, number, show, table
+from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.assembly import AssemblyMode
+from hybrid_dynamics_core.description.model import Array
+from hybrid_dynamics_core.errors import StateError
+
+from ..limits import beyond
+from ..output import counted, number, show, table, unit
 from ..parameters import json_option, loaded, output_path, robot_argument, vector, vector_option
 
+SAME = 1e-6  # [rad or m] modes nearer than this are one
 EPILOG = """\b
 Examples:
   hybrid-dynamics branches staicu2015
@@ -30,6 +39,7 @@ def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> No
     place = None if picture is None else output_path(picture)
     values = vector("-u", u, machine.active, machine.reference)
     modes = machine.assembly_modes(values)
+    own = own_mode(machine, values, modes)
     told: dict[str, Any] = {
         "modes": [
             {
@@ -38,14 +48,17 @@ def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> No
                 "position": machine.forward_kinematics(mode.state).position,
                 "residual": mode.state.residual,
                 "singularity": mode.state.singularity,
+                "own": k == own,
             }
-            for mode in modes
-        ]
+            for k, mode in enumerate(modes)
+        ],
+        "u": dict(zip(machine.active, values, strict=True)),
+        "beyond_limits": beyond(machine, machine.active, values),
     }
     loops = list(modes[0].branch) if modes else []
     rows = [
         [
-            str(k + 1),
+            f"{k + 1}{' *' * (k == own)}",
             *(mode.branch[loop] for loop in loops),
             number(float(mode.state.singularity)),
             *entry["position"].tolist(),
@@ -53,9 +66,14 @@ def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> No
         for k, (mode, entry) in enumerate(zip(modes, told["modes"], strict=True))
     ]
     head = ["", *loops, "distance to singularity", *(f"{axis} [m]" for axis in "xyz")]
-    lines = [counted(len(modes), "assembly mode"), "", table(head, rows)]
+    at = ", ".join(
+        f"{name} = {number(value)} {unit(machine.joint_types[name])}"
+        for name, value in zip(machine.active, values.tolist(), strict=True)
+    )
+    lines = [f"{counted(len(modes), 'assembly mode')} at {at}", "", table(head, rows)]
     if modes:
-        lines.append(f"x, y, z of {machine.end_effector} in {machine.base_frame}")
+        mark = "*: the robot's own mode" if own is not None else "the robot's own mode does not close here"
+        lines.append(f"{mark}; x, y, z of {machine.end_effector} in {machine.base_frame}")
     if place is not None and modes:
         from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415  Matplotlib is an extra
 
@@ -66,3 +84,18 @@ def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> No
     if not modes:
         machine.close(values)  # raises, and says which loop does not close and within which range it would
         raise SystemExit(1)
+
+
+def own_mode(machine: Robot, values: Array, modes: Sequence[AssemblyMode]) -> int | None:
+    """Which of the modes is the one that `close` takes; None where it takes none of them."""
+    try:
+        own = machine.close(values)
+    except StateError:
+        return None
+    turns = np.array([kind == "revolute" for kind in machine.joint_types.values()])
+    for k, mode in enumerate(modes):
+        apart = mode.state.s - own.s
+        apart = np.where(turns, np.remainder(apart + np.pi, 2.0 * np.pi) - np.pi, apart)
+        if np.abs(apart).max() < SAME:
+            return k
+    return None

@@ -15,6 +15,7 @@ from .document import Document, Path_
 from .effects import JointEffect, Payload, check_effects, read_effects, read_payloads
 from .geometry import TRIANGLE_SLACK, Transform, rotation_about
 from .inertia import read_inertia
+from .lengths import doubt_lengths
 from .model import Array, Closure, Frame, Joint, Link, Loop, Mimic, RobotDescription, frozen
 from .places import Places
 from .values import Numbers
@@ -63,6 +64,7 @@ class _Builder:
             payloads=self.payloads(),
             actuators=read_actuators(data.get("actuators", {}), data["joints"], numbers.number, self.document.error),
         )
+        doubt_lengths(self.document, told)
         doubts = tuple(self.document.doubts)  # known when everything is read
         return replace(told, notes=(*self.document.notes, *doubts), doubts=doubts)
 
