@@ -31,7 +31,7 @@ Ends with 1 where the loops do not close.
 @click.command(epilog=EPILOG, short_help="Every way in which the loops close.")
 @robot_argument
 @vector_option("-u", "--u", help="Active coordinates; the robot's reference where left out.")
-@click.option("--draw", "picture", metavar="FILE", help="Draw them side by side to an .svg or .png file.")
+@click.option("--draw", "--plot", "picture", metavar="FILE", help="Draw them side by side: .svg, .png or .pdf.")
 @json_option
 def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> None:
     """Every way in which the loops close with the same active coordinates."""

@@ -139,7 +139,48 @@ def test_workspace_is_told_and_drawn(tmp_path: Path) -> None:
     assert far["joint"] in ("q_L", "q_R", "q_T")
     text = call("workspace", "five_bar", "--samples", "500", "--over", "q_L,q_R", "--draw", str(maps[1])).output
     assert "reachable                 100.0 %" in text
+    assert "Of the map over q_L and q_R; all other active joints are held." in text
     assert all(place.stat().st_size > 10_000 for place in maps)
+
+
+def test_a_map_is_told_as_it_is_drawn(tmp_path: Path) -> None:
+    """The other joints stay where the map has them, in every sample."""
+    pytest.importorskip("matplotlib")
+    arguments = ("workspace", "five_bar", "--samples", "500", "--over", "q_L,q_R", "-u", "q_T=0.2")
+    answer = told(*arguments, "--plot", str(tmp_path / "over.png"))
+    assert answer["held"] == {"q_T": 0.2}
+    assert answer["ranges"]["q_T"] == [0.2, 0.2]
+    ends = [end for axis in answer["extremes"].values() for end in axis]
+    assert ends
+    assert all(end["u"]["q_T"] == 0.2 for end in [*ends, answer["smallest_singularity"]])
+    slice_ = load("five_bar").workspace(500, held={"q_T": 0.2})
+    assert list(answer["extents"].values()) == slice_.extents.tolist()
+    mixed = call(*arguments, "--range", "q_T=0:0.3", "--draw", str(tmp_path / "again.png"))
+    assert "--held" not in mixed.output
+    assert "q_T has a range too" in mixed.output
+
+
+@pytest.mark.parametrize("verb", ["check", "branches", "workspace", "simulate"])
+def test_pictures_are_asked_for_by_one_word_or_the_other(verb: str) -> None:
+    page = call(verb, "--help").output
+    assert "--draw, --plot FILE" in page
+    assert ".pdf" in page
+
+
+def test_what_is_only_rounding_is_not_printed() -> None:
+    """Solutions are settled to 1e-9, the nearest joints of a target out of reach to fewer digits."""
+    near = call("ik", "forging_chu2020", "--position", "9", "0", "0").output
+    assert re.search(r"nearest: q1 = 0 rad", near)
+    reached = call("ik", "forging_chu2020", "--position", "0.32", "0.38", "1.12").output
+    assert "left to the target: less than 1e-09 m" in reached
+    for output in (near, reached, call("fk", "forging_chu2020", "--du", "q1=1").output):
+        assert not re.search(r"-0(?![.\d])|\de-1\d (rad|m)\b", output), output
+
+
+def test_a_twist_is_called_by_its_parts() -> None:
+    text = call("fk", "forging_chu2020", "--du", "q1=1").output
+    assert re.search(r"angular velocity +0  0  1  rad/s", text)
+    assert re.search(r"linear velocity +\S+  \S+  \S+  m/s", text)
 
 
 def test_nothing_to_reach_ends_with_1(tmp_path: Path) -> None:
