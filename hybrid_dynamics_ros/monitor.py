@@ -89,8 +89,8 @@ class Monitor:
         by = -float(left[side][k])
         if not by > 0.0:
             return ""
-        name, end = self._strokes.joints[k], ("lower", "upper")[side]
-        return f"{name} is beyond its {end} limit by {by:.4g}; answers go on, as for any other place"
+        end = ("lower", "upper")[side]
+        return f"{self._strokes.joints[k]} is beyond its {end} limit by {by:.4g} {self._strokes.units[k]}; answered all the same"
 
     def _traffic(self, counts: Counts, settings: Settings) -> list[Entry]:
         now = time.monotonic()

@@ -163,11 +163,11 @@ def test_a_joint_beyond_its_limit_is_told(robot):
     k = robot.coordinates.index(name)
     far[k] = strokes.upper[k] + 0.25
     assert monitor.beyond(dataclasses.replace(result, position=far)).startswith(
-        f"{name} is beyond its upper limit by 0.25;"
+        f"{name} is beyond its upper limit by 0.25 m;"
     )
     far[k] = strokes.lower[k] - 0.5
     assert monitor.beyond(dataclasses.replace(result, position=far)).startswith(
-        f"{name} is beyond its lower limit by 0.5;"
+        f"{name} is beyond its lower limit by 0.5 m;"
     )
 
 
