@@ -89,8 +89,8 @@ class Monitor:
         by = -float(left[side][k])
         if not by > 0.0:
             return ""
-        end = ("lower", "upper")[side]
-        return f"{self._strokes.joints[k]} is beyond its {end} limit by {by:.4g} {self._strokes.units[k]}; answered all the same"
+        end, unit = ("lower", "upper")[side], self._strokes.units[k]
+        return f"{self._strokes.joints[k]} is beyond its {end} limit by {by:.4g} {unit}; it is answered"
 
     def _traffic(self, counts: Counts, settings: Settings) -> list[Entry]:
         now = time.monotonic()
