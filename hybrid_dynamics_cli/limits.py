@@ -23,7 +23,7 @@ def narrowed(machine: Robot) -> list[str]:
         least, most = machine.description.joints[name].limits
         cut = [lower - least, most - upper]  # infinite where the file gives no limit
         if any(SLACK < by < math.inf for by in cut):
-            closes = f"{lower:.6g} to {upper:.6g}"
+            closes = f"{number(lower)} to {number(upper)}"
             told.append(f"{name}: the file allows {least:g} to {most:g}; its loop closes from {closes}")
     return told
 

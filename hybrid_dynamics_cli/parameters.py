@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from codecs import getincrementaldecoder
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,6 +14,7 @@ from click.shell_completion import CompletionItem
 
 from hybrid_dynamics_core import InputError, Robot, load, shipped_robots
 from hybrid_dynamics_core.description.expressions import evaluate
+from hybrid_dynamics_core.description.hints import nearest
 from hybrid_dynamics_core.description.model import Array
 
 from .output import counted
@@ -46,12 +48,11 @@ class NumberType(click.ParamType):  # type: ignore[type-arg]
         if isinstance(value, float):
             return value
         try:
-            return evaluate(str(value), NAMES)
+            return evaluate(str(value), {}, known="")
         except (ValueError, ArithmeticError) as error:
             self.fail(f"'{value}': {error}", param, ctx)
 
 
-NAMES = {"deg": math.pi / 180.0}  # besides pi
 NUMBER = NumberType()
 robot_argument = click.argument("robot", type=RobotType(), metavar="ROBOT")
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for programs.")
@@ -114,9 +115,11 @@ def vector(name: str, text: str | None, names: Sequence[str], default: Array) ->
         key, _, term = part.rpartition("=")
         key = key.strip()
         if key and key not in names:
-            raise InputError(f"{name}: '{key}' is not an active joint; they are {', '.join(names)}")
+            raise InputError(
+                f"{name}: '{key}' is not an active joint{nearest(key, names)}; they are {', '.join(names)}"
+            )
         try:
-            told[names.index(key) if key else k] = evaluate(term, NAMES)
+            told[names.index(key) if key else k] = evaluate(term, {}, known="")
         except (ValueError, ArithmeticError) as error:
             joint = f" of {names[k]}" if not key and k < len(names) else ""
             raise click.BadParameter(f"'{part}'{joint}: {error}", param_hint=name) from error
@@ -129,11 +132,42 @@ def vector(name: str, text: str | None, names: Sequence[str], default: Array) ->
 def pair(text: str) -> tuple[str, tuple[float, float]]:
     """A name with two numbers, from `NAME=LOW:HIGH`."""
     name, _, numbers = text.partition("=")
+    expected = "expected NAME=LOW:HIGH, as q12=0.1:0.5"
     try:
-        low, high = (evaluate(term, NAMES) for term in numbers.split(":"))
+        terms = [evaluate(term, {}, known="") for term in numbers.split(":")] if numbers.strip() else []
     except (ValueError, ArithmeticError) as error:
-        raise click.BadParameter(f"'{text}': expected NAME=LOW:HIGH, as q12=0.1:0.5 ({error})") from error
-    return name.strip(), (low, high)
+        raise click.BadParameter(f"'{text}': {error}; {expected}", param_hint="--range") from error
+    if len(terms) != 2 or not name.strip():
+        raise click.BadParameter(f"'{text}': {expected}", param_hint="--range")
+    return name.strip(), (terms[0], terms[1])
+
+
+@contextmanager
+def options(*names: str) -> Iterator[None]:
+    """Errors of the library name its arguments; here they are options: `range: ...` is told as `--range: ...`."""
+    try:
+        yield
+    except InputError as error:
+        if str(error).partition(":")[0] in names:
+            raise InputError(f"--{error}") from error
+        raise
+
+
+def require_table(path: Path) -> None:
+    """Refuse a file that can hold no columns: neither text nor an .npz file."""
+    with path.open("rb") as file:
+        begin = file.read(4096)
+    if path.suffix == ".npz" or begin.startswith(b"PK"):
+        return
+    try:
+        getincrementaldecoder("utf-8")().decode(begin)  # a letter may go on beyond what was read
+    except UnicodeDecodeError:
+        begin = b"\0"
+    if b"\0" in begin:
+        raise click.ClickException(
+            f"{path}: is not a text file, so it is no trajectory; expected a CSV file with the columns time and JOINT, "
+            "or an .npz file, as `simulate --save` writes them"
+        )
 
 
 def output_path(path: str) -> Path:

@@ -34,6 +34,13 @@ class InputError(HybridDynamicsError, ValueError):
     """An argument cannot be used: wrong shape, not finite, unknown name."""
 
 
+class UnknownNameError(InputError, KeyError):
+    """There is nothing of that name; the message has the names that there are."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])  # a KeyError alone would show it in quotes
+
+
 class StateError(HybridDynamicsError, ArithmeticError):
     """The mechanism has no usable answer at this input; ``index`` is the row in a batch, or None."""
 

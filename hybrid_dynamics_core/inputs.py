@@ -32,6 +32,10 @@ def vectors(name: str, value: ArrayLike, names: tuple[str, ...], rows: int | Non
     single = rows is None or rows < 0
     if single and type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (n,) and all_finite(value):
         return value  # by far the most frequent case
+    if isinstance(value, (Mapping, str, bytes)):
+        by_name = "; values by name, of any independent coordinates, are for close_given" if name == "u" else ""
+        kind = "values by name" if isinstance(value, Mapping) else f"text ({value!r})"
+        raise InputError(f"{name} is {kind}; expected a list of numbers in the order {', '.join(names)}{by_name}")
     array = numbers(name, value)
     if array.ndim not in (1, 2) or array.shape[-1] != n:
         raise InputError(f"{name} has shape {array.shape}; expected ({n},) or (N, {n}) in the order {', '.join(names)}")

@@ -71,7 +71,7 @@ def _singular(loop: str, distance: float, index: int | None) -> SingularityError
 def _open(model: Model, step: Step, posture: Posture, index: int | None) -> StateError:
     names = model.tree.coordinates
     known = step.known
-    values = ", ".join(f"{names[c]} = {posture.q[c]:.9g}" for c in known)
+    values = ", ".join(f"{names[c]} = {posture.q[c] + 0.0:.9g}" for c in known)
     if isinstance(step, NewtonStep):  # an iteration knows no range
         problem = f"loop '{step.name}' cannot close at {values}: no closed configuration was found on the way there"
         return ClosureError(problem, loop=step.name, index=index)
@@ -84,7 +84,7 @@ def _open(model: Model, step: Step, posture: Posture, index: int | None) -> Stat
         if allowed[0] - EDGE < value < allowed[1] + EDGE:  # closes on both sides: two modes meet here
             return _singular(step.name, 0.0, index)
         unit = "rad" if model.tree.is_revolute(coordinate) else "m"
-        others = ", ".join(f"{names[c]} = {posture.q[c]:.9g}" for c in known if c != coordinate)
+        others = ", ".join(f"{names[c]} = {posture.q[c] + 0.0:.9g}" for c in known if c != coordinate)
         return ClosureError(
             f"loop '{step.name}' cannot close: {names[coordinate]} = {value:.9g} {unit} is outside the allowed "
             f"[{allowed[0]:.9g}, {allowed[1]:.9g}] {unit}" + (f" (at {others})" if others else ""),

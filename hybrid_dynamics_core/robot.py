@@ -77,15 +77,17 @@ class Robot(RobotActuators):
         count: int = COUNT,
         frame: str | None = None,
         ranges: Mapping[str, tuple[float, float]] | None = None,
+        held: Mapping[str, float] | None = None,
     ) -> Workspace:
         """Where the end effector, or a frame, can be, and how near to singular places and limits the robot is there.
 
         `count` samples are spread evenly over the active coordinates within `limits`, or within narrower `ranges` by
-        name [rad or m]; more are taken towards the ends and about the extremes. Samples that do not close are told
-        apart by their status. A run of more than a second shows its progress on a terminal. Raises InputError for
-        ranges that are empty or outside of the limits.
+        name [rad or m]; those that are `held` stay at their value [rad or m]. More samples are taken towards the ends
+        and about the extremes. Samples that do not close are told apart by their status. A run of more than a second
+        shows its progress on a terminal. Raises InputError for ranges that are empty or outside of the limits, and for
+        held coordinates that are not active, not finite, or have a range too.
         """
-        return find_workspace(self, count, frame, ranges)
+        return find_workspace(self, count, frame, ranges, held=held)
 
     @cached_property
     def pose_chain(self) -> PoseChain | None:

@@ -90,7 +90,7 @@ class ClosingRobot:
     @property
     def frames(self) -> tuple[str, ...]:
         """Frames whose pose can be asked: named frames and links."""
-        return (*self.description.frames, *self.description.links)
+        return tuple(dict.fromkeys((*self.description.frames, *self.description.links)))
 
     @cached_property
     def loops(self) -> tuple[str, ...]:

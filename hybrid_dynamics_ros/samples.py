@@ -10,11 +10,13 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hybrid_dynamics_core.description.hints import nearest
 from hybrid_dynamics_core.errors import ClosureError, HybridDynamicsError, InputError, SingularityError
 
 FloatArray = NDArray[np.float64]
 LARGEST: Final = 1e12  # of any measured number, in its unit: no joint is there, and all that follows from it is finite
 _TOLD: Final = 12  # names in a message
+_LOOKED_AT: Final = 64  # names among which a slip is looked for: messages may be long and many
 
 
 def nanoseconds(sec: int, nanosec: int) -> int:
@@ -129,6 +131,13 @@ def _few(names: Sequence[str]) -> str:
     return ", ".join(names[:_TOLD]) + (", ..." if len(names) > _TOLD else "")
 
 
+def _slip(missing: Sequence[str], names: Sequence[str], active: Sequence[str]) -> str:
+    """A hint where a missing joint stands there under a name that is nearly its own."""
+    others = [name for name in names[:_LOOKED_AT] if name not in active]
+    hint = next((hint for name in missing[:_TOLD] if (hint := nearest(name, others))), "")
+    return hint.replace("did you mean", "is it")
+
+
 class JointOrder:
     """Picks the active joints out of samples. Other joints are ignored, whatever they hold."""
 
@@ -160,7 +169,10 @@ class JointOrder:
             raise RejectedError(RejectionCode.EMPTY, f"no joint is named, expected {', '.join(self._active)}")
         missing = [name for name in self._active if name not in names]
         if missing:
-            raise RejectedError(RejectionCode.MISSING_JOINT, f"{_few(missing)} not named; named are {_few(names)}")
+            raise RejectedError(
+                RejectionCode.MISSING_JOINT,
+                f"{_few(missing)} not named; named are {_few(names)}{_slip(missing, names, self._active)}",
+            )
         doubled = [name for name in self._active if names.count(name) > 1]
         if doubled:
             raise RejectedError(RejectionCode.DUPLICATE_JOINT, f"joint {', '.join(doubled)} is named twice")

@@ -15,6 +15,7 @@ class Strokes:
         self.lower, self.upper = joint_limits(robot)
         self._places = np.flatnonzero(np.isfinite(self.lower) | np.isfinite(self.upper))
         self.joints = tuple(robot.coordinates[k] for k in self._places)
+        self.units = tuple("rad" if robot.joint_types[name] == "revolute" else "m" for name in self.joints)
         self._ends = self.lower[self._places], self.upper[self._places]
 
     def left(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -7,10 +7,19 @@ from textwrap import wrap
 from typing import Any
 
 import click
+import numpy as np
 
-from ..output import counted, show, table
+from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.assembly import AssemblyMode
+from hybrid_dynamics_core.description.model import Array
+from hybrid_dynamics_core.errors import StateError
+
+from ..limits import beyond
+from ..output import counted, number, show, table, unit
 from ..parameters import json_option, loaded, output_path, robot_argument, vector, vector_option
 
+SAME = 1e-6  # [rad or m] modes nearer than this are one
+HOLD = "\u00a0"  # a space at which no line ends
 EPILOG = """\b
 Examples:
   hybrid-dynamics branches staicu2015
@@ -24,7 +33,7 @@ Ends with 1 where the loops do not close.
 @click.command(epilog=EPILOG, short_help="Every way in which the loops close.")
 @robot_argument
 @vector_option("-u", "--u", help="Active coordinates; the robot's reference where left out.")
-@click.option("--draw", "picture", metavar="FILE", help="Draw them side by side to an .svg or .png file.")
+@click.option("--draw", "--plot", "picture", metavar="FILE", help="Draw them side by side: .svg, .png or .pdf.")
 @json_option
 def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> None:
     """Every way in which the loops close with the same active coordinates."""
@@ -32,6 +41,7 @@ def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> No
     place = None if picture is None else output_path(picture)
     values = vector("-u", u, machine.active, machine.reference)
     modes = machine.assembly_modes(values)
+    own = own_mode(machine, values, modes)
     told: dict[str, Any] = {
         "modes": [
             {
@@ -40,15 +50,18 @@ def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> No
                 "position": machine.forward_kinematics(mode.state).position,
                 "residual": mode.state.residual,
                 "singularity": mode.state.singularity,
+                "own": k == own,
             }
-            for mode in modes
-        ]
+            for k, mode in enumerate(modes)
+        ],
+        "u": dict(zip(machine.active, values, strict=True)),
+        "beyond_limits": beyond(machine, machine.active, values),
     }
     ways = {loop: [mode.branch[loop] for mode in modes] for loop in (modes[0].branch if modes else ())}
     loops = [loop for loop, own in ways.items() if len(set(own)) > 1]
     rows = [
         [
-            str(k + 1),
+            f"{k + 1}{'*' * (k == own)}",
             *(mode.branch[loop] for loop in loops),
             float(mode.state.singularity),
             *entry["position"].tolist(),
@@ -56,9 +69,15 @@ def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> No
         for k, (mode, entry) in enumerate(zip(modes, told["modes"], strict=True))
     ]
     head = ["", *loops, "singularity", *(f"{axis} [m]" for axis in "xyz")]
-    lines = [counted(len(modes), "assembly mode"), "", table(head, rows)]
+    at = ", ".join(
+        f"{name}{HOLD}={HOLD}{number(value)}{HOLD}{unit(machine.joint_types[name])}"
+        for name, value in zip(machine.active, values.tolist(), strict=True)
+    )
+    first = wrap(f"{counted(len(modes), 'assembly mode')} at {at}", 79)
+    lines = [*(line.replace(HOLD, " ") for line in first), "", table(head, rows)]
     if modes:
-        lines += ["", *_key(ways, loops), f"x, y, z of {machine.end_effector} in {machine.base_frame}"]
+        mark = "*: the robot's own mode" if own is not None else "the robot's own mode does not close here"
+        lines += ["", *_key(ways, loops), f"{mark}; x, y, z of {machine.end_effector} in {machine.base_frame}"]
     if place is not None and modes:
         from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415  Matplotlib is an extra
 
@@ -76,3 +95,18 @@ def _key(ways: Mapping[str, Sequence[str]], shown: Sequence[str]) -> list[str]:
     same = [f"{loop} {own[0]}" for loop, own in ways.items() if loop not in shown]
     told = wrap(f"in all of them: {', '.join(same)}", 79, break_on_hyphens=False) if same else []
     return ["singularity: distance of the nearest loop, 0 there, 1 best", *told]
+
+
+def own_mode(machine: Robot, values: Array, modes: Sequence[AssemblyMode]) -> int | None:
+    """Which of the modes is the one that `close` takes; None where it takes none of them."""
+    try:
+        own = machine.close(values)
+    except StateError:
+        return None
+    turns = np.array([kind == "revolute" for kind in machine.joint_types.values()])
+    for k, mode in enumerate(modes):
+        apart = mode.state.s - own.s
+        apart = np.where(turns, np.remainder(apart + np.pi, 2.0 * np.pi) - np.pi, apart)
+        if np.abs(apart).max() < SAME:
+            return k
+    return None

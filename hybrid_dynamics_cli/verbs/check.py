@@ -27,7 +27,7 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @robot_argument
-@click.option("--draw", "picture", metavar="FILE", help="Draw the mechanism to an .svg or .png file.")
+@click.option("--draw", "--plot", "picture", metavar="FILE", help="Draw the mechanism to an .svg, .png or .pdf file.")
 @click.option("--names", type=click.Choice(get_args(Names)), default="active", help="Whose names are drawn.")
 @click.option("--modes", is_flag=True, help="With --draw: all assembly modes of the reference, side by side.")
 @json_option

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import click
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.export import to_gepetto, to_mjcf, to_sdf, to_urdf, to_urdf_plus
+from hybrid_dynamics_core.export.writing import write_files
 
 from ..parameters import loaded, output_path, robot_argument
 
@@ -24,7 +26,7 @@ Examples:
   hybrid-dynamics export excavator --output excavator.urdf
   hybrid-dynamics export excavator --format mjcf --output excavator.xml
   hybrid-dynamics export excavator --format sdf -o excavator.sdf
-  hybrid-dynamics export excavator --format robot.yaml -o excavator.yaml
+  hybrid-dynamics export excavator --format robot.yaml -o excavator_pairs.yaml
   hybrid-dynamics export my_robot.yaml | check_urdf /dev/stdin
 """
 
@@ -33,29 +35,30 @@ Examples:
 @robot_argument
 @click.option("--format", "form", type=click.Choice([*FORMS, PAIR]), default="urdf", show_default=True)
 @click.option("-o", "--output", metavar="FILE", help="Write to this file; else to the terminal.")
-def command(robot: str, form: str, output: str | None) -> None:
+@click.option("--overwrite", is_flag=True, help="Replace files that are there already; never those ROBOT is read from.")
+def command(robot: str, form: str, output: str | None, overwrite: bool) -> None:
     """Write the robot for other tools.
 
     urdf: its tree, loops cut. urdf+: URDF with <loop> elements. robot.yaml: pairs of frames that close the loops, for
-    Pinocchio as Gepetto has them, with the URDF written beside. mjcf: for MuJoCo. sdf: SDFormat, for Gazebo. All but
-    the first can be read back.
+    Pinocchio as Gepetto has them, with the URDF written beside. mjcf: for MuJoCo. sdf: SDFormat, for Gazebo. All can
+    be read back; from urdf comes the tree, with every joint driven.
     """
-    if form == PAIR:
-        _write_pair(loaded(robot), output)
+    machine = loaded(robot)
+    if form != PAIR and output is None:
+        click.echo(FORMS[form](machine), nl=False)
         return
-    text = FORMS[form](loaded(robot))
-    if output is None:
-        click.echo(text, nl=False)
-    else:
-        output_path(output).write_text(text, encoding="utf-8")
+    texts = _pair(machine, output) if output is None or form == PAIR else {output_path(output): FORMS[form](machine)}
+    write_files(texts, machine.description, overwrite)
+    for path in texts:
+        click.echo(f"written: {path}")
 
 
-def _write_pair(robot: Robot, output: str | None) -> None:
+def _pair(robot: Robot, output: str | None) -> dict[Path, str]:
+    """The texts of a robot.yaml and the URDF beside it."""
     if output is None:
         raise click.UsageError("robot.yaml comes with a URDF beside it; say where with --output FILE.yaml")
     file = output_path(output)
     if file.suffix not in (".yaml", ".yml"):
         raise click.UsageError(f"--output {output}: expected a name that ends in .yaml; the URDF is written beside it")
     pair = to_gepetto(robot.description)
-    file.write_text(pair.yaml, encoding="utf-8")
-    file.with_suffix(".urdf").write_text(pair.urdf, encoding="utf-8")
+    return {file: pair.yaml, file.with_suffix(".urdf"): pair.urdf}

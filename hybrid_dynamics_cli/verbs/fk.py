@@ -53,10 +53,10 @@ def command(robot: str, u: str | None, du: str | None, frame: str | None, as_jso
         table(["coordinate", "value", "rate", "unit"], rows),
         "",
         f"{told['frame']} in {machine.base_frame}:",
-        f"  position    {listed(pose.position)}  m",
-        f"  quaternion  {listed(pose.quaternion)}  (x y z w)",
-        f"  velocity    {listed(twist[:3])}  m/s",
-        f"  rotation    {listed(twist[3:])}  rad/s",
+        f"  position          {listed(pose.position)}  m",
+        f"  quaternion        {listed(pose.quaternion)}  (x y z w)",
+        f"  linear velocity   {listed(twist[:3])}  m/s",
+        f"  angular velocity  {listed(twist[3:])}  rad/s",
         f"residual {number(float(state.residual))}, distance to a singularity {number(float(state.singularity))}",
     ]
     show(told, as_json, "\n".join(lines))

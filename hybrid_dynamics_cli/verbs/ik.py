@@ -17,6 +17,8 @@ from ..parameters import NUMBER, json_option, loaded, robot_argument, vector, ve
 _PLACES = ("--position", "--quaternion")
 _AXES = ("x", "y", "z", "rx", "ry", "rz")
 
+DIGITS = 6  # of the nearest joints: where a target is out of reach, the search settles no more
+REACHED = 1e-9  # [m or rad] a solution is settled to this
 EPILOG = """\b
 Examples:
   hybrid-dynamics ik forging_chu2020 --position 0.32 0.38 1.12
@@ -80,6 +82,8 @@ def command(
         "status": result.status,
         "message": result.message,
         "residual": result.residual,
+        "position_error": result.position_error,
+        "angle_error": result.angle_error,
         "u": dict(zip(machine.active, result.u, strict=True)),
         "solutions": [dict(zip(machine.active, u, strict=True)) for u in result.solutions],
         "branch": dict(result.branch),
@@ -106,16 +110,27 @@ def text(machine: Robot, result: IKResult) -> str:
     """Solutions as columns, or why there is none."""
     if result.status is not IKStatus.SOLVED:
         near = ", ".join(
-            f"{name} = {number(float(value))} {unit(machine.joint_types[name])}"
+            f"{name} = {number(round(float(value), DIGITS))} {unit(machine.joint_types[name])}"
             for name, value in zip(machine.active, result.u, strict=True)
         )
         return f"{result.message}\nnearest: {near}" if np.isfinite(result.residual) else result.message
     rows = [
-        [name, *(float(u[k]) for u in result.solutions), unit(machine.joint_types[name])]
+        [name, *(_told(float(u[k])) for u in result.solutions), unit(machine.joint_types[name])]
         for k, name in enumerate(machine.active)
     ]
     heads = ["value"] if len(result.solutions) == 1 else [f"solution {k + 1}" for k in range(len(result.solutions))]
-    lines = [table(["active joint", *heads, "unit"], rows), f"residual {number(result.residual)} m"]
+    errors = ((result.position_error, "m"), (result.angle_error, "rad"))
+    left = " and ".join(f"{_small(float(error))} {kind}" for error, kind in errors if np.isfinite(error))
+    lines = [table(["active joint", *heads, "unit"], rows), f"left to the target: {left}"]
     if result.redundant:
         lines.append(f"not determined by the target, and left near the seed: {', '.join(result.redundant)}")
     return "\n".join(lines)
+
+
+def _told(value: float) -> float:
+    """A coordinate; what the search does not settle is shown as zero."""
+    return value if abs(value) > REACHED else 0.0
+
+
+def _small(error: float) -> str:
+    return number(error) if error > REACHED else f"less than {REACHED:g}"

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import click
 import numpy as np
+
+from hybrid_dynamics_core.description.model import Array
 
 from ..limits import beyond
 from ..output import effort_unit, show, table
 from ..parameters import json_option, loaded, robot_argument, vector, vector_option
 
+HEAD = ["active joint", "effort", "M ddu", "C du", "G", "friction and springs", "unit"]
 EPILOG = """\b
 Examples:
   hybrid-dynamics id forging_chu2020 -u 0,0.10,0.15,0
@@ -23,34 +28,32 @@ Examples:
 @vector_option("--ddu", help="Their accelerations; zero where left out.")
 @json_option
 def command(robot: str, u: str | None, du: str | None, ddu: str | None, as_json: bool) -> None:
-    """Efforts that the actuators need for a motion."""
+    """Efforts that the actuators need for a motion, and what they are made of.
+
+    The columns add up to the effort: inertia (M ddu), speed (C du), weight (G), friction and springs (JSON: `passive`).
+    """
     machine = loaded(robot)
     still = np.zeros(len(machine.active))
     state = machine.close(vector("-u", u, machine.active, machine.reference), vector("--du", du, machine.active, still))
     accelerations = vector("--ddu", ddu, machine.active, still)
     tau = machine.inverse_dynamics(state, accelerations)
     mass, speed, weight = machine.minimal_form(state)
-    inertia = mass @ accelerations
+    parts = {"M_ddu": mass @ accelerations, "C_du": speed, "G": weight, "passive": machine.passive_forces(state)}
     rows = [
-        [
-            name,
-            float(tau[k]),
-            float(inertia[k]),
-            float(speed[k]),
-            float(weight[k]),
-            effort_unit(machine.joint_types[name]),
-        ]
+        [name, float(tau[k]), *(float(part[k]) for part in parts.values()), effort_unit(machine.joint_types[name])]
         for k, name in enumerate(machine.active)
     ]
+
+    def named(values: Array) -> dict[str, Any]:
+        return dict(zip(machine.active, values, strict=True))
+
     told = {
-        "tau": dict(zip(machine.active, tau, strict=True)),
-        "M_ddu": inertia,
-        "C_du": speed,
-        "G": weight,
-        "M": mass,
+        "tau": named(tau),
+        **{key: named(part) for key, part in parts.items()},
+        "M": {name: named(row) for name, row in zip(machine.active, mass, strict=True)},
         "power": float(tau @ state.du),
         "residual": state.residual,
         "singularity": state.singularity,
         "beyond_limits": beyond(machine, machine.coordinates, state.s),
     }
-    show(told, as_json, table(["active joint", "effort", "M ddu", "C du", "G", "unit"], rows))
+    show(told, as_json, table(HEAD, rows))

@@ -8,12 +8,14 @@ import click
 import numpy as np
 
 from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.description.hints import nearest
 from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
 
 from ..output import number, show, table, unit
 from ..parameters import json_option, loaded, output_path, robot_argument, vector, vector_option
 
 OF_WHAT = "of the energy exchanged"
+WEIGHT = "weight"
 POSITIVE = click.FloatRange(min=0.0, min_open=True)
 
 EPILOG = """\b
@@ -63,8 +65,11 @@ def command(
 
 def efforts(machine: Robot, told: str | None) -> Any:
     """What `simulate` takes: constant efforts, or those that hold the weight."""
-    if told is not None and told.strip() == "weight":
+    if told is not None and told.strip() == WEIGHT:
         return lambda _time, state: machine.minimal_form(state)[2]
+    hint = nearest(told.strip(), [WEIGHT]) if told is not None else ""
+    if hint:
+        raise click.BadParameter(f"'{told}'{hint}; expected efforts, or `{WEIGHT}`", param_hint="--tau")
     return vector("--tau", told, machine.active, np.zeros(len(machine.active)))
 
 

@@ -6,15 +6,19 @@ from textwrap import wrap
 from typing import Any, get_args
 
 import click
+import numpy as np
 
-from hybrid_dynamics_core import Margins, Robot, SampleStatus, Workspace
+from hybrid_dynamics_core import InputError, Margins, Robot, SampleStatus, Workspace
+from hybrid_dynamics_core.description.hints import nearest
 from hybrid_dynamics_core.drawing.options import Colour
 
+from ..limits import beyond
 from ..output import number, show, table, unit
 from ..parameters import (
     frame_option,
     json_option,
     loaded,
+    options,
     output_path,
     pair,
     robot_argument,
@@ -47,7 +51,7 @@ Ends with 1 where no sample is reachable.
     "--range", "ranges", multiple=True, metavar="NAME=LOW:HIGH", help="Narrower range of an active joint; repeatable."
 )
 @frame_option("A frame or link in place of the end effector.")
-@click.option("--draw", "picture", metavar="FILE", help="Draw a map to an .svg or .png file.")
+@click.option("--draw", "--plot", "picture", metavar="FILE", help="Draw a map to an .svg, .png or .pdf file.")
 @click.option("--over", metavar="A,B", help="Draw over these two active joints, not over the plane.")
 @vector_option("-u", "--u", help="With --over: where the other active joints stay; the reference where left out.")
 @click.option(
@@ -75,17 +79,27 @@ def command(
     if u is not None and over is None:
         raise click.UsageError("-u is where a map over two joints is taken: give --over A,B too")
     place = None if picture is None else output_path(picture)
-    found = machine.workspace(samples, frame, dict(pair(text) for text in ranges))
+    pair_over = None if over is None else _two(over, machine)
+    base = vector("-u", u, machine.active, machine.reference)
+    held = {n: v for n, v in zip(machine.active, base.tolist(), strict=True) if pair_over and n not in pair_over}
+    with options("range"):
+        found = machine.workspace(samples, frame, dict(pair(text) for text in ranges), held)
     told = facts(machine, found)
     lines = [text_of(machine, found, told)]
+    if pair_over is not None:
+        told |= {
+            "over": list(pair_over),
+            "held": held,
+            "beyond_limits": beyond(machine, list(held), np.array([*held.values()])),
+        }
+        lines.insert(0, f"Of the map over {' and '.join(pair_over)}; all other active joints are held.\n")
     if place is not None:
         from hybrid_dynamics_core.drawing import draw_margins, draw_workspace  # noqa: PLC0415  Matplotlib is an extra
 
-        if over is None:
+        if pair_over is None:
             draw_workspace(machine, found, place, colour=colour)
         else:
-            base = vector("-u", u, machine.active, machine.reference)
-            draw_margins(machine, _two(over), base, place, colour=colour)
+            draw_margins(machine, pair_over, base, place, colour=colour)
         told["picture"] = str(place)
         lines.append(f"drawn to {place}")
     show(told, as_json, "\n".join(lines))
@@ -130,7 +144,7 @@ def _sample(machine: Robot, samples: Margins, k: int) -> dict[str, Any]:
 def text_of(machine: Robot, found: Workspace, told: dict[str, Any]) -> str:
     """The facts as tables."""
     rows = [
-        [name, float(low), float(high), unit(machine.joint_types[name]), "chosen: no limits" * (name in found.assumed)]
+        [name, float(low), float(high), unit(machine.joint_types[name]), _remark(found, name, low == high)]
         for name, (low, high) in zip(machine.active, found.ranges, strict=True)
     ]
     spans = [
@@ -161,13 +175,24 @@ def text_of(machine: Robot, found: Workspace, told: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def _remark(found: Workspace, name: str, held: bool) -> str:
+    return "held" if held else "chosen: no limits" if name in found.assumed else ""
+
+
 def _margins(one: dict[str, Any]) -> list[object]:
     """Distances of a sample to a singularity and to a limit, and whose."""
     return [one["distance"], one["limit"], one["joint"] or ""]
 
 
-def _two(text: str) -> tuple[str, str]:
+def _two(text: str, machine: Robot) -> tuple[str, str]:
     names = [name.strip() for name in text.split(",")]
     if len(names) != 2:
         raise click.BadParameter(f"'{text}': expected two active joints, as q12,q22", param_hint="--over")
+    for name in names:
+        if name not in machine.active:
+            hint = nearest(name, machine.active)
+            problem = f"'{name}' is not an active joint{hint}; they are {', '.join(machine.active)}"
+            raise InputError(f"--over: {problem}")
+    if names[0] == names[1]:
+        raise InputError(f"--over: expected two different active joints, got {names[0]} twice")
     return names[0], names[1]

@@ -10,15 +10,18 @@ from typing import Any, TypeVar
 import numpy as np
 
 from .actuators import read_actuators
+from .defaults import END_EFFECTOR
 from .document import Document, Path_
 from .effects import JointEffect, Payload, check_effects, read_effects, read_payloads
 from .geometry import TRIANGLE_SLACK, Transform, rotation_about
 from .inertia import read_inertia
+from .lengths import doubt_lengths
 from .model import Array, Closure, Frame, Joint, Link, Loop, Mimic, RobotDescription, frozen
 from .places import Places
 from .values import Numbers
 
 T = TypeVar("T")
+SAME_PLACE = 1e-12  # [m and of unit vectors] rounding of one place that is written twice
 STANDARD_GRAVITY = [0, 0, -9.81]
 PRINTED = 1e-3  # relative slack of inertias that a drawing program printed with few digits
 
@@ -49,9 +52,9 @@ class _Builder:
             closures=tuple(self.each("closures", self.closure).values()),
             loops=self.each("loops", self.loop),
             active=tuple(data["active"]),
-            end_effector="end_effector",
+            end_effector=END_EFFECTOR,
             frames=self.frames(),
-            reference=self.each("reference", self.reference),
+            reference=self.references(),
             active_set=data.get("active_set", "exact"),
             mimics=self.mimics(),
             file=self.document.file,
@@ -61,6 +64,7 @@ class _Builder:
             payloads=self.payloads(),
             actuators=read_actuators(data.get("actuators", {}), data["joints"], numbers.number, self.document.error),
         )
+        doubt_lengths(self.document, told)
         doubts = tuple(self.document.doubts)  # known when everything is read
         return replace(told, notes=(*self.document.notes, *doubts), doubts=doubts)
 
@@ -125,6 +129,20 @@ class _Builder:
         revolute = self.data["joints"][name]["type"] == "revolute"
         return (self.numbers.angle if revolute else self.numbers.number)(value, path)
 
+    def references(self) -> Mapping[str, float]:
+        """What the file names; active joints that it leaves out where they cannot be at zero, at the nearest limit."""
+        told = self.each("reference", self.reference)
+        taken: dict[str, float] = {}
+        for name in self.data["active"]:
+            path = ("joints", name, "limits")
+            lower, upper = self.numbers.limits(self.data["joints"][name].get("limits"), path)
+            if name not in told and not lower <= 0.0 <= upper:
+                taken[name] = lower if lower > 0.0 else upper
+                self.document.notes.append(
+                    f"{name}: no reference is given; taken: {taken[name]:g}, the limit nearest to zero"
+                )
+        return MappingProxyType({**told, **taken})
+
     def mimics(self) -> Mapping[str, Mimic]:
         """Joints that follow others."""
         told = {name: entry["mimic"] for name, entry in self.data["joints"].items() if "mimic" in entry}
@@ -142,8 +160,22 @@ class _Builder:
         """Named frames, the places of links fixed to others, and the end effector."""
         named = {name: self.places.frame(name) for name in self.data.get("frames", {})}
         fixed = {name: self.places.frame(name) for name in self.data["links"] if self.places.is_fixed(name)}
-        end_effector = self.frame("end_effector", self.data["end_effector"], ("end_effector",))
-        return MappingProxyType({**named, **fixed, "end_effector": end_effector})
+        end_effector = self.frame(END_EFFECTOR, self.data["end_effector"], ("end_effector",))
+        self.check_end_effector(end_effector)
+        return MappingProxyType({**named, **fixed, END_EFFECTOR: end_effector})
+
+    def check_end_effector(self, told: Frame) -> None:
+        """Refuse two places of that name: a link or frame that is called so has to be the end effector."""
+        kinds = {"link": (self.data.get("base", "base"), *self.data["links"]), "frame": self.data.get("frames", {})}
+        kind = next((kind for kind, names in kinds.items() if END_EFFECTOR in names), None)
+        if kind is None or _same_place(self.places.frame(END_EFFECTOR), told):
+            return
+        raise self.document.error(
+            ("end_effector",),
+            f"a {kind} called '{END_EFFECTOR}' stands at another place, and one name cannot mean both; write "
+            f"`end_effector: {{link: {END_EFFECTOR}}}` if it is meant (other places can be named under frames), or "
+            f"rename that {kind}",
+        )
 
     def frame(self, _: str, entry: Mapping[str, Any], path: Path_) -> Frame:
         return self.places.frame(entry["link"], self.numbers.pose(entry, path))
@@ -198,6 +230,11 @@ def _joined(a: Link, b: Link) -> Link:
     com = frozen((a.mass * a.com + b.mass * b.com) / mass)
     inertia = a.inertia + b.inertia + a.mass * _spread(a.com - com) + b.mass * _spread(b.com - com)
     return Link(a.name, mass, com, frozen(inertia))
+
+
+def _same_place(one: Frame, other: Frame) -> bool:
+    apart = max(np.abs(one.translation - other.translation).max(), np.abs(one.rotation - other.rotation).max())
+    return one.link == other.link and bool(apart <= SAME_PLACE)
 
 
 def _spread(arm: Array) -> Array:

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from .document import Document, Path_
+from .hints import nearest
 from .model import RobotDescription
-from .schema import nearest
 
 
 def check_names(document: Document) -> None:
@@ -128,8 +128,14 @@ class _Names:
     def _base(self) -> None:
         """One link that hangs on nothing, where no other is the base, is the base under another name."""
         named = "base" in self.document.data or self.base in self.links
+        tied = {link for entry in self.document.data.get("closures", {}).values() for link in entry["between"]}
         hung = {joint["parent"] for joint in self.joints.values()} | {frame["link"] for frame in self.frames.values()}
         loose = [link for link in self.links if link not in self.parent_joint]
+        if named and self.base not in {*self.links, *hung, *tied}:
+            hint = nearest(self.base, loose or self.links)
+            hint = f" (did you mean '{loose[0]}'?)" if len(loose) == 1 else hint
+            problem = f"there is no link '{self.base}'{hint}; known: {', '.join(self.links)}"
+            raise self.document.error(("base",), problem)
         if not named and self.base not in hung and len(loose) == 1:
             problem = f"hangs on no joint, and no link is called '{self.base}'; if it is what does not move, write"
             raise self.document.error(("links", loose[0]), f"{problem} `base: {loose[0]}`, or call it '{self.base}'")

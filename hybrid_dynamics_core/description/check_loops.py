@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .document import Document, Path_
+from .hints import nearest
 from .model import Loop, RobotDescription
-from .schema import nearest
 
 
 class _Type(NamedTuple):
@@ -28,7 +28,6 @@ TYPES = {  # C is B, and D is A, with l_i and l_k2 exchanged; l_k1 always hangs 
     "D": _Type("k1", "base", ("k2", "arm"), "k2"),
 }
 ROLES = ("base", "arm", "k1", "k2")
-SYMBOLS = {"base": "l_(i-1)", "arm": "l_i", "k1": "l_k1", "k2": "l_k2"}
 
 
 def check_loop_names(document: Document) -> None:
@@ -77,14 +76,15 @@ class _Check:
             if not self.hangs(role, on):
                 found = self.joint_of[self.links[role]].parent if self.links[role] in self.joint_of else "nothing"
                 return role, (
-                    f"in a loop of Type {letter} {SYMBOLS[role]} = '{self.links[role]}' hangs on {SYMBOLS[on]} = "
-                    f"'{self.links[on]}', but here it hangs on '{found}'"
+                    f"in a loop of Type {letter} the link of `{role}` hangs on that of `{on}`, but here "
+                    f"'{self.links[role]}' hangs on '{found}', not on '{self.links[on]}'"
                 )
         tied = {self.links[role] for role in wanted.pin}
         if self.pin != tied:
             return "pin", (
-                f"in a loop of Type {letter} the pin ties '{self.links[wanted.pin[0]]}' and "
-                f"'{self.links[wanted.pin[1]]}', but here it ties {' and '.join(repr(x) for x in sorted(self.pin))}"
+                f"in a loop of Type {letter} the pin ties the links of `{wanted.pin[0]}` and `{wanted.pin[1]}` "
+                f"('{self.links[wanted.pin[0]]}' and '{self.links[wanted.pin[1]]}'), but here it ties "
+                f"{' and '.join(repr(x) for x in sorted(self.pin))}"
             )
         return None
 

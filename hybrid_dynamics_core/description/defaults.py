@@ -6,9 +6,13 @@ from typing import Any
 
 from .document import Document
 
+END_EFFECTOR = "end_effector"  # the name under which poses of the end effector are asked for
+
 
 def farthest_link(document: Document) -> str:
-    """The link behind the most moving joints, for robots whose file names no end effector."""
+    """For files that name no end effector: the link or frame that is called so, or else the one behind most joints."""
+    if any(END_EFFECTOR in document.section(section) for section in ("links", "frames")):
+        return END_EFFECTOR
     joints = {joint["child"]: joint for joint in document.section("joints").values()}
 
     def depth(link: str) -> int:

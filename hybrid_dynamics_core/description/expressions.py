@@ -8,6 +8,8 @@ import operator
 import re
 from collections.abc import Callable, Mapping
 
+from .hints import nearest
+
 _BINARY: dict[type[ast.operator], Callable[[float, float], float]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -15,11 +17,18 @@ _BINARY: dict[type[ast.operator], Callable[[float, float], float]] = {
     ast.Div: operator.truediv,
 }
 MAX_LENGTH = 200
+_UNIT = re.compile(  # 18 kg, 70mm
+    r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"
+    r"(t|kg|g|lbs?|km|m|dm|cm|mm|um|µm|in|inch|ft|\"|k?N|k?N[ *]?m|s|ms|rad|grad|°|kg[ *]?m(\^|\*\*)?[2²])\s*$"
+)
+UNITS = "units are fixed: m, kg, s, N, rad (30*deg)"
 _NO_SIGN = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)\s*(deg|pi)\b")  # 60deg, 2 pi
 
 
-def evaluate(text: str, names: Mapping[str, float]) -> float:
+def evaluate(text: str, names: Mapping[str, float], known: str = "parameters") -> float:
     """Value of an arithmetic expression: numbers, names, pi, deg (pi/180), + - * /, parentheses, functions.
+
+    known: what `names` are, for messages; "" where there are none but pi and deg.
 
     Raises ValueError with a reason that reads as the end of a sentence.
     """
@@ -30,11 +39,13 @@ def evaluate(text: str, names: Mapping[str, float]) -> float:
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         whole = _NO_SIGN.sub(r"\1*\2", text.strip())
         hint = f" (did you mean '{whole}'?)" if whole != text.strip() else ""
-        raise ValueError(
-            f"'{text}' is neither a number nor an expression (+ - * / over numbers and parameters){hint}"
-        ) from None
+        unit = _UNIT.match(text) if not hint else None
+        if unit:
+            raise ValueError(f"'{text}' has a unit; {UNITS}: write the number alone, in these") from None
+        over = f"numbers and {known}" if known else "numbers, pi and deg"
+        raise ValueError(f"'{text}' is neither a number nor an expression (+ - * / over {over}){hint}") from None
     try:
-        return _value(tree.body, names)
+        return _value(tree.body, names, known)
     except ZeroDivisionError:
         raise ValueError(f"'{text}' divides by zero") from None
 
@@ -51,43 +62,48 @@ FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {  # name: number of ar
 }
 
 
-def _value(node: ast.expr, names: Mapping[str, float]) -> float:
+def _value(node: ast.expr, names: Mapping[str, float], known: str) -> float:
     if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)) and not isinstance(node.value, bool):
         return float(node.value)
     if isinstance(node, ast.Name):
-        return _named(node.id, names)
+        return _named(node.id, names, known)
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.UAdd)):
-        value = _value(node.operand, names)
+        value = _value(node.operand, names, known)
         return -value if isinstance(node.op, ast.USub) else value
     if isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
-        return _BINARY[type(node.op)](_value(node.left, names), _value(node.right, names))
+        return _BINARY[type(node.op)](_value(node.left, names, known), _value(node.right, names, known))
     if isinstance(node, ast.Call):
-        return _called(node, names)
-    raise ValueError(f"only numbers, parameters, pi, deg, + - * /, parentheses and {', '.join(FUNCTIONS)} are allowed")
+        return _called(node, names, known)
+    raise ValueError(_only(known))
 
 
-def _called(node: ast.Call, names: Mapping[str, float]) -> float:
+def _only(known: str) -> str:
+    words = ", ".join(word for word in ("numbers", known, "pi", "deg") if word)
+    return f"only {words}, + - * /, parentheses and {', '.join(FUNCTIONS)} are allowed"
+
+
+def _called(node: ast.Call, names: Mapping[str, float], known: str) -> float:
     name = node.func.id if isinstance(node.func, ast.Name) else ""
     if name not in FUNCTIONS or node.keywords:
-        raise ValueError(
-            f"only numbers, parameters, pi, deg, + - * /, parentheses and {', '.join(FUNCTIONS)} are allowed"
-        )
+        raise ValueError(_only(known))
     count, function = FUNCTIONS[name]
     if len(node.args) != count:
         raise ValueError(f"{name}() takes {count} value{'s' if count > 1 else ''}")
-    values = [_value(argument, names) for argument in node.args]
+    values = [_value(argument, names, known) for argument in node.args]
     try:
         return function(*values)
     except ValueError:
         raise ValueError(f"{name}({', '.join(f'{v:g}' for v in values)}) has no value") from None
 
 
-def _named(name: str, names: Mapping[str, float]) -> float:
+def _named(name: str, names: Mapping[str, float], known: str) -> float:
     if name == "pi":
         return math.pi
     if name == "deg" and name not in names:  # a file may have a parameter of this name
         return math.pi / 180.0
     if name not in names:
-        known = ", ".join(names) or "none"
-        raise ValueError(f"'{name}' is not one of the parameters ({known})")
+        if not known:
+            raise ValueError(f"'{name}' is not a number, pi or deg")
+        hint = nearest(name, names)
+        raise ValueError(f"'{name}' is not one of the {known} ({', '.join(names) or 'none'}){hint}")
     return names[name]

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from .document import Document, File
+from .hints import nearest
 from .located_yaml import read_yaml
-from .schema import check_schema, nearest
+from .schema import check_schema
 
 TAG = "hybrid_dynamics"  # of the element, text or key that holds the entries
 

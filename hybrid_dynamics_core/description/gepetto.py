@@ -12,7 +12,8 @@ from typing import Any
 from .defaults import farthest_link, neutral
 from .document import Document, Path_
 from .extension import TAG, apply_rest
-from .schema import check_schema, nearest
+from .hints import nearest
+from .schema import check_schema
 from .urdf import add_urdf
 
 KINDS = {"3d": "point", "6d": "frame"}

@@ -32,6 +32,7 @@ _Loader.add_implicit_resolver("tag:yaml.org,2002:bool", _BOOL, list("tTfF"))
 _Loader.add_implicit_resolver("tag:yaml.org,2002:int", _INT, list("-+0123456789"))
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", _FLOAT, list("-+.0123456789"))
 _CLOSING = {"{": "}", "[": "]"}
+_NO_BLOCK_END = "expected <block end>, but found"
 _OPENED = ("while parsing a flow mapping", "while parsing a flow sequence", "while scanning a quoted scalar")
 
 
@@ -73,9 +74,40 @@ class _Reader:
                 f"in line {end.line + 1}, column {end.column + 1}: {problem}{self._missing(opened, start, end)}"
             )
             end = start
+        elif end is not None:
+            problem = self._indentation(problem, end) or problem
         mark = end or start
         line = None if mark is None else mark.line + 1
         return DescriptionError(f"not valid YAML: {problem}", file=self.file, line=line)
+
+    def _indentation(self, problem: str, end: yaml.Mark) -> str:
+        """In words, where a line begins in another column than its neighbours; else nothing."""
+        line = self.text.splitlines()[end.line] if end.line < len(self.text.splitlines()) else ""
+        column, above = len(line) - len(line.lstrip()) + 1, self._entry_above(end.line)
+        if "\t" in line[:column] and "cannot start any token" in problem:
+            return "a line is indented with a tab; indent with spaces"
+        second = problem == "mapping values are not allowed here"
+        if above is None or above[1] == column or not (second or problem.startswith(_NO_BLOCK_END)):
+            return f"{problem}: a second ':' in one line; put text that has one in quotes" if second else ""
+        return (
+            f"the indentation does not fit: this line begins in column {column}, the entry above it (line {above[0]}) "
+            f"in column {above[1]}; entries that belong together begin in one column, parts of an entry further right"
+        )
+
+    def _entry_above(self, line: int) -> tuple[int, int] | None:
+        """Line and column of the last entry of a block that begins before a line (counted from 0)."""
+        depth, found = 0, None
+        try:
+            for token in yaml.scan(self.text, Loader=_Loader):
+                if token.start_mark.line >= line:
+                    break
+                depth += isinstance(token, (yaml.FlowMappingStartToken, yaml.FlowSequenceStartToken))
+                depth -= isinstance(token, (yaml.FlowMappingEndToken, yaml.FlowSequenceEndToken))
+                if depth == 0 and isinstance(token, (yaml.KeyToken, yaml.BlockEntryToken)):
+                    found = (token.start_mark.line + 1, token.start_mark.column + 1)
+        except yaml.YAMLError:
+            pass  # what is wrong is told already
+        return found
 
     def _missing(self, opened: str, start: yaml.Mark, end: yaml.Mark) -> str:
         """Where the other bracket is missing, if reading ended in a later line: most likely before that."""

@@ -12,7 +12,7 @@ from typing import Any
 
 from .document import Document, Origin, Path_
 from .expressions import evaluate
-from .schema import nearest
+from .hints import nearest
 from .templates import Template, find_template
 from .values import Numbers
 

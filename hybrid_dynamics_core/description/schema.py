@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import difflib
 import json
-import unicodedata
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -14,6 +12,7 @@ import jsonschema
 from jsonschema.exceptions import best_match
 
 from .document import Document, Path_
+from .hints import nearest, plain
 
 
 @cache
@@ -44,20 +43,6 @@ def _relevance(error: Any) -> Any:
     return (-len(error.absolute_path), error.validator == "additionalProperties")  # a slip in a key explains the rest
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """A hint such as ' (did you mean "mass"?)', or nothing; capitals and accents count little."""
-    plain: dict[str, str] = {}
-    for other in known:
-        plain.setdefault(_plain(other), other)
-    match = difflib.get_close_matches(_plain(name), list(plain), n=1)
-    return f" (did you mean '{plain[match[0]]}'?)" if match else ""
-
-
-def _plain(name: str) -> str:
-    letters = unicodedata.normalize("NFKD", name)
-    return "".join(c for c in letters if not unicodedata.combining(c)).casefold()
-
-
 def _extra_key(error: Any) -> str | None:
     if error.validator != "additionalProperties" or error.schema.get("additionalProperties") is not False:
         return None
@@ -86,7 +71,7 @@ def _words(error: Any, extra: str | None) -> str:
         known = list(error.schema.get("properties", {}))
         if {"type", "k1"} <= {*known} and extra in ("kind", "between"):  # a closure among the loops
             return "unknown key of a loop of Type A to D; a closure, with kind and between, stands under 'closures'"
-        other = [key for key in OTHER_WORDS.get(_plain(extra), ()) if key in known]
+        other = [key for key in OTHER_WORDS.get(plain(extra), ()) if key in known]
         hint = f" (did you mean '{other[0]}'?)" if other else nearest(extra, known)
         return f"unknown key{hint}; known keys: {', '.join(known)}"
     told = error.absolute_path and "description" in error.schema
@@ -97,7 +82,8 @@ def _words(error: Any, extra: str | None) -> str:
 
 def _say_missing(error: Any) -> str:
     missing = [key for key in error.schema["required"] if key not in error.instance]
-    return "missing " + ", ".join(f"'{key}'" for key in missing)
+    hint = "; write `format: 1`, the version of this format" if "format" in missing else ""
+    return "missing " + ", ".join(f"'{key}'" for key in missing) + hint
 
 
 def _say_type(error: Any) -> str:

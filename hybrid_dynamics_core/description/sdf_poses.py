@@ -9,8 +9,8 @@ import numpy as np
 from ..errors import DescriptionError
 from .document import Path_
 from .geometry import Transform, rotation_from_quaternion, rotation_from_rpy, rpy_of
+from .hints import nearest
 from .model import Array, frozen
-from .schema import nearest
 from .xml_reading import XmlFile
 from .xml_tree import Element
 

@@ -10,8 +10,9 @@ from typing import Any
 
 from .document import Document, Path_
 from .files import read_text
+from .hints import nearest
 from .located_yaml import read_yaml
-from .schema import check_schema, nearest
+from .schema import check_schema
 
 _FOLDER = resources.files("hybrid_dynamics_core").joinpath("templates")
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from .document import Document, Path_
 from .extension import TAG
-from .schema import nearest
+from .hints import nearest
 from .urdf_plus import add_loops, add_rest, has_loops
 from .xml_reading import XmlFile
 from .xml_tree import Element, read_xml

@@ -12,7 +12,7 @@ from .defaults import driven_joints
 from .document import Document
 from .extension import TAG, extend
 from .geometry import rotation_to_axis, rpy_of, unit_axis
-from .schema import nearest
+from .hints import nearest
 from .xml_reading import XmlFile
 from .xml_tree import Element
 

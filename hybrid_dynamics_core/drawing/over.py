@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import ArrayLike
 
+from ..description.hints import nearest
 from ..description.model import Array
 from ..errors import InputError
 from ..inputs import vectors
@@ -60,7 +61,8 @@ def _ranges(robot: Robot, over: tuple[str, str]) -> tuple[Array, Array]:
     """(2, 2) the ranges of both coordinates, and what of them is shown: a little more."""
     for name in over:
         if name not in robot.active:
-            raise InputError(f"over: '{name}' is not an active joint; they are {', '.join(robot.active)}")
+            hint = nearest(name, robot.active)
+            raise InputError(f"over: '{name}' is not an active joint{hint}; they are {', '.join(robot.active)}")
     if over[0] == over[1]:
         raise InputError(f"over: expected two different active joints, got {over[0]} twice")
     box = sampled_ranges(robot, None)[0][[robot.active.index(name) for name in over]]

@@ -64,6 +64,6 @@ def _energy(axes: Axes, motion: Simulation) -> None:
     axes.plot(motion.t, energy.potential - energy.potential[0], label="potential, from the start")
     if np.any(energy.springs):
         axes.plot(motion.t, energy.springs, label="springs")
-    axes.plot(motion.t, motion.work, "--", label="work in")
+    axes.plot(motion.t, motion.work, "--", label="work of efforts and friction")
     axes.set(xlabel="t [s]", ylabel="energy [J]")
     entitled(axes, "energy", 4)

@@ -84,6 +84,12 @@ class JointEffects:
         return bool(self.stiffness.any() or self.preload.any())
 
 
+def _require_payload(given: object) -> None:
+    if not isinstance(given, Payload):
+        example = f"Payload({given})" if isinstance(given, (int, float)) else "Payload(10.0)"
+        raise InputError(f"expected a Payload, such as {example}, got {type(given).__name__}")
+
+
 _NONE: Mapping[str, AppliedWrench] = MappingProxyType({})
 
 
@@ -102,6 +108,7 @@ class Loads(Picklable):
 
     def with_payload(self, payload: Payload, frame: str = "end_effector") -> Loads:
         """These loads with one more body fixed to a frame (a link's name is its own frame)."""
+        _require_payload(payload)
         payloads = {**self.payloads, frame: (*self.payloads.get(frame, ()), payload)}
         return replace(self, payloads=MappingProxyType(payloads))
 

@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..description.hints import nearest
 from ..description.model import Array, Closure, Picklable
+from ..errors import UnknownNameError
 from ..mechanism.tree import Tree
 from .pins import Pin
 
+T = TypeVar("T")
 UNDEFINED = 1e-10  # share below which a pin's force would lose half its digits
 
 
@@ -58,18 +62,35 @@ class JointReaction:
     links: tuple[str, str]
 
 
+class Named(dict[str, T]):
+    """Values by name; a name that there is not is told with those that there are."""
+
+    def __init__(self, kind: str, values: Mapping[str, T]) -> None:
+        super().__init__(values)
+        self.kind = kind
+
+    def __missing__(self, name: object) -> T:
+        raise UnknownNameError(
+            f"there is no {self.kind} '{name}'{nearest(str(name), self)}; known: {', '.join(self) or 'none'}"
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class Reactions(Picklable):
     """All reactions at a state and acceleration.
 
     `tau`: (n,) actuator forces; `pins` by closure, `joints` by joint; `base`: (6,) force [N] and moment [N m] about
-    the base origin that the foundation exerts on the robot, base axes.
+    the base origin that the foundation exerts on the robot, base axes. UnknownNameError, a KeyError, for other names.
     """
 
     tau: Array
     pins: Mapping[str, PinReaction]
     joints: Mapping[str, JointReaction]
     base: Array
+
+    def __setstate__(self, told: dict[str, Any]) -> None:
+        """And back, with the names."""
+        super().__setstate__(told | {"pins": Named("pin", told["pins"]), "joints": Named("joint", told["joints"])})
 
 
 def named_reactions(
@@ -92,7 +113,9 @@ def named_reactions(
         )
         for i, body in enumerate(tree.bodies)
     }
-    return Reactions(values["tau"], MappingProxyType(by_pin), MappingProxyType(joints), values["base"])
+    return Reactions(
+        values["tau"], MappingProxyType(Named("pin", by_pin)), MappingProxyType(Named("joint", joints)), values["base"]
+    )
 
 
 def _empty(values: Mapping[str, Array], undefined: NDArray[np.bool_], pins: Sequence[Pin], tree: Tree) -> None:

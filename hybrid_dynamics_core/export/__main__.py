@@ -1,4 +1,7 @@
-"""python -m hybrid_dynamics_core.export ROBOT [FILE]: a shipped robot or a description file as URDF, to FILE or out."""
+"""python -m hybrid_dynamics_core.export ROBOT [FILE] [--overwrite]: a robot as URDF, to FILE or out.
+
+A file that is there already is replaced with --overwrite only, and never the one that the robot is read from.
+"""
 
 from __future__ import annotations
 
@@ -7,18 +10,22 @@ from pathlib import Path
 
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_core.export.urdf import to_urdf
+from hybrid_dynamics_core.export.writing import write_files
 from hybrid_dynamics_core.library import load
 
 
 def main(arguments: list[str]) -> int:
     """Write the URDF; returns the exit code of the process."""
+    overwrite = "--overwrite" in arguments
+    arguments = [argument for argument in arguments if argument != "--overwrite"]
     if len(arguments) not in (1, 2):
         sys.stderr.write(f"{__doc__}\n")
         return 2
     try:
-        text = to_urdf(load(arguments[0]).description)
+        description = load(arguments[0]).description
+        text = to_urdf(description)
         if len(arguments) == 2:
-            Path(arguments[1]).write_text(text, encoding="utf-8")
+            write_files({Path(arguments[1]): text}, description, overwrite)
         else:
             sys.stdout.write(text)
     except (HybridDynamicsError, OSError) as error:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,6 +25,7 @@ SOLVED = 1e-9  # residual [m] below which a target counts as reached
 EDGE = 1e-7  # share of the range in which a loop closes that is kept clear at both ends
 FARTHEST = 1e100  # [m] squares of distances stay far from the end of the range of numbers
 AT_TOGGLE = 2e-3  # distance to a singularity, and to the target in lengths: from there on EDGE hides what is left
+TOLD = 1e-6  # [m or rad] what is left below it is told as nothing
 SAME = 1e-6  # solutions closer than this in every coordinate are one
 
 
@@ -35,7 +36,10 @@ class IKResult:
     Attributes:
         u: (n,) active coordinates; with another status than SOLVED the nearest found, for inspection only.
         status, message: why the solver stopped.
-        residual: distance to the target [m]; an angle counts with the robot's reach at the start.
+        residual: what the solver makes small [m]: the root of the sum of the squares of `position_error` and of
+            `angle_error` times the robot's reach at the start.
+        position_error, angle_error: what remains to the target, in the coordinates that count: a distance [m] and an
+            angle [rad]; NaN where none of them counts, or no start closes.
         branch, state: assembly modes and closed state at u (None if u does not close).
         solutions: all distinct solutions found if asked, otherwise (u,) or nothing.
         redundant: active coordinates that the target does not determine; they stay near the seed.
@@ -51,6 +55,21 @@ class IKResult:
     message: str
     redundant: tuple[str, ...]
     iterations: int
+    position_error: float
+    angle_error: float
+
+
+class Remainder(NamedTuple):
+    """What is left to a target: a distance [m] and an angle [rad], NaN where the target asks for none."""
+
+    position: float
+    angle: float
+
+    def __str__(self) -> str:
+        position, angle = (value if value > TOLD else 0.0 for value in self)
+        parts = [] if np.isnan(self.position) else [f"{position:.3g} m"]
+        parts += [] if np.isnan(self.angle) else [f"{angle:.3g} rad ({np.degrees(angle):.3g} deg)"]
+        return " and ".join(parts)
 
 
 def solve_inverse_kinematics(
@@ -80,7 +99,8 @@ def solve_inverse_kinematics(
     ends = np.array([unwound(u, start, revolute, *robot.limits.T) for u in descent.u[order]])
     found = distinct(ends[: int(_solved(descent).sum())], revolute, SAME)
     best = int(order[0])
-    verdict = (IKStatus.SOLVED, "reached") if found else _failure(robot, task, descent, best, near)
+    left = _remainder(task, descent.u[best])
+    verdict = (IKStatus.SOLVED, "reached") if found else _failure(robot, task, descent, best, near, left)
     state = _closed(robot, ends[0], near)
     return IKResult(
         u=ends[0],
@@ -92,7 +112,20 @@ def solve_inverse_kinematics(
         message=verdict[1],
         redundant=_redundant(robot, task, ends[0]),
         iterations=descent.iterations,
+        position_error=left.position,
+        angle_error=left.angle,
     )
+
+
+def _remainder(task: Task, u: Array) -> Remainder:
+    """What is left at u (n,), in the coordinates of the task."""
+    error, _, good = task.error(u[None])
+    turns = np.array(task.rows) > 2
+
+    def size(part: Array) -> float:
+        return float(np.linalg.norm(part)) if part.size and good[0] else np.nan
+
+    return Remainder(size(error[0, ~turns]), size(error[0, turns]) / task.length)
 
 
 def _closed_form(robot: Robot, task: Task, start: Array, near: ClosedState | None) -> Descent | None:
@@ -205,7 +238,9 @@ def _joined(a: Descent, b: Descent) -> Descent:
     )
 
 
-def _failure(robot: Robot, task: Task, descent: Descent, best: int, near: ClosedState | None) -> tuple[IKStatus, str]:
+def _failure(
+    robot: Robot, task: Task, descent: Descent, best: int, near: ClosedState | None, left: Remainder
+) -> tuple[IKStatus, str]:
     """Which of the reasons it was."""
     residual = float(descent.residual[best])
     asked = len(task.rows)
@@ -215,7 +250,7 @@ def _failure(robot: Robot, task: Task, descent: Descent, best: int, near: Closed
         few = f"; {len(robot.active)} active {joints} cannot meet every target of {asked} coordinates"
     if not np.isfinite(residual):
         return IKStatus.NOT_CONVERGED, "no start closes all loops; give a seed that does"
-    nearest = f"the nearest found is {residual:.3g} m away{few}"
+    nearest = f"the nearest found is {left} away{few}"
     state = _closed(robot, descent.u[best], near)
     if state is not None and float(state.singularity) < AT_TOGGLE and residual < AT_TOGGLE * task.length:
         where = f"only reached where loop '{state.singular_loop}' is singular and its joints cannot be told"
@@ -225,7 +260,7 @@ def _failure(robot: Robot, task: Task, descent: Descent, best: int, near: Closed
         return IKStatus.LIMIT, f"only reached beyond the limits of {beyond}{few}"
     if _has_closed_form(robot, task) or descent.settled[best]:
         return IKStatus.OUT_OF_REACH, f"out of reach: {nearest}"
-    return IKStatus.NOT_CONVERGED, f"stopped {residual:.3g} m away after {descent.iterations} iterations{few}"
+    return IKStatus.NOT_CONVERGED, f"stopped {left} away after {descent.iterations} iterations{few}"
 
 
 def _has_closed_form(robot: Robot, task: Task) -> bool:

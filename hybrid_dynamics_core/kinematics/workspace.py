@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ..description.hints import nearest
 from ..description.model import Array
 from ..errors import InputError
 from ..progress import Progress
@@ -74,7 +75,7 @@ class Workspace:
 
     Attributes:
         frame: whose positions they are.
-        ranges: (n, 2) of the active coordinates that were sampled [rad or m].
+        ranges: (n, 2) of the active coordinates that were sampled [rad or m]; both ends alike where one was held.
         assumed: active coordinates without limits, whose range was chosen here.
         samples: `count` samples spread evenly over the ranges, then half as many that are denser towards their ends,
             then those of the search for the extremes.
@@ -147,11 +148,12 @@ def find_workspace(
     frame: str | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None,
     shown: bool | None = None,
+    held: Mapping[str, float] | None = None,
 ) -> Workspace:
     """See `Robot.workspace`."""
     if count < 1:
         raise InputError(f"count is {count}; expected 1 sample or more")
-    box, assumed = sampled_ranges(robot, ranges)
+    box, assumed = sampled_ranges(robot, ranges, held)
     from scipy.stats import qmc  # noqa: PLC0415  slow to import
 
     spread = count + count // 2
@@ -174,25 +176,32 @@ def find_workspace(
     return Workspace(frame or robot.end_effector, box, assumed, samples, count, spread)
 
 
-def sampled_ranges(robot: Robot, told: Mapping[str, tuple[float, float]] | None) -> tuple[Array, tuple[str, ...]]:
+def sampled_ranges(
+    robot: Robot, told: Mapping[str, tuple[float, float]] | None, held: Mapping[str, float] | None = None
+) -> tuple[Array, tuple[str, ...]]:
     """(n, 2) ranges to sample, within `limits`: those told, else the limits; and whose had to be chosen.
+
+    Those that are `held` begin and end at their value.
 
     Without limits an angle goes one turn about the reference, a slide `SLIDE` of the end effector's distance from the
     base to either side. Raises InputError for ranges that are empty, infinite or outside of the limits.
     """
+    told = told or {}
+    settled = {*told, *(held or {})}
     box, assumed = robot.limits.copy(), []
     distance = float(np.linalg.norm(robot.forward_kinematics(robot.close(robot.reference)).position))
     for k, name in enumerate(robot.active):
-        if name in (told or {}):
+        if name in settled:
             continue
         reach = math.pi if robot.joint_types[name] == "revolute" else SLIDE * max(distance, 1e-3)
         chosen = robot.reference[k] + np.array([-reach, reach])
         if not np.isfinite(box[k]).all():
             assumed.append(name)
             box[k] = np.where(np.isfinite(box[k]), box[k], chosen)
-    for name, (low, high) in (told or {}).items():
+    for name, (low, high) in told.items():
         if name not in robot.active:
-            raise InputError(f"range: '{name}' is not an active joint; they are {', '.join(robot.active)}")
+            hint = nearest(name, robot.active)
+            raise InputError(f"range: '{name}' is not an active joint{hint}; they are {', '.join(robot.active)}")
         lower, upper = robot.limits[robot.active.index(name)]
         if not (math.isfinite(low) and math.isfinite(high) and lower <= low < high <= upper):
             raise InputError(
@@ -200,7 +209,21 @@ def sampled_ranges(robot: Robot, told: Mapping[str, tuple[float, float]] | None)
                 f"[{lower:.6g}, {upper:.6g}]"
             )
         box[robot.active.index(name)] = low, high
+    for name, value in _held(robot, told, held or {}).items():
+        box[robot.active.index(name)] = value
     return box, tuple(assumed)
+
+
+def _held(robot: Robot, told: Mapping[str, tuple[float, float]], held: Mapping[str, float]) -> Mapping[str, float]:
+    """The same where they can be held, else an InputError."""
+    for name, value in held.items():
+        if name not in robot.active:
+            hint = nearest(name, robot.active)
+            raise InputError(f"held: '{name}' is not an active joint{hint}; they are {', '.join(robot.active)}")
+        if name in told or not math.isfinite(value):
+            problem = "has a range too; leave one out" if name in told else f"is {value}; expected a finite number"
+            raise InputError(f"held: {name} {problem}")
+    return held
 
 
 def joined(parts: list[Margins]) -> Margins:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hybrid_dynamics_core import Loads
-from hybrid_dynamics_core.description.schema import nearest
+from hybrid_dynamics_core.description.hints import nearest
 from hybrid_dynamics_core.dynamics.parameters import Parameters, described_parameters
 from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_core.identification import Identification, identify, noise_limit, robust_deviation

@@ -43,7 +43,7 @@ def solve_fk(context: Context, request: SolveFK.Request, response: SolveFK.Respo
 
 
 def solve_ik(context: Context, request: SolveIK.Request, response: SolveIK.Response) -> None:
-    """Active coordinates that bring the end effector to a target."""
+    """Active coordinates that bring the end effector to a target; the nearest ones beside an error of the search."""
     robot = context.robot
     mask = list(request.mask) or None
     position_only = request.position_only or (mask is not None and not any(mask[3:]))
@@ -54,18 +54,19 @@ def solve_ik(context: Context, request: SolveIK.Request, response: SolveIK.Respo
     result = robot.inverse_kinematics(target, seed, request.all_solutions, mask, context.situation.conditions.mode)
 
     state = result.state
+    header = Header(stamp=request.target.header.stamp, frame_id=robot.base_frame)
+    if state is not None and np.isfinite(state.s).all():
+        response.solution = conversions.joint_state(header, robot.coordinates, state.s)
+        response.loops = list(result.branch)
+        response.branches = [str(mode) for mode in result.branch.values()]
     if result.status is not IKStatus.SOLVED or state is None:
         response.error_code = IK_CODES.get(result.status, ErrorCode.SINGULAR)
         response.error_text = " ".join(result.message.split())
         response.residual = float(result.residual) if math.isfinite(result.residual) else math.nan
         return
     require_finite(state.s)
-    header = Header(stamp=request.target.header.stamp, frame_id=robot.base_frame)
-    response.solution = conversions.joint_state(header, robot.coordinates, state.s)
     response.solutions = [conversions.joint_state(header, robot.active, u) for u in result.solutions]
     response.residual = float(result.residual)
-    response.loops = list(result.branch)
-    response.branches = [str(mode) for mode in result.branch.values()]
     response.redundant = list(result.redundant)
 
 

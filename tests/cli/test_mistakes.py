@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import sys
 from importlib.abc import MetaPathFinder
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from hybrid_dynamics_cli.__main__ import main
-from tests.cli.calling import call
+from tests.cli.calling import Answer, call
 
 
 def test_a_verb_that_is_not_there_gets_a_hint() -> None:
@@ -48,7 +49,7 @@ def test_errors_are_json_where_json_is_asked_for(arguments: tuple[str, ...], cod
 def test_stdout_holds_one_document() -> None:
     """Where an answer stands already, what is wrong beside it goes to stderr alone."""
     answer = call("branches", "forging_chu2020", "-u", "q12=0.9", "--json")
-    assert json.loads(answer.stdout) == {"modes": []}
+    assert json.loads(answer.stdout)["modes"] == []
 
 
 @pytest.mark.parametrize("place", [("--position", "-0.05,0.3,0"), ("--position=-0.05, 0.3, 0",)])
@@ -79,3 +80,51 @@ def test_an_interrupt_while_python_imports_leaves_no_trace(monkeypatch: pytest.M
     monkeypatch.setattr(sys, "meta_path", [Interrupt(), *sys.meta_path])
     with pytest.raises(SystemExit, match="Aborted!"):
         main()
+
+
+def flat(result: Answer) -> str:
+    """The message in one line, whatever its exit code; it is not 0."""
+    assert result.exit_code != 0
+    return " ".join(result.output.split())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (
+            ("fk", "palletizer", "-u", "Q1=1"),
+            "-u: 'Q1' is not an active joint (did you mean 'q1'?)",
+        ),
+        (
+            ("simulate", "excavator", "--tau", "weigth"),
+            "'weigth' (did you mean 'weight'?); expected efforts",
+        ),
+        (("workspace", "excavator", "--range", "q1=0"), "'q1=0': expected NAME=LOW:HIGH, as q12=0.1:0.5"),
+        (("workspace", "excavator", "--range", "q1"), "'q1': expected NAME=LOW:HIGH, as q12=0.1:0.5"),
+        (("workspace", "excavator", "--range", "q1=0:x"), "'x' is not a number, pi or deg; expected NAME=LOW:HIGH"),
+        (("workspace", "excavator", "--range", "q13=0:1"), "--range: 'q13' is not an active joint (did you mean 'q1"),
+        (("fk", "excavator", "-u", "q12=70mm"), "'70mm' has a unit; units are fixed: m, kg, s, N, rad (30*deg)"),
+        (("fk", "excavator", "-u", "q12=0.7 m"), "'0.7 m' has a unit; units are fixed"),
+        (("fk", "excavator", "-u", "q12=much"), "'much' is not a number, pi or deg"),
+        (("fk", "excavator", "-u", "q12=1;2"), "neither a number nor an expression (+ - * / over numbers, pi and deg)"),
+    ],
+)
+def test_slips_are_told_with_what_was_expected(arguments: tuple[str, ...], told: str) -> None:
+    text = flat(call(*arguments))
+    assert told in text
+    assert "unpack" not in text
+    assert "parameters" not in text  # of which a command line has none
+
+
+def test_a_map_names_its_option(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    arguments = ("workspace", "five_bar", "--samples", "100", "--draw", str(tmp_path / "map.svg"))
+    assert "Error: --over: 'q_X' is not an active joint (did you mean" in flat(call(*arguments, "--over", "q_X,q_T"))
+
+
+def test_a_picture_is_no_trajectory(tmp_path: Path) -> None:
+    pytest.importorskip("viser")
+    (tmp_path / "reach.png").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
+    text = flat(call("view", "excavator", "--trajectory", str(tmp_path / "reach.png")))
+    assert "reach.png: is not a text file, so it is no trajectory; expected a CSV file" in text
+    assert "codec" not in text

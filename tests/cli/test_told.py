@@ -119,7 +119,7 @@ def test_modes_tell_where_the_end_effector_is() -> None:
 def test_modes_name_the_loops_in_which_they_differ_and_fit_a_terminal(name: str) -> None:
     output = call("branches", name).output
     branches = [mode["branch"] for mode in told("branches", name)["modes"]]
-    head = output.splitlines()[2].split()
+    (head,) = (line.split() for line in output.splitlines() if " singularity  " in line)
     for loop in branches[0]:
         ways = {branch[loop] for branch in branches}
         assert (loop in head) == (len(ways) > 1)
@@ -149,3 +149,26 @@ def test_units_of_a_picture_are_those_of_the_joints(lift: str, tmp_path: Path) -
 def test_one_is_told_in_the_singular(lift: str) -> None:
     Path(lift).write_text(LIFT.replace("active: [stroke]", "active: [stroke, q1]"), encoding="utf-8")
     assert "1 degree of freedom; name 1" in call("check", lift).output
+
+
+def test_branches_tell_where_and_which_is_the_own_one() -> None:
+    machine = load("forging_chu2020")
+    answer = told("branches", "forging_chu2020", "-u", "q12=0.2")
+    assert answer["u"] == dict(zip(machine.active, [*machine.reference[:1], 0.2, *machine.reference[2:]], strict=True))
+    own = [mode for mode in answer["modes"] if mode["own"]]
+    state = machine.close(list(answer["u"].values()))
+    assert [mode["branch"] for mode in own] == [dict(state.branch)]
+    lines = call("branches", "forging_chu2020", "-u", "q12=0.2").output.splitlines()
+    assert "q12 = 0.2 m" in lines[0]
+    (marked,) = (line for line in lines if line[1:2] == "*")
+    assert "counterclockwise  counterclockwise" in marked
+    assert [state.branch[loop] for loop in ("theta_1", "theta_2")] == ["counterclockwise"] * 2
+    assert any(line.startswith("*: the robot's own mode; x, y, z of end_effector in base") for line in lines)
+
+
+@pytest.mark.parametrize("verb", ["fk", "id", "fd", "branches"])
+def test_values_beyond_a_limit_are_told_by_every_verb(verb: str, lift: str) -> None:
+    arguments = (verb, lift, "-u", "stroke=-0.05")
+    assert "note: stroke = -0.05 m is beyond its limit 0 m" in call(*arguments).stderr
+    beyond = json.loads(call(*arguments, "--json").stdout)["beyond_limits"]
+    assert [entry["name"] for entry in beyond] == ["stroke"]

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 from hybrid_dynamics_cli.app import VERBS
 from hybrid_dynamics_core import Robot, load, shipped_robots
@@ -84,6 +85,37 @@ def test_no_solution_ends_with_1() -> None:
     assert "out of reach: the nearest found is" in result.output
 
 
+def test_what_is_left_to_a_target_has_its_units() -> None:
+    arguments = ("ik", "forging_chu2020", "--position", "9", "0", "0", "--quaternion", "0", "0", "0", "1")
+    assert re.search(r"the nearest found is [\d.]+ m and [\d.]+ rad \([\d.]+ deg\) away", call(*arguments).output)
+    told = json.loads(call(*arguments, "--json").stdout)
+    assert told["position_error"] > 1.0
+    assert 0.0 < told["angle_error"] <= np.pi
+    position = json.loads(call(*arguments[:6], "--json").stdout)
+    assert position["angle_error"] is None
+    assert position["position_error"] == position["residual"]
+
+
+def test_the_columns_of_an_effort_add_up(tmp_path: Path) -> None:
+    """With friction and a spring; both kinds of output."""
+    text = resources.files("hybrid_dynamics_core").joinpath("robots/forging_chu2020.yaml").read_text(encoding="utf-8")
+    data = yaml.safe_load(text)
+    data["joints"]["q12"]["friction"] = {"viscous": 2000, "coulomb": 300}
+    data["joints"]["q1"]["spring"] = {"stiffness": 50, "rest": 0.1}
+    (tmp_path / "loaded.yaml").write_text(yaml.safe_dump(data), encoding="utf-8")
+    arguments = ("id", str(tmp_path / "loaded.yaml"), "--du", "q12=0.05,q1=0.4", "--ddu", "q12=0.1")
+    answer = told(*arguments)
+    parts = ("M_ddu", "C_du", "G", "passive")
+    for name, tau in answer["tau"].items():
+        assert sum(answer[part][name] for part in parts) == pytest.approx(tau, rel=1e-12, abs=1e-9)  # rounding of sums
+    assert all(list(answer[part]) == list(answer["tau"]) == list(answer["M"]) for part in parts)
+    assert answer["M"]["q1"]["q12"] == answer["M"]["q12"]["q1"]
+    assert answer["passive"]["q12"] == pytest.approx(2000 * 0.05 + 300, rel=1e-2)  # Coulomb friction is smoothed
+    lines = {line.split()[0]: line.split() for line in call(*arguments).output.splitlines() if line.startswith("q")}
+    effort, *columns = (float(word) for word in lines["q12"][1:6])
+    assert sum(columns) == pytest.approx(effort, abs=1e-3 * abs(effort))  # six digits each
+
+
 def test_frame_and_modes() -> None:
     answer = told("fk", "excavator", "--frame", "bucket")
     assert answer["frame"] == "bucket"
@@ -106,7 +138,48 @@ def test_workspace_is_told_and_drawn(tmp_path: Path) -> None:
     assert far["joint"] in ("q_L", "q_R", "q_T")
     text = call("workspace", "five_bar", "--samples", "500", "--over", "q_L,q_R", "--draw", str(maps[1])).output
     assert "reachable                 100.0 %" in text
+    assert "Of the map over q_L and q_R; all other active joints are held." in text
     assert all(place.stat().st_size > 10_000 for place in maps)
+
+
+def test_a_map_is_told_as_it_is_drawn(tmp_path: Path) -> None:
+    """The other joints stay where the map has them, in every sample."""
+    pytest.importorskip("matplotlib")
+    arguments = ("workspace", "five_bar", "--samples", "500", "--over", "q_L,q_R", "-u", "q_T=0.2")
+    answer = told(*arguments, "--plot", str(tmp_path / "over.png"))
+    assert answer["held"] == {"q_T": 0.2}
+    assert answer["ranges"]["q_T"] == [0.2, 0.2]
+    ends = [end for axis in answer["extremes"].values() for end in axis]
+    assert ends
+    assert all(end["u"]["q_T"] == 0.2 for end in [*ends, answer["smallest_singularity"]])
+    slice_ = load("five_bar").workspace(500, held={"q_T": 0.2})
+    assert list(answer["extents"].values()) == slice_.extents.tolist()
+    mixed = call(*arguments, "--range", "q_T=0:0.3", "--draw", str(tmp_path / "again.png"))
+    assert "--held" not in mixed.output
+    assert "q_T has a range too" in mixed.output
+
+
+@pytest.mark.parametrize("verb", ["check", "branches", "workspace", "simulate"])
+def test_pictures_are_asked_for_by_one_word_or_the_other(verb: str) -> None:
+    page = call(verb, "--help").output
+    assert "--draw, --plot FILE" in page
+    assert ".pdf" in page
+
+
+def test_what_is_only_rounding_is_not_printed() -> None:
+    """Solutions are settled to 1e-9, the nearest joints of a target out of reach to fewer digits."""
+    near = call("ik", "forging_chu2020", "--position", "9", "0", "0").output
+    assert re.search(r"nearest: q1 = 0 rad", near)
+    reached = call("ik", "forging_chu2020", "--position", "0.32", "0.38", "1.12").output
+    assert "left to the target: less than 1e-09 m" in reached
+    for output in (near, reached, call("fk", "forging_chu2020", "--du", "q1=1").output):
+        assert not re.search(r"-0(?![.\d])|\de-1\d (rad|m)\b", output), output
+
+
+def test_a_twist_is_called_by_its_parts() -> None:
+    text = call("fk", "forging_chu2020", "--du", "q1=1").output
+    assert re.search(r"angular velocity +0  0  1  rad/s", text)
+    assert re.search(r"linear velocity +\S+  \S+  \S+  m/s", text)
 
 
 def test_nothing_to_reach_ends_with_1(tmp_path: Path) -> None:
@@ -242,6 +315,44 @@ def test_export_is_taken_back(form: str, tmp_path: Path) -> None:
     place = tmp_path / "excavator.yaml"
     assert call("export", "excavator", "--format", form, "-o", str(place)).exit_code == 0
     assert load(place).active == load("excavator").active
+
+
+@pytest.mark.parametrize("more", [(), ("--overwrite",)])
+def test_export_never_replaces_what_the_robot_is_read_from(tmp_path: Path, more: tuple[str, ...]) -> None:
+    """A file of one's own, the URDF that it names, and the URDF that is written beside a robot.yaml."""
+    own, tree, over = tmp_path / "own.yaml", tmp_path / "tree.urdf", tmp_path / "over.yaml"
+    source = resources.files("hybrid_dynamics_core").joinpath("robots/five_bar.yaml")
+    own.write_text(source.read_text(encoding="utf-8"), encoding="utf-8")
+    assert call("export", str(own), "-o", str(tree)).exit_code == 0
+    active = ", ".join(load(tree).active)
+    over.write_text(f"format: 1\nname: o\nurdf: tree.urdf\nactive: [{active}]\nend_effector: {{link: end_effector}}\n")
+    before = [file.read_text(encoding="utf-8") for file in (own, tree, over)]
+    (tmp_path / "link.yaml").symlink_to(own)
+    for robot, form, output in (
+        (own, "robot.yaml", own),
+        (own, "sdf", tmp_path / "link.yaml"),
+        (over, "mjcf", tree),
+        (over, "robot.yaml", tmp_path / "tree.yaml"),
+    ):
+        result = call("export", str(robot), "--format", form, "-o", str(output), *more)
+        assert result.exit_code == 1
+        assert "the robot is read from this file, which is not replaced; name another one" in result.output
+    assert before == [file.read_text(encoding="utf-8") for file in (own, tree, over)]
+    assert not (tmp_path / "tree.yaml").exists()  # all files, or none
+
+
+def test_export_replaces_files_where_that_is_asked_for(tmp_path: Path) -> None:
+    urdf, pair = tmp_path / "a.urdf", tmp_path / "a.yaml"
+    assert call("export", "excavator", "--format", "urdf+", "-o", str(urdf)).output == f"written: {urdf}\n"
+    text = urdf.read_text(encoding="utf-8")
+    arguments = ("export", "excavator", "--format", "robot.yaml", "-o", str(pair))
+    refused = call(*arguments)
+    assert refused.exit_code == 1
+    assert f"{urdf}: there is a file already; name another one, or give --overwrite" in refused.output
+    assert urdf.read_text(encoding="utf-8") == text
+    assert not pair.exists()
+    assert call(*arguments, "--overwrite").output == f"written: {pair}\nwritten: {urdf}\n"
+    assert "<loop" not in urdf.read_text(encoding="utf-8")
 
 
 def test_a_pair_of_files_needs_a_place(tmp_path: Path) -> None:

@@ -92,3 +92,32 @@ def test_however_far_a_target_is_it_is_told_as_out_of_reach(name: str, distances
         for target in ([0.0, far, 0.0], Pose(np.array([0.0, far, 0.0]), turned)):
             with pytest.raises(InputError, match=r"target: y is -?1e\+\d+ m: out of reach, and too far away"):
                 machine.inverse_kinematics(target)
+
+
+def test_what_is_left_to_a_target_is_told_in_metres_and_radians() -> None:
+    """Half a turn about x cannot be made by a planar robot: the place is reached, the turn is left whole."""
+    five_bar = robot("five_bar")
+    here = five_bar.forward_kinematics(five_bar.close(five_bar.reference))
+    flipped = Pose(here.position, np.diag([1.0, -1.0, -1.0]) @ here.rotation)
+    result = five_bar.inverse_kinematics(flipped)
+    assert result.state is not None
+    found = five_bar.forward_kinematics(result.state)
+    angle = np.arccos((np.trace(flipped.rotation @ found.rotation.T) - 1.0) / 2.0)
+    assert result.position_error == pytest.approx(np.linalg.norm(found.position - flipped.position), abs=1e-12)
+    assert result.angle_error == pytest.approx(angle, abs=1e-6)  # arccos near pi loses half of the digits
+    assert f"{result.position_error:.3g} m and {result.angle_error:.3g} rad (180 deg) away" in result.message
+    length = float(np.linalg.norm(here.position))
+    together = np.hypot(result.position_error, length * result.angle_error)
+    assert result.residual == pytest.approx(together, rel=1e-9)
+
+
+def test_only_what_counts_is_told() -> None:
+    five_bar = robot("five_bar")
+    place = five_bar.inverse_kinematics([9.0, 0.0, 0.0])
+    assert place.position_error == place.residual > 1.0
+    assert np.isnan(place.angle_error)
+    assert f"the nearest found is {place.residual:.3g} m away" in place.message
+    pose = Pose(np.zeros(3), np.diag([1.0, -1.0, -1.0]))
+    turn = five_bar.inverse_kinematics(pose, mask=[False] * 3 + [True] * 3)
+    assert np.isnan(turn.position_error)
+    assert turn.angle_error == pytest.approx(np.pi, abs=1e-6)

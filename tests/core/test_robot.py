@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import re
+
 import numpy as np
 import pytest
 
@@ -26,7 +29,12 @@ U = [0.3, 0.15, 0.175, 0.4]
         ([0.3, np.nan, 0.175, 0.4], "q12 is nan"),
         ([0.3, 0.15, np.inf, 0.4], "q22 is inf"),
         ([U, [0.3, 0.15, 0.175, np.nan]], "q4 in row 1 is nan"),
-        ("up", "not an array of numbers"),
+        ("0,0,0,0", r"u is text \('0,0,0,0'\); expected a list of numbers in the order q1, q12, q22, q4"),
+        (
+            {"q1": 0},
+            "u is values by name; expected a list of numbers in the order q1, q12, q22, q4; .* for close_given",
+        ),
+        ([1j, 0, 0, 0], "not an array of numbers"),
         ([[U]], r"shape \(1, 1, 4\)"),
     ],
 )
@@ -200,3 +208,23 @@ class TestInverseKinematics:
     def test_bad_masks_are_refused(self, forging: Robot, mask: list[bool]) -> None:
         with pytest.raises(InputError, match="mask"):
             forging.inverse_kinematics([0.3, 0.3, 1.1], mask=mask)
+
+
+@pytest.mark.parametrize("what", [10, "10 kg", None])
+def test_a_payload_is_refused_where_it_is_given(forging: Robot, what: object) -> None:
+    with pytest.raises(InputError, match=r"expected a Payload, such as Payload\(10(\.0)?\), got \w+"):
+        forging.loads.with_payload(what)  # type: ignore[arg-type]
+
+
+def test_reactions_name_what_there_is(forging: Robot) -> None:
+    reactions = forging.reactions(forging.close(U))
+    for there in (reactions, copy.deepcopy(reactions)):
+        with pytest.raises(KeyError) as caught:
+            there.pins["fourbar"]
+        assert isinstance(caught.value, InputError)
+        known = ", ".join(there.pins)
+        assert re.fullmatch(rf"there is no pin 'fourbar'( \(did you mean .*\))?; known: {known}", str(caught.value))
+        with pytest.raises(KeyError, match=r"there is no joint 'q33' \(did you mean 'q3'\?\); known: q1, "):
+            there.joints["q33"]
+        assert "fourbar" not in there.pins
+        assert there.pins.get("fourbar") is None

@@ -146,7 +146,11 @@ def test_toggle_points_are_told_from_limits() -> None:
 @pytest.mark.parametrize(
     ("over", "colour", "words"),
     [
-        (("q12", "q2"), "singularity", "'q2' is not an active joint; they are q1, q12, q22, q4"),
+        (
+            ("q12", "q2"),
+            "singularity",
+            r"'q2' is not an active joint \(did you mean 'q22'\?\); they are q1, q12, q22, q4",
+        ),
         (("q12", "q12"), "singularity", "two different active joints"),
         (("q12", "q22"), "red", "none of singularity, limits"),
     ],

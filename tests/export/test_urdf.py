@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -53,6 +54,22 @@ def test_an_independent_parser_finds_the_same_weight_along_every_joint(name: str
     np.testing.assert_allclose(found, robot.spanning_terms(state).g, rtol=1e-9, atol=1e-6)
 
 
+@pytest.mark.parametrize("name", shipped_robots())
+def test_the_tree_is_read_back(name: str, tmp_path: Path) -> None:
+    """Every joint of the tree is driven; one that cannot be at zero begins at the limit nearest to it."""
+    robot = load(name)
+    file = tmp_path / "tree.urdf"
+    file.write_text(to_urdf(robot.description))
+    tree = load(file)
+    assert set(tree.active) == set(robot.coordinates) - set(robot.description.mimics)
+    expected = [min(max(0.0, lower), upper) for lower, upper in tree.limits.tolist()]
+    np.testing.assert_array_equal(tree.reference, expected)
+    far = [name for name, value in zip(tree.active, expected, strict=True) if value]
+    notes = tree.description.notes
+    assert len(notes) == len(far)
+    assert all(f"{name}: no reference is given; taken: " in note for name, note in zip(far, notes, strict=True))
+
+
 @pytest.mark.parametrize("pitch", [0.0, 0.3, -1.2, np.pi / 2, -np.pi / 2, np.pi / 2 - 1e-7])
 def test_rotations_come_back_from_their_angles(pitch: float) -> None:
     rotation = rotation_from_rpy(0.4, pitch, -2.1)
@@ -77,6 +94,11 @@ def test_the_command_writes_what_the_function_gives(tmp_path) -> None:
     command = [sys.executable, "-m", "hybrid_dynamics_core.export"]
     assert subprocess.run([*command, "excavator", file], check=False).returncode == 0
     assert file.read_text(encoding="utf-8") == to_urdf(load("excavator").description)
+    again = subprocess.run([*command, "delta", file], check=False, capture_output=True, text=True)
+    assert again.returncode == 1
+    assert "there is a file already" in again.stderr
+    assert subprocess.run([*command, "delta", file, "--overwrite"], check=False).returncode == 0
+    assert file.read_text(encoding="utf-8") == to_urdf(load("delta").description)
     wrong = subprocess.run([*command, "no_such_robot"], check=False, capture_output=True, text=True)
     assert wrong.returncode == 1
     assert "no_such_robot" in wrong.stderr

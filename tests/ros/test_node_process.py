@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from importlib import resources
 from pathlib import Path
 
 import numpy as np
@@ -254,3 +255,20 @@ def test_with_simulated_time_ages_are_by_that_clock(start_node, connect):
     finally:
         simulator.destroy_node()
         context.try_shutdown()
+
+
+def test_a_joint_beyond_its_limit_is_logged_and_answered(start_node, connect, tmp_path):
+    robots = resources.files("hybrid_dynamics_core").joinpath("robots")
+    text = robots.joinpath("forging_chu2020.yaml").read_text(encoding="utf-8")
+    own = "q1:  {type: revolute, parent: base, child: l1, axis: z"
+    assert own in text
+    (tmp_path / "limited.yaml").write_text(text.replace(own, f"{own}, limits: [-1, 1]"), encoding="utf-8")
+    node = start_node("-p", f"robot:={tmp_path / 'limited.yaml'}")
+    node.wait_for(READY)
+    client = connect()
+    message = state()
+    message.position[list(message.name).index("q1")] = 1.5
+    stamp = client.new_stamp(0.01)
+    client.publish("active_joint_states", message, stamp)
+    client.wait_for("joint_states", stamp)
+    node.wait_for("q1 is beyond its upper limit by 0.5 rad; it is answered")

@@ -1,5 +1,7 @@
 """Messages of a result, and what the monitor makes of it."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
@@ -149,6 +151,24 @@ def test_the_monitor_tells_levels_by_its_thresholds(robot):
     assert levels(Settings(), result.stamp_ns + 5 * 10**9)["age of the stamp [s]"] is Level.WARN
     assert levels(Settings(), result.stamp_ns - 5 * 10**9)["age of the stamp [s]"] is Level.WARN  # from the future
     assert levels(Settings())["received"] is Level.STALE  # nothing new since the last report
+
+
+def test_a_joint_beyond_its_limit_is_told(robot):
+    _, result = result_of(robot)
+    strokes = outputs.Strokes(robot)
+    monitor = Monitor(strokes)
+    assert not monitor.beyond(result)
+    far = result.position.copy()
+    name = "q12"
+    k = robot.coordinates.index(name)
+    far[k] = strokes.upper[k] + 0.25
+    assert monitor.beyond(dataclasses.replace(result, position=far)).startswith(
+        f"{name} is beyond its upper limit by 0.25 m;"
+    )
+    far[k] = strokes.lower[k] - 0.5
+    assert monitor.beyond(dataclasses.replace(result, position=far)).startswith(
+        f"{name} is beyond its lower limit by 0.5 m;"
+    )
 
 
 @pytest.mark.parametrize(("rate", "wanted"), [(0.0, 1000), (-1.0, 0), (100.0, 100), (300.0, 300), (1e5, 1000)])

@@ -118,3 +118,9 @@ def test_many_messages_without_a_gap_are_due_as_one_after_the_other(rate, jitter
     expected = [k for k, stamp in enumerate(stamps.tolist()) if one.due(stamp, rate)]
     found = [start + many.due_rows(stamps[start : start + 300], rate) for start in range(0, 2000, 300)]
     assert np.concatenate(found).tolist() == expected
+
+
+def test_a_joint_under_nearly_its_name_is_pointed_at():
+    order = JointOrder(("slew", "motor", "tilt"))
+    with pytest.raises(RejectedError, match=r"motor not named; named are slew, motr, tilt \(is it 'motr'\?\)"):
+        order.arrange(sample(["slew", "motr", "tilt"]))

@@ -1,0 +1,22 @@
+"""What somebody may have meant by a name that there is not."""
+
+from __future__ import annotations
+
+import difflib
+import unicodedata
+from collections.abc import Iterable
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """A hint such as ' (did you mean "mass"?)', or nothing; capitals and accents count little."""
+    words: dict[str, str] = {}
+    for other in known:
+        words.setdefault(plain(other), other)
+    match = difflib.get_close_matches(plain(name), list(words), n=1)
+    return f" (did you mean '{words[match[0]]}'?)" if match else ""
+
+
+def plain(name: str) -> str:
+    """A name without capitals and accents."""
+    letters = unicodedata.normalize("NFKD", name)
+    return "".join(c for c in letters if not unicodedata.combining(c)).casefold()

@@ -1,0 +1,48 @@
+"""Lengths that are hardly metres: a robot that reaches farther than any machine on land is written in millimetres."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .document import Document, Path_
+from .model import Array, RobotDescription
+
+LONGEST = 250.0  # [m] the longest machine that moves on land, a bucket-wheel excavator, is 225 m long
+Part = tuple[float, Path_]  # a length [m], and where it is written
+
+
+def doubt_lengths(document: Document, robot: RobotDescription) -> None:
+    """Note the largest length of a robot that reaches beyond `LONGEST`, slides at zero."""
+    joints = {joint.child: joint for joint in robot.joints.values()}
+
+    def way(link: str) -> list[Part]:
+        """The lengths from the base to a link."""
+        parts: list[Part] = []
+        while link in joints:
+            joint = joints[link]
+            parts.append(_part(joint.translation, ("joints", joint.name, "origin")))
+            link = joint.parent
+        return parts
+
+    ends = [[_part(link.com, ("links", name, "com")), *way(name)] for name, link in robot.links.items()]
+    for name, frame in robot.frames.items():
+        path: Path_ = ("end_effector",) if name == robot.end_effector else ("frames", name)
+        ends.append([_part(frame.translation, path), *way(frame.link)])
+    for closure in robot.closures:
+        path = ("loops" if closure.name in robot.loops else "closures", closure.name)
+        ends.append([_part(closure.point_a, path), *way(closure.link_a)])
+        ends.append([_part(closure.point_b, path), *way(closure.link_b)])
+    farthest = max(ends, key=_reach, default=[])
+    reach = _reach(farthest)
+    if reach > LONGEST:
+        length, path = max(farthest, key=lambda part: part[0])
+        told = f"{length:.4g} m, and the robot reaches {reach:.4g} m from its base: are these millimetres?"
+        document.doubt(path, f"{told} Lengths are in metres: {length:.4g} mm are written {length / 1000.0:.4g}")
+
+
+def _part(vector: Array, path: Path_) -> Part:
+    return float(np.linalg.norm(vector)), path
+
+
+def _reach(parts: list[Part]) -> float:
+    return sum(length for length, _ in parts)

@@ -1,0 +1,48 @@
+"""Millimetres where metres are meant are told with their place; large machines, and all that are shipped, are not."""
+
+from __future__ import annotations
+
+import pytest
+
+from hybrid_dynamics_core import load, shipped_robots
+from tests.description.robots import HEAD, parse
+
+ARM = (
+    HEAD
+    + """\
+parameters: {length: LENGTH}
+links:
+  base: {}
+  arm: {mass: 1, com: [length/2, 0, 0]}
+  slide: {mass: 1}
+joints:
+  motor: {type: revolute, parent: base, child: arm, axis: z}
+  out: {type: prismatic, parent: arm, child: slide, origin: {xyz: [length, 0, 0]}, axis: x}
+active: [motor, out]
+end_effector: {link: slide, xyz: [TIP, 0, 0]}
+"""
+)
+
+
+def doubts(length: float, tip: float = 0.0) -> tuple[str, ...]:
+    return parse(ARM.replace("LENGTH", str(length)).replace("TIP", str(tip))).doubts
+
+
+def test_millimetres_are_told_where_the_largest_length_stands() -> None:
+    (told,) = doubts(1200.0, 300.0)
+    assert told == (
+        "small.yaml:11: joints.out.origin: 1200 m, and the robot reaches 1500 m from its base: are these millimetres? "
+        "Lengths are in metres: 1200 mm are written 1.2"
+    )
+    assert doubts(200.0, 300.0)[0].startswith("small.yaml:13: end_effector: 300 m, and the robot reaches 500 m")
+
+
+@pytest.mark.parametrize(("length", "tip"), [(0.2, 0.1), (100.0, 125.0), (200.0, 49.0)])
+def test_large_machines_are_left_alone(length: float, tip: float) -> None:
+    """The longest machine on land, a bucket-wheel excavator, is 225 m long."""
+    assert not doubts(length, tip)
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_no_shipped_robot_is_doubted(name: str) -> None:
+    assert not load(name).description.doubts
