@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from codecs import getincrementaldecoder
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -151,23 +150,6 @@ def options(*names: str) -> Iterator[None]:
         if str(error).partition(":")[0] in names:
             raise InputError(f"--{error}") from error
         raise
-
-
-def require_table(path: Path) -> None:
-    """Refuse a file that can hold no columns: neither text nor an .npz file."""
-    with path.open("rb") as file:
-        begin = file.read(4096)
-    if path.suffix == ".npz" or begin.startswith(b"PK"):
-        return
-    try:
-        getincrementaldecoder("utf-8")().decode(begin)  # a letter may go on beyond what was read
-    except UnicodeDecodeError:
-        begin = b"\0"
-    if b"\0" in begin:
-        raise click.ClickException(
-            f"{path}: is not a text file, so it is no trajectory; expected a CSV file with the columns time and JOINT, "
-            "or an .npz file, as `simulate --save` writes them"
-        )
 
 
 def output_path(path: str) -> Path:

@@ -14,7 +14,7 @@ from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.errors import InputError
 
 from ..bags.common import LOST, tell_losses, tell_unused
-from ..parameters import loaded, require_table, robot_argument
+from ..parameters import loaded, robot_argument
 from .bag import missing
 
 if TYPE_CHECKING:
@@ -100,7 +100,6 @@ def of_file(machine: Robot, path: Path) -> Motion:
     from hybrid_dynamics_ros.offline.errors import BagError  # noqa: PLC0415
     from hybrid_dynamics_ros.offline.trajectory_file import read_trajectory  # noqa: PLC0415
 
-    require_table(path)
     try:
         told = read_trajectory(path, machine)
         curve = JointTrajectory(told.time, told.position, told.velocity, told.acceleration, at_rest=False)

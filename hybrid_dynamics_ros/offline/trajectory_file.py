@@ -73,6 +73,11 @@ def read_trajectory(path: Path, robot: Robot) -> Trajectory:
     """
     try:
         columns, spare = _npz(path, robot) if path.suffix == ".npz" else (_csv(path), [])
+    except UnicodeDecodeError as error:
+        raise BagError(
+            f"{path}: is not a text file, so it is no trajectory; expected a CSV file with the columns time and JOINT, "
+            "or an .npz file, as `simulate --save` writes them"
+        ) from error
     except (OSError, ValueError, IndexError, KeyError) as error:
         raise BagError(f"{path}: expected a CSV file with a header, or a .npz ({error})") from error
     time_name = next((name for name in _TIMES if name in columns and name not in robot.active), None)

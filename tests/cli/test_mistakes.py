@@ -122,9 +122,13 @@ def test_a_map_names_its_option(tmp_path: Path) -> None:
     assert "Error: --over: 'q_X' is not an active joint (did you mean" in flat(call(*arguments, "--over", "q_X,q_T"))
 
 
-def test_a_picture_is_no_trajectory(tmp_path: Path) -> None:
-    pytest.importorskip("viser")
-    (tmp_path / "reach.png").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
-    text = flat(call("view", "excavator", "--trajectory", str(tmp_path / "reach.png")))
+@pytest.mark.parametrize(
+    "words", [("view", "excavator"), ("bag", "make", "made", "--robot", "excavator")], ids="-".join
+)
+def test_a_picture_is_no_trajectory(words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("rosbags" if words.startswith("bag") else "viser")
+    monkeypatch.chdir(tmp_path)
+    Path("reach.png").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
+    text = flat(call(*words.split(), "--trajectory", "reach.png"))
     assert "reach.png: is not a text file, so it is no trajectory; expected a CSV file" in text
     assert "codec" not in text
