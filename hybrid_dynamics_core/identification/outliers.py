@@ -65,7 +65,7 @@ def _studentised(columns: Array, target: Array, weights: Array, scale: Array) ->
     size = columns.shape[-1]
     matrix = (columns * weights[..., None]).reshape(-1, size)
     lengths = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
-    whole = np.linalg.qr(np.column_stack([matrix / lengths, (target * weights).ravel()]), mode="r")
+    whole = np.asarray(np.linalg.qr(np.column_stack([matrix / lengths, (target * weights).ravel()]), mode="r"))
     triangle, image = whole[:size, :size], whole[:size, size]
     beta = solve_triangular(triangle, image) / lengths
     rows = (columns / scale[:, None]).reshape(-1, size) / lengths
