@@ -172,7 +172,7 @@ def test_any_array_of_numbers_will_do(machine: Robot, kind: Any) -> None:
         ((U, DU[:2], DDU), r"du has shape \(2,\)"),
         ((U[None, None], DU, DDU), r"u has shape \(1, 1, 4\)"),
         ((None, DU, DDU), "u is not an array of numbers: it holds object"),
-        (("up", DU, DDU), "u is not an array of numbers"),
+        (("up", DU, DDU), r"u is text \('up'\); expected a list of numbers in the order q1, q12, q22, q4"),
         ((U * 1j, DU, DDU), "u is not an array of numbers: it holds complex128"),
         ((np.array([0.3, np.nan, 0.175, 0.4]), DU, DDU), "u: q12 is nan"),
         ((U, DU, DDU * [1, 1, np.inf, 1]), "ddu: q22 is inf"),
