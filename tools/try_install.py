@@ -3,7 +3,6 @@
 python tools/try_install.py INSTALL (in an environment where INSTALL/setup.bash was sourced)
 """
 
-import os
 import signal
 import subprocess
 import sys
@@ -11,14 +10,13 @@ import time
 from importlib import import_module
 from pathlib import Path
 
-# Before ROS is imported: nobody else's nodes, and nobody else sees these.
-os.environ |= {"ROS_DOMAIN_ID": "77", "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-
 import rclpy
 from ament_index_python import get_package_share_directory
 from hybrid_dynamics_msgs.msg import ErrorCode
 from hybrid_dynamics_msgs.srv import SolveFK
 from sensor_msgs.msg import JointState
+
+from hybrid_dynamics_ros.demo.domain import own_graph
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = "hybrid_dynamics_ros"
@@ -66,10 +64,14 @@ def call_forward_kinematics(node: subprocess.Popen[bytes]) -> None:
         require(node.poll() is None, f"the node ended with code {node.returncode}")
         require(time.monotonic() < deadline, "the service solve_fk did not come up")
     active = JointState(name=["q1", "q12", "q22", "q4"], position=[0.0, 0.15, 0.175, 0.0])
-    future = client.call_async(SolveFK.Request(active_joints=active))
-    rclpy.spin_until_future_complete(client_node, future, timeout_sec=PATIENCE)
-    answer = future.result()
-    require(answer is not None, "solve_fk did not answer")
+    while True:  # the service is there before the robot is
+        future = client.call_async(SolveFK.Request(active_joints=active))
+        rclpy.spin_until_future_complete(client_node, future, timeout_sec=PATIENCE)
+        answer = future.result()
+        require(answer is not None, "solve_fk did not answer")
+        if answer.error_code != ErrorCode.NOT_READY or time.monotonic() > deadline:
+            break
+        time.sleep(0.1)
     require(answer.error_code == ErrorCode.OK and len(answer.poses) == 1, f"solve_fk answered {answer}")
     rclpy.shutdown()
 
@@ -81,4 +83,5 @@ def require(condition: bool, text: str) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]).absolute())
+    with own_graph(None):  # nobody else's nodes, and nobody else sees these
+        main(Path(sys.argv[1]).absolute())
