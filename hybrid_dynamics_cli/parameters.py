@@ -152,6 +152,16 @@ def options(*names: str) -> Iterator[None]:
         raise
 
 
+def new_file(path: str, ending: str, overwrite: bool) -> Path:
+    """A file that can be written and loses nothing: it has its ending, and is not there or may be replaced."""
+    place = output_path(path)
+    if place.suffix != ending:
+        raise click.ClickException(f"{path}: expected a name that ends in {ending}")
+    if place.exists() and not overwrite:
+        raise click.ClickException(f"{path}: is there already; give another name, or --overwrite")
+    return place
+
+
 def output_path(path: str) -> Path:
     """A file that can be written: its folder is there."""
     place = Path(path)

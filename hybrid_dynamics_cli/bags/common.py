@@ -17,6 +17,7 @@ __all__ = [
     "LOST",
     "PATH",
     "first_few",
+    "overwrite_option",
     "params_option",
     "robot_option",
     "span_of",
@@ -31,6 +32,7 @@ topic_option = click.option("--topic", metavar="T", help="Topic of the joint sta
 params_option = click.option(
     "--params", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Parameter file of the node."
 )
+overwrite_option = click.option("--overwrite", is_flag=True, help="Replace the file of --output if it is there.")
 FEW = 4  # names in a line
 PATH = click.Path(path_type=Path)
 

@@ -13,7 +13,7 @@ import click
 import numpy as np
 
 from hybrid_dynamics_cli.output import counted, number, show, table
-from hybrid_dynamics_cli.parameters import RobotType, json_option, output_path
+from hybrid_dynamics_cli.parameters import RobotType, json_option, new_file
 from hybrid_dynamics_core.description.model import Array
 from hybrid_dynamics_core.dynamics.parameters import Parameters
 from hybrid_dynamics_core.errors import InputError
@@ -23,11 +23,12 @@ from hybrid_dynamics_ros.offline.identify import Found, asked_parameters, identi
 from hybrid_dynamics_ros.offline.process import SMOOTHINGS
 from hybrid_dynamics_ros.offline.settings import read_settings
 
-from .common import LOST, PATH, params_option, span_of, span_options, tell_losses, topic_option
+from .common import LOST, PATH, overwrite_option, params_option, span_of, span_options, tell_losses, topic_option
 
 LISTED = 8  # samples that were left out
 WIDTH = 120  # of a terminal, in characters
-ROOM = WIDTH - 3 * (12 + 2)  # for the terms of a base parameter, beside three numbers as `number` writes them
+ROOM = WIDTH - 4 * (12 + 2)  # for the terms of a base parameter, beside four numbers as `number` writes them
+COLUMNS = ("estimate", "low", "high", "file")
 HELD = ("recorded", "left_by_file", "left_by_estimate", "explained")
 EPILOG = """\b
 Examples:
@@ -49,6 +50,7 @@ Examples:
 @click.option("--hold-out", type=click.FloatRange(0.05, 0.9), default=0.25, help="Share of the bag to test on.")
 @click.option("--samples", type=click.IntRange(100), default=5000, help="How many samples are used at most.")
 @click.option("--output", metavar="FILE", help="Write the base parameters to this CSV file too.")
+@overwrite_option
 @click.option("--all", "everything", is_flag=True, help="Tell what is not determined too, and all terms.")
 @json_option
 @click.pass_context
@@ -66,6 +68,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     hold_out: float,
     samples: int,
     output: str | None,
+    overwrite: bool,
     everything: bool,
     as_json: bool,
 ) -> None:
@@ -75,11 +78,12 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     leaves; where that is more, nothing is offered as determined. Samples that do not fit the motion around them, or
     whose efforts noise does not explain, are left out and named. Exits with 3 where a part of BAG could not be read.
     """
-    place = None if output is None else output_path(output)
+    place = None if output is None else new_file(output, ".csv", overwrite)
     track = collect(bag, robot, topic, smooth, read_settings(params), samples, span=span_of(start, end))
     asked = asked_parameters(track.robot, listed(links), track.robot.active if friction == "all" else listed(friction))
     found = identified(track, asked, hold_out)
-    base = found.result.table()
+    described = found.described.tolist()
+    base = {name: (*part, own) for (name, part), own in zip(found.result.table().items(), described, strict=True)}
     per_joint = [
         [name, float(found.spread[k]), float(found.before[k]), float(found.noise[k]), float(found.explained[k])]
         for k, name in enumerate(track.robot.active)
@@ -99,7 +103,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         "left_out": [asdict(entry) for entry in found.left_out],
         "determined": list(found.determined),
         "unsettled": list(found.unsettled),
-        "base": {name: {"estimate": v, "low": low, "high": high} for name, (v, low, high) in base.items()},
+        "base": {name: dict(zip(COLUMNS, part, strict=True)) for name, part in base.items()},
         "parameters": dict(zip(found.result.parameters.names, found.result.values, strict=True)),
         "condition": found.result.condition,
         "losses": track.losses,
@@ -130,13 +134,13 @@ def identified(track: Track, asked: Parameters, hold_out: float) -> Found:
         ) from error
 
 
-def write_base(place: Path, base: Mapping[str, tuple[float, float, float]]) -> None:
+def write_base(place: Path, base: Mapping[str, tuple[float, ...]]) -> None:
     """All base parameters as CSV."""
-    rows = (f'"{name}",{value!r},{low!r},{high!r}' for name, (value, low, high) in base.items())
-    place.write_text("\n".join(["name,estimate,low,high", *rows]) + "\n", encoding="utf-8")
+    rows = (",".join([f'"{name}"', *map(repr, part)]) for name, part in base.items())
+    place.write_text("\n".join([",".join(("name", *COLUMNS)), *rows]) + "\n", encoding="utf-8")
 
 
-def verdict(found: Found, base: Mapping[str, tuple[float, float, float]]) -> list[str]:
+def verdict(found: Found, base: Mapping[str, tuple[float, ...]]) -> list[str]:
     """What could be found, and what could not."""
     others = len(base) - len(found.determined)
     lines = [worse_than_file(found)] if found.worse else determined(found, len(base))
@@ -165,7 +169,7 @@ def ratios(found: Found) -> Array:
 def determined(found: Found, count: int) -> list[str]:
     """How many are determined, and what the motion is to be blamed for."""
     lines = [
-        f"{len(found.determined)} of {count} base parameters are determined: their 95 % intervals do not contain 0."
+        f"{len(found.determined)} of {count} base parameters are determined: not 0, at 95 % for all of them together."
     ]
     if 2 * len(found.unsettled) > len(found.meant):
         lines.append(excites_too_little(len(found.unsettled), len(found.meant)))
@@ -213,16 +217,14 @@ def stamp_word(late: float) -> str:
     return "" if not math.isfinite(late) else f"{1e3 * abs(late):.3g} ms {'late' if late > 0.0 else 'early'}"
 
 
-def estimates(
-    head: str, names: Sequence[str], base: Mapping[str, tuple[float, float, float]], *, whole: bool
-) -> list[str]:
+def estimates(head: str, names: Sequence[str], base: Mapping[str, tuple[float, ...]], *, whole: bool) -> list[str]:
     """A table of base parameters; their terms are wrapped where all are wanted, else cut."""
     rows: list[list[object]] = []
     for name in names:
         first, *more = wrapped(name) if whole else [shortened(name)]
         rows.append([*base[name], first])
-        rows += [["", "", "", line] for line in more]
-    return ["", table(["estimate", "95 % from", "to", f"base parameter, {head}"], rows)]
+        rows += [["", "", "", "", line] for line in more]
+    return ["", table(["estimate", "95 % from", "to", "robot file", f"base parameter, {head}"], rows)]
 
 
 def terms_of(name: str) -> list[str]:
@@ -256,6 +258,6 @@ def excites_too_little(unsettled: int, meant: int) -> str:
     """What to do where most intervals do not even tell the sign."""
     return (
         f"The motion excites too little for the noise: of {meant} base parameters that are not 0 in the robot file the "
-        f"intervals of {unsettled} contain 0. Record a motion that moves every joint, faster and farther, or a longer "
+        f"signs of {unsettled} are not known. Record a motion that moves every joint, faster and farther, or a longer "
         "one."
     )

@@ -28,8 +28,8 @@ Examples:
 @click.argument("out", type=PATH)
 @robot_option
 @click.option("--trajectory", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="CSV or .npz file.")
-@click.option("--seconds", type=click.FloatRange(0.01), default=10.0, help="How long, of a simulation.")
-@click.option("--rate", type=click.FloatRange(0.1, 1e5), default=1000.0, help="Messages a second, of a simulation.")
+@click.option("--seconds", type=click.FloatRange(0.01), help="How long, of a simulation; 10 s unless given.")
+@click.option("--rate", type=click.FloatRange(0.1, 1e5), help="Messages a second, of a simulation; 1000 unless given.")
 @click.option(
     "--noise", metavar="PART=DEVIATION", default="", help="White noise: position=1e-6,velocity=1e-4,effort=2."
 )
@@ -41,8 +41,8 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     out: Path,
     robot: str,
     trajectory: Path | None,
-    seconds: float,
-    rate: float,
+    seconds: float | None,
+    rate: float | None,
     noise: str,
     seed: int,
     topic: str,
@@ -51,8 +51,13 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
 ) -> None:
     """Write a bag of joint states from a trajectory file, or from a motion of the model with its efforts."""
     (require_replaceable if overwrite else require_new)(out)
+    if trajectory is not None and (seconds, rate) != (None, None):
+        raise click.UsageError("--seconds and --rate are of a simulation; a trajectory has its own times")
     machine = loaded(robot)
-    motion = simulated(machine, seconds, rate, seed) if trajectory is None else _of_file(trajectory, machine)
+    if trajectory is None:
+        motion = simulated(machine, 10.0 if seconds is None else seconds, 1000.0 if rate is None else rate, seed)
+    else:
+        motion = _of_file(trajectory, machine)
     count = write_trajectory(out, motion.noisy(_deviations(noise), seed), topic, robot_notes(robot, machine))
     told = {"bag": str(out), "topic": topic, "messages": count}
     show(told, as_json, f"{out}: {count} messages on {topic}")

@@ -7,12 +7,12 @@ from pathlib import Path
 import click
 
 from hybrid_dynamics_cli.output import show
-from hybrid_dynamics_cli.parameters import RobotType, json_option, output_path
+from hybrid_dynamics_cli.parameters import RobotType, json_option, new_file, output_path
 from hybrid_dynamics_ros.offline.collect import collect
 from hybrid_dynamics_ros.offline.process import SMOOTHINGS
 from hybrid_dynamics_ros.offline.settings import read_settings
 
-from .common import LOST, PATH, params_option, span_of, span_options, tell_losses, topic_option
+from .common import LOST, PATH, overwrite_option, params_option, span_of, span_options, tell_losses, topic_option
 
 EPILOG = """\b
 Examples:
@@ -32,7 +32,8 @@ Examples:
     type=click.Choice(SMOOTHINGS),
     help="How rates are found; causal: as the node. Unless given spline (no lag); of a processed bag as it was made.",
 )
-@click.option("--output", metavar="FILE", help="The page; BAG.html beside the bag unless given.")
+@click.option("--output", metavar="FILE", help="The page; BAG.html beside the bag, made anew, unless given.")
+@overwrite_option
 @json_option
 @click.pass_context
 def command(  # noqa: PLR0913, PLR0917 - an argument for each option
@@ -45,6 +46,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     end: float,
     smooth: str | None,
     output: str | None,
+    overwrite: bool,
     as_json: bool,
 ) -> None:
     """One HTML page about BAG: motion, efforts computed and recorded, energy, loops, strokes, gaps, bad samples.
@@ -55,7 +57,8 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         from hybrid_dynamics_ros.offline.report import write_report  # noqa: PLC0415 - matplotlib is an extra
     except ModuleNotFoundError as error:
         raise click.ClickException("reports need matplotlib: pip install matplotlib") from error
-    place = output_path(output or str(bag.resolve().with_suffix(".html")))
+    beside = bag.resolve().with_suffix(".html")  # made anew with each report
+    place = new_file(output, ".html", overwrite) if output else output_path(str(beside))
     track = collect(bag, robot, topic, smooth, read_settings(params), span=span_of(start, end))
     write_report(track, bag.resolve().name, place)
     summary = track.counts.summary()

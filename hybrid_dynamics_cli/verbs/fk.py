@@ -46,11 +46,17 @@ def command(robot: str, u: str | None, du: str | None, frame: str | None, as_jso
         "beyond_limits": beyond(machine, machine.coordinates, state.s),
     }
     rows = [
-        [name, float(state.s[k]), float(state.ds[k]), unit(machine.joint_types[name])]
+        [
+            name,
+            float(state.s[k]),
+            unit(machine.joint_types[name]),
+            float(state.ds[k]),
+            unit(machine.joint_types[name], "/s"),
+        ]
         for k, name in enumerate(machine.coordinates)
     ]
     lines = [
-        table(["coordinate", "value", "rate", "unit"], rows),
+        table(["coordinate", "value", "unit", "rate", "unit"], rows),
         "",
         f"{told['frame']} in {machine.base_frame}:",
         f"  position          {listed(pose.position)}  m",

@@ -60,7 +60,8 @@ def command(
         from hybrid_dynamics_core.drawing import draw_simulation  # noqa: PLC0415  Matplotlib is an extra
 
         draw_simulation(machine, result, places[1])
-    show(facts(result), as_json, text(machine, result))
+    written = [f"written: {path}" for path in (save, plot) if path]
+    show(facts(result), as_json, "\n".join([text(machine, result), *written]))
 
 
 def efforts(machine: Robot, told: str | None) -> Any:
@@ -92,14 +93,14 @@ def facts(result: Simulation) -> dict[str, Any]:
 def text(machine: Robot, result: Simulation) -> str:
     """The end of the motion, and what was met."""
     rows = [
-        [name, *values, unit(machine.joint_types[name])]
-        for name, *values in zip(
+        [name, *values, unit(machine.joint_types[name]), rate, unit(machine.joint_types[name], "/s")]
+        for name, *values, rate in zip(
             result.names, result.u[0].tolist(), result.u[-1].tolist(), result.du[-1].tolist(), strict=True
         )
     ]
     return "\n".join(
         [
-            table(["active joint", "start", "end", "rate at the end", "unit"], rows),
+            table(["active joint", "start", "end", "unit", "rate at the end", "unit"], rows),
             *met(result),
             f"energy error {number(result.relative_energy_error)} {OF_WHAT}, loop error {number(result.residual)}",
         ]

@@ -128,10 +128,11 @@ def sampling(track: Track) -> Figure:
     missing = track.stamps.missing
     regular = not (missing or track.gaps or track.strays or track.bad)
     figure, axes = _panels(1, 1 if regular else 2, 2.4)
-    _intervals(axes[0][0], track.stamps)
+    steps = _intervals(axes[0][0], track.stamps)
     if regular:
-        axes[0][0].set_title(f"{axes[0][0].get_title()}; no gaps, none missing or bad")
+        axes[0][0].set_title(f"{steps}; no gaps, none missing or bad")
         return figure
+    axes[0][0].set_title(steps)
     ax = axes[0][1]
     for start, end in track.gaps:
         ax.axvspan(min(start, end), max(start, end), color=ORANGE, alpha=0.5, linewidth=1.0)
@@ -154,25 +155,25 @@ def sampling(track: Track) -> Figure:
     return figure
 
 
-def _intervals(ax: Axes, stamps: Stamps) -> None:
-    """How many intervals are how long; the few that are far from the others are counted at the edges."""
+def _intervals(ax: Axes, stamps: Stamps) -> str:
+    """How many intervals are how long, and in words how many of the few that are far from the others."""
     steps = stamps.intervals * 1e3
     ax.set_xlabel("between stamps [ms]")
     ax.set_ylabel("intervals")
     if not len(steps):
-        return
+        return "no intervals"
     low, high = np.percentile(steps, [0.5, 99.5])
     span = max(high - low, 0.1 * stamps.nominal * 1e3, 1e-6)
     low, high = low - 0.2 * span, high + 0.2 * span
     inside = steps[(steps >= low) & (steps <= high)]
     ax.hist(inside, bins=60, range=(low, high), color=BLUE)
     ax.set_xlim(low, high)
-    told = [f"{len(inside)} of {len(steps)}" if len(inside) < len(steps) else f"{len(steps)} intervals"]
+    words = [f"{len(inside)} of {len(steps)} intervals" if len(inside) < len(steps) else f"{len(steps)} intervals"]
     if (steps < low).any():
-        told.append(f"{(steps < low).sum()} shorter, from {steps.min():.4g} ms")
+        words.append(f"{(steps < low).sum()} shorter, from {steps.min():.4g} ms")
     if (steps > high).any():
-        told.append(f"{(steps > high).sum()} longer, to {steps.max():.4g} ms")
-    ax.set_title("; ".join(told))
+        words.append(f"{(steps > high).sum()} longer, to {steps.max():.4g} ms")
+    return "; ".join(words)
 
 
 def _wider(low: float, high: float) -> tuple[float, float]:

@@ -27,8 +27,22 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name in ("a", "b"):
         assert run(*MAKE, name).exit_code == 0
     (tmp_path / "work").mkdir()
-    (tmp_path / "work" / "notes.txt").write_text("mine", encoding="utf-8")
+    for name in ("work/notes.txt", "page.html", "table.csv"):
+        (tmp_path / name).write_text("mine", encoding="utf-8")
     return tmp_path
+
+
+def test_a_page_is_replaced_where_asked_for(folder: Path) -> None:
+    pytest.importorskip("matplotlib")
+    assert run("bag", "report", "a", "--output", "page.html", "--overwrite").exit_code == 0
+    assert (folder / "page.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+
+
+def test_times_of_a_trajectory_are_its_own(folder: Path) -> None:
+    (folder / "swing.csv").write_text("time,q_A,q_X\n", encoding="utf-8")
+    done = run(*MAKE, "c", "--trajectory", "swing.csv")
+    assert done.exit_code == 2
+    assert "a trajectory has its own times" in done.output
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -51,6 +65,11 @@ def contents(folder: Path) -> dict[str, bytes]:
         [*MAKE, "--overwrite", "work"],
         [*MAKE, "--overwrite", "."],
         [*MAKE, "work/notes.txt"],
+        ["bag", "report", "a", "--output", "work/notes.txt"],
+        ["bag", "report", "a", "--output", "a/a.mcap", "--overwrite"],
+        ["bag", "report", "a", "--output", "page.html"],
+        ["bag", "identify", "a", "--output", "a/a.mcap", "--overwrite"],
+        ["bag", "identify", "a", "--output", "table.csv"],
     ],
     ids=" ".join,
 )

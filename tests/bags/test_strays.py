@@ -243,7 +243,7 @@ def test_a_report_counts_every_interval_names_the_longest_and_says_what_a_gap_is
     track = collect(path, smooth="spline")
     bars, _ = sampling(track).axes
     assert sum(bar.get_height() for bar in bars.patches) == 998  # of 999 intervals; the longest is beyond the axis
-    assert bars.get_title() == "998 of 999; 1 longer, to 140 ms"
+    assert bars.get_title() == "998 of 999 intervals; 1 longer, to 140 ms"
     left = efforts(track).axes[1]
     assert left.get_ylim()[1] < 5.0  # of noise of 0.05 N m: the spike of 80 does not flatten it
     assert any(re.search("beyond, to (79|80)", text.get_text()) for text in left.texts)
