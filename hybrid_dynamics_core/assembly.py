@@ -32,6 +32,12 @@ class AssemblyMode:
     state: ClosedState
 
 
+def mode_of(modes: Sequence[AssemblyMode], state: ClosedState) -> int | None:
+    """Which of the modes a closed state is; None where it is none of them."""
+    apart = [float(np.abs(np.sin(0.5 * (mode.state.s - state.s))).max()) for mode in modes]
+    return int(np.argmin(apart)) if apart and min(apart) < SAME else None
+
+
 def branch_names(plan: ClosurePlan, modes: Sequence[str]) -> Mapping[str, str]:
     """The mode of each loop from the mode of each step; joined by + where a loop closes in several steps."""
     names: dict[str, list[str]] = {}

@@ -7,10 +7,9 @@ from textwrap import wrap
 from typing import Any
 
 import click
-import numpy as np
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.assembly import AssemblyMode
+from hybrid_dynamics_core.assembly import AssemblyMode, mode_of
 from hybrid_dynamics_core.description.model import Array
 from hybrid_dynamics_core.errors import StateError
 
@@ -18,7 +17,6 @@ from ..limits import beyond
 from ..output import counted, number, show, table, unit
 from ..parameters import json_option, loaded, output_path, robot_argument, vector, vector_option
 
-SAME = 1e-6  # [rad or m] modes nearer than this are one
 HOLD = "\u00a0"  # a space at which no line ends
 EPILOG = """\b
 Examples:
@@ -58,7 +56,7 @@ def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> No
         "beyond_limits": beyond(machine, machine.active, values),
     }
     ways = {loop: [mode.branch[loop] for mode in modes] for loop in (modes[0].branch if modes else ())}
-    loops = [loop for loop, own in ways.items() if len(set(own)) > 1]
+    loops = [loop for loop, taken in ways.items() if len(set(taken)) > 1]
     rows = [
         [
             f"{k + 1}{'*' * (k == own)}",
@@ -69,12 +67,7 @@ def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> No
         for k, (mode, entry) in enumerate(zip(modes, told["modes"], strict=True))
     ]
     head = ["", *loops, "singularity", *(f"{axis} [m]" for axis in "xyz")]
-    at = ", ".join(
-        f"{name}{HOLD}={HOLD}{number(value)}{HOLD}{unit(machine.joint_types[name])}"
-        for name, value in zip(machine.active, values.tolist(), strict=True)
-    )
-    first = wrap(f"{counted(len(modes), 'assembly mode')} at {at}", 79)
-    lines = [*(line.replace(HOLD, " ") for line in first), "", table(head, rows)]
+    lines = [*_first(machine, values, len(modes)), "", table(head, rows)]
     if modes:
         mark = "*: the robot's own mode" if own is not None else "the robot's own mode does not close here"
         lines += ["", *_key(ways, loops), f"{mark}; x, y, z of {machine.end_effector} in {machine.base_frame}"]
@@ -90,6 +83,15 @@ def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> No
         raise SystemExit(1)
 
 
+def _first(machine: Robot, values: Array, count: int) -> list[str]:
+    """How many modes there are, and at which values."""
+    at = ", ".join(
+        f"{name}{HOLD}={HOLD}{number(value)}{HOLD}{unit(machine.joint_types[name])}"
+        for name, value in zip(machine.active, values.tolist(), strict=True)
+    )
+    return [line.replace(HOLD, " ") for line in wrap(f"{counted(count, 'assembly mode')} at {at}", 79)]
+
+
 def _key(ways: Mapping[str, Sequence[str]], shown: Sequence[str]) -> list[str]:
     """What the columns mean, and the loops that close in one way in all modes."""
     same = [f"{loop} {own[0]}" for loop, own in ways.items() if loop not in shown]
@@ -100,13 +102,6 @@ def _key(ways: Mapping[str, Sequence[str]], shown: Sequence[str]) -> list[str]:
 def own_mode(machine: Robot, values: Array, modes: Sequence[AssemblyMode]) -> int | None:
     """Which of the modes is the one that `close` takes; None where it takes none of them."""
     try:
-        own = machine.close(values)
+        return mode_of(modes, machine.close(values))
     except StateError:
         return None
-    turns = np.array([kind == "revolute" for kind in machine.joint_types.values()])
-    for k, mode in enumerate(modes):
-        apart = mode.state.s - own.s
-        apart = np.where(turns, np.remainder(apart + np.pi, 2.0 * np.pi) - np.pi, apart)
-        if np.abs(apart).max() < SAME:
-            return k
-    return None

@@ -40,10 +40,10 @@ class Waiting:
             yield
         finally:
             timer.cancel()
-            lasted = time.monotonic() - start
+            self._silent += time.monotonic() - start
             if told.is_set():
                 self._said.add(label)
-            self._silent = 0.0 if told.is_set() else self._silent + lasted
+                self._silent = 0.0
 
 
 def _tell(label: str, told: threading.Event) -> None:

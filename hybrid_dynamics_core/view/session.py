@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..assembly import AssemblyMode
+from ..assembly import AssemblyMode, mode_of
 from ..description.effects import Payload
 from ..description.model import Array
 from ..errors import HybridDynamicsError, StateError
@@ -17,7 +17,6 @@ from ..robot import Robot
 from ..state import ClosedState
 from .motion import Motion
 
-SAME: Final = 1e-6  # [rad or m] configurations nearer than this are one
 NOTHING: Final = 1e-9  # [N m or N] efforts below this are rounding
 
 
@@ -83,8 +82,7 @@ class Session:
 
     def present(self, modes: Sequence[AssemblyMode]) -> int | None:
         """Which of the modes the present state is."""
-        apart = [float(np.abs(np.sin(0.5 * (mode.state.s - self.state.s))).max()) for mode in modes]
-        return int(np.argmin(apart)) if apart and min(apart) < SAME else None
+        return mode_of(modes, self.state)
 
     def efforts(self) -> Efforts:
         """What the drives give: at rest, or with the rates and accelerations of the motion's sample."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Final
 
@@ -83,7 +84,7 @@ class Track:
     smooth: str
     causal_lag: float
 
-    @property
+    @cached_property
     def stamps(self) -> Stamps:
         """How regular the stamps are."""
         return Stamps(self.first, self.intervals)

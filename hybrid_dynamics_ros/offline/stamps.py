@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -19,7 +20,7 @@ class Stamps:
     first: float
     intervals: FloatArray
 
-    @property
+    @cached_property
     def nominal(self) -> float:
         """The median interval [s]; 0 where there is none."""
         rising = self.intervals[self.intervals > 0.0]
@@ -31,9 +32,9 @@ class Stamps:
         if not len(self.intervals):
             return 0.0, self.first
         row = int(np.argmax(self.intervals))
-        return float(self.intervals[row]), self._begin(row)
+        return float(self.intervals[row]), float(self._begins[row])
 
-    @property
+    @cached_property
     def missing(self) -> list[tuple[float, float, int]]:
         """Intervals that miss samples: where they begin, how long they are [s], and how many samples are missing.
 
@@ -47,7 +48,9 @@ class Stamps:
         around = np.minimum(np.append(spare[1:], 0.0), np.insert(spare[:-1], 0, 0.0))
         left = steps + around
         rows = np.flatnonzero(left > _LONG * nominal)
-        return [(self._begin(int(k)), float(steps[k]), max(round(steps[k] / nominal) - 1, 1)) for k in rows]
+        return [(float(self._begins[k]), float(steps[k]), max(round(steps[k] / nominal) - 1, 1)) for k in rows]
 
-    def _begin(self, row: int) -> float:
-        return self.first + float(self.intervals[:row].sum())
+    @cached_property
+    def _begins(self) -> FloatArray:
+        """(k,) when each interval begins [s]."""
+        return self.first + np.cumsum(self.intervals) - self.intervals
