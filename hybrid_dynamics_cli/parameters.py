@@ -11,10 +11,11 @@ import click
 import numpy as np
 from click.shell_completion import CompletionItem
 
-from hybrid_dynamics_core import InputError, Robot, load, shipped_robots
+from hybrid_dynamics_core import InputError, Robot, UndecidedModeError, load, shipped_robots
 from hybrid_dynamics_core.description.expressions import evaluate
 from hybrid_dynamics_core.description.hints import nearest
 from hybrid_dynamics_core.description.model import Array
+from hybrid_dynamics_core.library import load_undecided
 
 from .output import counted
 
@@ -91,8 +92,24 @@ def _robot_so_far(ctx: click.Context) -> Robot | None:
 
 def loaded(robot: str) -> Robot:
     """The robot; a file that cannot be read is told as what it is."""
+    with _readable(robot):
+        try:
+            return load(robot)
+        except UndecidedModeError as error:
+            raise click.ClickException(f"{error}\n`hybrid-dynamics branches {robot}` shows where they are") from error
+
+
+def loaded_undecided(robot: str) -> tuple[Robot, list[str]]:
+    """The robot even where its file leaves assembly modes open, and what is open, told for people."""
+    with _readable(robot):
+        machine, undecided = load_undecided(robot)
+    return machine, [str(error) for error in undecided]
+
+
+@contextmanager
+def _readable(robot: str) -> Iterator[None]:
     try:
-        return load(robot)
+        yield
     except OSError as error:
         raise click.ClickException(f"{robot}: {error.strerror or error}") from error
 

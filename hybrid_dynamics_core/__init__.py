@@ -21,6 +21,7 @@ from .errors import (
     InputError,
     MassSingularityError,
     SingularityError,
+    UndecidedModeError,
 )
 from .kinematics.inverse import IKStatus
 from .kinematics.pose import Pose
@@ -58,6 +59,7 @@ __all__ = [
     "SampleStatus",
     "SingularityError",
     "SpanningTerms",
+    "UndecidedModeError",
     "Workspace",
     "chamber_flows",
     "chamber_pressures",

@@ -30,6 +30,18 @@ class DescriptionError(HybridDynamicsError):
         super().__init__(": ".join(part for part in (where, key, problem) if part))
 
 
+class UndecidedModeError(DescriptionError):
+    """A description leaves open in which of its assembly modes a loop closes.
+
+    Attributes beside those of DescriptionError: ``loop`` (name), ``modes`` (names that can stand as ``assembly``).
+    """
+
+    def __init__(self, error: DescriptionError, *, loop: str, modes: tuple[str, ...]) -> None:
+        self.loop = loop
+        self.modes = modes
+        super().__init__(error.problem, key=error.key, file=error.file, line=error.line)
+
+
 class InputError(HybridDynamicsError, ValueError):
     """An argument cannot be used: wrong shape, not finite, unknown name."""
 

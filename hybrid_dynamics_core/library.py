@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import difflib
 import os
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
+from .description.model import RobotDescription
 from .description.reader import parse_description, read_description
-from .errors import InputError
+from .errors import InputError, UndecidedModeError
 from .robot import Robot
 
 
@@ -24,14 +26,39 @@ def load(robot: str | os.PathLike[str]) -> Robot:
     The content of the file tells its format: YAML, URDF(+), robot.yaml beside a URDF, SDFormat, MJCF as it is exported.
     Raises InputError for a name that is neither, DescriptionError for a file that is wrong.
     """
+    return Robot(_description(robot))
+
+
+def load_undecided(robot: str | os.PathLike[str]) -> tuple[Robot, tuple[UndecidedModeError, ...]]:
+    """A robot as `load` gives it, and the loops whose assembly mode its file leaves open: there the first one is taken.
+
+    For looking at the modes before one is chosen; nothing should be computed with a robot that has open loops.
+    """
+    description = _description(robot)
+    undecided: list[UndecidedModeError] = []
+    while True:
+        try:
+            return Robot(description), tuple(undecided)
+        except UndecidedModeError as error:
+            undecided.append(error)
+            description = replace(
+                description,
+                closures=tuple(
+                    replace(closure, assembly=error.modes[0]) if closure.name == error.loop else closure
+                    for closure in description.closures
+                ),
+            )
+
+
+def _description(robot: str | os.PathLike[str]) -> RobotDescription:
     if not isinstance(robot, (str, os.PathLike)):
         raise InputError(f"a robot is named by a text or a path, not by {robot!r} ({type(robot).__name__})")
     name = os.fspath(robot)
     if name in shipped_robots():
         resource = resources.files(__package__).joinpath("robots", f"{name}.yaml")
-        return Robot(parse_description(resource.read_text(encoding="utf-8"), file=f"{name}.yaml"))
+        return parse_description(resource.read_text(encoding="utf-8"), file=f"{name}.yaml")
     if not Path(name).exists() and Path(name).suffix not in (".yaml", ".yml"):
         match = difflib.get_close_matches(name, shipped_robots(), n=1)
         hint = f"; did you mean '{match[0]}'?" if match else ""
         raise InputError(f"'{name}' is neither a shipped robot ({', '.join(shipped_robots())}) nor a file{hint}")
-    return Robot(read_description(name))
+    return read_description(name)

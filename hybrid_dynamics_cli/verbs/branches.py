@@ -15,7 +15,7 @@ from hybrid_dynamics_core.errors import StateError
 
 from ..limits import beyond
 from ..output import counted, number, show, table, unit
-from ..parameters import json_option, loaded, output_path, robot_argument, vector, vector_option
+from ..parameters import json_option, loaded_undecided, output_path, robot_argument, vector, vector_option
 
 HOLD = "\u00a0"  # a space at which no line ends
 EPILOG = """\b
@@ -35,11 +35,11 @@ Ends with 1 where the loops do not close.
 @json_option
 def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> None:
     """Every way in which the loops close with the same active coordinates."""
-    machine = loaded(robot)
+    machine, undecided = loaded_undecided(robot)
     place = None if picture is None else output_path(picture)
     values = vector("-u", u, machine.active, machine.reference)
     modes = machine.assembly_modes(values)
-    own = own_mode(machine, values, modes)
+    own = None if undecided else own_mode(machine, values, modes)
     told: dict[str, Any] = {
         "modes": [
             {
@@ -54,6 +54,7 @@ def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> No
         ],
         "u": dict(zip(machine.active, values, strict=True)),
         "beyond_limits": beyond(machine, machine.active, values),
+        "undecided": undecided,
     }
     ways = {loop: [mode.branch[loop] for mode in modes] for loop in (modes[0].branch if modes else ())}
     loops = [loop for loop, taken in ways.items() if len(set(taken)) > 1]
@@ -69,12 +70,16 @@ def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> No
     head = ["", *loops, "singularity", *(f"{axis} [m]" for axis in "xyz")]
     lines = [*_first(machine, values, len(modes)), "", table(head, rows)]
     if modes:
-        mark = "*: the robot's own mode" if own is not None else "the robot's own mode does not close here"
-        lines += ["", *_key(ways, loops), f"{mark}; x, y, z of {machine.end_effector} in {machine.base_frame}"]
+        lines += [
+            "",
+            *_key(ways, loops),
+            f"{_mark(own, undecided)}; x, y, z of {machine.end_effector} in {machine.base_frame}",
+        ]
+        lines += [f"to be decided: {text}" for text in undecided]
     if place is not None and modes:
         from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415  Matplotlib is an extra
 
-        draw_modes(machine, values, place)
+        draw_modes(machine, values, place, mark_own=not undecided)
         told["picture"] = str(place)
         lines.append(f"drawn to {place}")
     show(told, as_json, "\n".join(lines))
@@ -97,6 +102,12 @@ def _key(ways: Mapping[str, Sequence[str]], shown: Sequence[str]) -> list[str]:
     same = [f"{loop} {own[0]}" for loop, own in ways.items() if loop not in shown]
     told = wrap(f"in all of them: {', '.join(same)}", 79, break_on_hyphens=False) if same else []
     return ["singularity: distance of the nearest loop, 0 there, 1 best", *told]
+
+
+def _mark(own: int | None, undecided: Sequence[str]) -> str:
+    if undecided:
+        return "the file names no mode yet"
+    return "*: the robot's own mode" if own is not None else "the robot's own mode does not close here"
 
 
 def own_mode(machine: Robot, values: Array, modes: Sequence[AssemblyMode]) -> int | None:

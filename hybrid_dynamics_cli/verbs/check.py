@@ -12,7 +12,7 @@ from hybrid_dynamics_core.drawing.options import Names
 
 from ..limits import narrowed
 from ..output import counted, number, show, table
-from ..parameters import json_option, loaded, output_path, robot_argument
+from ..parameters import json_option, loaded, loaded_undecided, output_path, robot_argument
 from .info import facts
 from .info import text as info_text
 
@@ -35,6 +35,8 @@ def command(robot: str, picture: str | None, names: Names, modes: bool, as_json:
     """Check a robot: its file, its loops, its masses. Ends with 1 where something is wrong."""
     if modes and picture is None:
         raise click.UsageError("--modes draws assembly modes; give --draw FILE too")
+    if modes and picture is not None:
+        _draw_undecided(robot, picture, names)
     machine = loaded(robot)
     notes = remarks(machine)
     doubts = machine.description.doubts
@@ -88,13 +90,21 @@ def remarks(machine: Robot) -> list[str]:
     return notes
 
 
-def draw(machine: Robot, picture: str, names: Names, modes: bool) -> None:
+def _draw_undecided(robot: str, picture: str, names: Names) -> None:
+    """Draw the modes of a robot whose file does not name one yet: the picture that helps to choose."""
+    machine, undecided = loaded_undecided(robot)
+    if undecided:
+        draw(machine, picture, names, modes=True, mark_own=False)
+        raise click.ClickException("\n".join([*undecided, f"drawn to {picture}"]))
+
+
+def draw(machine: Robot, picture: str, names: Names, modes: bool, mark_own: bool = True) -> None:
     """Write the picture."""
     from hybrid_dynamics_core.drawing import draw as draw_robot  # noqa: PLC0415  Matplotlib is an extra
     from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415
 
     path = output_path(picture)
     if modes:
-        draw_modes(machine, path=path, names="none" if names == "active" else names)
+        draw_modes(machine, path=path, names="none" if names == "active" else names, mark_own=mark_own)
     else:
         draw_robot(machine, path=path, names=names)

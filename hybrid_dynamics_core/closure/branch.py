@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from ..description.model import RobotDescription
+from ..errors import UndecidedModeError
 from .parallelogram import AngleStep
 from .patterns import Context
 from .posture import Posture
@@ -19,13 +20,16 @@ def choose_branch(
 ) -> float:
     """The branch sign of a step; leaves the step solved at the reference posture."""
     told = [k for k in step.unknowns if k in context.near]
+    signs = _named(robot, step, context) or [1.0, -1.0][: len(step.modes)]
+    if len(signs) > 1 and step.needs_mode and not told:
+        _refuse_undecided(robot, step, context, posture, guess)
 
     def distance(sign: float) -> float:
         if not _margin(step, posture, sign, guess) > 0.0:
             return math.inf
         return sum(abs(float(posture.q[k]) - guess[k]) for k in (told or step.unknowns))
 
-    best = min(_signs(robot, step, context, bool(told)), key=distance)
+    best = min(signs, key=distance)
     if not _margin(step, posture, best, guess) > 0.0:
         if _closed(step, context, guess):
             problem = (
@@ -57,19 +61,32 @@ def _margin(step: Step, posture: Posture, sign: float, guess: Sequence[float]) -
         return math.nan
 
 
-def _signs(robot: RobotDescription, step: Step, context: Context, told: bool) -> list[float]:
-    modes = step.modes
+def _named(robot: RobotDescription, step: Step, context: Context) -> list[float] | None:
+    """The sign of the mode that the file names; None where it names none."""
     closure = context.closures.get(step.loops[0]) if context.named and len(step.loops) == 1 else None
-    named = None if closure is None else closure.assembly
-    if named is not None:
-        if named not in modes:
-            raise robot.error(
-                f"{robot.closure_key(step.loops[0])}.assembly", f"is '{named}'; this loop has {' and '.join(modes)}"
-            )
-        return [1.0, -1.0][modes.index(named) :][:1]
-    if len(modes) > 1 and not told and step.needs_mode:
+    if closure is None or closure.assembly is None:
+        return None
+    if closure.assembly not in step.modes:
         raise robot.error(
-            robot.closure_key(step.loops[0]),
-            f"has the assembly modes {' and '.join(modes)}; name one as assembly, or give its joints in reference",
+            f"{robot.closure_key(step.loops[0])}.assembly",
+            f"is '{closure.assembly}'; this loop has {' and '.join(step.modes)}",
         )
-    return [1.0, -1.0][: len(modes)]
+    return [1.0, -1.0][step.modes.index(closure.assembly) :][:1]
+
+
+def _refuse_undecided(
+    robot: RobotDescription, step: Step, context: Context, posture: Posture, guess: Sequence[float]
+) -> None:
+    """Raise where a loop closes in more than one way, with the joints of each; return where it closes in none."""
+    found = {}
+    for sign, mode in zip((1.0, -1.0), step.modes, strict=False):
+        if _margin(step, posture, sign, guess) > 0.0:
+            joints = [
+                (context.tree.coordinates[k], float(posture.q[k]), context.tree.is_revolute(k)) for k in step.unknowns
+            ]
+            found[mode] = ", ".join(f"{name} = {value:.4g} {'rad' if turns else 'm'}" for name, value, turns in joints)
+    if found:
+        ways = " or ".join(f"{mode} ({joints})" for mode, joints in found.items())
+        problem = f"closes in more than one way: {ways}; name one as assembly, or give its joints in reference"
+        error = robot.error(robot.closure_key(step.loops[0]), problem)
+        raise UndecidedModeError(error, loop=step.loops[0], modes=tuple(found))

@@ -63,7 +63,7 @@ def draw_on(axes: Axes, robot: Robot, state: ClosedState | None = None, *, names
     paint_scene(axes, scene, known_names(names), limits_of(scene))
 
 
-def draw_modes(
+def draw_modes(  # noqa: PLR0913 - options of one picture
     robot: Robot,
     u: ArrayLike | None = None,
     path: str | os.PathLike[str] | None = None,
@@ -71,10 +71,12 @@ def draw_modes(
     most: int = 12,
     names: Names = "none",
     title: str | None = None,
+    mark_own: bool = True,
 ) -> Figure:
     """Draw the assembly modes of a robot at the active coordinates u (n,), side by side in one scale.
 
     u: the reference configuration if None. most: how many modes are drawn, in the order of `robot.assembly_modes`.
+    mark_own: whether the mode on which the robot closes is told from the others.
     Raises InputError where no mode closes, and as `draw` does.
     """
     _need_matplotlib()
@@ -85,7 +87,7 @@ def draw_modes(
     modes = robot.assembly_modes(u)
     if not modes:
         raise InputError(f"{robot.name} has no assembly mode at these active coordinates: its loops do not close")
-    own = robot.close(u, check=False).branch
+    own = robot.close(u, check=False).branch if mark_own else {}
     figure = modes_figure(robot, modes[:most], own, known_names(names), title)
     if path is not None:
         save(figure, Path(path))

@@ -1,0 +1,77 @@
+"""A file that names no assembly mode: the modes can be seen before one is chosen, and nothing else is computed."""
+
+from __future__ import annotations
+
+import json
+import re
+from importlib import resources
+from pathlib import Path
+
+import pytest
+
+from hybrid_dynamics_core import UndecidedModeError, load
+from hybrid_dynamics_core.library import load_undecided
+from tests.cli.calling import call
+
+
+@pytest.fixture
+def excavator(tmp_path: Path) -> str:
+    """The shipped excavator, its reference without the joints that tell the modes of two of its loops."""
+    text = resources.files("hybrid_dynamics_core").joinpath("robots", "excavator.yaml").read_text(encoding="utf-8")
+    place = tmp_path / "open.yaml"
+    place.write_text(re.sub(r"(q2|q3|q11|q21): -?[\d.]+, ", "", text), encoding="utf-8")
+    return str(place)
+
+
+def test_the_message_says_where_the_joints_are_in_each_mode(excavator: str) -> None:
+    with pytest.raises(UndecidedModeError) as caught:
+        load(excavator)
+    error = caught.value
+    shipped = load("excavator")
+    (own,) = {shipped.close(shipped.reference).branch[error.loop]}
+    assert set(error.modes) == {"counterclockwise", "clockwise"}
+    assert error.key == f"loops.{error.loop}"
+    assert error.line is not None
+    ways = dict(re.findall(r"(\w+) \((.*?)\)", error.problem))
+    joints = dict(re.findall(r"(\w+) = (-?[\d.]+) rad", ways[own]))
+    assert len(joints) == 2
+    state = shipped.close(shipped.reference)
+    for name, value in joints.items():  # four digits are told
+        assert float(value) == pytest.approx(state.s[shipped.coordinates.index(name)], rel=1e-3)
+
+
+def test_all_open_loops_are_told_and_the_rest_keeps_its_mode(excavator: str) -> None:
+    robot, undecided = load_undecided(excavator)
+    shipped = load("excavator").close(load("excavator").reference).branch
+    assert len({error.loop for error in undecided}) == 2
+    decided = set(robot.loops) - {error.loop for error in undecided}
+    found = robot.close(robot.reference).branch
+    assert {loop: found[loop] for loop in decided} == {loop: shipped[loop] for loop in decided}
+    assert load_undecided("excavator")[1] == ()
+
+
+def test_branches_lists_the_modes_without_one_of_its_own(excavator: str, tmp_path: Path) -> None:
+    answer = call("branches", excavator, "--draw", str(tmp_path / "modes.svg"))
+    assert answer.exit_code == 0, answer.output
+    assert answer.output.count("to be decided") == 2
+    assert "own mode" not in answer.output
+    assert "own" not in (tmp_path / "modes.svg").read_text(encoding="utf-8")
+    told = json.loads(call("branches", excavator, "--json").stdout)
+    assert len(told["undecided"]) == 2
+    assert not any(mode["own"] for mode in told["modes"])
+    assert len(told["modes"]) == len(json.loads(call("branches", "excavator", "--json").stdout)["modes"])
+
+
+def test_check_draws_them_and_yet_ends_with_1(excavator: str, tmp_path: Path) -> None:
+    picture = tmp_path / "modes.png"
+    answer = call("check", excavator, "--modes", "--draw", str(picture))
+    assert answer.exit_code == 1
+    assert "name one as assembly" in answer.output
+    assert str(picture) in answer.output
+    assert picture.stat().st_size > 0
+
+
+def test_the_other_verbs_refuse_and_name_the_one_that_helps(excavator: str) -> None:
+    answer = call("fk", excavator)
+    assert answer.exit_code == 1
+    assert f"hybrid-dynamics branches {excavator}" in answer.output
