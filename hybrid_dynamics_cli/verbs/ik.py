@@ -113,7 +113,11 @@ def text(machine: Robot, result: IKResult) -> str:
             f"{name} = {number(round(float(value), DIGITS))} {unit(machine.joint_types[name])}"
             for name, value in zip(machine.active, result.u, strict=True)
         )
-        return f"{result.message}\nnearest: {near}" if np.isfinite(result.residual) else result.message
+        if result.state is None:
+            return result.message
+        place = machine.forward_kinematics(result.state).position
+        there = ", ".join(f"{axis} = {number(round(float(v), DIGITS))} m" for axis, v in zip("xyz", place, strict=True))
+        return f"{result.message}\nnearest: {near}\nthere: {there}"
     rows = [
         [name, *(_told(float(u[k])) for u in result.solutions), unit(machine.joint_types[name])]
         for k, name in enumerate(machine.active)

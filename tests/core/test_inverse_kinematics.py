@@ -122,3 +122,40 @@ def test_only_what_counts_is_told() -> None:
     turn = five_bar.inverse_kinematics(pose, mask=[False] * 3 + [True] * 3)
     assert np.isnan(turn.position_error)
     assert turn.angle_error == pytest.approx(np.pi, abs=1e-6)
+
+
+def test_a_coordinate_that_no_joint_moves_is_named() -> None:
+    five_bar = robot("five_bar")
+    here = five_bar.forward_kinematics(five_bar.close(five_bar.reference)).position
+    result = five_bar.inverse_kinematics(here + np.array([0.0, 0.0, 0.1]))
+    assert result.status is IKStatus.OUT_OF_REACH
+    assert result.message.endswith("no active joint moves z: the rest is reached")
+    far = five_bar.inverse_kinematics([5.0, 0.3, 0.0])
+    plane = five_bar.inverse_kinematics([5.0, 0.3, 0.0], mask=[True, True, False, False, False, False])
+    assert far.message.endswith(f"no active joint moves z: of the rest {plane.residual:.3g} m are left")
+    assert "joint" not in plane.message  # it is too far, and that is all
+
+
+def test_whether_the_position_alone_is_the_reason_is_told() -> None:
+    forging = robot("forging_chu2020")
+    here = forging.forward_kinematics(forging.close(forging.reference))
+    tilt = np.array([[0.8, 0.0, 0.6], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]])
+    turned = forging.inverse_kinematics(Pose(here.position, tilt @ here.rotation))
+    assert "the position alone can be reached; 4 active joints cannot meet every target of 6" in turned.message
+    far = np.array([9.0, 0.0, 1.0])
+    alone = forging.inverse_kinematics(far)
+    both = forging.inverse_kinematics(Pose(far, tilt @ here.rotation))
+    assert both.message.endswith(f"the position alone stays {alone.residual:.3g} m away too")
+
+
+def test_a_limit_is_told_with_the_value_that_would_be_needed() -> None:
+    gough = robot("gough")
+    result = gough.inverse_kinematics(Pose(np.array([0.0, 0.0, 2.0]), np.eye(3)))
+    assert result.status is IKStatus.LIMIT
+    foot, head = (
+        (r * np.cos(a), r * np.sin(a)) for r, a in ((0.60, -0.2), (0.40, 0.25 - np.pi / 3))
+    )  # of leg A, in the file
+    flat = np.hypot(foot[0] - head[0], foot[1] - head[1])
+    needed = np.hypot(flat, 2.0 - 0.015) - np.hypot(flat, 0.75)  # the tool is 0.015 m above the platform's joints
+    told = [f"lambda_{leg} ({needed:.4g} m, limit 0.14 m)" for leg in "ABCDEF"]
+    assert result.message == f"only reached beyond the limits of {', '.join(told)}"

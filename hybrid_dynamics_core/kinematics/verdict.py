@@ -1,0 +1,121 @@
+"""What is left to a target, and why it was not reached."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..description.model import Array
+from .inverse import Descent, IKStatus, Task
+from .search import Search, inside, revolute, solved
+
+AT_TOGGLE = 2e-3  # distance to a singularity, and to the target in lengths: from there on EDGE hides what is left
+TOLD = 1e-6  # [m or rad] what is left below it is told as nothing
+STILL = 1e-9  # share of the largest entry of the Jacobian below which a coordinate does not move
+AXES = ("x", "y", "z", "the rotation about x", "the rotation about y", "the rotation about z")
+
+
+class Remainder(NamedTuple):
+    """What is left to a target: a distance [m] and an angle [rad], NaN where the target asks for none."""
+
+    position: float
+    angle: float
+
+    def __str__(self) -> str:
+        position, angle = (value if value > TOLD else 0.0 for value in self)
+        parts = [] if np.isnan(self.position) else [f"{position:.3g} m"]
+        parts += [] if np.isnan(self.angle) else [f"{angle:.3g} rad ({np.degrees(angle):.3g} deg)"]
+        return " and ".join(parts)
+
+
+def remainder(task: Task, u: Array) -> Remainder:
+    """What is left at u (n,), in the coordinates of the task."""
+    error, _, good = task.error(u[None])
+    turns = np.array(task.rows) > 2
+
+    def size(part: Array) -> float:
+        return float(np.linalg.norm(part)) if part.size and good[0] else np.nan
+
+    return Remainder(size(error[0, ~turns]), size(error[0, turns]) / task.length)
+
+
+def failure(search: Search, descent: Descent, best: int) -> tuple[IKStatus, str]:
+    """Which of the reasons it was, where the start `best` came nearest."""
+    u, residual, task = descent.u[best], float(descent.residual[best]), search.task
+    if not np.isfinite(residual):
+        return IKStatus.NOT_CONVERGED, "no start closes all loops; give a seed that does"
+    left = remainder(task, u)
+    nearest = f"the nearest found is {left} away"
+    state = search.closed(u)
+    if state is not None and float(state.singularity) < AT_TOGGLE and residual < AT_TOGGLE * task.length:
+        where = f"only reached where loop '{state.singular_loop}' is singular and its joints cannot be told"
+        return IKStatus.SINGULAR, f"{where}; {nearest}"
+    outside = _beyond(search, descent)
+    if outside is not None:
+        return IKStatus.LIMIT, f"only reached beyond the limits of {_limits_left(search, outside)}"
+    cause = _cause(search, descent, u)
+    if search.whole or descent.settled[best]:
+        return IKStatus.OUT_OF_REACH, f"out of reach: {nearest}{cause}"
+    return IKStatus.NOT_CONVERGED, f"stopped {left} away after {descent.iterations} iterations{cause}"
+
+
+def _cause(search: Search, descent: Descent, u: Array) -> str:
+    """What of the target cannot be met, as far as it can be told; begins with a semicolon, or is empty."""
+    rows, joints = search.task.rows, len(search.robot.active)
+    moving = _moving(search)
+    still = [AXES[row] for row, off in zip(rows, _off(search.task, u), strict=True) if off and row not in moving]
+    if still and moving:
+        reached, left = _best(search.counting(moving), descent)
+        rest = "the rest is reached" if reached else f"of the rest {left} are left"
+        return f"; no active joint moves {' or '.join(still)}: {rest}"
+    few = f"; {joints} active joint{'s' * (joints > 1)} cannot meet every target of {len(moving)} coordinates"
+    few *= joints < len(moving)
+    place = tuple(row for row in rows if row < 3)
+    if not 0 < len(place) < len(rows):
+        return few
+    reached, left = _best(search.counting(place), descent)
+    return f"; the position alone can be reached{few}" if reached else f"; the position alone stays {left} away too"
+
+
+def _best(search: Search, descent: Descent) -> tuple[bool, Remainder]:
+    """Whether a search for less reaches it, from the ends of the one for all and anew, and what is left to it."""
+    found = search.descend(np.vstack([descent.u, search.starts()]))
+    return bool(solved(found).any()), remainder(search.task, found.u[int(np.argmin(found.residual))])
+
+
+def _moving(search: Search) -> tuple[int, ...]:
+    """Which of the coordinates that count change with the active joints, anywhere within the limits."""
+    _, jacobian, good = search.task.error(search.starts())
+    size = np.abs(jacobian[good]).max(axis=(0, 2), initial=0.0)
+    return tuple(row for row, most in zip(search.task.rows, size, strict=True) if most > STILL * size.max())
+
+
+def _off(task: Task, u: Array) -> list[bool]:
+    """By coordinate that counts: whether something is left to it at u (n,)."""
+    error = task.error(u[None])[0][0]
+    return [abs(left) > TOLD * max(task.length, 1.0) for left in error.tolist()]
+
+
+def _beyond(search: Search, descent: Descent) -> Array | None:
+    """Active coordinates (n,) beyond their limits that would reach the target; None where there are none."""
+    robot = search.robot
+    if search.whole:
+        found = search.within(np.tile([-np.inf, np.inf], (len(robot.active), 1))).closed_form()
+        return None if found is None else found.u[0]
+    lower, upper = inside(robot, robot.closing_range)
+    if np.array_equal(lower, search.task.lower) and np.array_equal(upper, search.task.upper):
+        return None
+    ends = search.within(robot.closing_range).descend(descent.u[np.argsort(descent.residual)[:8]])
+    return ends.u[int(np.argmin(ends.residual))] if solved(ends).any() else None
+
+
+def _limits_left(search: Search, u: Array) -> str:
+    """'lift: 1.2 rad, limit 0.9 rad' of each of the coordinates that are beyond their limits."""
+    told = []
+    robot = search.robot
+    for name, value, (lower, upper), turns in zip(robot.active, u, robot.limits, revolute(robot), strict=True):
+        if not lower <= value <= upper:
+            limit, kind = (lower if value < lower else upper), "rad" if turns else "m"
+            told.append(f"{name} ({value:.4g} {kind}, limit {limit:.4g} {kind})")
+    return ", ".join(told) or "the active joints"
