@@ -66,7 +66,7 @@ class ClosureError(StateError):
     """A loop cannot be closed at the given coordinates.
 
     Attributes: ``loop``; ``coordinate`` whose value is out of range (None when several given coordinates
-    act together), its ``value`` and the ``allowed`` (lower, upper) range [rad or m].
+    act together), its ``value`` and the ``allowed`` (lower, upper) range, where the loop closes [rad or m].
     """
 
     def __init__(

@@ -86,8 +86,9 @@ def _open(model: Model, step: Step, posture: Posture, index: int | None) -> Stat
         unit = "rad" if model.tree.is_revolute(coordinate) else "m"
         others = ", ".join(f"{names[c]} = {posture.q[c] + 0.0:.9g}" for c in known if c != coordinate)
         return ClosureError(
-            f"loop '{step.name}' cannot close: {names[coordinate]} = {value:.9g} {unit} is outside the allowed "
-            f"[{allowed[0]:.9g}, {allowed[1]:.9g}] {unit}" + (f" (at {others})" if others else ""),
+            f"loop '{step.name}' cannot close: {names[coordinate]} = {value:.9g} {unit} is outside of "
+            f"[{allowed[0]:.9g}, {allowed[1]:.9g}] {unit}, where the loop closes{f' (at {others})' if others else ''}"
+            f"{_narrower(model, coordinate, allowed, unit)}",
             loop=step.name,
             coordinate=names[coordinate],
             value=value,
@@ -96,6 +97,14 @@ def _open(model: Model, step: Step, posture: Posture, index: int | None) -> Stat
         )
     problem = f"loop '{step.name}' cannot close at {values}: its links do not reach each other"
     return ClosureError(problem, loop=step.name, index=index)
+
+
+def _narrower(model: Model, coordinate: int, closes: tuple[float, float], unit: str) -> str:
+    """The limits of a coordinate, where they leave less than the loop does."""
+    lower, upper = next(body.limits for body in model.tree.bodies if body.coordinate == coordinate)
+    if lower <= closes[0] and upper >= closes[1]:
+        return ""
+    return f"; the limits of {model.tree.coordinates[coordinate]} are [{lower:g}, {upper:g}] {unit}"
 
 
 def _jump(model: Model, index: int | None) -> SingularityError:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import ClosureError, InputError, Robot
+from tests.robots import robot
 
 U = np.array([0.3, 0.15, 0.175, 0.4])
 DU = np.array([0.2, 0.03, -0.02, 0.5])
@@ -99,3 +100,11 @@ def test_the_mode_of_the_state_before_is_kept(forging: Robot) -> None:
 def test_unknown_modes_are_refused(forging: Robot, branch: dict[str, str], words: str) -> None:
     with pytest.raises(InputError, match=words):
         forging.close(U, branch=branch)
+
+
+def test_the_limits_of_a_cylinder_are_told_beside_the_range_of_its_loop() -> None:
+    """The two differ: a loop may close beyond the stroke that the file gives."""
+    excavator = robot("excavator")
+    with pytest.raises(ClosureError, match=r"where the loop closes; the limits of q12 are \[0.05, 1.15\] m$") as caught:
+        excavator.close([0.0, 2.0, 0.7, 0.6])
+    assert caught.value.allowed == pytest.approx(tuple(excavator.closing_range[1]))
