@@ -44,7 +44,7 @@ def substitute(outputs: Sequence[Operand], replaced: Mapping[Operand, Scalar]) -
     graph = next((y.graph for y in outputs if isinstance(y, Symbol)), None)
     if graph is None:
         return list(outputs)
-    for index in _live(graph, outputs):
+    for index in graph.live(outputs):
         if graph.nodes[index][0] == "input":
             values.setdefault(index, Symbol(graph, index))
     return evaluate(graph, outputs, values)
@@ -60,7 +60,7 @@ def evaluate(graph: Graph, outputs: Sequence[Operand], inputs: Mapping[int, Scal
             return values[x.index]
         return values[x] if isinstance(x, int) else x
 
-    for index in _live(graph, outputs):
+    for index in graph.live(outputs):
         op, a, b = graph.nodes[index]
         if index in values:
             continue
@@ -82,18 +82,6 @@ def _run(block: Block, arguments: list[list[Scalar]]) -> list[Scalar]:
     return newton(block.body, *arguments)
 
 
-def _live(graph: Graph, outputs: Sequence[Operand]) -> list[int]:
-    """Nodes that the outputs depend on, in order."""
-    wanted: set[int] = set()
-    stack = [y.index for y in outputs if isinstance(y, Symbol)]
-    while stack:
-        index = stack.pop()
-        if index not in wanted:
-            wanted.add(index)
-            stack += graph.operands(index)
-    return sorted(wanted)
-
-
 class _Tangents:
     """Derivatives of every node that the outputs depend on."""
 
@@ -101,7 +89,7 @@ class _Tangents:
         self._of: dict[int, Tangent] = dict(seeds)
         self._blocks: dict[int, list[Tangent]] = {}
         self._graph = next((y.graph for y in outputs if isinstance(y, Symbol)), Graph())
-        for index in _live(self._graph, outputs):
+        for index in self._graph.live(outputs):
             if index not in self._of:
                 self._of[index] = self._node(index)
 

@@ -33,7 +33,7 @@ class _Rows:
         self._called: set[int] = set()
         self._last = _last_uses(trace)
         self._kept = {o.index: f"o{k}" for k, o in reversed([*enumerate(trace.outputs)]) if isinstance(o, Symbol)}
-        for index in trace.live():
+        for index in trace.live:
             self._node(index)
 
     def _node(self, index: int) -> None:
@@ -73,7 +73,7 @@ class _Rows:
 
 def _last_uses(trace: Trace) -> dict[int, int]:
     """The last node that uses each; what a check looks at is kept to the end."""
-    last = {x: index for index in trace.live() for x in trace.graph.operands(index)}
+    last = {x: index for index in trace.live for x in trace.graph.operands(index)}
     for check in trace.checks:
         if isinstance(check.value, Symbol):
             last[check.value.index] = len(trace.graph.nodes)

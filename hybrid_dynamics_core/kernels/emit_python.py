@@ -28,7 +28,7 @@ class _Body:
         self.lines: list[str] = []
         self.terms: dict[int, _Term] = {}
         self._called: set[int] = set()
-        live = trace.live()
+        live = trace.live
         uses = Counter(o for i in live for o in trace.graph.operands(i))
         uses.update(o.index for o in trace.outputs if isinstance(o, Symbol))
         uses.update(2 * [c.value.index for c in trace.checks if isinstance(c.value, Symbol)])

@@ -67,6 +67,19 @@ class Graph:
             return [x.index for vector in self.blocks[int(a)].arguments for x in vector if isinstance(x, Symbol)]
         return [x for x in (a, b) if isinstance(x, int)]
 
+    def live(self, roots: Sequence[Operand]) -> list[int]:
+        """Nodes that the roots are computed from, and the roots, in order; constants among them are passed over."""
+        wanted = bytearray(len(self.nodes))
+        for root in roots:
+            if isinstance(root, Symbol):
+                wanted[root.index] = True
+        last = wanted.rfind(True)
+        for index in range(last, -1, -1):  # what a node is computed from stands before it
+            if wanted[index]:
+                for operand in self.operands(index):
+                    wanted[operand] = True
+        return [index for index in range(last + 1) if wanted[index]]
+
     def _node(self, key: Key) -> int:
         op, a, b = key
         # node 1 and the number 1.0 compare equal, so the kind of each operand is part of what is looked up

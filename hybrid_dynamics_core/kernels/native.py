@@ -45,7 +45,7 @@ def identity() -> list[str]:
 
 def make(trace: Trace, form: Form) -> bytes:
     """Object code of one form of a trace."""
-    size = len(trace.live())
+    size = len(trace.live)
     level = LEVEL if size < LONG else 0
     if level != LEVEL:
         _log.warning(

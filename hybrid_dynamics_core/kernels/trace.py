@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..algebra.scalar import Scalar
-from .graph import Graph, Operand, Symbol
+from .graph import Graph, Operand
 
 
 @dataclass(frozen=True)
@@ -46,26 +47,19 @@ class Trace:
     checks: tuple[Check, ...]
     name: str = "0"
 
+    @cached_property
     def live(self) -> list[int]:
         """Nodes that outputs or checks depend on, in order."""
-        wanted: set[int] = set()
-        roots = [o.index for o in self.outputs if isinstance(o, Symbol)]
-        stack = roots + [c.value.index for c in self.checks if isinstance(c.value, Symbol)]
-        while stack:
-            index = stack.pop()
-            if index not in wanted:
-                wanted.add(index)
-                stack += self.graph.operands(index)
-        return sorted(wanted)
+        return self.graph.live([*self.outputs, *(check.value for check in self.checks)])
 
     def live_blocks(self) -> list[int]:
         """Numbers of the blocks that outputs or checks depend on, in order."""
-        nodes = (self.graph.nodes[i] for i in self.live())
+        nodes = (self.graph.nodes[i] for i in self.live)
         return sorted({int(a) for op, a, _ in nodes if op == "block"})
 
     def used_inputs(self) -> set[tuple[int, int]]:
         """(vector, component) of the inputs that outputs or checks depend on."""
-        nodes = (self.graph.nodes[i] for i in self.live())
+        nodes = (self.graph.nodes[i] for i in self.live)
         return {(int(a), int(b)) for op, a, b in nodes if op == "input"}
 
 

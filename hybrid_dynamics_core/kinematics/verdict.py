@@ -12,6 +12,7 @@ from .search import Search, inside, revolute, solved
 
 AT_TOGGLE = 2e-3  # distance to a singularity, and to the target in lengths: from there on EDGE hides what is left
 TOLD = 1e-6  # [m or rad] what is left below it is told as nothing
+ANEW = 16  # starts of a search for less, beside the ends of the search for all
 STILL = 1e-9  # share of the largest entry of the Jacobian below which a coordinate does not move
 AXES = ("x", "y", "z", "the rotation about x", "the rotation about y", "the rotation about z")
 
@@ -79,8 +80,8 @@ def _cause(search: Search, descent: Descent, u: Array) -> str:
 
 
 def _best(search: Search, descent: Descent) -> tuple[bool, Remainder]:
-    """Whether a search for less reaches it, from the ends of the one for all and anew, and what is left to it."""
-    found = search.descend(np.vstack([descent.u, search.starts()]))
+    """Whether a search for less reaches it, from the ends of the one for all and some anew, and what is left to it."""
+    found = search.descend(np.vstack([descent.u, search.starts()[:ANEW]]))
     return bool(solved(found).any()), remainder(search.task, found.u[int(np.argmin(found.residual))])
 
 

@@ -18,11 +18,16 @@ def unit(v: np.ndarray) -> np.ndarray:
     return v / np.linalg.norm(v)
 
 
+def skew(v: np.ndarray) -> np.ndarray:
+    """The matrix (3, 3) whose product with w is v x w."""
+    x, y, z = v
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
 def turn(axis: np.ndarray, angle: float) -> np.ndarray:
     """Rotation about a unit axis."""
-    x, y, z = axis
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + np.sin(angle) * skew + (1.0 - np.cos(angle)) * skew @ skew
+    across = skew(axis)
+    return np.eye(3) + np.sin(angle) * across + (1.0 - np.cos(angle)) * across @ across
 
 
 def frame_with_normal(normal: np.ndarray, rng: np.random.Generator | None) -> np.ndarray:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hybrid_dynamics_core.description import Closure, RobotDescription
-from tests.generated.assembly import turn
+from tests.generated.assembly import skew, turn
 
 
 class Space:
@@ -52,7 +52,7 @@ class Space:
             r, p = poses[j.child]
             axis, k = r @ j.axis, self.names.index(name)
             if j.type == "revolute":
-                linear[:, k], angular[:, k] = np.cross(axis, point - p), axis
+                linear[:, k], angular[:, k] = skew(axis) @ (point - p), axis
             else:
                 linear[:, k] = axis
         return linear, angular
@@ -78,9 +78,9 @@ class Space:
             miss, slope = np.zeros(3), np.zeros((3, self.size))
             for k in columns:
                 x, y = rb[:, k], ra[:, k]
-                miss += np.cross(x, y) / 2.0
-                dx, dy = np.cross(wb.T, x).T, np.cross(wa.T, y).T
-                slope += (np.cross(dx.T, y).T + np.cross(x, dy.T).T) / 2.0
+                miss += skew(x) @ y / 2.0
+                dx, dy = -skew(x) @ wb, -skew(y) @ wa  # w x x
+                slope += (-skew(y) @ dx + skew(x) @ dy) / 2.0
             residual.append(miss)
             rows.append(slope)
         return np.concatenate(residual), np.vstack(rows)

@@ -143,7 +143,7 @@ def test_equal_operations_are_done_once() -> None:
         return Results({"y": [*same, 0.0 * a, a - a, -negative, 1.0 * b, (a * 2.0) * 3.0]}, [Check(a, 0.0, 1)])
 
     trace = Kernel(run_, [2]).trace
-    operations = [trace.graph.nodes[i][0] for i in trace.live()]
+    operations = [trace.graph.nodes[i][0] for i in trace.live]
     assert operations.count("div") == 1  # of a and 3 by b: one reciprocal
     assert operations.count("sin") == operations.count("cos") == 1
     outputs = trace.outputs

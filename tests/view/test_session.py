@@ -35,7 +35,7 @@ def test_a_move_that_does_not_close_leaves_the_pose_and_says_why(forging: Robot,
     viewer.show()
     assert np.array_equal(session.state.s, before)
     assert "q12" in session.problem
-    assert "allowed" in problem_html(session.problem)
+    assert "[-0.1, 0.7] m, where the loop closes" in problem_html(session.problem)
     assert session.move(np.add(forging.reference, [0.0, 0.05, 0.0, 0.0]))
     assert session.problem == ""
     assert problem_html(session.problem) == ""

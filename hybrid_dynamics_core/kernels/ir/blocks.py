@@ -60,7 +60,7 @@ def outputs(block: Block) -> int:
 def _body(inner: Trace) -> str:
     """`@body.N(x, p, values)`: flat residuals and Jacobian of what Newton iterates."""
     f = Function(f"define internal void @body.{inner.name}(ptr %a0, ptr %a1, ptr %out)")
-    nodes = Nodes(inner, Lanes(f, 1), inner.live(), fetch_input(inner), call_block)
+    nodes = Nodes(inner, Lanes(f, 1), inner.live, fetch_input(inner), call_block)
     for k, value in enumerate(inner.outputs):
         f.store(nodes.value(value), "%out", k)
     f.do("ret void")

@@ -68,7 +68,7 @@ class Parts:
 
 def _divide(trace: Trace) -> list[list[int]]:
     """Live nodes in runs of about equal length; outputs of one block stay together."""
-    live = trace.live()
+    live = trace.live
     count = 1 if len(live) <= UNDIVIDED else -(-len(live) // PART)
     length = -(-len(live) // count) or 1
     parts: list[list[int]] = [[]]
