@@ -15,8 +15,9 @@ from hybrid_dynamics_core import InputError, Robot, load, shipped_robots
 from hybrid_dynamics_core.description.expressions import evaluate
 from hybrid_dynamics_core.description.hints import nearest
 from hybrid_dynamics_core.description.model import Array
+from hybrid_dynamics_core.description.wording import counted
 
-from .output import counted
+from .exits import Misused
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -156,9 +157,9 @@ def new_file(path: str, ending: str, overwrite: bool) -> Path:
     """A file that can be written and loses nothing: it has its ending, and is not there or may be replaced."""
     place = output_path(path)
     if place.suffix != ending:
-        raise click.ClickException(f"{path}: expected a name that ends in {ending}")
+        raise Misused(f"{path}: expected a name that ends in {ending}")
     if place.exists() and not overwrite:
-        raise click.ClickException(f"{path}: is there already; give another name, or --overwrite")
+        raise Misused(f"{path}: is there already; give another name, or --overwrite")
     return place
 
 
@@ -166,5 +167,5 @@ def output_path(path: str) -> Path:
     """A file that can be written: its folder is there."""
     place = Path(path)
     if not place.parent.is_dir():
-        raise click.ClickException(f"{path}: there is no folder {place.parent}")
+        raise Misused(f"{path}: there is no folder {place.parent}")
     return place

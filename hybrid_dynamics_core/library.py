@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from importlib import resources
 from pathlib import Path
 
+from .description.hints import nearest
 from .description.reader import parse_description, read_description
 from .errors import InputError
 from .robot import Robot
@@ -22,7 +22,8 @@ def load(robot: str | os.PathLike[str]) -> Robot:
     """A robot from a shipped name such as "forging_chu2020" or from the path of a description file.
 
     The content of the file tells its format: YAML, URDF(+), robot.yaml beside a URDF, SDFormat, MJCF as it is exported.
-    Raises InputError for a name that is neither, DescriptionError for a file that is wrong.
+    Raises InputError for a name that is neither, DescriptionError for a file that is wrong;
+    NoDescriptionError, which is both, for a path at which there is nothing or no robot description.
     """
     if not isinstance(robot, (str, os.PathLike)):
         raise InputError(f"a robot is named by a text or a path, not by {robot!r} ({type(robot).__name__})")
@@ -31,7 +32,6 @@ def load(robot: str | os.PathLike[str]) -> Robot:
         resource = resources.files(__package__).joinpath("robots", f"{name}.yaml")
         return Robot(parse_description(resource.read_text(encoding="utf-8"), file=f"{name}.yaml"))
     if not Path(name).exists() and Path(name).suffix not in (".yaml", ".yml"):
-        match = difflib.get_close_matches(name, shipped_robots(), n=1)
-        hint = f"; did you mean '{match[0]}'?" if match else ""
-        raise InputError(f"'{name}' is neither a shipped robot ({', '.join(shipped_robots())}) nor a file{hint}")
+        known = shipped_robots()
+        raise InputError(f"'{name}' is neither a shipped robot nor a file{nearest(name, known)}: {', '.join(known)}")
     return Robot(read_description(name))

@@ -10,8 +10,8 @@ from typing import Any
 import click
 
 from hybrid_dynamics_cli.exits import LOST
-from hybrid_dynamics_cli.output import counted
 from hybrid_dynamics_cli.parameters import RobotType
+from hybrid_dynamics_core.description.wording import counted
 
 __all__ = [
     "LOST",
@@ -27,14 +27,14 @@ __all__ = [
     "topic_option",
 ]
 
+PATH = click.Path(path_type=Path)
 robot_option = click.option("--robot", type=RobotType(), required=True, metavar="ROBOT", help="Robot, or its file.")
 topic_option = click.option("--topic", metavar="T", help="Topic of the joint states, where it is not the node's own.")
 params_option = click.option(
-    "--params", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Parameter file of the node."
+    "--params", type=PATH, metavar="FILE", help="Parameter file of the node; its defaults unless given."
 )
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace the file of --output if it is there.")
 FEW = 4  # names in a line
-PATH = click.Path(path_type=Path)
 
 
 def span_options(function: Callable[..., Any]) -> Callable[..., Any]:

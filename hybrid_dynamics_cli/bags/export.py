@@ -8,6 +8,7 @@ import click
 
 from hybrid_dynamics_cli.output import show
 from hybrid_dynamics_cli.parameters import json_option
+from hybrid_dynamics_core.description.wording import counted
 from hybrid_dynamics_ros.offline.export import FORMATS, export, table_file
 
 from .common import LOST, PATH, first_few, tell_losses
@@ -41,7 +42,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     written = {table_file(out, name, kind) for name in counts}
     others = sorted(file.name for file in out.iterdir() if file not in written)
     told = {"folder": str(out), "rows": dict(counts), "losses": losses, "others": others}
-    show(told, as_json, "\n".join(f"{name}: {count} rows" for name, count in counts.items()))
+    show(told, as_json, "\n".join(f"{name}: {counted(count, 'row')}" for name, count in counts.items()))
     if others:
         click.echo(f"note: {out} holds what was there before too: {first_few(others)}", err=True)
     tell_losses(losses)

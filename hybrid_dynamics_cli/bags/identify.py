@@ -12,11 +12,11 @@ from pathlib import Path
 import click
 import numpy as np
 
-from hybrid_dynamics_cli.output import counted, number, show, table
+from hybrid_dynamics_cli.output import number, show, table
 from hybrid_dynamics_cli.parameters import RobotType, json_option, new_file
 from hybrid_dynamics_core.description.model import Array
+from hybrid_dynamics_core.description.wording import agreed, counted
 from hybrid_dynamics_core.dynamics.parameters import Parameters
-from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_core.identification import TooLittleShownError
 from hybrid_dynamics_ros.offline.collect import Track, collect
 from hybrid_dynamics_ros.offline.identify import Found, asked_parameters, identify_track
@@ -128,7 +128,7 @@ def identified(track: Track, asked: Parameters, hold_out: float) -> Found:
         return identify_track(track, asked, hold_out)
     except TooLittleShownError as error:
         least = asked.links[-1]
-        raise InputError(
+        raise click.ClickException(
             f"{error}: with --links, as --links {least}, inertias of these links alone are asked for, and those of the "
             "others are taken from the robot file"
         ) from error
@@ -152,12 +152,15 @@ def verdict(found: Found, base: Mapping[str, tuple[float, ...]]) -> list[str]:
         f"each effort, and leave {number(ratio.min())} to {number(ratio.max())} times what the robot file leaves."
     )
     lines.append(
-        f"{found.trained} samples to learn from, {found.held} held out; condition {found.result.condition:.3g}."
+        f"{counted(found.trained, 'sample')} to learn from, {found.held} held out; "
+        f"condition {found.result.condition:.3g}."
     )
     if found.left_out:
         lines.append(f"{counted(len(found.left_out), 'sample')} left out: {why_left_out(found)}.")
     if others:
-        lines.append(f"The {others} that are not determined are listed with --all.")
+        lines.append(
+            f"The {agreed(others, 'one', f'{others}')} not determined {agreed(others, 'is', 'are')} listed with --all."
+        )
     return [textwrap.fill(line, WIDTH) for line in lines]
 
 

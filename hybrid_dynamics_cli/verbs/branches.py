@@ -11,10 +11,11 @@ import click
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.assembly import AssemblyMode, mode_of
 from hybrid_dynamics_core.description.model import Array
+from hybrid_dynamics_core.description.wording import counted, unit
 from hybrid_dynamics_core.errors import StateError
 
 from ..limits import beyond
-from ..output import counted, number, show, table, unit
+from ..output import number, show, table
 from ..parameters import json_option, loaded, output_path, robot_argument, vector, vector_option
 
 HOLD = "\u00a0"  # a space at which no line ends

@@ -8,10 +8,11 @@ import click
 import numpy as np
 
 from hybrid_dynamics_core import MassSingularityError, Robot, SingularityError
+from hybrid_dynamics_core.description.wording import counted
 from hybrid_dynamics_core.drawing.options import Names
 
 from ..limits import narrowed
-from ..output import counted, number, show, table
+from ..output import number, show, table
 from ..parameters import json_option, loaded, output_path, robot_argument
 from .info import facts
 from .info import text as info_text

@@ -7,8 +7,10 @@ from typing import Any
 import click
 import numpy as np
 
+from hybrid_dynamics_core.description.wording import unit
+
 from ..limits import beyond
-from ..output import ROUNDING, number, show, table, unit
+from ..output import ROUNDING, number, show, table
 from ..parameters import frame_option, json_option, loaded, robot_argument, vector, vector_option
 
 EPILOG = """\b

@@ -5,8 +5,10 @@ from __future__ import annotations
 import click
 import numpy as np
 
+from hybrid_dynamics_core.description.wording import unit
+
 from ..limits import beyond
-from ..output import show, table, unit
+from ..output import show, table
 from ..parameters import json_option, loaded, robot_argument, vector, vector_option
 
 EPILOG = """\b

@@ -9,9 +9,10 @@ import numpy as np
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.description.hints import nearest
+from hybrid_dynamics_core.description.wording import unit
 from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
 
-from ..output import number, show, table, unit
+from ..output import number, show, table
 from ..parameters import json_option, loaded, output_path, robot_argument, vector, vector_option
 
 OF_WHAT = "of the energy exchanged"

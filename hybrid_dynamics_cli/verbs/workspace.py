@@ -10,10 +10,11 @@ import numpy as np
 
 from hybrid_dynamics_core import InputError, Margins, Robot, SampleStatus, Workspace
 from hybrid_dynamics_core.description.hints import nearest
+from hybrid_dynamics_core.description.wording import counted, unit
 from hybrid_dynamics_core.drawing.options import Colour
 
 from ..limits import beyond
-from ..output import number, show, table, unit
+from ..output import number, show, table
 from ..parameters import (
     frame_option,
     json_option,
@@ -158,11 +159,13 @@ def text_of(machine: Robot, found: Workspace, told: dict[str, Any]) -> str:
         "",
         table([f"{found.frame} in {machine.base_frame}", "at", "unit", "singularity", "limit", "of"], spans),
         "",
-        table([f"of {found.count} samples", "share"], fates),
+        table([f"of {counted(found.count, 'sample')}", "share"], fates),
     ]
     nearest = told["smallest_singularity"]
     if nearest is not None:
-        at = ", ".join(f"{name} = {number(float(value))}" for name, value in nearest["u"].items())
+        at = ", ".join(
+            f"{name} = {number(float(value))} {unit(machine.joint_types[name])}" for name, value in nearest["u"].items()
+        )
         share = 100.0 * told["near_singularity"]["share"]
         lines += [
             "",

@@ -13,7 +13,12 @@ def nearest(name: str, known: Iterable[str]) -> str:
     for other in known:
         words.setdefault(plain(other), other)
     match = difflib.get_close_matches(plain(name), list(words), n=1)
-    return f" (did you mean '{words[match[0]]}'?)" if match else ""
+    return meant(words[match[0]]) if match else ""
+
+
+def meant(word: str) -> str:
+    """The one form of a hint at what was meant."""
+    return f" (did you mean '{word}'?)"
 
 
 def plain(name: str) -> str:
