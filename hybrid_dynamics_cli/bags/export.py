@@ -20,11 +20,13 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=EPILOG, short_help="Tables out of a bag: CSV, Parquet or .npz.")
 @click.argument("bag", type=PATH)
 @click.argument("out", type=PATH)
-@click.option("--format", "kind", type=click.Choice(FORMATS), default="csv", help="Of the files; csv unless given.")
-@click.option("--topic", "topics", multiple=True, metavar="T", help="Only this topic; may be given several times.")
+@click.option(
+    "--format", "kind", type=click.Choice(FORMATS), default="csv", show_default=True, help="Format of the files."
+)
+@click.option("--topic", "topics", multiple=True, metavar="T", help="Only this topic; repeatable.  [default: all]")
 @click.option("--overwrite", is_flag=True, help="Into a folder with something in it: replace files of the same names.")
 @json_option
 @click.pass_context

@@ -26,17 +26,20 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=EPILOG, short_help="A bag for trying things out.")
 @click.argument("out", type=PATH)
 @robot_option
 @click.option("--trajectory", type=PATH, metavar="FILE", help="CSV or .npz file, as `simulate --save` writes.")
-@click.option("--seconds", type=click.FloatRange(0.01), help="How long, of a simulation; 10 s unless given.")
-@click.option("--rate", type=click.FloatRange(0.1, 1e5), help="Messages a second, of a simulation; 1000 unless given.")
+@click.option("--seconds", type=click.FloatRange(0.01), help="How long, of a simulation [s].  [default: 10]")
+@click.option("--rate", type=click.FloatRange(0.1, 1e5), help="Messages a second, of a simulation.  [default: 1000]")
 @click.option(
-    "--noise", metavar="PART=DEVIATION", default="", help="White noise: position=1e-6,velocity=1e-4,effort=2."
+    "--noise",
+    metavar="PART=DEVIATION",
+    default="",
+    help="White noise, as position=1e-6,velocity=1e-4,effort=2.  [default: none]",
 )
-@click.option("--seed", type=int, default=0, help="Of the motion and the noise.")
-@click.option("--topic", default=INPUT, metavar="T", help=f"Topic; {INPUT} unless given.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of the random motion and noise.")
+@click.option("--topic", default=INPUT, show_default=True, metavar="T", help="Topic.")
 @click.option("--overwrite", is_flag=True, help="Replace a bag that is there already.")
 @json_option
 def command(  # noqa: PLR0913, PLR0917 - an argument for each option

@@ -30,18 +30,22 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=EPILOG, short_help="What the node would have published for a bag.")
 @click.argument("bags", type=PATH, nargs=-1, required=True, metavar="IN...")
 @click.argument("out", type=PATH)
 @robot_option
 @topic_option
 @params_option
 @click.option(
-    "--smooth", type=click.Choice(SMOOTHINGS), default="causal", help="How rates are found; causal: as the node."
+    "--smooth",
+    type=click.Choice(SMOOTHINGS),
+    default="causal",
+    show_default=True,
+    help="How rates are found; causal: as the node.",
 )
-@click.option("--keep", is_flag=True, help="The original topics go into the new bag too.")
+@click.option("--keep", is_flag=True, help="The topics of IN, recorded efforts too, go into the new bag.")
 @click.option("--overwrite", is_flag=True, help="Replace bags that are there already.")
-@click.option("--jobs", type=click.IntRange(1), default=1, help="Bags at a time, a process each.")
+@click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Bags at a time, a process each.")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers see the same files.")
 @json_option
 def command(  # noqa: PLR0913, PLR0917 - an argument for each option

@@ -8,14 +8,15 @@ from pathlib import Path
 import click
 
 from hybrid_dynamics_cli.output import effort_unit, show, table
-from hybrid_dynamics_cli.parameters import RobotType, json_option, new_file, output_path
+from hybrid_dynamics_cli.parameters import json_option
+from hybrid_dynamics_cli.writing import output_option, overwrite_option, place_for
 from hybrid_dynamics_core.description.wording import agreed, counted
 from hybrid_dynamics_ros.offline.collect import Track, collect
 from hybrid_dynamics_ros.offline.process import SMOOTHINGS
 from hybrid_dynamics_ros.offline.settings import read_settings
 from hybrid_dynamics_ros.offline.spread import Spread, spreads
 
-from .common import LOST, PATH, overwrite_option, params_option, span_of, span_options, tell_losses, topic_option
+from .common import LOST, PATH, known_robot_option, params_option, span_of, span_options, tell_losses, topic_option
 
 EPILOG = """\b
 Examples:
@@ -24,18 +25,18 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=EPILOG, short_help="One HTML page about a recording.")
 @click.argument("bag", type=PATH)
-@click.option("--robot", type=RobotType(), metavar="ROBOT", help="Robot, or its file; of a processed bag it is known.")
+@known_robot_option
 @topic_option
 @params_option
 @span_options
 @click.option(
     "--smooth",
     type=click.Choice(SMOOTHINGS),
-    help="How rates are found; causal: as the node. Unless given spline (no lag); of a processed bag as it was made.",
+    help="How rates are found; causal: as the node.  [default: spline, without lag; of a processed bag as it was made]",
 )
-@click.option("--output", metavar="FILE", help="The page; BAG.html beside the bag, made anew, unless given.")
+@output_option(help="The page.  [default: BAG.html beside the bag]")
 @overwrite_option
 @json_option
 @click.pass_context
@@ -60,8 +61,8 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         from hybrid_dynamics_ros.offline.report import write_report  # noqa: PLC0415 - matplotlib is an extra
     except ModuleNotFoundError as error:
         raise click.ClickException("reports need matplotlib: pip install matplotlib") from error
-    beside = bag.resolve().with_suffix(".html")  # made anew with each report
-    place = new_file(output, ".html", overwrite) if output else output_path(str(beside))
+    beside = bag.resolve().with_suffix(".html")
+    place = place_for(output or beside, (".html",), [bag], overwrite=overwrite)
     track = collect(bag, robot, topic, smooth, read_settings(params), span=span_of(start, end))
     write_report(track, bag.resolve().name, place)
     summary, apart = track.counts.summary(), spreads(track)

@@ -35,9 +35,11 @@ wrong, 3 after Ctrl-C where something of the bag could not be read.
 """
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=EPILOG, short_help="Show the robot in the browser.")
 @robot_argument
-@click.option("--trajectory", type=FILE, help="CSV or .npz file to play back, as `bag make` and `simulate` know it.")
+@click.option(
+    "--trajectory", type=FILE, metavar="FILE", help="CSV or .npz file to play back, as `simulate --save` writes."
+)
 @click.option("--bag", type=FILE, help="Recording (rosbag2) to play back.")
 @click.option("--topic", metavar="T", help="Topic of the joint states in the bag, where it is not the node's own.")
 @click.option("--host", default="localhost", show_default=True, help="Address to listen at; 0.0.0.0 for the network.")

@@ -42,11 +42,15 @@ def arm(key: str, value: str) -> RobotDescription:
 @pytest.mark.parametrize(
     ("key", "value", "told"),
     [
-        ("limits", "[-180, 180]", "joints.motor.limits: -180..180 rad are 57.3 turns; degrees are written 180*deg"),
-        ("limits", "[0, 3*30]", "joints.motor.limits: 0..90 rad are 14.3 turns; degrees are written (3*30)*deg"),
-        ("rpy", "[90, 0, 0]", "joints.motor.origin.rpy[0]: 90 rad are 14.3 turns; degrees are written 90*deg"),
-        ("offset", "-45", "joints.motor.offset: -45 rad are 7.16 turns; degrees are written -45*deg"),
-        ("reference", "60", "reference.motor: 60 rad are 9.55 turns; degrees are written 60*deg"),
+        (
+            "limits",
+            "[-180, 180]",
+            "joints.motor.limits: -180 to 180 rad are 57.3 turns (did you mean '[-180*deg, 180*deg]'?)",
+        ),
+        ("limits", "[0, 3*30]", "joints.motor.limits: 0 to 90 rad are 14.3 turns (did you mean '[0, (3*30)*deg]'?)"),
+        ("rpy", "[90, 0, 0]", "joints.motor.origin.rpy[0]: 90 rad is 14.3 turns (did you mean '90*deg'?)"),
+        ("offset", "-45", "joints.motor.offset: -45 rad is 7.16 turns (did you mean '-45*deg'?)"),
+        ("reference", "60", "reference.motor: 60 rad is 9.55 turns (did you mean '60*deg'?)"),
     ],
 )
 def test_degrees_are_told_with_file_and_line(key: str, value: str, told: str) -> None:
