@@ -59,5 +59,6 @@ class XmlFile:
         except ValueError:
             values = []
         if len(values) != count or not all(math.isfinite(v) for v in values):
-            raise self.error(element, key, f"<{element.tag}> {told}; expected {counted(count, 'number')}")
+            wanted = "a number" if count == 1 else counted(count, "number")
+            raise self.error(element, key, f"<{element.tag}> {told}; expected {wanted}")
         return values

@@ -69,7 +69,7 @@ class Watch:
                 )
         if state.singularity < self._singular:
             raise InputError(
-                f"loop '{state.singular_loop}' starts at a distance of {state.singularity:.3g} (of at most 1) from a "
+                f"loop '{state.singular_loop}' starts {state.singularity:.3g} (of at most 1) from a "
                 f"singular configuration; the simulation would end at {self._singular:.3g}"
             )
 
@@ -105,7 +105,7 @@ class Watch:
     def event(self, index: int, time: float, state: ClosedState) -> Event:
         """The event with this index; `state` just before it."""
         if index == len(self._limits):
-            place = f"a distance of {state.singularity:.3g} (of at most 1) from a singular configuration"
+            place = f"{state.singularity:.3g} (of at most 1) from a singular configuration"
             message = f"loop '{state.singular_loop}' came to {place}"
             return Event(time, SINGULAR, str(state.singular_loop), message)
         limit = self._limits[index]

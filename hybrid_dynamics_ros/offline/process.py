@@ -179,11 +179,15 @@ def input_topic(source: Source, wanted: str | None, kinds: Sequence[str] = (JOIN
         kinds: message types that are taken.
 
     Raises:
-        BagCallError: there is none, or it is not clear which.
+        BagError: there is none.
+        BagCallError: there is none of the wanted name, or it is not clear which.
     """
     there = {kind: [topic.name for topic in source.topics.values() if topic.kind == kind] for kind in kinds}
     every = [name for names in there.values() for name in names]
-    told = ", ".join(every) or "none"
+    told = ", ".join(every)
+    if not every:
+        others = ", ".join(source.topics) or "none that can be read"
+        raise BagError(f"{source.path}: holds no topic of type {' or '.join(kinds)}; its topics: {others}")
     if wanted is not None:
         if wanted in every:
             return wanted

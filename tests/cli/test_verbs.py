@@ -232,7 +232,7 @@ def test_picture_is_drawn(tmp_path: Path) -> None:
         (
             ("ik", "forging_chu2020", "--position", "0", "0", "1", "--quaternion", "1", "1", "0", "0"),
             2,
-            "unit quaternion",
+            "1, 1, 0, 0 has the norm 1.41421; expected 1 to 0.001; divide it by 1.41421",
         ),
         (("check", "ankle", "--draw", "nowhere/a.svg"), 2, "there is no folder nowhere"),
         (("workspace", "ankle", "--range", "q_L"), 2, "expected NAME=LOW:HIGH"),

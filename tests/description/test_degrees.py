@@ -97,7 +97,7 @@ def test_rows_of_a_chain_are_read_too(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     (doubt,) = read_description(path).doubts
-    assert doubt.startswith(f"{path}:8: chain.rows[0].alpha: 90 rad are 14.3 turns")
+    assert doubt.startswith(f"{path}:8: chain.rows[0].alpha: 90 rad is 14.3 turns")
 
 
 def test_check_does_not_call_it_right(tmp_path: Path) -> None:
@@ -107,7 +107,7 @@ def test_check_does_not_call_it_right(tmp_path: Path) -> None:
     path.write_text(ARM.replace("motor: 0", "motor: 60"), encoding="utf-8")
     done = CliRunner().invoke(app, ["check", str(path)])
     assert done.exit_code == 0
-    assert f"warning: {path}:13: reference.motor: 60 rad are 9.55 turns" in done.output
+    assert f"warning: {path}:13: reference.motor: 60 rad is 9.55 turns" in done.output
     assert done.output.endswith("Every loop closes, but see the warning above.\n")
     assert "The description is right" not in done.output
     told = json.loads(CliRunner().invoke(app, ["check", str(path), "--json"]).stdout)
