@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from hybrid_dynamics_core import DescriptionError
 from hybrid_dynamics_core.description import RobotDescription
 from hybrid_dynamics_core.description.reader import read_description
 from tests.description.robots import HEAD, parse
@@ -116,3 +117,23 @@ def test_check_does_not_call_it_right(tmp_path: Path) -> None:
     assert (
         CliRunner().invoke(app, ["check", str(path)]).output.endswith("The description is right: every loop closes.\n")
     )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("motor: 0,", "motor: 45,", "reference.motor: 45 rad is 7.16 turns (did you mean '45*deg'?)"),
+        (
+            "axis: z}",
+            "axis: z, origin: {rpy: [90, 0, 0]}}",
+            "joints.motor.origin.rpy[0]: 90 rad is 14.3 turns (did you",
+        ),
+    ],
+)
+def test_an_error_tells_of_degrees_that_may_be_its_reason(old: str, new: str, told: str) -> None:
+    """The slide's reference is beyond its limit, whatever the angles are: both are told, each with its line."""
+    text = ARM.replace(old, new, 1).replace("limits: [-180, 180]", "limits: [-1, 1]")
+    with pytest.raises(DescriptionError, match=r"reference\.out: is 60 m, outside the limits \[-1, 1\] m") as caught:
+        parse(text)
+    assert "perhaps for this reason: small.yaml:" in str(caught.value)
+    assert told in str(caught.value)
