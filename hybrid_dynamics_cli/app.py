@@ -10,7 +10,7 @@ import click
 from hybrid_dynamics_core import __version__
 from hybrid_dynamics_core.errors import HybridDynamicsError
 
-from .exits import exit_table
+from .exits import exit_table, told
 from .groups import Group
 from .output import AS_JSON, fail
 
@@ -66,7 +66,7 @@ class Verbs(Group):
         try:
             return super().invoke(ctx)
         except HybridDynamicsError as error:
-            raise click.ClickException(str(error)) from error
+            raise told(error) from error
         except BrokenPipeError:
             raise  # who read the output has gone: click ends in silence
         except (OSError, EOFError) as error:

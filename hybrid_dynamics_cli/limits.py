@@ -10,8 +10,9 @@ import click
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.description.model import Array
+from hybrid_dynamics_core.description.wording import unit
 
-from .output import number, unit
+from .output import number
 
 SLACK = 1e-6  # [rad or m] that tables do not show
 
@@ -23,8 +24,9 @@ def narrowed(machine: Robot) -> list[str]:
         least, most = machine.description.joints[name].limits
         cut = [lower - least, most - upper]  # infinite where the file gives no limit
         if any(SLACK < by < math.inf for by in cut):
-            closes = f"{number(lower)} to {number(upper)}"
-            told.append(f"{name}: the file allows {least:g} to {most:g}; its loop closes from {closes}")
+            kind = unit(machine.joint_types[name])
+            closes = f"{number(lower)} to {number(upper)} {kind}"
+            told.append(f"{name}: the file allows {least:g} to {most:g} {kind}; its loop closes from {closes}")
     return told
 
 

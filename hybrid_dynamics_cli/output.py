@@ -11,6 +11,8 @@ from typing import Any
 import click
 import numpy as np
 
+from .exits import MISUSED
+
 AS_JSON = f"{__package__}.as_json"  # in the meta of click's contexts: whether JSON is asked for,
 ANSWERED = f"{__package__}.answered"  # and whether it is printed: stdout holds one document
 ROUNDING = 1e-12  # below it a value of order one is noise
@@ -29,7 +31,7 @@ def show(told: Mapping[str, Any], as_json: bool, text: str) -> None:
 
 def fail(context: click.Context, error: click.ClickException) -> None:
     """Print an error as JSON, unless an answer is printed already; its kind is the class of what caused it."""
-    usage = isinstance(error, click.UsageError)
+    usage = isinstance(error, click.UsageError) or (error.exit_code == MISUSED and error.__cause__ is None)
     kind = "UsageError" if usage else type(error.__cause__ or error).__name__
     if not context.meta.get(ANSWERED):
         show({"error": {"kind": kind, "text": error.format_message()}}, as_json=True, text="")
@@ -66,16 +68,6 @@ def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
         return "  ".join(padded).rstrip()
 
     return "\n".join([line(head), line(["-" * width for width in widths]), *map(line, cells)])
-
-
-def counted(count: int, what: str, more: str = "") -> str:
-    """`1 loop`, `2 loops`; `more`: the plural, where it is no mere s."""
-    return f"{count} {what if count == 1 else more or what + 's'}"
-
-
-def unit(joint_type: str, rate: str = "") -> str:
-    """Unit of a coordinate, or with `rate` of its rates: `/s`, `/s^2`."""
-    return ("rad" if joint_type == "revolute" else "m") + rate
 
 
 def effort_unit(joint_type: str) -> str:

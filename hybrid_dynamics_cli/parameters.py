@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any, TypeVar
 
 import click
@@ -15,9 +14,8 @@ from hybrid_dynamics_core import InputError, Robot, UndecidedModeError, load, sh
 from hybrid_dynamics_core.description.expressions import evaluate
 from hybrid_dynamics_core.description.hints import nearest
 from hybrid_dynamics_core.description.model import Array
+from hybrid_dynamics_core.description.wording import counted
 from hybrid_dynamics_core.library import load_undecided
-
-from .output import counted
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -54,13 +52,15 @@ class NumberType(click.ParamType):  # type: ignore[type-arg]
 
 
 NUMBER = NumberType()
+PLACES = "0,0.1,30*deg or by name, q12=0.1,q4=pi/2"  # how vectors are written,
+EFFORTS = "0,5000,2000,0 or by name, q12=5000"  # and those of efforts
 robot_argument = click.argument("robot", type=RobotType(), metavar="ROBOT")
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for programs.")
 
 
-def vector_option(*names: str, **more: Any) -> Callable[[Command], Command]:
+def vector_option(*names: str, form: str = PLACES, **more: Any) -> Callable[[Command], Command]:
     """An option for one value per active joint: `0,0.1,0.15,0`, or `q12=0.1,q4=pi/2` where the others stay."""
-    more["help"] = f"{more['help']} As 0,0.1,30*deg or by name, q12=0.1,q4=pi/2."
+    more["help"] = f"{more['help']} As {form}."
     return click.option(*names, metavar="VALUES", shell_complete=_complete_values, **more)
 
 
@@ -167,21 +167,3 @@ def options(*names: str) -> Iterator[None]:
         if str(error).partition(":")[0] in names:
             raise InputError(f"--{error}") from error
         raise
-
-
-def new_file(path: str, ending: str, overwrite: bool) -> Path:
-    """A file that can be written and loses nothing: it has its ending, and is not there or may be replaced."""
-    place = output_path(path)
-    if place.suffix != ending:
-        raise click.ClickException(f"{path}: expected a name that ends in {ending}")
-    if place.exists() and not overwrite:
-        raise click.ClickException(f"{path}: is there already; give another name, or --overwrite")
-    return place
-
-
-def output_path(path: str) -> Path:
-    """A file that can be written: its folder is there."""
-    place = Path(path)
-    if not place.parent.is_dir():
-        raise click.ClickException(f"{path}: there is no folder {place.parent}")
-    return place

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .description.file_kinds import FileKind
     from .description.model import Array
 
 
@@ -44,6 +45,17 @@ class UndecidedModeError(DescriptionError):
 
 class InputError(HybridDynamicsError, ValueError):
     """An argument cannot be used: wrong shape, not finite, unknown name."""
+
+
+class NoDescriptionError(DescriptionError, InputError):
+    """There is no robot description at a path: nothing, or something of another kind.
+
+    Attributes: those of a DescriptionError; ``kind``, what is there instead (`description.file_kinds.FileKind`).
+    """
+
+    def __init__(self, path: str | Path, problem: str, kind: FileKind) -> None:
+        self.kind = kind
+        super().__init__(problem, file=path)
 
 
 class UnknownNameError(InputError, KeyError):

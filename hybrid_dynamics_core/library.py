@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
+from .description.hints import nearest
 from .description.model import RobotDescription
 from .description.reader import parse_description, read_description
 from .errors import InputError, UndecidedModeError
@@ -24,7 +24,8 @@ def load(robot: str | os.PathLike[str]) -> Robot:
     """A robot from a shipped name such as "forging_chu2020" or from the path of a description file.
 
     The content of the file tells its format: YAML, URDF(+), robot.yaml beside a URDF, SDFormat, MJCF as it is exported.
-    Raises InputError for a name that is neither, DescriptionError for a file that is wrong.
+    Raises InputError for a name that is neither, DescriptionError for a file that is wrong;
+    NoDescriptionError, which is both, for a path at which there is nothing or no robot description.
     """
     return Robot(_description(robot))
 
@@ -58,7 +59,6 @@ def _description(robot: str | os.PathLike[str]) -> RobotDescription:
         resource = resources.files(__package__).joinpath("robots", f"{name}.yaml")
         return parse_description(resource.read_text(encoding="utf-8"), file=f"{name}.yaml")
     if not Path(name).exists() and Path(name).suffix not in (".yaml", ".yml"):
-        match = difflib.get_close_matches(name, shipped_robots(), n=1)
-        hint = f"; did you mean '{match[0]}'?" if match else ""
-        raise InputError(f"'{name}' is neither a shipped robot ({', '.join(shipped_robots())}) nor a file{hint}")
+        known = shipped_robots()
+        raise InputError(f"'{name}' is neither a shipped robot nor a file{nearest(name, known)}: {', '.join(known)}")
     return read_description(name)

@@ -16,7 +16,9 @@ from .closing import Closer, Start
 from .closure.mobility import find_mobility, with_mobility
 from .closure.plan import build_plan
 from .closure.reach import allowed_range
+from .description.hints import nearest
 from .description.model import Array, JointType, RobotDescription, frozen
+from .description.wording import counted
 from .errors import DescriptionError, InputError
 from .inputs import named_values, vectors
 from .kernels.run import Codes, Kernel
@@ -278,11 +280,14 @@ class ClosingRobot:
         if names not in self._given_models:
             unknown = [name for name in names if name not in self.coordinates]
             if unknown:
-                raise InputError(f"there is no coordinate '{unknown[0]}'; known: {', '.join(self.coordinates)}")
+                hint = nearest(unknown[0], self.coordinates)
+                raise InputError(f"there is no coordinate '{unknown[0]}'{hint}; known: {', '.join(self.coordinates)}")
             if len(names) != len(self.active):
                 count = len(self.active)
-                problem = f"the mechanism has {count} degree{'s' * (count > 1)} of freedom; name {count}"
-                raise InputError(f"{', '.join(names)} ({len(names)} coordinates) cannot be given together: {problem}")
+                problem = f"the mechanism has {counted(count, 'degree')} of freedom; name {count}"
+                raise InputError(
+                    f"{', '.join(names)} ({counted(len(names), 'coordinate')}) cannot be given together: {problem}"
+                )
             tree = self._model.tree
             near = dict(enumerate(self._start.tolist()))
             given = [self.coordinates.index(name) for name in names]

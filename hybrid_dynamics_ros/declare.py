@@ -11,6 +11,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
+from hybrid_dynamics_core.description.hints import meant
 from hybrid_dynamics_ros.parameters import (
     SENSOR,
     TABLE,
@@ -69,8 +70,8 @@ def declare(node: Node) -> Settings:
         if name not in known and not _OTHERS.fullmatch(name):
             last = {row.rpartition(".")[2]: row for row in known}  # people forget the group a parameter is in
             near = difflib.get_close_matches(name, [*known, *last], n=1)
-            hint = f"did you mean {last.get(near[0], near[0])}?" if near else f"known: {', '.join(known)}"
-            raise ParameterError(f"there is no parameter {name}; {hint}")
+            hint = meant(last.get(near[0], near[0])) if near else f"; known: {', '.join(known)}"
+            raise ParameterError(f"there is no parameter {name}{hint}")
     return Settings(values)
 
 

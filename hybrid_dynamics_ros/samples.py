@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hybrid_dynamics_core.description.hints import nearest
+from hybrid_dynamics_core.description.wording import counted
 from hybrid_dynamics_core.errors import ClosureError, HybridDynamicsError, InputError, SingularityError
 
 FloatArray = NDArray[np.float64]
@@ -134,8 +135,7 @@ def _few(names: Sequence[str]) -> str:
 def _slip(missing: Sequence[str], names: Sequence[str], active: Sequence[str]) -> str:
     """A hint where a missing joint stands there under a name that is nearly its own."""
     others = [name for name in names[:_LOOKED_AT] if name not in active]
-    hint = next((hint for name in missing[:_TOLD] if (hint := nearest(name, others))), "")
-    return hint.replace("did you mean", "is it")
+    return next((hint for name in missing[:_TOLD] if (hint := nearest(name, others))), "")
 
 
 class JointOrder:
@@ -182,7 +182,10 @@ class JointOrder:
 
     def _pick(self, what: str, values: FloatArray, count: int, places: NDArray[np.intp]) -> FloatArray:
         if values.shape != (count,):
-            raise RejectedError(RejectionCode.WRONG_LENGTH, f"{what} has {values.size} values for {count} joint names")
+            raise RejectedError(
+                RejectionCode.WRONG_LENGTH,
+                f"{what} has {counted(values.size, 'value')} for {counted(count, 'joint name')}",
+            )
         picked: FloatArray = values[places]
         if not sum(map(abs, picked.tolist())) < LARGEST:  # NaN is not; in plain floats this costs least
             self._refuse(what, picked)

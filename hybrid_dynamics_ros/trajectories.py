@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from hybrid_dynamics_core import ClosedState, IKStatus, Loads, Pose, Robot
+from hybrid_dynamics_core.description.wording import unit
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_ros.samples import FloatArray, RejectedError, Rejection, RejectionCode, rejection_of
 from hybrid_dynamics_ros.strokes import Strokes
@@ -165,10 +166,12 @@ def _require_good(robot: Robot, state: ClosedState, strokes: Strokes, least: flo
     for k, name in enumerate(robot.coordinates):
         low, value, high = float(strokes.lower[k]), float(state.s[k]), float(strokes.upper[k])
         if not low - _ROUNDING <= value <= high + _ROUNDING:
-            text = f"{name} is {value:.6g}, expected {low:.6g} to {high:.6g}"
+            kind = unit(robot.joint_types[name])
+            text = f"{name} is {value:.6g} {kind}, expected {low:.6g} to {high:.6g} {kind}"
             raise RejectedError(RejectionCode.LIMIT, text)
     if float(state.singularity) < least:
-        text = f"loop {state.singular_loop} is {state.singularity:.3g} from a singularity, expected {least:g} or more"
+        place = f"at a distance of {state.singularity:.3g} (of at most 1) from a singularity"
+        text = f"loop {state.singular_loop} is {place}, expected {least:g} or more"
         raise RejectedError(RejectionCode.SINGULAR, text)
 
 

@@ -10,14 +10,14 @@ from typing import Any
 import click
 
 from hybrid_dynamics_cli.exits import LOST
-from hybrid_dynamics_cli.output import counted
 from hybrid_dynamics_cli.parameters import RobotType
+from hybrid_dynamics_core.description.wording import counted
 
 __all__ = [
     "LOST",
     "PATH",
     "first_few",
-    "overwrite_option",
+    "known_robot_option",
     "params_option",
     "robot_option",
     "span_of",
@@ -27,22 +27,33 @@ __all__ = [
     "topic_option",
 ]
 
-robot_option = click.option("--robot", type=RobotType(), required=True, metavar="ROBOT", help="Robot, or its file.")
-topic_option = click.option("--topic", metavar="T", help="Topic of the joint states, where it is not the node's own.")
-params_option = click.option(
-    "--params", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Parameter file of the node."
-)
-overwrite_option = click.option("--overwrite", is_flag=True, help="Replace the file of --output if it is there.")
-FEW = 4  # names in a line
 PATH = click.Path(path_type=Path)
+robot_option = click.option(
+    "--robot", type=RobotType(), required=True, metavar="ROBOT", help="Robot (a name or its file)."
+)
+known_robot_option = click.option(
+    "--robot",
+    type=RobotType(),
+    metavar="ROBOT",
+    help="Robot (a name or its file) that the recording is held against; left out, the one that the bag was made or "
+    "processed with, as noted in it.",
+)
+topic_option = click.option(
+    "--topic", metavar="T", help="Topic of the joint states.  [default: the node's own, or the only one]"
+)
+params_option = click.option(
+    "--params", type=PATH, metavar="FILE", help="Parameter file of the node.  [default: the node's defaults]"
+)
+FEW = 4  # names in a line
 
 
 def span_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """--from and --to."""
     after = "[s] since the first stamp of the bag."
-    for name, key, default, text in (("--to", "end", math.inf, "Last"), ("--from", "start", 0.0, "First")):
+    ends = (("--to", "end", math.inf, "Last", "the end"), ("--from", "start", 0.0, "First", "0"))
+    for name, key, default, text, shown in ends:
         kind = click.FloatRange(0.0)
-        help_text = f"{text} time that counts, {after}"
+        help_text = f"{text} time that counts, {after}  [default: {shown}]"
         function = click.option(name, key, type=kind, default=default, metavar="S", help=help_text)(function)
     return function
 

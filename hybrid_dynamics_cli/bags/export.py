@@ -8,6 +8,7 @@ import click
 
 from hybrid_dynamics_cli.output import show
 from hybrid_dynamics_cli.parameters import json_option
+from hybrid_dynamics_core.description.wording import counted
 from hybrid_dynamics_ros.offline.export import FORMATS, export, table_file
 
 from .common import LOST, PATH, first_few, tell_losses
@@ -19,11 +20,13 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=EPILOG, short_help="Tables out of a bag: CSV, Parquet or .npz.")
 @click.argument("bag", type=PATH)
 @click.argument("out", type=PATH)
-@click.option("--format", "kind", type=click.Choice(FORMATS), default="csv", help="Of the files; csv unless given.")
-@click.option("--topic", "topics", multiple=True, metavar="T", help="Only this topic; may be given several times.")
+@click.option(
+    "--format", "kind", type=click.Choice(FORMATS), default="csv", show_default=True, help="Format of the files."
+)
+@click.option("--topic", "topics", multiple=True, metavar="T", help="Only this topic; repeatable.  [default: all]")
 @click.option("--overwrite", is_flag=True, help="Into a folder with something in it: replace files of the same names.")
 @json_option
 @click.pass_context
@@ -41,7 +44,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     written = {table_file(out, name, kind) for name in counts}
     others = sorted(file.name for file in out.iterdir() if file not in written)
     told = {"folder": str(out), "rows": dict(counts), "losses": losses, "others": others}
-    show(told, as_json, "\n".join(f"{name}: {count} rows" for name, count in counts.items()))
+    show(told, as_json, "\n".join(f"{name}: {counted(count, 'row')}" for name, count in counts.items()))
     if others:
         click.echo(f"note: {out} holds what was there before too: {first_few(others)}", err=True)
     tell_losses(losses)

@@ -12,18 +12,19 @@ from pathlib import Path
 import click
 import numpy as np
 
-from hybrid_dynamics_cli.output import counted, number, show, table
-from hybrid_dynamics_cli.parameters import RobotType, json_option, new_file
+from hybrid_dynamics_cli.output import number, show, table
+from hybrid_dynamics_cli.parameters import json_option
+from hybrid_dynamics_cli.writing import output_option, overwrite_option, place_for
 from hybrid_dynamics_core.description.model import Array
+from hybrid_dynamics_core.description.wording import agreed, counted
 from hybrid_dynamics_core.dynamics.parameters import Parameters
-from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_core.identification import TooLittleShownError
 from hybrid_dynamics_ros.offline.collect import Track, collect
 from hybrid_dynamics_ros.offline.identify import Found, asked_parameters, identify_track
 from hybrid_dynamics_ros.offline.process import SMOOTHINGS
 from hybrid_dynamics_ros.offline.settings import read_settings
 
-from .common import LOST, PATH, overwrite_option, params_option, span_of, span_options, tell_losses, topic_option
+from .common import LOST, PATH, known_robot_option, params_option, span_of, span_options, tell_losses, topic_option
 
 LISTED = 8  # samples that were left out
 WIDTH = 120  # of a terminal, in characters
@@ -38,18 +39,26 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=EPILOG, short_help="Parameters of the robot from recorded efforts.")
 @click.argument("bag", type=PATH)
-@click.option("--robot", type=RobotType(), metavar="ROBOT", help="Robot, or its file; of a processed bag it is known.")
+@known_robot_option
 @topic_option
 @params_option
 @span_options
-@click.option("--smooth", type=click.Choice(SMOOTHINGS), default="spline", help="How accelerations are found.")
-@click.option("--friction", metavar="JOINTS", default="", help="Joints whose friction is asked for; or all.")
-@click.option("--links", metavar="LINKS", default="", help="Links whose inertia is asked for; all unless given.")
-@click.option("--hold-out", type=click.FloatRange(0.05, 0.9), default=0.25, help="Share of the bag to test on.")
-@click.option("--samples", type=click.IntRange(100), default=5000, help="How many samples are used at most.")
-@click.option("--output", metavar="FILE", help="Write the base parameters to this CSV file too.")
+@click.option(
+    "--smooth", type=click.Choice(SMOOTHINGS), default="spline", show_default=True, help="How accelerations are found."
+)
+@click.option(
+    "--friction", metavar="JOINTS", default="", help="Joints whose friction is asked for, or all.  [default: none]"
+)
+@click.option("--links", metavar="LINKS", default="", help="Links whose inertia is asked for.  [default: all]")
+@click.option(
+    "--hold-out", type=click.FloatRange(0.05, 0.9), default=0.25, show_default=True, help="Share of the bag to test on."
+)
+@click.option(
+    "--samples", type=click.IntRange(100), default=5000, show_default=True, help="Most samples that are used."
+)
+@output_option(help="Write the base parameters to this CSV file too.")
 @overwrite_option
 @click.option("--all", "everything", is_flag=True, help="Tell what is not determined too, and all terms.")
 @json_option
@@ -78,7 +87,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     leaves; where that is more, nothing is offered as determined. Samples that do not fit the motion around them, or
     whose efforts noise does not explain, are left out and named. Exits with 3 where a part of BAG could not be read.
     """
-    place = None if output is None else new_file(output, ".csv", overwrite)
+    place = None if output is None else place_for(output, (".csv",), [bag], overwrite=overwrite)
     track = collect(bag, robot, topic, smooth, read_settings(params), samples, span=span_of(start, end))
     asked = asked_parameters(track.robot, listed(links), track.robot.active if friction == "all" else listed(friction))
     found = identified(track, asked, hold_out)
@@ -128,7 +137,7 @@ def identified(track: Track, asked: Parameters, hold_out: float) -> Found:
         return identify_track(track, asked, hold_out)
     except TooLittleShownError as error:
         least = asked.links[-1]
-        raise InputError(
+        raise click.ClickException(
             f"{error}: with --links, as --links {least}, inertias of these links alone are asked for, and those of the "
             "others are taken from the robot file"
         ) from error
@@ -152,12 +161,15 @@ def verdict(found: Found, base: Mapping[str, tuple[float, ...]]) -> list[str]:
         f"each effort, and leave {number(ratio.min())} to {number(ratio.max())} times what the robot file leaves."
     )
     lines.append(
-        f"{found.trained} samples to learn from, {found.held} held out; condition {found.result.condition:.3g}."
+        f"{counted(found.trained, 'sample')} to learn from, {found.held} held out; "
+        f"condition {found.result.condition:.3g}."
     )
     if found.left_out:
         lines.append(f"{counted(len(found.left_out), 'sample')} left out: {why_left_out(found)}.")
     if others:
-        lines.append(f"The {others} that are not determined are listed with --all.")
+        lines.append(
+            f"The {agreed(others, 'one', f'{others}')} not determined {agreed(others, 'is', 'are')} listed with --all."
+        )
     return [textwrap.fill(line, WIDTH) for line in lines]
 
 

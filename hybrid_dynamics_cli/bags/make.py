@@ -9,6 +9,8 @@ import click
 from hybrid_dynamics_cli.output import show
 from hybrid_dynamics_cli.parameters import json_option, loaded
 from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.description.hints import nearest
+from hybrid_dynamics_core.description.wording import counted
 from hybrid_dynamics_ros.offline.make import PARTS, simulated, write_trajectory
 from hybrid_dynamics_ros.offline.mcap_write import require_new, require_replaceable
 from hybrid_dynamics_ros.offline.origin import robot_notes
@@ -24,17 +26,20 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=EPILOG, short_help="A bag for trying things out.")
 @click.argument("out", type=PATH)
 @robot_option
-@click.option("--trajectory", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="CSV or .npz file.")
-@click.option("--seconds", type=click.FloatRange(0.01), help="How long, of a simulation; 10 s unless given.")
-@click.option("--rate", type=click.FloatRange(0.1, 1e5), help="Messages a second, of a simulation; 1000 unless given.")
+@click.option("--trajectory", type=PATH, metavar="FILE", help="CSV or .npz file, as `simulate --save` writes.")
+@click.option("--seconds", type=click.FloatRange(0.01), help="How long, of a simulation [s].  [default: 10]")
+@click.option("--rate", type=click.FloatRange(0.1, 1e5), help="Messages a second, of a simulation.  [default: 1000]")
 @click.option(
-    "--noise", metavar="PART=DEVIATION", default="", help="White noise: position=1e-6,velocity=1e-4,effort=2."
+    "--noise",
+    metavar="PART=DEVIATION",
+    default="",
+    help="White noise, as position=1e-6,velocity=1e-4,effort=2.  [default: none]",
 )
-@click.option("--seed", type=int, default=0, help="Of the motion and the noise.")
-@click.option("--topic", default=INPUT, metavar="T", help=f"Topic; {INPUT} unless given.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of the random motion and noise.")
+@click.option("--topic", default=INPUT, show_default=True, metavar="T", help="Topic.")
 @click.option("--overwrite", is_flag=True, help="Replace a bag that is there already.")
 @json_option
 def command(  # noqa: PLR0913, PLR0917 - an argument for each option
@@ -60,7 +65,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         motion = _of_file(trajectory, machine)
     count = write_trajectory(out, motion.noisy(_deviations(noise), seed), topic, robot_notes(robot, machine))
     told = {"bag": str(out), "topic": topic, "messages": count}
-    show(told, as_json, f"{out}: {count} messages on {topic}")
+    show(told, as_json, f"{out}: {counted(count, 'message')} on {topic}")
 
 
 def _of_file(path: Path, robot: Robot) -> Trajectory:
@@ -71,6 +76,12 @@ def _of_file(path: Path, robot: Robot) -> Trajectory:
     return motion
 
 
+def _no_noise(problem: str) -> click.BadParameter:
+    """What is wrong, and the form that is taken."""
+    expected = f"expected PART=DEVIATION with the parts {', '.join(PARTS)}, as position=1e-6,effort=2"
+    return click.BadParameter(f"{problem}; {expected} (rad or m, per second, N m or N)", param_hint="--noise")
+
+
 def _deviations(text: str) -> dict[str, float]:
     found = {}
     for part in (entry for entry in text.split(",") if entry):
@@ -78,7 +89,9 @@ def _deviations(text: str) -> dict[str, float]:
         try:
             found[name.strip()] = float(value)
         except ValueError as error:
-            raise click.BadParameter(f"'{part}': expected a number behind =", param_hint="--noise") from error
-        if name.strip() not in PARTS or not 0.0 <= found[name.strip()] < 1e300:
-            raise click.BadParameter(f"'{part}': expected one of {', '.join(PARTS)}, 0 or more", param_hint="--noise")
+            raise _no_noise(f"'{part}'") from error
+        if name.strip() not in PARTS:
+            raise _no_noise(f"there is no part '{name.strip()}'{nearest(name.strip(), PARTS)}")
+        if not 0.0 <= found[name.strip()] < 1e300:
+            raise _no_noise(f"'{part}' is no deviation of 0 or more")
     return found

@@ -9,11 +9,11 @@ from typing import Any
 
 import click
 
-from hybrid_dynamics_cli.exits import FAILED
+from hybrid_dynamics_cli.exits import FAILED, MISUSED, Misused
 from hybrid_dynamics_cli.output import show
-from hybrid_dynamics_cli.parameters import json_option
-from hybrid_dynamics_ros.offline.errors import BagError
-from hybrid_dynamics_ros.offline.many import run_jobs
+from hybrid_dynamics_cli.parameters import json_option, loaded
+from hybrid_dynamics_ros.offline.errors import BagCallError
+from hybrid_dynamics_ros.offline.many import WrongCall, run_jobs
 from hybrid_dynamics_ros.offline.mcap_write import require_new, require_replaceable
 from hybrid_dynamics_ros.offline.process import SMOOTHINGS, Job, Outcome
 from hybrid_dynamics_ros.offline.settings import read_settings
@@ -30,18 +30,22 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=EPILOG, short_help="What the node would have published for a bag.")
 @click.argument("bags", type=PATH, nargs=-1, required=True, metavar="IN...")
 @click.argument("out", type=PATH)
 @robot_option
 @topic_option
 @params_option
 @click.option(
-    "--smooth", type=click.Choice(SMOOTHINGS), default="causal", help="How rates are found; causal: as the node."
+    "--smooth",
+    type=click.Choice(SMOOTHINGS),
+    default="causal",
+    show_default=True,
+    help="How rates are found; causal: as the node.",
 )
-@click.option("--keep", is_flag=True, help="The original topics go into the new bag too.")
+@click.option("--keep", is_flag=True, help="The topics of IN, recorded efforts too, go into the new bag.")
 @click.option("--overwrite", is_flag=True, help="Replace bags that are there already.")
-@click.option("--jobs", type=click.IntRange(1), default=1, help="Bags at a time, a process each.")
+@click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Bags at a time, a process each.")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers see the same files.")
 @json_option
 def command(  # noqa: PLR0913, PLR0917 - an argument for each option
@@ -63,11 +67,12 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     same names. Exits with 3 where something of a bag could not be read, and with 1 where a bag failed.
     """
     settings = read_settings(params)
+    loaded(robot)
     found = [bag for given in bags for bag in bags_of(given)]
     single = len(bags) == 1 and found == [bags[0]]
     targets = [out] if single else [out / bag.stem for bag in found]
     if len(set(targets)) < len(targets):
-        raise click.ClickException("two bags have the same name; process them into different folders")
+        raise Misused("two bags have the same name; process them into different folders")
     _require_free(out, targets, single=single, overwrite=overwrite)
     work = [Job(bag, to, robot, topic, smooth, keep, settings) for bag, to in zip(found, targets, strict=True)]
     results = run_jobs(work, jobs, scheduler)
@@ -78,7 +83,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         for job, result in zip(work, results, strict=True):
             _tell(job, result)
     if any(not isinstance(result, Outcome) for result in results):
-        sys.exit(FAILED)
+        sys.exit(MISUSED if all(isinstance(result, WrongCall) for result in results) else FAILED)
     if any(isinstance(result, Outcome) and result.losses for result in results):
         sys.exit(LOST)
 
@@ -87,7 +92,7 @@ def _require_free(out: Path, targets: Sequence[Path], *, single: bool, overwrite
     """Refuse to write over what is there, before anything is done."""
     if out.is_dir() and any(out.iterdir()) and _bags_in(out) == [out] and not (single and overwrite):
         problem = "is a bag; is OUT missing?" if not single else "is a bag already; is OUT missing? Or give --overwrite"
-        raise BagError(f"{out}: {problem}")
+        raise BagCallError(f"{out}: {problem}")
     for target in targets:
         (require_replaceable if overwrite else require_new)(target)
 
@@ -96,7 +101,7 @@ def _bags_in(path: Path) -> list[Path]:
     """The bags that a path means, none where there are none."""
     try:
         return bags_of(path)
-    except BagError:
+    except BagCallError:
         return []
 
 

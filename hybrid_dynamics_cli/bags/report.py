@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
 
-from hybrid_dynamics_cli.output import show
-from hybrid_dynamics_cli.parameters import RobotType, json_option, new_file, output_path
-from hybrid_dynamics_ros.offline.collect import collect
+from hybrid_dynamics_cli.output import effort_unit, show, table
+from hybrid_dynamics_cli.parameters import json_option
+from hybrid_dynamics_cli.writing import output_option, overwrite_option, place_for
+from hybrid_dynamics_core.description.wording import agreed, counted
+from hybrid_dynamics_ros.offline.collect import Track, collect
 from hybrid_dynamics_ros.offline.process import SMOOTHINGS
 from hybrid_dynamics_ros.offline.settings import read_settings
+from hybrid_dynamics_ros.offline.spread import Spread, spreads
 
-from .common import LOST, PATH, overwrite_option, params_option, span_of, span_options, tell_losses, topic_option
+from .common import LOST, PATH, known_robot_option, params_option, span_of, span_options, tell_losses, topic_option
 
 EPILOG = """\b
 Examples:
@@ -21,18 +25,18 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=EPILOG, short_help="One HTML page about a recording.")
 @click.argument("bag", type=PATH)
-@click.option("--robot", type=RobotType(), metavar="ROBOT", help="Robot, or its file; of a processed bag it is known.")
+@known_robot_option
 @topic_option
 @params_option
 @span_options
 @click.option(
     "--smooth",
     type=click.Choice(SMOOTHINGS),
-    help="How rates are found; causal: as the node. Unless given spline (no lag); of a processed bag as it was made.",
+    help="How rates are found; causal: as the node.  [default: spline, without lag; of a processed bag as it was made]",
 )
-@click.option("--output", metavar="FILE", help="The page; BAG.html beside the bag, made anew, unless given.")
+@output_option(help="The page.  [default: BAG.html beside the bag]")
 @overwrite_option
 @json_option
 @click.pass_context
@@ -57,11 +61,11 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         from hybrid_dynamics_ros.offline.report import write_report  # noqa: PLC0415 - matplotlib is an extra
     except ModuleNotFoundError as error:
         raise click.ClickException("reports need matplotlib: pip install matplotlib") from error
-    beside = bag.resolve().with_suffix(".html")  # made anew with each report
-    place = new_file(output, ".html", overwrite) if output else output_path(str(beside))
+    beside = bag.resolve().with_suffix(".html")
+    place = place_for(output or beside, (".html",), [bag], overwrite=overwrite)
     track = collect(bag, robot, topic, smooth, read_settings(params), span=span_of(start, end))
     write_report(track, bag.resolve().name, place)
-    summary = track.counts.summary()
+    summary, apart = track.counts.summary(), spreads(track)
     told = {
         "page": str(place),
         "received": track.counts.received,
@@ -74,10 +78,45 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
             "missing": sum(count for _, _, count in track.stamps.missing),
             "gaps": len(track.gaps),
         },
+        "efforts": {spread.joint: spread.facts for spread in apart},
         "strays": [stray.told(track.measured, track.start_ns) for stray in track.strays],
         "losses": track.losses,
     }
-    show(told, as_json, f"{place}: {summary}")
+    show(told, as_json, "\n".join([f"{place}: {summary}", *efforts_of(track, apart), *off_the_motion(track)]))
     tell_losses(track.losses)
     if track.losses:
         context.exit(LOST)
+
+
+def efforts_of(track: Track, apart: Sequence[Spread]) -> list[str]:
+    """How far recorded and computed efforts are apart, a row a joint."""
+    if not apart:
+        why = "; `bag process --keep` takes those of the recording over" if track.computed else ""
+        return [f"no recorded efforts to compare with{why}"]
+    rows = [
+        [
+            s.joint,
+            s.median,
+            s.near,
+            s.rms,
+            f"{s.far} of {s.count}",
+            s.limit,
+            effort_unit(track.robot.joint_types[s.joint]),
+        ]
+        for s in apart
+    ]
+    return [
+        "",
+        table(["effort error", "50 % within", "95 % within", "RMS", "far off", "beyond", "unit"], rows),
+    ]
+
+
+def off_the_motion(track: Track) -> list[str]:
+    """How many samples have positions or velocities that do not fit the motion around them."""
+    if track.smooth == "causal":
+        return []
+    count = len(track.strays)
+    return [
+        "",
+        f"{counted(count, 'sample')} with positions or velocities off the motion around {agreed(count, 'it', 'them')}",
+    ]

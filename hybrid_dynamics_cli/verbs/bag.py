@@ -33,14 +33,13 @@ class BagVerbs(Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Errors end with their message alone."""
         try:
-            errors = import_module("hybrid_dynamics_ros.offline.errors")
             import_module("hybrid_dynamics_ros.offline.source")
         except ModuleNotFoundError as error:
             raise missing(error) from error
         parameters = import_module("hybrid_dynamics_ros.parameters")
         try:
             return super().invoke(ctx)
-        except (errors.BagError, parameters.ParameterError) as error:
+        except parameters.ParameterError as error:
             raise click.ClickException(str(error)) from error
 
 

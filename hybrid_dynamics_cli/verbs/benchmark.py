@@ -8,7 +8,8 @@ from typing import Any
 import click
 
 from ..output import show
-from ..parameters import json_option, output_path
+from ..parameters import json_option
+from ..writing import output_option, overwrite_option, place_for
 
 EPILOG = """\b
 Examples:
@@ -20,11 +21,12 @@ Examples:
 
 @click.command(epilog=EPILOG, short_help="Time this library beside every other engine.")
 @click.option("--quick", is_flag=True, help="Few short rounds: to see that it runs.")
-@click.option("--output", metavar="FILE", help="Write the report (Markdown) to this file too.")
+@output_option(help="Write the report (Markdown) to this file too.")
+@overwrite_option
 @json_option
-def command(quick: bool, output: str | None, as_json: bool) -> None:
+def command(quick: bool, output: str | None, overwrite: bool, as_json: bool) -> None:
     """Time this library and every other engine that is installed, on the forging robot."""
-    place = None if output is None else output_path(output)
+    place = None if output is None else place_for(output, (".md",), (), overwrite=overwrite)
     click.echo("This takes a few minutes." if not quick else "This takes a minute.", err=True)
     found = _report().measured(quick)
     show(found.data, as_json, found.text)

@@ -11,11 +11,13 @@ import click
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.assembly import AssemblyMode, mode_of
 from hybrid_dynamics_core.description.model import Array
+from hybrid_dynamics_core.description.wording import counted, unit
 from hybrid_dynamics_core.errors import StateError
 
 from ..limits import beyond
-from ..output import counted, number, show, table, unit
-from ..parameters import json_option, loaded_undecided, output_path, robot_argument, vector, vector_option
+from ..output import number, show, table
+from ..parameters import json_option, loaded_undecided, robot_argument, vector, vector_option
+from ..writing import PICTURES, draw_option, overwrite_option, place_for, read_by
 
 HOLD = "\u00a0"  # a space at which no line ends
 EPILOG = """\b
@@ -30,13 +32,14 @@ Ends with 1 where the loops do not close.
 
 @click.command(epilog=EPILOG, short_help="Every way in which the loops close.")
 @robot_argument
-@vector_option("-u", "--u", help="Active coordinates; the robot's reference where left out.")
-@click.option("--draw", "--plot", "picture", metavar="FILE", help="Draw them side by side: .svg, .png or .pdf.")
+@vector_option("-u", "--u", help="Active coordinates [rad or m]; the robot's reference where left out.")
+@draw_option("picture", help="Draw them side by side")
+@overwrite_option
 @json_option
-def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> None:
+def command(robot: str, u: str | None, picture: str | None, overwrite: bool, as_json: bool) -> None:
     """Every way in which the loops close with the same active coordinates."""
     machine, undecided = loaded_undecided(robot)
-    place = None if picture is None else output_path(picture)
+    place = None if picture is None else place_for(picture, PICTURES, read_by(machine), overwrite=overwrite)
     values = vector("-u", u, machine.active, machine.reference)
     modes = machine.assembly_modes(values)
     own = None if undecided else own_mode(machine, values, modes)

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any, get_args
 
 import click
 import numpy as np
 
 from hybrid_dynamics_core import MassSingularityError, Robot, SingularityError
+from hybrid_dynamics_core.description.wording import agreed, counted
 from hybrid_dynamics_core.drawing.options import Names
 
 from ..limits import narrowed
-from ..output import counted, number, show, table
-from ..parameters import json_option, loaded, loaded_undecided, output_path, robot_argument
+from ..output import number, show, table
+from ..parameters import json_option, loaded, loaded_undecided, robot_argument
+from ..tried import Tried, try_loops
+from ..writing import PICTURES, draw_option, overwrite_option, place_for, read_by
 from .info import facts
 from .info import text as info_text
 
@@ -27,17 +31,25 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @robot_argument
-@click.option("--draw", "--plot", "picture", metavar="FILE", help="Draw the mechanism to an .svg, .png or .pdf file.")
-@click.option("--names", type=click.Choice(get_args(Names)), default="active", help="Whose names are drawn.")
+@draw_option("picture", help="Draw the mechanism")
+@click.option(
+    "--names", type=click.Choice(get_args(Names)), default="active", show_default=True, help="Whose names are drawn."
+)
 @click.option("--modes", is_flag=True, help="With --draw: all assembly modes of the reference, side by side.")
+@overwrite_option
 @json_option
-def command(robot: str, picture: str | None, names: Names, modes: bool, as_json: bool) -> None:
-    """Check a robot: its file, its loops, its masses. Ends with 1 where something is wrong."""
+def command(robot: str, picture: str | None, names: Names, modes: bool, overwrite: bool, as_json: bool) -> None:
+    """Check a robot: its file, its loops, its masses.
+
+    The loops are closed at the reference and at places spread over the limits of the active joints. Ends with 1 where
+    something is wrong; that loops do not close all over the limits is told, and no fault.
+    """
     if modes and picture is None:
         raise click.UsageError("--modes draws assembly modes; give --draw FILE too")
     if modes and picture is not None:
-        _draw_undecided(robot, picture, names)
+        _refuse_undecided(robot, picture, names, overwrite)
     machine = loaded(robot)
+    place = None if picture is None else place_for(picture, PICTURES, read_by(machine), overwrite=overwrite)
     notes = remarks(machine)
     doubts = machine.description.doubts
     light = massless(machine)
@@ -49,13 +61,22 @@ def command(robot: str, picture: str | None, names: Names, modes: bool, as_json:
         lines += [f"{counted(len(light), 'link')} without a mass", "", table(["link", "moved by", "mass"], rows), ""]
     lines += [f"note: {note}" for note in notes]
     lines += [f"warning: {doubt}" for doubt in doubts]
-    if picture is not None:
-        draw(machine, picture, names, modes)
-        told["picture"] = picture
-        lines.append(f"drawn to {picture}")
-    seen = f"Every loop closes, but see the {'warnings' if len(doubts) > 1 else 'warning'} above."
-    lines.append(seen if doubts else "The description is right: every loop closes.")
+    if place is not None:
+        draw(machine, place, names, modes)
+        told["picture"] = str(place)
+        lines.append(f"drawn to {place}")
+    tried = try_loops(machine)
+    told["tried"] = {"places": tried.places, "closed": tried.closed}
+    lines += [*([tried.told()] if tried.places else []), verdict(tried, len(doubts))]
     show(told, as_json, "\n".join(lines))
+
+
+def verdict(tried: Tried, doubts: int) -> str:
+    """The last line: it says no more than what was seen."""
+    see = f", but see the {agreed(doubts, 'warning', 'warnings')} above" if doubts else ""
+    if tried.everywhere:
+        return f"Every loop closes{see}." if doubts else "The description is right: every loop closes."
+    return f"The description is right{see}; its loops close at the reference, and not all over the limits."
 
 
 def massless(machine: Robot) -> dict[str, str]:
@@ -90,20 +111,20 @@ def remarks(machine: Robot) -> list[str]:
     return notes
 
 
-def _draw_undecided(robot: str, picture: str, names: Names) -> None:
-    """Draw the modes of a robot whose file does not name one yet: the picture that helps to choose."""
+def _refuse_undecided(robot: str, picture: str, names: Names, overwrite: bool) -> None:
+    """Draw the modes of a robot whose file does not name one yet, the picture that helps to choose, and end."""
     machine, undecided = loaded_undecided(robot)
     if undecided:
-        draw(machine, picture, names, modes=True, mark_own=False)
+        place = place_for(picture, PICTURES, read_by(machine), overwrite=overwrite)
+        draw(machine, place, names, modes=True, mark_own=False)
         raise click.ClickException("\n".join([*undecided, f"drawn to {picture}"]))
 
 
-def draw(machine: Robot, picture: str, names: Names, modes: bool, mark_own: bool = True) -> None:
+def draw(machine: Robot, path: Path, names: Names, modes: bool, mark_own: bool = True) -> None:
     """Write the picture."""
     from hybrid_dynamics_core.drawing import draw as draw_robot  # noqa: PLC0415  Matplotlib is an extra
     from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415
 
-    path = output_path(picture)
     if modes:
         draw_modes(machine, path=path, names="none" if names == "active" else names, mark_own=mark_own)
     else:

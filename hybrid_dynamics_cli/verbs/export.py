@@ -11,7 +11,8 @@ from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.export import to_gepetto, to_mjcf, to_sdf, to_urdf, to_urdf_plus
 from hybrid_dynamics_core.export.writing import write_files
 
-from ..parameters import loaded, output_path, robot_argument
+from ..parameters import loaded, robot_argument
+from ..writing import output_option, output_path
 
 PAIR = "robot.yaml"
 FORMS: dict[str, Callable[[Robot], str]] = {
@@ -33,9 +34,11 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @robot_argument
-@click.option("--format", "form", type=click.Choice([*FORMS, PAIR]), default="urdf", show_default=True)
-@click.option("-o", "--output", metavar="FILE", help="Write to this file; else to the terminal.")
-@click.option("--overwrite", is_flag=True, help="Replace files that are there already; never those ROBOT is read from.")
+@click.option(
+    "--format", "form", type=click.Choice([*FORMS, PAIR]), default="urdf", show_default=True, help="Format of the file."
+)
+@output_option(help="Write to this file; else to the terminal.")
+@click.option("--overwrite", is_flag=True, help="Replace files that are there, but none that ROBOT is read from.")
 def command(robot: str, form: str, output: str | None, overwrite: bool) -> None:
     """Write the robot for other tools.
 

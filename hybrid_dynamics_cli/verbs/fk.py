@@ -7,8 +7,10 @@ from typing import Any
 import click
 import numpy as np
 
+from hybrid_dynamics_core.description.wording import unit
+
 from ..limits import beyond
-from ..output import ROUNDING, number, show, table, unit
+from ..output import ROUNDING, number, show, table
 from ..parameters import frame_option, json_option, loaded, robot_argument, vector, vector_option
 
 EPILOG = """\b
@@ -20,8 +22,8 @@ Examples:
 
 @click.command(epilog=EPILOG, short_help="Pose of the end effector, and all coordinates.")
 @robot_argument
-@vector_option("-u", "--u", help="Active coordinates; the robot's reference where left out.")
-@vector_option("--du", help="Their rates; zero where left out.")
+@vector_option("-u", "--u", help="Active coordinates [rad or m]; the robot's reference where left out.")
+@vector_option("--du", help="Their rates [per second]; zero where left out.")
 @frame_option("A frame or link in place of the end effector.")
 @json_option
 def command(robot: str, u: str | None, du: str | None, frame: str | None, as_json: bool) -> None:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import click
 import numpy as np
 
+from hybrid_dynamics_core.description.wording import unit
+
 from ..limits import beyond
-from ..output import show, table, unit
-from ..parameters import json_option, loaded, robot_argument, vector, vector_option
+from ..output import show, table
+from ..parameters import EFFORTS, json_option, loaded, robot_argument, vector, vector_option
 
 EPILOG = """\b
 Examples:
@@ -18,9 +20,9 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @robot_argument
-@vector_option("-u", "--u", help="Active coordinates; the robot's reference where left out.")
-@vector_option("--du", help="Their rates; zero where left out.")
-@vector_option("--tau", help="Efforts of the actuators [N m or N]; zero where left out.")
+@vector_option("-u", "--u", help="Active coordinates [rad or m]; the robot's reference where left out.")
+@vector_option("--du", help="Their rates [per second]; zero where left out.")
+@vector_option("--tau", form=EFFORTS, help="Efforts of the actuators [N m or N]; zero where left out.")
 @json_option
 def command(robot: str, u: str | None, du: str | None, tau: str | None, as_json: bool) -> None:
     """Accelerations that the actuators' efforts give."""

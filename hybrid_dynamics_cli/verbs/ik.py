@@ -9,9 +9,10 @@ import click
 import numpy as np
 
 from hybrid_dynamics_core import IKResult, IKStatus, Pose, Robot
+from hybrid_dynamics_core.description.wording import unit
 
 from ..limits import beyond
-from ..output import number, show, table, unit
+from ..output import number, show, table
 from ..parameters import NUMBER, json_option, loaded, robot_argument, vector, vector_option
 
 _PLACES = ("--position", "--quaternion")

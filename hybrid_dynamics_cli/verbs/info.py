@@ -7,9 +7,10 @@ from typing import Any
 import click
 
 from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.description.wording import agreed, counted, unit
 
 from ..limits import narrowed
-from ..output import counted, number, plain, show, table, unit
+from ..output import number, plain, show, table
 from ..parameters import json_option, loaded, robot_argument
 
 EPILOG = """\b
@@ -77,7 +78,7 @@ def text(machine: Robot, told: dict[str, Any]) -> str:
         )
     mass = sum(link["mass"] for link in told["links"].values())
     title = (
-        f"{machine.name}: {len(machine.active)} active of {len(machine.coordinates)} coordinates, "
+        f"{machine.name}: {len(machine.active)} active of {counted(len(machine.coordinates), 'coordinate')}, "
         f"{counted(len(told['loops']), 'loop')}, {_links(told)}, {number(mass)} kg"
     )
     lines = [
@@ -90,7 +91,7 @@ def text(machine: Robot, told: dict[str, Any]) -> str:
         loops = [[e["name"], e["branch"] or "", e["distance_to_singularity"]] for e in told["loops"]]
         lines += ["", table(["loop", "assembly mode", "distance to singularity (0..1)"], loops)]
     for loop, count in told["redundant_equations"].items():
-        lines.append(f"{loop}: {count} of its equations follow from the others")
+        lines.append(f"{loop}: {counted(count, 'equation')} of it {agreed(count, 'follows', 'follow')} from the others")
     if told["parts"]:
         lines += ["", *parts(told)]
     return "\n".join(lines)

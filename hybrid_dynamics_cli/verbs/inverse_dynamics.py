@@ -21,11 +21,11 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=EPILOG, short_help="Efforts that a motion takes, and of what.")
 @robot_argument
-@vector_option("-u", "--u", help="Active coordinates; the robot's reference where left out.")
-@vector_option("--du", help="Their rates; zero where left out.")
-@vector_option("--ddu", help="Their accelerations; zero where left out.")
+@vector_option("-u", "--u", help="Active coordinates [rad or m]; the robot's reference where left out.")
+@vector_option("--du", help="Their rates [per second]; zero where left out.")
+@vector_option("--ddu", help="Their accelerations [per second squared]; zero where left out.")
 @json_option
 def command(robot: str, u: str | None, du: str | None, ddu: str | None, as_json: bool) -> None:
     """Efforts that the actuators need for a motion, and what they are made of.

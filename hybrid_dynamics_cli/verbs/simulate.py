@@ -9,10 +9,12 @@ import numpy as np
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.description.hints import nearest
+from hybrid_dynamics_core.description.wording import unit
 from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
 
-from ..output import number, show, table, unit
-from ..parameters import json_option, loaded, output_path, robot_argument, vector, vector_option
+from ..output import number, show, table
+from ..parameters import EFFORTS, json_option, loaded, robot_argument, vector, vector_option
+from ..writing import MOTIONS, PICTURES, draw_option, output_option, overwrite_option, place_for, read_by
 
 OF_WHAT = "of the energy exchanged"
 WEIGHT = "weight"
@@ -27,15 +29,20 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @robot_argument
-@click.option("--seconds", type=POSITIVE, default=2.0, show_default=True, help="How long.")
-@vector_option("-u", "--u", help="Active coordinates at the start; the robot's reference where left out.")
-@vector_option("--du", help="Their rates at the start; zero where left out.")
-@vector_option("--tau", help="Constant efforts, or `weight`: those that hold the weight at every moment; else none.")
+@click.option("--seconds", type=POSITIVE, default=2.0, show_default=True, help="How long [s].")
+@vector_option("-u", "--u", help="Active coordinates at the start [rad or m]; the robot's reference where left out.")
+@vector_option("--du", help="Their rates at the start [per second]; zero where left out.")
+@vector_option(
+    "--tau",
+    form=EFFORTS,
+    help="Constant efforts [N m or N], or `weight`: those that hold the weight at every moment; none where left out.",
+)
 @click.option(
     "--rate", type=click.FloatRange(min=0.0, min_open=True), default=100.0, show_default=True, help="Samples a second."
 )
-@click.option("--save", metavar="FILE", help="Write the motion to a .csv or .npz file.")
-@click.option("--draw", "--plot", "plot", metavar="FILE", help="Draw it to an .svg, .png or .pdf file.")
+@output_option("--save", "save", help="Write the motion to a .csv or .npz file.")
+@draw_option("plot", help="Draw it")
+@overwrite_option
 @json_option
 def command(
     robot: str,
@@ -46,11 +53,15 @@ def command(
     rate: float,
     save: str | None,
     plot: str | None,
+    overwrite: bool,
     as_json: bool,
 ) -> None:
     """The motion from a start under constant efforts, or none. Ends early at a stroke end or a singular place."""
     machine = loaded(robot)
-    places = [output_path(path) if path else None for path in (save, plot)]
+    places = [
+        place_for(path, endings, read_by(machine), overwrite=overwrite) if path else None
+        for path, endings in ((save, MOTIONS), (plot, PICTURES))
+    ]
     zero = np.zeros(len(machine.active))
     start = machine.close(vector("-u", u, machine.active, machine.reference), vector("--du", du, machine.active, zero))
     result = simulate(machine, start, tau=efforts(machine, tau), t_span=(0.0, seconds), settings=Settings(rate=rate))

@@ -20,7 +20,7 @@ from .bag import missing
 if TYPE_CHECKING:
     from hybrid_dynamics_core.view.motion import Motion
 
-FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
+FILE = click.Path(path_type=Path)
 
 EPILOG = """\b
 Examples:
@@ -30,15 +30,17 @@ Examples:
   hybrid-dynamics view forging_chu2020 --bag recording --topic /joint_states
 
 \b
-Exit codes: 0 after Ctrl-C, 1 where nothing can be shown, 2 where the command
-line is wrong, 3 after Ctrl-C where something of the bag could not be read.
+Exit codes: 0 after Ctrl-C, 1 where nothing can be shown, 2 where the call is
+wrong, 3 after Ctrl-C where something of the bag could not be read.
 """
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=EPILOG, short_help="Show the robot in the browser.")
 @robot_argument
-@click.option("--trajectory", type=FILE, help="CSV or .npz file to play back, as `bag make` and `simulate` know it.")
-@click.option("--bag", type=click.Path(exists=True, path_type=Path), help="Recording (rosbag2) to play back.")
+@click.option(
+    "--trajectory", type=FILE, metavar="FILE", help="CSV or .npz file to play back, as `simulate --save` writes."
+)
+@click.option("--bag", type=FILE, help="Recording (rosbag2) to play back.")
 @click.option("--topic", metavar="T", help="Topic of the joint states in the bag, where it is not the node's own.")
 @click.option("--host", default="localhost", show_default=True, help="Address to listen at; 0.0.0.0 for the network.")
 @click.option(
@@ -97,15 +99,12 @@ def of_file(machine: Robot, path: Path) -> Motion:
     """The motion of a trajectory file."""
     from hybrid_dynamics_core.control import JointTrajectory  # noqa: PLC0415
     from hybrid_dynamics_core.view.motion import motion_of  # noqa: PLC0415
-    from hybrid_dynamics_ros.offline.errors import BagError  # noqa: PLC0415
     from hybrid_dynamics_ros.offline.trajectory_file import read_trajectory  # noqa: PLC0415
 
+    told = read_trajectory(path, machine)
     try:
-        told = read_trajectory(path, machine)
         curve = JointTrajectory(told.time, told.position, told.velocity, told.acceleration, at_rest=False)
-    except BagError as error:
-        raise click.ClickException(str(error)) from error
-    except InputError as error:
+    except InputError as error:  # what the file says is wrong, not the call
         raise click.ClickException(f"{path}: {error}") from error
     tell_unused(path, told.unused)
     return motion_of(machine, curve, path.name, told.effort)
@@ -114,16 +113,12 @@ def of_file(machine: Robot, path: Path) -> Motion:
 def of_bag(robot: str, path: Path, topic: str | None) -> tuple[Robot, Motion, list[str]]:
     """The robot, the motion of a recording, and what of it could not be read."""
     from hybrid_dynamics_core.view.motion import Motion  # noqa: PLC0415
-    from hybrid_dynamics_ros.offline.errors import BagError  # noqa: PLC0415
 
     try:
         from hybrid_dynamics_ros.offline.collect import collect  # noqa: PLC0415  rosbags is an extra
     except ModuleNotFoundError as error:
         raise missing(error) from error
-    try:
-        track = collect(path, robot, topic)
-    except BagError as error:
-        raise click.ClickException(str(error)) from error
+    track = collect(path, robot, topic)
     rising = np.flatnonzero(np.diff(np.maximum.accumulate(track.time), prepend=-1.0) > 0.0)
     recorded = track.recorded[rising] if np.isfinite(track.recorded).any() else None
     state, time = track.state.rows(rising), track.time[rising]

@@ -10,21 +10,22 @@ import numpy as np
 
 from hybrid_dynamics_core import InputError, Margins, Robot, SampleStatus, Workspace
 from hybrid_dynamics_core.description.hints import nearest
+from hybrid_dynamics_core.description.wording import counted, unit
 from hybrid_dynamics_core.drawing.options import Colour
 
 from ..limits import beyond
-from ..output import number, show, table, unit
+from ..output import number, show, table
 from ..parameters import (
     frame_option,
     json_option,
     loaded,
     options,
-    output_path,
     pair,
     robot_argument,
     vector,
     vector_option,
 )
+from ..writing import PICTURES, draw_option, overwrite_option, place_for, read_by
 
 NEAR = 0.1  # distance to a singularity below which a sample is told as near one
 FATES = {
@@ -46,16 +47,23 @@ Ends with 1 where no sample is reachable.
 
 @click.command(epilog=EPILOG, short_help="Where the end effector can be, singular places.")
 @robot_argument
-@click.option("--samples", type=click.IntRange(1), default=100_000, show_default=True, help="How many are taken.")
+@click.option(
+    "--samples", type=click.IntRange(1), default=100_000, show_default=True, help="How many samples are taken."
+)
 @click.option(
     "--range", "ranges", multiple=True, metavar="NAME=LOW:HIGH", help="Narrower range of an active joint; repeatable."
 )
 @frame_option("A frame or link in place of the end effector.")
-@click.option("--draw", "--plot", "picture", metavar="FILE", help="Draw a map to an .svg, .png or .pdf file.")
+@draw_option("picture", help="Draw a map")
+@overwrite_option
 @click.option("--over", metavar="A,B", help="Draw over these two active joints, not over the plane.")
 @vector_option("-u", "--u", help="With --over: where the other active joints stay; the reference where left out.")
 @click.option(
-    "--colour", type=click.Choice(get_args(Colour)), default="singularity", show_default=True, help="Of the map."
+    "--colour",
+    type=click.Choice(get_args(Colour)),
+    default="singularity",
+    show_default=True,
+    help="What the map is coloured by.",
 )
 @json_option
 def command(
@@ -64,6 +72,7 @@ def command(
     ranges: tuple[str, ...],
     frame: str | None,
     picture: str | None,
+    overwrite: bool,
     over: str | None,
     u: str | None,
     colour: Colour,
@@ -78,7 +87,7 @@ def command(
         raise click.UsageError("--over and -u are of the map: give --draw FILE too")
     if u is not None and over is None:
         raise click.UsageError("-u is where a map over two joints is taken: give --over A,B too")
-    place = None if picture is None else output_path(picture)
+    place = None if picture is None else place_for(picture, PICTURES, read_by(machine), overwrite=overwrite)
     pair_over = None if over is None else _two(over, machine)
     base = vector("-u", u, machine.active, machine.reference)
     held = {n: v for n, v in zip(machine.active, base.tolist(), strict=True) if pair_over and n not in pair_over}
@@ -158,11 +167,13 @@ def text_of(machine: Robot, found: Workspace, told: dict[str, Any]) -> str:
         "",
         table([f"{found.frame} in {machine.base_frame}", "at", "unit", "singularity", "limit", "of"], spans),
         "",
-        table([f"of {found.count} samples", "share"], fates),
+        table([f"of {counted(found.count, 'sample')}", "share"], fates),
     ]
     nearest = told["smallest_singularity"]
     if nearest is not None:
-        at = ", ".join(f"{name} = {number(float(value))}" for name, value in nearest["u"].items())
+        at = ", ".join(
+            f"{name} = {number(float(value))} {unit(machine.joint_types[name])}" for name, value in nearest["u"].items()
+        )
         share = 100.0 * told["near_singularity"]["share"]
         lines += [
             "",

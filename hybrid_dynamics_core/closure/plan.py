@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from ..algebra.scalar import Scalar
 from ..description.model import RobotDescription
+from ..description.wording import agreed, counted
 from ..mechanism.tree import Tree
 from .branch import choose_branch
 from .equations import Equation, LoopEquations
@@ -121,11 +122,14 @@ def _wrong_count(tree: Tree, unknowns: int, equations: int) -> str:
     freedom = len(tree.coordinates) - equations
     if freedom <= 0:
         return (
-            f"the {equations} independent loop equations hold all {len(tree.coordinates)} joints fast; nothing can move"
+            f"{counted(equations, 'independent loop equation')} {agreed(equations, 'holds', 'hold')} all "
+            f"{counted(len(tree.coordinates), 'joint')} fast; nothing can move"
         )
+    named, joints = len(tree.coordinates) - unknowns, len(tree.coordinates)
     return (
-        f"{len(tree.coordinates) - unknowns} joints are named, but {len(tree.coordinates)} joints with {equations} "
-        f"independent loop equations have {freedom} degree{'s' * (freedom > 1)} of freedom; name {freedom}"
+        f"{counted(named, 'joint')} {agreed(named, 'is', 'are')} named, but {counted(joints, 'joint')} with "
+        f"{counted(equations, 'independent loop equation')} {agreed(joints, 'has', 'have')} "
+        f"{counted(freedom, 'degree')} of freedom; name {freedom}"
     )
 
 

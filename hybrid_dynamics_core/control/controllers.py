@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..description.model import Array
+from ..description.wording import counted
 from ..dynamics.loads import Loads
 from ..errors import InputError
 from ..robot import Robot
@@ -121,4 +122,6 @@ def _check_trajectory(robot: Robot, trajectory: JointTrajectory) -> None:
     """Raise InputError for a trajectory of another number of joints."""
     columns, n = trajectory.positions.shape[1], len(robot.active)
     if columns != n:
-        raise InputError(f"the trajectory has {columns} joints; {robot.name} has {n}: {', '.join(robot.active)}")
+        raise InputError(
+            f"the trajectory has {counted(columns, 'joint')}; {robot.name} has {n}: {', '.join(robot.active)}"
+        )

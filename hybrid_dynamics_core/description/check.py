@@ -6,8 +6,9 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from .document import Document, Path_
-from .hints import nearest
+from .hints import meant, nearest
 from .model import RobotDescription
+from .wording import unit
 
 
 def check_names(document: Document) -> None:
@@ -20,8 +21,10 @@ def check_values(document: Document, robot: RobotDescription) -> None:
     for name, value in robot.reference.items():
         lower, upper = robot.joints[name].limits
         if robot.active_set == "exact" and not lower <= value <= upper:  # from motors a reference is looked for
+            kind = unit(robot.joints[name].type)
             raise document.error(
-                ("reference", name), f"is {value:g}, outside the limits [{lower:g}, {upper:g}] of the joint"
+                ("reference", name),
+                f"is {value:g} {kind}, outside the limits [{lower:g}, {upper:g}] {kind} of the joint",
             )
     for closure in robot.closures:
         if closure.link_a == closure.link_b:
@@ -133,7 +136,7 @@ class _Names:
         loose = [link for link in self.links if link not in self.parent_joint]
         if named and self.base not in {*self.links, *hung, *tied}:
             hint = nearest(self.base, loose or self.links)
-            hint = f" (did you mean '{loose[0]}'?)" if len(loose) == 1 else hint
+            hint = meant(loose[0]) if len(loose) == 1 else hint
             problem = f"there is no link '{self.base}'{hint}; known: {', '.join(self.links)}"
             raise self.document.error(("base",), problem)
         if not named and self.base not in hung and len(loose) == 1:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import DescriptionError
+from .hints import with_doubts
 
 Path_ = tuple[str | int, ...]
 File = str | Path | None
@@ -117,14 +118,17 @@ class Document:
         return self._places.get(path, (self.file, None))
 
     def error(self, path: Path_, problem: str) -> DescriptionError:
-        """A DescriptionError that points at the entry as the user wrote it."""
+        """A DescriptionError that points at the entry as the user wrote it, and tells what was doubted before."""
+        return self._located(path, with_doubts(problem, self.doubts))
+
+    def _located(self, path: Path_, problem: str) -> DescriptionError:
         written, note = self.written(path)
         file, line = self.place(path)
         return DescriptionError(problem + (f" ({note})" if note else ""), key=dotted(written), file=file, line=line)
 
     def doubt(self, path: Path_, problem: str) -> None:
         """Keep what is allowed at this entry and hardly meant; a message as those of errors, told once."""
-        told = str(self.error(path, problem))
+        told = str(self._located(path, problem))
         if told not in self.doubts:
             self.doubts.append(told)
 

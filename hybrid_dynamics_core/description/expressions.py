@@ -8,7 +8,8 @@ import operator
 import re
 from collections.abc import Callable, Mapping
 
-from .hints import nearest
+from .hints import meant, nearest
+from .wording import counted
 
 _BINARY: dict[type[ast.operator], Callable[[float, float], float]] = {
     ast.Add: operator.add,
@@ -38,7 +39,7 @@ def evaluate(text: str, names: Mapping[str, float], known: str = "parameters") -
         tree = ast.parse(text.strip(), mode="eval")
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         whole = _NO_SIGN.sub(r"\1*\2", text.strip())
-        hint = f" (did you mean '{whole}'?)" if whole != text.strip() else ""
+        hint = meant(whole) if whole != text.strip() else ""
         unit = _UNIT.match(text) if not hint else None
         if unit:
             raise ValueError(f"'{text}' has a unit; {UNITS}: write the number alone, in these") from None
@@ -88,7 +89,7 @@ def _called(node: ast.Call, names: Mapping[str, float], known: str) -> float:
         raise ValueError(_only(known))
     count, function = FUNCTIONS[name]
     if len(node.args) != count:
-        raise ValueError(f"{name}() takes {count} value{'s' if count > 1 else ''}")
+        raise ValueError(f"{name}() takes {counted(count, 'value')}")
     values = [_value(argument, names, known) for argument in node.args]
     try:
         return function(*values)

@@ -15,6 +15,7 @@ from .extension import TAG, apply_rest
 from .hints import nearest
 from .schema import check_schema
 from .urdf import add_urdf
+from .wording import counted
 
 KINDS = {"3d": "point", "6d": "frame"}
 PAIRS = frozenset({"closed_loop", "type", "name_mot", "joint_name", "joint_type"})
@@ -77,7 +78,9 @@ class _Pair:
     def replace(self) -> dict[str, str]:
         names, kinds = (list(self.told.get(key) or []) for key in ("joint_name", "joint_type"))
         if len(names) != len(kinds):
-            raise self.document.error(("joint_type",), f"has {len(kinds)} entries for {len(names)} of joint_name")
+            raise self.document.error(
+                ("joint_type",), f"has {counted(len(kinds), 'entry', 'entries')} for {len(names)} of joint_name"
+            )
         for k, name in enumerate(names):
             if name in names[:k]:
                 raise self.document.error(("joint_name", k), f"'{name}' is named twice")
@@ -88,7 +91,10 @@ class _Pair:
         kinds = self.told.get("type") or []
         pairs = self.told["closed_loop"]
         if kinds and len(kinds) != len(pairs):
-            raise self.document.error(("type",), f"has {len(kinds)} entries for {len(pairs)} pairs of closed_loop")
+            raise self.document.error(
+                ("type",),
+                f"has {counted(len(kinds), 'entry', 'entries')} for {counted(len(pairs), 'pair')} of closed_loop",
+            )
         if k == 0 and not kinds:
             self.document.notes.append("type: not given; every pair is taken as 6d")
         a, b = (self.frame(name, ("closed_loop", k, n)) for n, name in enumerate(pair))

@@ -6,6 +6,8 @@ import difflib
 import unicodedata
 from collections.abc import Iterable
 
+FEW = 3  # doubts that are told with an error
+
 
 def nearest(name: str, known: Iterable[str]) -> str:
     """A hint such as ' (did you mean "mass"?)', or nothing; capitals and accents count little."""
@@ -13,7 +15,19 @@ def nearest(name: str, known: Iterable[str]) -> str:
     for other in known:
         words.setdefault(plain(other), other)
     match = difflib.get_close_matches(plain(name), list(words), n=1)
-    return f" (did you mean '{words[match[0]]}'?)" if match else ""
+    return meant(words[match[0]]) if match else ""
+
+
+def meant(word: str) -> str:
+    """The one form of a hint at what was meant."""
+    return f" (did you mean '{word}'?)"
+
+
+def with_doubts(problem: str, doubts: Iterable[str]) -> str:
+    """A problem, with what fits the format and is hardly meant: most likely its cause."""
+    told = [f"perhaps for this reason: {doubt}" for doubt in doubts]
+    more = [f"and {len(told) - FEW} more like this, told by `check` once these are mended"] if len(told) > FEW else []
+    return "\n  ".join([problem, *told[:FEW], *more])
 
 
 def plain(name: str) -> str:

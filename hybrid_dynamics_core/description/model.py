@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import DescriptionError
+from .hints import with_doubts
 
 if TYPE_CHECKING:
     from .actuators import HydraulicCylinder
@@ -173,9 +174,9 @@ class RobotDescription(Picklable):
         return f"loops.{closure}" if closure in self.loops else f"closures.{closure}"
 
     def error(self, key: str, problem: str) -> DescriptionError:
-        """A DescriptionError that points at an entry, or at the nearest one around it."""
+        """A DescriptionError that points at an entry, or at the nearest one around it, and tells what was doubted."""
         near = key
         while near and near not in self.lines:
             near = near.rpartition(".")[0]
         file = self.files.get(near, self.file)
-        return DescriptionError(problem, key=key, file=file, line=self.lines.get(near))
+        return DescriptionError(with_doubts(problem, self.doubts), key=key, file=file, line=self.lines.get(near))

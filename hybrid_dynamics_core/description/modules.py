@@ -15,6 +15,7 @@ from .expressions import evaluate
 from .hints import nearest
 from .templates import Template, find_template
 from .values import Numbers
+from .wording import counted
 
 SECTIONS = ("links", "frames", "joints", "closures", "reference")
 
@@ -46,7 +47,9 @@ class _Module:
         told = [str(label) for label in self.legs.get("labels", [])]
         labels = [str(label) for label in self.entry.get("legs", told)]
         if len(labels) != len(told):
-            problem = f"has {len(labels)} names; the template {self.template.name} has {len(told)} legs"
+            problem = (
+                f"has {counted(len(labels), 'name')}; the template {self.template.name} has {counted(len(told), 'leg')}"
+            )
             raise self.document.error((*self.path, "legs"), problem)
         return labels
 
@@ -91,8 +94,9 @@ class _Module:
             if isinstance(value, list) and name in own:
                 raise self.document.error(path, "is a list; this parameter is one number for the whole module")
             if isinstance(value, list) and len(value) != len(self.labels):
-                count = f"{len(value)} entries; expected one number, or {len(self.labels)}: one for each leg"
-                raise self.document.error(path, f"has {count}")
+                count = counted(len(value), "entry", "entries")
+                problem = f"has {count}; expected one number, or {len(self.labels)}: one for each leg"
+                raise self.document.error(path, problem)
 
     def _check_joints(self) -> None:
         known = [name for part in (self.template.data, self.legs) for name in part.get("joints", {})]

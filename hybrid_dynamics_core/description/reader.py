@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..errors import DescriptionError
 from .build import build_description
 from .check import check_names, check_values
 from .check_loops import check_loop_names, check_loops
 from .defaults import driven_joints, farthest_link
 from .document import Document
 from .expand import expand
+from .file_kinds import require_description
 from .files import read_text
 from .gepetto import gepetto_document, is_gepetto
 from .located_yaml import read_yaml
@@ -28,8 +28,10 @@ def read_description(path: str | Path) -> RobotDescription:
     """Read, check and expand a description file; its content tells which kind it is.
 
     YAML of format 1, a robot.yaml beside its URDF, URDF and URDF+, SDFormat, MJCF as this library writes it. Raises
-    DescriptionError with file, line, key, what was expected and how to mend it.
+    DescriptionError with file, line, key, what was expected and how to mend it; NoDescriptionError, which is one, where
+    there is nothing, or a file of another kind.
     """
+    require_description(Path(path))
     text = read_text(Path(path))
     if not text.removeprefix("\ufeff").lstrip().startswith("<"):
         return parse_description(text, file=path)
@@ -64,8 +66,7 @@ def read_urdf(
     `entries`: anything else a description file may hold, such as `reference` or `frames`. Raises DescriptionError.
     """
     path = Path(path)
-    if not path.is_file():
-        raise DescriptionError("cannot be read: there is no such file", file=path)
+    require_description(path)
     data = {"format": 1, "name": "robot", "urdf": path.name, "closures": dict(closures or {}), **entries}
     data["active"] = list(active) or ["all"]
     told = {"link": end_effector} if isinstance(end_effector, str) else end_effector

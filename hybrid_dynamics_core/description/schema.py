@@ -12,7 +12,8 @@ import jsonschema
 from jsonschema.exceptions import best_match
 
 from .document import Document, Path_
-from .hints import nearest, plain
+from .hints import meant, nearest, plain
+from .wording import counted
 
 
 @cache
@@ -72,7 +73,7 @@ def _words(error: Any, extra: str | None) -> str:
         if {"type", "k1"} <= {*known} and extra in ("kind", "between"):  # a closure among the loops
             return "unknown key of a loop of Type A to D; a closure, with kind and between, stands under 'closures'"
         other = [key for key in OTHER_WORDS.get(plain(extra), ()) if key in known]
-        hint = f" (did you mean '{other[0]}'?)" if other else nearest(extra, known)
+        hint = meant(other[0]) if other else nearest(extra, known)
         return f"unknown key{hint}; known keys: {', '.join(known)}"
     told = error.absolute_path and "description" in error.schema
     hint = f" ({error.schema['description']})" if told else ""
@@ -95,7 +96,7 @@ def _say_size(error: Any) -> str:
     wanted = error.schema.get("minItems", error.schema.get("minProperties"))
     split = isinstance(error.instance, list) and any(str(v).count("(") != str(v).count(")") for v in error.instance)
     hint = "; put an expression with a comma in quotes" if split else ""
-    return f"has {len(error.instance)} entries; expected {wanted}{hint}"
+    return f"has {counted(len(error.instance), 'entry', 'entries')}; expected {wanted}{hint}"
 
 
 def _say_choice(error: Any) -> str:

@@ -10,7 +10,9 @@ from typing import Any
 from .document import Document, Path_
 from .expressions import evaluate
 from .geometry import IDENTITY, Transform, rotation_from_rpy, rotation_to_axis, unit_axis
+from .hints import meant
 from .model import Array, frozen
+from .wording import agreed
 
 TURN = 1.01 * math.tau  # [rad] a printed turn is 6.28 or 6.3
 ENDLESS = 1e4  # [rad] limits beyond this mean that there are none
@@ -24,6 +26,15 @@ def _seems_degrees(told: float | str, angle: float) -> bool:
         return False
     quarters = angle / (math.pi / 2.0)
     return abs(quarters - round(quarters)) > PRINTED_PI * abs(quarters)
+
+
+def _in_degrees(told: float | str) -> str:
+    """How an angle that a file has is written, where it is in degrees."""
+    if not isinstance(told, str):
+        return f"{told:g}*deg" if told else "0"
+    if re.search(r"\b(pi|deg)\b", told):
+        return told
+    return f"{told.strip()}*deg" if re.fullmatch(r"\s*[-+]?[\w.]+\s*", told) else f"({told})*deg"
 
 
 class Numbers:
@@ -61,10 +72,10 @@ class Numbers:
         slips = [(text, angle) for text, angle in zip(told, angles, strict=False) if _seems_degrees(text, angle)]
         if slips:
             turns = (max(0.0, *angles) - min(0.0, *angles) if len(angles) > 1 else abs(angles[0])) / math.tau
-            values = "..".join(f"{angle:g}" for angle in angles)
-            text, angle = slips[-1]
-            degrees = f"{angle:g}" if not isinstance(text, str) else f"({text})"
-            self.document.doubt(path, f"{values} rad are {turns:.3g} turns; degrees are written {degrees}*deg")
+            values = " to ".join(f"{angle:g}" for angle in angles)
+            written = ", ".join(map(_in_degrees, told))
+            hint = meant(f"[{written}]" if len(told) > 1 else written)
+            self.document.doubt(path, f"{values} rad {agreed(len(angles), 'is', 'are')} {turns:.3g} turns{hint}")
 
     def length(self, value: float | str, path: Path_) -> float:
         """A number above zero."""

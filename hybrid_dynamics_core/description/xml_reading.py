@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ..errors import DescriptionError
 from .document import Document, Path_, dotted
+from .wording import counted
 from .xml_tree import Element
 
 
@@ -58,6 +59,6 @@ class XmlFile:
         except ValueError:
             values = []
         if len(values) != count or not all(math.isfinite(v) for v in values):
-            wanted = "a number" if count == 1 else f"{count} numbers"
+            wanted = "a number" if count == 1 else counted(count, "number")
             raise self.error(element, key, f"<{element.tag}> {told}; expected {wanted}")
         return values

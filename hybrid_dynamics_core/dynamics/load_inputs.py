@@ -9,6 +9,7 @@ import numpy as np
 from ..algebra.vector import constant
 from ..description.effects import Payload
 from ..description.model import Array, Frame
+from ..description.wording import counted
 from ..errors import InputError
 from ..mechanism.tree import Tree
 from .loading import FRICTION, SPRINGS, Loading
@@ -23,10 +24,9 @@ def load_inputs(loads: Loads, tree: Tree, find: FindFrame, rows: int | None) -> 
     Raises InputError for unknown frames and batches of another length.
     """
     if len(loads.effects.viscous) != len(tree.coordinates):
-        raise InputError(
-            f"the joint effects have {len(loads.effects.viscous)} entries; the robot's coordinates are "
-            f"{', '.join(tree.coordinates)}"
-        )
+        count = counted(len(loads.effects.viscous), "entry", "entries")
+        told = ", ".join(tree.coordinates)
+        raise InputError(f"the joint effects have {count}; the robot's coordinates are {told}")
     payloads = _payloads(loads, tree, find)
     fixed, turning = _wrenches(loads, tree, find, rows)
     loading = Loading(
@@ -79,8 +79,8 @@ def _wrenches(
         frame = find(name)
         body = tree.body_index(frame.link)
         if wrench.values.ndim == 2 and len(wrench.values) != rows:
-            expected = "one state" if rows is None else f"{rows} states"
-            raise InputError(f"the wrench on '{name}' has {len(wrench.values)} rows; it acts on {expected}")
+            expected = counted(1 if rows is None else rows, "state")
+            raise InputError(f"the wrench on '{name}' has {counted(len(wrench.values), 'row')}; it acts on {expected}")
         if body >= 0 and wrench.axes == "base":
             fixed.append((body, constant(frame.translation), wrench.values))
         elif body >= 0:

@@ -61,7 +61,7 @@ class JointEffects:
         for name in self.__dataclass_fields__:
             values = frozen(getattr(self, name))
             if values.shape != size or values.ndim != 1 or not np.isfinite(values).all():
-                raise InputError(f"{name} has to be {size} finite numbers, one a coordinate")
+                raise InputError(f"{name} has shape {values.shape}; expected {size} finite numbers, one a coordinate")
             if name not in ("rest", "preload", "stiffness") and (values < 0.0).any():
                 raise InputError(f"{name} has a negative entry; expected zero or positive")
             object.__setattr__(self, name, values)

@@ -13,6 +13,7 @@ from scipy.linalg import qr, solve_triangular
 
 from ..description.effects import JointEffect, effects_of
 from ..description.model import Array, RobotDescription
+from ..description.wording import agreed, counted
 from ..dynamics.loads import Loads
 from ..dynamics.parameters import JOINT_KINDS, Parameters, described_parameters, link_of
 from ..errors import InputError
@@ -136,7 +137,8 @@ def _check_closed(state: ClosedState) -> None:
     if len(rows):
         problem = ClosureStatus(status[rows[0]]).name.lower()
         raise InputError(
-            f"{len(rows)} of {len(status)} states do not close, row {rows[0]} the first ({problem}); leave them out"
+            f"{len(rows)} of {counted(len(status), 'state')} {agreed(len(rows), 'does', 'do')} not close, row "
+            f"{rows[0]} the first ({problem}); leave {agreed(len(rows), 'it', 'them')} out"
         )
 
 

@@ -12,6 +12,7 @@ from ..description.model import Array
 from ..errors import InputError
 from ..inputs import numbers
 
+UNIT = 1e-3  # largest deviation of a quaternion's norm from 1 accepted from outside; it is normalised then
 ORTHONORMAL = 1e-6  # largest error of R^T R accepted from outside: single-precision messages stay usable
 
 
@@ -39,10 +40,17 @@ class Pose:
 
     @staticmethod
     def from_quaternion(position: ArrayLike, quaternion: ArrayLike) -> Pose:
-        """From a position (3,) [m] and a quaternion x, y, z, w (4,) of length 1 (to 1e-3, then normalised)."""
+        """From a position (3,) [m] and a quaternion x, y, z, w (4,) of length 1 (to `UNIT`, then normalised)."""
         xyzw, place = numbers("quaternion", quaternion), numbers("position", position)
-        if xyzw.shape != (4,) or not abs(np.linalg.norm(xyzw) - 1.0) < 1e-3:
-            raise InputError(f"the quaternion {xyzw.tolist()} is not a unit quaternion x, y, z, w")
+        if xyzw.shape != (4,):
+            raise InputError(f"the quaternion has shape {xyzw.shape}; expected (4,): x, y, z, w")
+        norm = float(np.linalg.norm(xyzw))
+        if not abs(norm - 1.0) < UNIT:
+            told = ", ".join(f"{value:.6g}" for value in xyzw.tolist())
+            hint = f"; divide it by {norm:.6g}" if 0.0 < norm < np.inf else ""
+            raise InputError(
+                f"the quaternion x, y, z, w = {told} has the norm {norm:.6g}; expected 1 to {UNIT:g}{hint}"
+            )
         return checked_pose(Pose(place, _transform().from_quat(xyzw).as_matrix()))
 
 

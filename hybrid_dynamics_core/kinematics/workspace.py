@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..description.hints import nearest
 from ..description.model import Array
+from ..description.wording import unit
 from ..errors import InputError
 from ..progress import Progress
 from ..state import ClosedState, ClosureStatus
@@ -204,9 +205,10 @@ def sampled_ranges(
             raise InputError(f"range: '{name}' is not an active joint{hint}; they are {', '.join(robot.active)}")
         lower, upper = robot.limits[robot.active.index(name)]
         if not (math.isfinite(low) and math.isfinite(high) and lower <= low < high <= upper):
+            kind = unit(robot.joint_types[name])
             raise InputError(
-                f"range: {name} from {low:.6g} to {high:.6g}; expected two rising numbers within its limits "
-                f"[{lower:.6g}, {upper:.6g}]"
+                f"range: {name} from {low:.6g} to {high:.6g} {kind}; expected two rising numbers within its limits "
+                f"[{lower:.6g}, {upper:.6g}] {kind}"
             )
         box[robot.active.index(name)] = low, high
     for name, value in _held(robot, told, held or {}).items():

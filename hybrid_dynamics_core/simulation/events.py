@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..description.model import Array
+from ..description.wording import unit
 from ..errors import InputError
 from ..robot import Robot
 from ..state import ClosedState, ClosureStatus
@@ -32,6 +33,7 @@ class _Limit:
     index: int
     value: float
     upper: bool
+    unit: str
 
     def left(self, s: Array) -> float:
         """How far it is to the limit, negative beyond."""
@@ -61,11 +63,14 @@ class Watch:
         for limit in self._limits:
             if limit.left(state.s) < 0.0:
                 side = "above" if limit.upper else "below"
-                raise InputError(f"{limit.name} = {state.s[limit.index]:.6g} starts {side} its limit {limit.value:.6g}")
+                raise InputError(
+                    f"{limit.name} = {state.s[limit.index]:.6g} {limit.unit} starts {side} its limit "
+                    f"{limit.value:.6g} {limit.unit}"
+                )
         if state.singularity < self._singular:
             raise InputError(
-                f"loop '{state.singular_loop}' starts {state.singularity:.3g} from a singular configuration; the "
-                f"simulation would end at {self._singular:.3g}"
+                f"loop '{state.singular_loop}' starts {state.singularity:.3g} (of at most 1) from a "
+                f"singular configuration; the simulation would end at {self._singular:.3g}"
             )
 
     def margins(self, state: ClosedState) -> Array:
@@ -100,11 +105,12 @@ class Watch:
     def event(self, index: int, time: float, state: ClosedState) -> Event:
         """The event with this index; `state` just before it."""
         if index == len(self._limits):
-            message = f"loop '{state.singular_loop}' came to {state.singularity:.3g} from a singular configuration"
+            place = f"{state.singularity:.3g} (of at most 1) from a singular configuration"
+            message = f"loop '{state.singular_loop}' came to {place}"
             return Event(time, SINGULAR, str(state.singular_loop), message)
         limit = self._limits[index]
         side = "upper" if limit.upper else "lower"
-        return Event(time, LIMIT, limit.name, f"{limit.name} reached its {side} limit {limit.value:.6g}")
+        return Event(time, LIMIT, limit.name, f"{limit.name} reached its {side} limit {limit.value:.6g} {limit.unit}")
 
     def is_limit(self, index: int) -> bool:
         """Whether the event is of a coordinate, not of a singularity."""
@@ -134,6 +140,7 @@ def _limits(robot: Robot) -> list[_Limit]:
         if name in robot.cylinders:
             stroke = robot.cylinders[name].stroke
             lower, upper = max(lower, stroke[0]), min(upper, stroke[1])
-        found += [_Limit(name, k, lower, False)] if np.isfinite(lower) else []
-        found += [_Limit(name, k, upper, True)] if np.isfinite(upper) else []
+        kind = unit(robot.joint_types[name])
+        found += [_Limit(name, k, lower, False, kind)] if np.isfinite(lower) else []
+        found += [_Limit(name, k, upper, True, kind)] if np.isfinite(upper) else []
     return found

@@ -32,6 +32,7 @@ from hybrid_dynamics_ros.strokes import Strokes
 Span = tuple[float, float]  # from, to [s]
 WHOLE: Final[Span] = (0.0, math.inf)
 _AT_ONCE = 4096
+_COMPUTED: Final = f"{NODE}/joint_states"  # the node's output: its efforts are the model's own
 _LISTED = 1000  # gaps and bad samples that are kept for the page
 
 
@@ -88,6 +89,11 @@ class Track:
     def stamps(self) -> Stamps:
         """How regular the stamps are."""
         return Stamps(self.first, self.intervals)
+
+    @property
+    def computed(self) -> bool:
+        """Whether the samples are what a processed bag has in place of a recording: their efforts are the model's."""
+        return self.topic == _COMPUTED
 
     @property
     def power(self) -> FloatArray:
@@ -204,12 +210,11 @@ def collect(  # noqa: PLR0913 - the command's options
     with Source(path) as source:
         name = topic or _own_states(source) or input_topic(source, None)
         name = input_topic(source, name)
-        computed = name == f"{NODE}/joint_states"  # its efforts are the model's own
         every = max(1, math.ceil((source.topics[name].told or 1) / most))
         parts: list[Samples] = []
         for samples in _read(source, name, decoder, kept, span):
             _watch(kept, samples, settings[MAX_GAP])
-            if computed or pipeline.measured != machine.active:
+            if name == _COMPUTED or pipeline.measured != machine.active:
                 samples.effort[:] = np.nan
             measured = samples.measured[samples.usable]
             kept.with_velocity += int(measured.sum())
@@ -227,9 +232,9 @@ def collect(  # noqa: PLR0913 - the command's options
                 _keep(kept, errors, samples, bulk.process(samples, estimates.part(rows)), every)
         losses = source.losses.told
     if not kept.motions:
-        told = "; ".join(f"{code}: {text}" for code, text in bulk.first_rejections.items())
+        told = "".join(f"; {code}: {text}" for code, text in bulk.first_rejections.items())
         where = "" if span == WHOLE else f" from {span[0]:g} s {told_end(span)} of the bag"
-        raise BagError(f"{path}: {name}: no sample{where} can be used ({pipeline.counts.summary()}) {told}")
+        raise BagError(f"{path}: {name}: no sample{where} can be used ({pipeline.counts.summary()}){told}")
     lag = pipeline.acceleration_lag(measured=kept.with_velocity >= kept.without)  # of most samples
     return _track(machine, pipeline, name, kept, errors, every, losses, smooth, lag, settings[MAX_GAP])
 
@@ -242,7 +247,7 @@ def _smoothing(path: Path) -> str:
 
 def _own_states(source: Source) -> str | None:
     """The node's output, in a bag without its input."""
-    own, given = f"{NODE}/joint_states", f"{NODE}/active_joint_states"
+    own, given = _COMPUTED, f"{NODE}/active_joint_states"
     if given in source.topics or own not in source.topics:
         return None
     others = [t.name for t in source.topics.values() if t.kind == source.topics[own].kind and NODE not in t.name]

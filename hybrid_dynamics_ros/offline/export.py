@@ -10,8 +10,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from hybrid_dynamics_core.description.hints import nearest
 from hybrid_dynamics_core.progress import Progress
-from hybrid_dynamics_ros.offline.errors import BagError
+from hybrid_dynamics_ros.offline.errors import BagCallError, BagError
 from hybrid_dynamics_ros.offline.interfaces import typestore
 from hybrid_dynamics_ros.offline.source import Source
 
@@ -68,19 +69,21 @@ def export(
     overwrite: files of the same names are replaced, all else in the folder stays.
 
     Raises:
-        BagError: a topic is not there, the folder is not empty, or the format needs what is not installed.
+        BagCallError: a topic is not there, or the folder is not empty.
+        BagError: the format needs what is not installed.
     """
     if target.exists() and not target.is_dir():
-        raise BagError(f"{target}: is a file; name a folder")
+        raise BagCallError(f"{target}: is a file; name a folder")
     if not overwrite and target.is_dir() and any(target.iterdir()):
-        raise BagError(
+        raise BagCallError(
             f"{target}: there is something in it already, and tables of two bags would mix; name a new folder, or give "
             "--overwrite to replace the files of the same names"
         )
     with Source(path) as source:
         missing = [topic for topic in topics if topic not in source.topics]
         if missing:
-            raise BagError(f"{path}: no topic {missing[0]}; there are: {', '.join(source.topics)}")
+            hint = nearest(missing[0], source.topics)
+            raise BagCallError(f"{path}: no topic {missing[0]}{hint}; there are: {', '.join(source.topics)}")
         wanted = {name: topic for name, topic in source.topics.items() if not topics or name in topics}
         unknown = [t.name for t in wanted.values() if t.kind not in typestore().types]
         for name in unknown:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hybrid_dynamics_core import Loads
 from hybrid_dynamics_core.description.hints import nearest
+from hybrid_dynamics_core.description.wording import agreed, counted
 from hybrid_dynamics_core.dynamics.parameters import Parameters, described_parameters
 from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_core.identification import Identification, identify, noise_limit, robust_deviation
@@ -142,9 +143,14 @@ def identify_track(track: Track, parameters: Parameters | None = None, hold_out:
     usable = np.isfinite(track.recorded).all(axis=1) & np.isfinite(track.acceleration).all(axis=1)
     rows = np.flatnonzero(usable)
     if len(rows) < 10:
+        count = f"{counted(len(rows), 'sample')} {agreed(len(rows), 'has', 'have')}"
+        kept = (
+            "; these are what `bag process` computed: process the recording with --keep, which takes its topics over "
+            "too, or identify from the recording itself"
+        )
         raise BagError(
-            f"{track.topic}: {len(rows)} samples have recorded efforts of {', '.join(robot.active)} and accelerations; "
-            "identification needs the effort field of the recorded joint states"
+            f"{track.topic}: {count} recorded efforts of {', '.join(robot.active)} and accelerations; identification "
+            f"needs the effort field of the recorded joint states{kept if track.computed else ''}"
         )
     cut = round(len(rows) * (1.0 - hold_out))
     edge = round(_EDGE * len(rows))

@@ -8,13 +8,19 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from typing import Final
 
-from hybrid_dynamics_core.errors import HybridDynamicsError
+from hybrid_dynamics_core.errors import HybridDynamicsError, InputError
 from hybrid_dynamics_core.progress import Progress
-from hybrid_dynamics_ros.offline.errors import BagError
+from hybrid_dynamics_ros.offline.errors import BagCallError, BagError
 from hybrid_dynamics_ros.offline.process import Job, Outcome, process
 from hybrid_dynamics_ros.parameters import ParameterError
 
 TRIES: Final = 2  # of each bag: a worker may be lost for reasons of its own
+
+
+class WrongCall(str):
+    """Why there is no outcome, where the fault is in what was asked for."""
+
+    __slots__ = ()
 
 
 def run_jobs(jobs: Sequence[Job], processes: int = 1, scheduler: str | None = None) -> list[Outcome | str]:
@@ -26,7 +32,8 @@ def run_jobs(jobs: Sequence[Job], processes: int = 1, scheduler: str | None = No
         scheduler: address of a Dask scheduler whose workers see the same files.
 
     Raises:
-        BagError: dask is not installed, or the scheduler is not there.
+        BagError: dask is not installed.
+        BagCallError: the scheduler is not there.
     """
     found: dict[int, Outcome | str] = {}
     if scheduler is None and (processes == 1 or len(jobs) == 1):
@@ -50,7 +57,9 @@ def attempt(job: Job, shown: bool | None = False) -> Outcome | str:
     """The outcome of one job, or why there is none."""
     try:
         return process(job, shown)
-    except (BagError, ParameterError, HybridDynamicsError, OSError) as error:
+    except InputError as error:
+        return WrongCall(error)
+    except (ParameterError, HybridDynamicsError, OSError) as error:
         return str(error) or type(error).__name__
 
 
@@ -73,7 +82,7 @@ def _on_cluster(jobs: Sequence[Job], which: Sequence[int], address: str) -> Iter
     try:
         client = distributed.Client(address, timeout="10s")
     except (OSError, ValueError, TimeoutError) as error:
-        raise BagError(f"scheduler {address}: {error}") from error
+        raise BagCallError(f"scheduler {address}: {error}") from error
     with client:
         waiting = {client.submit(attempt, jobs[k], pure=False, retries=TRIES): k for k in which}
         for done in distributed.as_completed(waiting):

@@ -19,6 +19,7 @@ import lz4.frame
 import numpy as np
 from numpy.typing import NDArray
 
+from hybrid_dynamics_core.description.wording import counted
 from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.source import Losses, Messages, Topic, qos_of, unpack_each
 
@@ -202,7 +203,7 @@ class McapFile:
             self._lose(f"{where}: it cannot be unpacked ({error})")
             return None
         if len(records) != size:
-            self._lose(f"{where}: it has {len(records)} bytes, expected {size}")
+            self._lose(f"{where}: it has {counted(len(records), 'byte')}, expected {size}")
             return None
         if checksum and crc32(records) != checksum:
             self._lose(f"{where}: its checksum differs")
@@ -303,7 +304,7 @@ def _alike(records: bytes, at: int, step: int) -> int:
 def _require_some(path: Path) -> None:
     size = path.stat().st_size
     if size < len(MAGIC):
-        raise BagError(f"{path.name}: {size} bytes: no MCAP file")
+        raise BagError(f"{path.name}: {counted(size, 'byte')}: no MCAP file")
 
 
 def _gathered(data: NDArray[np.uint8], starts: NDArray[np.int64], kind: str) -> NDArray[np.int64]:

@@ -22,7 +22,8 @@ import yaml
 from rosbags.interfaces import Qos
 from rosbags.rosbag2.metadata import dump_qos_v9
 
-from hybrid_dynamics_ros.offline.errors import BagError
+from hybrid_dynamics_core.description.file_kinds import METADATA
+from hybrid_dynamics_ros.offline.errors import BagCallError
 from hybrid_dynamics_ros.offline.interfaces import typestore
 from hybrid_dynamics_ros.offline.mcap_chunk import Block, Packer
 from hybrid_dynamics_ros.offline.mcap_file import (
@@ -37,7 +38,7 @@ from hybrid_dynamics_ros.offline.mcap_file import (
     SCHEMA,
     STATISTICS,
 )
-from hybrid_dynamics_ros.offline.source import METADATA, Topic
+from hybrid_dynamics_ros.offline.source import Topic
 
 _QUEUED: Final = 4  # chunks that wait to be made and written
 
@@ -173,7 +174,7 @@ def new_bag(path: Path, topics: Sequence[Topic], notes: Mapping[str, str] | None
     """Write a bag; one that is there is replaced. After an error or an interruption `path` is as it was before.
 
     Raises:
-        BagError: there is something else than a bag at `path`.
+        BagCallError: there is something else than a bag at `path`.
     """
     path = path.absolute()
     require_replaceable(path)
@@ -203,28 +204,28 @@ def require_replaceable(path: Path) -> None:
     """Refuse a path where there is something else than nothing, an empty folder or a bag.
 
     Raises:
-        BagError: what there is.
+        BagCallError: what there is.
     """
     if not path.exists():
         return
     if not path.is_dir():
-        raise BagError(f"{path}: is a file; name a folder for the new bag")
+        raise BagCallError(f"{path}: is a file; name a folder for the new bag")
     if path.resolve() == Path.cwd():
-        raise BagError(f"{path}: is the folder you are in; name a new one for the bag")
+        raise BagCallError(f"{path}: is the folder you are in; name a new one for the bag")
     others = [file.name for file in path.iterdir() if not (file.is_file() and _BAG_FILE.fullmatch(file.name))]
     if others:
-        raise BagError(f"{path}: holds other things than a bag ({min(others)}, ...); name a new folder")
+        raise BagCallError(f"{path}: holds other things than a bag ({min(others)}, ...); name a new folder")
 
 
 def require_new(path: Path) -> None:
     """Refuse a path where there is anything but an empty folder.
 
     Raises:
-        BagError: there is.
+        BagCallError: there is.
     """
     require_replaceable(path)
     if path.exists() and any(path.iterdir()):
-        raise BagError(f"{path}: there is a bag already; name a new folder, or give --overwrite")
+        raise BagCallError(f"{path}: there is a bag already; name a new folder, or give --overwrite")
 
 
 def _definition(topic: Topic) -> str:

@@ -9,9 +9,10 @@ from typing import Any, Final
 import yaml
 
 from hybrid_dynamics_core import Robot, load, shipped_robots
+from hybrid_dynamics_core.description.file_kinds import METADATA
 from hybrid_dynamics_core.errors import HybridDynamicsError
-from hybrid_dynamics_ros.offline.errors import BagError
-from hybrid_dynamics_ros.offline.source import METADATA
+from hybrid_dynamics_ros.offline.errors import BagCallError
+from hybrid_dynamics_ros.offline.source import require_recording
 
 _NAME: Final = "robot"
 _FILE: Final = "robot_file"  # absolute path, of a robot that is not shipped
@@ -29,17 +30,16 @@ def known_robot(bag: Path) -> Robot:
     """The robot that a bag was made with.
 
     Raises:
-        BagError: the bag does not tell, or tells of a file that is not there any more or is not what it was.
+        BagCallError: the bag does not tell, or tells of a file that is not there any more or is not what it was.
     """
-    if not bag.exists():
-        raise BagError(f"{bag}: there is no such bag")
+    require_recording(bag)
     notes = _notes(bag)
     name = notes.get(_NAME)
     if name is None:
-        raise BagError(f"{bag}: does not tell which robot it is of; name it with --robot")
+        raise BagCallError(f"{bag}: does not tell which robot it is of; name it with --robot")
     if _FILE not in notes:
         if name not in shipped_robots():
-            raise BagError(
+            raise BagCallError(
                 f"{bag}: was made with '{name}', which is not a shipped robot, and does not tell its file; "
                 "give --robot FILE"
             )
@@ -48,9 +48,9 @@ def known_robot(bag: Path) -> Robot:
     try:
         robot = load(file)
     except (OSError, HybridDynamicsError) as error:
-        raise BagError(f"{bag}: was made with {file}, which cannot be read ({error}); give --robot FILE") from error
+        raise BagCallError(f"{bag}: was made with {file}, which cannot be read ({error}); give --robot FILE") from error
     if _digest(robot) != notes.get(_DIGEST):
-        raise BagError(f"{bag}: was made with {file}, which has been changed since then; give --robot FILE")
+        raise BagCallError(f"{bag}: was made with {file}, which has been changed since then; give --robot FILE")
     return robot
 
 

@@ -13,13 +13,14 @@ import numpy as np
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 
 from hybrid_dynamics_core import Robot, load
+from hybrid_dynamics_core.description.hints import nearest
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_core.export.urdf import to_urdf
 from hybrid_dynamics_core.progress import Progress
 from hybrid_dynamics_ros.cdr import Template
 from hybrid_dynamics_ros.conditions import Conditions, calibration_of, loads_of
 from hybrid_dynamics_ros.offline.decode import Decoder, Samples
-from hybrid_dynamics_ros.offline.errors import BagError
+from hybrid_dynamics_ros.offline.errors import BagCallError, BagError
 from hybrid_dynamics_ros.offline.interfaces import JOINT_MOTION, JOINT_STATE
 from hybrid_dynamics_ros.offline.mcap_chunk import Block
 from hybrid_dynamics_ros.offline.mcap_write import BagWriter, new_bag
@@ -114,7 +115,7 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
         HybridDynamicsError: the robot cannot be loaded.
     """
     if job.target.resolve() in (job.source.resolve(), *job.source.resolve().parents):
-        raise BagError(f"{job.target}: the new bag would replace the one it is made of; name another")
+        raise BagCallError(f"{job.target}: the new bag would replace the one it is made of; name another")
     outcome = Outcome(job)
     watch = Stopwatch(outcome.shares)
     robot = load(job.robot)
@@ -125,7 +126,7 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
         kind = source.topics[topic].kind
         if kind == JOINT_MOTION and job.smooth != "causal":
             told = "accelerations, which are taken as they are"
-            raise BagError(
+            raise BagCallError(
                 f"{source.path}: {topic} has {told}: nothing can be smoothed; leave out --smooth {job.smooth}"
             )
         topics = [Topic(output.name, output.kind, (_offered(latched=False),)) for output in outputs]
@@ -178,20 +179,29 @@ def input_topic(source: Source, wanted: str | None, kinds: Sequence[str] = (JOIN
         kinds: message types that are taken.
 
     Raises:
-        BagError: there is none, or it is not clear which.
+        BagError: there is none.
+        BagCallError: there is none of the wanted name, or it is not clear which.
     """
     there = {kind: [topic.name for topic in source.topics.values() if topic.kind == kind] for kind in kinds}
     every = [name for names in there.values() for name in names]
-    told = ", ".join(every) or "none"
+    told = ", ".join(every)
+    if not every:
+        others = ", ".join(source.topics) or "none that can be read"
+        raise BagError(f"{source.path}: holds no topic of type {' or '.join(kinds)}; its topics: {others}")
     if wanted is not None:
         if wanted in every:
             return wanted
-        raise BagError(f"{source.path}: no topic {wanted} of type {' or '.join(kinds)}; topics of this type: {told}")
+        raise BagCallError(
+            f"{source.path}: no topic {wanted} of type {' or '.join(kinds)}{nearest(wanted, every)}; topics of this "
+            f"type: {told}"
+        )
     if INPUT in every:
         return INPUT
     first = next((names for names in there.values() if names), [])
     if len(first) != 1:
-        raise BagError(f"{source.path}: which topic holds the joint states? Name it with --topic; there are: {told}")
+        raise BagCallError(
+            f"{source.path}: which topic holds the joint states? Name it with --topic; there are: {told}"
+        )
     return first[0]
 
 

@@ -11,6 +11,7 @@ from typing import Final
 
 import numpy as np
 
+from hybrid_dynamics_core.description.wording import agreed
 from hybrid_dynamics_ros.offline.collect import Track
 from hybrid_dynamics_ros.offline.figures import (
     Draw,
@@ -23,6 +24,7 @@ from hybrid_dynamics_ros.offline.figures import (
     trajectories,
     unit_of,
 )
+from hybrid_dynamics_ros.offline.spread import spreads
 
 _STYLE: Final = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 1080px; margin: 2em auto; padding: 0 1em; }
@@ -34,6 +36,10 @@ td, th { padding: .15em 1.2em .15em 0; border-bottom: 1px solid #eee; }
 td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 .warn { background: #fff4e5; border-left: 4px solid #e08a00; padding: .5em 1em; }
 """
+_COMPUTED_ONLY: Final = (
+    "What the model says the actuators gave. No efforts were recorded, or <code>bag process</code> was called without "
+    "<code>--keep</code>, which takes them over: there is nothing to compare with."
+)
 _DIGITS: Final = tuple("-0123456789")
 _LISTED: Final = 20  # samples in a table
 _FIGURES: Final[tuple[tuple[str, str, Draw], ...]] = (
@@ -64,6 +70,7 @@ def report(track: Track, title: str) -> str:
     for heading, text, draw in _FIGURES:
         if draw is margins and not track.margins[0]:
             continue
+        text = _COMPUTED_ONLY if draw is efforts and not track.errors.count.any() else text  # noqa: PLW2901
         parts += [f"<h2>{heading}</h2>", f'<p class="quiet">{text}</p>']
         if draw is efforts and track.errors.count.any():
             parts.append(_errors(track))
@@ -77,7 +84,9 @@ def report(track: Track, title: str) -> str:
     body = "\n".join(parts)
     return (
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<title>{html.escape(title)}</title>\n'
+        f'<meta name="generator" content="hybrid_dynamics">\n'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{html.escape(title)}</title>\n"
         f"<style>{_STYLE}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n"
     )
 
@@ -157,26 +166,42 @@ def _strays(track: Track) -> str:
         late = "" if np.isnan(stray.late) else f"{1e3 * abs(stray.late):.1f} ms {stray.word}"
         rows.append([f"{stray.at(track.start_ns):.3f} s", name, f"{stray.off:.3g} {unit}", late])
     more = len(track.strays) - len(rows)
+    unlisted = f" {more} more {agreed(more, 'is', 'are')} not listed." if more else ""
     told = (
         "These samples do not fit the motion around them: accelerations are not made of them, nor efforts computed at "
-        f"their stamps.{f' {more} more are not listed.' if more else ''}"
+        f"their stamps.{unlisted}"
     )
     return f"<p>{told}</p>" + _table(["off the motion", "joint", "off by", "stamp is"], rows)
 
 
 def _errors(track: Track) -> str:
     errors = track.errors
-    left = np.abs(track.recorded - track.efforts)
-    near = [np.percentile(part[np.isfinite(part)], 95.0) if np.isfinite(part).any() else np.nan for part in left.T]
-    rows = []
-    for k, name in enumerate(track.robot.active):
-        sizes = [_digits(value) for value in (near[k], errors.rms[k], errors.mean[k])]
+    rows, active = [], track.robot.active
+    for spread in spreads(track):
+        k, name = active.index(spread.joint), spread.joint
+        sizes = [_digits(value) for value in (spread.median, spread.near)]
+        sizes.append(f"{spread.far} of {spread.count}, beyond {_digits(spread.limit)}")
+        sizes += [_digits(value) for value in (errors.rms[k], errors.mean[k])]
         sizes.append(f"{_digits(errors.largest[k])} at {(errors.largest_ns[k] - track.start_ns) * 1e-9:.3f} s")
         share = f"{100.0 * errors.explained[k]:.2f} %" if np.isfinite(errors.explained[k]) else "-"
         rows.append([name, unit_of(track, name, "effort"), *sizes, share, str(errors.count[k])])
     return _table(
-        ["recorded less computed", "unit", "95 % within", "RMS", "mean", "largest", "variance explained", "samples"],
+        [
+            "recorded less computed",
+            "unit",
+            "50 % within",
+            "95 % within",
+            "far off",
+            "RMS",
+            "mean",
+            "largest",
+            "variance explained",
+            "samples",
+        ],
         rows,
+    ) + (
+        '<p class="quiet">Far off: beyond what noise of this median stays within. A few such samples make most of the '
+        "RMS, and hardly move what 50 % and 95 % are within.</p>"
     )
 
 

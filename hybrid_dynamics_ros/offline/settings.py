@@ -8,7 +8,8 @@ from typing import Any
 
 import yaml
 
-from hybrid_dynamics_ros.offline.errors import BagError
+from hybrid_dynamics_core.description.file_kinds import FileKind, look
+from hybrid_dynamics_ros.offline.errors import BagError, wrong_kind
 from hybrid_dynamics_ros.parameters import SENSOR, TABLE, ParameterError, Settings, checked, sensor_rows
 
 _NAME = "hybrid_dynamics"  # of the node whose topics a processed bag has
@@ -18,16 +19,13 @@ def read_settings(path: Path | None) -> Settings:
     """Settings of a file as `ros2 run ... --params-file` takes it; defaults without one.
 
     Raises:
-        BagError: it is no parameter file.
+        BagCallError: it is a file of another kind.
+        BagError: it cannot be read as one, or is for another node.
         ParameterError: a parameter is unknown, or has a value that cannot be used.
     """
     if path is None:
         return Settings()
-    try:
-        tree = yaml.safe_load(path.read_text(encoding="utf-8"))
-        sections = {name: dict(_flat(section["ros__parameters"])) for name, section in tree.items()}
-    except (OSError, ValueError, yaml.YAMLError, AttributeError, KeyError, TypeError) as error:
-        raise BagError(f"{path}: expected a parameter file, '/**:' above 'ros__parameters:' ({error})") from error
+    sections = _sections(path)
     given: dict[str, Any] = {}
     for name in [name for name in sections if _is_for_the_node(name)] or (list(sections) if len(sections) == 1 else []):
         given |= sections[name]  # as ROS does: a later section wins
@@ -43,6 +41,17 @@ def read_settings(path: Path | None) -> Settings:
             raise ParameterError(f"{path}: there is no parameter {name}")
         values[name] = checked(rows[name], value)
     return Settings(values)
+
+
+def _sections(path: Path) -> dict[Any, dict[str, Any]]:
+    """The parameters of each section."""
+    if look(path).kind not in (FileKind.SETTINGS, FileKind.TEXT):
+        raise wrong_kind(path, "a parameter file of the node ('/**:' above 'ros__parameters:')")
+    try:
+        tree = yaml.safe_load(path.read_text(encoding="utf-8"))
+        return {name: dict(_flat(section["ros__parameters"])) for name, section in tree.items()}
+    except (OSError, ValueError, yaml.YAMLError, AttributeError, KeyError, TypeError) as error:
+        raise BagError(f"{path}: expected a parameter file, '/**:' above 'ros__parameters:' ({error})") from error
 
 
 def require_known_sensors(settings: Settings, measured: Sequence[str]) -> None:

@@ -22,15 +22,16 @@ from numpy.typing import NDArray
 from rosbags.interfaces import Qos
 from rosbags.rosbag2.metadata import parse_qos
 
+from hybrid_dynamics_core.description.file_kinds import METADATA, FileKind, look, storage_of
 from hybrid_dynamics_ros.cdr import Bytes
-from hybrid_dynamics_ros.offline.errors import BagError
+from hybrid_dynamics_ros.offline.errors import BagError, wrong_kind
 
 if sys.version_info >= (3, 14):
     from compression import zstd
 else:
     from backports import zstd
 
-METADATA: Final = "metadata.yaml"
+RECORDING: Final = "a recording (a rosbag2 folder, a .mcap or .db3 file, or one of them with .zstd behind)"
 MOST_LOSSES: Final = 1000  # sentences
 _KINDS: Final = 20  # of further losses
 _OTHERS: Final = "of other kinds"
@@ -139,8 +140,10 @@ class Source:
         """Open a folder or a file.
 
         Raises:
-            BagError: there is no bag, or nothing of it can be read.
+            BagCallError: there is no bag.
+            BagError: nothing of it can be read.
         """
+        require_recording(path)
         self.path, self.losses = path, Losses()
         self.read_counts: dict[str, int] = {}
         self._stack = ExitStack()
@@ -192,8 +195,6 @@ class Source:
             return {}
 
     def _paths(self) -> list[Path]:
-        if not self.path.exists():
-            raise BagError(f"{self.path}: there is no such bag")
         if self.path.is_file():
             return [self.path]
         named = [self.path / Path(str(name)).name for name in self._told.get("relative_file_paths") or ()]
@@ -201,18 +202,16 @@ class Source:
             if not file.is_file():
                 self.losses.add(f"{file.name}: the file is missing")
         there = [file for file in named if file.is_file()]
-        there = there or sorted(f for f in self.path.iterdir() if _kind(f) is not None)
+        there = there or sorted(f for f in self.path.iterdir() if storage_of(f) is not None)
         if not there:
-            raise BagError(f"{self.path}: no .mcap or .db3 file; expected a rosbag2 folder, or such a file")
+            raise BagError(f"{self.path}: no .mcap or .db3 file is left of this recording")
         return there
 
     def _opened(self, file: Path) -> Storage:
         from hybrid_dynamics_ros.offline.mcap_file import McapFile  # noqa: PLC0415 - they use what is here
         from hybrid_dynamics_ros.offline.sqlite_file import SqliteFile  # noqa: PLC0415
 
-        kind = _kind(file)
-        if kind is None:
-            raise BagError(f"{file}: expected .mcap, .db3, or one of them with .zstd behind")
+        kind = storage_of(file)
         if file.suffix == ".zstd":
             file = self._unpacked(file)
         packed = str(self._told.get("compression_mode") or "").lower() == "message"
@@ -262,11 +261,6 @@ def qos_of(told: Any) -> tuple[Qos, ...]:
         return ()
 
 
-def _kind(file: Path) -> str | None:
-    suffix = Path(file.stem).suffix if file.suffix == ".zstd" else file.suffix
-    return suffix if suffix in {".mcap", ".db3"} and not file.name.startswith(".") else None
-
-
 def unpack_each(messages: Messages, losses: Losses, where: str) -> Messages:
     """Messages that are compressed one by one."""
     kept, times = [], []
@@ -280,23 +274,35 @@ def unpack_each(messages: Messages, losses: Losses, where: str) -> Messages:
     return Messages.of(times, kept)
 
 
+def require_recording(path: Path) -> None:
+    """Refuse what is no bag, before anything else is asked of it.
+
+    Raises:
+        BagCallError: there is nothing, or something of another kind.
+    """
+    there = look(path).kind
+    if there is not FileKind.BAG or (path.is_file() and storage_of(path) is None):
+        raise wrong_kind(path, RECORDING)
+
+
 def bags_of(path: Path) -> list[Path]:
     """The bags that a path means: itself, or those in a folder of bags.
 
     Raises:
-        BagError: there are none.
+        BagCallError: there are none.
     """
     if not path.is_dir() or (path / METADATA).is_file():
+        require_recording(path)
         return [path]
     inside = sorted(p for p in path.iterdir() if not p.name.startswith("."))
-    found = [p for p in inside if _kind(p) is not None or (p.is_dir() and _is_bag(p))]
+    found = [p for p in inside if storage_of(p) is not None or (p.is_dir() and _is_bag(p))]
     parts = {re.sub(r"_\d+$", "", p.stem) for p in found}
     if found and parts == {path.name} and all(p.is_file() for p in found):
         return [path]  # a bag that lost its metadata
     if not found:
-        raise BagError(f"{path}: no bag in it; expected rosbag2 folders, .mcap or .db3 files")
+        raise wrong_kind(path, RECORDING)
     return found
 
 
 def _is_bag(folder: Path) -> bool:
-    return (folder / METADATA).is_file() or any(_kind(file) is not None for file in folder.iterdir())
+    return (folder / METADATA).is_file() or any(storage_of(file) is not None for file in folder.iterdir())

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
+from hybrid_dynamics_core.description.wording import counted
 from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.source import Losses, Messages, Topic, qos_of, unpack_each
 
@@ -66,7 +67,9 @@ class SqliteFile:
             while rows := cursor.fetchmany(_AT_ONCE):
                 good = [(t, d) for t, d in rows if isinstance(t, int) and isinstance(d, bytes)]
                 if len(good) < len(rows):
-                    self._losses.add(f"{self._path.name}: {name}: {len(rows) - len(good)} rows hold no message")
+                    self._losses.add(
+                        f"{self._path.name}: {name}: {counted(len(rows) - len(good), 'row')} without a message"
+                    )
                 messages = Messages.of([t for t, _ in good], [d for _, d in good])
                 done += len(good)
                 yield unpack_each(messages, self._losses, self._path.name) if self._packed else messages

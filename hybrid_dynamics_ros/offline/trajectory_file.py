@@ -12,9 +12,12 @@ from zipfile import BadZipFile
 import numpy as np
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_ros.offline.errors import BagError
+from hybrid_dynamics_core.description.file_kinds import FileKind, look
+from hybrid_dynamics_core.description.wording import counted
+from hybrid_dynamics_ros.offline.errors import BagError, wrong_kind
 from hybrid_dynamics_ros.samples import FloatArray
 
+TRAJECTORY: Final = "a trajectory (CSV with the columns time and JOINT, or .npz, as `simulate --save` writes them)"
 # Each part by the names it may have: of a joint's column, and of an array (N, n) in a .npz; the first are written now,
 # the others were by earlier versions.
 _TIMES: Final = ("time", "t", "time [s]")
@@ -69,15 +72,15 @@ def read_trajectory(path: Path, robot: Robot) -> Trajectory:
     active joints. What `simulate` saves is taken too, and what it saved under earlier names (`t`, `JOINT.rate`).
 
     Raises:
+        BagCallError: there is no file, or one of another kind.
         BagError: a column is missing, has values that are no numbers, or is of an active joint and not known.
     """
+    if look(path).kind not in (FileKind.TRAJECTORY, FileKind.TEXT) and not (path.suffix == ".npz" and path.is_file()):
+        raise wrong_kind(path, TRAJECTORY)
     try:
         columns, spare = _npz(path, robot) if path.suffix == ".npz" else (_csv(path), [])
     except UnicodeDecodeError as error:
-        raise BagError(
-            f"{path}: is not a text file, so it is no trajectory; expected a CSV file with the columns time and JOINT, "
-            "or an .npz file, as `simulate --save` writes them"
-        ) from error
+        raise BagError(f"{path}: is not in UTF-8; expected {TRAJECTORY}") from error
     except (OSError, ValueError, IndexError, KeyError) as error:
         raise BagError(f"{path}: expected a CSV file with a header, or a .npz ({error})") from error
     time_name = next((name for name in _TIMES if name in columns and name not in robot.active), None)
@@ -95,7 +98,7 @@ def read_trajectory(path: Path, robot: Robot) -> Trajectory:
     parts = {part: _table(columns, names) for part, names in named.items() if names is not None}
     for values in (time, *parts.values()):
         if len(values) != len(time) or not np.isfinite(values).all():
-            raise BagError(f"{path}: expected {len(time)} finite numbers in each column")
+            raise BagError(f"{path}: expected {counted(len(time), 'finite number')} in each column")
     if not (np.diff(time) > 0.0).all():
         raise BagError(f"{path}: expected times that rise from row to row")
     return Trajectory(robot.active, time, **parts, unused=(*unused, *spare))
@@ -134,7 +137,7 @@ def _csv(path: Path) -> dict[str, FloatArray]:
         raise ValueError("two columns have the same name")
     table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
     if table.shape[1] != len(names):
-        raise ValueError(f"{len(names)} names above {table.shape[1]} columns")
+        raise ValueError(f"{counted(len(names), 'name')} above {counted(table.shape[1], 'column')}")
     return {name: table[:, k] for k, name in enumerate(names)}
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from hybrid_dynamics_msgs.srv import ForwardDynamics, InverseDynamics, MinimalForm, SetPayload
 from std_msgs.msg import Header
 
+from hybrid_dynamics_core.description.wording import counted
 from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_ros import conversions
 from hybrid_dynamics_ros.conditions import Mass, NewPayload, loads_of
@@ -36,7 +37,8 @@ def forward_dynamics(context: Context, request: ForwardDynamics.Request, respons
     efforts = conversions.from_field(given.effort)
     if efforts.size != len(given.name):
         raise RejectedError(
-            RejectionCode.WRONG_LENGTH, f"effort has {efforts.size} values for {len(given.name)} joint names"
+            RejectionCode.WRONG_LENGTH,
+            f"effort has {counted(efforts.size, 'value')} for {counted(len(given.name), 'joint name')}",
         )
     tau = order.arrange(JointSample(0, given.name, efforts)).position
     state = context.close(motion.position, motion.velocity)

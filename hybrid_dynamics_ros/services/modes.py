@@ -8,6 +8,7 @@ from hybrid_dynamics_msgs.srv import DescribeRobot, ListAssemblyModes, SwitchAss
 from std_msgs.msg import Header
 
 from hybrid_dynamics_core import ClosedState, HybridDynamicsError, Robot
+from hybrid_dynamics_core.description.wording import counted
 from hybrid_dynamics_ros import conversions
 from hybrid_dynamics_ros.conditions import NewMode
 from hybrid_dynamics_ros.samples import FloatArray, JointOrder, RejectedError, RejectionCode
@@ -43,7 +44,8 @@ def switch_assembly_mode(
     if context.situation.moving:
         raise RejectedError(RejectionCode.REFUSED, "the robot moves: assembly modes change only while it stands")
     if not request.loops or len(request.loops) != len(request.branches):
-        text = f"{len(request.loops)} loops and {len(request.branches)} branches; expected one branch for each loop"
+        given = f"{counted(len(request.loops), 'loop')} and {counted(len(request.branches), 'branch', 'branches')}"
+        text = f"{given}; expected one branch for each loop"
         raise RejectedError(RejectionCode.WRONG_LENGTH, text)
     robot, u = context.robot, context.newest()
     unknown = [loop for loop in request.loops if loop not in robot.loops]

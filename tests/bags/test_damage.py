@@ -14,11 +14,12 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
+from hybrid_dynamics_core.description.file_kinds import METADATA
 from hybrid_dynamics_ros.offline.errors import BagError
 from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
 from hybrid_dynamics_ros.offline.mcap_write import new_bag
 from hybrid_dynamics_ros.offline.process import INPUT, Job, process
-from hybrid_dynamics_ros.offline.source import METADATA, MOST_LOSSES, Losses, Source, Topic
+from hybrid_dynamics_ros.offline.source import MOST_LOSSES, Losses, Source, Topic
 from tests.bags.messages import START, bag, recorded
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -226,7 +227,7 @@ def test_an_interruption_leaves_what_was_there(tmp_path):
 
 
 def test_wrong_bags_are_told_in_words(forging, tmp_path):
-    with pytest.raises(BagError, match="no such bag"):
+    with pytest.raises(BagError, match="there is no such file or folder; expected a recording"):
         process(Job(tmp_path / "nothing", tmp_path / "out", "forging_chu2020"))
     path = bag(tmp_path / "in", recorded(forging, 5), topic="/measured")
     with pytest.raises(BagError, match=r"no topic /other .* /measured"):

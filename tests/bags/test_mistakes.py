@@ -36,12 +36,12 @@ def made(path: Path, *words: object, robot: str = "five_bar") -> Path:
 def test_a_name_that_is_no_joint_or_link_gets_a_hint_and_the_names_that_there_are(tmp_path: Path) -> None:
     recording, robot = made(tmp_path / "a"), load("five_bar")
     joint = robot.active[0]
-    said = run("identify", recording, "--friction", f"{joint}x", code=1).stderr
+    said = run("identify", recording, "--friction", f"{joint}x", code=2).stderr
     assert f"'{joint}x' is not a joint (did you mean '{joint}'?); they are " in said
     assert all(name in said for name in robot.description.joints)
-    told = json.loads(run("identify", recording, "--friction", "none_such", "--json", code=1).stdout)
+    told = json.loads(run("identify", recording, "--friction", "none_such", "--json", code=2).stdout)
     assert told["error"]["kind"] == "InputError"
-    said = run("identify", recording, "--links", f"nothing,{robot.description.base}", code=1).stderr
+    said = run("identify", recording, "--links", f"nothing,{robot.description.base}", code=2).stderr
     assert "'nothing' is not a moving link" in said
 
 
@@ -70,14 +70,14 @@ def test_tables_of_two_bags_do_not_mix_unless_that_is_said(tmp_path: Path) -> No
     first, second, tables = made(tmp_path / "a"), made(tmp_path / "b", "--seed", 4), tmp_path / "tables"
     run("export", first, tables)
     before = (tables / TOPIC).read_bytes()
-    assert "--overwrite" in run("export", second, tables, code=1).stderr
+    assert "--overwrite" in run("export", second, tables, code=2).stderr
     assert (tables / TOPIC).read_bytes() == before
     (tables / "notes.txt").write_text("mine", encoding="utf-8")
     done = run("export", second, tables, "--overwrite")
     assert (tables / TOPIC).read_bytes() != before
     assert "before too: notes.txt" in done.stderr
     assert (tables / "notes.txt").read_text(encoding="utf-8") == "mine"
-    assert "is a file" in run("export", second, tables / "notes.txt", code=1).stderr
+    assert "is a file" in run("export", second, tables / "notes.txt", code=2).stderr
 
 
 @pytest.mark.parametrize("smooth", ["causal", "spline"])
@@ -94,11 +94,11 @@ def test_a_wrong_robot_ends_with_1_writes_nothing_and_does_not_block_the_right_o
 
 def test_a_failure_names_its_bag_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("robot.yaml").write_text("format: 1\n", encoding="utf-8")
-    assert run("process", "nobag", "out", "--robot", "five_bar", code=1).stderr == (
-        "nobag: failed: there is no such bag\n"
-    )
-    assert run("process", "robot.yaml", "out", "--robot", "five_bar", code=1).stderr.count("robot.yaml") == 1
+    said = run("process", "nobag", "out", "--robot", "five_bar", code=2).stderr
+    assert said.startswith("Error: nobag: there is no such file or folder; expected a recording")
+    assert said.count("nobag") == 1
+    Path("none.mcap").write_bytes(b"no recording")
+    assert run("process", "none.mcap", "out", "--robot", "five_bar", code=1).stderr.count("none.mcap") == 1
 
 
 def test_columns_that_count_for_nothing_are_counted_and_the_first_named(tmp_path: Path) -> None:

@@ -180,7 +180,7 @@ def test_identification_finds_base_parameters_within_its_confidence(forging, tmp
     assert len(told["base"]) == found.result.base.size
     assert told["unsettled"] == list(found.unsettled)
     assert "excites too little" not in run("identify", tmp_path / "rec")
-    assert run("identify", tmp_path / "rec", "--topic", "/none", code=1).startswith("Error: ")
+    assert run("identify", tmp_path / "rec", "--topic", "/none", code=2).startswith("Error: ")
 
 
 def test_a_motion_that_shows_too_little_is_told(forging, tmp_path):
@@ -282,7 +282,9 @@ def test_a_report_draws_ends_of_strokes_in_view_and_nothing_where_nothing_is_mis
     assert sum(bar.get_height() for bar in intervals.patches) == len(track.time) - 1
     page = report(track, "rec")
     assert re.search(r"<td>largest power</td><td>[\d.,]+ W</td>", page)
-    assert page.count("<th class=n>") == 6  # of the efforts' table: 95 %, RMS, mean, largest, explained, samples
+    assert (
+        page.count("<th class=n>") == 8
+    )  # of the efforts' table: 50 %, 95 %, far, RMS, mean, largest, explained, samples
     assert re.search(r"<td>q12</td><td>N</td><td class=n>", page)
 
 
@@ -334,16 +336,16 @@ def test_a_bag_knows_the_file_of_its_robot(verb, own_file, tmp_path, monkeypatch
     assert track.robot.description.file == str(own_file.resolve())
     assert np.array_equal(track.efforts, given.efforts, equal_nan=True)
     own_file.write_text(own_file.read_text(encoding="utf-8") + "# a word\n", encoding="utf-8")
-    assert "has been changed since then; give --robot FILE" in run("report", made, code=1)
+    assert "has been changed since then; give --robot FILE" in run("report", made, code=2)
     own_file.unlink()
-    for told in (run("report", made, code=1), run("identify", made, code=1)):
+    for told in (run("report", made, code=2), run("identify", made, code=2)):
         assert f"was made with {own_file}" in told
         assert "give --robot FILE" in told
 
 
 def test_a_bag_that_only_names_a_robot_of_its_own_asks_for_the_file(forging, tmp_path):
     write_trajectory(tmp_path / "rec", simulated(forging, 0.5, 100.0), INPUT, {"robot": "my_arm"})
-    told = run("report", tmp_path / "rec", code=1)
+    told = run("report", tmp_path / "rec", code=2)
     assert "was made with 'my_arm', which is not a shipped robot, and does not tell its file; give --robot FILE" in told
 
 
@@ -369,7 +371,7 @@ def test_a_dask_cluster_gives_the_same(forging, tmp_path):
     with distributed.LocalCluster(1, processes=False, dashboard_address=None, threads_per_worker=1) as cluster:
         results = run_jobs([two, Job(tmp_path / "none", tmp_path / "o", ROBOT)], scheduler=cluster.scheduler_address)
     assert isinstance(results[0], Outcome)
-    assert "no such bag" in results[1]
+    assert "there is no such file or folder" in results[1]
     assert (one.target / "out.mcap").read_bytes() == (two.target / "out.mcap").read_bytes()
 
 

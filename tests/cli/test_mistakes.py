@@ -29,8 +29,8 @@ def test_so_does_a_verb_of_bag() -> None:
     ("arguments", "code", "kind"),
     [
         (("fk", "forging_chu2020", "-u", "q12=0.9"), 1, "ClosureError"),
-        (("fk", "forging_chu2020", "-u", "0,1"), 1, "InputError"),
-        (("check", "missing.yaml"), 1, "DescriptionError"),
+        (("fk", "forging_chu2020", "-u", "0,1"), 2, "InputError"),
+        (("check", "missing.yaml"), 2, "NoDescriptionError"),
         (("fk", "forging_chu2020", "-u", "q12=much"), 2, "UsageError"),
         (("ik", "forging_chu2020"), 2, "UsageError"),
         (("chek", "forging_chu2020"), 2, "UsageError"),
@@ -128,5 +128,5 @@ def test_a_picture_is_no_trajectory(words: str, tmp_path: Path, monkeypatch: pyt
     monkeypatch.chdir(tmp_path)
     Path("reach.png").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
     text = flat(call(*words.split(), "--trajectory", "reach.png"))
-    assert "reach.png: is not a text file, so it is no trajectory; expected a CSV file" in text
+    assert "reach.png: seems to be a PNG picture; expected a trajectory (CSV with the columns time and JOINT" in text
     assert "codec" not in text

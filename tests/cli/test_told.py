@@ -78,7 +78,7 @@ def test_masses_are_told_with_what_is_fixed_to_a_body(lift: str) -> None:
 @pytest.mark.parametrize("verb", ["check", "info"])
 def test_a_limit_that_the_loop_cuts_is_told(verb: str, lift: str) -> None:
     most = load(lift).limits[0, 1]  # where crank and cylinder are in line
-    note = f"stroke: the file allows 0 to 0.95; its loop closes from 0 to {most:.6g}"
+    note = f"stroke: the file allows 0 to 0.95 m; its loop closes from 0 to {most:.6g} m"
     assert f"note: {note}" in call(verb, lift).output
     assert note in told(verb, lift)["notes"]
     assert "the file allows" not in call(verb, "excavator").output

@@ -219,25 +219,25 @@ def test_picture_is_drawn(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
-        (("fk", "forging"), 1, "did you mean 'forging_chu2020'?"),
-        (("fk", "missing.yaml"), 1, "missing.yaml"),
-        (("fk", "forging_chu2020", "-u", "0,1"), 1, "2 values; expected 4, for q1, q12, q22, q4"),
-        (("fk", "forging_chu2020", "-u", "q99=1"), 1, "'q99' is not an active joint; they are q1, q12, q22, q4"),
+        (("fk", "forging"), 2, "did you mean 'forging_chu2020'?"),
+        (("fk", "missing.yaml"), 2, "missing.yaml"),
+        (("fk", "forging_chu2020", "-u", "0,1"), 2, "2 values; expected 4, for q1, q12, q22, q4"),
+        (("fk", "forging_chu2020", "-u", "q99=1"), 2, "'q99' is not an active joint; they are q1, q12, q22, q4"),
         (("fk", "forging_chu2020", "-u", "q12=much"), 2, "'q12=much'"),
         (("fk", "forging_chu2020", "-u", "q12=0.1,0.2"), 2, "either all values by name, or none"),
         (("fk", "forging_chu2020", "-u", "q12=3"), 1, "theta_1"),
-        (("fk", "forging_chu2020", "--frame", "wrist"), 1, "there is no frame 'wrist'"),
-        (("fk", "forging_chu2020", "-u", "q12=1e400"), 1, "q12 is inf"),
+        (("fk", "forging_chu2020", "--frame", "wrist"), 2, "there is no frame 'wrist'"),
+        (("fk", "forging_chu2020", "-u", "q12=1e400"), 2, "q12 is inf"),
         (("ik", "forging_chu2020", "--position", "a", "0", "0"), 2, "'a'"),
         (
             ("ik", "forging_chu2020", "--position", "0", "0", "1", "--quaternion", "1", "1", "0", "0"),
-            1,
-            "unit quaternion",
+            2,
+            "1, 1, 0, 0 has the norm 1.41421; expected 1 to 0.001; divide it by 1.41421",
         ),
-        (("check", "ankle", "--draw", "nowhere/a.svg"), 1, "there is no folder nowhere"),
+        (("check", "ankle", "--draw", "nowhere/a.svg"), 2, "there is no folder nowhere"),
         (("workspace", "ankle", "--range", "q_L"), 2, "expected NAME=LOW:HIGH"),
         (("workspace", "ankle", "--range", "q_L=0:1:2"), 2, "expected NAME=LOW:HIGH"),
-        (("workspace", "ankle", "--range", "q_L=-9:9"), 1, "within its limits [-0.6, 0.6]"),
+        (("workspace", "ankle", "--range", "q_L=-9:9"), 2, "within its limits [-0.6, 0.6]"),
         (("workspace", "ankle", "--over", "q_L,q_R"), 2, "give --draw FILE too"),
         (("workspace", "ankle", "-u", "0,0", "--draw", "a.svg"), 2, "give --over A,B too"),
         (("workspace", "ankle", "--samples", "0"), 2, "0 is not in the range"),
@@ -335,7 +335,7 @@ def test_export_never_replaces_what_the_robot_is_read_from(tmp_path: Path, more:
         (over, "robot.yaml", tmp_path / "tree.yaml"),
     ):
         result = call("export", str(robot), "--format", form, "-o", str(output), *more)
-        assert result.exit_code == 1
+        assert result.exit_code == 2
         assert "the robot is read from this file, which is not replaced; name another one" in result.output
     assert before == [file.read_text(encoding="utf-8") for file in (own, tree, over)]
     assert not (tmp_path / "tree.yaml").exists()  # all files, or none
@@ -347,7 +347,7 @@ def test_export_replaces_files_where_that_is_asked_for(tmp_path: Path) -> None:
     text = urdf.read_text(encoding="utf-8")
     arguments = ("export", "excavator", "--format", "robot.yaml", "-o", str(pair))
     refused = call(*arguments)
-    assert refused.exit_code == 1
+    assert refused.exit_code == 2
     assert f"{urdf}: there is a file already; name another one, or give --overwrite" in refused.output
     assert urdf.read_text(encoding="utf-8") == text
     assert not pair.exists()

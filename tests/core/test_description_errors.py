@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from hybrid_dynamics_core import DescriptionError, InputError, load
+from hybrid_dynamics_core.errors import NoDescriptionError
 
 GOOD = resources.files("hybrid_dynamics_core").joinpath("robots/forging_chu2020.yaml").read_text(encoding="utf-8")
 
@@ -131,12 +132,12 @@ def test_an_open_quote_is_told_where_it_stands(tmp_path: Path) -> None:
 
 
 def test_unreadable_files(tmp_path: Path) -> None:
-    with pytest.raises(DescriptionError, match="cannot be read"):
+    with pytest.raises(NoDescriptionError, match="there is no such file or folder; expected a robot description"):
         load(tmp_path / "none.yaml")
     (tmp_path / "latin.yaml").write_bytes(b"name: \xe9")
     with pytest.raises(DescriptionError, match="not UTF-8"):
         load(tmp_path / "latin.yaml")
-    with pytest.raises(DescriptionError, match="expected a mapping"):
+    with pytest.raises(NoDescriptionError, match="seems to be an empty file; expected a robot description"):
         load_text(tmp_path, "")
 
 

@@ -128,7 +128,7 @@ WRONG = {
     "unknown kind": ("kind: planar", "kind: ball", "closures.bar.kind", "is 'ball'; expected one of planar"),
     "missing link": ("rocker: [0.2", "rockr: [0.2", "closures.bar.between.rockr", "did you mean 'rocker'"),
     "three links": ("{coupler:", "{crank: [0, 0, 0], coupler:", "closures.bar.between", "3 entries; expected 2"),
-    "one link": ("coupler: [0.3, 0, 0], ", "", "closures.bar.between", "1 entries; expected 2"),
+    "one link": ("coupler: [0.3, 0, 0], ", "", "closures.bar.between", "1 entry; expected 2"),
     "two numbers": ("rocker: [0.2, 0, 0]", "rocker: [0.2, 0]", "closures.bar.between.rocker", "2 entries; expected 3"),
     "rpy and axis": (
         "rocker: [0.2, 0, 0]",

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from hybrid_dynamics_core import DescriptionError
 from hybrid_dynamics_core.description import RobotDescription
 from hybrid_dynamics_core.description.reader import read_description
 from tests.description.robots import HEAD, parse
@@ -42,11 +43,15 @@ def arm(key: str, value: str) -> RobotDescription:
 @pytest.mark.parametrize(
     ("key", "value", "told"),
     [
-        ("limits", "[-180, 180]", "joints.motor.limits: -180..180 rad are 57.3 turns; degrees are written 180*deg"),
-        ("limits", "[0, 3*30]", "joints.motor.limits: 0..90 rad are 14.3 turns; degrees are written (3*30)*deg"),
-        ("rpy", "[90, 0, 0]", "joints.motor.origin.rpy[0]: 90 rad are 14.3 turns; degrees are written 90*deg"),
-        ("offset", "-45", "joints.motor.offset: -45 rad are 7.16 turns; degrees are written -45*deg"),
-        ("reference", "60", "reference.motor: 60 rad are 9.55 turns; degrees are written 60*deg"),
+        (
+            "limits",
+            "[-180, 180]",
+            "joints.motor.limits: -180 to 180 rad are 57.3 turns (did you mean '[-180*deg, 180*deg]'?)",
+        ),
+        ("limits", "[0, 3*30]", "joints.motor.limits: 0 to 90 rad are 14.3 turns (did you mean '[0, (3*30)*deg]'?)"),
+        ("rpy", "[90, 0, 0]", "joints.motor.origin.rpy[0]: 90 rad is 14.3 turns (did you mean '90*deg'?)"),
+        ("offset", "-45", "joints.motor.offset: -45 rad is 7.16 turns (did you mean '-45*deg'?)"),
+        ("reference", "60", "reference.motor: 60 rad is 9.55 turns (did you mean '60*deg'?)"),
     ],
 )
 def test_degrees_are_told_with_file_and_line(key: str, value: str, told: str) -> None:
@@ -93,7 +98,7 @@ def test_rows_of_a_chain_are_read_too(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     (doubt,) = read_description(path).doubts
-    assert doubt.startswith(f"{path}:8: chain.rows[0].alpha: 90 rad are 14.3 turns")
+    assert doubt.startswith(f"{path}:8: chain.rows[0].alpha: 90 rad is 14.3 turns")
 
 
 def test_check_does_not_call_it_right(tmp_path: Path) -> None:
@@ -103,7 +108,7 @@ def test_check_does_not_call_it_right(tmp_path: Path) -> None:
     path.write_text(ARM.replace("motor: 0", "motor: 60"), encoding="utf-8")
     done = CliRunner().invoke(app, ["check", str(path)])
     assert done.exit_code == 0
-    assert f"warning: {path}:13: reference.motor: 60 rad are 9.55 turns" in done.output
+    assert f"warning: {path}:13: reference.motor: 60 rad is 9.55 turns" in done.output
     assert done.output.endswith("Every loop closes, but see the warning above.\n")
     assert "The description is right" not in done.output
     told = json.loads(CliRunner().invoke(app, ["check", str(path), "--json"]).stdout)
@@ -112,3 +117,23 @@ def test_check_does_not_call_it_right(tmp_path: Path) -> None:
     assert (
         CliRunner().invoke(app, ["check", str(path)]).output.endswith("The description is right: every loop closes.\n")
     )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("motor: 0,", "motor: 45,", "reference.motor: 45 rad is 7.16 turns (did you mean '45*deg'?)"),
+        (
+            "axis: z}",
+            "axis: z, origin: {rpy: [90, 0, 0]}}",
+            "joints.motor.origin.rpy[0]: 90 rad is 14.3 turns (did you",
+        ),
+    ],
+)
+def test_an_error_tells_of_degrees_that_may_be_its_reason(old: str, new: str, told: str) -> None:
+    """The slide's reference is beyond its limit, whatever the angles are: both are told, each with its line."""
+    text = ARM.replace(old, new, 1).replace("limits: [-180, 180]", "limits: [-1, 1]")
+    with pytest.raises(DescriptionError, match=r"reference\.out: is 60 m, outside the limits \[-1, 1\] m") as caught:
+        parse(text)
+    assert "perhaps for this reason: small.yaml:" in str(caught.value)
+    assert told in str(caught.value)

@@ -100,7 +100,7 @@ WRONG = {
     "one twice": ("'end_A', ", "'end_B', ", "closed_loop[0]", 1, "names one frame twice"),
     "three": ("'end_A', ", "'end_A', 'end_A', ", "closed_loop[0]", 1, "3 entries; expected 2"),
     "type": ("'3d'", "'4d'", "type[0]", 2, "is '4d'; expected one of 3d, 6d"),
-    "types": ("['3d']", "['3d', '6d']", "type", 2, "has 2 entries for 1 pairs"),
+    "types": ("['3d']", "['3d', '6d']", "type", 2, "has 2 entries for 1 pair of"),
     "motor": ("['motor']", "['motr']", "name_mot[0]", 3, "no joint 'motr' (did you mean 'motor'?)"),
     "fixed motor": ("['motor']", "['A']", "name_mot[0]", 3, "'A' is a fixed joint; a motor moves one"),
     "motor twice": ("['motor']", "['motor', 'motor']", "name_mot[1]", 3, "named twice"),

@@ -265,7 +265,7 @@ def test_unknown_root_and_too_deep(tmp_path: Path) -> None:
         read_urdf(write(tmp_path, "<model/>"))
     with pytest.raises(DescriptionError, match="too many elements"):
         read_urdf(write(tmp_path, "<robot>" + "<a>" * 100))
-    with pytest.raises(DescriptionError, match="cannot be read"):
+    with pytest.raises(DescriptionError, match="there is no such file or folder"):
         read_description(tmp_path / "none.urdf")
 
 

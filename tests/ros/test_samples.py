@@ -122,5 +122,5 @@ def test_many_messages_without_a_gap_are_due_as_one_after_the_other(rate, jitter
 
 def test_a_joint_under_nearly_its_name_is_pointed_at():
     order = JointOrder(("slew", "motor", "tilt"))
-    with pytest.raises(RejectedError, match=r"motor not named; named are slew, motr, tilt \(is it 'motr'\?\)"):
+    with pytest.raises(RejectedError, match=r"motor not named; named are slew, motr, tilt \(did you mean 'motr'\?\)"):
         order.arrange(sample(["slew", "motr", "tilt"]))

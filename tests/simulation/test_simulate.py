@@ -181,7 +181,7 @@ class TestArguments:
         with pytest.raises(InputError, match="not from a batch"):
             simulate(forging, [[0, 0.3, 0.1, 0]])
         excavator = load("excavator")
-        with pytest.raises(InputError, match=r"q22 = 0\.3 starts below its limit 0\.32"):
+        with pytest.raises(InputError, match=r"q22 = 0\.3 m starts below its limit 0\.32 m"):
             simulate(excavator, [0, 0.7, 0.3, 0.6])
         with pytest.raises(InputError, match=r"starts 0\.0"):
             simulate(forging, [0, 0.69999, 0.1, 0])

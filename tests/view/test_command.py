@@ -40,14 +40,14 @@ def test_mistakes_are_told(tmp_path: Path) -> None:
     (tmp_path / "bag").mkdir()
     file, bag = str(tmp_path / "a.csv"), str(tmp_path / "bag")
     for arguments, code, words in (
-        (["forging_chu"], 1, "did you mean 'forging_chu2020'"),
+        (["forging_chu"], 2, "did you mean 'forging_chu2020'"),
         (["five_bar", "--trajectory", file, "--bag", bag], 2, "give one of them"),
         (["five_bar", "--topic", "/joint_states"], 2, "give --bag too"),
         (["five_bar", "--port", "99999"], 2, "--port"),
         (["five_bar", "--trajectory", file], 1, "no column"),
-        (["five_bar", "--trajectory", bag], 2, "is a directory"),
-        (["five_bar", "--bag", bag], 1, "no .mcap or .db3 file"),
-        (["five_bar", "--host", "nowhere.invalid"], 1, "nowhere.invalid"),
+        (["five_bar", "--trajectory", bag], 2, "seems to be an empty folder; expected a trajectory"),
+        (["five_bar", "--bag", bag], 2, "seems to be an empty folder; expected a recording"),
+        (["five_bar", "--host", "nowhere.invalid"], 2, "nowhere.invalid"),
     ):
         result = call(*arguments)
         assert result.exit_code == code, result.output
@@ -61,7 +61,7 @@ def test_a_port_in_use_is_told() -> None:
         other.listen()
         port = other.getsockname()[1]
         result = call("five_bar", "--host", "127.0.0.1", "--port", str(port))
-    assert result.exit_code == 1
+    assert result.exit_code == 2
     assert f"port {port} of 127.0.0.1 is in use" in result.output
     assert "--port" in result.output
 

@@ -1,0 +1,93 @@
+"""Files that verbs write: the one rule of what may be replaced.
+
+A picture, table or page that this command made is replaced, and that is told; any other file only with --overwrite.
+What a call reads is never replaced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any, Final, TypeVar
+
+import click
+
+from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.description.file_kinds import look
+from hybrid_dynamics_core.export.writing import sources
+
+from .exits import Misused
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+PICTURES: Final = (".svg", ".png", ".pdf")
+MOTIONS: Final = (".csv", ".npz")
+MARKS: Final = {  # what files of this command have in them
+    ".svg": b"Matplotlib",
+    ".png": b"Matplotlib",
+    ".pdf": b"Matplotlib",
+    ".npz": b"state_residual.npy",
+    ".html": b'<meta name="generator" content="hybrid_dynamics">',
+    ".md": b"The forging robot: CPU time, median of",
+}
+HEADS: Final = (b"energy.kinetic,energy.potential", b"name,estimate,low,high,file")  # of tables, in their first line
+
+overwrite_option = click.option("--overwrite", is_flag=True, help="Replace any file, but none that this call reads.")
+
+
+def draw_option(*names: str, help: str) -> Callable[[Command], Command]:  # noqa: A002 - click's own word
+    """--draw, or --plot: a picture."""
+    return click.option("--draw", "--plot", *names, metavar="FILE", help=f"{help}: .svg, .png or .pdf.")
+
+
+def output_option(*names: str, help: str) -> Callable[[Command], Command]:  # noqa: A002
+    """-o, or --output: a file or folder with the result."""
+    return click.option("-o", "--output", *names, metavar="FILE", help=help)
+
+
+def output_path(path: str | Path) -> Path:
+    """A file that can be written: its folder is there."""
+    place = Path(path)
+    if not place.parent.is_dir():
+        raise Misused(f"{path}: there is no folder {place.parent}")
+    if place.is_dir():
+        raise Misused(f"{path}: is a folder; name a file in it")
+    return place
+
+
+def place_for(path: str | Path, endings: Sequence[str], inputs: Iterable[Path], *, overwrite: bool) -> Path:
+    """Where a result goes; what it replaces is told.
+
+    `inputs`: files, or folders with files, that this call reads. Raises Misused where the file is not to be replaced.
+    """
+    place = output_path(path)
+    if place.suffix.lower() not in endings:
+        raise Misused(f"{path}: expected a name that ends in {_either(endings)}")
+    if not place.exists():
+        return place
+    if any(_reads(source, place) for source in inputs):
+        raise Misused(f"{path}: is read by this call, and is not replaced; name another file")
+    if not overwrite and not _made_here(place):
+        raise Misused(f"{path}: there is {look(place).words} of another origin; name another file, or give --overwrite")
+    click.echo(f"replaced: {path}", err=True)
+    return place
+
+
+def read_by(machine: Robot) -> list[Path]:
+    """The files that a robot was read from."""
+    return sources(machine.description)
+
+
+def _either(endings: Sequence[str]) -> str:
+    return endings[0] if len(endings) == 1 else f"{', '.join(endings[:-1])} or {endings[-1]}"
+
+
+def _reads(source: Path, place: Path) -> bool:
+    inside = source.is_dir() and source.resolve() in place.resolve().parents
+    return inside or (source.exists() and place.samefile(source))
+
+
+def _made_here(place: Path) -> bool:
+    content = place.read_bytes()
+    if place.suffix.lower() == ".csv":
+        return any(head in content.partition(b"\n")[0] for head in HEADS)
+    return MARKS[place.suffix.lower()] in content

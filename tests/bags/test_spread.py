@@ -1,0 +1,72 @@
+"""Errors of efforts: what most are within does not move with a few that are far off; those are counted."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hybrid_dynamics_core import load
+from hybrid_dynamics_ros.offline.collect import collect
+from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
+from hybrid_dynamics_ros.offline.process import INPUT
+from hybrid_dynamics_ros.offline.spread import spreads
+from tests.cli.calling import call
+
+SPIKES = (40, 120, 121, 300, 455)
+MEDIAN = 0.6745  # of the sizes of Gaussian values of deviation 1
+
+
+@pytest.fixture
+def recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Five seconds of the five-bar with noise of 1 N m in its efforts, and five samples of the first that are off."""
+    monkeypatch.setenv("HYBRID_DYNAMICS_KERNELS", "python")
+    motion = simulated(load("five_bar"), 5.0, 100.0, 3).noisy({"effort": 1.0}, 3)
+    assert motion.effort is not None
+    effort = motion.effort.copy()
+    effort[list(SPIKES), 0] += 1000.0
+    write_trajectory(tmp_path / "recording", replace(motion, effort=effort), INPUT, {"robot": "five_bar"})
+    return tmp_path / "recording"
+
+
+def test_what_is_far_off_is_counted_and_moves_the_rms_alone(recording: Path) -> None:
+    first, *others = spreads(collect(recording, smooth="spline"))
+    assert (first.far, first.joint) == (len(SPIKES), "q_L")
+    assert [spread.far for spread in others] == [0] * len(others)
+    for spread in (first, *others):
+        assert spread.median == pytest.approx(MEDIAN, rel=0.15)  # of 500 samples: three deviations of their median
+        assert spread.near == pytest.approx(1.96, rel=0.15)
+    assert first.rms > 50.0
+    assert max(spread.rms for spread in others) < 2.0
+
+
+def test_the_terminal_and_json_tell_it(recording: Path) -> None:
+    pytest.importorskip("matplotlib")
+    page = recording.with_suffix(".html")
+    said = call("bag", "report", str(recording))
+    assert said.exit_code == 0
+    assert f"{len(SPIKES)} of 5" in said.stdout
+    assert "off the motion around" in said.stdout
+    assert all(word in page.read_text(encoding="utf-8") for word in ("50 % within", "95 % within", "far off"))
+    told = json.loads(call("bag", "report", str(recording), "--json").stdout)["efforts"]
+    assert told["q_L"]["far"] == len(SPIKES)
+    assert np.isfinite(list(told["q_R"].values())).all()
+
+
+def test_a_bag_without_recorded_efforts_is_told_how_it_would_have_kept_them(recording: Path) -> None:
+    pytest.importorskip("matplotlib")
+    results = recording.with_name("results")
+    assert call("bag", "process", str(recording), str(results), "--robot", "five_bar").exit_code == 0
+    report = call("bag", "report", str(results))
+    assert (
+        "no recorded efforts to compare with; `bag process --keep` takes those of the recording over" in report.stdout
+    )
+    page = results.with_suffix(".html").read_text(encoding="utf-8")
+    assert "beside what was recorded" not in page
+    assert "there is nothing to compare with" in page
+    refused = call("bag", "identify", str(results))
+    assert refused.exit_code == 1
+    assert "process the recording with --keep" in refused.stderr

@@ -1,0 +1,74 @@
+"""What verbs write: files of their own are replaced and that is told, others only with --overwrite, inputs never."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+
+import pytest
+
+from tests.cli.calling import call
+
+pytest.importorskip("matplotlib")
+WRITERS = {
+    "check": ("check own.yaml --draw {}", ("a.svg", "a.png", "a.pdf")),
+    "branches": ("branches own.yaml --draw {}", ("a.svg",)),
+    "workspace": ("workspace own.yaml --samples 200 --draw {}", ("a.png",)),
+    "motion": ("simulate own.yaml --seconds 0.02 -o {}", ("a.csv", "a.npz")),
+    "figure": ("simulate own.yaml --seconds 0.02 --draw {}", ("a.svg",)),
+    "report": ("bag report bag --output {}", ("a.html",)),
+    "identify": ("bag identify bag --output {}", ("a.csv",)),
+}
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A robot of one's own."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HYBRID_DYNAMICS_KERNELS", "python")
+    text = resources.files("hybrid_dynamics_core").joinpath("robots/five_bar.yaml").read_text(encoding="utf-8")
+    (tmp_path / "own.yaml").write_text(text, encoding="utf-8")
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_results_are_replaced_and_what_is_of_another_origin_is_not(name: str, folder: Path) -> None:
+    line, files = WRITERS[name]
+    if line.startswith("bag"):
+        pytest.importorskip("rosbags")
+        made = "bag make bag --robot own.yaml --seconds 2 --rate 100 --noise effort=1"
+        assert call(*made.split()).exit_code == 0
+    for file in files:
+        arguments = line.format(file).split()
+        first = call(*arguments)
+        assert first.exit_code == 0, first.output
+        assert "replaced" not in first.output
+        again = call(*arguments)
+        assert again.exit_code == 0
+        assert f"replaced: {file}\n" in again.stderr
+        (folder / file).write_bytes(b"time,q1\n1,2\n")
+        refused = call(*arguments)
+        assert refused.exit_code == 2
+        assert "of another origin; name another file, or give --overwrite" in refused.stderr
+        assert (folder / file).read_bytes() == b"time,q1\n1,2\n"
+        assert call(*arguments, "--overwrite").exit_code == 0
+        assert (folder / file).read_bytes() != b"time,q1\n1,2\n"
+
+
+def test_what_a_call_reads_is_never_replaced(folder: Path) -> None:
+    text = (folder / "own.yaml").read_bytes()
+    for link in ("a.svg", "a.csv"):
+        (folder / link).symlink_to(folder / "own.yaml")
+    for line in ("check own.yaml --draw a.svg", "simulate own.yaml --seconds 0.02 -o a.csv"):
+        for more in ((), ("--overwrite",)):
+            result = call(*line.split(), *more)
+            assert result.exit_code == 2
+            assert "is read by this call, and is not replaced; name another file" in result.stderr
+    assert (folder / "own.yaml").read_bytes() == text
+
+
+def test_other_endings_and_folders_are_refused_before_anything_is_done(folder: Path) -> None:
+    (folder / "a.svg").mkdir()
+    assert "is a folder; name a file in it" in call("check", "own.yaml", "--draw", "a.svg").stderr
+    said = call("check", "own.yaml", "--draw", "own.yaml").stderr
+    assert "own.yaml: expected a name that ends in .svg, .png or .pdf" in said

@@ -1,0 +1,51 @@
+"""`check` says no more than what it tried."""
+
+from __future__ import annotations
+
+import json
+from importlib import resources
+from pathlib import Path
+
+import pytest
+
+from hybrid_dynamics_cli.tried import TRIED
+from tests.cli.calling import call
+
+
+@pytest.fixture(autouse=True)
+def python_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HYBRID_DYNAMICS_KERNELS", "python")
+
+
+def test_loops_that_close_everywhere_are_told_with_their_count() -> None:
+    lines = call("check", "five_bar").stdout.splitlines()
+    assert lines[-2:] == [
+        f"loops close at all {TRIED} places tried within the limits of the active joints",
+        "The description is right: every loop closes.",
+    ]
+    assert json.loads(call("check", "five_bar", "--json").stdout)["tried"] == {"places": TRIED, "closed": TRIED}
+
+
+def test_loops_that_do_not_are_not_called_closing(tmp_path: Path) -> None:
+    text = resources.files("hybrid_dynamics_core").joinpath("robots/forging_chu2020.yaml").read_text(encoding="utf-8")
+    place = tmp_path / "wide.yaml"
+    slide = "child: l12, origin: {xyz: [L11, 0, 0]}, axis: x"
+    assert slide in text
+    place.write_text(text.replace(slide, f"{slide}, limits: [-2, 2]"), encoding="utf-8")
+    result = call("check", str(place))
+    tried = json.loads(call("check", str(place), "--json").stdout)["tried"]
+    assert result.exit_code == 0
+    assert 0 < tried["closed"] < tried["places"] == TRIED
+    assert f"loops close at {tried['closed']} of {TRIED} places tried" in result.stdout
+    assert "every loop closes" not in result.stdout
+    assert "its loops close at the reference, and not all over the limits" in result.stdout
+
+
+def test_a_robot_without_loops_has_none_to_try(tmp_path: Path) -> None:
+    place = tmp_path / "arm.yaml"
+    place.write_text(
+        "format: 1\nname: arm\nlinks: {base: {}, a: {mass: 1}}\n"
+        "joints: {q: {type: revolute, parent: base, child: a, axis: z}}\nactive: [q]\nend_effector: {link: a}\n",
+        encoding="utf-8",
+    )
+    assert "tried" not in call("check", str(place)).stdout
