@@ -29,6 +29,9 @@ _LINES: Final = (0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8)
 _NAMED: Final = 0.2  # lower lines crowd at the edge
 _SIZE: Final = (6.9, 6.0)  # [in] of the figure
 _STYLES: Final[dict[str, Any]] = {"stroke end or limit": "-", "toggle point of a loop": (0, (4, 2))}
+_DOT: Final[dict[str, Any]] = {
+    "marker": "o", "linestyle": "", "color": "white", "markeredgecolor": INK, "mew": 1.6, "markersize": 7
+}  # fmt: skip
 _BOX: Final = (0.8, 1.52, 5.9, 3.75)  # [in] of the axes
 
 
@@ -50,10 +53,11 @@ def over_figure(robot: Robot, over: tuple[str, str], u: ArrayLike | None, colour
         axes.set_facecolor(STEEL)
         top = _margin(axes, lines, samples, colour)
         kinds = _ends(axes, robot, over, ranges)
-        _reference(axes, base[k])
+        axes.plot(*base[k], **_DOT, zorder=3.0)
         axes.set(xlim=axes_of[0], ylim=axes_of[1], xlabel=_label(robot, over[0]), ylabel=_label(robot, over[1]))
         colour_bar(figure, WORDS[colour], top)
-        _key(figure, samples, kinds)
+        taken = "reference configuration" if np.array_equal(base, robot.reference) else "configuration given"
+        _key(figure, samples, kinds, taken)
     return figure
 
 
@@ -101,10 +105,6 @@ def _ends(axes: Axes, robot: Robot, over: tuple[str, str], ranges: Array) -> set
     return kinds
 
 
-def _reference(axes: Axes, at: Array) -> None:
-    axes.plot(*at, "o", color="white", markeredgecolor=INK, markeredgewidth=1.6, markersize=7, zorder=3.0)
-
-
 def _held(robot: Robot, over: tuple[str, str], base: Array) -> str:
     held = [f"{name} = {value:.3g}" for name, value in zip(robot.active, base, strict=True) if name not in over]
     return f"held: {', '.join(held)}" if held else "all active joints"
@@ -114,17 +114,16 @@ def _label(robot: Robot, name: str) -> str:
     return f"{name} [{'rad' if robot.joint_types[name] == 'revolute' else 'm'}]"
 
 
-def _key(figure: Figure, samples: Margins, kinds: set[str]) -> None:
-    """What lines and areas mean, of those that occur."""
+def _key(figure: Figure, samples: Margins, kinds: set[str], taken: str) -> None:
+    """What lines and areas mean, of those that occur; `taken`: what the dot is."""
     entries: list[tuple[Any, str]] = [
         (Line2D([], [], color=BLUE, linewidth=1.8, linestyle=style), kind)
         for kind, style in _STYLES.items()
         if kind in kinds
     ]
-    dot = Line2D([], [], marker="o", linestyle="", color="white", markeredgecolor=INK, mew=1.6, markersize=7)
-    entries.append((dot, "where the map was taken"))
+    entries.append((Line2D([], [], **_DOT), taken))
     if np.isin(samples.status, (SampleStatus.OPEN, SampleStatus.SINGULAR)).any():
-        entries.append((Patch(facecolor=STEEL, edgecolor=QUIET), "no closed loops"))
+        entries.append((Patch(facecolor=STEEL, edgecolor=QUIET), "loops do not close here"))
     if (samples.status == SampleStatus.BEYOND).any():
         entries.append((Patch(facecolor="white", edgecolor=INK, hatch="////"), "beyond a limit"))
     handles, texts = zip(*entries, strict=True)
