@@ -14,7 +14,7 @@ from hybrid_dynamics_core.description.model import Array
 from hybrid_dynamics_core.errors import StateError
 
 from ..limits import beyond
-from ..output import counted, number, show, table, unit
+from ..output import constant_axes, counted, number, show, table, unit
 from ..parameters import json_option, loaded, output_path, robot_argument, vector, vector_option
 
 HOLD = "\u00a0"  # a space at which no line ends
@@ -57,20 +57,21 @@ def command(robot: str, u: str | None, picture: str | None, as_json: bool) -> No
     }
     ways = {loop: [mode.branch[loop] for mode in modes] for loop in (modes[0].branch if modes else ())}
     loops = [loop for loop, taken in ways.items() if len(set(taken)) > 1]
+    flat = constant_axes([entry["position"] for entry in told["modes"]])
     rows = [
         [
             f"{k + 1}{'*' * (k == own)}",
             *(mode.branch[loop] for loop in loops),
             float(mode.state.singularity),
-            *entry["position"].tolist(),
+            *(float(value) for axis, value in zip("xyz", entry["position"], strict=True) if axis not in flat),
         ]
         for k, (mode, entry) in enumerate(zip(modes, told["modes"], strict=True))
     ]
-    head = ["", *loops, "singularity", *(f"{axis} [m]" for axis in "xyz")]
-    lines = [*_first(machine, values, len(modes)), "", table(head, rows)]
+    head = ["mode", *loops, "singularity", *(f"{axis} [m]" for axis in "xyz" if axis not in flat)]
+    lines = [*_first(machine, values, len(modes)), "", table(head, rows, apart=1 + len(loops))]
     if modes:
         mark = "*: the robot's own mode" if own is not None else "the robot's own mode does not close here"
-        lines += ["", *_key(ways, loops), f"{mark}; x, y, z of {machine.end_effector} in {machine.base_frame}"]
+        lines += ["", *_key(ways, loops, flat), f"{mark}; x, y, z of {machine.end_effector} in {machine.base_frame}"]
     if place is not None and modes:
         from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415  Matplotlib is an extra
 
@@ -92,9 +93,10 @@ def _first(machine: Robot, values: Array, count: int) -> list[str]:
     return [line.replace(HOLD, " ") for line in wrap(f"{counted(count, 'assembly mode')} at {at}", 79)]
 
 
-def _key(ways: Mapping[str, Sequence[str]], shown: Sequence[str]) -> list[str]:
-    """What the columns mean, and the loops that close in one way in all modes."""
+def _key(ways: Mapping[str, Sequence[str]], shown: Sequence[str], flat: Mapping[str, float]) -> list[str]:
+    """What the columns mean, and what is the same in all modes: loops, and coordinates of the end effector."""
     same = [f"{loop} {own[0]}" for loop, own in ways.items() if loop not in shown]
+    same += [f"{axis} = {number(value)} m" for axis, value in flat.items()]
     told = wrap(f"in all of them: {', '.join(same)}", 79, break_on_hyphens=False) if same else []
     return ["singularity: distance of the nearest loop, 0 there, 1 best", *told]
 

@@ -89,7 +89,10 @@ def _margin(axes: Axes, lines: list[Array], samples: Margins, colour: Colour) ->
         _name_lines(axes, drawn, lines)
     beyond = (samples.status == SampleStatus.BEYOND).reshape(shape)
     if beyond.any():
-        axes.contourf(*lines, beyond.astype(float), levels=[0.5, 2.0], colors="none", hatches=["////"], zorder=1.6)
+        area = axes.contourf(
+            *lines, beyond.astype(float), levels=[0.5, 2.0], colors="none", hatches=["////"], zorder=1.6
+        )
+        area.set(edgecolor=QUIET, linewidth=0.0)
     return top
 
 

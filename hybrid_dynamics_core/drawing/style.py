@@ -37,7 +37,6 @@ STYLE: Final[dict[Any, Any]] = {
     "grid.color": GRID,
     "grid.linewidth": 0.6,
     "hatch.linewidth": 0.7,
-    "hatch.color": QUIET,
     "xtick.color": INK,
     "ytick.color": INK,
     "lines.linewidth": 1.8,

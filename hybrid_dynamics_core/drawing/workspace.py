@@ -38,6 +38,7 @@ _SOFT: Final = 0.8  # [cells] over which values and outline are smoothed
 _HEIGHTS: Final = {1: 4.8, 2: 4.0, 3: 3.6}  # [in] of the panels' axes, at most, by their number
 _WIDTHS: Final = {1: 7.2, 2: 9.0, 3: 11.0}  # [in] of the figure, at most
 _LOWEST: Final = 1e-6  # largest value of a map that is all zero but for rounding
+_FLAT: Final = 1e-9  # [m] extent across the plane of a planar mechanism, but for rounding
 _LEAST: Final = 6.4  # [in] of the figure
 _SIDES: Final = (0.76, 0.16)  # [in] left and right of a panel's axes
 _BELOW, _ABOVE, _BAR, _HEAD, _LINE = 0.5, 0.3, 0.72, 0.56, 0.15  # [in]
@@ -86,7 +87,11 @@ def workspace_figure(robot: Robot, workspace: Workspace, colour: Colour, title: 
 def _told(workspace: Workspace) -> str:
     if not workspace.samples.reachable.any():
         return "nothing can be reached"
-    spans = (f"{name} {low:.2f} to {high:.2f}" for name, (low, high) in zip("xyz", workspace.extents, strict=True))
+    spans = (
+        f"{name} {low:.2f} to {high:.2f}"
+        for name, (low, high) in zip("xyz", workspace.extents, strict=True)
+        if high - low > _FLAT
+    )
     chosen = f"; no limits: {', '.join(workspace.assumed)}" if workspace.assumed else ""
     return fill(f"{', '.join(spans)} m; {100 * workspace.share():.0f} % of the samples reachable{chosen}", 96)
 
