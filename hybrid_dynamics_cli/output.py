@@ -11,11 +11,15 @@ from typing import Any
 import click
 import numpy as np
 
+from hybrid_dynamics_core.description.model import Array
+
 from .exits import MISUSED
 
 AS_JSON = f"{__package__}.as_json"  # in the meta of click's contexts: whether JSON is asked for,
 ANSWERED = f"{__package__}.answered"  # and whether it is printed: stdout holds one document
+WIDTH = 80  # letters of a terminal
 ROUNDING = 1e-12  # below it a value of order one is noise
+ALIKE = 1e-9  # [m] positions that differ less are one: loops close to about that
 
 
 def show(told: Mapping[str, Any], as_json: bool, text: str) -> None:
@@ -57,17 +61,44 @@ def number(value: float) -> str:
     return "-" if not math.isfinite(value) else f"{value + 0.0:.6g}"
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    """Columns under a head: numbers to the right, text to the left; what is only rounding is shown as zero."""
+def table(head: Sequence[str], rows: Sequence[Sequence[object]], apart: int | None = None) -> str:
+    """Columns under a head: numbers to the right, text to the left; what is only rounding is shown as zero.
+
+    A table that is wider than a terminal goes on below, each time beside its first column; `apart`: the column that
+    then begins below in any case.
+    """
     cells = [[number(v if abs(v) > ROUNDING else 0.0) if isinstance(v, float) else str(v) for v in row] for row in rows]
     right = [bool(rows) and isinstance(rows[0][k], (float, int)) for k in range(len(head))]
     widths = [max(len(line[k]) for line in [list(head), *cells]) for k in range(len(head))]
 
-    def line(parts: Sequence[str]) -> str:
-        padded = [p.rjust(w) if r else p.ljust(w) for p, w, r in zip(parts, widths, right, strict=True)]
+    def line(parts: Sequence[str], columns: Sequence[int]) -> str:
+        padded = [parts[k].rjust(widths[k]) if right[k] else parts[k].ljust(widths[k]) for k in columns]
         return "  ".join(padded).rstrip()
 
-    return "\n".join([line(head), line(["-" * width for width in widths]), *map(line, cells)])
+    lines = [list(head), ["-" * width for width in widths], *cells]
+    return "\n\n".join("\n".join(line(parts, columns) for parts in lines) for columns in _pieces(widths, apart))
+
+
+def _pieces(widths: Sequence[int], apart: int | None) -> list[list[int]]:
+    """Columns in groups that are no wider than a terminal, each with the first column."""
+    if sum(widths) + 2 * (len(widths) - 1) <= WIDTH:
+        return [list(range(len(widths)))]
+    pieces = [[0]]
+    for k in range(1, len(widths)):
+        full = sum(widths[c] + 2 for c in pieces[-1]) + widths[k] > WIDTH
+        if len(pieces[-1]) > 1 and (full or k == apart):
+            pieces.append([0])
+        pieces[-1].append(k)
+    return pieces
+
+
+def constant_axes(positions: Sequence[Array]) -> dict[str, float]:
+    """Of two positions or more: coordinates that are alike in all of them [m], as that across a planar mechanism."""
+    if len(positions) < 2:
+        return {}
+    low, high = np.min(positions, axis=0), np.max(positions, axis=0)
+    alike = {axis: float(low[k]) for k, axis in enumerate("xyz") if high[k] - low[k] < ALIKE}
+    return {axis: value if abs(value) > ALIKE else 0.0 for axis, value in alike.items()}
 
 
 def effort_unit(joint_type: str) -> str:

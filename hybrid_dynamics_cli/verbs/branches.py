@@ -15,7 +15,7 @@ from hybrid_dynamics_core.description.wording import counted, unit
 from hybrid_dynamics_core.errors import StateError
 
 from ..limits import beyond
-from ..output import number, show, table
+from ..output import constant_axes, number, show, table
 from ..parameters import json_option, loaded_undecided, robot_argument, vector, vector_option
 from ..writing import PICTURES, draw_option, overwrite_option, place_for, read_by
 
@@ -61,21 +61,22 @@ def command(robot: str, u: str | None, picture: str | None, overwrite: bool, as_
     }
     ways = {loop: [mode.branch[loop] for mode in modes] for loop in (modes[0].branch if modes else ())}
     loops = [loop for loop, taken in ways.items() if len(set(taken)) > 1]
+    flat = constant_axes([entry["position"] for entry in told["modes"]])
     rows = [
         [
             f"{k + 1}{'*' * (k == own)}",
             *(mode.branch[loop] for loop in loops),
             float(mode.state.singularity),
-            *entry["position"].tolist(),
+            *(float(value) for axis, value in zip("xyz", entry["position"], strict=True) if axis not in flat),
         ]
         for k, (mode, entry) in enumerate(zip(modes, told["modes"], strict=True))
     ]
-    head = ["", *loops, "singularity", *(f"{axis} [m]" for axis in "xyz")]
-    lines = [*_first(machine, values, len(modes)), "", table(head, rows)]
+    head = ["mode", *loops, "singularity", *(f"{axis} [m]" for axis in "xyz" if axis not in flat)]
+    lines = [*_first(machine, values, len(modes)), "", table(head, rows, apart=1 + len(loops))]
     if modes:
         lines += [
             "",
-            *_key(ways, loops),
+            *_key(ways, loops, flat),
             f"{_mark(own, undecided)}; x, y, z of {machine.end_effector} in {machine.base_frame}",
         ]
         lines += [f"to be decided: {text}" for text in undecided]
@@ -100,9 +101,10 @@ def _first(machine: Robot, values: Array, count: int) -> list[str]:
     return [line.replace(HOLD, " ") for line in wrap(f"{counted(count, 'assembly mode')} at {at}", 79)]
 
 
-def _key(ways: Mapping[str, Sequence[str]], shown: Sequence[str]) -> list[str]:
-    """What the columns mean, and the loops that close in one way in all modes."""
+def _key(ways: Mapping[str, Sequence[str]], shown: Sequence[str], flat: Mapping[str, float]) -> list[str]:
+    """What the columns mean, and what is the same in all modes: loops, and coordinates of the end effector."""
     same = [f"{loop} {own[0]}" for loop, own in ways.items() if loop not in shown]
+    same += [f"{axis} = {number(value)} m" for axis, value in flat.items()]
     told = wrap(f"in all of them: {', '.join(same)}", 79, break_on_hyphens=False) if same else []
     return ["singularity: distance of the nearest loop, 0 there, 1 best", *told]
 

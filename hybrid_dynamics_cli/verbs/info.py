@@ -89,7 +89,7 @@ def text(machine: Robot, told: dict[str, Any]) -> str:
     ]
     if told["loops"]:
         loops = [[e["name"], e["branch"] or "", e["distance_to_singularity"]] for e in told["loops"]]
-        lines += ["", table(["loop", "assembly mode", "distance to singularity (0..1)"], loops)]
+        lines += ["", table(["loop", "assembly mode", "to singularity (0..1)"], loops)]
     for loop, count in told["redundant_equations"].items():
         lines.append(f"{loop}: {counted(count, 'equation')} of it {agreed(count, 'follows', 'follow')} from the others")
     if told["parts"]:

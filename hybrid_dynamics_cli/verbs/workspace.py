@@ -14,7 +14,7 @@ from hybrid_dynamics_core.description.wording import counted, unit
 from hybrid_dynamics_core.drawing.options import Colour
 
 from ..limits import beyond
-from ..output import number, show, table
+from ..output import constant_axes, number, show, table
 from ..parameters import (
     frame_option,
     json_option,
@@ -156,9 +156,12 @@ def text_of(machine: Robot, found: Workspace, told: dict[str, Any]) -> str:
         [name, float(low), float(high), unit(machine.joint_types[name]), _remark(found, name, low == high)]
         for name, (low, high) in zip(machine.active, found.ranges, strict=True)
     ]
+    places = [one["position"] for ends in told["extremes"].values() for one in ends]
+    flat = constant_axes(places)
     spans = [
         [f"{'largest' if k else 'smallest'} {axis}", float(one["position"]["xyz".index(axis)]), "m", *_margins(one)]
         for axis, ends in told["extremes"].items()
+        if axis not in flat
         for k, one in enumerate(ends)
     ]
     fates = [[words, f"{100.0 * told['shares'][status.name]:.1f} %"] for status, words in FATES.items()]
@@ -166,6 +169,7 @@ def text_of(machine: Robot, found: Workspace, told: dict[str, Any]) -> str:
         table(["active joint", "from", "to", "unit", ""], rows),
         "",
         table([f"{found.frame} in {machine.base_frame}", "at", "unit", "singularity", "limit", "of"], spans),
+        *(f"{axis} = {number(value)} m everywhere" for axis, value in flat.items()),
         "",
         table([f"of {counted(found.count, 'sample')}", "share"], fates),
     ]

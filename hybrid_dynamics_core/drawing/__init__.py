@@ -68,15 +68,15 @@ def draw_modes(  # noqa: PLR0913 - options of one picture
     u: ArrayLike | None = None,
     path: str | os.PathLike[str] | None = None,
     *,
-    most: int = 12,
+    most: int = 16,
     names: Names = "none",
     title: str | None = None,
     mark_own: bool = True,
 ) -> Figure:
     """Draw the assembly modes of a robot at the active coordinates u (n,), side by side in one scale.
 
-    u: the reference configuration if None. most: how many modes are drawn, in the order of `robot.assembly_modes`.
-    mark_own: whether the mode on which the robot closes is told from the others.
+    u: the reference configuration if None. most: how many modes are drawn, in the order of `robot.assembly_modes`,
+    the robot's own in any case. mark_own: whether the robot's own is told from the others.
     Raises InputError where no mode closes, and as `draw` does.
     """
     _need_matplotlib()
@@ -88,7 +88,7 @@ def draw_modes(  # noqa: PLR0913 - options of one picture
     if not modes:
         raise InputError(f"{robot.name} has no assembly mode at these active coordinates: its loops do not close")
     own = robot.close(u, check=False).branch if mark_own else {}
-    figure = modes_figure(robot, modes[:most], own, known_names(names), title)
+    figure = modes_figure(robot, modes, own, known_names(names), title, most)
     if path is not None:
         save(figure, Path(path))
     return figure

@@ -15,6 +15,7 @@ from matplotlib.patches import Patch
 
 from ..description.model import Closure, RobotDescription
 from .looks import BALL
+from .parts import Role
 from .scene import Scene
 from .style import INK, PURPLE, RED, SHADOW, STEEL, deep, mix, pale
 
@@ -80,7 +81,9 @@ def _symbols(scenes: Sequence[Scene]) -> list[Entry]:
     passive = any(g.kind in ("revolute", "prismatic") and not g.first.active for g in scene.groups)
     carriers = [group for each in scenes for group in each.groups if group.kind == "carrier"]
     seen = any(np.linalg.norm(g.last.point - g.first.start) > 2.0 * scene.unit for g in carriers)
-    grey = deep(BALL)
+    pin, which = _closing(scene, "pin")
+    weld, other = _closing(scene, "weld")
+    ball, _ = _closing(scene, "ball")
     cross = Line2D([], [], marker="P", linestyle="", markersize=8, color=INK, markerfacecolor="white", mew=1.0)
     tube = (
         Line2D([], [], color=mix(STEEL, INK, 0.35), linewidth=6.0, solid_capstyle="butt"),
@@ -91,14 +94,21 @@ def _symbols(scenes: Sequence[Scene]) -> list[Entry]:
         (_disc(RED, INK), "active joint", any(j.active for j in scene.skeleton.joints)),
         (_disc("white", INK), "passive joint", passive),
         (cross, "universal joint", "universal" in kinds),
-        ((_disc(BALL, grey, 8.5), _dot("#d3d9df")), "spherical joint", "ball" in roles),
-        ((_disc("white", grey, 8.0, 2.0), _dot(grey)), "pin that closes a loop", "pin" in roles),
-        (_disc(grey, grey), "weld that closes a loop", "weld" in roles),
+        ((_disc(ball, deep(ball), 8.5), _dot(pale(ball))), "spherical joint", "ball" in roles),
+        ((_disc("white", deep(pin), 8.0, 2.0), _dot(deep(pin))), f"pin that closes {which} loop", "pin" in roles),
+        (_disc(deep(weld), deep(weld)), f"weld that closes {other} loop", "weld" in roles),
         (tube, "cylinder", "barrel" in roles),
         (carrier, "coordinates of a platform", seen),
         (Line2D([], [], color=PURPLE, linewidth=1.6), "end-effector frame", True),
     ]
     return [(handle, text) for handle, text, occurs in told if occurs]
+
+
+def _closing(scene: Scene, role: Role) -> tuple[str, str]:
+    """The colour of what closes loops in one way, as that of the first loop, and how to speak of these loops."""
+    owners = [part.owner for part in scene.parts if part.role == role]
+    colours = [scene.colours[owner] for owner in owners if owner in scene.colours]
+    return (colours[0] if colours else BALL), ("the" if len(colours) == 1 else "each")
 
 
 def subtitle(scene: Scene) -> str:

@@ -6,6 +6,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from ..description.model import Array
+from .backdrop import ground_outlines
 from .labels import Label
 from .options import Names
 from .scene import Scene
@@ -53,22 +55,23 @@ def _passive(scene: Scene) -> list[Label]:
 
 
 def _links(scene: Scene) -> list[Label]:
-    labels, named = [], {scene.skeleton.base}
+    labels, named = _base(scene), {scene.skeleton.base}
     for part in scene.parts:
         link = part.owner.removeprefix("link:")
         if part.owner.startswith("link:") and link not in named:
             named.add(link)
-            style = {"color": deep(scene.colours.get(link, INK)), "fontsize": 7.5, "fontstyle": "italic"}
-            at = scene.view.flat(part.points.mean(axis=0))
-            labels.append(
-                Label(
-                    scene.skeleton.names_on(link),
-                    at,
-                    scene.unit,
-                    style,
-                    f"name:link:{link}",
-                    QUIET,
-                    part.role == "plate",
-                )
-            )
+            labels.append(_link(scene, link, scene.view.flat(part.points.mean(axis=0)), part.role == "plate"))
     return labels
+
+
+def _base(scene: Scene) -> list[Label]:
+    """The base at the first ground that holds it, or on its plate; none where neither is painted."""
+    base = scene.skeleton.base
+    grounds = [outline.mean(axis=0) for outline in ground_outlines(scene)]
+    plates = [scene.view.flat(part.points.mean(axis=0)) for part in scene.parts if part.role == "base"]
+    return [_link(scene, base, at, bool(plates)) for at in (grounds + plates)[:1]]
+
+
+def _link(scene: Scene, link: str, at: Array, inside: bool) -> Label:
+    style = {"color": deep(scene.colours.get(link, INK)), "fontsize": 7.5, "fontstyle": "italic"}
+    return Label(scene.skeleton.names_on(link), at, scene.unit, style, f"name:link:{link}", QUIET, inside)

@@ -7,6 +7,7 @@ from typing import Any, Final
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -27,8 +28,12 @@ _CELLS: Final = 240  # in each direction
 _BEYOND: Final = 0.08  # of the range: what is shown outside of it
 _LINES: Final = (0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8)
 _NAMED: Final = 0.2  # lower lines crowd at the edge
+_CLEAR: Final = 0.03  # of what is shown: a line nearer to an end has no room for its level
 _SIZE: Final = (6.9, 6.0)  # [in] of the figure
 _STYLES: Final[dict[str, Any]] = {"stroke end or limit": "-", "toggle point of a loop": (0, (4, 2))}
+_DOT: Final[dict[str, Any]] = {
+    "marker": "o", "linestyle": "", "color": "white", "markeredgecolor": INK, "mew": 1.6, "markersize": 7
+}  # fmt: skip
 _BOX: Final = (0.8, 1.52, 5.9, 3.75)  # [in] of the axes
 
 
@@ -42,7 +47,7 @@ def over_figure(robot: Robot, over: tuple[str, str], u: ArrayLike | None, colour
     points = np.tile(base, (x.size, 1))
     points[:, k[0]], points[:, k[1]] = x.ravel(), y.ravel()
     samples = margins_at(robot, points)
-    with mpl.rc_context({**STYLE, "hatch.color": QUIET}):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=_SIZE)
         head(figure, title or f"{robot.name}: {over[0]} and {over[1]}", _held(robot, over, base))
         axes = axes_at(figure, _BOX)
@@ -50,10 +55,11 @@ def over_figure(robot: Robot, over: tuple[str, str], u: ArrayLike | None, colour
         axes.set_facecolor(STEEL)
         top = _margin(axes, lines, samples, colour)
         kinds = _ends(axes, robot, over, ranges)
-        _reference(axes, base[k])
+        axes.plot(*base[k], **_DOT, zorder=3.0)
         axes.set(xlim=axes_of[0], ylim=axes_of[1], xlabel=_label(robot, over[0]), ylabel=_label(robot, over[1]))
         colour_bar(figure, WORDS[colour], top)
-        _key(figure, samples, kinds)
+        taken = "reference configuration" if np.array_equal(base, robot.reference) else "configuration given"
+        _key(figure, samples, kinds, taken)
     return figure
 
 
@@ -80,11 +86,28 @@ def _margin(axes: Axes, lines: list[Array], samples: Margins, colour: Colour) ->
     inside = [level for level in _LINES if np.nanmin(height) < level < np.nanmax(height)] if closed.any() else []
     if inside:
         drawn = axes.contour(*lines, height, levels=inside, colors=INK, linewidths=0.7, zorder=1.4)
-        axes.clabel(drawn, [level for level in inside if level >= _NAMED], fmt="%g", fontsize=7.5)
+        _name_lines(axes, drawn, lines)
     beyond = (samples.status == SampleStatus.BEYOND).reshape(shape)
     if beyond.any():
-        axes.contourf(*lines, beyond.astype(float), levels=[0.5, 2.0], colors="none", hatches=["////"], zorder=1.6)
+        area = axes.contourf(
+            *lines, beyond.astype(float), levels=[0.5, 2.0], colors="none", hatches=["////"], zorder=1.6
+        )
+        area.set(edgecolor=QUIET, linewidth=0.0)
     return top
+
+
+def _name_lines(axes: Axes, drawn: ContourSet, lines: list[Array]) -> None:
+    """The level of each line, where it is farthest from the ends of the ranges."""
+    low, span = np.array([line[0] for line in lines]), np.array([np.ptp(line) for line in lines])
+    least = _CLEAR + _BEYOND / (1.0 + 2.0 * _BEYOND)  # of what is shown, with what lies outside of the ranges
+    for level, path in zip(drawn.levels, drawn.get_paths(), strict=True):
+        places = np.asarray(path.vertices, dtype=float)
+        share = (places - low) / span
+        inward = np.minimum(share, 1.0 - share)
+        places, inward = places[(inward > least).all(axis=1)], inward[(inward > least).all(axis=1)]
+        if level >= _NAMED and len(places):
+            x, y = places[int(np.argmax(inward.prod(axis=1)))].tolist()
+            axes.clabel(drawn, [level], fmt="%g", fontsize=7.5, manual=[(x, y)])
 
 
 def _ends(axes: Axes, robot: Robot, over: tuple[str, str], ranges: Array) -> set[str]:
@@ -101,10 +124,6 @@ def _ends(axes: Axes, robot: Robot, over: tuple[str, str], ranges: Array) -> set
     return kinds
 
 
-def _reference(axes: Axes, at: Array) -> None:
-    axes.plot(*at, "o", color="white", markeredgecolor=INK, markeredgewidth=1.6, markersize=7, zorder=3.0)
-
-
 def _held(robot: Robot, over: tuple[str, str], base: Array) -> str:
     held = [f"{name} = {value:.3g}" for name, value in zip(robot.active, base, strict=True) if name not in over]
     return f"held: {', '.join(held)}" if held else "all active joints"
@@ -114,19 +133,18 @@ def _label(robot: Robot, name: str) -> str:
     return f"{name} [{'rad' if robot.joint_types[name] == 'revolute' else 'm'}]"
 
 
-def _key(figure: Figure, samples: Margins, kinds: set[str]) -> None:
-    """What lines and areas mean, of those that occur."""
+def _key(figure: Figure, samples: Margins, kinds: set[str], taken: str) -> None:
+    """What lines and areas mean, of those that occur; `taken`: what the dot is."""
     entries: list[tuple[Any, str]] = [
         (Line2D([], [], color=BLUE, linewidth=1.8, linestyle=style), kind)
         for kind, style in _STYLES.items()
         if kind in kinds
     ]
-    dot = Line2D([], [], marker="o", linestyle="", color="white", markeredgecolor=INK, mew=1.6, markersize=7)
-    entries.append((dot, "where the map was taken"))
+    entries.append((Line2D([], [], **_DOT), taken))
     if np.isin(samples.status, (SampleStatus.OPEN, SampleStatus.SINGULAR)).any():
-        entries.append((Patch(facecolor=STEEL, edgecolor=QUIET), "no closed loops"))
+        entries.append((Patch(facecolor=STEEL, edgecolor=QUIET), "loops do not close here"))
     if (samples.status == SampleStatus.BEYOND).any():
-        entries.append((Patch(facecolor="white", edgecolor=INK, hatch="////"), "beyond a limit"))
+        entries.append((Patch(facecolor="white", edgecolor=QUIET, hatch="////"), "beyond a limit"))
     handles, texts = zip(*entries, strict=True)
     figure.legend(
         handles, texts, loc="lower left", bbox_to_anchor=(0.11, 0.11), ncols=3, fontsize=8, frameon=False, borderpad=0.0

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 from matplotlib.patches import Polygon
 
 from ..description.model import Array
@@ -22,17 +23,19 @@ from .symbols import Stroke
 _CAPPED = ("hinge", "barrel", "block", "collar", "pin", "weld", "rod")
 _LINES = {"axis": (QUIET, (0, (7, 2, 1.2, 2)), 0.7), "carrier": (SHADOW, (0, (1, 2.2)), 1.2)}
 _ARROWS = {"turn": (RED, 1.8), "travel": (RED, 1.8), "triad": (PURPLE, 1.5), "base axes": (QUIET, 1.0)}
+_SHEER = 0.2  # how much of a sheer plate is seen
 _HEAD = np.array([1.35, 0.55])  # length and half width of an arrow's head, in radii of a joint
 
 
 class Painter:
-    """Paints a scene.
+    """Paints a scene; `sheer`: plates and base let through what is behind them.
 
     For the labels `covered` collects what was painted, (m, 2) polygons with a weight, and `letters` the names of axes.
     """
 
-    def __init__(self, axes: Axes, scene: Scene) -> None:
+    def __init__(self, axes: Axes, scene: Scene, *, sheer: bool = False) -> None:
         self.axes, self.scene, self.view = axes, scene, scene.view
+        self._sheer = sheer
         self.covered: list[tuple[Array, float]] = []
         self.letters: list[Label] = []
         self._names: Counter[str] = Counter()
@@ -57,8 +60,10 @@ class Painter:
         face, edge, width = look(part, self.scene.colours, active)
         face = shaded(face, part, self.view)
         outline, cap = part.outline(self.view), part.cap(self.view)
-        self._add(part.owner, outline, face, edge, width, "//////" if part.role == "base" else None)
-        self.covered.append((outline, 0.02 if part.role in ("plate", "base") else 1.0))
+        broad = part.role in ("plate", "base")
+        body = to_rgba(face, _SHEER) if broad and self._sheer else face
+        self._add(part.owner, outline, body, edge, width, "//////" if part.role == "base" else None)
+        self.covered.append((outline, 0.02 if broad else 1.0))
         if part.role == "ball":
             self._add(f"{part.owner}.light", _shrunk(outline, 0.3, 0.28), mix(face, WHITE, 0.75), "none")
         if cap is None or part.role not in _CAPPED:
@@ -69,7 +74,13 @@ class Painter:
             self._add(f"{part.owner}.dot", _shrunk(cap, 0.34, 0.0), edge if part.role == "pin" else WHITE, "none")
 
     def _add(
-        self, owner: str, outline: Array, face: str, edge: str, width: float = 0.0, hatch: str | None = None
+        self,
+        owner: str,
+        outline: Array,
+        face: str | tuple[float, float, float, float],
+        edge: str,
+        width: float = 0.0,
+        hatch: str | None = None,
     ) -> None:
         patch = Polygon(outline, closed=True, facecolor=face, edgecolor=edge, linewidth=width, hatch=hatch)
         patch.set_joinstyle("round")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,29 +25,32 @@ TOP = View(_X, _Y, False, ("x [m]", "y [m]"))
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """A panel: the robot's scene in its view, and samples (N, 2) on it [m]."""
+    """A panel: the robot's scene in its view; `positions` (N, 3) of samples as they are shown [m], base axes."""
 
     title: str
     scene: Scene
-    points: Array
+    positions: Callable[[Margins], Array]
 
     @property
     def names(self) -> tuple[str, str]:
         """Of the two axes."""
         return self.scene.view.names
 
-    @property
-    def box(self) -> Array:
-        """(2, 2) smallest and largest of scene and samples, with a margin [m]."""
+    def points(self, samples: Margins) -> Array:
+        """(N, 2) where samples are on it [m]; NaN where a loop is open."""
+        return self.scene.view.flat(self.positions(samples))
+
+    def box(self, points: Array) -> Array:
+        """(2, 2) smallest and largest of the scene and of points (N, 2) with a margin about them [m]."""
         scene, margin = limits_of(self.scene), 2.0 * self.scene.unit
-        points = self.points[np.isfinite(self.points).all(axis=1)]
+        points = points[np.isfinite(points).all(axis=1)]
         if not len(points):
             return scene
         low = np.minimum(scene[0], points.min(axis=0) - margin)
         return np.array([low, np.maximum(scene[1], points.max(axis=0) + margin)])
 
 
-def choose_planes(robot: Robot, samples: Margins) -> list[Plane]:
+def choose_planes(robot: Robot) -> list[Plane]:
     """The plane of a planar robot, that of an arm on a turning column, else three views.
 
     Of a turning arm every sample is turned back into the plane of the reference: what is shown holds for every angle
@@ -56,21 +60,26 @@ def choose_planes(robot: Robot, samples: Margins) -> list[Plane]:
     view = choose_view(skeleton)
     if not view.planar:
         told = (("seen from the front", FRONT), ("seen from the side", SIDE), ("seen from above", TOP))
-        return [_plane(robot, skeleton, title, plane, samples.position) for title, plane in told]
+        return [_plane(robot, skeleton, title, plane) for title, plane in told]
     column = _column(skeleton)
     if column is None:
-        return [_plane(robot, skeleton, "in the robot's plane", view, samples.position)]
+        return [_plane(robot, skeleton, "in the robot's plane", view)]
     k = robot.active.index(column.name)
-    back = Rotation.from_rotvec(np.multiply.outer(robot.reference[k] - samples.u[:, k], column.axis))
-    turned = column.point + back.apply(samples.position - column.point)
+
+    def turned(samples: Margins) -> Array:
+        back = Rotation.from_rotvec(np.multiply.outer(robot.reference[k] - samples.u[:, k], column.axis))
+        return np.asarray(column.point + back.apply(samples.position - column.point))
+
     planes = [_plane(robot, skeleton, f"in the plane of the arm, at any {column.name}", view, turned)]
     if np.ptp(robot.limits[k]) < ROUND:
-        planes.append(_plane(robot, skeleton, "seen from above", TOP, samples.position))
+        planes.append(_plane(robot, skeleton, "seen from above", TOP))
     return planes
 
 
-def _plane(robot: Robot, skeleton: Skeleton, title: str, view: View, positions: Array) -> Plane:
-    return Plane(title, build_scene(robot.description, skeleton, view), view.flat(positions))
+def _plane(
+    robot: Robot, skeleton: Skeleton, title: str, view: View, positions: Callable[[Margins], Array] | None = None
+) -> Plane:
+    return Plane(title, build_scene(robot.description, skeleton, view), positions or (lambda samples: samples.position))
 
 
 def _column(skeleton: Skeleton) -> PlacedJoint | None:

@@ -15,6 +15,7 @@ from ..drawing.view import choose_view
 FIELD: Final = np.radians(32.0)  # of view, from top to bottom: narrow, so that parallel bars look parallel
 ASIDE: Final = np.radians(28.0)  # how far the camera stands aside of the plane's normal, of a planar mechanism
 ABOVE: Final = np.radians(20.0)
+_CORNER: Final = (-0.95, 0.72)  # to the right and up, in radii of what is shown
 ROOM: Final = 1.22  # round the robot
 
 
@@ -29,6 +30,15 @@ class Camera:
     look_at: Array
     radius: float
     field: float = float(FIELD)
+
+    @property
+    def corner(self) -> Array:
+        """(3,) to the left and above, in the plane of `look_at`: beside all that it has to show, and still seen [m]."""
+        away = self.look_at - self.position
+        side = np.cross(away, (0.0, 0.0, 1.0))
+        up = np.cross(side, away)
+        aside = _CORNER[0] * side / np.linalg.norm(side) + _CORNER[1] * up / np.linalg.norm(up)
+        return np.asarray(self.look_at + self.radius * aside)
 
     def seen_from(self, aspect: float) -> Array:
         """Where it has to stand (3,) [m] for a canvas whose width is `aspect` times its height."""

@@ -132,12 +132,6 @@ class Stage:
         start.near, start.far = 0.005 * shape.size, 100.0 * shape.size
 
     def _add_gravity(self, direction: Array, strength: float) -> None:
-        shape = self.shape
-        away = self.camera.look_at - self.camera.position
-        side = np.cross(away, (0.0, 0.0, 1.0))
-        side /= max(float(np.linalg.norm(side)), 1e-9)
-        place = self.camera.look_at - 0.95 * self.camera.radius * side
-        length = 0.14 * shape.size
         mesh = meshes.arrow(0.045)
         self.scene.add_mesh_simple(
             "/gravity",
@@ -145,9 +139,9 @@ class Stage:
             mesh.faces,
             color=rgb(QUIET),
             cast_shadow=False,
-            scale=length,
+            scale=0.14 * self.shape.size,
             wxyz=wxyz(meshes.frame_along(direction)),
-            position=place,
+            position=self.camera.corner,
         )
         self.scene.add_label("/gravity/name", f"g  {strength:.4g} m/s²", anchor="bottom-center")
 

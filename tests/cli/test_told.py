@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from hybrid_dynamics_cli.output import table
 from hybrid_dynamics_core import load
 from tests.cli.calling import call
 
@@ -115,11 +116,12 @@ def test_modes_tell_where_the_end_effector_is() -> None:
     assert "x, y, z of end_effector in base" in call("branches", "five_bar").output
 
 
-@pytest.mark.parametrize("name", ["forging_chu2020", "staicu2015"])
+@pytest.mark.parametrize("name", ["forging_chu2020", "staicu2015", "excavator", "gough"])
 def test_modes_name_the_loops_in_which_they_differ_and_fit_a_terminal(name: str) -> None:
     output = call("branches", name).output
     branches = [mode["branch"] for mode in told("branches", name)["modes"]]
-    (head,) = (line.split() for line in output.splitlines() if " singularity  " in line)
+    head = [word for line in output.splitlines() if line.startswith("mode ") for word in line.split()]
+    assert "singularity" in head
     for loop in branches[0]:
         ways = {branch[loop] for branch in branches}
         assert (loop in head) == (len(ways) > 1)
@@ -127,7 +129,29 @@ def test_modes_name_the_loops_in_which_they_differ_and_fit_a_terminal(name: str)
     assert max(map(len, output.splitlines())) <= 80
 
 
-@pytest.mark.parametrize("name", ["forging_chu2020", "staicu2015", "excavator"])
+def test_what_is_the_same_everywhere_is_told_once() -> None:
+    """Across the plane of a planar mechanism there is one coordinate: no column and no rows of it."""
+    modes, reach = call("branches", "excavator").output, call("workspace", "five_bar", "--samples", "500").output
+    assert "y [m]" not in modes
+    assert "in all of them: y = 0 m" in modes
+    assert "est z" not in reach
+    assert "z = 0.04 m everywhere" in reach
+    assert "smallest y" in reach
+    assert "y [m]" in call("branches", "gough").output
+
+
+def test_a_wide_table_goes_on_below_beside_its_first_column() -> None:
+    head, row = ["name", *(f"column_{k}" for k in range(12))], ["first", *(float(k) for k in range(12))]
+    pieces = table(head, [row]).split("\n\n")
+    assert len(pieces) > 1
+    assert all(line.split()[0] in {"name", "-----", "first"} for piece in pieces for line in piece.splitlines())
+    assert all(len(line) <= 80 for piece in pieces for line in piece.splitlines())
+    told_ = [word for piece in pieces for word in piece.splitlines()[0].split()[1:]]
+    assert told_ == head[1:]
+    assert table(head[:3], [row[:3]], apart=2).count("name") == 1  # what fits is not broken
+
+
+@pytest.mark.parametrize("name", ["forging_chu2020", "staicu2015", "excavator", "gough"])
 def test_what_a_robot_is_fits_a_terminal(name: str) -> None:
     assert max(map(len, call("info", name).output.splitlines())) <= 80
 

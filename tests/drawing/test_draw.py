@@ -16,7 +16,7 @@ from hybrid_dynamics_core.drawing import draw, draw_on
 from hybrid_dynamics_core.drawing.labels import _beside
 from hybrid_dynamics_core.drawing.style import RED
 
-from .conftest import drawing_of
+from .conftest import drawing_of, robot_of
 
 
 def gids(figure: Figure) -> set[str]:
@@ -61,7 +61,25 @@ def test_names_are_shown_as_asked(robot: Robot) -> None:
     assert shown["active"] == {*robot.active, robot.end_effector}
     assert shown["joints"] == {*robot.coordinates, robot.end_effector}
     assert shown["all"] > shown["joints"]
-    assert shown["all"] <= {*robot.coordinates, *robot.frames}
+    assert shown["all"] <= {*robot.coordinates, *robot.frames, robot.base_frame}
+
+
+def test_the_base_is_named_among_the_links(robot: Robot) -> None:
+    assert robot.base_frame in labels(draw(robot, names="all"))
+
+
+@pytest.mark.parametrize(("name", "which"), [("five_bar", "the"), ("excavator", "each")])
+def test_the_pin_of_the_key_looks_as_the_pins_of_the_picture(name: str, which: str) -> None:
+    figure = draw(robot_of(name))
+    (handle,) = (
+        handle
+        for legend in figure.legends
+        for handle, text in zip(legend.legend_handles, legend.get_texts(), strict=True)
+        if text.get_text() == f"pin that closes {which} loop"
+    )
+    closures = {f"closure:{closure.name}" for closure in robot_of(name).description.closures}
+    edges = {to_hex(artist.get_edgecolor()) for artist in figure.findobj(Polygon) if artist.get_gid() in closures}
+    assert to_hex(handle.get_markeredgecolor()) in edges
 
 
 def test_active_joints_and_no_others_have_the_colour_of_drives(robot: Robot) -> None:

@@ -70,6 +70,28 @@ def test_every_point_is_in_the_picture_however_narrow(forging: Robot, aspect: fl
         assert camera.seen_from(aspect) == pytest.approx(camera.position, rel=1e-12)
 
 
+@pytest.mark.parametrize("name", ["forging_chu2020", "excavator", "gough", "five_bar", "ankle"])
+def test_what_stands_in_the_corner_is_seen_and_hides_nothing(name: str) -> None:
+    """The arrow of gravity: within the picture of a square canvas, and farther out than all of the robot."""
+    from hybrid_dynamics_core.view.bodies import shape_of
+
+    robot = load(name)
+    shape = shape_of(robot, robot.close(robot.reference))
+    camera = camera_for(shape.skeleton, shape.points)
+    forward = (camera.look_at - camera.position) / np.linalg.norm(camera.look_at - camera.position)
+    right = np.cross(forward, (0.0, 0.0, 1.0)) / np.linalg.norm(np.cross(forward, (0.0, 0.0, 1.0)))
+    ends = camera.corner + np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -0.14 * shape.size]])
+
+    def picture(points: np.ndarray) -> np.ndarray:
+        seen = points - camera.position
+        flat = np.stack([seen @ right, seen @ np.cross(right, forward)], axis=1) / (seen @ forward)[:, None]
+        return flat / np.tan(0.5 * camera.field)
+
+    assert np.abs(picture(ends)).max() < 0.9  # a name above the arrow has room too
+    along = np.linspace(*picture(ends), 20)
+    assert np.linalg.norm(along, axis=1).min() > np.linalg.norm(picture(shape.points), axis=1).max()
+
+
 @dataclass
 class Eye:
     """The camera of a browser."""
