@@ -22,6 +22,7 @@ import json
 import os
 import subprocess
 import sysconfig
+import tempfile
 import time
 import tomllib
 from collections.abc import Iterator
@@ -45,18 +46,21 @@ PACKAGE_INPUTS = (
     "security/*",
 )
 INTERFACE_INPUTS = ("setup.py", "pyproject.toml", "package.xml", "*.txt", "cmake/*", "msg/*", "srv/*")
-PIP = [sys.executable, "-m", "pip", "install", "--no-input", "--disable-pip-version-check", "--progress-bar=off"]
+# pip would take up to a minute to remove what it built with, in silence: `discard` does that beside what follows.
+PIP = [sys.executable, "-m", "pip", "install", "--no-clean", "--no-input", "--disable-pip-version-check"]
+PIP += ["--progress-bar=off"]
 HEARTBEAT = 15.0  # [s] between signs of life of a long step
 
 
 @dataclass(frozen=True)
 class Step:
-    """One call of pip, with the files that it depends on and a distribution that it brings."""
+    """One call of pip, with the files that it depends on, a distribution that it brings, and how long it takes."""
 
     title: str
     arguments: list[str]
     inputs: list[Path]
     provides: str
+    expected: str
 
     def digest(self) -> str:
         """Hash of all that the outcome depends on."""
@@ -83,7 +87,7 @@ def main(venv: Path, purpose: str) -> None:
     for step in steps(purpose):
         if not step.is_done(stamp):
             require_build_tools()
-            run(step.title, [*PIP, *step.arguments], venv / "hybrid_dynamics_setup.log")
+            run(f"{step.title}, {step.expected}", [*PIP, *step.arguments], venv / "hybrid_dynamics_setup.log")
             stamp[step.title] = step.digest()
             stamp_file.write_text(json.dumps(stamp, indent=2), encoding="utf-8")
     if purpose == "test":
@@ -105,21 +109,23 @@ def steps(purpose: str) -> Iterator[Step]:
         ["--editable", f"{ROOT}[{RUN_EXTRAS}]"],
         files(ROOT, PACKAGE_INPUTS),
         NAME,
+        "1 to 3 minutes",
     )
     yield Step(
         "Building and installing the interfaces of msg_defs/",
         ["--verbose", "--no-deps", "--force-reinstall", str(interfaces)],  # the signs of life name what is built
         files(interfaces, INTERFACE_INPUTS),
         "hybrid-dynamics-msgs",
+        "2 to 5 minutes: the compiler is busy",
     )
     if purpose == "test":
-        yield Step("Installing the tools of tests and lint", requirements("test", "dev"), [], "pytest")
+        yield Step("Installing the tools of tests and lint", requirements("test", "dev"), [], "pytest", "a minute")
     if purpose == "docs":
-        yield Step("Installing what builds the pages", requirements("docs"), [], "sphinx")
+        yield Step("Installing what builds the pages", requirements("docs"), [], "sphinx", "half a minute")
     if purpose == "colcon":
         project = tomllib.loads((interfaces / "pyproject.toml").read_text(encoding="utf-8"))
         tools = requirements("colcon") + project["build-system"]["requires"]
-        yield Step("Installing colcon and the build tools of ROS 2 Jazzy", tools, [], "colcon-core")
+        yield Step("Installing colcon and the build tools of ROS 2 Jazzy", tools, [], "colcon-core", "a minute")
 
 
 def requirements(*extras: str) -> list[str]:
@@ -179,18 +185,37 @@ def apt(missing: list[str]) -> str:
 def run(title: str, command: list[str], log: Path) -> None:
     """Run a step with its output in ``log``. Say how long it takes, that it lives, or how it failed."""
     print(f"{title} ...", flush=True)
-    start = time.monotonic()
-    with log.open("w", encoding="utf-8") as output:
-        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT)
-        code = None
-        while code is None:
-            try:
-                code = process.wait(HEARTBEAT)
-            except subprocess.TimeoutExpired:
-                print(f"  {time.monotonic() - start:4.0f} s  {shorten(last_lines(log, 1), 90)}", flush=True)
+    start, scratch = time.monotonic(), tempfile.mkdtemp(prefix="hybrid_dynamics_setup-")
+    try:
+        code = watched(command, log, scratch, start)
+    finally:
+        discard(scratch)
     if code != 0:
         sys.exit(f"{last_lines(log, 30)}\nThis failed: {' '.join(command)}\nAll it said is in {log}")
     print(f"  {time.monotonic() - start:4.0f} s  done", flush=True)
+
+
+def watched(command: list[str], log: Path, scratch: str, start: float) -> int:
+    """Run a command with its temporary files in ``scratch``, and say what it does from time to time; its exit code."""
+    with log.open("w", encoding="utf-8") as output:
+        process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            env={**os.environ, "TMPDIR": scratch},
+        )
+        while True:
+            try:
+                return process.wait(HEARTBEAT)
+            except subprocess.TimeoutExpired:
+                print(f"  {time.monotonic() - start:4.0f} s  {shorten(last_lines(log, 1), 90)}", flush=True)
+
+
+def discard(scratch: str) -> None:
+    """Remove a folder with many files, beside what follows."""
+    remove = "import shutil, sys; shutil.rmtree(sys.argv[1], ignore_errors=True)"
+    subprocess.Popen([sys.executable, "-c", remove, scratch], stdin=subprocess.DEVNULL, start_new_session=True)
 
 
 def last_lines(log: Path, count: int) -> str:

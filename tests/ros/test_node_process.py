@@ -130,8 +130,8 @@ def test_a_copied_robot_file_starts(start_node, tmp_path, robot):
         ("qos.input:=perfect", ["qos.input", "perfect", "reliable, best_effort"]),
         ("qos.input_depth:=0", ["qos.input_depth", "0"]),
         ("robot:=''", ["robot"]),
-        ("acceleration_filter.bandwith:=1.0", ["did you mean acceleration_filter.bandwidth?"]),
-        ("bandwidth:=1.0", ["did you mean acceleration_filter.bandwidth?"]),
+        ("acceleration_filter.bandwith:=1.0", ["did you mean 'acceleration_filter.bandwidth'?"]),
+        ("bandwidth:=1.0", ["did you mean 'acceleration_filter.bandwidth'?"]),
         ("gravity:=[0.0, 1.0]", ["gravity", "expected 3 entries"]),
     ],
 )
