@@ -63,7 +63,8 @@ def choose_planes(robot: Robot) -> list[Plane]:
         return [_plane(robot, skeleton, title, plane) for title, plane in told]
     column = _column(skeleton)
     if column is None:
-        return [_plane(robot, skeleton, "in the robot's plane", view)]
+        across = view.names[0].removesuffix(" [m]"), view.names[1].removesuffix(" [m]")
+        return [_plane(robot, skeleton, f"in the robot's plane, {across[0]}-{across[1]}", view)]
     k = robot.active.index(column.name)
 
     def turned(samples: Margins) -> Array:
