@@ -18,6 +18,7 @@ from .looks import BALL
 from .parts import Role
 from .scene import Scene
 from .style import INK, PURPLE, RED, SHADOW, STEEL, deep, mix, pale
+from .view import ALIGNED
 
 KINDS: Final = {"planar": "pin", "point": "spherical joint", "axis": "hinge", "frame": "weld"}
 Entry = tuple[Any, str]
@@ -112,9 +113,20 @@ def _closing(scene: Scene, role: Role) -> tuple[str, str]:
 
 
 def subtitle(scene: Scene) -> str:
-    """One line: how many joints of which kind, how many loops."""
+    """One line: how many joints of which kind, how many loops, and of a planar mechanism the plane."""
     active = sum(j.active for j in scene.skeleton.joints)
     passive, loops = len(scene.skeleton.joints) - active, len(scene.skeleton.closures)
+    plane = f"; {plane_of(scene)}" if plane_of(scene) else ""
     if not passive:
-        return f"{active} active joint{'s' * (active != 1)}"
-    return f"{active} active and {passive} passive joint{'s' * (passive != 1)}, {loops} loop{'s' * (loops != 1)}"
+        return f"{active} active joint{'s' * (active != 1)}{plane}"
+    return f"{active} active and {passive} passive joint{'s' * (passive != 1)}, {loops} loop{'s' * (loops != 1)}{plane}"
+
+
+def plane_of(scene: Scene) -> str:
+    """The plane in which a mechanism moves, or is drawn where it leaves it too; empty for others."""
+    letters = [name.removesuffix(" [m]") for name in scene.view.names]
+    if not scene.view.planar or any(len(letter) > 1 for letter in letters):
+        return ""
+    hinges = [joint.axis for joint in scene.skeleton.joints if joint.type == "revolute"]
+    leaves = any(abs(float(axis @ scene.view.toward)) < 1.0 - ALIGNED for axis in hinges)
+    return f"{'drawn' if leaves else 'moves'} in the {'-'.join(sorted(letters))} plane"

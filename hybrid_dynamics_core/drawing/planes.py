@@ -63,7 +63,9 @@ def choose_planes(robot: Robot) -> list[Plane]:
         return [_plane(robot, skeleton, title, plane) for title, plane in told]
     column = _column(skeleton)
     if column is None:
-        return [_plane(robot, skeleton, "in the robot's plane", view)]
+        letters = [name.removesuffix(" [m]") for name in view.names]
+        which = f", {'-'.join(sorted(letters))}" if max(map(len, letters)) == 1 else ""
+        return [_plane(robot, skeleton, f"in the robot's plane{which}", view)]
     k = robot.active.index(column.name)
 
     def turned(samples: Margins) -> Array:

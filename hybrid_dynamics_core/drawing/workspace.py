@@ -93,7 +93,7 @@ def _told(workspace: Workspace) -> str:
         if high - low > _FLAT
     )
     chosen = f"; no limits: {', '.join(workspace.assumed)}" if workspace.assumed else ""
-    return fill(f"{', '.join(spans)} m; {100 * workspace.share():.0f} % of the samples reachable{chosen}", 96)
+    return fill(f"{', '.join(spans)} m; {100 * workspace.share():.0f} % of the samples reachable{chosen}", 108)
 
 
 def head(figure: Figure, title: str, line: str) -> None:

@@ -166,7 +166,7 @@ def _intervals(ax: Axes, stamps: Stamps) -> str:
     span = max(high - low, 0.1 * stamps.nominal * 1e3, 1e-6)
     low, high = low - 0.2 * span, high + 0.2 * span
     inside = steps[(steps >= low) & (steps <= high)]
-    ax.hist(inside, bins=60, range=(low, high), color=BLUE)
+    ax.hist(inside, bins=61, range=(low, high), color=BLUE)  # odd: one stands on the usual interval
     ax.set_xlim(low, high)
     words = [f"{len(inside)} of {len(steps)} intervals" if len(inside) < len(steps) else f"{len(steps)} intervals"]
     if (steps < low).any():

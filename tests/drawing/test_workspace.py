@@ -18,7 +18,7 @@ from .conftest import robot_of
 ROCKER = four_bar(0.3, 0.1, 0.3, 0.2).replace("{link: rocker}", "{link: rocker, xyz: [0.2, 0, 0]}")
 PANELS = {
     "excavator": ["in the plane of the arm, at any q1"],
-    "five_bar": ["in the robot's plane"],
+    "five_bar": ["in the robot's plane, x-y"],
     "delta": ["seen from the front", "seen from the side", "seen from above"],
 }
 
