@@ -8,6 +8,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import click
 import numpy as np
@@ -29,6 +30,7 @@ from .common import LOST, PATH, known_robot_option, params_option, span_of, span
 LISTED = 8  # samples that were left out
 WIDTH = 120  # of a terminal, in characters
 ROOM = WIDTH - 4 * (12 + 2)  # for the terms of a base parameter, beside four numbers as `number` writes them
+Numbers = Mapping[str, tuple[float, ...]]  # a row of a table by name
 COLUMNS = ("estimate", "low", "high", "file")
 HELD = ("recorded", "left_by_file", "left_by_estimate", "explained")
 EPILOG = """\b
@@ -91,23 +93,30 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     track = collect(bag, robot, topic, smooth, read_settings(params), samples, span=span_of(start, end))
     asked = asked_parameters(track.robot, listed(links), track.robot.active if friction == "all" else listed(friction))
     found = identified(track, asked, hold_out)
+    base, efforts = base_of(found), efforts_of(found, track)
+    show(facts(found, base, efforts, track), as_json, "\n".join(text(found, base, efforts, whole=everything)))
+    if place is not None:
+        write_base(place, base)
+    tell_losses(track.losses)
+    if track.losses:
+        context.exit(LOST)
+
+
+def base_of(found: Found) -> Numbers:
+    """By base parameter: estimate, interval, and what the robot file says."""
     described = found.described.tolist()
-    base = {name: (*part, own) for (name, part), own in zip(found.result.table().items(), described, strict=True)}
-    per_joint = [
-        [name, float(found.spread[k]), float(found.before[k]), float(found.noise[k]), float(found.explained[k])]
-        for k, name in enumerate(track.robot.active)
-    ]
-    text = [
-        *verdict(found, base),
-        "",
-        table(["held-out efforts", "recorded", "left by file", "left by estimate", "explained"], per_joint),
-        *left_out(found, whole=everything),
-        *(estimates("determined", found.determined, base, whole=everything) if found.determined else []),
-    ]
-    others = [name for name in base if name not in found.determined]
-    if everything and others:
-        text += estimates("not determined", others, base, whole=True)
-    told = {
+    return {name: (*part, own) for (name, part), own in zip(found.result.table().items(), described, strict=True)}
+
+
+def efforts_of(found: Found, track: Track) -> Numbers:
+    """By active joint: held-out efforts, and what is left of them by file and estimate."""
+    columns = (found.spread, found.before, found.noise, found.explained)
+    return {name: tuple(float(column[k]) for column in columns) for k, name in enumerate(track.robot.active)}
+
+
+def facts(found: Found, base: Numbers, efforts: Numbers, track: Track) -> dict[str, Any]:
+    """All that was found, for programs."""
+    return {
         "worse_than_file": list(found.worse),
         "left_out": [asdict(entry) for entry in found.left_out],
         "determined": list(found.determined),
@@ -116,14 +125,21 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         "parameters": dict(zip(found.result.parameters.names, found.result.values, strict=True)),
         "condition": found.result.condition,
         "losses": track.losses,
-        "held_out": {name: dict(zip(HELD, numbers, strict=True)) for name, *numbers in per_joint},
+        "held_out": {name: dict(zip(HELD, numbers, strict=True)) for name, numbers in efforts.items()},
     }
-    show(told, as_json, "\n".join(text))
-    if place is not None:
-        write_base(place, base)
-    tell_losses(track.losses)
-    if track.losses:
-        context.exit(LOST)
+
+
+def text(found: Found, base: Numbers, efforts: Numbers, *, whole: bool) -> list[str]:
+    """The verdict first, then what it rests on."""
+    head = ["held-out efforts", "recorded", "left by file", "left by estimate", "explained"]
+    lines = [*verdict(found, base), "", table(head, [[name, *numbers] for name, numbers in efforts.items()])]
+    lines += left_out(found, whole=whole)
+    others = [name for name in base if name not in found.determined]
+    if found.determined:
+        lines += estimates("determined", found.determined, base, whole=whole)
+    if whole and others:
+        lines += estimates("not determined", others, base, whole=True)
+    return lines
 
 
 def listed(text: str) -> tuple[str, ...]:
@@ -143,13 +159,13 @@ def identified(track: Track, asked: Parameters, hold_out: float) -> Found:
         ) from error
 
 
-def write_base(place: Path, base: Mapping[str, tuple[float, ...]]) -> None:
+def write_base(place: Path, base: Numbers) -> None:
     """All base parameters as CSV."""
     rows = (",".join([f'"{name}"', *map(repr, part)]) for name, part in base.items())
     place.write_text("\n".join([",".join(("name", *COLUMNS)), *rows]) + "\n", encoding="utf-8")
 
 
-def verdict(found: Found, base: Mapping[str, tuple[float, ...]]) -> list[str]:
+def verdict(found: Found, base: Numbers) -> list[str]:
     """What could be found, and what could not."""
     others = len(base) - len(found.determined)
     lines = [worse_than_file(found)] if found.worse else determined(found, len(base))
@@ -229,7 +245,7 @@ def stamp_word(late: float) -> str:
     return "" if not math.isfinite(late) else f"{1e3 * abs(late):.3g} ms {'late' if late > 0.0 else 'early'}"
 
 
-def estimates(head: str, names: Sequence[str], base: Mapping[str, tuple[float, ...]], *, whole: bool) -> list[str]:
+def estimates(head: str, names: Sequence[str], base: Numbers, *, whole: bool) -> list[str]:
     """A table of base parameters; their terms are wrapped where all are wanted, else cut."""
     rows: list[list[object]] = []
     for name in names:

@@ -43,42 +43,11 @@ def command(robot: str, u: str | None, picture: str | None, overwrite: bool, as_
     values = vector("-u", u, machine.active, machine.reference)
     modes = machine.assembly_modes(values)
     own = None if undecided else own_mode(machine, values, modes)
-    told: dict[str, Any] = {
-        "modes": [
-            {
-                "branch": dict(mode.branch),
-                "coordinates": dict(zip(machine.coordinates, mode.state.s, strict=True)),
-                "position": machine.forward_kinematics(mode.state).position,
-                "residual": mode.state.residual,
-                "singularity": mode.state.singularity,
-                "own": k == own,
-            }
-            for k, mode in enumerate(modes)
-        ],
-        "u": dict(zip(machine.active, values, strict=True)),
-        "beyond_limits": beyond(machine, machine.active, values),
-        "undecided": undecided,
-    }
-    ways = {loop: [mode.branch[loop] for mode in modes] for loop in (modes[0].branch if modes else ())}
-    loops = [loop for loop, taken in ways.items() if len(set(taken)) > 1]
-    flat = constant_axes([entry["position"] for entry in told["modes"]])
-    rows = [
-        [
-            f"{k + 1}{'*' * (k == own)}",
-            *(mode.branch[loop] for loop in loops),
-            float(mode.state.singularity),
-            *(float(value) for axis, value in zip("xyz", entry["position"], strict=True) if axis not in flat),
-        ]
-        for k, (mode, entry) in enumerate(zip(modes, told["modes"], strict=True))
-    ]
-    head = ["mode", *loops, "singularity", *(f"{axis} [m]" for axis in "xyz" if axis not in flat)]
-    lines = [*_first(machine, values, len(modes)), "", table(head, rows, apart=1 + len(loops))]
+    told = _facts(machine, values, modes, own)
+    told["undecided"] = undecided
+    lines = _first(machine, values, len(modes))
     if modes:
-        lines += [
-            "",
-            *_key(ways, loops, flat),
-            f"{_mark(own, undecided)}; x, y, z of {machine.end_effector} in {machine.base_frame}",
-        ]
+        lines += ["", *_text(told["modes"], f"{machine.end_effector} in {machine.base_frame}", _mark(own, undecided))]
         lines += [f"to be decided: {text}" for text in undecided]
     if place is not None and modes:
         from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415  Matplotlib is an extra
@@ -90,6 +59,44 @@ def command(robot: str, u: str | None, picture: str | None, overwrite: bool, as_
     if not modes:
         machine.close(values)  # raises, and says which loop does not close and within which range it would
         raise SystemExit(1)
+
+
+def _facts(machine: Robot, values: Array, modes: Sequence[AssemblyMode], own: int | None) -> dict[str, Any]:
+    """The modes for programs."""
+    return {
+        "modes": [
+            {
+                "branch": dict(mode.branch),
+                "coordinates": dict(zip(machine.coordinates, mode.state.s, strict=True)),
+                "position": machine.forward_kinematics(mode.state).position,
+                "residual": mode.state.residual,
+                "singularity": float(mode.state.singularity),
+                "own": k == own,
+            }
+            for k, mode in enumerate(modes)
+        ],
+        "u": dict(zip(machine.active, values, strict=True)),
+        "beyond_limits": beyond(machine, machine.active, values),
+    }
+
+
+def _text(modes: Sequence[Mapping[str, Any]], place: str, mark: str) -> list[str]:
+    """The modes as a table: what differs among them, and below it what does not."""
+    ways = {loop: [mode["branch"][loop] for mode in modes] for loop in modes[0]["branch"]}
+    loops = [loop for loop, taken in ways.items() if len(set(taken)) > 1]
+    flat = constant_axes([mode["position"] for mode in modes])
+    axes = [k for k, axis in enumerate("xyz") if axis not in flat]
+    rows = [
+        [
+            f"{k + 1}{'*' * mode['own']}",
+            *(mode["branch"][loop] for loop in loops),
+            mode["singularity"],
+            *mode["position"][axes].tolist(),
+        ]
+        for k, mode in enumerate(modes)
+    ]
+    head = ["mode", *loops, "singularity", *(f"{'xyz'[k]} [m]" for k in axes)]
+    return [table(head, rows, apart=1 + len(loops)), "", *_key(ways, loops, flat), f"{mark}; x, y, z of {place}"]
 
 
 def _first(machine: Robot, values: Array, count: int) -> list[str]:

@@ -120,7 +120,7 @@ def inertia_scales(model: Model, motion: ClosedMotion) -> list[Scalar]:
     mass = sum(b.mass for b in bodies) or 1.0
     lengths = sum(float(x) ** 2 for b in bodies for x in b.translation)
     inertia = sum(b.inertia[0][0] + b.inertia[1][1] + b.inertia[2][2] for b in bodies) + mass * lengths
-    own = [inertia if model.tree.is_revolute(k) else mass for k in range(motion.size)]
+    own = [(inertia or 1.0) if model.tree.is_revolute(k) else mass for k in range(motion.size)]
     scales = []
     for column in columns_of(motion):
         total: Scalar = 0.0

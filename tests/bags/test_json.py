@@ -7,27 +7,20 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner
 
-from hybrid_dynamics_cli.app import app
 from hybrid_dynamics_cli.exits import LOST
+from tests.bags.calling import printed
+
+pytestmark = pytest.mark.usefixtures("python_kernels")
 
 
 def told(*arguments: object, code: int = 0) -> dict[str, Any]:
-    done = CliRunner().invoke(app, ["bag", *map(str, arguments), "--json"], catch_exceptions=False)
-    assert done.exit_code == code, done.output
-    answer: dict[str, Any] = json.loads(done.stdout)
+    answer: dict[str, Any] = json.loads(printed(*arguments, "--json", code=code))
     return answer
 
 
 def make(path: Path, rate: int) -> dict[str, Any]:
     return told("make", path, "--robot", "five_bar", "--seconds", 5, "--rate", rate, "--noise", "effort=0.01")
-
-
-@pytest.fixture(autouse=True)
-def kernels(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Generated Python: compiling would take longer than the few messages."""
-    monkeypatch.setenv("HYBRID_DYNAMICS_KERNELS", "python")
 
 
 def test_what_is_made_processed_exported_and_reported_is_told(tmp_path: Path) -> None:

@@ -7,25 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 
-from hybrid_dynamics_cli.app import app
 from hybrid_dynamics_core import load
 from hybrid_dynamics_core.simulation import simulate
+from tests.bags.calling import run
 
 TOPIC = "hybrid_dynamics.active_joint_states.csv"
-
-
-@pytest.fixture(autouse=True)
-def kernels(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Generated Python: compiling would take longer than the few messages."""
-    monkeypatch.setenv("HYBRID_DYNAMICS_KERNELS", "python")
-
-
-def run(*words: object, code: int = 0) -> Result:
-    done = CliRunner().invoke(app, ["bag", *map(str, words)], catch_exceptions=False)
-    assert done.exit_code == code, done.output
-    return done
+pytestmark = pytest.mark.usefixtures("python_kernels")
 
 
 def made(path: Path, *words: object, robot: str = "five_bar") -> Path:

@@ -8,16 +8,10 @@ import pytest
 
 pytest.importorskip("click")
 
-from click.testing import CliRunner, Result
-
-from hybrid_dynamics_cli.app import app
+from tests.cli.calling import call
 
 MAKE = ["bag", "make", "--robot", "five_bar", "--seconds", "0.05"]
 PROCESS = ["bag", "process", "--robot", "five_bar"]
-
-
-def run(*words: str) -> Result:
-    return CliRunner().invoke(app, list(words))
 
 
 @pytest.fixture
@@ -25,7 +19,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with two recordings and notes."""
     monkeypatch.chdir(tmp_path)
     for name in ("a", "b"):
-        assert run(*MAKE, name).exit_code == 0
+        assert call(*MAKE, name).exit_code == 0
     (tmp_path / "work").mkdir()
     for name in ("work/notes.txt", "page.html", "table.csv"):
         (tmp_path / name).write_text("mine", encoding="utf-8")
@@ -34,13 +28,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_a_page_is_replaced_where_asked_for(folder: Path) -> None:
     pytest.importorskip("matplotlib")
-    assert run("bag", "report", "a", "--output", "page.html", "--overwrite").exit_code == 0
+    assert call("bag", "report", "a", "--output", "page.html", "--overwrite").exit_code == 0
     assert (folder / "page.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
 
 
 def test_times_of_a_trajectory_are_its_own(folder: Path) -> None:
     (folder / "swing.csv").write_text("time,q_A,q_X\n", encoding="utf-8")
-    done = run(*MAKE, "c", "--trajectory", "swing.csv")
+    done = call(*MAKE, "c", "--trajectory", "swing.csv")
     assert done.exit_code == 2
     assert "a trajectory has its own times" in done.output
 
@@ -75,22 +69,22 @@ def contents(folder: Path) -> dict[str, bytes]:
 )
 def test_what_is_there_stays(folder: Path, words: list[str]) -> None:
     before = contents(folder)
-    done = run(*words)
+    done = call(*words)
     assert done.exit_code != 0
     assert contents(folder) == before
 
 
 def test_a_bag_is_replaced_where_that_is_said(folder: Path) -> None:
     before = contents(folder / "b")
-    assert run(*MAKE, "--overwrite", "--seed", "3", "b").exit_code == 0
+    assert call(*MAKE, "--overwrite", "--seed", "3", "b").exit_code == 0
     assert contents(folder / "b") != before
-    assert run(*PROCESS, "--overwrite", "a", "b").exit_code == 0
+    assert call(*PROCESS, "--overwrite", "a", "b").exit_code == 0
     (folder / "new").mkdir()
-    assert run(*PROCESS, "a", "new").exit_code == 0
+    assert call(*PROCESS, "a", "new").exit_code == 0
     assert set(contents(folder / "new")) == {"metadata.yaml", "new.mcap"}
 
 
 @pytest.mark.usefixtures("folder")
 def test_a_forgotten_out_is_told() -> None:
-    done = run(*PROCESS, "a", "b")
+    done = call(*PROCESS, "a", "b")
     assert "is OUT missing?" in done.output

@@ -9,30 +9,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
-from hybrid_dynamics_cli.app import app
 from hybrid_dynamics_core import load
 from hybrid_dynamics_ros.offline.collect import collect
 from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
 from hybrid_dynamics_ros.offline.process import INPUT, Job, process
 from hybrid_dynamics_ros.offline.stamps import Stamps
 from hybrid_dynamics_ros.offline.stray import strays
+from tests.bags.calling import printed, run
 
 ROBOT = "five_bar"
 STEP = 0.01  # [s]
-
-
-@pytest.fixture(autouse=True)
-def kernels(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Generated Python: compiling would take longer than the few messages."""
-    monkeypatch.setenv("HYBRID_DYNAMICS_KERNELS", "python")
-
-
-def run(*words: object, code: int = 0) -> str:
-    done = CliRunner().invoke(app, ["bag", *map(str, words)], catch_exceptions=False)
-    assert done.exit_code == code, done.output
-    return done.stdout
+pytestmark = pytest.mark.usefixtures("python_kernels")
 
 
 def waves(count=900, seed=0):
@@ -148,16 +136,16 @@ def test_a_late_stamp_spoils_neither_efforts_nor_estimates_and_is_named(tmp_path
         assert np.isnan(track.efforts[0]).all()
         assert track.errors.count.tolist() == [len(track.time) - 1] * 3 if smooth == "spline" else True
         assert (track.errors.largest[:2] < 1.0).all()  # 20 deviations; the late stamp made some ten N m of it
-    told = json.loads(run("identify", path, "--json"))
+    told = json.loads(printed("identify", path, "--json"))
     assert told["worse_than_file"] == []
     first = told["left_out"][0]
     assert first["time"] == 0.0
     assert first["what"] in ("position", "velocity")
     assert first["late"] == pytest.approx(0.046, abs=0.002)
-    assert re.search(r"0\.000 s +\w+ +(position|velocity) +-?[\d.]+ +4[4-8][\d.]* ms late", run("identify", path))
+    assert re.search(r"0\.000 s +\w+ +(position|velocity) +-?[\d.]+ +4[4-8][\d.]* ms late", printed("identify", path))
     outcome = process(Job(path, tmp_path / "out", ROBOT, smooth="spline"))
     assert len(outcome.strays) == 1
-    assert "ms late" in run("process", path, tmp_path / "again", "--robot", ROBOT, "--smooth", "spline")
+    assert "ms late" in printed("process", path, tmp_path / "again", "--robot", ROBOT, "--smooth", "spline")
 
 
 def test_spikes_of_efforts_are_left_out_counted_and_named(tmp_path):
@@ -168,26 +156,26 @@ def test_spikes_of_efforts_are_left_out_counted_and_named(tmp_path):
         effort[rows, 1] += [40.0, -70.0, 30.0, 55.0]
         return dataclasses.replace(motion, effort=effort)
 
-    told = json.loads(run("identify", recording(tmp_path, spiky), "--json"))
+    told = json.loads(printed("identify", recording(tmp_path, spiky), "--json"))
     named = {round(entry["time"] / STEP): entry for entry in told["left_out"] if entry["what"] == "effort"}
     assert set(rows) <= set(named)
     assert {named[row]["joint"] for row in rows} == {load(ROBOT).active[1]}
     assert named[333]["off"] == pytest.approx(-70.0, abs=1.0)
     assert told["worse_than_file"] == []
     assert all(part["left_by_estimate"] < 0.1 for part in told["held_out"].values())  # noise of 0.05, and spikes of 55
-    said = run("identify", tmp_path / "rec")
+    said = printed("identify", tmp_path / "rec")
     assert f"{len(told['left_out'])} samples left out: {len(told['left_out'])} with efforts that noise does not" in said
 
 
 def test_estimates_that_are_worse_than_the_file_say_so_first_and_cutting_mends_them(tmp_path):
     path = recording(tmp_path, heavy_first, noise=0.002)  # a tenth of the efforts
-    said = run("identify", path)
+    said = printed("identify", path)
     assert said.startswith("The estimates are worse than the robot file: ")
     assert "base parameter, determined" not in said
-    told = json.loads(run("identify", path, "--json"))
+    told = json.loads(printed("identify", path, "--json"))
     assert told["determined"] == []
     assert told["worse_than_file"]
-    cut = json.loads(run("identify", path, "--from", 7.01, "--json"))
+    cut = json.loads(printed("identify", path, "--from", 7.01, "--json"))
     assert cut["worse_than_file"] == []
     assert cut["determined"]
     assert all(entry["time"] >= 7.01 for entry in cut["left_out"])
@@ -208,9 +196,7 @@ def test_a_span_is_as_if_the_rest_were_not_there_and_times_stay_those_of_the_bag
 
 
 def run_error(*words: object, code: int = 1) -> str:
-    done = CliRunner().invoke(app, ["bag", *map(str, words)], catch_exceptions=False)
-    assert done.exit_code == code, done.output
-    return done.stderr
+    return run(*words, code=code).stderr
 
 
 def test_missing_samples_are_counted_and_late_stamps_are_none():
@@ -247,7 +233,7 @@ def test_a_report_counts_every_interval_names_the_longest_and_says_what_a_gap_is
     left = efforts(track).axes[1]
     assert left.get_ylim()[1] < 5.0  # of noise of 0.05 N m: the spike of 80 does not flatten it
     assert any(re.search("beyond, to (79|80)", text.get_text()) for text in left.texts)
-    told = json.loads(run("report", path, "--json"))
+    told = json.loads(printed("report", path, "--json"))
     assert told["stamps"] == {"nominal": 0.01, "longest": pytest.approx([0.14, 2.99]), "missing": 13, "gaps": 0}
     page = (tmp_path / "rec.html").read_text(encoding="utf-8")
     assert "the longest interval is 140 ms at 2.990 s" in page

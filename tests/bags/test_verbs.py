@@ -11,9 +11,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
-from hybrid_dynamics_cli.app import app
 from hybrid_dynamics_cli.bags.process import pace
 from hybrid_dynamics_core import load
 from hybrid_dynamics_core.dynamics.parameters import described_parameters
@@ -28,6 +26,7 @@ from hybrid_dynamics_ros.offline.many import attempt, run_jobs
 from hybrid_dynamics_ros.offline.process import INPUT, Job, Outcome, process
 from hybrid_dynamics_ros.offline.report import accelerations_of, report
 from hybrid_dynamics_ros.offline.trajectory_file import read_trajectory
+from tests.bags.calling import output, run
 from tests.bags.messages import bag, joint_state, motion_of, recorded
 
 ROBOT = "forging_chu2020"
@@ -40,13 +39,6 @@ def npz(path):
         return dict(file)
 
 
-def run(*arguments, code=0):
-    """The command's output."""
-    done = CliRunner().invoke(app, ["bag", *map(str, arguments)], catch_exceptions=False)
-    assert done.exit_code == code, done.output
-    return done.output
-
-
 def test_a_trajectory_file_becomes_a_bag_and_comes_back(forging, tmp_path):
     time, u, du, _ = motion_of(forging, 50)
     head = ",".join(["time", *forging.active, *(f"{name}.velocity" for name in forging.active)])
@@ -54,8 +46,8 @@ def test_a_trajectory_file_becomes_a_bag_and_comes_back(forging, tmp_path):
     np.savetxt(tmp_path / "a.csv", table, fmt="%.17g", delimiter=",", header=head, comments="")
     np.savez(tmp_path / "a.npz", time=time, position=u, velocity=du)
     for name in ("a.csv", "a.npz"):
-        run("make", "--overwrite", tmp_path / "bag", "--robot", ROBOT, "--trajectory", tmp_path / name)
-        run("export", tmp_path / "bag", tmp_path / "tables", "--format", "npz", "--overwrite")
+        output("make", "--overwrite", tmp_path / "bag", "--robot", ROBOT, "--trajectory", tmp_path / name)
+        output("export", tmp_path / "bag", tmp_path / "tables", "--format", "npz", "--overwrite")
         table = npz(tmp_path / "tables" / "hybrid_dynamics.active_joint_states.npz")
         for k, joint in enumerate(forging.active):
             assert np.array_equal(table[f"position[{joint}]"], u[:, k])
@@ -68,7 +60,7 @@ def test_a_trajectory_beyond_the_stamps_of_ros_is_refused(forging, tmp_path, las
     """20 years, or nanoseconds taken for seconds: the bag's stamps begin in 2020 and end in January 2038."""
     u = motion_of(forging, 3)[1]
     np.savez(tmp_path / "a.npz", time=[0.0, 1.0, lasts], position=u)
-    told = run("make", tmp_path / "bag", "--robot", ROBOT, "--trajectory", tmp_path / "a.npz", code=1)
+    told = output("make", tmp_path / "bag", "--robot", ROBOT, "--trajectory", tmp_path / "a.npz", code=1)
     assert f"lasts {lasts:.10g} s, and stamps of ROS reach 569646847 s beyond the start" in told
     assert not (tmp_path / "bag").exists()
 
@@ -82,13 +74,9 @@ def test_a_saved_simulation_becomes_a_trajectory(name, tmp_path):
     assert np.array_equal(found.time, motion.t)
     for part, whole in (("position", "u"), ("velocity", "du"), ("acceleration", "ddu"), ("effort", "tau")):
         assert np.array_equal(getattr(found, part), getattr(motion, whole)), part
-    done = CliRunner().invoke(
-        app,
-        ["bag", "make", str(tmp_path / "bag"), "--robot", "five_bar", "--trajectory", str(tmp_path / name)],
-    )
-    assert done.exit_code == 0, done.output
+    done = run("make", tmp_path / "bag", "--robot", "five_bar", "--trajectory", tmp_path / name)
     assert f"{robot.active[0]}.acceleration" in done.stderr  # joint states hold none
-    run("export", tmp_path / "bag", tmp_path / "tables", "--format", "npz")
+    output("export", tmp_path / "bag", tmp_path / "tables", "--format", "npz")
     table = npz(tmp_path / "tables" / "hybrid_dynamics.active_joint_states.npz")
     for k, joint in enumerate(robot.active):
         assert np.array_equal(table[f"velocity[{joint}]"], motion.du[:, k])
@@ -130,7 +118,7 @@ def test_a_simulation_has_the_noise_that_was_asked_for(forging, tmp_path):
     assert (noisy.position - motion.position).std() == pytest.approx(1e-4, rel=0.05)
     assert (noisy.effort - motion.effort).std() == pytest.approx(3.0, rel=0.05)
     assert noisy.velocity is motion.velocity
-    told = run("make", tmp_path / "bag", "--robot", ROBOT, "--seconds", 1, "--noise", "weight=3", code=2)
+    told = output("make", tmp_path / "bag", "--robot", ROBOT, "--seconds", 1, "--noise", "weight=3", code=2)
     assert "position, velocity, effort" in told
 
 
@@ -140,7 +128,9 @@ def test_exports_agree_whatever_the_format(forging, tmp_path):
 
     process(Job(bag(tmp_path / "in", recorded(forging, 20)), tmp_path / "out", ROBOT))
     for kind in ("csv", "npz", "parquet"):
-        run("export", tmp_path / "out", tmp_path / kind, "--format", kind, "--topic", "/hybrid_dynamics/closed_state")
+        output(
+            "export", tmp_path / "out", tmp_path / kind, "--format", kind, "--topic", "/hybrid_dynamics/closed_state"
+        )
     name = "hybrid_dynamics.closed_state"
     with (tmp_path / "csv" / f"{name}.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -176,11 +166,11 @@ def test_identification_finds_base_parameters_within_its_confidence(forging, tmp
     assert inside.mean() > 0.85  # of 43 independent 95 % intervals fewer are as good as never inside
     assert found.noise == pytest.approx(0.5, rel=0.1)  # held out: nothing but the noise is left
     assert found.held == pytest.approx(1000, abs=20)
-    told = json.loads(run("identify", tmp_path / "rec", "--json"))
+    told = json.loads(output("identify", tmp_path / "rec", "--json"))
     assert len(told["base"]) == found.result.base.size
     assert told["unsettled"] == list(found.unsettled)
-    assert "excites too little" not in run("identify", tmp_path / "rec")
-    assert run("identify", tmp_path / "rec", "--topic", "/none", code=2).startswith("Error: ")
+    assert "excites too little" not in output("identify", tmp_path / "rec")
+    assert output("identify", tmp_path / "rec", "--topic", "/none", code=2).startswith("Error: ")
 
 
 def test_a_motion_that_shows_too_little_is_told(forging, tmp_path):
@@ -193,22 +183,22 @@ def test_a_motion_that_shows_too_little_is_told(forging, tmp_path):
     meant = np.abs(true) > 1e-6  # zeros of the file are zero to rounding
     assert len(found.meant) == meant.sum() < found.result.base.size
     assert len(found.unsettled) == (meant & ~known).sum()
-    said = " ".join(run("identify", tmp_path / "rec").split())
+    said = " ".join(output("identify", tmp_path / "rec").split())
     assert f"of {len(found.meant)} base parameters that are not 0 in the robot file" in said
     assert f"the signs of {len(found.unsettled)} are not known" in said
 
 
 def test_identification_tells_what_is_determined_on_lines_that_fit(tmp_path):
-    run("make", tmp_path / "rec", "--robot", "excavator", "--seconds", 10, "--rate", 50, "--noise", "effort=25")
-    told = json.loads(run("identify", tmp_path / "rec", "--json", "--output", tmp_path / "all.csv"))
+    output("make", tmp_path / "rec", "--robot", "excavator", "--seconds", 10, "--rate", 50, "--noise", "effort=25")
+    told = json.loads(output("identify", tmp_path / "rec", "--json", "--output", tmp_path / "all.csv"))
     base = told["base"]
     determined = told["determined"]
     assert {name for name in base if name in determined} < {
         name for name, part in base.items() if not part["low"] <= 0.0 <= part["high"]
     }
     assert 5 < len(determined) < len(base) - 5
-    said = run("identify", tmp_path / "rec")
-    every = run("identify", tmp_path / "rec", "--all")
+    said = output("identify", tmp_path / "rec")
+    every = output("identify", tmp_path / "rec", "--all")
     assert max(map(len, (*said.splitlines(), *every.splitlines()))) <= 120
     for text in (said, every):
         assert text.startswith(f"{len(determined)} of {len(base)} base parameters are determined")
@@ -230,7 +220,7 @@ def test_the_pace_is_told_where_it_means_something():
 
 
 def test_a_short_bag_is_not_zero_times_real_time(forging, tmp_path):
-    told = run("process", bag(tmp_path / "in", recorded(forging, 5)), tmp_path / "out", "--robot", ROBOT)
+    told = output("process", bag(tmp_path / "in", recorded(forging, 5)), tmp_path / "out", "--robot", ROBOT)
     assert "5 accepted" in told
     assert "real time" not in told
 
@@ -258,7 +248,7 @@ def test_a_report_stands_alone_and_tells_of_gaps_and_bad_samples(forging, tmp_pa
         for t, p, v in zip(time, u, du, strict=True)
     ]
     bag(tmp_path / "rec", pairs + late)
-    told = run("report", tmp_path / "rec", "--robot", ROBOT)
+    told = output("report", tmp_path / "rec", "--robot", ROBOT)
     page = (tmp_path / "rec.html").read_text(encoding="utf-8")
     assert "89 accepted" in told
     assert page.count("<svg") == 6
@@ -295,7 +285,7 @@ def test_a_report_says_where_accelerations_are_from_and_a_perfect_model_looks_pe
         track = collect(tmp_path / "rec", smooth=smooth)
         said[smooth] = accelerations_of(track)
         left[smooth] = track.errors.rms / track.recorded.std(axis=0)
-    run("report", tmp_path / "rec")
+    output("report", tmp_path / "rec")
     assert said["spline"] in (tmp_path / "rec.html").read_text(encoding="utf-8")
     # two time constants of the filter, whose bandwidth is the node's 10 Hz: 2 sqrt(sqrt(2) - 1) / (2 pi 10)
     assert "from the node's causal filter, which tells them 20.5 ms late" in said["causal"]
@@ -311,7 +301,7 @@ def test_a_processed_bag_is_reported_with_the_rates_that_it_was_made_with(forgin
         process(Job(source, tmp_path / smooth, ROBOT, smooth=smooth, keep=True))
         assert collect(tmp_path / smooth, smooth=None).smooth == smooth
     assert collect(source, ROBOT, smooth=None).smooth == "spline"
-    assert json.loads(run("report", tmp_path / "savgol", "--json"))["smooth"] == "savgol"
+    assert json.loads(output("report", tmp_path / "savgol", "--json"))["smooth"] == "savgol"
 
 
 @pytest.fixture
@@ -326,9 +316,9 @@ def own_file(tmp_path):
 @pytest.mark.parametrize("verb", ["process", "make"])
 def test_a_bag_knows_the_file_of_its_robot(verb, own_file, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    run("make", "rec", "--robot", "own.yaml", "--seconds", 0.5, "--rate", 200)
+    output("make", "rec", "--robot", "own.yaml", "--seconds", 0.5, "--rate", 200)
     if verb == "process":
-        run("process", "rec", "results", "--robot", "own.yaml", "--keep")
+        output("process", "rec", "results", "--robot", "own.yaml", "--keep")
     made = tmp_path / ("results" if verb == "process" else "rec")
     monkeypatch.chdir("/")
     track = collect(made)
@@ -336,16 +326,16 @@ def test_a_bag_knows_the_file_of_its_robot(verb, own_file, tmp_path, monkeypatch
     assert track.robot.description.file == str(own_file.resolve())
     assert np.array_equal(track.efforts, given.efforts, equal_nan=True)
     own_file.write_text(own_file.read_text(encoding="utf-8") + "# a word\n", encoding="utf-8")
-    assert "has been changed since then; give --robot FILE" in run("report", made, code=2)
+    assert "has been changed since then; give --robot FILE" in output("report", made, code=2)
     own_file.unlink()
-    for told in (run("report", made, code=2), run("identify", made, code=2)):
+    for told in (output("report", made, code=2), output("identify", made, code=2)):
         assert f"was made with {own_file}" in told
         assert "give --robot FILE" in told
 
 
 def test_a_bag_that_only_names_a_robot_of_its_own_asks_for_the_file(forging, tmp_path):
     write_trajectory(tmp_path / "rec", simulated(forging, 0.5, 100.0), INPUT, {"robot": "my_arm"})
-    told = run("report", tmp_path / "rec", code=2)
+    told = output("report", tmp_path / "rec", code=2)
     assert "was made with 'my_arm', which is not a shipped robot, and does not tell its file; give --robot FILE" in told
 
 
@@ -354,9 +344,9 @@ def test_many_bags_give_the_same_in_processes_and_a_failed_one_is_told(forging, 
     for k in range(2):
         bag(tmp_path / "night" / f"b{k}", recorded(forging, 30, seed=k))
     (tmp_path / "night" / "c.mcap").write_bytes(b"no")
-    told = run("process", tmp_path / "night", tmp_path / "one", "--robot", ROBOT, code=1)
+    told = output("process", tmp_path / "night", tmp_path / "one", "--robot", ROBOT, code=1)
     assert "c.mcap: failed: c.mcap: 2 bytes" in told
-    run("process", tmp_path / "night", tmp_path / "two", "--robot", ROBOT, "--jobs", 2, code=1)
+    output("process", tmp_path / "night", tmp_path / "two", "--robot", ROBOT, "--jobs", 2, code=1)
     for k in range(2):
         one, two = (tmp_path / name / f"b{k}" / f"b{k}.mcap" for name in ("one", "two"))
         assert one.read_bytes() == two.read_bytes()
@@ -381,10 +371,10 @@ def test_parameters_of_the_node_count_here_too(forging, tmp_path):
     params.write_text(
         "/**:\n  ros__parameters:\n    payload: {mass: 50.0}\n    rates: {joint_states: -1}\n", encoding="utf-8"
     )
-    run("process", source, tmp_path / "plain", "--robot", ROBOT)
-    run("process", source, tmp_path / "laden", "--robot", ROBOT, "--params", params)
+    output("process", source, tmp_path / "plain", "--robot", ROBOT)
+    output("process", source, tmp_path / "laden", "--robot", ROBOT, "--params", params)
     for name in ("plain", "laden"):
-        run("export", tmp_path / name, tmp_path / f"{name}_t", "--format", "npz")
+        output("export", tmp_path / name, tmp_path / f"{name}_t", "--format", "npz")
     assert not (tmp_path / "laden_t" / "hybrid_dynamics.joint_states.npz").exists()
     plain, laden = (
         npz(tmp_path / f"{name}_t" / "hybrid_dynamics.required_efforts.npz")["effort[q12]"]
@@ -392,4 +382,6 @@ def test_parameters_of_the_node_count_here_too(forging, tmp_path):
     )
     assert np.abs(laden - plain).min() > 100.0
     params.write_text("/**:\n  ros__parameters: {payload: {mas: 1.0}}\n", encoding="utf-8")
-    assert "payload.mas" in run("process", source, Path(tmp_path / "x"), "--robot", ROBOT, "--params", params, code=1)
+    assert "payload.mas" in output(
+        "process", source, Path(tmp_path / "x"), "--robot", ROBOT, "--params", params, code=1
+    )

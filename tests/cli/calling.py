@@ -27,6 +27,6 @@ class Answer:
 
 
 def call(*arguments: str) -> Answer:
-    """Call `hybrid-dynamics` with these words."""
-    result = CliRunner(**APART).invoke(app, arguments)
+    """Call `hybrid-dynamics` with these words; what it does not catch is not caught."""
+    result = CliRunner(**APART).invoke(app, arguments, catch_exceptions=False)
     return Answer(result.stdout, result.stderr, result.exit_code)

@@ -141,3 +141,15 @@ class TestBadLoads:
         assert np.array_equal(
             forging.inverse_dynamics(state, np.ones(4), loads), forging.inverse_dynamics(state, np.ones(4))
         )
+
+
+@pytest.mark.parametrize("rows", [1, 3])
+def test_a_point_on_its_own_axis_takes_no_force(rows: int) -> None:
+    """Nothing in that robot has a length or an inertia: there is no size to hold a pivot against."""
+    text = (
+        "format: 1\nname: point\nlinks: {base: {}, a: {mass: 1}}\nend_effector: {link: a}\n"
+        "joints: {q: {type: revolute, parent: base, child: a, axis: z}}\nactive: [q]\n"
+    )
+    point = Robot(parse_description(text))
+    with pytest.raises(MassSingularityError, match=r"accelerating q \(\+1\) takes no force"):
+        point.forward_dynamics(point.close(np.zeros((rows, 1))), np.ones((rows, 1)))
