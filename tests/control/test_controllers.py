@@ -144,8 +144,8 @@ def test_what_does_not_fit_the_robot_is_refused(forging: Robot) -> None:
         r"kp has shape \(4, 4\)": lambda: ComputedTorque(forging, path, np.eye(4), 1.0),
         r"kd is -1\.0; expected finite numbers": lambda: ComputedTorque(forging, path, 1.0, -1.0),
         "kp is nan": lambda: FeedForward(forging, path, np.nan),
-        "has 1 joints; forging_chu2020 has 4": lambda: FeedForward(forging, other),
-        "the trajectory has 1 joints": lambda: efforts_along(forging, other, [0.0]),
+        "has 1 joint; forging_chu2020 has 4": lambda: FeedForward(forging, other),
+        "the trajectory has 1 joint;": lambda: efforts_along(forging, other, [0.0]),
     }
     for words, call in calls.items():
         with pytest.raises(InputError, match=words):

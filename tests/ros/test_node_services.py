@@ -145,7 +145,7 @@ BAD_CALLS = {
         "solve_ik",
         SolveIK.Request(target=target(TOOL, (0.0, 0.0, 0.0, 0.0))),
         ErrorCode.BAD_INPUT,
-        "unit quaternion",
+        "quaternion",
     ),
     "ik, other frame": (
         "solve_ik",
