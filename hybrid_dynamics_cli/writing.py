@@ -22,9 +22,9 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 PICTURES: Final = (".svg", ".png", ".pdf")
 MOTIONS: Final = (".csv", ".npz")
 MARKS: Final = {  # what files of this command have in them
-    ".svg": b"Matplotlib",
-    ".png": b"Matplotlib",
-    ".pdf": b"Matplotlib",
+    ".svg": b"hybrid_dynamics, Matplotlib",
+    ".png": b"hybrid_dynamics, Matplotlib",
+    ".pdf": b"hybrid_dynamics, Matplotlib",
     ".npz": b"state_residual.npy",
     ".html": b'<meta name="generator" content="hybrid_dynamics">',
     ".md": b"The forging robot: CPU time, median of",

@@ -10,7 +10,7 @@ from pathlib import Path
 from .description.hints import nearest
 from .description.model import RobotDescription
 from .description.reader import parse_description, read_description
-from .errors import InputError, UndecidedModeError
+from .errors import DescriptionError, InputError, UndecidedModeError
 from .robot import Robot
 
 
@@ -31,24 +31,34 @@ def load(robot: str | os.PathLike[str]) -> Robot:
 
 
 def load_undecided(robot: str | os.PathLike[str]) -> tuple[Robot, tuple[UndecidedModeError, ...]]:
-    """A robot as `load` gives it, and the loops whose assembly mode its file leaves open: there the first one is taken.
+    """A robot as `load` gives it, and the loops whose assembly mode its file leaves open.
+
+    There the first one is taken in which the loops after it close too.
 
     For looking at the modes before one is chosen; nothing should be computed with a robot that has open loops.
     """
-    description = _description(robot)
-    undecided: list[UndecidedModeError] = []
-    while True:
-        try:
-            return Robot(description), tuple(undecided)
-        except UndecidedModeError as error:
-            undecided.append(error)
-            description = replace(
-                description,
-                closures=tuple(
-                    replace(closure, assembly=error.modes[0]) if closure.name == error.loop else closure
-                    for closure in description.closures
-                ),
-            )
+    return _decided(_description(robot))
+
+
+def _decided(description: RobotDescription) -> tuple[Robot, tuple[UndecidedModeError, ...]]:
+    """The robot with the first of the open modes in which the loops after it close too."""
+    try:
+        return Robot(description), ()
+    except UndecidedModeError as error:
+        failures = []
+        for mode in error.modes:
+            try:
+                robot, later = _decided(_with_mode(description, error.loop, mode))
+            except DescriptionError as failure:
+                failures.append(failure)
+            else:
+                return robot, (error, *later)
+        raise failures[0] from error
+
+
+def _with_mode(description: RobotDescription, loop: str, mode: str) -> RobotDescription:
+    closures = (replace(one, assembly=mode) if one.name == loop else one for one in description.closures)
+    return replace(description, closures=tuple(closures))
 
 
 def _description(robot: str | os.PathLike[str]) -> RobotDescription:

@@ -60,10 +60,11 @@ _MAGIC: Final = (
 _KEYS: Final = (
     "format|joints|links|chain|loops|closures|modules|legs|active|end_effector|urdf|closed_loop|joint_name|parameters"
 )
+_COMMENT: Final = r"<!--(?:(?!-->).)*-->\s*"  # never two as one: many lines of comments would take for ever
 _TEXTS: Final = (
     (r"\s*<(!doctype html|html)\b", FileKind.PAGE, "an HTML page"),
-    (r"\s*(<\?xml.*?\?>)?\s*(<!--.*?-->\s*|<!doctype[^>]*>\s*)*<svg\b", FileKind.PICTURE, "an SVG picture"),
-    (r"\s*(<\?xml.*?\?>)?\s*(<!--.*?-->\s*)*<(robot|sdf|mujoco)\b", FileKind.ROBOT, "a robot description (XML)"),
+    (rf"\s*(<\?xml.*?\?>)?\s*({_COMMENT}|<!doctype[^>]*>\s*)*<svg\b", FileKind.PICTURE, "an SVG picture"),
+    (rf"\s*(<\?xml.*?\?>)?\s*({_COMMENT})*<(robot|sdf|mujoco)\b", FileKind.ROBOT, "a robot description (XML)"),
     (r"\s*rosbag2_bagfile_information\s*:", FileKind.BAG_PART, "the metadata of a recording"),
     (r"(.*\n)?[ \t]+ros__parameters\s*:", FileKind.SETTINGS, "a parameter file of the node"),
     (r"\s*<", FileKind.TEXT, "an XML file"),

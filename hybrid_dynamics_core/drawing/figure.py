@@ -27,6 +27,7 @@ _SPATIAL: Final = (0.1, 0.1, 0.05)
 _LABEL: Final = 0.2  # [in] where the name of the upright axis ends
 _PATHS: Final = re.compile(r' d="[^"]*"')
 _DECIMALS: Final = re.compile(r"(\.\d\d)\d+")
+_MAKER: Final = f"hybrid_dynamics, Matplotlib {mpl.__version__}"  # stands in the files: by it they are known again
 
 
 def robot_figure(robot: Robot, state: ClosedState | None, names: Names, title: str | None) -> Figure:
@@ -53,12 +54,12 @@ def save(figure: Figure, path: Path) -> None:
         raise InputError(f"{path}: a drawing is written as .svg, .png or .pdf, not as '{suffix}'")
     with mpl.rc_context({**STYLE, "svg.fonttype": "none"}):
         if suffix == ".png":
-            figure.savefig(path, dpi=150, pil_kwargs={"optimize": True})
+            figure.savefig(path, dpi=150, metadata={"Software": _MAKER}, pil_kwargs={"optimize": True})
         elif suffix == ".pdf":
-            figure.savefig(path, metadata={"CreationDate": None})
+            figure.savefig(path, metadata={"Creator": _MAKER, "CreationDate": None})
         else:
             text = io.StringIO()
-            figure.savefig(text, format="svg", metadata={"Date": None})
+            figure.savefig(text, format="svg", metadata={"Creator": _MAKER, "Date": None})
             path.write_text(_PATHS.sub(_rounded, text.getvalue()), encoding="utf-8")
 
 

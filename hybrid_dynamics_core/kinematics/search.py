@@ -69,8 +69,12 @@ class Search:
         return descend(self.task, starts, SOLVED * 1e-3, most)
 
     def starts(self) -> Array:
-        """Starts over the limits (N, n); coordinates that the task does not see at any of them stay at the start."""
-        task = self.task
+        """Starts over the limits (N, n); coordinates that the task does not see at any of them stay at the start.
+
+        Where one rotation counts, all three do here: turning about z moves where a turn about y goes.
+        """
+        rows = self.task.rows
+        task = self.task if max(rows) < 3 else replace(self.task, rows=tuple(sorted({*rows, 3, 4, 5})))
         starts = spread(task.lower, task.upper, revolute(self.robot).tolist(), STARTS)
         _, jacobian, good = task.error(starts)
         size = np.abs(jacobian[good]).max(axis=(0, 1), initial=0.0)

@@ -66,10 +66,10 @@ def _cause(search: Search, descent: Descent, u: Array) -> str:
     rows, joints = search.task.rows, len(search.robot.active)
     moving = _moving(search)
     still = [AXES[row] for row, off in zip(rows, _off(search.task, u), strict=True) if off and row not in moving]
-    if still and moving:
-        reached, left = _best(search.counting(moving), descent)
-        rest = "the rest is reached" if reached else f"of the rest {left} are left"
-        return f"; no active joint moves {' or '.join(still)}: {rest}"
+    if still:
+        reached, left = _best(search.counting(moving), descent) if moving else (False, None)
+        rest = ": the rest is reached" if reached else f": of the rest {left} are left" if moving else ""
+        return f"; no active joint moves {' or '.join(still)}{rest}"
     few = f"; {joints} active joint{'s' * (joints > 1)} cannot meet every target of {len(moving)} coordinates"
     few *= joints < len(moving)
     place = tuple(row for row in rows if row < 3)
@@ -87,9 +87,10 @@ def _best(search: Search, descent: Descent) -> tuple[bool, Remainder]:
 
 def _moving(search: Search) -> tuple[int, ...]:
     """Which of the coordinates that count change with the active joints, anywhere within the limits."""
-    _, jacobian, good = search.task.error(search.starts())
-    size = np.abs(jacobian[good]).max(axis=(0, 2), initial=0.0)
-    return tuple(row for row, most in zip(search.task.rows, size, strict=True) if most > STILL * size.max())
+    every = search.counting(tuple(range(len(AXES))))
+    _, jacobian, good = every.task.error(every.starts())
+    size = np.abs(jacobian[good]).max(axis=(0, 2), initial=0.0)  # of all six: of one alone, rounding would count
+    return tuple(row for row in search.task.rows if size[row] > STILL * size.max())
 
 
 def _off(task: Task, u: Array) -> list[bool]:
@@ -102,13 +103,15 @@ def _beyond(search: Search, descent: Descent) -> Array | None:
     """Active coordinates (n,) beyond their limits that would reach the target; None where there are none."""
     robot = search.robot
     if search.whole:
-        found = search.within(np.tile([-np.inf, np.inf], (len(robot.active), 1))).closed_form()
-        return None if found is None else found.u[0]
-    lower, upper = inside(robot, robot.closing_range)
-    if np.array_equal(lower, search.task.lower) and np.array_equal(upper, search.task.upper):
+        ends = search.within(np.tile([-np.inf, np.inf], (len(robot.active), 1))).closed_form()
+    else:
+        lower, upper = inside(robot, robot.closing_range)
+        if np.array_equal(lower, search.task.lower) and np.array_equal(upper, search.task.upper):
+            return None
+        ends = search.within(robot.closing_range).descend(descent.u[np.argsort(descent.residual)[:8]])
+    if ends is None or not solved(ends).any():  # a platform of fewer freedoms is placed as far as it can be
         return None
-    ends = search.within(robot.closing_range).descend(descent.u[np.argsort(descent.residual)[:8]])
-    return ends.u[int(np.argmin(ends.residual))] if solved(ends).any() else None
+    return np.asarray(ends.u[int(np.argmin(ends.residual))])
 
 
 def _limits_left(search: Search, u: Array) -> str:

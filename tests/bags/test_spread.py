@@ -69,3 +69,14 @@ def test_a_bag_without_recorded_efforts_is_told_how_it_would_have_kept_them(reco
     refused = call("bag", "identify", str(results))
     assert refused.exit_code == 1
     assert "process the recording with --keep" in refused.stderr
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.1])
+def test_an_offset_of_all_samples_puts_none_of_them_far_off(recording: Path, noise: float) -> None:
+    track = collect(recording, smooth="spline")
+    spikes = np.zeros_like(track.efforts)
+    spikes[[10, 20]] = 500.0  # N m
+    noisy = noise * np.random.default_rng(0).standard_normal(track.efforts.shape)
+    for spread in spreads(replace(track, recorded=track.efforts + 8.0 + noisy + spikes)):
+        assert spread.median == pytest.approx(8.0, abs=0.1)
+        assert spread.far in range(2, 5)  # noise goes beyond its limit in one recording of 20

@@ -156,3 +156,12 @@ def test_a_fault_inside_a_robot_is_no_wrong_kind(tmp_path: Path, make: Callable[
     result = call("check", str(place))
     assert result.exit_code == 1
     assert "seems to be" not in result.stderr
+
+
+def test_many_lines_of_comments_are_looked_at_at_once(tmp_path: Path) -> None:
+    """Each line more must not double the work: a licence before a robot has dozens of them."""
+    file = tmp_path / "a.xml"
+    licence = "<!-- a line of a licence -->\n" * 400
+    for content, kind in (("<robot name='a'/>", FileKind.ROBOT), ("<launch/><!-- b --><robot/>", FileKind.TEXT)):
+        file.write_text(f"<?xml version='1.0'?>\n{licence}{content}", encoding="utf-8")
+        assert look(file).kind is kind

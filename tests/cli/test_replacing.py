@@ -9,7 +9,7 @@ import pytest
 
 from tests.cli.calling import call
 
-pytest.importorskip("matplotlib")
+Figure = pytest.importorskip("matplotlib.figure").Figure
 WRITERS = {
     "check": ("check own.yaml --draw {}", ("a.svg", "a.png", "a.pdf")),
     "branches": ("branches own.yaml --draw {}", ("a.svg",)),
@@ -53,6 +53,18 @@ def test_results_are_replaced_and_what_is_of_another_origin_is_not(name: str, fo
         assert (folder / file).read_bytes() == b"time,q1\n1,2\n"
         assert call(*arguments, "--overwrite").exit_code == 0
         assert (folder / file).read_bytes() != b"time,q1\n1,2\n"
+
+
+@pytest.mark.parametrize("file", ["a.svg", "a.png", "a.pdf"])
+def test_a_picture_that_others_made_with_matplotlib_is_not_replaced(file: str, folder: Path) -> None:
+    figure = Figure()
+    figure.add_subplot().plot([1.0, 2.0])
+    figure.savefig(folder / file)
+    before = (folder / file).read_bytes()
+    refused = call("check", "own.yaml", "--draw", file)
+    assert refused.exit_code == 2
+    assert "of another origin" in refused.stderr
+    assert (folder / file).read_bytes() == before
 
 
 def test_what_a_call_reads_is_never_replaced(folder: Path) -> None:

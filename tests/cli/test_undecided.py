@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hybrid_dynamics_core import UndecidedModeError, load
+from hybrid_dynamics_core import DescriptionError, UndecidedModeError, load
 from hybrid_dynamics_core.library import load_undecided
 from tests.cli.calling import call
 
@@ -75,3 +75,33 @@ def test_the_other_verbs_refuse_and_name_the_one_that_helps(excavator: str) -> N
     answer = call("fk", excavator)
     assert answer.exit_code == 1
     assert f"hybrid-dynamics branches {excavator}" in answer.output
+
+
+CHAIN = """\
+format: 1
+name: chain
+links: {crank: {}, coupler: {}, rocker: {}, d: {}, e: {}}
+joints:
+  a: {type: revolute, parent: base, child: crank, axis: z}
+  b: {type: revolute, parent: crank, child: coupler, axis: z, origin: {xyz: [0.4, 0, 0]}}
+  c: {type: revolute, parent: base, child: rocker, axis: z, origin: {xyz: [1, 0, 0]}}
+  f: {type: revolute, parent: rocker, child: d, axis: z, origin: {xyz: [0.4, 0, 0]}}
+  g: {type: revolute, parent: base, child: e, axis: z, origin: {xyz: [1.3, -0.6, 0]}}
+closures:
+  first: {kind: planar, between: {coupler: [1.1, 0, 0], rocker: [0.8, 0, 0]}}
+  second: {kind: planar, between: {d: [0.3, 0, 0], e: [0.3, 0, 0]}}
+active: [a]
+end_effector: {link: d, xyz: [0.3, 0, 0]}
+"""
+
+
+def test_a_loop_that_closes_in_one_mode_of_another_alone_is_shown_there(tmp_path: Path) -> None:
+    """The first mode of the first loop takes the second out of reach: that is no fault of the geometry."""
+    place = tmp_path / "chain.yaml"
+    place.write_text(CHAIN, encoding="utf-8")
+    robot, undecided = load_undecided(place)
+    assert [error.loop for error in undecided] == ["first", "second"]
+    assert robot.close(robot.reference).branch["first"] == undecided[0].modes[1]
+    place.write_text(CHAIN.replace("-0.6, 0]", "-6, 0]"), encoding="utf-8")
+    with pytest.raises(DescriptionError, match="second: does not close"):
+        load_undecided(place)

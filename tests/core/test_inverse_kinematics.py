@@ -11,6 +11,8 @@ import pytest
 from hybrid_dynamics_core import ClosedState, IKStatus, InputError, Pose, Robot
 from tests.robots import robot
 
+TILT = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(0.3), -np.sin(0.3)], [0.0, np.sin(0.3), np.cos(0.3)]])
+
 
 @pytest.mark.parametrize("name", ["five_bar", "forging_chu2020", "delta", "gough"])
 def test_a_target_is_reached_on_the_modes_of_a_given_state(name: str) -> None:
@@ -159,3 +161,35 @@ def test_a_limit_is_told_with_the_value_that_would_be_needed() -> None:
     needed = np.hypot(flat, 2.0 - 0.015) - np.hypot(flat, 0.75)  # the tool is 0.015 m above the platform's joints
     told = [f"lambda_{leg} ({needed:.4g} m, limit 0.14 m)" for leg in "ABCDEF"]
     assert result.message == f"only reached beyond the limits of {', '.join(told)}"
+
+
+@pytest.mark.parametrize(
+    ("name", "why"), [("delta", "no active joint moves the rotation about x"), ("ankle", "2 active")]
+)
+def test_a_platform_of_fewer_freedoms_is_not_kept_back_by_limits(name: str, why: str) -> None:
+    """The closed form places such a platform as far as it can be placed: that is no solution beyond the limits."""
+    machine = robot(name)
+    here = machine.forward_kinematics(machine.close(machine.reference))
+    result = machine.inverse_kinematics(Pose(here.position, TILT @ here.rotation))
+    assert result.status is IKStatus.OUT_OF_REACH
+    assert why in result.message
+
+
+def test_one_coordinate_that_no_joint_moves_is_named() -> None:
+    """Of a target of one coordinate too, where nothing but rounding is left of the Jacobian."""
+    delta = robot("delta")
+    here = delta.forward_kinematics(delta.close(delta.reference))
+    result = delta.inverse_kinematics(Pose(here.position, TILT @ here.rotation), mask=[k == 3 for k in range(6)])
+    assert result.message.endswith(" away; no active joint moves the rotation about x")
+
+
+@pytest.mark.parametrize(("name", "axis"), [("excavator", 3), ("forging_chu2020", 4), ("type_c", 3)])
+def test_one_rotation_alone_is_reached_by_turning_about_another(name: str, axis: int) -> None:
+    """A column that turns about z changes which way the pitch joints turn, though it turns about neither x nor y."""
+    machine = robot(name)
+    low, high = np.where(np.isfinite(machine.limits), machine.limits, [-np.pi, np.pi]).T
+    for share in (0.2, 0.4, 0.6, 0.8):
+        state = machine.close(low + share * (high - low))
+        mask = [k == axis for k in range(6)]
+        found = machine.inverse_kinematics(machine.forward_kinematics(state), mask=mask)
+        assert found.status is IKStatus.SOLVED, found.message
