@@ -7,6 +7,7 @@ What a call reads is never replaced.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -55,7 +56,7 @@ def output_path(path: str | Path) -> Path:
 
 
 def place_for(path: str | Path, endings: Sequence[str], inputs: Iterable[Path], *, overwrite: bool) -> Path:
-    """Where a result goes; what it replaces is told.
+    """Where a result goes; what it has replaced when the call ends is told.
 
     `inputs`: files, or folders with files, that this call reads. Raises Misused where the file is not to be replaced.
     """
@@ -64,12 +65,26 @@ def place_for(path: str | Path, endings: Sequence[str], inputs: Iterable[Path], 
         raise Misused(f"{path}: expected a name that ends in {_either(endings)}")
     if not place.exists():
         return place
+    if not place.is_file():
+        raise Misused(f"{path}: is no regular file; name another")
     if any(_reads(source, place) for source in inputs):
         raise Misused(f"{path}: is read by this call, and is not replaced; name another file")
     if not overwrite and not _made_here(place):
-        raise Misused(f"{path}: there is {look(place).words} of another origin; name another file, or give --overwrite")
-    click.echo(f"replaced: {path}", err=True)
+        what = look(place).words
+        raise Misused(f"{path}: is there already, {what} not of this command; name another file, or give --overwrite")
+    click.get_current_context().call_on_close(partial(_tell_replaced, place, _version(place)))
     return place
+
+
+def _tell_replaced(place: Path, before: tuple[int, ...]) -> None:
+    """Only of what was written: a call may end before."""
+    if _version(place) != before:
+        click.echo(f"replaced: {place}", err=True)
+
+
+def _version(place: Path) -> tuple[int, ...]:
+    found = place.stat()
+    return found.st_ino, found.st_mtime_ns, found.st_size
 
 
 def read_by(machine: Robot) -> list[Path]:

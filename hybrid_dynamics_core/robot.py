@@ -15,6 +15,7 @@ from .errors import InputError
 from .fused import RobotKernels
 from .kinematics.pose import Pose
 from .kinematics.pose_chain import PoseChain, find_pose_chain
+from .kinematics.search import SOLVED
 from .kinematics.solve import IKResult, solve_inverse_kinematics
 from .kinematics.workspace import COUNT, Workspace, find_workspace
 from .robot_actuators import RobotActuators
@@ -55,17 +56,20 @@ class Robot(RobotActuators):
         all_solutions: bool = False,
         mask: Sequence[bool] | None = None,
         near: ClosedState | None = None,
+        tolerance: float = SOLVED,
     ) -> IKResult:
         """Active coordinates that bring the end effector to a position (3,) [m] or a Pose, within `limits`.
 
         mask: which of x, y, z and the rotation about x, y, z (base axes) count; all that the target gives if None.
         near: one closed state whose assembly modes are kept; the robot's own if None.
+        tolerance: `residual` [m] below which the target counts as reached; a target told with few digits, of more
+        coordinates than the robot has freedoms, is met no better than its digits.
         The search starts at `seed` (if None at `near`, or else at the description's reference) and, where that fails or
         `all_solutions` is asked, from a fixed set of starts over the limits. Failure is told in `status`.
 
         Raises InputError for a target, seed, mask or `near` that is none, or that is too far away to compute with.
         """
-        return solve_inverse_kinematics(self, target, seed, all_solutions, mask, near)
+        return solve_inverse_kinematics(self, target, seed, all_solutions, mask, near, tolerance)
 
     @cached_property
     def follows(self) -> bool:

@@ -13,7 +13,7 @@ from hybrid_dynamics_core.description.wording import unit
 
 from ..limits import beyond
 from ..output import number, show, table
-from ..parameters import NUMBER, json_option, loaded, robot_argument, vector, vector_option
+from ..parameters import NUMBER, json_option, loaded, options, robot_argument, vector, vector_option
 
 _PLACES = ("--position", "--quaternion")
 _AXES = ("x", "y", "z", "rx", "ry", "rz")
@@ -63,6 +63,13 @@ def _parted(values: str) -> list[str]:
 @click.option("--quaternion", nargs=4, type=NUMBER, metavar="X Y Z W", help="Its orientation; left out, it is free.")
 @click.option("--axes", metavar="AXES", help="What counts of the target: some of x,y,z,rx,ry,rz; all that is given.")
 @vector_option("--seed", help="Where the search starts; the robot's reference where left out.")
+@click.option(
+    "--tolerance",
+    type=NUMBER,
+    default=1e-5,
+    show_default=True,
+    help="Within it the target counts as reached [m]; an angle [rad] counts times the robot's reach.",
+)
 @click.option("--all", "every", is_flag=True, help="All distinct solutions found.")
 @json_option
 def command(
@@ -71,6 +78,7 @@ def command(
     quaternion: tuple[float, ...] | None,
     axes: str | None,
     seed: str | None,
+    tolerance: float,
     every: bool,
     as_json: bool,
 ) -> None:
@@ -78,7 +86,11 @@ def command(
     machine = loaded(robot)
     target = np.array(position) if not quaternion else Pose.from_quaternion(position, quaternion)
     start = vector("--seed", seed, machine.active, machine.reference)
-    result = machine.inverse_kinematics(target, seed=start, all_solutions=every, mask=_mask(axes))
+    counts = _mask(axes)
+    if counts is not None and any(counts[3:]) and not quaternion:
+        raise click.BadParameter("a rotation counts, but no --quaternion is given", param_hint="--axes")
+    with options("tolerance"):
+        result = machine.inverse_kinematics(target, seed=start, all_solutions=every, mask=counts, tolerance=tolerance)
     told: dict[str, Any] = {
         "status": result.status,
         "message": result.message,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +18,7 @@ from .pose import Pose
 if TYPE_CHECKING:
     from ..robot import Robot
 
-SOLVED = 1e-9  # residual [m] below which a target counts as reached
+SOLVED = 1e-9  # residual [m] below which a target counts as reached, if nothing else is asked for
 EDGE = 1e-7  # share of the range in which a loop closes that is kept clear at both ends
 _POSE = tuple(range(6))
 
@@ -27,13 +27,15 @@ _POSE = tuple(range(6))
 class Search:
     """A robot and what is asked of it.
 
-    Attributes: `start` (n,), where the search begins; `near`, a state whose assembly modes are kept (or None).
+    Attributes: `start` (n,), where the search begins; `near`, a state whose assembly modes are kept (or None);
+    `tolerance`, the residual [m] below which the target counts as reached.
     """
 
     robot: Robot
     task: Task
     start: Array
     near: ClosedState | None
+    tolerance: float = SOLVED
 
     @property
     def whole(self) -> bool:
@@ -68,6 +70,12 @@ class Search:
         """The damped steps from each of the starts (N, n)."""
         return descend(self.task, starts, SOLVED * 1e-3, most)
 
+    def solved(self, descent: Descent) -> Mask:
+        """Which of the starts reached the target (N,)."""
+        reached: Mask = descent.residual < self.tolerance
+        return reached
+
+    @cached_property
     def starts(self) -> Array:
         """Starts over the limits (N, n); coordinates that the task does not see at any of them stay at the start.
 
@@ -100,14 +108,19 @@ class Search:
 
 
 def search_for(
-    robot: Robot, target: Pose, rows: tuple[int, ...], seed: Array | None, near: ClosedState | None
+    robot: Robot,
+    target: Pose,
+    rows: tuple[int, ...],
+    seed: Array | None,
+    near: ClosedState | None,
+    tolerance: float = SOLVED,
 ) -> Search:
     """A search within the robot's limits for a pose of which the coordinates of `rows` count."""
     own = robot.reference if near is None else near.u
     length = max(float(np.linalg.norm(robot.forward_kinematics(close(robot, own, near)).position)), 1e-3)
     terms = partial(_terms, robot) if near is None else partial(_terms_near, robot, near)
     task = Task(terms, target.position, target.rotation, rows, length, *inside(robot, robot.limits))
-    return Search(robot, task, own if seed is None else seed, near)
+    return Search(robot, task, own if seed is None else seed, near, tolerance)
 
 
 def close(robot: Robot, u: Array, near: ClosedState | None, check: bool = True) -> ClosedState:
@@ -127,12 +140,6 @@ def inside(robot: Robot, limits: Array) -> tuple[Array, Array]:
 def revolute(robot: Robot) -> Mask:
     """Which of the active coordinates are angles (n,)."""
     return np.array([robot.joint_types[name] == "revolute" for name in robot.active])
-
-
-def solved(descent: Descent) -> Mask:
-    """Which of the starts reached the target (N,)."""
-    reached: Mask = descent.residual < SOLVED
-    return reached
 
 
 def joined(parts: Sequence[Descent]) -> Descent:

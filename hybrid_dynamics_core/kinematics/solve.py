@@ -15,7 +15,7 @@ from ..inputs import vectors
 from ..state import ClosedState, ClosureStatus
 from .inverse import MAX_ITERATIONS, IKStatus, distinct, unwound
 from .pose import Pose, checked_pose
-from .search import Search, joined, revolute, search_for, solved
+from .search import SOLVED, Search, joined, revolute, search_for
 from .verdict import failure, remainder
 
 if TYPE_CHECKING:
@@ -56,29 +56,32 @@ class IKResult:
     angle_error: float
 
 
-def solve_inverse_kinematics(
+def solve_inverse_kinematics(  # noqa: PLR0913, PLR0917 - as the robot's method
     robot: Robot,
     target: ArrayLike | Pose,
     seed: ArrayLike | None,
     all_solutions: bool,
     mask: Sequence[bool] | None,
     near: ClosedState | None = None,
+    tolerance: float = SOLVED,
 ) -> IKResult:
     """See `Robot.inverse_kinematics`."""
     pose, rows = _target(target, mask)
     _check_near(robot, near)
     start = None if seed is None else vectors("seed", seed, robot.active, -1)
-    search = search_for(robot, pose, rows, start, near)
+    search = search_for(robot, pose, rows, start, near, _tolerance(tolerance))
     start = search.start
     descent = search.closed_form()
-    if descent is None or not solved(descent).any():
+    if descent is None or not search.solved(descent).any():
         descent = search.descend(start[None], NEAREST if search.whole else MAX_ITERATIONS)
-    if not search.whole and (all_solutions or not solved(descent).any()):
-        descent = joined([descent, search.descend(search.starts())])
-    order = np.argsort(np.where(solved(descent), np.linalg.norm(descent.u - start, axis=-1), 1e9 + descent.residual))
+    if not search.whole and (all_solutions or not search.solved(descent).any()):
+        descent = joined([descent, search.descend(search.starts)])
+    order = np.argsort(
+        np.where(search.solved(descent), np.linalg.norm(descent.u - start, axis=-1), 1e9 + descent.residual)
+    )
     turns = revolute(robot)
     ends = np.array([unwound(u, start, turns, *robot.limits.T) for u in descent.u[order]])
-    found = distinct(ends[: int(solved(descent).sum())], turns, SAME)
+    found = distinct(ends[: int(search.solved(descent).sum())], turns, SAME)
     best = int(order[0])
     left = remainder(search.task, descent.u[best])
     verdict = (IKStatus.SOLVED, "reached") if found else failure(search, descent, best)
@@ -118,6 +121,12 @@ def _target(target: ArrayLike | Pose, mask: Sequence[bool] | None) -> tuple[Pose
             told = f"{'xyz'[k]} is {pose.position[k]:g} m"
             raise InputError(f"target: {told}: out of reach, and too far away to compute the distance that is left")
     return pose, rows
+
+
+def _tolerance(tolerance: float) -> float:
+    if not 0.0 < tolerance < np.inf:
+        raise InputError(f"tolerance: {tolerance!r}: expected a length above zero [m]")
+    return float(tolerance)
 
 
 def _check_near(robot: Robot, near: object) -> None:

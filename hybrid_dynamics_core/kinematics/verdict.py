@@ -7,12 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..description.model import Array
-from .inverse import Descent, IKStatus, Task
-from .search import Search, inside, revolute, solved
+from .inverse import Descent, IKStatus, Mask, Task, distinct, unwound
+from .search import Search, revolute
 
 AT_TOGGLE = 2e-3  # distance to a singularity, and to the target in lengths: from there on EDGE hides what is left
 TOLD = 1e-6  # [m or rad] what is left below it is told as nothing
 ANEW = 16  # starts of a search for less, beside the ends of the search for all
+SAME = 1e-6  # ends of searches closer than this in every coordinate are one
 STILL = 1e-9  # share of the largest entry of the Jacobian below which a coordinate does not move
 AXES = ("x", "y", "z", "the rotation about x", "the rotation about y", "the rotation about z")
 
@@ -24,7 +25,10 @@ class Remainder(NamedTuple):
     angle: float
 
     def __str__(self) -> str:
-        position, angle = (value if value > TOLD else 0.0 for value in self)
+        least = (
+            TOLD if max(value for value in self if not np.isnan(value)) > TOLD else 0.0
+        )  # beside the other, rounding
+        position, angle = (value if value > least else 0.0 for value in self)
         parts = [] if np.isnan(self.position) else [f"{position:.3g} m"]
         parts += [] if np.isnan(self.angle) else [f"{angle:.3g} rad ({np.degrees(angle):.3g} deg)"]
         return " and ".join(parts)
@@ -81,14 +85,15 @@ def _cause(search: Search, descent: Descent, u: Array) -> str:
 
 def _best(search: Search, descent: Descent) -> tuple[bool, Remainder]:
     """Whether a search for less reaches it, from the ends of the one for all and some anew, and what is left to it."""
-    found = search.descend(np.vstack([descent.u, search.starts()[:ANEW]]))
-    return bool(solved(found).any()), remainder(search.task, found.u[int(np.argmin(found.residual))])
+    anew = search.starts if len(descent.u) < len(search.starts) else search.starts[:ANEW]
+    found = search.descend(np.vstack([descent.u, anew]))
+    return bool(search.solved(found).any()), remainder(search.task, found.u[int(np.argmin(found.residual))])
 
 
 def _moving(search: Search) -> tuple[int, ...]:
     """Which of the coordinates that count change with the active joints, anywhere within the limits."""
     every = search.counting(tuple(range(len(AXES))))
-    _, jacobian, good = every.task.error(every.starts())
+    _, jacobian, good = every.task.error(every.starts)
     size = np.abs(jacobian[good]).max(axis=(0, 2), initial=0.0)  # of all six: of one alone, rounding would count
     return tuple(row for row in search.task.rows if size[row] > STILL * size.max())
 
@@ -100,18 +105,35 @@ def _off(task: Task, u: Array) -> list[bool]:
 
 
 def _beyond(search: Search, descent: Descent) -> Array | None:
-    """Active coordinates (n,) beyond their limits that would reach the target; None where there are none."""
-    robot = search.robot
+    """Active coordinates (n,) beyond their limits that would reach the target; None where none were found.
+
+    Of several those with the fewest beyond, and of these the nearest to the limits.
+    """
+    robot, turns = search.robot, revolute(search.robot)
+    lower, upper = robot.limits.T
     if search.whole:
-        ends = search.within(np.tile([-np.inf, np.inf], (len(robot.active), 1))).closed_form()
+        wider = search.within(np.tile([-np.inf, np.inf], (len(robot.active), 1)))
+        ends = wider.closed_form()
     else:
-        lower, upper = inside(robot, robot.closing_range)
-        if np.array_equal(lower, search.task.lower) and np.array_equal(upper, search.task.upper):
+        wider = search.within(robot.closing_range)
+        if np.array_equal(wider.task.lower, search.task.lower) and np.array_equal(wider.task.upper, search.task.upper):
             return None
-        ends = search.within(robot.closing_range).descend(descent.u[np.argsort(descent.residual)[:8]])
-    if ends is None or not solved(ends).any():  # a platform of fewer freedoms is placed as far as it can be
+        nearest = distinct(descent.u[np.argsort(descent.residual)[:8]], turns, SAME)
+        ends = wider.descend(np.vstack([nearest, wider.starts[:ANEW]]))
+    if ends is None or not search.solved(ends).any():  # a platform of fewer freedoms is placed as far as it can be
         return None
-    return np.asarray(ends.u[int(np.argmin(ends.residual))])
+    found = np.array([_wound(u, 0.5 * (lower + upper), turns) for u in ends.u[search.solved(ends)]])
+    excess = np.maximum(lower - found, 0.0) + np.maximum(found - upper, 0.0)
+    beyond = (excess > 0.0).sum(axis=1)
+    order = np.lexsort([excess.sum(axis=1), beyond])
+    best = next((k for k in order if beyond[k]), None)
+    return None if best is None else np.asarray(found[best])
+
+
+def _wound(u: Array, middle: Array, turns: Mask) -> Array:
+    """Angles whole turns away, as near to the middle of their limits as they can be."""
+    whole = np.full_like(u, -np.inf), np.full_like(u, np.inf)
+    return unwound(u, np.where(np.isfinite(middle), middle, 0.0), turns, *whole)
 
 
 def _limits_left(search: Search, u: Array) -> str:
@@ -122,4 +144,4 @@ def _limits_left(search: Search, u: Array) -> str:
         if not lower <= value <= upper:
             limit, kind = (lower if value < lower else upper), "rad" if turns else "m"
             told.append(f"{name} ({value:.4g} {kind}, limit {limit:.4g} {kind})")
-    return ", ".join(told) or "the active joints"
+    return ", ".join(told)

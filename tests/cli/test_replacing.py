@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from importlib import resources
 from pathlib import Path
 
@@ -49,7 +50,7 @@ def test_results_are_replaced_and_what_is_of_another_origin_is_not(name: str, fo
         (folder / file).write_bytes(b"time,q1\n1,2\n")
         refused = call(*arguments)
         assert refused.exit_code == 2
-        assert "of another origin; name another file, or give --overwrite" in refused.stderr
+        assert "not of this command; name another file, or give --overwrite" in refused.stderr
         assert (folder / file).read_bytes() == b"time,q1\n1,2\n"
         assert call(*arguments, "--overwrite").exit_code == 0
         assert (folder / file).read_bytes() != b"time,q1\n1,2\n"
@@ -63,7 +64,7 @@ def test_a_picture_that_others_made_with_matplotlib_is_not_replaced(file: str, f
     before = (folder / file).read_bytes()
     refused = call("check", "own.yaml", "--draw", file)
     assert refused.exit_code == 2
-    assert "of another origin" in refused.stderr
+    assert "not of this command" in refused.stderr
     assert (folder / file).read_bytes() == before
 
 
@@ -84,3 +85,21 @@ def test_other_endings_and_folders_are_refused_before_anything_is_done(folder: P
     assert "is a folder; name a file in it" in call("check", "own.yaml", "--draw", "a.svg").stderr
     said = call("check", "own.yaml", "--draw", "own.yaml").stderr
     assert "own.yaml: expected a name that ends in .svg, .png or .pdf" in said
+
+
+def test_nothing_is_told_as_replaced_before_it_is(tmp_path: Path) -> None:
+    picture = tmp_path / "modes.svg"
+    assert call("branches", "type_c", "--draw", str(picture)).exit_code == 0
+    before = picture.read_bytes()
+    failed = call("branches", "type_c", "-u", "q2=5", "--draw", str(picture))
+    assert failed.exit_code == 1
+    assert "replaced" not in failed.output
+    assert picture.read_bytes() == before
+    assert f"replaced: {picture}" in call("branches", "type_c", "--draw", str(picture)).stderr
+
+
+def test_a_pipe_is_no_place_for_a_picture(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe.svg"
+    os.mkfifo(pipe)
+    refused = call("check", "five_bar", "--draw", str(pipe))
+    assert (refused.exit_code, "no regular file" in refused.stderr) == (2, True)

@@ -378,3 +378,20 @@ def test_branches_where_nothing_closes_tell_the_range() -> None:
     assert result.output.endswith(told_by_fk)
     answer = call("branches", "forging_chu2020", "-u", "q12=0.9", "--json")
     assert json.loads(answer.stdout)["modes"] == []
+
+
+def test_what_fk_prints_ik_takes() -> None:
+    pose = json.loads(call("fk", "forging_chu2020", "-u", "0.2,0.1,0.15,0.4", "--json").stdout)
+    numbers = [f"{x:.6g}" for x in (*pose["position"], *pose["quaternion"])]
+    result = call("ik", "forging_chu2020", "--position", *numbers[:3], "--quaternion", *numbers[3:])
+    assert result.exit_code == 0, result.output
+    assert re.search(r"left to the target: \S+e-0[67] m and \S+e-0[67] rad", result.output), result.output
+    strict = call(
+        "ik", "forging_chu2020", "--position", *numbers[:3], "--quaternion", *numbers[3:], "--tolerance", "1e-9"
+    )
+    assert strict.exit_code == 1
+    wrong = call("ik", "forging_chu2020", "--position", *numbers[:3], "--tolerance", "-1")
+    assert wrong.exit_code == 2
+    assert "--tolerance" in wrong.output
+    axes = call("ik", "forging_chu2020", "--position", *numbers[:3], "--axes", "x,z,ry")
+    assert (axes.exit_code, "no --quaternion is given" in axes.output) == (2, True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -193,3 +194,38 @@ def test_one_rotation_alone_is_reached_by_turning_about_another(name: str, axis:
         mask = [k == axis for k in range(6)]
         found = machine.inverse_kinematics(machine.forward_kinematics(state), mask=mask)
         assert found.status is IKStatus.SOLVED, found.message
+
+
+@pytest.mark.parametrize("name", ["five_bar", "palletizer", "type_d", "delta"])
+def test_a_place_that_only_lies_beyond_a_limit_is_told_with_values_that_reach_it(name: str) -> None:
+    machine, rng = robot(name), np.random.default_rng(1)
+    ends, limits = machine.closing_range, machine.limits
+    lower, upper = (np.where(np.isfinite(ends[:, k]), ends[:, k], limits[:, k] + [-0.5, 0.5][k]) for k in (0, 1))
+    told = 0
+    while told < 4:
+        u = rng.uniform(lower, upper)
+        state = machine.close(u, check=False)
+        if state.status != 0 or state.singularity < 0.02 or ((limits[:, 0] <= u) & (u <= limits[:, 1])).all():
+            continue
+        result = machine.inverse_kinematics(machine.forward_kinematics(state).position)
+        assert result.status in (IKStatus.LIMIT, IKStatus.SOLVED), result.message  # another way may be within them
+        if result.status is IKStatus.LIMIT:
+            told += 1
+            for joint, value, limit in re.findall(r"(\w+) \((\S+) \w+, limit (\S+) \w+\)", result.message):
+                k = machine.active.index(joint)
+                side = 0 if float(value) < float(limit) else 1
+                assert float(limit) == pytest.approx(limits[k, side], rel=1e-3)  # four digits are told
+
+
+def test_a_pose_of_few_digits_is_reached_within_a_tolerance_and_told_as_it_is_without(forging: Robot) -> None:
+    """Four active joints meet a pose of six coordinates no better than its digits."""
+    place = forging.forward_kinematics(forging.close(np.add(forging.reference, [0.2, 0.03, 0.02, 0.4])))
+    typed = Pose.from_quaternion(np.round(place.position, 6), np.round(place.quaternion, 6))
+    result = forging.inverse_kinematics(typed)
+    assert result.status is IKStatus.OUT_OF_REACH
+    assert 1e-9 < result.residual < 1e-5
+    assert f"the nearest found is {result.position_error:.3g} m and {result.angle_error:.3g} rad" in result.message
+    assert forging.inverse_kinematics(typed, tolerance=1e-5).status is IKStatus.SOLVED
+    for wrong in (0.0, -1.0, np.nan, np.inf):
+        with pytest.raises(InputError, match=r"tolerance: .*expected a length above zero"):
+            forging.inverse_kinematics(typed, tolerance=wrong)
