@@ -11,6 +11,7 @@ from hybrid_dynamics_core import ClosureStatus, Robot
 from hybrid_dynamics_core.description.model import Array
 from hybrid_dynamics_core.description.wording import counted
 
+HARDLY = 0.05  # share of the places
 TRIED = 500  # places: one in a hundred that does not close is found in 993 of 1000 cases
 
 
@@ -25,6 +26,11 @@ class Tried:
     def everywhere(self) -> bool:
         """Whether they close wherever they were tried."""
         return self.closed == self.places
+
+    @property
+    def hardly(self) -> bool:
+        """Whether they close so seldom that limits or lengths are hardly meant so."""
+        return self.closed < HARDLY * self.places
 
     def told(self) -> str:
         """The sentence for people."""

@@ -76,6 +76,8 @@ def verdict(tried: Tried, doubts: int) -> str:
     see = f", but see the {agreed(doubts, 'warning', 'warnings')} above" if doubts else ""
     if tried.everywhere:
         return f"Every loop closes{see}." if doubts else "The description is right: every loop closes."
+    if tried.hardly:
+        return f"The loops close at the reference{see}, and hardly anywhere else: are limits and lengths meant so?"
     return f"The description is right{see}; its loops close at the reference, and not all over the limits."
 
 

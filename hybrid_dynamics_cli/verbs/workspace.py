@@ -13,7 +13,7 @@ from hybrid_dynamics_core.description.hints import nearest
 from hybrid_dynamics_core.description.wording import counted, unit
 from hybrid_dynamics_core.drawing.options import Colour
 
-from ..limits import beyond
+from ..limits import beyond, narrowed
 from ..output import constant_axes, number, show, table
 from ..parameters import (
     frame_option,
@@ -167,6 +167,7 @@ def text_of(machine: Robot, found: Workspace, told: dict[str, Any]) -> str:
     fates = [[words, f"{100.0 * told['shares'][status.name]:.1f} %"] for status, words in FATES.items()]
     lines = [
         table(["active joint", "from", "to", "unit", ""], rows),
+        *(f"note: {note}" for note in narrowed(machine)),
         "",
         table([f"{found.frame} in {machine.base_frame}", "at", "unit", "singularity", "limit", "of"], spans),
         *(f"{axis} = {number(value)} m everywhere" for axis, value in flat.items()),

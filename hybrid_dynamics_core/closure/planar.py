@@ -15,12 +15,13 @@ import numpy as np
 from ..algebra.scalar import Scalar
 from ..algebra.vector import Vector, add, constant, perp, scale, sub, turn
 from ..description.model import Array, Closure
-from ..mechanism.tree import Tree
+from ..mechanism.tree import Body, Tree
 from .equations import Linearised, LoopEquations, Row
 from .posture import Posture
 
 _End = tuple[int, Array, Array]  # body, point and rotation on it
 Turns = tuple[tuple[int, float], ...]  # (coordinate, +1 or -1)
+FEW_DIGITS = 5e-3  # [rad] 1.57 and 3.14 are nearer than this to what they stand for
 APART = 1e-6  # [m] along the loop's axis up to which two points count as one: printed numbers are rounded
 PARALLEL = 1e-9  # sine of the angle up to which two constant axes count as parallel
 
@@ -206,7 +207,9 @@ def planar_equations(tree: Tree, closure: Closure) -> list[LoopEquations]:
     (end_a, frame_a), (end_b, frame_b) = ends
     gap = abs(float(end_a[2] - end_b[2]))
     if gap > APART:
-        raise ValueError(f"its ends are {gap:.3g} m apart along the loop's axis")
+        size = max(float(np.linalg.norm(end)) for end in (end_a, end_b))
+        hint = " (angles of few digits do that: 1.57 in place of pi/2)" if gap < FEW_DIGITS * size else ""
+        raise ValueError(f"its ends are {gap:.3g} m apart along the loop's axis{hint}")
     geometry = PlanarGeometry(
         tuple(_planar_joint(tree, i, ancestor, basis) for i in path_a),
         tuple(_planar_joint(tree, i, ancestor, basis) for i in path_b),
@@ -245,17 +248,35 @@ def _ordered_ends(tree: Tree, closure: Closure) -> tuple[_End, _End]:
     return (a, b) if rank(path_a) <= rank(path_b) else (b, a)
 
 
+def _outside(axes: Sequence[tuple[Body, Array]], normal: Array) -> list[str]:
+    """Joints that do not move in the plane of this normal."""
+    return [
+        body.joint
+        for body, axis in axes
+        if (np.linalg.norm(np.cross(normal, axis)) if body.type == "revolute" else abs(normal @ axis)) > PARALLEL
+    ]
+
+
+def _and(names: Sequence[str]) -> str:
+    return " and ".join(f"'{name}'" for name in names)
+
+
 def plane_basis(tree: Tree, bodies: list[int], ancestor: int) -> Array:
     """Rows: two in-plane axes and the normal, in the ancestor's frame; the normal is the first revolute axis."""
     axes = [(tree.bodies[i], tree.zero_pose(i, ancestor)[0] @ tree.bodies[i].axis) for i in bodies]
     normals = [axis for body, axis in axes if body.type == "revolute"]
     if not normals:
         raise ValueError("it has no revolute joint")
+    outside = [_outside(axes, normal) for normal in normals]
+    if outside[0]:
+        most = min(range(len(normals)), key=lambda k: len(outside[k]))
+        inside = [body.joint for body, _ in axes if body.joint not in outside[most]]
+        told = ", ".join(f"{x + 0.0:.3g}" for x in normals[most].round(12))
+        does = "joint {} does" if len(outside[most]) == 1 else "joints {} do"
+        raise ValueError(
+            f"{does.format(_and(outside[most]))} not move in the plane of {_and(inside)}, with axes [{told}]"
+        )
     normal = normals[0]
-    for body, axis in axes:
-        off = np.linalg.norm(np.cross(normal, axis)) if body.type == "revolute" else abs(normal @ axis)
-        if off > PARALLEL:
-            raise ValueError(f"joint '{body.joint}' does not move in the plane of the loop")
     first = np.eye(3)[int(np.argmin(np.abs(normal)))] if max(abs(normal)) < 1.0 else np.roll(np.abs(normal), 1)
     first = first - (first @ normal) * normal
     first /= np.linalg.norm(first)

@@ -7,6 +7,10 @@ import numpy as np
 from .document import Document, Path_
 from .model import Array, RobotDescription
 
+SLIDE = (
+    40.0,
+    20.0,
+)  # [m] a stroke that long, and so many times longer than the robot reaches, is written in millimetres
 LONGEST = 250.0  # [m] the longest machine that moves on land, a bucket-wheel excavator, is 225 m long
 Part = tuple[float, Path_]  # a length [m], and where it is written
 
@@ -34,10 +38,21 @@ def doubt_lengths(document: Document, robot: RobotDescription) -> None:
         ends.append([_part(closure.point_b, path), *way(closure.link_b)])
     farthest = max(ends, key=_reach, default=[])
     reach = _reach(farthest)
+    _doubt_strokes(document, robot, reach)
     if reach > LONGEST:
         length, path = max(farthest, key=lambda part: part[0])
         told = f"{length:.4g} m, and the robot reaches {reach:.4g} m from its base: are these millimetres?"
         document.doubt(path, f"{told} Lengths are in metres: {length:.4g} mm are written {length / 1000.0:.4g}")
+
+
+def _doubt_strokes(document: Document, robot: RobotDescription, reach: float) -> None:
+    """Note slides whose limits have nothing to do with the size of the robot."""
+    least, times = SLIDE
+    for name, joint in robot.joints.items():
+        limit = max((abs(end) for end in joint.limits if np.isfinite(end)), default=0.0)
+        if joint.type == "prismatic" and limit >= least and limit > times * reach:
+            told = f"{limit:g} m, and the robot reaches {reach:.4g} m from its base: are these millimetres?"
+            document.doubt(("joints", name, "limits"), f"{told} {limit:g} mm are written {limit / 1000.0:g}")
 
 
 def _part(vector: Array, path: Path_) -> Part:

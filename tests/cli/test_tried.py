@@ -52,3 +52,16 @@ def test_a_robot_without_loops_has_none_to_try(tmp_path: Path) -> None:
     assert "tried" not in said.stdout
     assert said.exit_code == 0
     assert "no forward dynamics: " in said.stdout  # a point on its own axis turns without effort
+
+
+def test_loops_that_hardly_close_are_not_called_right(tmp_path: Path) -> None:
+    text = resources.files("hybrid_dynamics_core").joinpath("robots/forging_chu2020.yaml").read_text(encoding="utf-8")
+    place = tmp_path / "far.yaml"
+    slide = "child: l12, origin: {xyz: [L11, 0, 0]}, axis: x"
+    place.write_text(text.replace(slide, f"{slide}, limits: [0, 150]"), encoding="utf-8")
+    said = call("check", str(place)).stdout
+    assert "joints.q12.limits: 150 m, and the robot reaches" in said
+    assert "150 mm are written 0.15" in said
+    assert "hardly anywhere else: are limits and lengths meant so?" in said
+    assert "is right" not in said
+    assert "its loop closes from" in call("workspace", str(place), "--samples", "50").stdout

@@ -57,7 +57,7 @@ CASES = {
         "q21: {type: revolute, parent: l2, child: l21, origin: {xyz: [c2, 0, 0]}, axis: z}",
         "q21: {type: revolute, parent: l2, child: l21, origin: {xyz: [c2, 0, 0]}, axis: [0, 0.1, 1]}",
         "loops.theta_2",
-        "does not move in the plane",
+        "joint 'q3' does not move in the plane of 'q21' and 'q22', with axes [0, 0.0995, 0.995]",
     ),
     "axis without length": ("child: l1, axis: z", "child: l1, axis: [0, 0, 0]", "joints.q1.axis", "no length"),
     "limits in the wrong order": (

@@ -23,10 +23,10 @@ links:
   slide: {mass: 1, inertia: {xx: 0}}
 joints:
   motor: {type: revolute, parent: base, child: arm, axis: z}
-  out: {type: prismatic, parent: arm, child: slide, axis: x, limits: [-180, 180]}
+  out: {type: prismatic, parent: arm, child: slide, axis: x, limits: [-30, 30]}
 active: [motor, out]
 end_effector: {link: slide}
-reference: {motor: 0, out: 60}
+reference: {motor: 0, out: 20}
 """
 )
 LINE = {"limits": 9, "rpy": 9, "offset": 9, "reference": 13}
@@ -80,7 +80,7 @@ def test_what_may_be_meant_is_not_doubted(key: str, value: str) -> None:
 def test_lengths_are_not_doubted() -> None:
     robot = parse(ARM)
     assert robot.doubts == ()
-    assert robot.joints["out"].limits == (-180.0, 180.0)
+    assert robot.joints["out"].limits == (-30.0, 30.0)
 
 
 def test_degrees_are_worth_what_they_say() -> None:
@@ -132,7 +132,7 @@ def test_check_does_not_call_it_right(tmp_path: Path) -> None:
 )
 def test_an_error_tells_of_degrees_that_may_be_its_reason(old: str, new: str, told: str) -> None:
     """The slide's reference is beyond its limit, whatever the angles are: both are told, each with its line."""
-    text = ARM.replace(old, new, 1).replace("limits: [-180, 180]", "limits: [-1, 1]")
+    text = ARM.replace(old, new, 1).replace("limits: [-30, 30]", "limits: [-1, 1]")
     with pytest.raises(DescriptionError, match=r"reference\.out: is 60 m, outside the limits \[-1, 1\] m") as caught:
         parse(text)
     assert "perhaps for this reason: small.yaml:" in str(caught.value)

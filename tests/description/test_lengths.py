@@ -46,3 +46,17 @@ def test_large_machines_are_left_alone(length: float, tip: float) -> None:
 @pytest.mark.parametrize("name", shipped_robots())
 def test_no_shipped_robot_is_doubted(name: str) -> None:
     assert not load(name).description.doubts
+
+
+@pytest.mark.parametrize(
+    ("limits", "doubted"), [("0, 150", True), ("-80, 0", True), ("0, 35", False), ("0, 0.5", False)]
+)
+def test_strokes_in_millimetres_are_told(limits: str, doubted: bool) -> None:
+    """A robot of a metre has no stroke of forty; one on a long track has."""
+    text = ARM.replace("LENGTH", "0.5").replace("TIP", "0.4").replace("axis: x}", f"axis: x, limits: [{limits}]}}")
+    told = parse(text).doubts
+    assert bool(told) == doubted
+    if doubted:
+        number = max(abs(float(end)) for end in limits.split(","))
+        assert f"joints.out.limits: {number:g} m, and the robot reaches 0.9 m from its base" in told[0]
+        assert f"{number:g} mm are written {number / 1000.0:g}" in told[0]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import ClosureError, DescriptionError, Robot, SingularityError
+from hybrid_dynamics_core.description.reader import parse_description
 from tests.hard_cases.linkages import four_bar, robot
 
 GROUND, CRANK = 0.3, 0.1  # of the parallelogram: coupler like ground, rocker like crank
@@ -192,3 +193,40 @@ def test_too_many_active_joints_are_refused_even_where_they_agree(crank_rocker: 
         for active, count in (("q1, q2", 2), ("q1, q2, q3", 3)):
             with pytest.raises(DescriptionError, match=f"{count} joints are named, .* name 1"):
                 robot(four_bar(0.3, 0.1, 0.3, 0.2, assembly, active, closed))
+
+
+@pytest.mark.parametrize(("turn", "hinted"), [("1.57", True), ("1.4", False)])
+def test_an_angle_of_few_digits_is_thought_of_where_ends_do_not_meet(turn: str, hinted: bool) -> None:
+    """All joints lean alike: the loop is planar, and its ends are beside each other by what the angle is off."""
+    text = f"""\
+format: 1
+name: leaning
+links: {{base: {{}}, a: {{}}, b: {{}}, c: {{}}}}
+joints:
+  q1: {{type: revolute, parent: base, child: a, origin: {{rpy: [{turn}, 0, 0]}}, axis: z}}
+  q2: {{type: revolute, parent: base, child: b, origin: {{xyz: [0.3, 0, 0.1], rpy: [{turn}, 0, 0]}}, axis: z}}
+  q3: {{type: revolute, parent: a, child: c, origin: {{xyz: [0.1, 0, 0]}}, axis: z}}
+loops: {{bars: {{type: A, base: base, arm: b, k1: a, k2: c, pin: {{c: [0.3, 0, 0], b: [0.2, 0, 0]}}}}}}
+active: [q1]
+end_effector: {{link: b}}
+"""
+    with pytest.raises(DescriptionError, match=r"apart along the loop's axis") as caught:
+        Robot(parse_description(text))
+    assert ("1.57 in place of pi/2" in str(caught.value)) == hinted
+
+
+def test_the_joint_that_stands_out_is_named() -> None:
+    text = """\
+format: 1
+name: odd
+links: {base: {}, a: {}, b: {}, c: {}}
+joints:
+  q1: {type: revolute, parent: base, child: a, axis: z}
+  q2: {type: revolute, parent: base, child: b, origin: {xyz: [0.3, 0, 0], rpy: [pi/2, 0, 0]}, axis: z}
+  q3: {type: revolute, parent: b, child: c, origin: {xyz: [0.1, 0, 0]}, axis: z}
+loops: {bars: {type: A, base: base, arm: a, k1: b, k2: c, pin: {c: [0.3, 0, 0], a: [0.2, 0, 0]}}}
+active: [q1]
+end_effector: {link: a}
+"""
+    with pytest.raises(DescriptionError, match=r"joint 'q1' does not move in the plane of 'q2' and 'q3', with axes"):
+        Robot(parse_description(text))
