@@ -133,7 +133,7 @@ def test_check_does_not_call_it_right(tmp_path: Path) -> None:
 def test_an_error_tells_of_degrees_that_may_be_its_reason(old: str, new: str, told: str) -> None:
     """The slide's reference is beyond its limit, whatever the angles are: both are told, each with its line."""
     text = ARM.replace(old, new, 1).replace("limits: [-30, 30]", "limits: [-1, 1]")
-    with pytest.raises(DescriptionError, match=r"reference\.out: is 60 m, outside the limits \[-1, 1\] m") as caught:
+    with pytest.raises(DescriptionError, match=r"reference\.out: is 20 m, outside the limits \[-1, 1\] m") as caught:
         parse(text)
     assert "perhaps for this reason: small.yaml:" in str(caught.value)
     assert told in str(caught.value)
