@@ -178,9 +178,6 @@ class HybridDynamicsNode(LifecycleNode):
             hardware = runtime.robot.name
             counts = runtime.pipeline.counts
             entries = runtime.monitor.report(runtime.result, counts, now.nanoseconds, self.settings)
-            beyond = "" if runtime.result is None else runtime.monitor.beyond(runtime.result)
-            if beyond:
-                self._throttled.warn("limit", beyond)
         state: str = self._state_machine.current_state[1]
         name = self.get_fully_qualified_name()
         self._diagnostics.publish(diagnostic_array(name, hardware, state, entries, now.to_msg()))

@@ -12,6 +12,7 @@ from hybrid_dynamics_msgs.srv import CloseLoops, ComputeJacobian, SolveFK, Solve
 from std_msgs.msg import Header
 
 from hybrid_dynamics_core import IKStatus, Pose, Robot
+from hybrid_dynamics_core.description.hints import none_such
 from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_ros import conversions, outputs
 from hybrid_dynamics_ros.samples import FloatArray, JointOrder, RejectedError, RejectionCode
@@ -132,5 +133,4 @@ def require_frames(robot: Robot, *frames: str) -> None:
     """
     for frame in frames:
         if frame not in robot.frames:
-            text = f"there is no frame '{frame}'; known: {', '.join(robot.frames)}"
-            raise RejectedError(RejectionCode.BAD_REQUEST, text)
+            raise RejectedError(RejectionCode.BAD_REQUEST, none_such("frame", frame, robot.frames))
