@@ -11,6 +11,7 @@ import numpy as np
 
 from hybrid_dynamics_core import Loads, Payload, Robot
 from hybrid_dynamics_core.description.hints import none_such
+from hybrid_dynamics_core.description.wording import one_line
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_ros.conditions import Change, Conditions, calibration_of, loads_of
 from hybrid_dynamics_ros.monitor import Monitor
@@ -63,7 +64,7 @@ class Runtime:
         try:
             self._conditions(settings)
         except (HybridDynamicsError, ParameterError) as error:
-            return " ".join(str(error).split())
+            return one_line(error)
         return ""
 
     def _conditions(self, settings: Settings) -> tuple[Conditions, Loads]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hybrid_dynamics_core.description.hints import nearest
-from hybrid_dynamics_core.description.wording import counted
+from hybrid_dynamics_core.description.wording import counted, one_line
 from hybrid_dynamics_core.errors import ClosureError, HybridDynamicsError, InputError, SingularityError
 
 FloatArray = NDArray[np.float64]
@@ -64,7 +64,7 @@ class RejectedError(Exception):
 
 def rejection_of(error: HybridDynamicsError) -> Rejection:
     """The rejection that an error of the model means."""
-    text = " ".join(str(error).split())
+    text = one_line(error)
     if isinstance(error, ClosureError):
         return Rejection(RejectionCode.UNREACHABLE, text)
     if isinstance(error, SingularityError):

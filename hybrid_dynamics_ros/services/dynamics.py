@@ -5,6 +5,7 @@ from __future__ import annotations
 from hybrid_dynamics_msgs.srv import ForwardDynamics, InverseDynamics, MinimalForm, SetPayload
 from std_msgs.msg import Header
 
+from hybrid_dynamics_core.description.wording import one_line
 from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_ros import conversions
 from hybrid_dynamics_ros.conditions import Mass, NewPayload, loads_of
@@ -75,5 +76,5 @@ def set_payload(context: Context, request: SetPayload.Request, _response: SetPay
     try:
         loads_of(context.robot, change.applied(context.situation.conditions))
     except InputError as error:
-        raise RejectedError(RejectionCode.BAD_REQUEST, " ".join(str(error).split())) from error
+        raise RejectedError(RejectionCode.BAD_REQUEST, one_line(error)) from error
     return change

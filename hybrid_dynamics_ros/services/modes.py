@@ -12,7 +12,7 @@ from std_msgs.msg import Header
 from hybrid_dynamics_core import ClosedState, HybridDynamicsError, Robot
 from hybrid_dynamics_core.assembly import no_mode
 from hybrid_dynamics_core.description.hints import nearest, none_such
-from hybrid_dynamics_core.description.wording import counted
+from hybrid_dynamics_core.description.wording import counted, one_line
 from hybrid_dynamics_ros import conversions
 from hybrid_dynamics_ros.conditions import NewMode
 from hybrid_dynamics_ros.samples import FloatArray, JointOrder, RejectedError, RejectionCode
@@ -130,5 +130,5 @@ def _why_not(context: Context, u: FloatArray) -> str:
     try:
         context.robot.close(u)
     except HybridDynamicsError as error:
-        return " ".join(str(error).split())
+        return one_line(error)
     return "the loops close in no way"
