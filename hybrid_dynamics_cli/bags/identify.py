@@ -31,7 +31,9 @@ LISTED = 8  # samples that were left out
 ROOM = WIDTH - 12 - 2  # for the terms of a base parameter, where they stand beside the estimate alone
 Numbers = Mapping[str, tuple[float, ...]]  # a row of a table by name
 COLUMNS = ("estimate", "low", "high", "file")
-DEVIATIONS = "Standard deviations: of the recorded efforts, and of what robot file and estimates leave of them unexplained."
+DEVIATIONS = (
+    "Standard deviations: of the recorded efforts, and of what robot file and estimates leave of them unexplained."
+)
 HELD = ("recorded", "left_by_file", "left_by_estimate", "explained")
 EPILOG = """\b
 Examples:
@@ -266,9 +268,7 @@ def stamp_word(late: float) -> str:
     return "" if not math.isfinite(late) else f"{1e3 * abs(late):.3g} ms {'late' if late > 0.0 else 'early'}"
 
 
-def estimates(
-    head: str, names: Sequence[str], base: Numbers, types: Mapping[str, str], *, whole: bool
-) -> list[str]:
+def estimates(head: str, names: Sequence[str], base: Numbers, types: Mapping[str, str], *, whole: bool) -> list[str]:
     """A table of base parameters; their terms are wrapped where all are wanted, else cut."""
     rows: list[list[object]] = []
     for name in names:

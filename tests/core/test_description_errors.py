@@ -72,7 +72,12 @@ CASES = {
     "actuated is active": ("active: [q1,", "actuated: [q1,", "actuated", "did you mean 'active'"),
     "a closure among the loops": ("type: A, base: l1", "kind: planar, base: l1", "loops.theta_1.kind", "'closures'"),
     "no sign before pi": ("L1: 0.7", "L1: 0.7pi", "parameters.L1", "did you mean '0.7*pi'"),
-    "gravity as a number": ("gravity: [0, 0, -9.81]", "gravity: 9.81", "gravity", "a list; as in gravity: [0, 0, -9.81]"),
+    "gravity as a number": (
+        "gravity: [0, 0, -9.81]",
+        "gravity: 9.81",
+        "gravity",
+        "a list; as in gravity: [0, 0, -9.81]",
+    ),
     "end effector as a name": (
         "end_effector: {link: l4",
         "end_effector: l4 #",

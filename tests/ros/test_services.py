@@ -176,7 +176,9 @@ def test_before_any_input_each_service_says_what_can_be_done_there(robot):
         "no input has come yet: send joint states to ~/active_joint_states, which say where the robot stands; "
         "the assembly modes to begin with stand in the robot file"
     )
-    assert listed.error_text.endswith("send joint states to ~/active_joint_states, or name the active joints in the call")
+    assert listed.error_text.endswith(
+        "send joint states to ~/active_joint_states, or name the active joints in the call"
+    )
 
 
 def test_arrays_that_are_missing_are_told_with_what_is_expected(robot):
