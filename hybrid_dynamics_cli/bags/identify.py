@@ -210,10 +210,9 @@ def ratios(found: Found) -> Array:
 
 def determined(found: Found, count: int) -> list[str]:
     """How many are determined, and what the motion is to be blamed for."""
-    lines = [
-        f"{len(found.determined)} of {counted(count, 'base parameter')} {agreed(len(found.determined), 'is', 'are')} "
-        "determined: not 0, at 95 % for all of them together."
-    ]
+    known = len(found.determined)
+    told = f"{known} of {counted(count, 'base parameter')} {agreed(known, 'is', 'are')} determined"
+    lines = [f"{told}: not 0, at 95 % for all of them together."]
     if 2 * len(found.unsettled) > len(found.meant):
         lines.append(excites_too_little(len(found.unsettled), len(found.meant)))
     elif found.unsettled:
@@ -310,7 +309,6 @@ def excites_too_little(unsettled: int, meant: int) -> str:
     """What to do where most intervals do not even tell the sign."""
     are, signs = agreed(meant, "is", "are"), agreed(unsettled, "sign of 1 is", f"signs of {unsettled} are")
     return (
-        f"The motion excites too little for the noise: of {counted(meant, 'base parameter')} that {are} not 0 in the robot "
-        f"file the {signs} not known. Record a motion that moves every joint, faster and farther, or a longer "
-        "one."
+        f"The motion excites too little for the noise: of {counted(meant, 'base parameter')} that {are} not 0 in the "
+        f"robot file the {signs} not known. Record a motion that moves every joint, faster and farther, or for longer."
     )

@@ -83,7 +83,7 @@ def _require_modes(robot: Robot, asked: Mapping[str, str]) -> None:
 
 
 def _how_else(asked: Mapping[str, str], there: Sequence[Mapping[str, str]]) -> str:
-    """Why modes that a robot may have are not there: the loop that does not close so, or that they do not go together."""
+    """Why modes are not there that the robot may have: a loop does not close so, or they do not go together."""
     for loop, name in asked.items():
         names = list(dict.fromkeys(branch[loop] for branch in there if loop in branch))
         if name not in names:

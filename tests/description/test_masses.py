@@ -1,4 +1,4 @@
-"""Grams where kilograms are meant are told with their place; heavy tools and foundations, and all that are shipped, not."""
+"""Grams where kilograms are meant are told with their place; heavy tools, foundations, all shipped robots are not."""
 
 from __future__ import annotations
 
