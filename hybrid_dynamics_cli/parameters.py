@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, TypeVar
@@ -125,12 +126,17 @@ def vector(name: str, text: str | None, names: Sequence[str], default: Array) ->
     parts = [part.strip() for part in text.split(",")]
     named = ["=" in part for part in parts]
     if any(named) and not all(named):
-        raise click.BadParameter(f"either all values by name, or none: '{text}'", param_hint=name)
+        bare = parts[named.index(False)]
+        alone = f"; where a word such as '{bare}' is taken, it stands alone" if bare.isidentifier() else ""
+        raise click.BadParameter(f"either all values by name, or none: '{text}'{alone}", param_hint=name)
     told: dict[int, float] = {}
     for k, part in enumerate(parts):
         key, _, term = part.rpartition("=")
         key = key.strip()
         if key and key not in names:
+            commas = _commas(text)
+            if commas:
+                raise click.BadParameter(f"'{part}'{commas}", param_hint=name)
             raise InputError(
                 f"{name}: '{key}' is not an active joint{nearest(key, names)}; they are {', '.join(names)}"
             )
@@ -138,11 +144,27 @@ def vector(name: str, text: str | None, names: Sequence[str], default: Array) ->
             told[names.index(key) if key else k] = evaluate(term, {}, known="")
         except (ValueError, ArithmeticError) as error:
             joint = f" of {names[k]}" if not key and k < len(names) else ""
-            raise click.BadParameter(f"'{part}'{joint}: {error}", param_hint=name) from error
+            raise click.BadParameter(f"'{part}'{joint}: {error}{_commas(text)}", param_hint=name) from error
     if not any(named) and len(parts) != len(names):
-        raise InputError(f"{name}: {counted(len(parts), 'value')}; expected {len(names)}, for {', '.join(names)}")
+        given = counted(len(parts), "value")
+        raise InputError(f"{name}: {given}; expected {len(names)}, for {', '.join(names)}{_commas(text)}")
     values[list(told)] = list(told.values())
     return values
+
+
+def _commas(text: str) -> str:
+    """That values are parted by commas, where blanks or semicolons part them; of no other text."""
+    parts = [part for part in re.split(r"[\s,;]+", text.strip()) if part]
+    if len(parts) == 1 + text.count(","):
+        return ""
+    try:
+        for part in parts:
+            evaluate(part.rpartition("=")[2], {}, known="")
+    except (ValueError, ArithmeticError):
+        return ""
+    named = sum("=" in part for part in parts)
+    told = f": {','.join(parts)}" if named in (0, len(parts)) else ""
+    return f"; values are parted by commas{told}"
 
 
 def pair(text: str) -> tuple[str, tuple[float, float]]:

@@ -14,6 +14,7 @@ from .closure.plan import ClosurePlan, given_posture
 from .closure.posture import Posture
 from .closure.rank import posture_of
 from .closure.step import Step
+from .description.hints import nearest, none_such
 from .description.model import Array
 from .errors import InputError
 from .programs import Model
@@ -48,6 +49,22 @@ def branch_names(plan: ClosurePlan, modes: Sequence[str]) -> Mapping[str, str]:
     return MappingProxyType({loop: "+".join(parts) for loop, parts in names.items()})
 
 
+def mode_names(plan: ClosurePlan) -> Mapping[str, tuple[str, ...]]:
+    """The modes that each loop can have; loops that close by iteration, whose modes have only numbers, are left out."""
+    numbered = {step.name for step in plan.steps if step.iterates}
+    loops = dict.fromkeys(step.name for step in plan.steps)
+    return MappingProxyType({loop: _modes_of(plan, loop) for loop in loops if loop not in numbered})
+
+
+def no_mode(loop: str, mode: str, known: Sequence[str]) -> str:
+    """That a loop has no mode of this name, and what may have been meant."""
+    return f"loop '{loop}' has no mode '{mode}'{nearest(mode, known)}; known: {', '.join(known)}"
+
+
+def _modes_of(plan: ClosurePlan, loop: str) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(mode for step in plan.steps if step.name == loop for mode in step.modes))
+
+
 def signs_of_names(plan: ClosurePlan, signs: Array, branch: Mapping[str, str]) -> Array:
     """The branch signs with some modes replaced by name; of a joined name a part is enough.
 
@@ -59,13 +76,12 @@ def signs_of_names(plan: ClosurePlan, signs: Array, branch: Mapping[str, str]) -
     loops = list(dict.fromkeys(step.name for step in plan.steps))
     for loop, name in branch.items():
         if loop not in loops:
-            raise InputError(f"branch: there is no loop '{loop}'; known: {', '.join(loops)}")
+            raise InputError(f"branch: {none_such('loop', loop, loops)}")
         steps = {k: step.modes for k, step in enumerate(plan.steps) if step.name == loop}
         for mode in name.split("+"):
             having = {k: modes.index(mode) for k, modes in steps.items() if mode in modes}
             if not having:
-                known = ", ".join(dict.fromkeys(m for modes in steps.values() for m in modes))
-                raise InputError(f"branch: loop '{loop}' has no mode '{mode}'; known: {known}")
+                raise InputError(f"branch: {no_mode(loop, mode, _modes_of(plan, loop))}")
             for k, index in having.items():
                 result[k] = 1.0 - 2.0 * index
     return result

@@ -8,6 +8,8 @@ from functools import cached_property
 from numpy.typing import ArrayLike
 
 from . import programs
+from .assembly import mode_names
+from .description.hints import none_such
 from .description.model import Array, Frame, frozen
 from .dynamics.loading import Loading
 from .dynamics.loads import Loads
@@ -32,6 +34,11 @@ class Robot(RobotActuators):
     def kernels(self) -> RobotKernels:
         """Fused calls, from active coordinates straight to a result: the fastest there is."""
         return RobotKernels(self, self._frame, self._fused_inputs, self.loads)
+
+    @cached_property
+    def mode_names(self) -> Mapping[str, tuple[str, ...]]:
+        """Names of the assembly modes of each loop; loops closed by iteration are left out: theirs are numbered."""
+        return mode_names(self._model.plan)
 
     def forward_kinematics(self, state: ClosedState, frame: str | None = None) -> Pose:
         """Pose of the end effector, or of any name in `frames`, in the base frame: (3,) and (3, 3), or (N, ...)."""
@@ -115,7 +122,7 @@ class Robot(RobotActuators):
             return self.description.frames[name]
         if name in self.description.links:
             return Frame(name)
-        raise InputError(f"there is no frame '{name}'; known: {', '.join(self.frames)}")
+        raise InputError(none_such("frame", name, self.frames))
 
     def __repr__(self) -> str:
         return f"Robot('{self.name}', active={list(self.active)}, passive={list(self.passive)})"

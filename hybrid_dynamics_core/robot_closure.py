@@ -16,7 +16,7 @@ from .closing import Closer, Start
 from .closure.mobility import find_mobility, with_mobility
 from .closure.plan import build_plan
 from .closure.reach import allowed_range
-from .description.hints import nearest
+from .description.hints import none_such
 from .description.model import Array, JointType, RobotDescription, frozen
 from .description.wording import counted
 from .errors import DescriptionError, InputError
@@ -280,8 +280,7 @@ class ClosingRobot:
         if names not in self._given_models:
             unknown = [name for name in names if name not in self.coordinates]
             if unknown:
-                hint = nearest(unknown[0], self.coordinates)
-                raise InputError(f"there is no coordinate '{unknown[0]}'{hint}; known: {', '.join(self.coordinates)}")
+                raise InputError(none_such("coordinate", unknown[0], self.coordinates))
             if len(names) != len(self.active):
                 count = len(self.active)
                 problem = f"the mechanism has {counted(count, 'degree')} of freedom; name {count}"

@@ -15,6 +15,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from std_msgs.msg import String
 
 from hybrid_dynamics_core import load
+from hybrid_dynamics_core.description.wording import one_line
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_core.export import to_urdf
 from hybrid_dynamics_ros import qos
@@ -85,7 +86,7 @@ class HybridDynamicsNode(LifecycleNode):
             runtime = Runtime(robot, self.settings)
             self._stream = Stream(self, runtime, self._throttled)
         except (HybridDynamicsError, ParameterError, ParameterException, OSError) as error:
-            return self._fail(" ".join(str(error).split()))
+            return self._fail(one_line(error))
         except Exception:  # noqa: BLE001 - rclpy would leave a fault unsaid
             return self._fail(f"fault of the node:\n{traceback.format_exc()}")
         self._runtime, self._failure = runtime, ""
@@ -178,9 +179,6 @@ class HybridDynamicsNode(LifecycleNode):
             hardware = runtime.robot.name
             counts = runtime.pipeline.counts
             entries = runtime.monitor.report(runtime.result, counts, now.nanoseconds, self.settings)
-            beyond = "" if runtime.result is None else runtime.monitor.beyond(runtime.result)
-            if beyond:
-                self._throttled.warn("limit", beyond)
         state: str = self._state_machine.current_state[1]
         name = self.get_fully_qualified_name()
         self._diagnostics.publish(diagnostic_array(name, hardware, state, entries, now.to_msg()))

@@ -80,17 +80,16 @@ class Monitor:
             entries += self._geometry(result, settings)
         return [*entries, Entry("last error", self.last_error or "none")]
 
-    def beyond(self, result: MotionResult) -> str:
-        """The joint that is farthest beyond its limit, in words; nothing where all are within."""
-        if not self._strokes.joints:
-            return ""
-        left = self._strokes.left(result.position)
-        side, k = np.unravel_index(int(np.argmin(left)), np.shape(left))
-        by = -float(left[side][k])
-        if not by > 0.0:
-            return ""
-        end, unit = ("lower", "upper")[side], self._strokes.units[k]
-        return f"{self._strokes.joints[k]} is beyond its {end} limit by {by:.4g} {unit}; it is answered"
+    def beyond(self, result: MotionResult) -> dict[str, str]:
+        """Each joint that is beyond its limit, in words."""
+        told: dict[str, str] = {}
+        if self._strokes.within(result.position):
+            return told
+        for end, left in zip(("lower", "upper"), self._strokes.left(result.position), strict=True):
+            for k in np.flatnonzero(left < 0.0).tolist():
+                name, unit = self._strokes.joints[k], self._strokes.units[k]
+                told[name] = f"{name} is beyond its {end} limit by {-left[k]:.4g} {unit}; it is answered"
+        return told
 
     def _traffic(self, counts: Counts, settings: Settings) -> list[Entry]:
         now = time.monotonic()

@@ -103,7 +103,9 @@ def _failed(error: Exception) -> int:
     """Say in one line why the node does not run; the exit code for it."""
     from rclpy.logging import get_logger  # noqa: PLC0415
 
-    get_logger("hybrid_dynamics").fatal(" ".join(str(error).split()))
+    from hybrid_dynamics_core.description.wording import one_line  # noqa: PLC0415
+
+    get_logger("hybrid_dynamics").fatal(one_line(error))
     return 1
 
 

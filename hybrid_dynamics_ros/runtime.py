@@ -10,6 +10,8 @@ import threading
 import numpy as np
 
 from hybrid_dynamics_core import Loads, Payload, Robot
+from hybrid_dynamics_core.description.hints import none_such
+from hybrid_dynamics_core.description.wording import one_line
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_ros.conditions import Change, Conditions, calibration_of, loads_of
 from hybrid_dynamics_ros.monitor import Monitor
@@ -42,7 +44,7 @@ class Runtime:
         self.robot = robot
         self.settings = settings
         measured = settings[MEASURED] or robot.active
-        _require_known("measured", measured, robot.coordinates)
+        _require_known("measured", "joint", measured, robot.coordinates)
         self.pipeline = Pipeline(robot, settings[BANDWIDTH], settings[MAX_GAP], measured)
         self.monitor = Monitor(Strokes(robot))
         self.lock = threading.RLock()  # the stream and calls that change something take turns
@@ -62,11 +64,12 @@ class Runtime:
         try:
             self._conditions(settings)
         except (HybridDynamicsError, ParameterError) as error:
-            return " ".join(str(error).split())
+            return one_line(error)
         return ""
 
     def _conditions(self, settings: Settings) -> tuple[Conditions, Loads]:
-        _require_known(PAYLOAD_FRAME.name, (settings[PAYLOAD_FRAME] or self.robot.end_effector,), self.robot.frames)
+        frame = settings[PAYLOAD_FRAME] or self.robot.end_effector
+        _require_known(PAYLOAD_FRAME.name, "frame", (frame,), self.robot.frames)
         conditions = self.conditions.with_settings(settings, self._taken, self.robot.end_effector)
         return conditions, loads_of(self.robot, conditions)
 
@@ -145,9 +148,9 @@ class Runtime:
         self.robot.reactions(state, np.zeros(state.n), loads)
 
 
-def _require_known(parameter: str, names: tuple[str, ...], known: tuple[str, ...]) -> None:
+def _require_known(parameter: str, kind: str, names: tuple[str, ...], known: tuple[str, ...]) -> None:
     for name in names:
         if name not in known:
-            raise ParameterError(f"parameter {parameter}: there is no '{name}'; known: {', '.join(known)}")
+            raise ParameterError(f"parameter {parameter}: {none_such(kind, name, known)}")
         if names.count(name) > 1:
             raise ParameterError(f"parameter {parameter}: joint '{name}' is named twice")

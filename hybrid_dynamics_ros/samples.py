@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hybrid_dynamics_core.description.hints import nearest
-from hybrid_dynamics_core.description.wording import counted
+from hybrid_dynamics_core.description.wording import counted, one_line
 from hybrid_dynamics_core.errors import ClosureError, HybridDynamicsError, InputError, SingularityError
 
 FloatArray = NDArray[np.float64]
@@ -64,7 +64,7 @@ class RejectedError(Exception):
 
 def rejection_of(error: HybridDynamicsError) -> Rejection:
     """The rejection that an error of the model means."""
-    text = " ".join(str(error).split())
+    text = one_line(error)
     if isinstance(error, ClosureError):
         return Rejection(RejectionCode.UNREACHABLE, text)
     if isinstance(error, SingularityError):
@@ -132,10 +132,18 @@ def _few(names: Sequence[str]) -> str:
     return ", ".join(names[:_TOLD]) + (", ..." if len(names) > _TOLD else "")
 
 
-def _slip(missing: Sequence[str], names: Sequence[str], active: Sequence[str]) -> str:
-    """A hint where a missing joint stands there under a name that is nearly its own."""
+def wrong_length(what: str, size: int, count: int) -> str:
+    """That an array has not one value for each joint name."""
+    rest = f"{count}, zeros for a robot at rest" if size == 0 and what in ("velocity", "acceleration") else f"{count}"
+    return f"{what} has {counted(size, 'value')} for {counted(count, 'joint name')}; expected {rest}"
+
+
+def _why_missing(missing: Sequence[str], names: Sequence[str], active: Sequence[str]) -> str:
+    """The name that is nearly that of a missing joint; where there is none, those that were given."""
     others = [name for name in names[:_LOOKED_AT] if name not in active]
-    return next((hint for name in missing[:_TOLD] if (hint := nearest(name, others))), "")
+    hints = ((name, nearest(name, missing[:_TOLD])) for name in others)
+    slip = next((f"'{name}' is none of {_few(active)}{hint}" for name, hint in hints if hint), "")
+    return slip or f"named are {_few(names)}"
 
 
 class JointOrder:
@@ -171,7 +179,7 @@ class JointOrder:
         if missing:
             raise RejectedError(
                 RejectionCode.MISSING_JOINT,
-                f"{_few(missing)} not named; named are {_few(names)}{_slip(missing, names, self._active)}",
+                f"{_few(missing)} not named; {_why_missing(missing, names, self._active)}",
             )
         doubled = [name for name in self._active if names.count(name) > 1]
         if doubled:
@@ -184,7 +192,7 @@ class JointOrder:
         if values.shape != (count,):
             raise RejectedError(
                 RejectionCode.WRONG_LENGTH,
-                f"{what} has {counted(values.size, 'value')} for {counted(count, 'joint name')}",
+                wrong_length(what, values.size, count),
             )
         picked: FloatArray = values[places]
         if not sum(map(abs, picked.tolist())) < LARGEST:  # NaN is not; in plain floats this costs least

@@ -213,6 +213,8 @@ class Stream:
         self._sent = [row for row in told if row[2] > 0.0 or (row[2] == 0.0 and row[4])]
 
     def _tell(self, result: MotionResult) -> None:
+        for joint, text in self._runtime.monitor.beyond(result).items():  # one joint must not keep back another's line
+            self._log.warn(("limit", joint), text)
         self._repeated = self._repeated + 1 if result.event is StampEvent.REPEATED else 0
         if self._repeated >= _STUCK:
             stamp = result.stamp_ns * 1e-9

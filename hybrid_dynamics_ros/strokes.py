@@ -17,6 +17,12 @@ class Strokes:
         self.joints = tuple(robot.coordinates[k] for k in self._places)
         self.units = tuple("rad" if robot.joint_types[name] == "revolute" else "m" for name in self.joints)
         self._ends = self.lower[self._places], self.upper[self._places]
+        self._rows = tuple(zip(self._places.tolist(), *(ends.tolist() for ends in self._ends), strict=True))
+
+    def within(self, s: FloatArray) -> bool:
+        """Whether all of ``joints`` of s (n_s,) are within their limits; in plain floats, as every input is asked."""
+        told = s.tolist()
+        return all(low <= told[k] <= high for k, low, high in self._rows)
 
     def left(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """To the lower and the upper end of each of ``joints`` [rad or m], (k,) or (N, k), negative beyond it."""

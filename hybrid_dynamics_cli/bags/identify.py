@@ -13,25 +13,27 @@ from typing import Any
 import click
 import numpy as np
 
-from hybrid_dynamics_cli.output import number, show, table
+from hybrid_dynamics_cli.output import WIDTH, effort_unit, number, show, table
 from hybrid_dynamics_cli.parameters import json_option
 from hybrid_dynamics_cli.writing import output_option, overwrite_option, place_for
 from hybrid_dynamics_core.description.model import Array
-from hybrid_dynamics_core.description.wording import agreed, counted
-from hybrid_dynamics_core.dynamics.parameters import Parameters
+from hybrid_dynamics_core.description.wording import agreed, counted, unit
+from hybrid_dynamics_core.dynamics.parameters import Parameters, unit_of
 from hybrid_dynamics_core.identification import TooLittleShownError
 from hybrid_dynamics_ros.offline.collect import Track, collect
-from hybrid_dynamics_ros.offline.identify import Found, asked_parameters, identify_track
+from hybrid_dynamics_ros.offline.identify import Found, LeftOut, asked_parameters, identify_track
 from hybrid_dynamics_ros.offline.process import SMOOTHINGS
 from hybrid_dynamics_ros.offline.settings import read_settings
 
 from .common import LOST, PATH, known_robot_option, params_option, span_of, span_options, tell_losses, topic_option
 
 LISTED = 8  # samples that were left out
-WIDTH = 120  # of a terminal, in characters
-ROOM = WIDTH - 4 * (12 + 2)  # for the terms of a base parameter, beside four numbers as `number` writes them
+ROOM = WIDTH - 12 - 2  # for the terms of a base parameter, where they stand beside the estimate alone
 Numbers = Mapping[str, tuple[float, ...]]  # a row of a table by name
 COLUMNS = ("estimate", "low", "high", "file")
+DEVIATIONS = (
+    "Standard deviations: of the recorded efforts, and of what robot file and estimates leave of them unexplained."
+)
 HELD = ("recorded", "left_by_file", "left_by_estimate", "explained")
 EPILOG = """\b
 Examples:
@@ -94,7 +96,8 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     asked = asked_parameters(track.robot, listed(links), track.robot.active if friction == "all" else listed(friction))
     found = identified(track, asked, hold_out)
     base, efforts = base_of(found), efforts_of(found, track)
-    show(facts(found, base, efforts, track), as_json, "\n".join(text(found, base, efforts, whole=everything)))
+    lines = text(found, base, efforts, track.robot.joint_types, whole=everything)
+    show(facts(found, base, efforts, track), as_json, "\n".join(lines))
     if place is not None:
         write_base(place, base)
     tell_losses(track.losses)
@@ -129,16 +132,17 @@ def facts(found: Found, base: Numbers, efforts: Numbers, track: Track) -> dict[s
     }
 
 
-def text(found: Found, base: Numbers, efforts: Numbers, *, whole: bool) -> list[str]:
-    """The verdict first, then what it rests on."""
-    head = ["held-out efforts", "recorded", "left by file", "left by estimate", "explained"]
-    lines = [*verdict(found, base), "", table(head, [[name, *numbers] for name, numbers in efforts.items()])]
-    lines += left_out(found, whole=whole)
+def text(found: Found, base: Numbers, efforts: Numbers, types: Mapping[str, str], *, whole: bool) -> list[str]:
+    """The verdict first, then what it rests on; `types`: of all joints."""
+    head = ["held-out efforts", "unit", "recorded", "left by file", "left by estimate", "explained"]
+    rows = [[name, effort_unit(types[name]), *numbers] for name, numbers in efforts.items()]
+    lines = [*verdict(found, base), "", *filled(DEVIATIONS), table(head, rows)]
+    lines += left_out(found, types, whole=whole)
     others = [name for name in base if name not in found.determined]
     if found.determined:
-        lines += estimates("determined", found.determined, base, whole=whole)
+        lines += estimates("determined", found.determined, base, types, whole=whole)
     if whole and others:
-        lines += estimates("not determined", others, base, whole=True)
+        lines += estimates("not determined", others, base, types, whole=True)
     return lines
 
 
@@ -169,12 +173,11 @@ def verdict(found: Found, base: Numbers) -> list[str]:
     """What could be found, and what could not."""
     others = len(base) - len(found.determined)
     lines = [worse_than_file(found)] if found.worse else determined(found, len(base))
-    ratio = ratios(found)
     with np.errstate(all="ignore"):
         share = np.floor(1e4 * np.nanmin([*found.explained, np.inf])) / 100.0  # never more than it is
     lines.append(
-        f"In the part held out the estimates explain at least {share:.2f} % of the variance of "
-        f"each effort, and leave {number(ratio.min())} to {number(ratio.max())} times what the robot file leaves."
+        f"In the part held out the estimates explain at least {share:.2f} % of the variance of each effort. What they "
+        f"leave unexplained is {compared(ratios(found))} of what the robot file leaves: below 100 % they are better."
     )
     lines.append(
         f"{counted(found.trained, 'sample')} to learn from, {found.held} held out; "
@@ -186,7 +189,18 @@ def verdict(found: Found, base: Numbers) -> list[str]:
         lines.append(
             f"The {agreed(others, 'one', f'{others}')} not determined {agreed(others, 'is', 'are')} listed with --all."
         )
-    return [textwrap.fill(line, WIDTH) for line in lines]
+    return [part for line in lines for part in filled(line)]
+
+
+def filled(line: str) -> list[str]:
+    """A sentence on as many lines as it takes."""
+    return textwrap.wrap(line, WIDTH)
+
+
+def compared(ratio: Array) -> str:
+    """`12 to 34 %`."""
+    low, high = (f"{100.0 * float(value):.4g}" for value in (ratio.min(), ratio.max()))
+    return f"{low} %" if low == high else f"{low} to {high} %"
 
 
 def ratios(found: Found) -> Array:
@@ -196,14 +210,15 @@ def ratios(found: Found) -> Array:
 
 def determined(found: Found, count: int) -> list[str]:
     """How many are determined, and what the motion is to be blamed for."""
-    lines = [
-        f"{len(found.determined)} of {count} base parameters are determined: not 0, at 95 % for all of them together."
-    ]
+    known = len(found.determined)
+    told = f"{known} of {counted(count, 'base parameter')} {agreed(known, 'is', 'are')} determined"
+    lines = [f"{told}: not 0, at 95 % for all of them together."]
     if 2 * len(found.unsettled) > len(found.meant):
         lines.append(excites_too_little(len(found.unsettled), len(found.meant)))
     elif found.unsettled:
         lines.append(
-            f"Of the {len(found.meant)} that are not 0 in the robot file, {len(found.unsettled)} are not determined."
+            f"Of the {len(found.meant)} that are not 0 in the robot file, {len(found.unsettled)} "
+            f"{agreed(len(found.unsettled), 'is', 'are')} not determined."
         )
     return lines
 
@@ -230,14 +245,21 @@ def why_left_out(found: Found) -> str:
     return ", ".join(f"{count} {what}" for count, what in told if count)
 
 
-def left_out(found: Found, *, whole: bool) -> list[str]:
+def left_out(found: Found, types: Mapping[str, str], *, whole: bool) -> list[str]:
     """A table of the samples that were left out: the first, or all."""
     if not found.left_out:
         return []
-    rows = [[f"{e.time:.3f} s", e.joint, e.what, number(e.off), stamp_word(e.late)] for e in found.left_out]
+    rows = [[f"{e.time:.3f} s", e.joint, e.what, off_word(e, types), stamp_word(e.late)] for e in found.left_out]
     most = len(rows) if whole else LISTED
     more = [f"... and {len(rows) - most} more, listed with --all"] if len(rows) > most else []
     return ["", table(["left out", "joint", "off in", "by", "stamp"], rows[:most]), *more]
+
+
+def off_word(entry: LeftOut, types: Mapping[str, str]) -> str:
+    """By how much a sample is off, `-70 N`."""
+    joint = types[entry.joint]
+    units = {"effort": effort_unit(joint), "velocity": unit(joint, "/s"), "position": unit(joint)}
+    return f"{number(entry.off)} {units[entry.what]}"
 
 
 def stamp_word(late: float) -> str:
@@ -245,14 +267,15 @@ def stamp_word(late: float) -> str:
     return "" if not math.isfinite(late) else f"{1e3 * abs(late):.3g} ms {'late' if late > 0.0 else 'early'}"
 
 
-def estimates(head: str, names: Sequence[str], base: Numbers, *, whole: bool) -> list[str]:
+def estimates(head: str, names: Sequence[str], base: Numbers, types: Mapping[str, str], *, whole: bool) -> list[str]:
     """A table of base parameters; their terms are wrapped where all are wanted, else cut."""
     rows: list[list[object]] = []
     for name in names:
         first, *more = wrapped(name) if whole else [shortened(name)]
-        rows.append([*base[name], first])
-        rows += [["", "", "", "", line] for line in more]
-    return ["", table(["estimate", "95 % from", "to", "robot file", f"base parameter, {head}"], rows)]
+        estimate, *others = base[name]
+        rows.append([estimate, unit_of(terms_of(name)[0], types), *others, first])
+        rows += [["", "", "", "", "", line] for line in more]
+    return ["", table(["estimate", "unit", "95 % from", "to", "robot file", f"base parameter, {head}"], rows)]
 
 
 def terms_of(name: str) -> list[str]:
@@ -284,8 +307,8 @@ def wrapped(name: str) -> list[str]:
 
 def excites_too_little(unsettled: int, meant: int) -> str:
     """What to do where most intervals do not even tell the sign."""
+    are, signs = agreed(meant, "is", "are"), agreed(unsettled, "sign of 1 is", f"signs of {unsettled} are")
     return (
-        f"The motion excites too little for the noise: of {meant} base parameters that are not 0 in the robot file the "
-        f"signs of {unsettled} are not known. Record a motion that moves every joint, faster and farther, or a longer "
-        "one."
+        f"The motion excites too little for the noise: of {counted(meant, 'base parameter')} that {are} not 0 in the "
+        f"robot file the {signs} not known. Record a motion that moves every joint, faster and farther, or for longer."
     )

@@ -14,12 +14,12 @@ from hybrid_dynamics_cli.output import show
 from hybrid_dynamics_cli.parameters import json_option, loaded
 from hybrid_dynamics_ros.offline.errors import BagCallError
 from hybrid_dynamics_ros.offline.many import WrongCall, run_jobs
-from hybrid_dynamics_ros.offline.mcap_write import require_new, require_replaceable
+from hybrid_dynamics_ros.offline.mcap_write import THERE, require_new, require_replaceable
 from hybrid_dynamics_ros.offline.process import SMOOTHINGS, Job, Outcome
 from hybrid_dynamics_ros.offline.settings import read_settings
 from hybrid_dynamics_ros.offline.source import bags_of
 
-from .common import FEW, LOST, PATH, params_option, robot_option, tell_losses, topic_option
+from .common import FEW, LOST, PATH, first_few, params_option, robot_option, tell_losses, topic_option
 
 EPILOG = """\b
 Examples:
@@ -73,7 +73,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     targets = [out] if single else [out / bag.stem for bag in found]
     if len(set(targets)) < len(targets):
         raise Misused("two bags have the same name; process them into different folders")
-    _require_free(out, targets, single=single, overwrite=overwrite)
+    _require_free(bags, out, targets, single=single, overwrite=overwrite)
     work = [Job(bag, to, robot, topic, smooth, keep, settings) for bag, to in zip(found, targets, strict=True)]
     results = run_jobs(work, jobs, scheduler)
     if as_json:
@@ -88,11 +88,12 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         sys.exit(LOST)
 
 
-def _require_free(out: Path, targets: Sequence[Path], *, single: bool, overwrite: bool) -> None:
+def _require_free(bags: Sequence[Path], out: Path, targets: Sequence[Path], *, single: bool, overwrite: bool) -> None:
     """Refuse to write over what is there, before anything is done."""
     if out.is_dir() and any(out.iterdir()) and _bags_in(out) == [out] and not (single and overwrite):
-        problem = "is a bag; is OUT missing?" if not single else "is a bag already; is OUT missing? Or give --overwrite"
-        raise BagCallError(f"{out}: {problem}")
+        understood = f"read as IN: {first_few([str(bag) for bag in bags])}, as OUT: {out}; is OUT missing?"
+        what = THERE if single else "is a bag, and expected is a folder for the new bags"
+        raise BagCallError(f"{out}: {what} ({understood})")
     for target in targets:
         (require_replaceable if overwrite else require_new)(target)
 

@@ -21,6 +21,7 @@ FORMS: dict[str, Callable[[Robot], str]] = {
     "mjcf": to_mjcf,
     "sdf": to_sdf,
 }
+TITLES = {"urdf": "URDF", "urdf+": "URDF+", "mjcf": "MJCF", "sdf": "SDFormat", PAIR: "pairs of frames"}
 
 EPILOG = """\b
 Examples:
@@ -52,8 +53,8 @@ def command(robot: str, form: str, output: str | None, overwrite: bool) -> None:
         return
     texts = _pair(machine, output) if output is None or form == PAIR else {output_path(output): FORMS[form](machine)}
     write_files(texts, machine.description, overwrite)
-    for path in texts:
-        click.echo(f"written: {path}")
+    for path, title in zip(texts, (TITLES[form], TITLES["urdf"]), strict=False):  # beside the pairs stands a URDF
+        click.echo(f"written: {path} ({title})")
 
 
 def _pair(robot: Robot, output: str | None) -> dict[Path, str]:

@@ -16,6 +16,7 @@ from .effects import JointEffect, Payload, check_effects, read_effects, read_pay
 from .geometry import TRIANGLE_SLACK, Transform, rotation_about
 from .inertia import read_inertia
 from .lengths import doubt_lengths
+from .masses import doubt_masses
 from .model import Array, Closure, Frame, Joint, Link, Loop, Mimic, RobotDescription, frozen
 from .places import Places
 from .values import Numbers
@@ -65,6 +66,7 @@ class _Builder:
             actuators=read_actuators(data.get("actuators", {}), data["joints"], numbers.number, self.document.error),
         )
         doubt_lengths(self.document, told)
+        doubt_masses(self.document, numbers, self.places, told.base)
         doubts = tuple(self.document.doubts)  # known when everything is read
         return replace(told, notes=(*self.document.notes, *doubts), doubts=doubts)
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from .document import Document, Path_
-from .hints import meant, nearest
+from .hints import meant, nearest, none_such
 from .model import RobotDescription
 from .wording import unit
 
@@ -69,8 +69,7 @@ class _Names:
     def _require(self, name: str, known: Iterable[str], path: Path_, kind: str) -> None:
         known = list(known)
         if name not in known:
-            told = ", ".join(known[:40]) + (", ..." if len(known) > 40 else "")
-            raise self.document.error(path, f"there is no {kind} '{name}'{nearest(name, known)}; known: {told}")
+            raise self.document.error(path, none_such(kind, name, known))
 
     def _frames(self) -> None:
         for name, frame in self.frames.items():

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .document import Document, Path_
-from .hints import nearest
+from .hints import none_such
 from .model import Loop, RobotDescription
 
 
@@ -38,7 +38,7 @@ def check_loop_names(document: Document) -> None:
             path: Path_ = ("loops", name, role)
             link = entry[role]
             if link not in known:
-                problem = f"there is no link '{link}'{nearest(link, known)}; known: {', '.join(known)}"
+                problem = none_such("link", link, known)
                 raise document.error(path, problem)
             other = next(r for r in ROLES if entry[r] == link)
             if other != role:

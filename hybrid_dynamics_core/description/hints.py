@@ -7,6 +7,7 @@ import unicodedata
 from collections.abc import Iterable
 
 FEW = 3  # doubts that are told with an error
+MANY = 40  # names that are told
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
@@ -21,6 +22,13 @@ def nearest(name: str, known: Iterable[str]) -> str:
 def meant(word: str) -> str:
     """The one form of a hint at what was meant."""
     return f" (did you mean '{word}'?)"
+
+
+def none_such(kind: str, name: str, known: Iterable[str]) -> str:
+    """That there is no frame, loop or whatever of this name, what may have been meant, and which there are."""
+    names = list(known)
+    told = (", ".join(names[:MANY]) or "none") + (", ..." if len(names) > MANY else "")
+    return f"there is no {kind} '{name}'{nearest(name, names)}; known: {told}"
 
 
 def with_doubts(problem: str, doubts: Iterable[str]) -> str:

@@ -12,8 +12,9 @@ import jsonschema
 from jsonschema.exceptions import best_match
 
 from .document import Document, Path_
+from .examples import example
 from .hints import meant, nearest, plain
-from .wording import counted
+from .wording import agreed, counted
 
 
 @cache
@@ -78,7 +79,8 @@ def _words(error: Any, extra: str | None) -> str:
     told = error.absolute_path and "description" in error.schema
     hint = f" ({error.schema['description']})" if told else ""
     say = _SAY.get(error.validator, lambda e: f"is {_short(e.instance)}; expected something else: {e.message}")
-    return say(error) + hint
+    shown = example(tuple(error.absolute_path), error.instance) if error.validator == "type" else ""
+    return say(error) + hint + shown
 
 
 def _say_missing(error: Any) -> str:
@@ -99,6 +101,13 @@ def _say_size(error: Any) -> str:
     return f"has {counted(len(error.instance), 'entry', 'entries')}; expected {wanted}{hint}"
 
 
+def _say_beside(error: Any) -> str:
+    given = [key for key in error.schema["dependentRequired"] if key in error.instance]
+    wanted = {other for key in given for other in error.schema["dependentRequired"][key]} - {*error.instance}
+    told, verb, them = " and ".join(given), agreed(len(given), "needs", "need"), agreed(len(given), "it", "them")
+    return f"{told} {verb} {', '.join(repr(key) for key in sorted(wanted))} beside {them}"
+
+
 def _say_choice(error: Any) -> str:
     known = [str(choice) for choice in error.schema["enum"]]
     hint = nearest(error.instance, known) if isinstance(error.instance, str) else ""
@@ -112,7 +121,7 @@ _SAY: dict[str, Callable[[Any], str]] = {
     "maxItems": _say_size,
     "minProperties": _say_size,
     "maxProperties": _say_size,
-    "dependentRequired": lambda _: "needs 'mass' beside it",
+    "dependentRequired": _say_beside,
     "enum": _say_choice,
     "const": lambda e: f"is {e.instance!r}; expected {e.schema['const']!r}",
     "not": lambda e: f"has keys that exclude each other: {', '.join(e.instance)}",

@@ -8,6 +8,15 @@ def counted(count: int, what: str, more: str = "") -> str:
     return f"{count} {agreed(count, what, more or what + 's')}"
 
 
+def one_line(text: object) -> str:
+    """A message of several lines in one: lines are parted as sentences are."""
+    lines = [" ".join(line.split()) for line in str(text).splitlines()]
+    whole = ""
+    for line in filter(None, lines):
+        whole += (" " if whole.endswith((".", ":", ";", ",")) else "; ") + line if whole else line
+    return whole
+
+
 def unit(joint_type: str, rate: str = "") -> str:
     """Unit of a joint's coordinate, or with `rate` of its rates: `/s`, `/s^2`."""
     return ("rad" if joint_type == "revolute" else "m") + rate

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..description.effects import effects_of
+from ..description.hints import none_such
 from ..description.model import Array, Link, RobotDescription, frozen
 from ..errors import InputError
 from .load_inputs import inertial_vector
@@ -61,14 +62,27 @@ class Parameters:
         for link in self.links:
             moving = [name for name in description.links if name != description.base]
             if link not in moving:
-                raise InputError(f"there is no moving link '{link}'; known: {', '.join(moving)}")
+                raise InputError(none_such("moving link", link, moving))
         for kind in JOINT_KINDS:
             for joint in getattr(self, kind):
                 if joint not in description.joints:
-                    raise InputError(f"there is no joint '{joint}'; known: {', '.join(description.joints)}")
+                    raise InputError(none_such("joint", joint, description.joints))
 
 
 JOINT_KINDS = ("viscous", "coulomb", "armature")
+_UNITS = {  # of a revolute joint, and of a prismatic one
+    "viscous": ("N m s/rad", "N s/m"),
+    "coulomb": ("N m", "N"),
+    "armature": ("kg m^2", "kg"),
+}
+
+
+def unit_of(name: str, joint_types: Mapping[str, str]) -> str:
+    """Unit of a parameter by its name, such as 'l2.mx', and of a combination that it leads."""
+    joint, _, part = name.rpartition(".")
+    if part in _UNITS:
+        return _UNITS[part][joint_types[joint] != "revolute"]
+    return "kg" if part == "m" else "kg m" if part.startswith("m") else "kg m^2"
 
 
 def described_parameters(description: RobotDescription, friction: Sequence[str] = ()) -> Parameters:

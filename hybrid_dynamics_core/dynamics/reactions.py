@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.hints import nearest
+from ..description.hints import none_such
 from ..description.model import Array, Closure, Picklable
 from ..errors import UnknownNameError
 from ..mechanism.tree import Tree
@@ -70,9 +70,7 @@ class Named(dict[str, T]):
         self.kind = kind
 
     def __missing__(self, name: object) -> T:
-        raise UnknownNameError(
-            f"there is no {self.kind} '{name}'{nearest(str(name), self)}; known: {', '.join(self) or 'none'}"
-        )
+        raise UnknownNameError(none_such(self.kind, str(name), self))
 
 
 @dataclass(frozen=True, eq=False)

@@ -170,18 +170,22 @@ def _in_loops(robot: RobotDescription) -> set[str]:
 
 
 def _check_names(robot: RobotDescription) -> None:
-    names = [
-        *robot.links,
-        *robot.joints,
-        *(c.name for c in robot.closures),
-        *(name for name, _ in shapes.frames(robot)),
-    ]
-    for name in names:
+    kinds: dict[str, list[str]] = {}
+    for kind, names in (
+        ("link", robot.links),
+        ("joint", robot.joints),
+        ("closure", [closure.name for closure in robot.closures]),
+        ("frame", [name for name, _ in shapes.frames(robot)]),
+    ):
+        for name in names:
+            kinds.setdefault(name, []).append(kind)
+    for name in kinds:
         if (name == WORLD and name != robot.base) or (name.startswith("__") and name.endswith("__")):
             raise InputError(f"'{name}' is a name that SDFormat keeps for itself; rename it in the robot")
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
-        raise InputError(f"'{twice}' names two things, which SDFormat refuses; rename one of them in the robot")
+    for name, (kind, *others) in kinds.items():
+        if others:
+            told = f"'{name}' names two things, a {kind} and a {others[0]}, which SDFormat refuses"
+            raise InputError(f"{told}; rename one of them in the robot")
 
 
 def _placed(joint: Joint, value: float) -> Transform:

@@ -40,6 +40,7 @@ from hybrid_dynamics_ros.offline.mcap_file import (
 )
 from hybrid_dynamics_ros.offline.source import Topic
 
+THERE: Final = "there is a bag already; name a new folder, or give --overwrite"
 _QUEUED: Final = 4  # chunks that wait to be made and written
 
 
@@ -225,7 +226,7 @@ def require_new(path: Path) -> None:
     """
     require_replaceable(path)
     if path.exists() and any(path.iterdir()):
-        raise BagCallError(f"{path}: there is a bag already; name a new folder, or give --overwrite")
+        raise BagCallError(f"{path}: {THERE}")
 
 
 def _definition(topic: Topic) -> str:

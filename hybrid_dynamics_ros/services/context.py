@@ -48,14 +48,18 @@ class Context:
         """The loops closed as the stream closes them. Raises StateError as `robot.close` does."""
         return self.robot.close(u, du, near=self.situation.conditions.mode)
 
-    def newest(self) -> FloatArray:
+    def newest(self, otherwise: str = "") -> FloatArray:
         """Active joints at the newest input (n,) [rad or m].
+
+        Args:
+            otherwise: what else than sending joint states the caller can do.
 
         Raises:
             RejectedError: there was none.
         """
         if self.situation.newest is None:
-            raise RejectedError(RejectionCode.NOT_READY, "no input has come yet: send joint states, or name the joints")
+            text = f"no input has come yet: send joint states to ~/active_joint_states{otherwise}"
+            raise RejectedError(RejectionCode.NOT_READY, text)
         return self.situation.newest
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from hybrid_dynamics_msgs.srv import ForwardDynamics, InverseDynamics, MinimalForm, SetPayload
 from std_msgs.msg import Header
 
-from hybrid_dynamics_core.description.wording import counted
+from hybrid_dynamics_core.description.wording import one_line
 from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_ros import conversions
 from hybrid_dynamics_ros.conditions import Mass, NewPayload, loads_of
-from hybrid_dynamics_ros.samples import JointOrder, JointSample, RejectedError, RejectionCode
+from hybrid_dynamics_ros.samples import JointOrder, JointSample, RejectedError, RejectionCode, wrong_length
 from hybrid_dynamics_ros.services.context import Context, require_finite
 from hybrid_dynamics_ros.services.kinematics import require_frames
 
@@ -38,7 +38,7 @@ def forward_dynamics(context: Context, request: ForwardDynamics.Request, respons
     if efforts.size != len(given.name):
         raise RejectedError(
             RejectionCode.WRONG_LENGTH,
-            f"effort has {counted(efforts.size, 'value')} for {counted(len(given.name), 'joint name')}",
+            wrong_length("effort", efforts.size, len(given.name)),
         )
     tau = order.arrange(JointSample(0, given.name, efforts)).position
     state = context.close(motion.position, motion.velocity)
@@ -76,5 +76,5 @@ def set_payload(context: Context, request: SetPayload.Request, _response: SetPay
     try:
         loads_of(context.robot, change.applied(context.situation.conditions))
     except InputError as error:
-        raise RejectedError(RejectionCode.BAD_REQUEST, " ".join(str(error).split())) from error
+        raise RejectedError(RejectionCode.BAD_REQUEST, one_line(error)) from error
     return change

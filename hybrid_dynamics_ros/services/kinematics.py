@@ -12,6 +12,8 @@ from hybrid_dynamics_msgs.srv import CloseLoops, ComputeJacobian, SolveFK, Solve
 from std_msgs.msg import Header
 
 from hybrid_dynamics_core import IKStatus, Pose, Robot
+from hybrid_dynamics_core.description.hints import none_such
+from hybrid_dynamics_core.description.wording import one_line
 from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_ros import conversions, outputs
 from hybrid_dynamics_ros.samples import FloatArray, JointOrder, RejectedError, RejectionCode
@@ -61,7 +63,7 @@ def solve_ik(context: Context, request: SolveIK.Request, response: SolveIK.Respo
         response.branches = [str(mode) for mode in result.branch.values()]
     if result.status is not IKStatus.SOLVED or state is None:
         response.error_code = IK_CODES.get(result.status, ErrorCode.SINGULAR)
-        response.error_text = " ".join(result.message.split())
+        response.error_text = one_line(result.message)
         response.residual = float(result.residual) if math.isfinite(result.residual) else math.nan
         return
     require_finite(state.s)
@@ -102,7 +104,7 @@ def close_loops(context: Context, request: CloseLoops.Request, response: CloseLo
     try:
         state = robot.close_given(values or {}, rates, accelerations, near=near)
     except InputError as error:
-        raise RejectedError(RejectionCode.BAD_REQUEST, " ".join(str(error).split())) from error
+        raise RejectedError(RejectionCode.BAD_REQUEST, one_line(error)) from error
     dds = state.dds if state.dds is not None else np.full_like(state.s, np.nan)
     require_finite(state.s, state.ds, dds)
     header = Header(stamp=given.header.stamp)
@@ -132,5 +134,4 @@ def require_frames(robot: Robot, *frames: str) -> None:
     """
     for frame in frames:
         if frame not in robot.frames:
-            text = f"there is no frame '{frame}'; known: {', '.join(robot.frames)}"
-            raise RejectedError(RejectionCode.BAD_REQUEST, text)
+            raise RejectedError(RejectionCode.BAD_REQUEST, none_such("frame", frame, robot.frames))

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 from hybrid_dynamics_msgs.msg import AssemblyMode
 from hybrid_dynamics_msgs.srv import DescribeRobot, ListAssemblyModes, SwitchAssemblyMode
 from std_msgs.msg import Header
 
 from hybrid_dynamics_core import ClosedState, HybridDynamicsError, Robot
-from hybrid_dynamics_core.description.wording import counted
+from hybrid_dynamics_core.assembly import no_mode
+from hybrid_dynamics_core.description.hints import nearest, none_such
+from hybrid_dynamics_core.description.wording import counted, one_line
 from hybrid_dynamics_ros import conversions
 from hybrid_dynamics_ros.conditions import NewMode
 from hybrid_dynamics_ros.samples import FloatArray, JointOrder, RejectedError, RejectionCode
 from hybrid_dynamics_ros.services.context import Context
 from hybrid_dynamics_ros.strokes import joint_limits
 
+_TOLD = 12  # modes of a loop in a message
 _SAME = 1e-6  # [rad or m] configurations nearer than this are one
 
 
@@ -25,7 +30,10 @@ def list_assembly_modes(
     robot = context.robot
     given = request.active_joints
     newest = not given.name and not given.position
-    u = context.newest() if newest else JointOrder(robot.active).arrange(conversions.sample_of_state(given)).position
+    if newest:
+        u = context.newest(", or name the active joints in the call")
+    else:
+        u = JointOrder(robot.active).arrange(conversions.sample_of_state(given)).position
     modes = robot.assembly_modes(u)
     if not modes:
         raise RejectedError(RejectionCode.UNREACHABLE, _why_not(context, u))
@@ -47,19 +55,44 @@ def switch_assembly_mode(
         given = f"{counted(len(request.loops), 'loop')} and {counted(len(request.branches), 'branch', 'branches')}"
         text = f"{given}; expected one branch for each loop"
         raise RejectedError(RejectionCode.WRONG_LENGTH, text)
-    robot, u = context.robot, context.newest()
-    unknown = [loop for loop in request.loops if loop not in robot.loops]
-    if unknown:
-        text = f"there is no loop '{unknown[0]}'; known: {', '.join(robot.loops)}"
-        raise RejectedError(RejectionCode.BAD_REQUEST, text)
-    wanted = {**context.close(u).branch, **dict(zip(request.loops, request.branches, strict=True))}
+    robot, asked = context.robot, dict(zip(request.loops, request.branches, strict=True))
+    _require_modes(robot, asked)
+    u = context.newest(", which say where the robot stands; the assembly modes to begin with stand in the robot file")
+    wanted = {**context.close(u).branch, **asked}
     modes = robot.assembly_modes(u)
     chosen = next((mode.state for mode in modes if dict(mode.branch) == wanted), None)
     if chosen is None:
-        there = "; ".join(", ".join(f"{loop}: {name}" for loop, name in mode.branch.items()) for mode in modes)
-        raise RejectedError(RejectionCode.BAD_REQUEST, f"the loops do not close so here; they close as {there}")
+        raise RejectedError(RejectionCode.BAD_REQUEST, _how_else(asked, [mode.branch for mode in modes]))
     response.mode = _message(robot, chosen)
     return NewMode(chosen)
+
+
+def _require_modes(robot: Robot, asked: Mapping[str, str]) -> None:
+    """Refuse loops that the robot has not, and modes that a loop has nowhere.
+
+    Raises:
+        RejectedError: it has not this one.
+    """
+    for loop, name in asked.items():
+        if loop not in robot.loops:
+            raise RejectedError(RejectionCode.BAD_REQUEST, none_such("loop", loop, robot.loops))
+        known = robot.mode_names.get(loop)
+        slips = [] if known is None else [part for part in name.split("+") if part not in known]
+        if known and slips:
+            raise RejectedError(RejectionCode.BAD_REQUEST, no_mode(loop, slips[0], known))
+
+
+def _how_else(asked: Mapping[str, str], there: Sequence[Mapping[str, str]]) -> str:
+    """Why modes are not there that the robot may have: a loop does not close so, or they do not go together."""
+    for loop, name in asked.items():
+        names = list(dict.fromkeys(branch[loop] for branch in there if loop in branch))
+        if name not in names:
+            told = ", ".join(names[:_TOLD]) or "in no way"
+            return f"loop '{loop}' does not close as '{name}' here{nearest(name, names)}; it closes as {told}"
+    return (
+        f"the loops close in {counted(len(there), 'way')} here, and so together in none of them; list_assembly_modes "
+        "lists them"
+    )
 
 
 def describe_robot(context: Context, _request: DescribeRobot.Request, response: DescribeRobot.Response) -> None:
@@ -97,5 +130,5 @@ def _why_not(context: Context, u: FloatArray) -> str:
     try:
         context.robot.close(u)
     except HybridDynamicsError as error:
-        return " ".join(str(error).split())
+        return one_line(error)
     return "the loops close in no way"

@@ -157,5 +157,7 @@ def test_what_is_no_motion_is_told_and_the_rest_is_there(forging, tmp_path):
     (lost,) = outcome.losses
     assert "message 3" in lost
     assert "no JointMotion" in lost
-    assert outcome.rejections == {"wrong length": "velocity has 0 values for 4 joint names"}
+    assert outcome.rejections == {
+        "wrong length": "velocity has 0 values for 4 joint names; expected 4, zeros for a robot at rest"
+    }
     assert outcome.summary == "29 received, 28 accepted, 28 with efforts, 1 rejected: wrong length"

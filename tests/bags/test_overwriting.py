@@ -87,4 +87,9 @@ def test_a_bag_is_replaced_where_that_is_said(folder: Path) -> None:
 @pytest.mark.usefixtures("folder")
 def test_a_forgotten_out_is_told() -> None:
     done = call(*PROCESS, "a", "b")
-    assert "is OUT missing?" in done.output
+    words = " ".join(done.output.split())
+    assert "b: there is a bag already; name a new folder, or give --overwrite" in words
+    assert "(read as IN: a, as OUT: b; is OUT missing?)" in words
+    assert call(*MAKE, "c").exit_code == 0
+    words = " ".join(call(*PROCESS, "a", "c", "b").output.split())
+    assert "b: is a bag, and expected is a folder for the new bags (read as IN: a, c, as OUT: b; is OUT miss" in words

@@ -142,7 +142,9 @@ def test_a_late_stamp_spoils_neither_efforts_nor_estimates_and_is_named(tmp_path
     assert first["time"] == 0.0
     assert first["what"] in ("position", "velocity")
     assert first["late"] == pytest.approx(0.046, abs=0.002)
-    assert re.search(r"0\.000 s +\w+ +(position|velocity) +-?[\d.]+ +4[4-8][\d.]* ms late", printed("identify", path))
+    assert re.search(
+        r"0\.000 s +\w+ +(position|velocity) +-?[\d.]+ (rad|m)(/s)? +4[4-8][\d.]* ms late", printed("identify", path)
+    )
     outcome = process(Job(path, tmp_path / "out", ROBOT, smooth="spline"))
     assert len(outcome.strays) == 1
     assert "ms late" in printed("process", path, tmp_path / "again", "--robot", ROBOT, "--smooth", "spline")

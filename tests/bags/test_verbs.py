@@ -199,7 +199,7 @@ def test_identification_tells_what_is_determined_on_lines_that_fit(tmp_path):
     assert 5 < len(determined) < len(base) - 5
     said = output("identify", tmp_path / "rec")
     every = output("identify", tmp_path / "rec", "--all")
-    assert max(map(len, (*said.splitlines(), *every.splitlines()))) <= 120
+    assert max(map(len, (*said.splitlines(), *every.splitlines()))) <= 80
     for text in (said, every):
         assert text.startswith(f"{len(determined)} of {len(base)} base parameters are determined")
     leads = {name: re.split(r" (?=[+-] )", name)[0] for name in base}  # of two combinations no two begin alike

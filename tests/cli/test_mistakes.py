@@ -106,6 +106,15 @@ def flat(result: Answer) -> str:
         (("fk", "excavator", "-u", "q12=70mm"), "'70mm' has a unit; units are fixed: m, kg, s, N, rad (30*deg)"),
         (("fk", "excavator", "-u", "q12=0.7 m"), "'0.7 m' has a unit; units are fixed"),
         (("fk", "excavator", "-u", "q12=much"), "'much' is not a number, pi or deg"),
+        (
+            ("fk", "five_bar", "-u", "0 -0.06*pi"),
+            "-u: 1 value; expected 3, for q_L, q_R, q_T; values are parted by commas: 0,-0.06*pi",
+        ),
+        (("fk", "five_bar", "-u", "0.1 2"), "deg); values are parted by commas: 0.1,2"),
+        (("fk", "five_bar", "-u", "0.1;2"), "deg); values are parted by commas: 0.1,2"),
+        (("fk", "excavator", "-u", "q1=1 q12=2"), "'q1=1 q12=2'; values are parted by commas: q1=1,q12=2"),
+        (("simulate", "excavator", "--tau", "weight,q22=2100"), "a word such as 'weight' is taken, it stands alone"),
+        (("fk", "excavator", "-u", "q12=1;2"), "numbers, pi and deg); values are parted by commas"),
         (("fk", "excavator", "-u", "q12=1;2"), "neither a number nor an expression (+ - * / over numbers, pi and deg)"),
     ],
 )

@@ -72,6 +72,30 @@ CASES = {
     "actuated is active": ("active: [q1,", "actuated: [q1,", "actuated", "did you mean 'active'"),
     "a closure among the loops": ("type: A, base: l1", "kind: planar, base: l1", "loops.theta_1.kind", "'closures'"),
     "no sign before pi": ("L1: 0.7", "L1: 0.7pi", "parameters.L1", "did you mean '0.7*pi'"),
+    "gravity as a number": (
+        "gravity: [0, 0, -9.81]",
+        "gravity: 9.81",
+        "gravity",
+        "a list; as in gravity: [0, 0, -9.81]",
+    ),
+    "end effector as a name": (
+        "end_effector: {link: l4",
+        "end_effector: l4 #",
+        "end_effector",
+        "is 'l4'; expected a mapping; as in end_effector: {link: l4}",
+    ),
+    "com as an expression": (
+        "com: [L11/2, 0, 0]",
+        "com: L11/2",
+        "links.l11.com",
+        "is 'L11/2'; expected a list; as in com: [L11/2, 0, 0]",
+    ),
+    "place on a link as a number": (
+        "pin: {l31: [L2, 0, 0]",
+        "pin: {l31: 0.71",
+        "loops.theta_3.pin.l31",
+        "is 0.71; expected a list; as in l31: [0.71, 0, 0]",
+    ),
     "other format": ("format: 1", "format: 2", "format", "expected 1"),
 }
 

@@ -112,8 +112,10 @@ def test_impossible_inertia(entry: str, key: str, words: str) -> None:
 
 
 def test_inertia_without_mass() -> None:
-    with pytest.raises(DescriptionError, match="needs 'mass' beside it"):
+    with pytest.raises(DescriptionError, match=r"links\.l1: inertia needs 'mass' beside it"):
         body("{inertia: {sphere: {radius: 1}}}")
+    with pytest.raises(DescriptionError, match=r"links\.l1: com and inertia need 'mass' beside them"):
+        body("{com: [0, 0, 0], inertia: {sphere: {radius: 1}}}")
     with pytest.raises(DescriptionError, match="has an inertia but no mass"):
         body("{mass: 0, inertia: {xx: 1, yy: 1}}")
 

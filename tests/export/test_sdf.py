@@ -272,3 +272,12 @@ def test_names_that_the_format_keeps_are_refused() -> None:
     )
     with pytest.raises(InputError, match="'world' is a name that SDFormat keeps for itself"):
         to_sdf(Robot(parse_description(text)))
+
+
+def test_a_name_of_two_things_is_refused_with_both() -> None:
+    text = "format: 1\nname: r\nlinks: {base: {}, crank: {mass: 1}}\n"
+    text += "joints: {crank: {type: revolute, parent: base, child: crank, axis: z}}\nactive: [crank]\n"
+    text += "end_effector: {link: crank}\n"
+    said = "'crank' names two things, a link and a joint, which SDFormat refuses; rename one of them in the robot"
+    with pytest.raises(InputError, match=said):
+        to_sdf(Robot(parse_description(text)))

@@ -261,8 +261,11 @@ def test_a_joint_beyond_its_limit_is_logged_and_answered(start_node, connect, tm
     robots = resources.files("hybrid_dynamics_core").joinpath("robots")
     text = robots.joinpath("forging_chu2020.yaml").read_text(encoding="utf-8")
     own = "q1:  {type: revolute, parent: base, child: l1, axis: z"
+    tool = "q4:  {type: revolute, parent: l42, child: l4, origin: {xyz: [L42, 0, 0]}, axis: x"
     assert own in text
-    (tmp_path / "limited.yaml").write_text(text.replace(own, f"{own}, limits: [-1, 1]"), encoding="utf-8")
+    assert tool in text
+    text = text.replace(own, f"{own}, limits: [-1, 1]").replace(tool, f"{tool}, limits: [-1, 1]")
+    (tmp_path / "limited.yaml").write_text(text, encoding="utf-8")
     node = start_node("-p", f"robot:={tmp_path / 'limited.yaml'}")
     node.wait_for(READY)
     client = connect()
@@ -272,3 +275,10 @@ def test_a_joint_beyond_its_limit_is_logged_and_answered(start_node, connect, tm
     client.publish("active_joint_states", message, stamp)
     client.wait_for("joint_states", stamp)
     node.wait_for("q1 is beyond its upper limit by 0.5 rad; it is answered")
+    message.position[list(message.name).index("q1")] = 0.0
+    message.position[list(message.name).index("q4")] = 90.0  # at once, and for one input alone
+    client.publish("active_joint_states", message, client.new_stamp(0.05))
+    message.position[list(message.name).index("q4")] = 0.0
+    time.sleep(0.1)
+    client.publish("active_joint_states", message, client.new_stamp(0.05))
+    node.wait_for("q4 is beyond its upper limit by 89 rad; it is answered")

@@ -162,13 +162,16 @@ def test_a_joint_beyond_its_limit_is_told(robot):
     name = "q12"
     k = robot.coordinates.index(name)
     far[k] = strokes.upper[k] + 0.25
-    assert monitor.beyond(dataclasses.replace(result, position=far)).startswith(
-        f"{name} is beyond its upper limit by 0.25 m;"
-    )
+    told = {name: f"{name} is beyond its upper limit by 0.25 m; it is answered"}
+    assert monitor.beyond(dataclasses.replace(result, position=far)) == told
     far[k] = strokes.lower[k] - 0.5
-    assert monitor.beyond(dataclasses.replace(result, position=far)).startswith(
-        f"{name} is beyond its lower limit by 0.5 m;"
-    )
+    other = robot.coordinates.index("q22")
+    far[other] = strokes.upper[other] + 0.1
+    told = {
+        name: f"{name} is beyond its lower limit by 0.5 m; it is answered",
+        "q22": "q22 is beyond its upper limit by 0.1 m; it is answered",
+    }
+    assert monitor.beyond(dataclasses.replace(result, position=far)) == told
 
 
 @pytest.mark.parametrize(("rate", "wanted"), [(0.0, 1000), (-1.0, 0), (100.0, 100), (300.0, 300), (1e5, 1000)])

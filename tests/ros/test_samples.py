@@ -122,5 +122,8 @@ def test_many_messages_without_a_gap_are_due_as_one_after_the_other(rate, jitter
 
 def test_a_joint_under_nearly_its_name_is_pointed_at():
     order = JointOrder(("slew", "motor", "tilt"))
-    with pytest.raises(RejectedError, match=r"motor not named; named are slew, motr, tilt \(did you mean 'motr'\?\)"):
+    said = r"motor not named; 'motr' is none of slew, motor, tilt \(did you mean 'motor'\?\)$"
+    with pytest.raises(RejectedError, match=said):
         order.arrange(sample(["slew", "motr", "tilt"]))
+    with pytest.raises(RejectedError, match=r"motor not named; named are slew, camera, tilt$"):
+        order.arrange(sample(["slew", "camera", "tilt"]))

@@ -5,16 +5,17 @@ import dataclasses
 import numpy as np
 import pytest
 from hybrid_dynamics_msgs.msg import ErrorCode
-from hybrid_dynamics_msgs.srv import InverseDynamics, SolveFK, SolveIK
+from hybrid_dynamics_msgs.srv import InverseDynamics, ListAssemblyModes, SolveFK, SolveIK, SwitchAssemblyMode
 from sensor_msgs.msg import JointState
 
-from hybrid_dynamics_core import IKStatus
+from hybrid_dynamics_core import IKStatus, load
 from hybrid_dynamics_core.errors import ClosureError, HybridDynamicsError, InputError, SingularityError
 from hybrid_dynamics_ros.samples import RejectedError, RejectionCode
 from hybrid_dynamics_ros.services.answers import guarded
-from hybrid_dynamics_ros.services.context import Context
+from hybrid_dynamics_ros.services.context import Context, Situation
 from hybrid_dynamics_ros.services.dynamics import inverse_dynamics
 from hybrid_dynamics_ros.services.kinematics import IK_CODES, solve_fk, solve_ik
+from hybrid_dynamics_ros.services.modes import list_assembly_modes, switch_assembly_mode
 from hybrid_dynamics_ros.services.table import TABLE
 
 ACTIVE = ["q1", "q12", "q22", "q4"]
@@ -132,3 +133,57 @@ def test_quaternions_near_unit_length_are_taken(robot):
     response, _ = guarded(solve_ik, Context(robot), request, SolveIK.Response())
     assert response.error_code == ErrorCode.OK, response.error_text
     np.testing.assert_allclose(response.solution.position[:4], POSITION, atol=1e-9)
+
+
+@pytest.mark.parametrize("newest", [None, np.array(POSITION)])
+@pytest.mark.parametrize(
+    ("loop", "mode", "said"),
+    [
+        ("theta_11", "clockwise", "there is no loop 'theta_11' (did you mean 'theta_1'?); known: theta_1, theta_2, "),
+        (
+            "theta_1",
+            "clockwis",
+            "loop 'theta_1' has no mode 'clockwis' (did you mean 'clockwise'?); known: counterclockwise, clockwise",
+        ),
+        ("theta_3", "clockwise", "loop 'theta_3' has no mode 'clockwise'; known: parallelogram"),
+    ],
+)
+def test_unknown_loops_and_modes_are_told_before_all_else(robot, newest, loop, mode, said):
+    request = SwitchAssemblyMode.Request(loops=[loop], branches=[mode])
+    response, change = guarded(
+        switch_assembly_mode, Context(robot, Situation(newest=newest)), request, SwitchAssemblyMode.Response()
+    )
+    assert (response.error_code, change) == (ErrorCode.BAD_INPUT, None)
+    assert response.error_text.startswith(said)
+
+
+def test_a_mode_that_a_loop_may_have_and_has_not_here_is_told_with_those_it_has():
+    """The platform closes by iteration, so that its modes have numbers: which there are depends on the place."""
+    gough = load("gough")
+    request = SwitchAssemblyMode.Request(loops=[gough.loops[0]], branches=["mode_999"])
+    context = Context(gough, Situation(newest=gough.reference))
+    response, _ = guarded(switch_assembly_mode, context, request, SwitchAssemblyMode.Response())
+    said = f"loop '{gough.loops[0]}' does not close as 'mode_999' here (did you mean 'mode_"
+    assert response.error_text.startswith(said)
+
+
+def test_before_any_input_each_service_says_what_can_be_done_there(robot):
+    request = SwitchAssemblyMode.Request(loops=["theta_1"], branches=["clockwise"])
+    switched, _ = guarded(switch_assembly_mode, Context(robot), request, SwitchAssemblyMode.Response())
+    listed, _ = guarded(list_assembly_modes, Context(robot), ListAssemblyModes.Request(), ListAssemblyModes.Response())
+    assert switched.error_code == listed.error_code == ErrorCode.NOT_READY
+    assert switched.error_text == (
+        "no input has come yet: send joint states to ~/active_joint_states, which say where the robot stands; "
+        "the assembly modes to begin with stand in the robot file"
+    )
+    assert listed.error_text.endswith(
+        "send joint states to ~/active_joint_states, or name the active joints in the call"
+    )
+
+
+def test_arrays_that_are_missing_are_told_with_what_is_expected(robot):
+    request = InverseDynamics.Request()
+    request.motion.name, request.motion.position = ACTIVE, POSITION
+    response, _ = guarded(inverse_dynamics, Context(robot), request, InverseDynamics.Response())
+    assert response.error_code == ErrorCode.BAD_INPUT
+    assert response.error_text == "velocity has 0 values for 4 joint names; expected 4, zeros for a robot at rest"

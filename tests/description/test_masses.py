@@ -1,0 +1,65 @@
+"""Grams where kilograms are meant are told with their place; heavy tools, foundations, all shipped robots are not."""
+
+from __future__ import annotations
+
+import pytest
+
+from hybrid_dynamics_core import load, shipped_robots
+from hybrid_dynamics_core.description.masses import MANY_TIMES, NEXT
+from tests.description.robots import HEAD, parse
+
+ARM = (
+    HEAD
+    + """\
+links:
+  base: {mass: BASE}
+  pillar: {mass: BASE}
+  upper: {mass: UPPER}
+  fore: {mass: FORE}
+  hand: {mass: HAND}
+  bare: {}
+joints:
+  stands: {type: fixed, parent: base, child: pillar}
+  shoulder: {type: revolute, parent: base, child: upper, axis: z}
+  elbow: {type: revolute, parent: upper, child: fore, origin: {xyz: [0.5, 0, 0]}, axis: z}
+  wrist: {type: revolute, parent: fore, child: hand, origin: {xyz: [0.5, 0, 0]}, axis: z}
+  nothing: {type: revolute, parent: hand, child: bare, axis: z}
+active: [shoulder, elbow, wrist, nothing]
+end_effector: {link: hand}
+"""
+)
+
+
+def doubts(upper: float, fore: float, hand: float, base: float = 0.0) -> tuple[str, ...]:
+    text = ARM
+    for name, mass in (("BASE", base), ("UPPER", upper), ("FORE", fore), ("HAND", hand)):
+        text = text.replace(name, str(mass))
+    return parse(text).doubts
+
+
+def test_grams_are_told_where_they_stand() -> None:
+    (told,) = doubts(2.4, 1600.0, 0.7)
+    line = 1 + (HEAD + ARM.removeprefix(HEAD)).split("fore:")[0].count("\n")
+    assert told == (
+        f"small.yaml:{line}: links.fore.mass: 1600 kg, and the median of the other links is 1.55 kg: are these grams? "
+        "Masses are in kilograms: 1600 g are written 1.6"
+    )
+
+
+@pytest.mark.parametrize(
+    ("masses", "base"),
+    [
+        ((2.4, 1.6, 0.7), 5000.0),  # a foundation
+        ((1.0, 1.0, MANY_TIMES), 0.0),
+        ((0.001, 4.0, 4.0 * NEXT), 0.0),  # a cross that has hardly a mass, beside a heavy tool
+        ((0.0, 1.0, 2400.0), 0.0),  # one link alone is no measure
+        ((0.0, 0.0, 0.0), 0.0),
+    ],
+)
+def test_what_may_be_meant_is_left_alone(masses: tuple[float, float, float], base: float) -> None:
+    assert not doubts(*masses, base)
+
+
+@pytest.mark.parametrize("name", shipped_robots())
+def test_shipped_robots_stay_far_from_the_rule(name: str) -> None:
+    assert not any("grams" in doubt for doubt in load(name).description.doubts)
