@@ -83,7 +83,7 @@ def summary(verdict: Verdict, files: Files) -> str:
         note = f"  (the first {skipped} fill the acceleration filter)" if topic == EFFORTS and skipped else ""
         lines.append(f"  {label:<19}{verdict.received[topic]:5d} of {verdict.expected[topic]:5d} received{note}")
     lines += [
-        f"  {'delay':<19}{median * 1e3:.1f} ms median, {late * 1e3:.1f} ms at 99 %, from input to efforts as recorded",
+        f"  {'delay':<19}{median * 1e3:.1f} ms median, {late * 1e3:.1f} ms at 99 %, from sending the input to receiving efforts",
         "Efforts of the node beside the model called directly",
         f"  {'difference':<19}{_difference(verdict)}",
         "Files",
