@@ -13,7 +13,7 @@ from typing import Any
 import click
 import numpy as np
 
-from hybrid_dynamics_cli.output import number, show, table
+from hybrid_dynamics_cli.output import number, show, table, written
 from hybrid_dynamics_cli.parameters import json_option
 from hybrid_dynamics_cli.writing import output_option, overwrite_option, place_for
 from hybrid_dynamics_core.description.model import Array
@@ -94,9 +94,11 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     asked = asked_parameters(track.robot, listed(links), track.robot.active if friction == "all" else listed(friction))
     found = identified(track, asked, hold_out)
     base, efforts = base_of(found), efforts_of(found, track)
-    show(facts(found, base, efforts, track), as_json, "\n".join(text(found, base, efforts, whole=everything)))
+    lines = text(found, base, efforts, whole=everything)
     if place is not None:
         write_base(place, base)
+        lines += ["", written(place, "the base parameters")]
+    show(facts(found, base, efforts, track), as_json, "\n".join(lines))
     tell_losses(track.losses)
     if track.losses:
         context.exit(LOST)

@@ -13,7 +13,7 @@ from hybrid_dynamics_core.description.wording import agreed, counted
 from hybrid_dynamics_core.drawing.options import Names
 
 from ..limits import narrowed
-from ..output import number, show, table
+from ..output import number, show, table, written
 from ..parameters import json_option, loaded, loaded_undecided, robot_argument
 from ..tried import Tried, try_loops
 from ..writing import PICTURES, draw_option, overwrite_option, place_for, read_by
@@ -64,7 +64,7 @@ def command(robot: str, picture: str | None, names: Names, modes: bool, overwrit
     if place is not None:
         draw(machine, place, names, modes)
         told["picture"] = str(place)
-        lines.append(f"drawn to {place}")
+        lines.append(drawn(place, modes))
     tried = try_loops(machine)
     told["tried"] = {"places": tried.places, "closed": tried.closed}
     lines += [*([tried.told()] if tried.places else []), verdict(tried, len(doubts))]
@@ -117,7 +117,12 @@ def _refuse_undecided(robot: str, picture: str, names: Names, overwrite: bool) -
     if undecided:
         place = place_for(picture, PICTURES, read_by(machine), overwrite=overwrite)
         draw(machine, place, names, modes=True, mark_own=False)
-        raise click.ClickException("\n".join([*undecided, f"drawn to {picture}"]))
+        raise click.ClickException("\n".join([*undecided, drawn(place, modes=True)]))
+
+
+def drawn(place: Path, modes: bool) -> str:
+    """That the picture is written, and of what it is."""
+    return written(place, "picture of the assembly modes" if modes else "picture of the robot")
 
 
 def draw(machine: Robot, path: Path, names: Names, modes: bool, mark_own: bool = True) -> None:

@@ -343,7 +343,7 @@ def test_export_never_replaces_what_the_robot_is_read_from(tmp_path: Path, more:
 
 def test_export_replaces_files_where_that_is_asked_for(tmp_path: Path) -> None:
     urdf, pair = tmp_path / "a.urdf", tmp_path / "a.yaml"
-    assert call("export", "excavator", "--format", "urdf+", "-o", str(urdf)).output == f"written: {urdf}\n"
+    assert call("export", "excavator", "--format", "urdf+", "-o", str(urdf)).output == f"written: {urdf} (urdf+)\n"
     text = urdf.read_text(encoding="utf-8")
     arguments = ("export", "excavator", "--format", "robot.yaml", "-o", str(pair))
     refused = call(*arguments)
@@ -351,7 +351,7 @@ def test_export_replaces_files_where_that_is_asked_for(tmp_path: Path) -> None:
     assert f"{urdf}: there is a file already; name another one, or give --overwrite" in refused.output
     assert urdf.read_text(encoding="utf-8") == text
     assert not pair.exists()
-    assert call(*arguments, "--overwrite").output == f"written: {pair}\nwritten: {urdf}\n"
+    assert call(*arguments, "--overwrite").output == f"written: {pair} (robot.yaml)\nwritten: {urdf} (urdf)\n"
     assert "<loop" not in urdf.read_text(encoding="utf-8")
 
 
