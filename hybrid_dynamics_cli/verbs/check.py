@@ -33,12 +33,14 @@ Examples:
 @robot_argument
 @draw_option("picture", help="Draw the mechanism")
 @click.option(
-    "--names", type=click.Choice(get_args(Names)), default="active", show_default=True, help="Whose names are drawn."
+    "--names",
+    type=click.Choice(get_args(Names)),
+    help="Whose names are drawn.  [default: active; with --modes: none]",
 )
 @click.option("--modes", is_flag=True, help="With --draw: all assembly modes of the reference, side by side.")
 @overwrite_option
 @json_option
-def command(robot: str, picture: str | None, names: Names, modes: bool, overwrite: bool, as_json: bool) -> None:
+def command(robot: str, picture: str | None, names: Names | None, modes: bool, overwrite: bool, as_json: bool) -> None:
     """Check a robot: its file, its loops, its masses.
 
     The loops are closed at the reference and at places spread over the limits of the active joints. Ends with 1 where
@@ -111,7 +113,7 @@ def remarks(machine: Robot) -> list[str]:
     return notes
 
 
-def _refuse_undecided(robot: str, picture: str, names: Names, overwrite: bool) -> None:
+def _refuse_undecided(robot: str, picture: str, names: Names | None, overwrite: bool) -> None:
     """Draw the modes of a robot whose file does not name one yet, the picture that helps to choose, and end."""
     machine, undecided = loaded_undecided(robot)
     if undecided:
@@ -125,12 +127,12 @@ def drawn(place: Path, modes: bool) -> str:
     return written(place, "picture of the assembly modes" if modes else "picture of the robot")
 
 
-def draw(machine: Robot, path: Path, names: Names, modes: bool, mark_own: bool = True) -> None:
+def draw(machine: Robot, path: Path, names: Names | None, modes: bool, mark_own: bool = True) -> None:
     """Write the picture."""
     from hybrid_dynamics_core.drawing import draw as draw_robot  # noqa: PLC0415  Matplotlib is an extra
     from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415
 
     if modes:
-        draw_modes(machine, path=path, names="none" if names == "active" else names, mark_own=mark_own)
+        draw_modes(machine, path=path, names=names or "none", mark_own=mark_own)
     else:
-        draw_robot(machine, path=path, names=names)
+        draw_robot(machine, path=path, names=names or "active")
