@@ -19,7 +19,9 @@ _DISTANCES = (2.0, 6.0, 12.0, 20.0, 30.0, 44.0, 60.0, 80.0, 110.0)  # [pt] beyon
 _EDGE = 1.6  # weight of an outline: a line through a name is worse than a ground behind it
 _ABOVE = 0.2  # of the cost: what a place above is better than one beside
 _PILL, _AIR = 2.5, 2.0  # [pt] around a name that stands on a ground of its own, and around one that does not
-_CROSSED = 0.1  # weight of what lies between a name and what it names
+_CROSSED = 0.05  # weight of what lies between a name and what it names
+_BODY = 3.0  # of that, more than of what is named itself: something stands between
+_NEAR, _FAR = 0.05, 3e-4  # weights of the distance [1/pt, 1/pt^2]
 _LINE = 10.0  # weight of a leader: names do not stand on it, and other leaders go another way
 _NAME = 30.0  # weight of a name
 _LEADER = 11.0  # [pt] a label farther away than this gets a line
@@ -86,25 +88,31 @@ class Labeller:
         half = np.array([box.width, box.height]) / 2.0 + pad
         anchor = self.axes.transData.transform(label.at)
         clear = float(np.linalg.norm(self.axes.transData.transform(label.at + np.array([label.clear, 0.0])) - anchor))
-        best, far = self._best(anchor, half, clear, label.inside)
+        best, lead = self._best(anchor, half, clear, label.inside)
         text.set_position((best - anchor) / self.point)
-        if far > _LEADER:
+        if lead:
             self._lead(label, _between(anchor, best, half, clear))
         self._remember(best, half)
 
-    def _best(self, anchor: Array, half: Array, clear: float, inside: bool) -> tuple[Array, float]:
-        """Centre of the free place nearest to an anchor, and how far it is from the symbol [pt]."""
-        best, far = anchor, 0.0
+    def _best(self, anchor: Array, half: Array, clear: float, inside: bool) -> tuple[Array, bool]:
+        """Centre of the free place nearest to an anchor, and whether a line leads there: far, or across a body."""
+        best, lead = anchor, False
+        own = min(self._crossed(anchor, _beside(anchor, way, clear, half), half, clear) for way in _DIRECTIONS)
         least = self._cost(anchor, half) - _ABOVE if inside else np.inf
         for distance in _DISTANCES:
             for direction in _DIRECTIONS:
                 centre = _beside(anchor, direction, clear + distance * self.point, half)
-                cost = self._cost(centre, half) + 0.05 * distance - _ABOVE * np.sin(direction)
+                cost = self._cost(centre, half) + _NEAR * distance + _FAR * distance**2 - _ABOVE * np.sin(direction)
                 if cost < least:
-                    cost += _CROSSED * float(self.grid[self._on(_between(anchor, centre, half, clear))].sum())
+                    crossed = self._crossed(anchor, centre, half, clear) - own
+                    cost += _CROSSED * crossed
                 if cost < least:
-                    best, least, far = centre, cost, distance
-        return best, far
+                    best, least, lead = centre, cost, distance > _LEADER or crossed > _BODY
+        return best, lead
+
+    def _crossed(self, anchor: Array, centre: Array, half: Array, clear: float) -> float:
+        """What lies between a symbol and a box."""
+        return float(self.grid[self._on(_between(anchor, centre, half, clear))].sum())
 
     def _lead(self, label: Label, ends: Array) -> None:
         self.grid[self._on(ends)] = _LINE
