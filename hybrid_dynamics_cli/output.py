@@ -6,6 +6,8 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from enum import Enum
+from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import click
@@ -31,6 +33,11 @@ def show(told: Mapping[str, Any], as_json: bool, text: str) -> None:
     context = click.get_current_context(silent=True)
     if context is not None:
         context.meta[ANSWERED] = True
+
+
+def written(path: str | Path, what: str = "") -> str:
+    """The line that tells of a file or folder that was written, and what is in it."""
+    return f"written: {path}" + (f" ({what})" if what else "")
 
 
 def fail(context: click.Context, error: click.ClickException) -> None:
@@ -64,8 +71,8 @@ def number(value: float) -> str:
 def table(head: Sequence[str], rows: Sequence[Sequence[object]], apart: int | None = None) -> str:
     """Columns under a head: numbers to the right, text to the left; what is only rounding is shown as zero.
 
-    A table that is wider than a terminal goes on below, each time beside its first column; `apart`: the column that
-    then begins below in any case.
+    A table that is wider than a terminal goes on below, each time beside its first column and, so that what goes on
+    is no lone column of text, with one before; `apart`: the column that then begins below in any case.
     """
     cells = [[number(v if abs(v) > ROUNDING else 0.0) if isinstance(v, float) else str(v) for v in row] for row in rows]
     right = [bool(rows) and isinstance(rows[0][k], (float, int)) for k in range(len(head))]
@@ -76,10 +83,10 @@ def table(head: Sequence[str], rows: Sequence[Sequence[object]], apart: int | No
         return "  ".join(padded).rstrip()
 
     lines = [list(head), ["-" * width for width in widths], *cells]
-    return "\n\n".join("\n".join(line(parts, columns) for parts in lines) for columns in _pieces(widths, apart))
+    return "\n\n".join("\n".join(line(parts, columns) for parts in lines) for columns in _pieces(widths, right, apart))
 
 
-def _pieces(widths: Sequence[int], apart: int | None) -> list[list[int]]:
+def _pieces(widths: Sequence[int], right: Sequence[bool], apart: int | None) -> list[list[int]]:
     """Columns in groups that are no wider than a terminal, each with the first column."""
     if sum(widths) + 2 * (len(widths) - 1) <= WIDTH:
         return [list(range(len(widths)))]
@@ -89,6 +96,10 @@ def _pieces(widths: Sequence[int], apart: int | None) -> list[list[int]]:
         if len(pieces[-1]) > 1 and (full or k == apart):
             pieces.append([0])
         pieces[-1].append(k)
+    for before, piece in pairwise(pieces):
+        lone = len(piece) == 2 and not right[piece[1]] and len(before) > 2  # a unit, or a name
+        if lone and sum(widths[c] + 2 for c in (*piece, before[-1])) <= WIDTH + 2:
+            piece.insert(1, before.pop())
     return pieces
 
 

@@ -205,11 +205,15 @@ def watched(command: list[str], log: Path, scratch: str, start: float) -> int:
             stderr=subprocess.STDOUT,
             env={**os.environ, "TMPDIR": scratch},
         )
+        told = ""
         while True:
             try:
                 return process.wait(HEARTBEAT)
             except subprocess.TimeoutExpired:
-                print(f"  {time.monotonic() - start:4.0f} s  {shorten(last_lines(log, 1), 90)}", flush=True)
+                last = last_lines(log, 1)
+                said = shorten(last, 90) if last != told else "at work, and has said nothing new"
+                print(f"  {time.monotonic() - start:4.0f} s  {said}", flush=True)
+                told = last
 
 
 def discard(scratch: str) -> None:

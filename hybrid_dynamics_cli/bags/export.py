@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from hybrid_dynamics_cli.output import show
+from hybrid_dynamics_cli.output import show, written
 from hybrid_dynamics_cli.parameters import json_option
 from hybrid_dynamics_core.description.wording import counted
 from hybrid_dynamics_ros.offline.export import FORMATS, export, table_file
@@ -41,10 +41,11 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
 ) -> None:
     """Write the topics of BAG as tables into the folder OUT: a file a topic, a row a message, a column a number."""
     counts, losses = export(bag, out, kind, topics, overwrite=overwrite)
-    written = {table_file(out, name, kind) for name in counts}
-    others = sorted(file.name for file in out.iterdir() if file not in written)
+    tables = {name: table_file(out, name, kind) for name in counts}
+    others = sorted(file.name for file in out.iterdir() if file not in tables.values())
+    lines = [written(tables[name], f"{counted(count, 'row')} of {name}") for name, count in counts.items()]
     told = {"folder": str(out), "rows": dict(counts), "losses": losses, "others": others}
-    show(told, as_json, "\n".join(f"{name}: {counted(count, 'row')}" for name, count in counts.items()))
+    show(told, as_json, "\n".join(lines))
     if others:
         click.echo(f"note: {out} holds what was there before too: {first_few(others)}", err=True)
     tell_losses(losses)

@@ -13,7 +13,7 @@ from typing import Any
 import click
 import numpy as np
 
-from hybrid_dynamics_cli.output import WIDTH, effort_unit, number, show, table
+from hybrid_dynamics_cli.output import WIDTH, effort_unit, number, show, table, written
 from hybrid_dynamics_cli.parameters import json_option
 from hybrid_dynamics_cli.writing import output_option, overwrite_option, place_for
 from hybrid_dynamics_core.description.model import Array
@@ -97,9 +97,10 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     found = identified(track, asked, hold_out)
     base, efforts = base_of(found), efforts_of(found, track)
     lines = text(found, base, efforts, track.robot.joint_types, whole=everything)
-    show(facts(found, base, efforts, track), as_json, "\n".join(lines))
     if place is not None:
         write_base(place, base)
+        lines += ["", written(place, "the base parameters")]
+    show(facts(found, base, efforts, track), as_json, "\n".join(lines))
     tell_losses(track.losses)
     if track.losses:
         context.exit(LOST)

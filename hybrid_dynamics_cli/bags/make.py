@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from hybrid_dynamics_cli.output import show
+from hybrid_dynamics_cli.output import show, written
 from hybrid_dynamics_cli.parameters import json_option, loaded
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.description.hints import nearest
@@ -65,7 +65,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         motion = _of_file(trajectory, machine)
     count = write_trajectory(out, motion.noisy(_deviations(noise), seed), topic, robot_notes(robot, machine))
     told = {"bag": str(out), "topic": topic, "messages": count}
-    show(told, as_json, f"{out}: {counted(count, 'message')} on {topic}")
+    show(told, as_json, written(out, f"{counted(count, 'message')} on {topic}"))
 
 
 def _of_file(path: Path, robot: Robot) -> Trajectory:

@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from hybrid_dynamics_cli.exits import FAILED, MISUSED, Misused
-from hybrid_dynamics_cli.output import show
+from hybrid_dynamics_cli.output import show, written
 from hybrid_dynamics_cli.parameters import json_option, loaded
 from hybrid_dynamics_ros.offline.errors import BagCallError
 from hybrid_dynamics_ros.offline.many import WrongCall, run_jobs
@@ -135,7 +135,7 @@ def _tell(job: Job, result: Outcome | str) -> None:
         click.echo(f"{job.source}: failed: {told}", err=True)
         return
     spent = sum(result.shares.values())
-    click.echo(f"{job.source} -> {job.target}: {result.summary} ({pace(result.duration, spent)})")
+    click.echo(written(job.target, f"from {job.source}: {result.summary}; {pace(result.duration, spent)}"))
     for code, text in result.rejections.items():
         click.echo(f"  rejected, {code}: {text}")
     for text in result.strays[:FEW]:

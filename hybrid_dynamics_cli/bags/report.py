@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from hybrid_dynamics_cli.output import effort_unit, show, table
+from hybrid_dynamics_cli.output import effort_unit, show, table, written
 from hybrid_dynamics_cli.parameters import json_option
 from hybrid_dynamics_cli.writing import output_option, overwrite_option, place_for
 from hybrid_dynamics_core.description.wording import agreed, counted
@@ -82,7 +82,11 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         "strays": [stray.told(track.measured, track.start_ns) for stray in track.strays],
         "losses": track.losses,
     }
-    show(told, as_json, "\n".join([f"{place}: {summary}", *efforts_of(track, apart), *off_the_motion(track)]))
+    show(
+        told,
+        as_json,
+        "\n".join([written(place, f"report: {summary}"), *efforts_of(track, apart), *off_the_motion(track)]),
+    )
     tell_losses(track.losses)
     if track.losses:
         context.exit(LOST)

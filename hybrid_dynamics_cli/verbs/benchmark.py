@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from ..output import show
+from ..output import show, written
 from ..parameters import json_option
 from ..writing import output_option, overwrite_option, place_for
 
@@ -32,6 +32,7 @@ def command(quick: bool, output: str | None, overwrite: bool, as_json: bool) -> 
     show(found.data, as_json, found.text)
     if place is not None:
         place.write_text(found.text, encoding="utf-8")
+        click.echo(written(place, "the report"), err=True)
 
 
 def _report() -> Any:

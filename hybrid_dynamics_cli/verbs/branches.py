@@ -15,7 +15,7 @@ from hybrid_dynamics_core.description.wording import counted, unit
 from hybrid_dynamics_core.errors import StateError
 
 from ..limits import beyond
-from ..output import constant_axes, number, show, table
+from ..output import constant_axes, number, show, table, written
 from ..parameters import json_option, loaded_undecided, robot_argument, vector, vector_option
 from ..writing import PICTURES, draw_option, overwrite_option, place_for, read_by
 
@@ -54,7 +54,7 @@ def command(robot: str, u: str | None, picture: str | None, overwrite: bool, as_
 
         draw_modes(machine, values, place, mark_own=not undecided)
         told["picture"] = str(place)
-        lines.append(f"drawn to {place}")
+        lines.append(written(place, "picture of the assembly modes"))
     show(told, as_json, "\n".join(lines))
     if not modes:
         machine.close(values)  # raises, and says which loop does not close and within which range it would

@@ -13,7 +13,7 @@ from hybrid_dynamics_core.description.wording import agreed, counted
 from hybrid_dynamics_core.drawing.options import Names
 
 from ..limits import narrowed
-from ..output import number, show, table
+from ..output import number, show, table, written
 from ..parameters import json_option, loaded, loaded_undecided, robot_argument
 from ..tried import Tried, try_loops
 from ..writing import PICTURES, draw_option, overwrite_option, place_for, read_by
@@ -33,12 +33,14 @@ Examples:
 @robot_argument
 @draw_option("picture", help="Draw the mechanism")
 @click.option(
-    "--names", type=click.Choice(get_args(Names)), default="active", show_default=True, help="Whose names are drawn."
+    "--names",
+    type=click.Choice(get_args(Names)),
+    help="Whose names are drawn.  [default: active; with --modes: none]",
 )
 @click.option("--modes", is_flag=True, help="With --draw: all assembly modes of the reference, side by side.")
 @overwrite_option
 @json_option
-def command(robot: str, picture: str | None, names: Names, modes: bool, overwrite: bool, as_json: bool) -> None:
+def command(robot: str, picture: str | None, names: Names | None, modes: bool, overwrite: bool, as_json: bool) -> None:
     """Check a robot: its file, its loops, its masses.
 
     The loops are closed at the reference and at places spread over the limits of the active joints. Ends with 1 where
@@ -64,7 +66,7 @@ def command(robot: str, picture: str | None, names: Names, modes: bool, overwrit
     if place is not None:
         draw(machine, place, names, modes)
         told["picture"] = str(place)
-        lines.append(f"drawn to {place}")
+        lines.append(drawn(place, modes))
     tried = try_loops(machine)
     told["tried"] = {"places": tried.places, "closed": tried.closed}
     lines += [*([tried.told()] if tried.places else []), verdict(tried, len(doubts))]
@@ -113,21 +115,26 @@ def remarks(machine: Robot) -> list[str]:
     return notes
 
 
-def _refuse_undecided(robot: str, picture: str, names: Names, overwrite: bool) -> None:
+def _refuse_undecided(robot: str, picture: str, names: Names | None, overwrite: bool) -> None:
     """Draw the modes of a robot whose file does not name one yet, the picture that helps to choose, and end."""
     machine, undecided = loaded_undecided(robot)
     if undecided:
         place = place_for(picture, PICTURES, read_by(machine), overwrite=overwrite)
         draw(machine, place, names, modes=True, mark_own=False)
-        raise click.ClickException("\n".join([*undecided, f"drawn to {picture}"]))
+        raise click.ClickException("\n".join([*undecided, drawn(place, modes=True)]))
 
 
-def draw(machine: Robot, path: Path, names: Names, modes: bool, mark_own: bool = True) -> None:
+def drawn(place: Path, modes: bool) -> str:
+    """That the picture is written, and of what it is."""
+    return written(place, "picture of the assembly modes" if modes else "picture of the robot")
+
+
+def draw(machine: Robot, path: Path, names: Names | None, modes: bool, mark_own: bool = True) -> None:
     """Write the picture."""
     from hybrid_dynamics_core.drawing import draw as draw_robot  # noqa: PLC0415  Matplotlib is an extra
     from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415
 
     if modes:
-        draw_modes(machine, path=path, names="none" if names == "active" else names, mark_own=mark_own)
+        draw_modes(machine, path=path, names=names or "none", mark_own=mark_own)
     else:
-        draw_robot(machine, path=path, names=names)
+        draw_robot(machine, path=path, names=names or "active")

@@ -11,6 +11,7 @@ from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.export import to_gepetto, to_mjcf, to_sdf, to_urdf, to_urdf_plus
 from hybrid_dynamics_core.export.writing import write_files
 
+from ..output import written
 from ..parameters import loaded, robot_argument
 from ..writing import output_option, output_path
 
@@ -54,7 +55,7 @@ def command(robot: str, form: str, output: str | None, overwrite: bool) -> None:
     texts = _pair(machine, output) if output is None or form == PAIR else {output_path(output): FORMS[form](machine)}
     write_files(texts, machine.description, overwrite)
     for path, title in zip(texts, (TITLES[form], TITLES["urdf"]), strict=False):  # beside the pairs stands a URDF
-        click.echo(f"written: {path} ({title})")
+        click.echo(written(path, title))
 
 
 def _pair(robot: Robot, output: str | None) -> dict[Path, str]:

@@ -13,7 +13,7 @@ from ..limits import beyond
 from ..output import effort_unit, show, table
 from ..parameters import json_option, loaded, robot_argument, vector, vector_option
 
-HEAD = ["active joint", "effort", "M ddu", "C du", "G", "friction and springs", "unit"]
+HEAD = ["active joint", "effort", "unit", "M ddu", "C du", "G", "passive"]
 EPILOG = """\b
 Examples:
   hybrid-dynamics id forging_chu2020 -u 0,0.10,0.15,0
@@ -30,7 +30,7 @@ Examples:
 def command(robot: str, u: str | None, du: str | None, ddu: str | None, as_json: bool) -> None:
     """Efforts that the actuators need for a motion, and what they are made of.
 
-    The columns add up to the effort: inertia (M ddu), speed (C du), weight (G), friction and springs (JSON: `passive`).
+    The columns add up to the effort: inertia (M ddu), speed (C du), weight (G), friction and springs (passive).
     """
     machine = loaded(robot)
     still = np.zeros(len(machine.active))
@@ -40,7 +40,7 @@ def command(robot: str, u: str | None, du: str | None, ddu: str | None, as_json:
     mass, speed, weight = machine.minimal_form(state)
     parts = {"M_ddu": mass @ accelerations, "C_du": speed, "G": weight, "passive": machine.passive_forces(state)}
     rows = [
-        [name, float(tau[k]), *(float(part[k]) for part in parts.values()), effort_unit(machine.joint_types[name])]
+        [name, float(tau[k]), effort_unit(machine.joint_types[name]), *(float(part[k]) for part in parts.values())]
         for k, name in enumerate(machine.active)
     ]
 

@@ -12,7 +12,7 @@ from hybrid_dynamics_core.description.hints import nearest
 from hybrid_dynamics_core.description.wording import unit
 from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
 
-from ..output import number, show, table
+from ..output import number, show, table, written
 from ..parameters import EFFORTS, json_option, loaded, robot_argument, vector, vector_option
 from ..writing import MOTIONS, PICTURES, draw_option, output_option, overwrite_option, place_for, read_by
 
@@ -71,8 +71,8 @@ def command(
         from hybrid_dynamics_core.drawing import draw_simulation  # noqa: PLC0415  Matplotlib is an extra
 
         draw_simulation(machine, result, places[1])
-    written = [f"written: {path}" for path in (save, plot) if path]
-    show(facts(result), as_json, "\n".join([text(machine, result), *written]))
+    files = [written(path, what) for path, what in ((save, "the motion"), (plot, "its picture")) if path]
+    show(facts(result), as_json, "\n".join([text(machine, result), *files]))
 
 
 def efforts(machine: Robot, told: str | None) -> Any:

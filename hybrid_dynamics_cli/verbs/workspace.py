@@ -14,7 +14,7 @@ from hybrid_dynamics_core.description.wording import counted, unit
 from hybrid_dynamics_core.drawing.options import Colour
 
 from ..limits import beyond, narrowed
-from ..output import constant_axes, number, show, table
+from ..output import constant_axes, number, show, table, written
 from ..parameters import (
     frame_option,
     json_option,
@@ -110,7 +110,7 @@ def command(
         else:
             draw_margins(machine, pair_over, base, place, colour=colour)
         told["picture"] = str(place)
-        lines.append(f"drawn to {place}")
+        lines.append(written(place, "map"))
     show(told, as_json, "\n".join(lines))
     if not found.samples.reachable.any():
         raise SystemExit(1)

@@ -24,6 +24,7 @@ _WIDTH: Final = 7.2  # [in]
 _HEIGHTS: Final = (1.8, 6.0)  # [in] least and greatest, of the axes
 _PLANAR: Final = (0.76, 0.16, 0.46)  # [in] left, right and below the axes of a planar view: ticks and names
 _SPATIAL: Final = (0.1, 0.1, 0.05)
+_IMAGES: Final = 200  # [dots per inch] of what is an image within a drawing of lines
 _LABEL: Final = 0.2  # [in] where the name of the upright axis ends
 _PATHS: Final = re.compile(r' d="[^"]*"')
 _DECIMALS: Final = re.compile(r"(\.\d\d)\d+")
@@ -56,10 +57,10 @@ def save(figure: Figure, path: Path) -> None:
         if suffix == ".png":
             figure.savefig(path, dpi=150, metadata={"Software": _MAKER}, pil_kwargs={"optimize": True})
         elif suffix == ".pdf":
-            figure.savefig(path, metadata={"Creator": _MAKER, "CreationDate": None})
+            figure.savefig(path, dpi=_IMAGES, metadata={"Creator": _MAKER, "CreationDate": None})
         else:
             text = io.StringIO()
-            figure.savefig(text, format="svg", metadata={"Creator": _MAKER, "Date": None})
+            figure.savefig(text, format="svg", dpi=_IMAGES, metadata={"Creator": _MAKER, "Date": None})
             path.write_text(_PATHS.sub(_rounded, text.getvalue()), encoding="utf-8")
 
 

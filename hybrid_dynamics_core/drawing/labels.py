@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.path import Path
+from numpy.typing import NDArray
 
 from ..description.model import Array
 
@@ -18,6 +19,11 @@ _DISTANCES = (2.0, 6.0, 12.0, 20.0, 30.0, 44.0, 60.0, 80.0, 110.0)  # [pt] beyon
 _EDGE = 1.6  # weight of an outline: a line through a name is worse than a ground behind it
 _ABOVE = 0.2  # of the cost: what a place above is better than one beside
 _PILL, _AIR = 2.5, 2.0  # [pt] around a name that stands on a ground of its own, and around one that does not
+_CROSSED = 0.05  # weight of what lies between a name and what it names
+_BODY = 3.0  # of that, more than of what is named itself: something stands between
+_NEAR, _FAR = 0.05, 3e-4  # weights of the distance [1/pt, 1/pt^2]
+_LINE = 10.0  # weight of a leader: names do not stand on it, and other leaders go another way
+_NAME = 30.0  # weight of a name
 _LEADER = 11.0  # [pt] a label farther away than this gets a line
 
 
@@ -82,29 +88,42 @@ class Labeller:
         half = np.array([box.width, box.height]) / 2.0 + pad
         anchor = self.axes.transData.transform(label.at)
         clear = float(np.linalg.norm(self.axes.transData.transform(label.at + np.array([label.clear, 0.0])) - anchor))
-        best, far = self._best(anchor, half, clear, label.inside)
+        best, lead = self._best(anchor, half, clear, label.inside)
         text.set_position((best - anchor) / self.point)
+        if lead:
+            self._lead(label, _between(anchor, best, half, clear))
         self._remember(best, half)
-        if far > _LEADER:
-            self._lead(label, anchor, best, half, clear)
 
-    def _best(self, anchor: Array, half: Array, clear: float, inside: bool) -> tuple[Array, float]:
-        """Centre of the free place nearest to an anchor, and how far it is from the symbol [pt]."""
-        best, far = anchor, 0.0
+    def _best(self, anchor: Array, half: Array, clear: float, inside: bool) -> tuple[Array, bool]:
+        """Centre of the free place nearest to an anchor, and whether a line leads there: far, or across a body."""
+        best, lead = anchor, False
+        own = min(self._crossed(anchor, _beside(anchor, way, clear, half), half, clear) for way in _DIRECTIONS)
         least = self._cost(anchor, half) - _ABOVE if inside else np.inf
         for distance in _DISTANCES:
             for direction in _DIRECTIONS:
                 centre = _beside(anchor, direction, clear + distance * self.point, half)
-                cost = self._cost(centre, half) + 0.05 * distance - _ABOVE * np.sin(direction)
+                cost = self._cost(centre, half) + _NEAR * distance + _FAR * distance**2 - _ABOVE * np.sin(direction)
                 if cost < least:
-                    best, least, far = centre, cost, distance
-        return best, far
+                    crossed = self._crossed(anchor, centre, half, clear) - own
+                    cost += _CROSSED * crossed
+                if cost < least:
+                    best, least, lead = centre, cost, distance > _LEADER or crossed > _BODY
+        return best, lead
 
-    def _lead(self, label: Label, anchor: Array, centre: Array, half: Array, clear: float) -> None:
-        way = (centre - anchor) / np.linalg.norm(centre - anchor)
-        reach = float(np.min(half / np.maximum(np.abs(way), 1e-9)))
-        ends = np.array([anchor + 0.6 * clear * way, centre - reach * way])
+    def _crossed(self, anchor: Array, centre: Array, half: Array, clear: float) -> float:
+        """What lies between a symbol and a box."""
+        return float(self.grid[self._on(_between(anchor, centre, half, clear))].sum())
+
+    def _lead(self, label: Label, ends: Array) -> None:
+        self.grid[self._on(ends)] = _LINE
         self.axes.plot(*self.axes.transData.inverted().transform(ends).T, color=label.colour, linewidth=0.7, zorder=19)
+
+    def _on(self, ends: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Cells, rows and columns, on a line between two points [px], each once."""
+        count = 2 + int(np.linalg.norm(ends[1] - ends[0]) / (0.5 * _CELL))
+        cells = np.floor((np.linspace(*ends, count) - self.origin) / _CELL).astype(np.int64)
+        cells = np.unique(cells[((cells >= 0) & (cells < self.grid.shape[::-1])).all(axis=1)], axis=0)
+        return cells[:, 1], cells[:, 0]
 
     def _cost(self, centre: Array, half: Array) -> float:
         """What a box would cover, and how much of it would stand outside of the axes."""
@@ -116,12 +135,19 @@ class Labeller:
 
     def _remember(self, centre: Array, half: Array) -> None:
         (x0, y0), (x1, y1) = self._box(centre, half)
-        self.grid[max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)] = 30.0
+        self.grid[max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)] = _NAME
 
     def _box(self, centre: Array, half: Array) -> tuple[tuple[int, int], tuple[int, int]]:
         low = np.floor((centre - half - self.origin) / _CELL).astype(int)
         high = np.ceil((centre + half - self.origin) / _CELL).astype(int)
         return (int(low[0]), int(low[1])), (int(high[0]), int(high[1]))
+
+
+def _between(anchor: Array, centre: Array, half: Array, clear: float) -> Array:
+    """Ends (2, 2) of a line from the symbol at an anchor to a box."""
+    way = (centre - anchor) / np.linalg.norm(centre - anchor)
+    reach = float(np.min(half / np.maximum(np.abs(way), 1e-9)))
+    return np.array([anchor + 0.6 * clear * way, centre - reach * way])
 
 
 def _beside(anchor: Array, direction: float, clear: float, half: Array) -> Array:

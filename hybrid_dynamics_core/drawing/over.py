@@ -22,7 +22,7 @@ from ..robot import Robot
 from .layout import axes_at
 from .options import Colour
 from .style import BLUE, INK, QUIET, STEEL, STYLE
-from .workspace import COLOURS, LEVELS, WORDS, colour_bar, head, top_of
+from .workspace import WORDS, colour_bar, head, shade, top_of
 
 _CELLS: Final = 240  # in each direction
 _BEYOND: Final = 0.08  # of the range: what is shown outside of it
@@ -82,7 +82,7 @@ def _margin(axes: Axes, lines: list[Array], samples: Margins, colour: Colour) ->
     values = samples.singularity if colour == "singularity" else samples.limit
     height = np.where(closed, np.clip(values.reshape(shape), 0.0, 1.0), np.nan)
     top = top_of([height])
-    axes.contourf(*lines, np.minimum(height, top), levels=top * LEVELS, cmap=COLOURS, vmin=0.0, vmax=top, zorder=1.0)
+    shade(axes, lines, np.minimum(height, top), top, 1.0)
     inside = [level for level in _LINES if np.nanmin(height) < level < np.nanmax(height)] if closed.any() else []
     if inside:
         drawn = axes.contour(*lines, height, levels=inside, colors=INK, linewidths=0.7, zorder=1.4)

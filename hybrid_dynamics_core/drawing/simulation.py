@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Final
 
 import matplotlib as mpl
@@ -9,38 +11,55 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ..description.model import Array
 from ..errors import InputError
 from ..robot import Robot
 from ..simulation import Simulation
-from .page import PLOTS, entitled, page
+from .page import CURVES, PLOTS, entitled, page
 from .style import QUIET
 
-_HEIGHT: Final = 8.4  # [in]
+_PANEL: Final = 2.1  # [in] height of axes with their names, where there are four
+_LOW: Final = 1.65  # [in] where there are more
+_FEW: Final = 4
 _COLUMNS: Final = 6  # of a legend
 _STYLES: Final = ("-", "--", ":")  # where there are more curves than colours
+_KINDS: Final = ("revolute", "prismatic")
 _UNITS: Final = {"revolute": ("rad", "N m"), "prismatic": ("m", "N")}
+_APART: Final = 12.0  # times larger: what hides another curve on the same axes
+_ROUNDING: Final = 1e-9  # of the largest of a kind: less is zero, which any axes show
+
+
+@dataclass(frozen=True, eq=False)
+class _Panel:
+    """Axes with the curves of some active joints, by their places in the order of the robot."""
+
+    title: str
+    label: str
+    values: Array
+    joints: tuple[int, ...]
 
 
 def simulation_figure(robot: Robot, motion: Simulation, title: str | None) -> Figure:
-    """Four axes over one time; a line where something was met. Raises InputError for another robot's motion."""
+    """Axes over one time, for each kind of unit its own; a line where something was met.
+
+    Raises InputError for another robot's motion.
+    """
     if motion.names != robot.active:
         given, own = ", ".join(motion.names), ", ".join(robot.active)
         raise InputError(f"the motion is of {given}; the active joints of {robot.name} are {own}")
+    panels = list(_panels(robot, motion))
+    count = len(panels) + 1
     with mpl.rc_context(PLOTS):
-        figure = page(title or f"{robot.name}: simulated motion", line=_told(motion), height=_HEIGHT)
-        axes = figure.subplots(4, 1, sharex=True)
-        length, effort = _units(robot)
-        panels = (
-            ("active coordinates", f"u [{', '.join(length)}]", motion.u),
-            ("their rates", f"u' [{', '.join(f'{unit}/s' for unit in length)}]", motion.du),
-            ("efforts of the actuators", f"tau [{', '.join(effort)}]", motion.tau),
-        )
-        for ax, (words, label, values) in zip(axes, panels, strict=False):
-            for k, (name, column) in enumerate(zip(motion.names, values.T, strict=True)):
-                ax.plot(motion.t, column, _STYLES[k // _COLUMNS % len(_STYLES)], label=name)
-            ax.set_ylabel(label)
-            entitled(ax, words, min(len(motion.names), _COLUMNS))
-        _energy(axes[3], motion)
+        height = count * (_PANEL if count <= _FEW else _LOW)
+        figure = page(title or f"{robot.name}: simulated motion", line=_told(motion), height=height)
+        axes = figure.subplots(count, 1, sharex=True)
+        for ax, panel in zip(axes, panels, strict=False):
+            for k in panel.joints:
+                look = {"color": CURVES[k % len(CURVES)], "linestyle": _STYLES[k // len(CURVES) % len(_STYLES)]}
+                ax.plot(motion.t, panel.values[:, k], label=motion.names[k], **look)
+            ax.set_ylabel(panel.label)
+            entitled(ax, panel.title, min(len(panel.joints), _COLUMNS))
+        _energy(axes[-1], motion)
         for ax in axes:
             for event in motion.events:
                 ax.axvline(event.time, color=QUIET, linewidth=0.8)
@@ -52,10 +71,32 @@ def _told(motion: Simulation) -> str:
     return motion.message if len(motion.message) < 100 else f"{motion.message[:97]}..."
 
 
-def _units(robot: Robot) -> tuple[list[str], list[str]]:
-    """Units of the active coordinates and of their efforts, each once."""
-    found = dict.fromkeys(_UNITS[robot.joint_types[name]] for name in robot.active)
-    return [coordinate for coordinate, _ in found], [effort for _, effort in found]
+def _panels(robot: Robot, motion: Simulation) -> Iterator[_Panel]:
+    """Coordinates, rates and efforts: joints of one unit together, unless some are lost beside others."""
+    for words, symbol, values, effort, per in (
+        ("active coordinates", "u", motion.u, 0, ""),
+        ("their rates", "u'", motion.du, 0, "/s"),
+        ("efforts of the actuators", "tau", motion.tau, 1, ""),
+    ):
+        first = words
+        for kind in _KINDS:
+            own = [k for k, name in enumerate(motion.names) if robot.joint_types[name] == kind]
+            for joints in _readable(values, own):
+                yield _Panel(first, f"{symbol} [{_UNITS[kind][effort]}{per}]", values, joints)
+                first = ""
+
+
+def _readable(values: Array, joints: list[int]) -> list[tuple[int, ...]]:
+    """Joints in groups: none is so small beside the largest of its group that its curve looks like one of zeros."""
+    size = np.abs(values).max(axis=0)
+    groups: list[list[int]] = []
+    for k in sorted(joints, key=lambda k: -size[k]):
+        largest = size[groups[-1][0]] if groups else 0.0
+        if groups and (largest <= _APART * size[k] or size[k] <= _ROUNDING * size[groups[0][0]]):
+            groups[-1].append(k)
+        else:
+            groups.append([k])
+    return [tuple(sorted(group)) for group in sorted(groups, key=min)]
 
 
 def _energy(axes: Axes, motion: Simulation) -> None:

@@ -28,13 +28,15 @@ from .planes import Plane, choose_planes
 from .style import INK, QUIET, STYLE
 
 COLOURS: Final = mpl.colormaps["YlOrRd_r"]
-LEVELS: Final = np.linspace(0.0, 1.0, 21)
+LEVELS: Final = np.linspace(0.0, 1.0, 81)  # so fine that no step is seen where values change slowly
 WORDS: Final = {
     "singularity": "distance to the nearest singularity of a loop (0 singular, 1 best)",
     "limits": "distance to the nearest limit of a joint (0 there, 1 mid-range)",
 }
 _BEHIND: Final = {"singularity": "least", "limits": "largest"}  # of what lies behind a point of the map
+_GROUND: Final = {"boxstyle": "round,pad=0.1", "facecolor": "white", "alpha": 0.7, "edgecolor": "none"}  # of letters
 _SOFT: Final = 0.8  # [cells] over which values and outline are smoothed
+_BEYOND: Final = 4.0  # [cells] outside of the known ones that get colours, which the outline cuts off
 _HEIGHTS: Final = {1: 4.8, 2: 4.0, 3: 3.6}  # [in] of the panels' axes, at most, by their number
 _WIDTHS: Final = {1: 7.2, 2: 9.0, 3: 11.0}  # [in] of the figure, at most
 _LOWEST: Final = 1e-6  # largest value of a map that is all zero but for rounding
@@ -133,7 +135,8 @@ def _panel(axes: Axes, plane: Plane, box: Array, drawn: Path | Map, top: float) 
     painter = Painter(axes, plane.scene, sheer=True)
     painter.paint()
     axes.set(xlim=box[:, 0], ylim=box[:, 1], aspect="equal")
-    Labeller(axes, []).place(painter.letters)  # at their arrows: a map has no room for leaders
+    letters = [replace(letter, style={**letter.style, "bbox": _GROUND}) for letter in painter.letters]
+    Labeller(axes, painter.covered).place(letters)
 
 
 def _drawn(robot: Robot, workspace: Workspace, planes: Sequence[Plane], colour: Colour) -> Sequence[Path | Map]:
@@ -168,16 +171,19 @@ def _paint(axes: Axes, drawn: Map, top: float) -> None:
     known = np.isfinite(drawn.values)
     weight = np.maximum(gaussian_filter(known.astype(float), _SOFT), 1e-9)
     values = np.where(known, gaussian_filter(np.where(known, drawn.values, 0.0), _SOFT) / weight, np.nan)
-    axes.contourf(
-        *drawn.grid.middles, np.clip(_spread(values), 0.0, top).T, levels=top * LEVELS, cmap=COLOURS, vmin=0.0,
-        vmax=top, zorder=0.6,
-    )  # fmt: skip
+    shade(axes, drawn.grid.middles, np.clip(_spread(values), 0.0, top).T, top, 0.6)
     inside = gaussian_filter(drawn.inside.astype(float), _SOFT).T
     axes.contourf(*drawn.outline.middles, inside, levels=[-1.0, 0.5], colors="white", zorder=0.7)
     axes.contour(*drawn.outline.middles, inside, levels=[0.5], colors=INK, linewidths=0.9, zorder=0.8)
 
 
+def shade(axes: Axes, middles: Sequence[Array], values: Array, top: float, order: float) -> None:
+    """Values (N, M) in [0, top] in their colours; as an image within drawings of lines, which else grow heavy."""
+    areas = axes.contourf(*middles, values, levels=top * LEVELS, cmap=COLOURS, vmin=0.0, vmax=top, zorder=order)
+    areas.set_rasterized(True)
+
+
 def _spread(height: Array) -> Array:
-    """Values carried beyond the edge, so that contours do not end before it."""
-    _, (i, k) = distance_transform_edt(~np.isfinite(height), return_indices=True)
-    return np.asarray(height[i, k])
+    """Values carried a few cells beyond the edge, so that contours do not end before it."""
+    far, (i, k) = distance_transform_edt(~np.isfinite(height), return_indices=True)
+    return np.where(far <= _BEYOND, height[i, k], np.nan)

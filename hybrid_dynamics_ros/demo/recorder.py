@@ -55,8 +55,15 @@ class Recorder:
         return any(answer.done() for answer in self._answers)
 
     def _subscribe(self, topic: str) -> None:
-        def keep(data: bytes) -> None:
-            self._bag.write(topic, time.time_ns(), data)
+        """Keep a topic: the input with the time at which it was sent, results with that at which they arrived.
+
+        Both are the middleware's, of one clock. When this process comes to read a message says nothing: one that was
+        sent later may be read first.
+        """
+        stamp = "source_timestamp" if topic == INPUT else "received_timestamp"
+
+        def keep(data: bytes, info: dict[str, Any]) -> None:
+            self._bag.write(topic, int(info[stamp]), data)
             self.counts[topic] += 1
             self.latest[topic] = data
             self.last_arrival = time.monotonic()

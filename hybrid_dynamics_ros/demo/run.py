@@ -76,14 +76,14 @@ def run(output: Path, rate: float, live: bool, out: TextIO) -> bool:
 
 def summary(verdict: Verdict, files: Files) -> str:
     """The findings and where the files are, for the terminal."""
-    median, late = verdict.delay
+    median, late = (f"{1e3 * delay:.1f} ms" for delay in verdict.delay)
     skipped = verdict.expected[INPUT] - verdict.expected[EFFORTS]
     lines = ["", f"{verdict.expected[INPUT]} messages played, {verdict.lost} messages lost"]
     for topic, label in _LABELS.items():
         note = f"  (the first {skipped} fill the acceleration filter)" if topic == EFFORTS and skipped else ""
         lines.append(f"  {label:<19}{verdict.received[topic]:5d} of {verdict.expected[topic]:5d} received{note}")
     lines += [
-        f"  {'delay':<19}{median * 1e3:.1f} ms median, {late * 1e3:.1f} ms at 99 %, from input to efforts as recorded",
+        f"  {'delay':<19}{median} median, {late} at 99 %, from sending the input to receiving efforts",
         "Efforts of the node beside the model called directly",
         f"  {'difference':<19}{_difference(verdict)}",
         "Files",

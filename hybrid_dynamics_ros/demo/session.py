@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import rclpy
-from rclpy.executors import Executor
+from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
@@ -24,7 +24,6 @@ from hybrid_dynamics_ros.demo.processes import Child, child
 from hybrid_dynamics_ros.demo.recorder import QUEUE, Recorder
 from hybrid_dynamics_ros.demo.recording import SHIPPED
 from hybrid_dynamics_ros.demo.trajectory import ROBOT
-from hybrid_dynamics_ros.executor import make_executor
 from hybrid_dynamics_ros.lifecycle import UNCONFIGURED
 from hybrid_dynamics_ros.parameters import INPUT_DEPTH, OUTPUT_DEPTH, Parameter
 from hybrid_dynamics_ros.parameters import ROBOT as ROBOT_PARAMETER
@@ -145,7 +144,7 @@ def _ros_node(name: str) -> Iterator[tuple[Node, Executor]]:
         raise DemoError(f"ROS does not start: {error}") from error
     try:
         node = rclpy.create_node(name, enable_rosout=False, start_parameter_services=False)
-        executor = make_executor()
+        executor = SingleThreadedExecutor()  # Jazzy's events executor fails where callbacks take a message's times
         executor.add_node(node)
         yield node, executor
         executor.shutdown()

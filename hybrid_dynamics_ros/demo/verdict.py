@@ -24,7 +24,7 @@ class Verdict:
         expected, received: messages by topic; a message that came twice counts once.
         difference: largest difference of an effort from the model called directly [N m or N]; NaN without efforts.
         relative: largest difference within one message over the largest effort in it.
-        delay: median and 99 % quantile of the time from input to efforts, as the recorder saw them [s].
+        delay: median and 99 % quantile of the time from sending the input to receiving the efforts [s].
     """
 
     expected: dict[str, int]
@@ -87,7 +87,7 @@ def _columns(series: JointSeries, table: FloatArray, robot: Robot) -> FloatArray
 
 
 def _delay(results: Results) -> tuple[float, float]:
-    """Median and 99 % quantile of the time from input to efforts [s]."""
+    """Median and 99 % quantile of the time from sending the input to receiving the efforts [s]."""
     delays = _delays(results.inputs.stamp_ns, results.inputs.log_ns, results.efforts)
     if delays.size == 0:
         return float("nan"), float("nan")

@@ -109,7 +109,7 @@ def closure(track: Track) -> Figure:
 
 
 def margins(track: Track) -> Figure:
-    """What is left to the nearer end of each stroke."""
+    """What is left to the nearer end of each joint's range."""
     names, left = track.margins
     figure, axes = _panels(max(len(names), 1), 1, 1.5)
     for k, name in enumerate(names):
@@ -118,7 +118,7 @@ def margins(track: Track) -> Figure:
         ax.axhline(0.0, color=RED, linewidth=0.8)
         low, high = min(0.0, float(left[:, k].min())), max(0.0, float(left[:, k].max()))
         room = 0.08 * (high - low) + 1e-9
-        ax.set_ylim(low - room, high + room)  # the red line stands clear of the axis
+        ax.set_ylim(low - room, high + room)  # the line at 0 stands clear of the axis
         ax.set_ylabel(f"{name} [{unit_of(track, name, 'position')}]")
     return figure
 

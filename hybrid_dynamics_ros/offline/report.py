@@ -52,8 +52,8 @@ _FIGURES: Final[tuple[tuple[str, str, Draw], ...]] = (
         closure,
     ),
     (
-        "Strokes",
-        "What is left to the nearer end; below the red line it is beyond.",
+        "Joints and strokes",
+        "What is left to the nearer end of each range; below the orange line at 0 it is beyond.",
         margins,
     ),
     (
@@ -134,7 +134,7 @@ def _facts(track: Track) -> str:
         row, column = np.unravel_index(int(np.argmin(left)), left.shape)
         unit = unit_of(track, joints[column], "position")
         rows.append(
-            ["least stroke left", f"{left[row, column]:.4g} {unit} of {joints[column]} at {track.time[row]:.2f} s"]
+            ["least range left", f"{left[row, column]:.4g} {unit} of {joints[column]} at {track.time[row]:.2f} s"]
         )
     power = track.power[np.isfinite(track.power)]
     if len(power):

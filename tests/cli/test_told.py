@@ -151,6 +151,44 @@ def test_a_wide_table_goes_on_below_beside_its_first_column() -> None:
     assert table(head[:3], [row[:3]], apart=2).count("name") == 1  # what fits is not broken
 
 
+def test_what_goes_on_below_is_no_lone_unit() -> None:
+    head, row = ["name", *(f"column_{k}" for k in range(7)), "unit"], ["first", *(float(k) for k in range(7)), "N m"]
+    assert len(table([*head[:-1]], [row[:-1]]).split("\n\n")) == 1
+    assert [piece.splitlines()[0].split() for piece in table(head, [row]).split("\n\n")] == [
+        [*head[:-2]],
+        ["name", "column_6", "unit"],
+    ]
+
+
+@pytest.mark.parametrize("name", ["forging_chu2020", "excavator", "gough", "staicu2015"])
+def test_efforts_and_their_parts_are_one_table(name: str) -> None:
+    still = [f"{joint}=-0.1234567" for joint in load(name).active]
+    text = call("id", name, "--du", ",".join(still), "--ddu", ",".join(still)).output
+    assert text.count("active joint") == 1
+    assert text.splitlines()[0].split()[2:4] == ["effort", "unit"]
+
+
+@pytest.mark.parametrize(
+    ("words", "what"),
+    [
+        (("check", "--draw", "{}.svg"), "picture of the robot"),
+        (("check", "--modes", "--draw", "{}.svg"), "picture of the assembly modes"),
+        (("branches", "--draw", "{}.svg"), "picture of the assembly modes"),
+        (("workspace", "--samples", "50", "--draw", "{}.svg"), "map"),
+        (("simulate", "--seconds", "0.02", "--save", "{}.csv"), "the motion"),
+        (("export", "-o", "{}.urdf"), "urdf"),
+        (("bag", "make", "{}", "--seconds", "0.02", "--robot"), "20 messages on /hybrid_dynamics/active_joint_states"),
+    ],
+    ids=lambda value: "-".join(value[:2]) if isinstance(value, tuple) else "",
+)
+def test_a_written_file_is_told_in_one_form(words: tuple[str, ...], what: str, tmp_path: Path) -> None:
+    out = str(tmp_path / "out")
+    verb, *more = [word.format(out) for word in words]
+    told = call(verb, *more, "five_bar") if verb == "bag" else call(verb, "five_bar", *more)
+    path = next(word for word in more if word.startswith(out))
+    assert f"written: {path} ({what})" in told.output.splitlines()
+
+
 @pytest.mark.parametrize("name", ["forging_chu2020", "staicu2015", "excavator", "gough"])
 def test_what_a_robot_is_fits_a_terminal(name: str) -> None:
     assert max(map(len, call("info", name).output.splitlines())) <= 80

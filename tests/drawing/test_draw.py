@@ -13,7 +13,7 @@ from matplotlib.text import Text
 
 from hybrid_dynamics_core import ClosedState, InputError, Robot
 from hybrid_dynamics_core.drawing import draw, draw_on
-from hybrid_dynamics_core.drawing.labels import _beside
+from hybrid_dynamics_core.drawing.labels import Label, Labeller, _beside
 from hybrid_dynamics_core.drawing.style import RED
 
 from .conftest import drawing_of, robot_of
@@ -124,6 +124,35 @@ def test_a_name_stays_outside_of_the_circle_that_it_is_to_keep_clear_of(directio
     centre = _beside(np.zeros(2), direction, clear, half)
     gap = np.maximum(np.abs(centre) - half, 0.0)  # from the circle's middle to the box
     assert np.linalg.norm(gap) >= clear * (1.0 - 1e-9)  # but for rounding
+
+
+WALL = np.array([[4.6, 0.0], [4.9, 0.0], [4.9, 10.0], [4.6, 10.0]])
+FULL = np.array([[5.2, 0.0], [10.0, 0.0], [10.0, 10.0], [5.2, 10.0]])
+
+
+@pytest.mark.parametrize(("walls", "leaders"), [([FULL], 0), ([FULL, WALL], 1)], ids=["free", "behind a body"])
+def test_a_name_behind_a_body_has_a_line_to_what_it_names(walls: list[np.ndarray], leaders: int) -> None:
+    figure = Figure(figsize=(4.0, 4.0))
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.set(xlim=(0.0, 10.0), ylim=(0.0, 10.0))
+    label = Label("rod", np.array([5.05, 5.0]), 0.05, {"fontsize": 8}, "name:link:rod", RED)
+    Labeller(axes, [(wall, 5.0) for wall in walls]).place([label])
+    assert axes.texts[0].get_window_extent().x1 < axes.transData.transform((5.2, 5.0))[0]
+    assert len(axes.lines) == leaders
+
+
+@pytest.mark.parametrize("name", ["five_bar", "excavator", "forging_chu2020", "palletizer"])
+def test_no_line_to_a_name_runs_under_another_name(name: str) -> None:
+    figure = draw(robot_of(name), names="all")
+    (axes,) = figure.axes[:1]
+    figure.canvas.draw()
+    names = [text for text in axes.texts if (text.get_gid() or "").startswith("name:")]
+    leaders = [axes.transData.transform(line.get_xydata()) for line in axes.lines if line.get_zorder() == 19]
+    assert names
+    for ends in leaders:
+        inner = np.linspace(*ends, 50)[:-2]  # its end touches its own name
+        for box in (text.get_window_extent() for text in names):
+            assert not ((inner > (box.x0, box.y0)) & (inner < (box.x1, box.y1))).all(axis=1).any()
 
 
 def test_scales_are_equal(robot: Robot) -> None:

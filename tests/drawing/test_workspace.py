@@ -15,6 +15,19 @@ from tests.hard_cases.linkages import four_bar
 
 from .conftest import robot_of
 
+TURNING = """
+format: 1
+name: turning
+links: {base: {}, column: {}, upper: {}, fore: {}}
+joints:
+  turn: {type: revolute, parent: base, child: column, axis: z, limits: [-2, 2]}
+  q1: {type: revolute, parent: column, child: upper, origin: {xyz: [0, 0, 0.5]}, axis: y, limits: [-1, 1]}
+  q2: {type: revolute, parent: upper, child: fore, origin: {xyz: [1, 0, 0]}, axis: y, limits: [0.5, 1.5]}
+active: [turn, q1, q2]
+end_effector: {link: fore, xyz: [0.6, 0, 0], rpy: [pi/2, 0, 0]}
+reference: {q1: -0.5, q2: 1}
+"""
+_STEP = 0.02  # of the colours: less is not seen beside its neighbour
 ROCKER = four_bar(0.3, 0.1, 0.3, 0.2).replace("{link: rocker}", "{link: rocker, xyz: [0.2, 0, 0]}")
 PANELS = {
     "excavator": ["in the plane of the arm, at any q1"],
@@ -161,3 +174,25 @@ def test_toggle_points_are_told_from_limits() -> None:
 def test_wrong_choices_are_refused(over, colour, words) -> None:
     with pytest.raises(InputError, match=words):
         draw_margins(robot_of("forging_chu2020"), over, colour=colour)
+
+
+def test_letters_of_axes_stand_on_no_part_of_the_robot() -> None:
+    """Seen from above an arm is a bar, and axes that lie in it have their letters beside it."""
+    arm = Robot(parse_description(TURNING))
+    figure = draw_workspace(arm, arm.workspace(500))
+    above = next(axes for axes in figure.axes if axes.get_title(loc="left") == "seen from above")
+    bars = [patch for patch in above.patches if (patch.get_gid() or "").startswith("link:")]
+    letters = [text for text in above.texts if (text.get_gid() or "").startswith("letter:")]
+    assert len(bars) >= 2
+    assert {text.get_text() for text in letters} >= {"x"}
+    for text in letters:
+        middle = above.transData.inverted().transform(text.get_window_extent().get_points().mean(axis=0))
+        assert not any(bar.get_path().contains_point(middle) for bar in bars)
+
+
+def test_colours_change_in_steps_that_are_not_seen_and_drawings_of_lines_stay_light(tmp_path) -> None:
+    robot, path = robot_of("excavator"), tmp_path / "map.svg"
+    figure = draw_workspace(robot, robot.workspace(3_000), path, colour="limits")
+    levels = next(areas.levels for areas in figure.axes[0].collections if len(getattr(areas, "levels", ())) > 2)
+    assert np.diff(levels).max() < _STEP * np.ptp(levels)
+    assert path.stat().st_size < 600_000  # [bytes]; 4 MB where every step is an outline

@@ -250,18 +250,24 @@ class TestRecord:
                 load_simulation(tmp_path / name)
 
     def test_picture(self, motion: Simulation, tmp_path: Path) -> None:
-        """In the look of all pictures: a title, what is shown, every joint named, units of its joints alone."""
+        """In the look of all pictures: a title, what is shown, every joint named, axes for each kind of unit."""
         pytest.importorskip("matplotlib")
         from hybrid_dynamics_core.drawing import draw_simulation
 
         machine = load(motion.robot)
         figure = draw_simulation(machine, motion, tmp_path / "fall.svg")
         assert [ax.get_ylabel() for ax in figure.axes] == [
-            "u [rad, m]",
-            "u' [rad/s, m/s]",
-            "tau [N m, N]",
+            "u [rad]",
+            "u [m]",
+            "u' [rad/s]",
+            "u' [m/s]",
+            "tau [N m]",
+            "tau [N]",
             "energy [J]",
         ]
+        own = {name for name in motion.names if machine.joint_types[name] == "revolute"}
+        assert set(figure.axes[0].get_legend_handles_labels()[1]) == own
+        assert set(figure.axes[1].get_legend_handles_labels()[1]) == set(motion.names) - own
         text = (tmp_path / "fall.svg").read_text(encoding="utf-8")
         assert all(words in text for words in (*motion.names, motion.message, "simulated motion"))
         draw_simulation(machine, motion, tmp_path / "fall.pdf")
@@ -270,6 +276,25 @@ class TestRecord:
             draw_simulation(machine, motion, tmp_path / "fall.xls")
         with pytest.raises(InputError, match="the active joints of five_bar are"):
             draw_simulation(load("five_bar"), motion)
+
+    def test_a_curve_that_others_would_hide_has_axes_of_its_own(
+        self, motion: Simulation, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """Of two lengths one is a hundredth of the other, and the picture is higher for it; zeros are seen anywhere."""
+        pytest.importorskip("matplotlib")
+        from hybrid_dynamics_core.drawing import draw_simulation
+
+        machine = load(motion.robot)
+        figures = []
+        for values in ([1.0, 0.5, 0.4, 1.0], [0.0, 0.5, 0.005, 0.0]):
+            told = np.tile(values, (len(motion.t), 1))
+            monkeypatch.setattr(Simulation, "u", property(lambda _, told=told: told))
+            figures.append(draw_simulation(machine, motion))
+        alike, apart = figures
+        assert len(apart.axes) == len(alike.axes) + 1
+        assert apart.get_figheight() > alike.get_figheight() + 1.0
+        small = next(ax for ax in apart.axes if ax.get_legend_handles_labels()[1] == ["q22"])
+        assert small.get_ylabel() == "u [m]"
 
 
 class TestProgress:
