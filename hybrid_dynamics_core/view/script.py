@@ -8,20 +8,26 @@ from typing import Final
 
 # viser's number boxes tell each key: of a typed 0.5 the 0 would be taken first. Here the browser keeps what is typed
 # until Enter, or until the box is left, and viser hears of it once. Escape gives it up. A box that is left is not told
-# so, for it would then put a number beyond the slider's end onto that end, which nobody has asked for.
+# so, for it would then put a number beyond the slider's end onto that end, which nobody has asked for. The box compares
+# what it had with what it gets, by where the cursor was and is: it is shown one change, of all that it had.
 _TYPED: Final = """
 if (window.hybridDynamicsTyped) return;
 window.hybridDynamicsTyped = true;
 let held = null, before = '';
 const own = event => event.target instanceof HTMLInputElement && event.target.matches('.mantine-NumberInput-input');
+const write = (box, text) => Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set.call(box, text);
 const drop = () => {
-  Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set.call(held, before);
+  write(held, before);
   held = null;
 };
 const tell = () => {
-  if (!/[0-9]/.test(held.value)) return drop();
-  const box = held;
-  held = null;
+  const box = held, typed = held.value;
+  drop();
+  if (!/[0-9]/.test(typed)) return;
+  box.setSelectionRange(0, before.length);
+  box.dispatchEvent(new KeyboardEvent('keydown', {bubbles: true, key: 'Unidentified'}));
+  write(box, typed);
+  box.setSelectionRange(typed.length, typed.length);
   box.dispatchEvent(new Event('input', {bubbles: true}));
 };
 document.addEventListener('beforeinput', event => {
