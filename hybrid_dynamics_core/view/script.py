@@ -13,7 +13,7 @@ from typing import Final
 _TYPED: Final = """
 if (window.hybridDynamicsTyped) return;
 window.hybridDynamicsTyped = true;
-let held = null, before = '';
+let held = null, before = '', typedIn = null;
 const own = event => event.target instanceof HTMLInputElement && event.target.matches('.mantine-NumberInput-input');
 const write = (box, text) => Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set.call(box, text);
 const drop = () => {
@@ -35,7 +35,7 @@ document.addEventListener('beforeinput', event => {
 }, true);
 document.addEventListener('input', event => {
   if (!event.isTrusted || !own(event)) return;
-  held = event.target;
+  held = typedIn = event.target;
   event.stopImmediatePropagation();
 }, true);
 document.addEventListener('keydown', event => {
@@ -43,10 +43,11 @@ document.addEventListener('keydown', event => {
   if (event.key === 'Enter') tell();
   if (event.key === 'Escape') drop();
 }, true);
-document.addEventListener('focusout', event => {
-  if (held !== event.target) return;
+for (const leaving of ['change', 'focusout']) document.addEventListener(leaving, event => {
+  if (typedIn !== event.target) return;
   event.stopImmediatePropagation();
-  tell();
+  if (leaving === 'focusout') typedIn = null;
+  if (held) tell();
 }, true);
 """
 
