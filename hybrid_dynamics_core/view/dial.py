@@ -28,6 +28,7 @@ class Dial:
         self._ends = first, last
         self.slider = gui.add_slider(f"{scope.name} [{scope.unit}]", first, last, own, self._on_slider(value))
         self.shown = value
+        self._known = self.slider.value  # what it stands at, as far as wishes were heard
 
     def on_wish(self, key: str, ask: Ask, act: Callable[[float], None]) -> None:
         """Call `act` with each value that a person gives and that lies within the range."""
@@ -40,6 +41,7 @@ class Dial:
 
     def take(self, wished: float) -> float:
         """What a value of the slider stands for. Beyond the range: back to what is shown, and InputError."""
+        self._known = wished
         try:
             return self.scope.take(wished, 0.5 * self.step)
         except InputError:
@@ -49,12 +51,13 @@ class Dial:
     def show(self, value: float) -> None:
         """Stand at a value, or at the end that is nearest to it."""
         self.shown = value
-        put(self.slider, self._on_slider(value))
+        self._known = self._on_slider(value)
+        put(self.slider, self._known)
 
     def follow(self, value: float) -> None:
-        """Stand at a value; within a step it stays, as a person may hold it."""
+        """Stand at a value; within a step it stays, as a person may hold it, and where a newer wish is under way."""
         self.shown = value
-        if abs(value - self.slider.value) > self.step:
+        if self.slider.value == self._known and abs(value - self._known) > self.step:
             self.show(value)
 
     def _on_slider(self, value: float) -> float:

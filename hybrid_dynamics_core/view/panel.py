@@ -56,7 +56,7 @@ class Panel:
         self.tell_problem()
         self._state.content = page.state_html(self.session)
         self._modes.content = page.modes_html(self.session.state)
-        self._payload.show(self.session.payload)
+        self._payload.follow(self.session.payload)
         self._efforts.content = page.efforts_html(self.session.robot, efforts)
         self.stale = True
         if not self.session.problem:
