@@ -19,6 +19,7 @@ from .bag import missing
 
 if TYPE_CHECKING:
     from hybrid_dynamics_core.view.motion import Motion
+    from hybrid_dynamics_ros.offline.collect import Track
 
 FILE = click.Path(path_type=Path)
 
@@ -31,7 +32,8 @@ Examples:
 
 \b
 Exit codes: 0 after Ctrl-C, 1 where nothing can be shown, 2 where the call is
-wrong, 3 after Ctrl-C where something of the bag could not be read.
+wrong or the port is in use, 3 after Ctrl-C where something of the bag could
+not be read.
 """
 
 
@@ -118,8 +120,21 @@ def of_bag(robot: str, path: Path, topic: str | None) -> tuple[Robot, Motion, li
         from hybrid_dynamics_ros.offline.collect import collect  # noqa: PLC0415  rosbags is an extra
     except ModuleNotFoundError as error:
         raise missing(error) from error
-    track = collect(path, robot, topic)
+    track = collect(path, robot, topic, smooth=None)
     rising = np.flatnonzero(np.diff(np.maximum.accumulate(track.time), prepend=-1.0) > 0.0)
     recorded = track.recorded[rising] if np.isfinite(track.recorded).any() else None
     state, time = track.state.rows(rising), track.time[rising]
-    return track.robot, Motion(path.name, time, state, track.acceleration[rising], recorded), track.losses
+    motion = Motion(path.name, time, state, track.acceleration[rising], recorded, how_found(track))
+    return track.robot, motion, track.losses
+
+
+def how_found(track: Track) -> str:
+    """Where the accelerations of a recording are from, and how late they are: the model's efforts are as late."""
+    late = f"{1e3 * track.causal_lag:.3g} ms"
+    if track.smooth == "causal":
+        return (
+            f"The model's accelerations are from the node's causal filter, {late} late: waves between model and file "
+            "are this lag, not the model. The recording itself, or bag process --smooth spline, has none."
+        )
+    name = {"spline": "a spline", "savgol": "a Savitzky-Golay filter"}[track.smooth]
+    return f"The model's accelerations are from {name} through the recording: no lag (the node's filter: {late})."

@@ -40,6 +40,20 @@ class Camera:
         aside = _CORNER[0] * side / np.linalg.norm(side) + _CORNER[1] * up / np.linalg.norm(up)
         return np.asarray(self.look_at + self.radius * aside)
 
+    def sees(self, points: Array, aspect: float) -> bool:
+        """Whether points (k, 3) are in a picture whose width is `aspect` times its height."""
+        forward = direction(self.look_at - self.position)
+        level = np.cross(forward, (0.0, 0.0, 1.0))
+        right = direction(level if np.linalg.norm(level) > 1e-9 else np.array([1.0, 0.0, 0.0]))
+        seen = points - self.position
+        room = np.tan(0.5 * self.field) * (seen @ forward)
+        across, upward = np.abs(seen @ right), np.abs(seen @ np.cross(right, forward))
+        return bool(((across < aspect * room) & (upward < room)).all())
+
+    def around(self, points: Array) -> Camera:
+        """Another one, that looks the same way and shows points (k, 3)."""
+        return camera_around(points, direction(self.position - self.look_at))
+
     def seen_from(self, aspect: float) -> Array:
         """Where it has to stand (3,) [m] for a canvas whose width is `aspect` times its height."""
         return np.asarray(self.look_at + (self.position - self.look_at) / min(aspect, 1.0))
@@ -61,10 +75,20 @@ def camera_for(skeleton: Skeleton, points: Array) -> Camera:
     if view.planar:
         aside = Rotation.from_rotvec(-ASIDE * view.up).as_matrix() @ toward
         toward = np.cos(ABOVE) * aside + np.sin(ABOVE) * view.up
+    return camera_around(points, toward)
+
+
+def camera_around(points: Array, toward: Array) -> Camera:
+    """A camera that shows all points (k, 3); toward: from them to it (3,)."""
     low, high = points.min(axis=0), points.max(axis=0)
     middle = 0.5 * (low + high)
     radius = max(float(np.linalg.norm(points - middle, axis=1).max()), 0.05)
     return Camera(middle + ROOM * radius / np.sin(0.5 * FIELD) * toward, middle, radius)
+
+
+def direction(vector: Array) -> Array:
+    """A vector (3,) of length one, along one that is not zero."""
+    return np.asarray(vector / np.linalg.norm(vector))
 
 
 def floor_under(points: Array, unit: float) -> Floor:

@@ -27,6 +27,7 @@ class Motion:
         state: closed, a batch of N.
         ddu: (N, n) accelerations of the active joints; NaN where not known.
         recorded: (N, n) efforts that were measured [N m or N], NaN where not; None where there are none at all.
+        note: what a reader of its efforts has to know.
     """
 
     title: str
@@ -34,6 +35,7 @@ class Motion:
     state: ClosedState
     ddu: Array
     recorded: Array | None = None
+    note: str = ""
 
     def __post_init__(self) -> None:
         count = len(self.time)

@@ -12,6 +12,7 @@ from ..assembly import AssemblyMode
 from ..drawing.style import GREEN, GRID, INK, ORANGE, QUIET, RED
 from ..robot import Robot
 from ..state import ClosedState
+from .scale import limit_of
 from .session import Efforts, Session
 
 NEAR: Final = 0.1  # distance to a singularity below which the bar warns
@@ -21,6 +22,7 @@ _STYLE: Final = f"""<style>
 .hd td {{ padding: 0 0.9em 0 0; }} .hd .q {{ color: {QUIET}; }} .hd .n {{ text-align: right; }}
 .hd .n, .hd .v {{ font-variant-numeric: tabular-nums; }}
 .hd .n, .hd .u {{ white-space: nowrap; }}
+.hd.q {{ color: {QUIET}; }}
 .hd .bar {{ display: inline-block; position: relative; height: 0.65em; background: {GRID}; border-radius: 0.2em; }}
 .hd .bar i {{ position: absolute; top: 0; height: 100%; border-radius: 0.2em; }}
 .hd-no {{ background: #fdf0e7; border-left: 4px solid {RED}; margin: 0.3em 0.6em; padding: 0.5em 0.8em; }}
@@ -63,20 +65,37 @@ def modes_html(state: ClosedState) -> str:
 
 
 def efforts_html(robot: Robot, efforts: Efforts) -> str:
-    """A bar from the middle for each drive, relative to the largest of its kind, with its number and unit."""
+    """A bar from the middle for each drive, with its number and unit, and what full bars are."""
     if efforts.problem:
         return f"{_STYLE}<div class=hd>{escape(efforts.problem)}</div>"
     recorded = {} if efforts.recorded is None else dict(zip(robot.active, efforts.recorded.tolist(), strict=True))
     rows = (
         ["<td></td><td></td><td class='n q'>model</td><td></td><td class='n q u'>in the file</td>"] if recorded else []
     )
-    for name, value, share in zip(efforts.joints, efforts.values.tolist(), efforts.shares(robot), strict=True):
-        unit = "N m" if robot.joint_types[name] == "revolute" else "N"
+    for name, value, share in zip(efforts.joints, efforts.values.tolist(), efforts.shares, strict=True):
+        unit = unit_of(robot.joint_types[name])
         cells = [f"<td>{escape(name)}</td><td>{bar(0.5, 0.5 * share, RED)}</td>"]
         cells.append(f"<td class=n>{number(value)}</td><td class='q u'>{unit}</td>")
         cells += [f"<td class=n>{number(recorded[name])}</td>"] if name in recorded else []
         rows.append("".join(cells))
-    return table(rows)
+    return table(rows) + f"<div class='hd q'>{escape(full_bars(robot, efforts))}</div>"
+
+
+def full_bars(robot: Robot, efforts: Efforts) -> str:
+    """What full bars are, in words."""
+    kinds: dict[tuple[str, bool], float] = {}
+    for name, value, full in zip(efforts.joints, efforts.values.tolist(), efforts.full.tolist(), strict=True):
+        if np.isfinite(full):
+            kinds[robot.joint_types[name], np.isfinite(limit_of(robot, name, value))] = full
+    seen = [f"{number(full)} {unit_of(kind)}" for (kind, limited), full in kinds.items() if not limited]
+    told = ["what the cylinder gives at its supply pressure"] if any(limited for _, limited in kinds) else []
+    told += [f"{' and '.join(seen)}, above the largest so far"] if seen else []
+    return f"Full bar: {'; else '.join(told)}." if told else ""
+
+
+def unit_of(kind: str) -> str:
+    """Of the effort of a type of joint."""
+    return "N m" if kind == "revolute" else "N"
 
 
 def breakable(names: str) -> str:
@@ -95,6 +114,11 @@ def bar(start: float, length: float, colour: str, width: float = 7.0) -> str:
     filled = f"<i style='left:{100 * low:.1f}%;width:{100 * (high - low):.1f}%;background:{colour}'></i>"
     middle = f"<i style='left:{100 * start:.1f}%;width:1px;background:{QUIET}'></i>" if start else ""
     return f"<span class=bar style='width:{width}em'>{filled}{middle}</span>"
+
+
+def note_html(note: str) -> str:
+    """What has to be known of something shown."""
+    return f"{_STYLE}<div class='hd q'>{escape(note)}</div>"
 
 
 def problem_html(problem: str) -> str:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from functools import partial
+from typing import Any, Protocol
 
 import numpy as np
 import viser
@@ -12,21 +12,30 @@ from ..assembly import AssemblyMode
 from ..description.model import Array
 from . import page
 from .asking import Ask, by_person, put
+from .dial import Dial
 from .playback import Playback
-from .ranges import on_round_steps, on_step, round_value, slider_ranges
+from .ranges import Range, round_value, slider_ranges
+from .script import script_html
 from .session import Efforts, Session
+
+
+class Fit(Protocol):
+    """Has the camera show the whole robot: the one of a browser, or those of all that do not see it already."""
+
+    def __call__(self, client: viser.ClientHandle | None = None) -> None:
+        """Now."""
 
 
 class Panel:
     """The controls. What a person does is handed to `ask`; nothing of the robot is touched in viser's threads."""
 
-    def __init__(self, server: viser.ViserServer, session: Session, size: float, ask: Ask) -> None:
-        self.gui, self.session, self.ask = server.gui, session, ask
+    def __init__(self, server: viser.ViserServer, session: Session, size: float, ask: Ask, fit: Fit) -> None:
+        self.gui, self.session, self.ask, self.fit = server.gui, session, ask, fit
         self.target = np.array(session.state.u)
         self.modes: tuple[AssemblyMode, ...] = ()
         self.labels: list[str] = []
-        self.stale = bool(session.state.loops)  # the list of modes
-        self.gui.add_html(page.SHEET)
+        self.stale = True  # list of modes, and sliders that were left where a person put them
+        self.gui.add_html(page.SHEET + script_html(session.robot.name))
         self._problem = self.gui.add_html("", visible=False)
         self.playback = None if session.motion is None else Playback(self.gui, session, session.motion, ask)
         self._add_sliders(slider_ranges(session.robot, session.home, size))
@@ -47,9 +56,9 @@ class Panel:
         self.tell_problem()
         self._state.content = page.state_html(self.session)
         self._modes.content = page.modes_html(self.session.state)
-        put(self._payload, self.session.payload)
+        self._payload.follow(self.session.payload)
         self._efforts.content = page.efforts_html(self.session.robot, efforts)
-        self.stale = bool(self.session.state.loops)
+        self.stale = True
         if not self.session.problem:
             self._follow()
         if self.playback is not None:
@@ -62,13 +71,18 @@ class Panel:
 
     def _follow(self) -> None:
         self.target = np.array(self.session.state.u)
-        for slider, value in zip(self.sliders, self.target.tolist(), strict=True):
-            if abs(value - slider.value) > slider.step:  # a slider that a person holds is left alone
-                put(slider, on_step(float(np.clip(value, slider.min, slider.max)), slider.step))
+        for dial, value in zip(self.dials, self.target.tolist(), strict=True):
+            dial.follow(value)
+
+    def settle(self) -> None:
+        """While nothing is asked for: sliders back to the pose, and the assembly modes at its coordinates."""
+        self.stale = False  # whatever comes of it: not to be tried again and again
+        self._follow()
+        if self.session.state.loops:
+            self.list_modes()
 
     def list_modes(self) -> None:
         """Look for the assembly modes at the present coordinates."""
-        self.stale = False  # whatever comes of it: not to be tried again and again
         self.modes = self.session.modes()
         self.labels = page.mode_labels(self.modes, self.session.home.branch)
         present = self.session.present(self.modes)
@@ -80,25 +94,20 @@ class Panel:
 
     def _add_sliders(self, ranges: Array) -> None:
         robot = self.session.robot
-        self.sliders: list[viser.GuiSliderHandle[float]] = []
+        self.dials: list[Dial] = []
         with self.gui.add_folder("Active joints"):
             for k, name in enumerate(robot.active):
                 unit = "rad" if robot.joint_types[name] == "revolute" else "m"
-                low, high, step = on_round_steps(*ranges[k].tolist())
-                start = on_step(float(np.clip(self.target[k], low, high)), step)
-                slider = self.gui.add_slider(f"{name} [{unit}]", low, high, step, start)
-                slider.on_update(self._moved(k))
-                self.sliders.append(slider)
-            button = self.gui.add_button("Reset to the reference")
-        button.on_click(lambda _: self.ask("reset", self._reset))
+                scope = Range(name, unit, ranges[k, 0], ranges[k, 1], robot.description.joints[name].limits)
+                self.dials.append(Dial(self.gui, scope, float(self.target[k])))
+                self.dials[k].on_wish(f"move {k}", self.ask, partial(self._move, k))
+            reset = self.gui.add_button("Reset pose and payload")
+            fit = self.gui.add_button("Fit the robot into the picture")
+        reset.on_click(lambda _: self.ask("reset", self._reset))
 
-    def _moved(self, k: int) -> Callable[[viser.GuiEvent[Any]], None]:
-        def moved(event: viser.GuiEvent[Any]) -> None:
-            if by_person(event):
-                value = float(event.target.value)
-                self.ask(f"move {k}", lambda: self._move(k, value))
-
-        return moved
+        @fit.on_click
+        def _(event: viser.GuiEvent[Any]) -> None:
+            self.ask("fit", partial(self.fit, event.client))
 
     def _move(self, k: int, value: float) -> None:
         self._pause()
@@ -108,6 +117,7 @@ class Panel:
     def _reset(self) -> None:
         self._pause()
         self.session.reset()
+        self.fit()
 
     def _pause(self) -> None:
         if self.playback is not None:
@@ -130,6 +140,7 @@ class Panel:
             self.list_modes()
         if wanted in self.labels:
             self.session.take_mode(self.modes[self.labels.index(wanted)])
+            self.fit()
         else:
             self.session.problem = f"there is no assembly mode '{wanted}' at these active coordinates"
 
@@ -139,10 +150,5 @@ class Panel:
         with self.gui.add_folder("Efforts of the drives"):
             self._efforts = self.gui.add_html("")
             most = round_value(0.5 * mass) if mass else 10.0
-            self._payload = self.gui.add_slider("payload [kg]", 0.0, most, most / 200.0, 0.0)
-
-        @self._payload.on_update
-        def _(event: viser.GuiEvent[Any]) -> None:
-            if by_person(event):
-                value = float(event.target.value)
-                self.ask("payload", lambda: setattr(self.session, "payload", value))
+            self._payload = Dial(self.gui, Range("payload", "kg", 0.0, most), 0.0)
+        self._payload.on_wish("payload", self.ask, self.session.lift)

@@ -6,11 +6,15 @@ from typing import Any, Final
 
 import viser
 
-from .asking import Ask, by_person, put
+from .asking import Ask
+from .dial import Dial
 from .motion import Motion
+from .page import note_html
+from .ranges import Range
 from .session import Session
 
 SPEEDS: Final = ("0.1 x", "0.25 x", "0.5 x", "1 x", "2 x", "5 x", "10 x")
+STEP: Final = 1e-3  # [s] of the time slider
 
 
 class Playback:
@@ -21,16 +25,13 @@ class Playback:
         self.playing, self.time, self.speed = False, 0.0, 1.0
         with gui.add_folder(motion.title):
             self._play = gui.add_button("Play")
-            end = max(round(motion.duration, 3), 0.001)
-            self._slider = gui.add_slider("time [s]", 0.0, end, 0.001, 0.0)
+            self._dial = Dial(gui, Range("time", "s", 0.0, motion.duration), 0.0, STEP)
+            if motion.note:
+                gui.add_html(note_html(motion.note))
             speed = gui.add_dropdown("speed", SPEEDS, initial_value="1 x")
         self._play.on_click(lambda _: ask("play", self._toggle))
 
-        @self._slider.on_update
-        def _(event: viser.GuiEvent[Any]) -> None:
-            if by_person(event):
-                time = float(event.target.value)
-                ask("time", lambda: self.seek(time))
+        self._dial.on_wish("time", ask, self.seek)
 
         @speed.on_update
         def _(event: viser.GuiEvent[Any]) -> None:
@@ -51,7 +52,7 @@ class Playback:
     def refresh(self) -> None:
         """The controls to what is so."""
         self._play.label = "Pause" if self.playing else "Play"
-        put(self._slider, min(round(self.time, 3), self._slider.max))
+        self._dial.show(self.time)
 
     def _toggle(self) -> None:
         self.playing = not self.playing

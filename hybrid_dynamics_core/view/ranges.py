@@ -3,17 +3,54 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from ..description.model import Array
-from ..errors import StateError
+from ..errors import InputError, StateError
 from ..robot import Robot
 from ..state import ClosedState
 
+FINE: Final = 1000  # steps of a slider, at least
 STEPS: Final = 60  # to the end of a range that is looked for
 TURN: Final = float(np.pi)  # [rad] either way, where nothing stops a revolute joint
+
+
+@dataclass(frozen=True)
+class Range:
+    """From where to where a quantity can be moved [unit]; `limits`: those of the robot's file."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    limits: tuple[float, float] = (-math.inf, math.inf)
+
+    def take(self, wished: float, slack: float) -> float:
+        """A wish within the range; what is beyond an end by no more than `slack`, or by rounding, is that end.
+
+        Raises InputError with the end, and with what the number would be in degrees where that lies within.
+        """
+        if self.low - 1.01 * slack <= wished <= self.high + 1.01 * slack:
+            near_low, near_high = wished - self.low < slack, self.high - wished < slack
+            return self.low if near_low else self.high if near_high else wished
+        end, limit = (self.low, self.limits[0]) if wished < self.low else (self.high, self.limits[1])
+        what = "its limit" if math.isclose(end, limit, abs_tol=1e-12) else "the end of its slider,"
+        raise InputError(
+            f"{self.name} = {wished:.6g} {self.unit} is beyond {what} {end:.6g} {self.unit}; "
+            f"it goes from {self.low:.6g} to {self.high:.6g} {self.unit}{self._in_degrees(wished)}"
+        )
+
+    def _in_degrees(self, wished: float) -> str:
+        if self.unit != "rad":
+            return ""
+        low, high = (math.degrees(end) for end in (self.low, self.high))
+        told = f" ({low:.4g} to {high:.4g} deg)"
+        if low <= wished <= high:
+            told += f". The box takes rad: {wished:.6g} deg are {math.radians(wished):.5g} rad"
+        return told
 
 
 def slider_ranges(robot: Robot, start: ClosedState, size: float) -> Array:
@@ -44,10 +81,10 @@ def _end(robot: Robot, start: ClosedState, k: int, way: float) -> float:
 
 
 def on_round_steps(low: float, high: float) -> tuple[float, float, float]:
-    """A range [rad or m] narrowed to round steps, at least 500 of them: lower end, upper end, step."""
-    power = int(np.floor(np.log10(max(high - low, 1e-9) / 500.0)))
+    """A range brought onto round steps, at least 1000 of them: lower end, upper end, step, as a slider shows them."""
+    power = int(np.floor(np.log10(max(high - low, 1e-9) / FINE) + 1e-9))
     step, digits = 10.0**power, max(-power, 0)
-    first, last = np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9)
+    first, last = np.round(low / step), np.round(high / step)
     return round(float(first * step), digits), round(float(last * step), digits), round(float(step), digits)
 
 
@@ -60,3 +97,9 @@ def round_value(value: float) -> float:
     """1, 2 or 5 times a power of ten, near a value above zero."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(power * min((1.0, 2.0, 5.0, 10.0), key=lambda k: abs(np.log(k * power / value))))
+
+
+def round_above(value: float) -> float:
+    """1, 2 or 5 times a power of ten, the smallest that is not below a value above zero."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= value * (1.0 - 1e-9)))

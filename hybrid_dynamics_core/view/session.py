@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,27 +15,32 @@ from ..errors import HybridDynamicsError, StateError
 from ..robot import Robot
 from ..state import ClosedState
 from .motion import Motion
-
-NOTHING: Final = 1e-9  # [N m or N] efforts below this are rounding
+from .scale import EffortScale
 
 
 @dataclass(frozen=True, eq=False)
 class Efforts:
     """Efforts of the driven joints: `values` (k,) [N m or N] in the order of `joints`.
 
+    full: (k,) what a full bar is [N m or N].
     recorded: (n,) of the active joints, where they were measured. problem: why there are none.
     """
 
     joints: tuple[str, ...]
     values: Array
+    full: Array
     recorded: Array | None = None
     problem: str = ""
 
-    def shares(self, robot: Robot) -> list[float]:
-        """Each relative to the largest of its kind, force or torque, in [-1, 1]."""
-        kinds = np.array([robot.joint_types[name] for name in self.joints])
-        largest = [float(np.abs(self.values[kinds == kind]).max()) for kind in kinds]
-        return [v / most if most > NOTHING else 0.0 for v, most in zip(self.values.tolist(), largest, strict=True)]
+    @property
+    def shares(self) -> list[float]:
+        """Each relative to its full bar; beyond 1 where a drive cannot give it."""
+        return list((self.values / self.full).tolist())
+
+    @classmethod
+    def none(cls, problem: str) -> Efforts:
+        """Where there are none, and why."""
+        return cls((), np.zeros(0), np.zeros(0), None, problem)
 
 
 class Session:
@@ -48,6 +52,7 @@ class Session:
         self.state = self.home
         self.problem = ""  # why the last change was refused
         self.payload = 0.0  # [kg] at the end effector, besides the robot's own
+        self.scale = EffortScale(robot)
         self.sample: int | None = None  # of the motion, while it is shown
 
     def move(self, u: ArrayLike) -> bool:
@@ -60,8 +65,13 @@ class Session:
         return True
 
     def reset(self) -> None:
-        """Back to the reference, on the robot's own assembly mode."""
+        """Back to the reference, on the robot's own assembly mode, without payload."""
         self.take_state(self.home)
+        self.payload = 0.0
+
+    def lift(self, payload: float) -> None:
+        """Take another payload [kg]."""
+        self.payload, self.problem = payload, ""
 
     def take_state(self, state: ClosedState) -> None:
         """Jump to a closed state."""
@@ -92,10 +102,11 @@ class Session:
             ddu = self.motion.ddu[self.sample]
             recorded = None if self.motion.recorded is None else self.motion.recorded[self.sample]
         if not np.isfinite(ddu).all():
-            return Efforts((), np.zeros(0), None, "accelerations are not known at this sample")
+            return Efforts.none("accelerations are not known at this sample")
         loads = robot.loads.with_payload(Payload(self.payload), robot.end_effector) if self.payload else robot.loads
         try:
             forces = robot.drive_forces(state, robot.inverse_dynamics(state, ddu, loads))
         except HybridDynamicsError as error:
-            return Efforts((), np.zeros(0), None, str(error))
-        return Efforts(tuple(forces), np.array([float(value) for value in forces.values()]), recorded)
+            return Efforts.none(str(error))
+        values = np.array([float(value) for value in forces.values()])
+        return Efforts(tuple(forces), values, self.scale.full(tuple(forces), values), recorded)

@@ -15,11 +15,11 @@ from ..drawing.style import PURPLE, QUIET, RED
 from ..state import ClosedState
 from . import meshes
 from .bodies import Shape, Span, span_pose
-from .camera import camera_for, floor_under
+from .camera import Camera, camera_for, floor_under
 from .session import Efforts
 
-LONGEST: Final = 0.2  # of the size of the robot: the arrow of the largest force
-FAINT: Final = 0.02  # share of the largest effort below which there is no arrow
+LONGEST: Final = 0.2  # of the size of the robot: the arrow of a force that fills its bar
+FAINT: Final = 0.02  # share of a bar below which there is no arrow
 
 
 class Stage:
@@ -46,8 +46,8 @@ class Stage:
                 self._stretch(tube, span, poses)
 
     def show_efforts(self, efforts: Efforts) -> None:
-        """Arrows of a length that is relative to the largest force, or torque; along it, or round its axis."""
-        shares = dict(zip(efforts.joints, efforts.shares(self.shape.robot), strict=True))
+        """Arrows as long as the bars are; along the force, or round the axis of the torque."""
+        shares = dict(zip(efforts.joints, efforts.shares, strict=True))
         with self.server.atomic():
             for name, (handle, base, axis) in self.arrows.items():
                 share = shares.get(name, 0.0)
@@ -55,7 +55,7 @@ class Stage:
                 if handle.visible:
                     handle.position = base
                     handle.wxyz = wxyz(meshes.frame_along(axis if share > 0.0 else -axis))
-                    self._size(handle, name, abs(share))
+                    self._size(handle, name, min(abs(share), 1.0))
 
     def _size(self, handle: viser.MeshHandle, name: str, share: float) -> None:
         if self.shape.robot.joint_types[name] == "revolute":
@@ -108,7 +108,7 @@ class Stage:
         floor, camera = floor_under(shape.points, shape.unit), camera_for(shape.skeleton, shape.points)
         self.floor, self.camera = floor, camera
         middle = (float(camera.look_at[0]), float(camera.look_at[1]), floor.level)
-        self.scene.add_grid(
+        self._tiles = self.scene.add_grid(
             "/floor",
             floor.side,
             floor.side,
@@ -122,6 +122,7 @@ class Stage:
             fade_distance=3.0 * floor.side,
             position=middle,
         )
+        self._gravity: viser.MeshHandle | None = None
         gravity = np.asarray(shape.robot.description.gravity, dtype=float)
         strength = float(np.linalg.norm(gravity))
         if strength > 0.0:
@@ -131,9 +132,20 @@ class Stage:
         start.up, start.fov = np.array([0.0, 0.0, 1.0]), camera.field
         start.near, start.far = 0.005 * shape.size, 100.0 * shape.size
 
+    def surround(self, points: Array, camera: Camera) -> None:
+        """Floor under points (k, 3), never above where it was at the start; gravity beside what a new camera shows."""
+        level = min(self.floor.level, floor_under(points, self.shape.unit).level)
+        x, y, _ = self._tiles.position
+        self._tiles.position = np.array([x, y, level])
+        if camera is not self.camera:
+            self.camera = camera
+            self.server.initial_camera.position, self.server.initial_camera.look_at = camera.position, camera.look_at
+            if self._gravity is not None:
+                self._gravity.position = camera.corner
+
     def _add_gravity(self, direction: Array, strength: float) -> None:
         mesh = meshes.arrow(0.045)
-        self.scene.add_mesh_simple(
+        self._gravity = self.scene.add_mesh_simple(
             "/gravity",
             mesh.vertices,
             mesh.faces,

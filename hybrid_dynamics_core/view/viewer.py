@@ -12,6 +12,7 @@ from typing import Final
 
 import viser
 
+from ..drawing.skeleton import place
 from ..drawing.style import RED
 from ..errors import HybridDynamicsError, InputError
 from ..robot import Robot
@@ -49,9 +50,9 @@ class Viewer:
             self.stage = Stage(self.server, shape)
             self.fitting = Fitting(self.server, self.stage.camera)
             self.glide = Glide(robot, self.session.state)
-            self.panel = Panel(self.server, self.session, shape.size, self.ask)
+            self.panel = Panel(self.server, self.session, shape.size, self.ask, self.fit)
             self.show()
-            self._list_modes()
+            self._settle()
         except BaseException:  # nobody else could close the port
             self.close()
             raise
@@ -102,9 +103,15 @@ class Viewer:
             return False
         return True
 
-    def _list_modes(self) -> None:
-        if not self._attempt(self.panel.list_modes):
+    def _settle(self) -> None:
+        if not self._attempt(self.panel.settle):
             self.panel.tell_problem()
+
+    def fit(self, client: viser.ClientHandle | None = None) -> None:
+        """The whole robot as it stands now into the picture of a browser, or of all that do not show it."""
+        points = place(self.session.robot, self.session.state).points
+        self.fitting.show(points, client)
+        self.stage.surround(points, self.fitting.camera)
 
     def run(self) -> None:
         """Serve until `end`, or until KeyboardInterrupt, which is passed on."""
@@ -118,7 +125,7 @@ class Viewer:
                     last = now
             else:
                 if not self.step(REST if self.panel.stale else None):
-                    self._list_modes()
+                    self._settle()
                 last = time.monotonic()
 
     def _frame(self, elapsed: float) -> None:

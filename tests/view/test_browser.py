@@ -107,6 +107,8 @@ def look_and_move(page, forging: Robot, place: Path) -> None:
     after = drawn(page)
     changed = np.abs(after - before).max(axis=2) > 0.1
     assert changed.mean() > 0.01  # of the pixels
+    assert page.title() == forging.name
+    type_numbers(page, tip, u)
     slider.focus()
     page.keyboard.press("End")  # where the loop has its toggle point
     page.get_by_text("The last pose stays.").wait_for(timeout=PATIENCE)
@@ -114,3 +116,26 @@ def look_and_move(page, forging: Robot, place: Path) -> None:
     page.get_by_text(tip(u)).wait_for(timeout=PATIENCE)  # the panel may be between two of its states
     page.screenshot(path=place, timeout=PATIENCE)
     assert place.stat().st_size > 10_000  # bytes: a picture, not an empty page
+
+
+def type_numbers(page, tip, u: np.ndarray) -> None:
+    """Of a number in the box each key is not yet a wish; beyond the range it is refused, and the box goes back."""
+    box = page.locator("input.mantine-NumberInput-input").nth(1)
+    for leave, within in (("Enter", 0.2345), ("Tab", 0.1234)):
+        before = box.input_value()
+        box.click()
+        page.keyboard.press("Control+a")
+        page.keyboard.type("0.9", delay=150)  # [ms] three times what the page waits between two updates
+        assert page.get_by_text(tip(u)).count() == 1  # not at 0
+        page.keyboard.press(leave)
+        page.get_by_text("q12 = 0.9 m is beyond").wait_for(timeout=PATIENCE)
+        back = "([box, text]) => box.value === text"
+        page.wait_for_function(back, arg=[box.element_handle(), before], timeout=PATIENCE)
+        assert page.get_by_text(tip(u)).count() == 1
+        box.click()
+        page.keyboard.press("Control+a")
+        page.keyboard.type(f"{within}")
+        page.keyboard.press("Tab")
+        u[1] = within
+        page.get_by_text(tip(u)).wait_for(timeout=PATIENCE)
+        page.get_by_text("The last pose stays.").wait_for(state="detached", timeout=PATIENCE)

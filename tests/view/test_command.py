@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from click.testing import CliRunner, Result
 
 from hybrid_dynamics_cli.app import app
 from hybrid_dynamics_cli.bags.common import LOST
-from hybrid_dynamics_cli.verbs.view import what_to_show
+from hybrid_dynamics_cli.verbs.view import how_found, what_to_show
 from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_core.control import JointTrajectory
 from hybrid_dynamics_core.simulation import simulate
@@ -131,8 +132,11 @@ def test_a_recording_is_played_with_its_efforts(forging: Robot, tmp_path: Path) 
     session = Session(robot, motion)
     session.show_sample(100)
     efforts = session.efforts()
-    # the node's filter estimates accelerations from rates: to some percent of what inertia adds
-    assert efforts.values == pytest.approx(efforts.recorded, rel=0.05, abs=20.0)
+    # a spline through samples 5 ms apart, of a motion of some rad/s: to 1e-4 of the largest effort, a few kN
+    assert efforts.values == pytest.approx(efforts.recorded, rel=1e-4, abs=0.5)
+    assert "a spline through the recording: no lag" in motion.note
+    track = SimpleNamespace(smooth="causal", causal_lag=0.0204)
+    assert "20.4 ms late" in how_found(track)  # type: ignore[arg-type]  # of a bag that was processed so
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

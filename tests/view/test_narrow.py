@@ -13,6 +13,8 @@ from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_core.view.camera import Camera, camera_for
 from tools.browser import NoBrowserError, opened_page
 
+from .conftest import Opened
+
 pytestmark = pytest.mark.usefixtures("needs_viser")
 PATIENCE = 60_000  # [ms] a machine may be loaded; nothing waits for this where all is well
 WIDTH, HEIGHT = 500, 800  # [px]
@@ -144,3 +146,57 @@ def test_the_camera_follows_the_window_until_somebody_moves_it() -> None:
     page.turned(0.25)
     assert page.camera.position == pytest.approx([1.0, 0.0, 0.0])
     assert not fitting._put
+
+
+def test_the_camera_follows_what_leaves_its_picture_from_the_side_where_it_stands() -> None:
+    from hybrid_dynamics_core.view.fitting import Fitting
+
+    met: dict[str, Any] = {}
+    camera = Camera(np.array([3.0, 4.0, 12.0]), np.zeros(3), 2.0)
+    stays, turned = Page(camera, 1.5), Page(camera, 0.5)
+    turned.client_id = 8
+    server = SimpleNamespace(
+        on_client_connect=lambda act: met.update(come=act),
+        on_client_disconnect=lambda act: met.update(gone=act),
+        get_clients=lambda: {7: stays, 8: turned},
+    )
+    fitting = Fitting(server, camera)  # type: ignore[arg-type]
+    for page in (stays, turned):
+        met["come"](page)
+    turned.camera.position = np.array([0.0, -20.0, 1.0])
+    near, far = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]), np.array([[12.0, 0.0, -9.0], [13.0, 0.0, -3.0]])
+    fitting.show(near)
+    assert fitting.camera is camera  # all of them see it: nothing moves
+    assert turned.camera.position == pytest.approx([0.0, -20.0, 1.0])
+    fitting.show(far)
+    for page, toward in ((stays, (3.0, 4.0, 12.0)), (turned, (0.0, -20.0, 1.0))):
+        eye = page.camera
+        assert Camera(eye.position, eye.look_at, 0.0).sees(far, eye.aspect)
+        assert np.cross(eye.position - eye.look_at, toward) == pytest.approx(np.zeros(3), abs=1e-9)
+    assert fitting.camera.sees(far, 1.0)
+    assert not camera.sees(far, 1.0)
+    stays.camera.position = np.array([0.0, -1000.0, 1.0])  # far away; it would see them
+    fitting.show(near, stays)  # type: ignore[arg-type]
+    assert np.linalg.norm(stays.camera.position) < 20.0
+    turned.turned(2.0)  # and still follows its window
+    assert Camera(turned.camera.position, turned.camera.look_at, 0.0).sees(far, 2.0)
+
+
+def test_in_a_mode_below_the_floor_the_floor_goes_down_and_gravity_comes_along(opened: Opened) -> None:
+    robot = load("excavator")
+    viewer = opened(robot)
+    stage, start = viewer.stage, viewer.stage.camera
+    level = stage._tiles.position[2]
+    home = stage.shape.points
+    viewer.fit()
+    assert (stage.camera, stage._tiles.position[2]) == (start, level)
+    below = home - np.array([0.0, 0.0, 3.0 * stage.shape.size])
+    viewer.fitting.show(below)
+    stage.surround(below, viewer.fitting.camera)
+    assert stage._tiles.position[2] < below[:, 2].min()
+    assert stage._gravity is not None
+    assert stage._gravity.position == pytest.approx(stage.camera.corner)
+    assert viewer.server.initial_camera.position == pytest.approx(stage.camera.position)
+    viewer.fit()  # back home
+    assert stage._tiles.position[2] == level
+    assert stage.camera.sees(home, 1.0)

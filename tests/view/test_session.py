@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
 from hybrid_dynamics_core import InputError, Payload, Robot, load
 from hybrid_dynamics_core.control import JointTrajectory
+from hybrid_dynamics_core.description.actuators import HydraulicCylinder
 from hybrid_dynamics_core.view.glide import SPAN
 from hybrid_dynamics_core.view.motion import motion_of
 from hybrid_dynamics_core.view.page import efforts_html, mode_labels, modes_html, problem_html, state_html
-from hybrid_dynamics_core.view.ranges import on_round_steps, on_step, slider_ranges
-from hybrid_dynamics_core.view.session import Session
+from hybrid_dynamics_core.view.ranges import Range, on_round_steps, on_step, slider_ranges
+from hybrid_dynamics_core.view.scale import EffortScale
+from hybrid_dynamics_core.view.session import Efforts, Session
 from tests.mechanisms import changed
 
 from .conftest import Opened
+
+if TYPE_CHECKING:
+    from hybrid_dynamics_core.view.dial import Dial
 
 PATIENCE = 30.0  # [s] a machine may be loaded; nothing waits for this where all is well
 EXACT = 1e-12  # the same computation twice, in another order at most
@@ -75,7 +82,6 @@ def test_efforts_are_those_of_the_model(forging: Robot) -> None:
     session.payload = 20.0
     laden = forging.inverse_dynamics(session.state, np.zeros(4), forging.loads.with_payload(Payload(20.0)))
     assert session.efforts().values == pytest.approx(laden, rel=EXACT, abs=1e-9)
-    assert max(abs(share) for share in session.efforts().shares(forging)) == 1.0
     assert f"{laden[1]:,.0f}" in efforts_html(forging, session.efforts())
 
 
@@ -119,18 +125,120 @@ def test_sliders_reach_as_far_as_the_loops_close(name: str) -> None:
 
 
 @pytest.mark.parametrize(("low", "high"), [(-np.pi, np.pi), (0.0321098, 0.7), (-0.1, 0.3), (0.0, 1e-3), (-6.28, 6.28)])
-def test_sliders_have_round_steps_within_the_range(low: float, high: float) -> None:
+def test_sliders_have_round_steps_up_to_the_ends_of_the_range(low: float, high: float) -> None:
     first, last, step = on_round_steps(low, high)
-    assert low - 1e-9 <= first < low + step
-    assert high - step < last <= high + 1e-9
-    assert 500 <= round((last - first) / step) + 1 <= 6400
+    assert abs(first - low) <= 0.5001 * step  # half a step, and rounding
+    assert abs(last - high) <= 0.5001 * step
+    assert np.log10(step) == pytest.approx(round(np.log10(step)))
+    assert 1000 <= round((last - first) / step) + 1 <= 10001
+    scope = Range("q", "rad", low, high)
+    assert (scope.take(first, 0.5 * step), scope.take(last, 0.5 * step)) == (low, high)  # the very ends
+    assert scope.take(first + 3.0 * step, 0.5 * step) == first + 3.0 * step
+
+
+def test_what_is_beyond_the_range_is_refused_with_its_end_and_a_word_on_degrees() -> None:
+    lift = Range("lift", "m", 0.0, 0.15, (0.0, 0.15))
+    with pytest.raises(InputError, match=r"lift = 0\.5 m is beyond its limit 0\.15 m; it goes from 0 to 0\.15 m$"):
+        lift.take(0.5, 0.0)
+    with pytest.raises(InputError, match=r"lift = -0\.01 m is beyond its limit 0 m"):
+        lift.take(-0.01, 0.0)
+    crank = Range("crank", "rad", np.pi / 6, 5 * np.pi / 6, (np.pi / 6, 3.0))  # the loop ends before the upper limit
+    with pytest.raises(InputError, match=r"beyond the end of its slider.*\(30 to 150 deg\).*90 deg are 1\.5708 rad$"):
+        crank.take(90.0, 0.0)
+    with pytest.raises(InputError, match=r"beyond its limit 0\.523599 rad.*\(30 to 150 deg\)$"):
+        crank.take(-90.0, 0.0)
+    with pytest.raises(InputError, match="nan"):
+        crank.take(np.nan, 0.0)
+
+
+def test_a_number_beyond_a_slider_moves_nothing_and_the_slider_goes_back(forging: Robot, opened: Opened) -> None:
+    viewer = opened(forging)
+    before, payload = viewer.session.state, viewer.panel._payload
+
+    def typed(dial: Dial, value: float, act: Callable[[float], None]) -> None:
+        dial.slider.value = value  # as viser has it when it calls back
+        viewer.ask("typed", lambda: act(dial.take(value)))
+        assert viewer.step(0.0)
+
+    cylinder = viewer.panel.dials[1]
+    typed(cylinder, 3.0, lambda value: viewer.panel._move(1, value))
+    assert viewer.session.state is before
+    assert (
+        "q12 = 3 m is beyond the end of its slider, 0.7 m; it goes from -0.1 to 0.7 m" in viewer.panel._problem.content
+    )
+    assert cylinder.slider.value == pytest.approx(forging.reference[1])
+    typed(payload, 1e4, viewer.session.lift)
+    assert (viewer.session.payload, payload.slider.value) == (0.0, 0.0)
+    assert "payload = 10000 kg is beyond" in viewer.panel._problem.content
+    typed(payload, 20.0, viewer.session.lift)
+    assert (viewer.session.payload, viewer.session.problem) == (20.0, "")
+    viewer.panel._reset()
+    viewer.show()
+    assert (viewer.session.payload, payload.slider.value) == (0.0, 0.0)
+
+
+def test_a_slider_that_was_not_followed_goes_back_when_it_is_let_go() -> None:
+    """Where the loops do not close, though the number is within the range."""
+    from hybrid_dynamics_core.view import open_viewer
+
+    robot = load("gough")
+    with open_viewer(robot, port=0) as viewer:
+        dial, target = viewer.panel.dials[2], viewer.panel.target
+        viewer.session.problem = "the loops do not close there"
+        target[2] = dial.slider.value = dial.slider.max
+        viewer._settle()
+        assert dial.slider.value == dial.slider.max  # its wish is under way
+        dial.take(dial.slider.max)
+        viewer.show()
+        assert dial.slider.value == dial.slider.max  # while a person may hold it
+        viewer._settle()
+        assert dial.slider.value == pytest.approx(robot.reference[2], abs=dial.step)
+        assert np.array_equal(viewer.panel.target, viewer.session.state.u)
+        assert viewer.session.problem
+
+
+def test_full_bars_are_round_and_only_grow(forging: Robot) -> None:
+    session = Session(forging)
+    force, torque = forging.joint_types["q12"], forging.joint_types["q1"]
+
+    def full(**efforts: float) -> list[float]:
+        return session.scale.full(tuple(efforts), np.array(list(efforts.values()))).tolist()
+
+    assert (force, torque) == ("prismatic", "revolute")
+    assert full(q12=-341.0, q22=20.0, q1=3.0) == [500.0, 500.0, 5.0]
+    assert full(q12=1.0, q1=5.1) == [500.0, 10.0]
+    assert full(q12=501.0) == [1000.0]
+    empty = Session(forging).scale
+    assert np.isinf(empty.full(("q1",), np.zeros(1))).all()
+    assert Efforts(("q1",), np.zeros(1), np.array([np.inf])).shares == [0.0]
+    session = Session(forging)
+    light = session.efforts()
+    session.lift(20.0)
+    heavy = session.efforts()
+    assert (heavy.full >= light.full).all()
+    assert heavy.shares == (heavy.values / heavy.full).tolist()
+    assert "above the largest so far" in efforts_html(forging, light)
+
+
+def test_full_bars_of_cylinders_are_what_they_give_at_their_supply_pressure(forging: Robot) -> None:
+    cylinder = HydraulicCylinder("q12", 0.1, 0.06, return_pressure=1e5, supply_pressure=2e7)
+    robot = changed(forging, actuators={"q12": cylinder})
+    scale = EffortScale(robot)
+    push = 2e7 * cylinder.cap_area - 1e5 * cylinder.rod_area
+    pull = 2e7 * cylinder.rod_area - 1e5 * cylinder.cap_area
+    assert scale.full(("q12",), np.array([10.0])) == pytest.approx([push])
+    assert scale.full(("q12",), np.array([-10.0])) == pytest.approx([pull])
+    told = efforts_html(robot, Efforts(("q12",), np.array([0.5 * push]), np.array([push])))
+    assert "what the cylinder gives at its supply pressure" in told
+    assert "width:25.0%" in told  # half of the right half
 
 
 def test_sliders_begin_on_their_steps_whatever_the_reference(forging: Robot, opened: Opened) -> None:
     """Their number boxes have no room for more digits."""
     robot = changed(forging, reference={**forging.description.reference, "q1": 10.0 * np.pi / 180.0})
     assert on_step(0.1745329, 0.001) == 0.175
-    for slider, value in zip(opened(robot).panel.sliders, robot.reference, strict=True):
+    for dial, value in zip(opened(robot).panel.dials, robot.reference, strict=True):
+        slider = dial.slider
         assert slider.value == on_step(slider.value, slider.step) == pytest.approx(value, abs=0.5 * slider.step)
 
 
@@ -188,7 +296,7 @@ def test_what_a_person_does_in_the_page_moves_the_robot(forging: Robot, opened: 
     viewer.ask("move 1", lambda: viewer.panel._move(1, 0.25))  # the newer wish counts
     assert viewer.step(0.0)
     assert viewer.session.state.u.tolist() == [0.0, 0.25, 0.15, 0.0]
-    assert viewer.panel.sliders[1].value == 0.25
+    assert viewer.panel.dials[1].slider.value == 0.25
     viewer.panel.list_modes()
     present = viewer.session.present(viewer.panel.modes)
     wanted = 0 if present else 1
@@ -223,7 +331,7 @@ def test_what_the_robot_refuses_is_said_in_the_panel_and_the_view_goes_on(
     assert viewer.panel._problem.visible
     assert "q1 is nan" in viewer.panel._problem.content
     monkeypatch.setattr(viewer.session, "modes", no_modes)
-    viewer._list_modes()
+    viewer._settle()
     assert "no modes here" in viewer.panel._problem.content
     assert not viewer.panel.stale  # not looked for again before something moves
 

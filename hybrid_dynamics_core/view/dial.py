@@ -1,0 +1,64 @@
+"""A slider with its number box: takes what lies within its range, tells what does not, and goes back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import viser
+
+from ..errors import InputError
+from .asking import Ask, by_person, put
+from .ranges import Range, on_round_steps, on_step
+
+
+class Dial:
+    """The control of one quantity. It shows round steps; its ends are those of the range itself.
+
+    step: of the slider; where none is given, round and at most a thousandth of the range.
+    """
+
+    def __init__(self, gui: viser.GuiApi, scope: Range, value: float, step: float | None = None) -> None:
+        self.scope = scope
+        first, last, own = on_round_steps(scope.low, scope.high)
+        if step is not None:
+            first, last, own = on_step(scope.low, step), max(on_step(scope.high, step), step), step
+        self.step = own
+        self._ends = first, last
+        self.slider = gui.add_slider(f"{scope.name} [{scope.unit}]", first, last, own, self._on_slider(value))
+        self.shown = value
+        self._known = self.slider.value  # what it stands at, as far as wishes were heard
+
+    def on_wish(self, key: str, ask: Ask, act: Callable[[float], None]) -> None:
+        """Call `act` with each value that a person gives and that lies within the range."""
+
+        @self.slider.on_update
+        def _(event: viser.GuiEvent[Any]) -> None:
+            if by_person(event):
+                wished = float(event.target.value)
+                ask(key, lambda: act(self.take(wished)))
+
+    def take(self, wished: float) -> float:
+        """What a value of the slider stands for. Beyond the range: back to what is shown, and InputError."""
+        self._known = wished
+        try:
+            return self.scope.take(wished, 0.5 * self.step)
+        except InputError:
+            self.show(self.shown)
+            raise
+
+    def show(self, value: float) -> None:
+        """Stand at a value, or at the end that is nearest to it."""
+        self.shown = value
+        self._known = self._on_slider(value)
+        put(self.slider, self._known)
+
+    def follow(self, value: float) -> None:
+        """Stand at a value; within a step it stays, as a person may hold it, and where a newer wish is under way."""
+        self.shown = value
+        if self.slider.value == self._known and abs(value - self._known) > self.step:
+            self.show(value)
+
+    def _on_slider(self, value: float) -> float:
+        return on_step(float(np.clip(value, *self._ends)), self.step)
