@@ -63,7 +63,7 @@ def solve_ik(context: Context, request: SolveIK.Request, response: SolveIK.Respo
         response.branches = [str(mode) for mode in result.branch.values()]
     if result.status is not IKStatus.SOLVED or state is None:
         response.error_code = IK_CODES.get(result.status, ErrorCode.SINGULAR)
-        response.error_text = one_line(result.message)
+        response.error_text = " ".join(result.message.split())
         response.residual = float(result.residual) if math.isfinite(result.residual) else math.nan
         return
     require_finite(state.s)
