@@ -69,7 +69,8 @@ class Recorder:
             self.last_arrival = time.monotonic()
 
         qos = QoSProfile(depth=QUEUE, reliability=QoSReliabilityPolicy.RELIABLE)
-        self._node.create_subscription(_CLASSES[topic], topic, keep, qos, raw=True)
+        callback: Any = keep  # rclpy takes two arguments too, and its types do not tell
+        self._node.create_subscription(_CLASSES[topic], topic, callback, qos, raw=True)
 
 
 def _first_question() -> InverseDynamics.Request:
