@@ -103,9 +103,10 @@ class Labeller:
             for direction in _DIRECTIONS:
                 centre = _beside(anchor, direction, clear + distance * self.point, half)
                 cost = self._cost(centre, half) + _NEAR * distance + _FAR * distance**2 - _ABOVE * np.sin(direction)
-                if cost < least:
-                    crossed = self._crossed(anchor, centre, half, clear) - own
-                    cost += _CROSSED * crossed
+                if cost >= least:
+                    continue
+                crossed = self._crossed(anchor, centre, half, clear) - own
+                cost += _CROSSED * crossed
                 if cost < least:
                     best, least, lead = centre, cost, distance > _LEADER or crossed > _BODY
         return best, lead
@@ -121,7 +122,7 @@ class Labeller:
     def _on(self, ends: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Cells, rows and columns, on a line between two points [px], each once."""
         count = 2 + int(np.linalg.norm(ends[1] - ends[0]) / (0.5 * _CELL))
-        cells = np.floor((np.linspace(*ends, count) - self.origin) / _CELL).astype(np.int64)
+        cells = np.floor((np.linspace(ends[0], ends[1], count) - self.origin) / _CELL).astype(np.int64)
         cells = np.unique(cells[((cells >= 0) & (cells < self.grid.shape[::-1])).all(axis=1)], axis=0)
         return cells[:, 1], cells[:, 0]
 
