@@ -19,11 +19,11 @@ from .cells import Cells, Grid, Judge, Place
 _LONGER: Final = (40, 240)  # cells over the longer side of a map
 _FINER: Final = 3  # cells of the outline over one of the map
 # Samples at most for colours and for the outline, of those spread evenly. Following loops is slow: what is spread
-# evenly shows the colours nearly as well, and the outline far worse.
+# evenly shows much of the colours, and the outline far worse. First what cells are sized for.
 _EFFORT: Final = {False: (8.0, 8.0, 8.0), True: (1.0, 0.4, 0.6)}
 _EACH: Final = 5.0  # samples for a cell of the square about a map, on average
 _AT_ONCE: Final = 20_000  # samples in a round
-_DEEP: Final = 2
+_DEEP: Final = 2  # cells of the outline: known ones farther inside are no place to look from
 _RIM: Final = 2  # cells at the edge in which the outline is looked for
 _GAPS: Final = 2  # cells: half the width of the gaps between known ones that are taken as missed by chance
 

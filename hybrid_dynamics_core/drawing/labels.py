@@ -106,9 +106,9 @@ class Labeller:
                 if cost >= least:
                     continue
                 crossed = self._crossed(anchor, centre, half, clear) - own
-                if cost + _CROSSED * crossed < least:
-                    best, least = centre, cost + _CROSSED * crossed
-                    lead = distance > _LEADER or crossed > _BODY
+                cost += _CROSSED * crossed
+                if cost < least:
+                    best, least, lead = centre, cost, distance > _LEADER or crossed > _BODY
         return best, lead
 
     def _crossed(self, anchor: Array, centre: Array, half: Array, clear: float) -> float:
