@@ -50,9 +50,14 @@ def _doubt_strokes(document: Document, robot: RobotDescription, reach: float) ->
     least, times = SLIDE
     for name, joint in robot.joints.items():
         limit = max((abs(end) for end in joint.limits if np.isfinite(end)), default=0.0)
-        if joint.type == "prismatic" and limit >= least and limit > times * reach:
+        if joint.type == "prismatic" and limit >= least and limit > times * reach and not _stands_for_none(limit):
             told = f"{limit:g} m, and the robot reaches {reach:.4g} m from its base: are these millimetres?"
             document.doubt(("joints", name, "limits"), f"{told} {limit:g} mm are written {limit / 1000.0:g}")
+
+
+def _stands_for_none(limit: float) -> bool:
+    """Whether a limit is a power of ten, which URDFs and the like have where there is none."""
+    return float(np.log10(limit)).is_integer()
 
 
 def _part(vector: Array, path: Path_) -> Part:

@@ -176,7 +176,7 @@ def test_efforts_and_their_parts_are_one_table(name: str) -> None:
         (("branches", "--draw", "{}.svg"), "picture of the assembly modes"),
         (("workspace", "--samples", "50", "--draw", "{}.svg"), "map"),
         (("simulate", "--seconds", "0.02", "--save", "{}.csv"), "the motion"),
-        (("export", "-o", "{}.urdf"), "urdf"),
+        (("export", "-o", "{}.urdf"), "URDF"),
         (("bag", "make", "{}", "--seconds", "0.02", "--robot"), "20 messages on /hybrid_dynamics/active_joint_states"),
     ],
     ids=lambda value: "-".join(value[:2]) if isinstance(value, tuple) else "",

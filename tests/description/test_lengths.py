@@ -49,7 +49,8 @@ def test_no_shipped_robot_is_doubted(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("limits", "doubted"), [("0, 150", True), ("-80, 0", True), ("0, 35", False), ("0, 0.5", False)]
+    ("limits", "doubted"),
+    [("0, 150", True), ("-80, 0", True), ("0, 35", False), ("-1000, 1000", False), ("0, 0.5", False)],
 )
 def test_strokes_in_millimetres_are_told(limits: str, doubted: bool) -> None:
     """A robot of a metre has no stroke of forty; one on a long track has."""
