@@ -74,12 +74,12 @@ class Cells:
     @property
     def known(self) -> NDArray[np.bool_]:
         """(shape) which cells keep a sample."""
-        return np.isfinite(self._best).reshape(self.grid.shape)
+        return np.asarray(np.isfinite(self._best).reshape(self.grid.shape))
 
     @property
     def u(self) -> Array:
         """(K, n) active coordinates of the samples kept."""
-        return self._u[np.isfinite(self._best)]
+        return np.asarray(self._u[np.isfinite(self._best)])
 
     def keep(self, samples: Margins) -> None:
         """Keep what is better than what its cell has."""

@@ -16,7 +16,7 @@ from ..description.model import Array
 _CELL = 3.0  # [px] of the grid that remembers what is covered
 _DIRECTIONS = np.linspace(0.0, 2.0 * np.pi, 25)[:-1]
 _DISTANCES = (2.0, 6.0, 12.0, 20.0, 30.0, 44.0, 60.0, 80.0, 110.0)  # [pt] beyond the symbol
-_EDGE = 1.6  # weight of an outline: a line through a name is worse than a ground behind it
+_EDGE = 4.0  # weight of an outline: a line through a name is worse than a ground behind it
 _ABOVE = 0.2  # of the cost: what a place above is better than one beside
 _PILL, _AIR = 2.5, 2.0  # [pt] around a name that stands on a ground of its own, and around one that does not
 _CROSSED = 0.05  # weight of what lies between a name and what it names
