@@ -87,6 +87,11 @@ def _version(place: Path) -> tuple[int, ...]:
     return found.st_ino, found.st_mtime_ns, found.st_size
 
 
+def picture_for(machine: Robot, path: str, *, overwrite: bool) -> Path:
+    """Where a picture of a robot goes."""
+    return place_for(path, PICTURES, read_by(machine), overwrite=overwrite)
+
+
 def read_by(machine: Robot) -> list[Path]:
     """The files that a robot was read from."""
     return sources(machine.description)

@@ -10,7 +10,6 @@ from .closure.posture import Posture
 from .closure.reach import allowed_range
 from .closure.step import Step
 from .description.model import Array
-from .description.wording import unit
 from .errors import ClosureError, HybridDynamicsError, InputError, SingularityError, StateError
 from .kernels.run import Codes
 from .kernels.status import JUMP, NOT_FINITE
@@ -72,7 +71,7 @@ def _singular(loop: str, distance: float, index: int | None) -> SingularityError
 def _open(model: Model, step: Step, posture: Posture, index: int | None) -> StateError:
     names = model.tree.coordinates
     known = step.known
-    told = {c: f"{names[c]} = {posture.q[c] + 0.0:.9g} {unit_of(model, c)}" for c in known}
+    told = {c: f"{names[c]} = {posture.q[c] + 0.0:.9g} {model.tree.unit(c)}" for c in known}
     values = ", ".join(told.values())
     if isinstance(step, NewtonStep):  # an iteration knows no range
         problem = f"loop '{step.name}' cannot close at {values}: no closed configuration was found on the way there"
@@ -85,7 +84,7 @@ def _open(model: Model, step: Step, posture: Posture, index: int | None) -> Stat
             continue
         if allowed[0] - EDGE < value < allowed[1] + EDGE:  # closes on both sides: two modes meet here
             return _singular(step.name, 0.0, index)
-        unit = unit_of(model, coordinate)
+        unit = model.tree.unit(coordinate)
         others = ", ".join(text for c, text in told.items() if c != coordinate)
         return ClosureError(
             f"loop '{step.name}' cannot close: {names[coordinate]} = {value:.9g} {unit} is outside of "
@@ -107,11 +106,6 @@ def _narrower(model: Model, coordinate: int, closes: tuple[float, float], unit: 
     if lower <= closes[0] and upper >= closes[1]:
         return ""
     return f"; the limits of {model.tree.coordinates[coordinate]} are [{lower:g}, {upper:g}] {unit}"
-
-
-def unit_of(model: Model, coordinate: int) -> str:
-    """Unit of a coordinate."""
-    return unit("revolute" if model.tree.is_revolute(coordinate) else "prismatic")
 
 
 def _jump(model: Model, index: int | None) -> SingularityError:

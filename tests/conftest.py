@@ -82,6 +82,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         item.add_marker(pytest.mark.xdist_group(group))
 
 
+@pytest.fixture
+def python_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Generated Python: compiling would take longer than a few messages."""
+    monkeypatch.setenv("HYBRID_DYNAMICS_KERNELS", "python")
+
+
 @pytest.fixture(autouse=True)
 def backend(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Generated Python where it answers before a compiler would be done; both agree, as tests/kernels shows."""

@@ -17,7 +17,7 @@ from hybrid_dynamics_core.errors import StateError
 from ..limits import beyond
 from ..output import constant_axes, number, show, table, written
 from ..parameters import json_option, loaded_undecided, robot_argument, vector, vector_option
-from ..writing import PICTURES, draw_option, overwrite_option, place_for, read_by
+from ..writing import draw_option, overwrite_option, picture_for
 
 HOLD = "\u00a0"  # a space at which no line ends
 EPILOG = """\b
@@ -39,7 +39,7 @@ Ends with 1 where the loops do not close.
 def command(robot: str, u: str | None, picture: str | None, overwrite: bool, as_json: bool) -> None:
     """Every way in which the loops close with the same active coordinates."""
     machine, undecided = loaded_undecided(robot)
-    place = None if picture is None else place_for(picture, PICTURES, read_by(machine), overwrite=overwrite)
+    place = None if picture is None else picture_for(machine, picture, overwrite=overwrite)
     values = vector("-u", u, machine.active, machine.reference)
     modes = machine.assembly_modes(values)
     own = None if undecided else own_mode(machine, values, modes)

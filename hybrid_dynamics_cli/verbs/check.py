@@ -16,7 +16,7 @@ from ..limits import narrowed
 from ..output import number, show, table, written
 from ..parameters import json_option, loaded, loaded_undecided, robot_argument
 from ..tried import Tried, try_loops
-from ..writing import PICTURES, draw_option, overwrite_option, place_for, read_by
+from ..writing import draw_option, overwrite_option, picture_for
 from .info import facts
 from .info import text as info_text
 
@@ -48,10 +48,8 @@ def command(robot: str, picture: str | None, names: Names | None, modes: bool, o
     """
     if modes and picture is None:
         raise click.UsageError("--modes draws assembly modes; give --draw FILE too")
-    if modes and picture is not None:
-        _refuse_undecided(robot, picture, names, overwrite)
-    machine = loaded(robot)
-    place = None if picture is None else place_for(picture, PICTURES, read_by(machine), overwrite=overwrite)
+    machine = _decided(robot, picture, names, overwrite) if modes and picture is not None else loaded(robot)
+    place = None if picture is None else picture_for(machine, picture, overwrite=overwrite)
     notes = remarks(machine)
     doubts = machine.description.doubts
     light = massless(machine)
@@ -115,13 +113,14 @@ def remarks(machine: Robot) -> list[str]:
     return notes
 
 
-def _refuse_undecided(robot: str, picture: str, names: Names | None, overwrite: bool) -> None:
-    """Draw the modes of a robot whose file does not name one yet, the picture that helps to choose, and end."""
+def _decided(robot: str, picture: str, names: Names | None, overwrite: bool) -> Robot:
+    """The robot; where its file leaves modes open, draw them, the picture that helps to choose, and end."""
     machine, undecided = loaded_undecided(robot)
     if undecided:
-        place = place_for(picture, PICTURES, read_by(machine), overwrite=overwrite)
+        place = picture_for(machine, picture, overwrite=overwrite)
         draw(machine, place, names, modes=True, mark_own=False)
         raise click.ClickException("\n".join([*undecided, drawn(place, modes=True)]))
+    return machine
 
 
 def drawn(place: Path, modes: bool) -> str:

@@ -25,7 +25,7 @@ from ..parameters import (
     vector,
     vector_option,
 )
-from ..writing import PICTURES, draw_option, overwrite_option, place_for, read_by
+from ..writing import draw_option, overwrite_option, picture_for
 
 NEAR = 0.1  # distance to a singularity below which a sample is told as near one
 FATES = {
@@ -87,7 +87,7 @@ def command(
         raise click.UsageError("--over and -u are of the map: give --draw FILE too")
     if u is not None and over is None:
         raise click.UsageError("-u is where a map over two joints is taken: give --over A,B too")
-    place = None if picture is None else place_for(picture, PICTURES, read_by(machine), overwrite=overwrite)
+    place = None if picture is None else picture_for(machine, picture, overwrite=overwrite)
     pair_over = None if over is None else _two(over, machine)
     base = vector("-u", u, machine.active, machine.reference)
     held = {n: v for n, v in zip(machine.active, base.tolist(), strict=True) if pair_over and n not in pair_over}

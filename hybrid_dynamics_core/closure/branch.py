@@ -78,13 +78,11 @@ def _refuse_undecided(
     robot: RobotDescription, step: Step, context: Context, posture: Posture, guess: Sequence[float]
 ) -> None:
     """Raise where a loop closes in more than one way, with the joints of each; return where it closes in none."""
-    found = {}
+    tree, found = context.tree, {}
     for sign, mode in zip((1.0, -1.0), step.modes, strict=False):
         if _margin(step, posture, sign, guess) > 0.0:
-            joints = [
-                (context.tree.coordinates[k], float(posture.q[k]), context.tree.is_revolute(k)) for k in step.unknowns
-            ]
-            found[mode] = ", ".join(f"{name} = {value:.4g} {'rad' if turns else 'm'}" for name, value, turns in joints)
+            joints = (f"{tree.coordinates[k]} = {float(posture.q[k]):.4g} {tree.unit(k)}" for k in step.unknowns)
+            found[mode] = ", ".join(joints)
     if found:
         ways = " or ".join(f"{mode} ({joints})" for mode, joints in found.items())
         problem = f"closes in more than one way: {ways}; name one as assembly, or give its joints in reference"

@@ -38,7 +38,7 @@ def _off_course(tree: Tree, robot: RobotDescription, follower: str, posture: Pos
     mimic, own = robot.mimics[follower], tree.coordinates.index(follower)
     source = float(posture.q[tree.coordinates.index(mimic.source)])
     off = abs(float(posture.q[own]) - mimic.multiplier * source - mimic.offset)
-    return f"it stays {off:.3g} {'rad' if tree.is_revolute(own) else 'm'} off what it follows, {mimic.source}"
+    return f"it stays {off:.3g} {tree.unit(own)} off what it follows, {mimic.source}"
 
 
 def _angle(a: Array, b: Array, kind: str) -> float:
@@ -62,9 +62,7 @@ def shortfall(tree: Tree, closures: Mapping[str, Closure], step: Step, posture: 
     gap = _least_gap(tree, chains, step, posture, max(lengths))
     if gap < OPEN * max(lengths):
         return ""
-    known = [
-        f"{tree.coordinates[k]} = {float(posture.q[k]):.4g} {'rad' if tree.is_revolute(k) else 'm'}" for k in step.known
-    ]
+    known = [f"{tree.coordinates[k]} = {float(posture.q[k]):.4g} {tree.unit(k)}" for k in step.known]
     place = f", at {', '.join(known)}" if known else ""
     unlike = max(lengths) >= UNLIKE * min(lengths)
     hint = f"; lengths are in metres: {max(lengths):g} m stands beside {min(lengths):g} m" if unlike else ""

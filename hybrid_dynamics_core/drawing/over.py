@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from ..description.hints import nearest
 from ..description.model import Array
+from ..description.wording import unit
 from ..errors import InputError
 from ..inputs import vectors
 from ..kinematics.workspace import Margins, SampleStatus, limited_joints, margins_at, sampled_ranges
@@ -130,7 +131,7 @@ def _held(robot: Robot, over: tuple[str, str], base: Array) -> str:
 
 
 def _label(robot: Robot, name: str) -> str:
-    return f"{name} [{'rad' if robot.joint_types[name] == 'revolute' else 'm'}]"
+    return f"{name} [{unit(robot.joint_types[name])}]"
 
 
 def _key(figure: Figure, samples: Margins, kinds: set[str], taken: str) -> None:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ..robot import Robot
 
 SOLVED = 1e-9  # residual [m] below which a target counts as reached, if nothing else is asked for
+SAME = 1e-6  # solutions closer than this in every coordinate are one
 EDGE = 1e-7  # share of the range in which a loop closes that is kept clear at both ends
 _POSE = tuple(range(6))
 

@@ -15,7 +15,7 @@ from ..inputs import vectors
 from ..state import ClosedState, ClosureStatus
 from .inverse import MAX_ITERATIONS, IKStatus, distinct, unwound
 from .pose import Pose, checked_pose
-from .search import SOLVED, Search, joined, revolute, search_for
+from .search import SAME, SOLVED, Search, joined, revolute, search_for
 from .verdict import failure, remainder
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 NEAREST = 25  # iterations towards a pose known to be out of reach, for the nearest one
 FARTHEST = 1e100  # [m] squares of distances stay far from the end of the range of numbers
-SAME = 1e-6  # solutions closer than this in every coordinate are one
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +83,7 @@ def solve_inverse_kinematics(  # noqa: PLR0913, PLR0917 - as the robot's method
     found = distinct(ends[: int(search.solved(descent).sum())], turns, SAME)
     best = int(order[0])
     left = remainder(search.task, descent.u[best])
-    verdict = (IKStatus.SOLVED, "reached") if found else failure(search, descent, best)
+    verdict = (IKStatus.SOLVED, "reached") if found else failure(search, descent, best, left)
     state = search.closed(ends[0])
     return IKResult(
         u=ends[0],

@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..description.model import Array
+from ..description.wording import counted, unit
 from .inverse import Descent, IKStatus, Mask, Task, distinct, unwound
-from .search import Search, revolute
+from .search import SAME, Search, revolute
 
 AT_TOGGLE = 2e-3  # distance to a singularity, and to the target in lengths: from there on EDGE hides what is left
 TOLD = 1e-6  # [m or rad] what is left below it is told as nothing
 ANEW = 16  # starts of a search for less, beside the ends of the search for all
-SAME = 1e-6  # ends of searches closer than this in every coordinate are one
 STILL = 1e-9  # share of the largest entry of the Jacobian below which a coordinate does not move
 AXES = ("x", "y", "z", "the rotation about x", "the rotation about y", "the rotation about z")
 
@@ -45,12 +45,11 @@ def remainder(task: Task, u: Array) -> Remainder:
     return Remainder(size(error[0, ~turns]), size(error[0, turns]) / task.length)
 
 
-def failure(search: Search, descent: Descent, best: int) -> tuple[IKStatus, str]:
-    """Which of the reasons it was, where the start `best` came nearest."""
+def failure(search: Search, descent: Descent, best: int, left: Remainder) -> tuple[IKStatus, str]:
+    """Which of the reasons it was, where the start `best` came nearest with this left."""
     u, residual, task = descent.u[best], float(descent.residual[best]), search.task
     if not np.isfinite(residual):
         return IKStatus.NOT_CONVERGED, "no start closes all loops; give a seed that does"
-    left = remainder(task, u)
     nearest = f"the nearest found is {left} away"
     state = search.closed(u)
     if state is not None and float(state.singularity) < AT_TOGGLE and residual < AT_TOGGLE * task.length:
@@ -74,7 +73,7 @@ def _cause(search: Search, descent: Descent, u: Array) -> str:
         reached, left = _best(search.counting(moving), descent) if moving else (False, None)
         rest = ": the rest is reached" if reached else f": of the rest {left} are left" if moving else ""
         return f"; no active joint moves {' or '.join(still)}{rest}"
-    few = f"; {joints} active joint{'s' * (joints > 1)} cannot meet every target of {len(moving)} coordinates"
+    few = f"; {counted(joints, 'active joint')} cannot meet every target of {len(moving)} coordinates"
     few *= joints < len(moving)
     place = tuple(row for row in rows if row < 3)
     if not 0 < len(place) < len(rows):
@@ -140,8 +139,8 @@ def _limits_left(search: Search, u: Array) -> str:
     """'lift: 1.2 rad, limit 0.9 rad' of each of the coordinates that are beyond their limits."""
     told = []
     robot = search.robot
-    for name, value, (lower, upper), turns in zip(robot.active, u, robot.limits, revolute(robot), strict=True):
+    for name, value, (lower, upper) in zip(robot.active, u, robot.limits, strict=True):
         if not lower <= value <= upper:
-            limit, kind = (lower if value < lower else upper), "rad" if turns else "m"
+            limit, kind = (lower if value < lower else upper), unit(robot.joint_types[name])
             told.append(f"{name} ({value:.4g} {kind}, limit {limit:.4g} {kind})")
     return ", ".join(told)

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..algebra.vector import Rotation, Vector, constant
 from ..description.model import Array, Frame, JointType, RobotDescription
+from ..description.wording import unit
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,10 @@ class Tree:
     def is_revolute(self, coordinate: int) -> bool:
         """Whether a coordinate is an angle."""
         return next(b.type for b in self.bodies if b.coordinate == coordinate) == "revolute"
+
+    def unit(self, coordinate: int) -> str:
+        """Unit of a coordinate."""
+        return unit("revolute" if self.is_revolute(coordinate) else "prismatic")
 
     def path(self, body: int) -> list[int]:
         """Bodies from the base to `body`, both ends as they are (base left out)."""

@@ -10,6 +10,7 @@ import viser
 
 from ..assembly import AssemblyMode
 from ..description.model import Array
+from ..description.wording import unit
 from . import page
 from .asking import Ask, by_person, put
 from .dial import Dial
@@ -97,8 +98,8 @@ class Panel:
         self.dials: list[Dial] = []
         with self.gui.add_folder("Active joints"):
             for k, name in enumerate(robot.active):
-                unit = "rad" if robot.joint_types[name] == "revolute" else "m"
-                scope = Range(name, unit, ranges[k, 0], ranges[k, 1], robot.description.joints[name].limits)
+                kind, limits = unit(robot.joint_types[name]), robot.description.joints[name].limits
+                scope = Range(name, kind, ranges[k, 0], ranges[k, 1], limits)
                 self.dials.append(Dial(self.gui, scope, float(self.target[k])))
                 self.dials[k].on_wish(f"move {k}", self.ask, partial(self._move, k))
             reset = self.gui.add_button("Reset pose and payload")

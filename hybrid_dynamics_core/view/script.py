@@ -55,4 +55,4 @@ for (const leaving of ['change', 'focusout']) document.addEventListener(leaving,
 def script_html(title: str) -> str:
     """An empty style sheet that names the browser's tab as it is loaded, and has typed numbers told once."""
     code = f"document.title = {json.dumps(title)}; (() => {{ {_TYPED} }})();"
-    return f'<style onload="{escape(" ".join(line for line in code.split(chr(10))), quote=True)}"></style>'
+    return f'<style onload="{escape(code.replace(chr(10), " "), quote=True)}"></style>'

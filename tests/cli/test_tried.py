@@ -11,10 +11,7 @@ import pytest
 from hybrid_dynamics_cli.tried import TRIED
 from tests.cli.calling import call
 
-
-@pytest.fixture(autouse=True)
-def python_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("HYBRID_DYNAMICS_KERNELS", "python")
+pytestmark = pytest.mark.usefixtures("python_kernels")
 
 
 def test_loops_that_close_everywhere_are_told_with_their_count() -> None:
