@@ -21,32 +21,47 @@ from hybrid_dynamics_ros.offline.trajectory_file import Trajectory
 from hybrid_dynamics_ros.samples import FloatArray
 
 _AT_ONCE: Final = 8192
+_REACH: Final = 1.0  # [rad or m] to each side of the reference, where a joint's limits are wider
+_SWEPT: Final = 0.9  # share of the range that the motion takes
+_RATES: Final = (0.3, 6.0)  # [rad/s] of the sines
+_WAVES: Final = 5
+_TRIES: Final = 25
+_REGULAR: Final = 0.05  # distance to a singularity that the motion keeps
 PARTS: Final = ("position", "velocity", "effort")
 START_NS: Final = 1_577_836_800 * 10**9  # 1 January 2020: the same bag every time
 
 
 def simulated(robot: Robot, seconds: float, rate: float = 1000.0, seed: int = 0) -> Trajectory:
-    """A motion of sums of sines within the limits, about the reference, with the efforts that it takes."""
-    rng, n = np.random.default_rng(seed), len(robot.active)
+    """A motion of sums of sines through as much of the limits as keeps away from singularities, with its efforts.
+
+    Wide and fast motion is what shows inertias: each active joint sweeps its range, or _REACH to each side of the
+    reference where that is less; all ranges shrink towards the reference until every state closes.
+    """
     time = np.arange(round(seconds * rate)) / rate
-    reach = np.minimum(np.abs(robot.limits - robot.reference[:, None]).min(axis=1), 0.5)
-    reach = np.where(np.isfinite(reach), reach, 0.5)
-    waves = [(rng.uniform(0.3, 4.0, n), rng.uniform(0.0, 6.3, n)) for _ in range(5)]
-    for _ in range(20):
-        width = 0.6 * reach / len(waves)
-        position = np.tile(robot.reference, (len(time), 1))
-        velocity, acceleration = np.zeros_like(position), np.zeros_like(position)
-        for w, phase in waves:
-            angle = w * time[:, None] + phase
-            position = position + width * np.sin(angle)
-            velocity = velocity + width * w * np.cos(angle)
-            acceleration = acceleration - width * w**2 * np.sin(angle)
+    lower = np.maximum(robot.limits[:, 0], robot.reference - _REACH)
+    upper = np.minimum(robot.limits[:, 1], robot.reference + _REACH)
+    middle, half = 0.5 * (lower + upper) - robot.reference, 0.5 * _SWEPT * (upper - lower)
+    wave = _waves(np.random.default_rng(seed), time, len(robot.active))
+    for k in range(_TRIES):
+        share = 0.8**k
+        position, velocity, acceleration = (share * half * part for part in wave)
+        position = robot.reference + share * middle + position
         state = robot.close(position, velocity, check=False)
-        if not np.any(state.status) and float(np.min(state.singularity)) > 0.05:
+        if not np.any(state.status) and float(np.min(state.singularity)) > _REGULAR:
             efforts = robot.inverse_dynamics(state, acceleration)
             return Trajectory(robot.active, time, position, velocity, efforts)
-        reach = 0.7 * reach
     raise BagError(f"{robot.name}: found no motion about the reference that keeps away from singularities")
+
+
+def _waves(rng: np.random.Generator, time: FloatArray, n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Sums of sines (N, n) of size 1, and their first and second derivatives."""
+    w, phase = rng.uniform(*_RATES, (_WAVES, n)), rng.uniform(0.0, 2.0 * np.pi, (_WAVES, n))
+    parts = np.zeros((3, len(time), n))
+    for wave, begin in zip(w, phase, strict=True):
+        angle = wave * time[:, None] + begin
+        parts += np.stack([np.sin(angle), wave * np.cos(angle), -(wave**2) * np.sin(angle)])
+    position, velocity, acceleration = parts / np.maximum(np.abs(parts[0]).max(axis=0), 1.0)
+    return position, velocity, acceleration
 
 
 def write_trajectory(path: Path, trajectory: Trajectory, topic: str, notes: Mapping[str, str]) -> int:

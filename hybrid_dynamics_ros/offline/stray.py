@@ -18,6 +18,7 @@ _DEGREE: Final = 3
 _WINDOW: Final = 240  # samples that are looked at together
 _LEAST: Final = 24  # samples that tell what noise is
 _STEPS: Final = 2.0  # of the joint between two samples, that a sample is off at least: a spline misses corners by less
+_NEWTON: Final = 5  # steps along a parabola: more than what is left needs after the third
 _LASTS: Final = 9  # steps, of which a fast motion makes most: two bad samples side by side make three
 
 
@@ -137,10 +138,14 @@ def _late(time: FloatArray, positions: FloatArray, row: int, scale: FloatArray) 
     first = min(max(row - 3, 0), len(time) - 7)
     near = [k for k in range(first, first + 7) if k != row]
     weights = 1.0 / np.where(np.isfinite(scale), scale, 1.0)
-    line = np.polyfit(time[near] - time[row], positions[near] * weights, 2)
-    rate, miss = line[1], line[2] - positions[row] * weights
-    speed = float(rate @ rate)
-    if not speed > 0.0:
-        return float("nan")
-    late = float(rate @ miss) / speed
-    return late if np.linalg.norm(miss - late * rate) < 0.3 * np.linalg.norm(miss) else float("nan")
+    curve = np.polyfit(time[near] - time[row], positions[near] * weights, 2)
+    late, miss, rate = 0.0, curve[2] - positions[row] * weights, curve[1]
+    whole = float(np.linalg.norm(miss))
+    for _ in range(_NEWTON):
+        speed = float(rate @ rate)
+        if not speed > 0.0:
+            return float("nan")
+        late += float(rate @ miss) / speed
+        miss = (curve[0] * -late + curve[1]) * -late + curve[2] - positions[row] * weights
+        rate = curve[1] - 2.0 * curve[0] * late
+    return late if np.linalg.norm(miss) < 0.3 * whole else float("nan")

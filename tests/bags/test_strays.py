@@ -132,7 +132,7 @@ def test_a_late_stamp_spoils_neither_efforts_nor_estimates_and_is_named(tmp_path
         track = collect(path, smooth=smooth)
         (stray,) = track.strays
         assert stray.at(track.start_ns) == 0.0
-        assert stray.late == pytest.approx(0.046, abs=0.002)
+        assert stray.late == pytest.approx(0.046, abs=0.003)  # a parabola through six samples, 46 ms before them
         assert np.isnan(track.efforts[0]).all()
         assert track.errors.count.tolist() == [len(track.time) - 1] * 3 if smooth == "spline" else True
         assert (track.errors.largest[:2] < 1.0).all()  # 20 deviations; the late stamp made some ten N m of it
@@ -141,9 +141,9 @@ def test_a_late_stamp_spoils_neither_efforts_nor_estimates_and_is_named(tmp_path
     first = told["left_out"][0]
     assert first["time"] == 0.0
     assert first["what"] in ("position", "velocity")
-    assert first["late"] == pytest.approx(0.046, abs=0.002)
+    assert first["late"] == pytest.approx(0.046, abs=0.003)
     assert re.search(
-        r"0\.000 s +\w+ +(position|velocity) +-?[\d.]+ (rad|m)(/s)? +4[4-8][\d.]* ms late", printed("identify", path)
+        r"0\.000 s +\w+ +(position|velocity) +-?[\d.]+ (rad|m)(/s)? +4[3-8][\d.]* ms late", printed("identify", path)
     )
     outcome = process(Job(path, tmp_path / "out", ROBOT, smooth="spline"))
     assert len(outcome.strays) == 1

@@ -174,8 +174,8 @@ def test_identification_finds_base_parameters_within_its_confidence(forging, tmp
 
 
 def test_a_motion_that_shows_too_little_is_told(forging, tmp_path):
-    """In noise of 50 N most signs are not known; parameters that are 0 in the file do not count."""
-    motion = simulated(forging, 20.0, 100.0, seed=5).noisy({"effort": 50.0})
+    """In noise of 1 kN most signs are not known; parameters that are 0 in the file do not count."""
+    motion = simulated(forging, 20.0, 100.0, seed=5).noisy({"effort": 1000.0})
     write_trajectory(tmp_path / "rec", motion, INPUT, {"robot": ROBOT})
     found = identify_track(collect(tmp_path / "rec", smooth="spline"))
     true = found.result.base.values(described_parameters(forging.description).values(forging.description))
@@ -189,7 +189,7 @@ def test_a_motion_that_shows_too_little_is_told(forging, tmp_path):
 
 
 def test_identification_tells_what_is_determined_on_lines_that_fit(tmp_path):
-    output("make", tmp_path / "rec", "--robot", "excavator", "--seconds", 10, "--rate", 50, "--noise", "effort=25")
+    output("make", tmp_path / "rec", "--robot", "excavator", "--seconds", 10, "--rate", 100, "--noise", "effort=50")
     told = json.loads(output("identify", tmp_path / "rec", "--json", "--output", tmp_path / "all.csv"))
     base = told["base"]
     determined = told["determined"]
