@@ -12,7 +12,7 @@ from ..mechanism.tree import Tree
 from .branch import choose_branch
 from .equations import Equation, LoopEquations
 from .loops import loop_equations
-from .matching import match
+from .matching import Matching, match
 from .newton_step import NewtonStep
 from .patterns import Context, make_step
 from .posture import Posture
@@ -54,8 +54,7 @@ def build_plan(
     equations, redundant = _independent(tree, robot, loops, near, unknowns)
     matching = match(equations, unknowns)
     if matching.undetermined:
-        names = ", ".join(tree.coordinates[k] for k in matching.undetermined)
-        raise robot.error("active", f"the loops do not determine {names}; choose other active joints")
+        raise robot.error("active", _undetermined(tree, matching, len(equations), len(unknowns)))
     context = Context(tree, {c.name: c for c in robot.closures}, near, named)
     guess = [float(near.get(k, 0.0)) for k in range(len(tree.coordinates))]
     posture = given_posture(tree, {k: guess[k] for k in given})
@@ -89,19 +88,17 @@ def _independent(
 ) -> tuple[list[Equation], list[Equation]]:
     """Equations to solve, and those that follow from them: by count where that is enough, otherwise by rank."""
     equations = [Equation(loop, k) for loop in loops for k in range(loop.size)]
-    if len(equations) < len(unknowns):
-        raise robot.error("active", _wrong_count(tree, len(unknowns), len(equations)))
     matching = match(equations, unknowns)
+    if len(equations) < len(unknowns):
+        raise robot.error("active", _wrong_count(tree, len(unknowns), len(equations), matching.undetermined))
     if matching.undetermined:
-        free = ", ".join(tree.coordinates[k] for k in matching.undetermined)
-        held = ", ".join(dict.fromkeys(e.loop.name for e in matching.surplus))
-        also = f", while {held} would be fixed more than once" if held else ""
-        raise robot.error("active", f"the loops do not determine {free}{also}; choose other active joints")
+        raise robot.error("active", _undetermined(tree, matching, len(equations), len(unknowns)))
     if not matching.surplus:
         return equations, []
     ranked = rank_equations(tree, loops, [near.get(k, 0.0) for k in range(len(tree.coordinates))], unknowns)
     if ranked.rank is not None and ranked.rank > len(unknowns):
-        raise robot.error("active", _wrong_count(tree, len(unknowns), ranked.rank))
+        held = f": {_loops_of(matching.surplus)} would be fixed more than once"
+        raise robot.error("active", _wrong_count(tree, len(unknowns), ranked.rank) + held)
     worst = max(ranked.residual, key=lambda name: ranked.residual[name])
     if ranked.residual[worst] > CLOSED:
         raise robot.error(
@@ -114,11 +111,12 @@ def _independent(
         problem = "close at the reference, but not next to it: over-determined, the mechanism cannot move"
         raise robot.error("closures" if "closures" in robot.lines else "loops", problem)
     if ranked.idle:
-        raise robot.error("active", _wrong_count(tree, len(unknowns), len(ranked.independent)))
+        raise robot.error("active", _wrong_count(tree, len(unknowns), len(ranked.independent), ranked.idle))
     return ranked.independent, ranked.redundant
 
 
-def _wrong_count(tree: Tree, unknowns: int, equations: int) -> str:
+def _wrong_count(tree: Tree, unknowns: int, equations: int, free: Sequence[int] = ()) -> str:
+    """What is wrong with the number of active joints; `free`: coordinates that are left to be named."""
     freedom = len(tree.coordinates) - equations
     if freedom <= 0:
         return (
@@ -126,11 +124,32 @@ def _wrong_count(tree: Tree, unknowns: int, equations: int) -> str:
             f"{counted(len(tree.coordinates), 'joint')} fast; nothing can move"
         )
     named, joints = len(tree.coordinates) - unknowns, len(tree.coordinates)
+    missing = f": besides those named, {_some_of(tree, freedom - named, free)}" if free and freedom > named else ""
     return (
         f"{counted(named, 'joint')} {agreed(named, 'is', 'are')} named, but {counted(joints, 'joint')} with "
         f"{counted(equations, 'independent loop equation')} {agreed(joints, 'has', 'have')} "
-        f"{counted(freedom, 'degree')} of freedom; name {freedom}"
+        f"{counted(freedom, 'degree')} of freedom; name {freedom}{missing}"
     )
+
+
+def _undetermined(tree: Tree, matching: Matching, equations: int, unknowns: int) -> str:
+    """What is wrong where the number of active joints is right, but not which they are."""
+    missing = unknowns - equations + len(matching.surplus)
+    names = ", ".join(tree.coordinates[k] for k in matching.undetermined)
+    held = _loops_of(matching.surplus)
+    return (
+        f"the loops do not determine {names}, while {held} would be fixed more than once; name "
+        f"{_some_of(tree, missing, matching.undetermined)} in place of {'one' if missing == 1 else missing} of {held}"
+    )
+
+
+def _some_of(tree: Tree, count: int, coordinates: Sequence[int]) -> str:
+    names = [tree.coordinates[k] for k in coordinates]
+    return ", ".join(names) if count == len(names) else f"{'one' if count == 1 else count} of {', '.join(names)}"
+
+
+def _loops_of(equations: Sequence[Equation]) -> str:
+    return ", ".join(dict.fromkeys(equation.loop.name for equation in equations))
 
 
 def _check_closed(tree: Tree, robot: RobotDescription, loops: Sequence[LoopEquations], posture: Posture) -> None:

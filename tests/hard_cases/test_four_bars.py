@@ -171,7 +171,7 @@ class TestChangePoints:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"active": "q1, q2"}, "2 joints are named, .* 1 degree of freedom; name 1"),
+        ({"active": "q1, q2"}, "2 joints are named, .* 1 degree of freedom; name 1: bar would be fixed more than once"),
         ({"active": "q1, q2, q3"}, "3 joints are named, .* 1 degree of freedom; name 1"),
         ({"assembly": ""}, "closes in more than one way: counterclockwise \\("),
         ({"assembly": "open"}, "is 'open'; this loop has counterclockwise and clockwise"),
