@@ -21,6 +21,7 @@ from .scene import Scene, build_scene
 from .style import INK, QUIET, STYLE
 
 _WIDTHS: Final = {1: 6.0, 2: 4.4, 3: 3.6, 4: 3.1}  # [in] of a panel, by their number in a row
+_NAMED: Final = 1.4  # times as wide where all names stand in it
 _LINE: Final = 0.155  # [in] height of a line of a panel's title
 _LETTER: Final = 0.072  # [in] width of one, in bold
 _SIDES: Final = (0.66, 0.1)  # [in] left and right of a panel's axes
@@ -41,19 +42,20 @@ def modes_figure(
         across, up = np.ptp(limits, axis=0)
         shape = float(np.clip(up / across, *_SHAPES))
         columns = _columns(len(shown), shape)
-        width = _WIDTHS[columns] - sum(_SIDES)
+        panel = _WIDTHS[columns] * (_NAMED if names == "all" else 1.0)
+        width = panel - sum(_SIDES)
         texts = [_text(k, modes, own, round((width + _SIDES[1]) / _LETTER)) for k in shown]
         height = width * shape
         above = 0.14 + _LINE * (1 + max(text.count("\n") for text in texts))
         below = 0.46 if first.view.planar else 0.08
         pitch = above + height + below
         rows = math.ceil(len(shown) / columns)
-        size = (columns * _WIDTHS[columns], rows * pitch)
+        size = (columns * panel, rows * pitch)
         line = _line(len(shown), len(modes))
         figure, key = framed(size, scenes, robot.description, title or f"{robot.name}: assembly modes", line)
         for place, (k, scene, text) in enumerate(zip(shown, scenes, texts, strict=True)):
             row, column = divmod(place, columns)
-            left, bottom = column * _WIDTHS[columns] + _SIDES[0], key + (rows - 1 - row) * pitch + below
+            left, bottom = column * panel + _SIDES[0], key + (rows - 1 - row) * pitch + below
             axes = axes_at(figure, (left, bottom, width, height))
             chosen = modes[k].branch == own
             axes.set_title(text, fontsize=8, color=INK if chosen else QUIET, fontweight="bold" if chosen else "normal")

@@ -141,7 +141,7 @@ def test_a_name_behind_a_body_has_a_line_to_what_it_names(walls: list[np.ndarray
     assert len(axes.lines) == leaders
 
 
-@pytest.mark.parametrize("name", ["five_bar", "excavator", "forging_chu2020", "palletizer"])
+@pytest.mark.parametrize("name", ["ankle", "excavator", "gough", "palletizer", "staicu2015"])
 def test_no_line_to_a_name_runs_under_another_name(name: str) -> None:
     figure = draw(robot_of(name), names="all")
     (axes,) = figure.axes[:1]

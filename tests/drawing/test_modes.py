@@ -53,6 +53,11 @@ def test_all_panels_have_one_scale(name: str) -> None:
     np.testing.assert_allclose(limits, np.broadcast_to(limits[0], limits.shape), atol=1e-12)
 
 
+def test_panels_have_room_for_all_names() -> None:
+    few, every = (draw_modes(robot_of("palletizer"), names=names) for names in ("joints", "all"))
+    assert every.axes[0].bbox.width > 1.3 * few.axes[0].bbox.width
+
+
 def test_modes_may_be_fewer_and_are_written(tmp_path) -> None:
     path = tmp_path / "modes.svg"
     written = titles(draw_modes(robot_of("excavator"), path=path, most=2))
