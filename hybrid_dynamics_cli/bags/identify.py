@@ -30,7 +30,7 @@ from .common import LOST, PATH, known_robot_option, params_option, span_of, span
 LISTED = 8  # samples that were left out
 ROOM = WIDTH - 12 - 2  # for the terms of a base parameter, where they stand beside the estimate alone
 Numbers = Mapping[str, tuple[float, ...]]  # a row of a table by name
-COLUMNS = ("estimate", "low", "high", "file")
+COLUMNS = ("estimate", "low", "high", "physical", "file")
 DEVIATIONS = (
     "Standard deviations: of the recorded efforts, and of what robot file and estimates leave of them unexplained."
 )
@@ -107,9 +107,9 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
 
 
 def base_of(found: Found) -> Numbers:
-    """By base parameter: estimate, interval, and what the robot file says."""
-    described = found.described.tolist()
-    return {name: (*part, own) for (name, part), own in zip(found.result.table().items(), described, strict=True)}
+    """By base parameter: estimate, interval, what bodies can have nearest to it, and what the robot file says."""
+    others = zip(found.physical.tolist(), found.described.tolist(), strict=True)
+    return {name: (*part, *other) for (name, part), other in zip(found.result.table().items(), others, strict=True)}
 
 
 def efforts_of(found: Found, track: Track) -> Numbers:
@@ -124,6 +124,7 @@ def facts(found: Found, base: Numbers, efforts: Numbers, track: Track) -> dict[s
         "worse_than_file": list(found.worse),
         "left_out": [asdict(entry) for entry in found.left_out],
         "determined": list(found.determined),
+        "bodiless": list(found.bodiless),
         "unsettled": list(found.unsettled),
         "base": {name: dict(zip(COLUMNS, part, strict=True)) for name, part in base.items()},
         "parameters": dict(zip(found.result.parameters.names, found.result.values, strict=True)),
@@ -214,6 +215,8 @@ def determined(found: Found, count: int) -> list[str]:
     known = len(found.determined)
     told = f"{known} of {counted(count, 'base parameter')} {agreed(known, 'is', 'are')} determined"
     lines = [f"{told}: not 0, at 95 % for all of them together."]
+    if found.bodiless:
+        lines.append(bodiless(len(found.bodiless)))
     if 2 * len(found.unsettled) > len(found.meant):
         lines.append(excites_too_little(len(found.unsettled), len(found.meant)))
     elif found.unsettled:
@@ -222,6 +225,15 @@ def determined(found: Found, count: int) -> list[str]:
             f"{agreed(len(found.unsettled), 'is', 'are')} not determined."
         )
     return lines
+
+
+def bodiless(count: int) -> str:
+    """Why estimates that are sure of themselves are not determined."""
+    return (
+        f"{count} more would be, but no bodies with positive masses can have {agreed(count, 'it', 'them')}: where the "
+        "motion shows little, errors of stamps and accelerations look like parameters. The values in the column "
+        "'physical' are ones that bodies can have."
+    )
 
 
 def worse_than_file(found: Found) -> str:
@@ -275,8 +287,11 @@ def estimates(head: str, names: Sequence[str], base: Numbers, types: Mapping[str
         first, *more = wrapped(name) if whole else [shortened(name)]
         estimate, *others = base[name]
         rows.append([estimate, unit_of(terms_of(name)[0], types), *others, first])
-        rows += [["", "", "", "", "", line] for line in more]
-    return ["", table(["estimate", "unit", "95 % from", "to", "robot file", f"base parameter, {head}"], rows)]
+        rows += [["", "", "", "", "", "", line] for line in more]
+    return [
+        "",
+        table(["estimate", "unit", "95 % from", "to", "physical", "robot file", f"base parameter, {head}"], rows),
+    ]
 
 
 def terms_of(name: str) -> list[str]:

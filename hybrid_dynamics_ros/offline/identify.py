@@ -93,12 +93,45 @@ class Found:
 
         One interval in twenty misses, and where the motion excites too little many miss at once: so the least of all
         has to be as far from 0 as the largest of as many Gaussian values hardly ever is.
-        None where the estimates are `worse` than the robot file: their intervals hold for a model that does not.
+        None of those that bodies with positive masses cannot have (`bodiless`), and none where the estimates are
+        `worse` than the robot file: their intervals hold for a model that does not.
         """
         if self.worse:
             return ()
-        sure = np.abs(self.result.estimate) > noise_limit(len(self.result.estimate)) * self.result.deviation
-        return tuple(name for name, known in zip(self.result.base.names, sure, strict=True) if known)
+        return tuple(
+            name for name, known in zip(self.result.base.names, self._sure & self._embodied, strict=True) if known
+        )
+
+    @property
+    def bodiless(self) -> tuple[str, ...]:
+        """Those that would be determined, if bodies could have them: their noise cannot be white.
+
+        Where the motion hardly shows a combination, small errors of stamps and accelerations, which make errors of the
+        efforts, look like it. They know nothing of positive masses, and land far off what masses can make.
+        """
+        if self.worse:
+            return ()
+        return tuple(
+            name for name, odd in zip(self.result.base.names, self._sure & ~self._embodied, strict=True) if odd
+        )
+
+    @property
+    def physical(self) -> FloatArray:
+        """(b,) base parameters of bodies with positive masses, nearest to the efforts."""
+        return np.asarray(self.result.base.values(self.result.values))
+
+    @property
+    def _sure(self) -> NDArray[np.bool_]:
+        return np.asarray(np.abs(self.result.estimate) > self._reach)
+
+    @property
+    def _embodied(self) -> NDArray[np.bool_]:
+        return np.asarray(np.abs(self.result.estimate - self.physical) <= self._reach)
+
+    @property
+    def _reach(self) -> FloatArray:
+        """(b,) how far the estimates may be off, at 95 % for all of them together."""
+        return np.asarray(noise_limit(len(self.result.estimate)) * self.result.deviation)
 
     @property
     def unsettled(self) -> tuple[str, ...]:

@@ -1,0 +1,79 @@
+"""Errors of stamps that look like parameters: what no bodies can have is not offered."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from hybrid_dynamics_cli.app import app
+from hybrid_dynamics_core import load
+from hybrid_dynamics_core.identification import noise_limit
+from hybrid_dynamics_ros.offline.collect import collect
+from hybrid_dynamics_ros.offline.identify import Found, identify_track
+from hybrid_dynamics_ros.offline.make import write_trajectory
+from hybrid_dynamics_ros.offline.trajectory_file import Trajectory
+from hybrid_dynamics_ros.samples import FloatArray
+
+SECONDS, RATE, NOISE = 20.0, 50.0, 20.0
+JITTER = 1e-4  # [s] of the stamps, as of a program that stamps after computing
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two sines a joint and their efforts, sampled a little beside their stamps; noise in the efforts."""
+    robot, rng = load("excavator"), np.random.default_rng(0)
+    n, time = len(robot.active), np.arange(round(SECONDS * RATE)) / RATE
+    late = time + rng.normal(0.0, JITTER, len(time))
+    lower, upper = robot.limits.T
+    half = 0.9 * np.minimum(np.minimum(upper - robot.reference, robot.reference - lower), 1.0)
+    w = rng.uniform(0.5, 3.0, (2, n))
+
+    def motion(at: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        angle = w[:, None] * at[:, None]
+        parts = np.sin(angle), w[:, None] * np.cos(angle), -(w[:, None] ** 2) * np.sin(angle)
+        position, velocity, acceleration = (0.5 * half * part.sum(axis=0) for part in parts)
+        return robot.reference + position, velocity, acceleration
+
+    u, du, ddu = motion(late)
+    efforts = robot.inverse_dynamics(robot.close(u, du), ddu) + rng.normal(0.0, NOISE, (len(time), n))
+    path = tmp_path_factory.mktemp("bodiless") / "rec"
+    write_trajectory(path, Trajectory(robot.active, time, u, du, efforts), "/js", {"robot": "excavator"})
+    return path
+
+
+@pytest.fixture(scope="module")
+def found(bag: Path) -> Found:
+    return identify_track(collect(bag, smooth="spline"))
+
+
+def test_what_no_bodies_can_have_is_not_determined(found: Found) -> None:
+    """It is sure of itself, and wrong: the efforts are those of the file."""
+    off = np.abs(found.result.estimate - found.described) / found.result.deviation
+    by_name = dict(zip(found.result.base.names, off, strict=True))
+    limit = noise_limit(len(off))
+    assert len(found.bodiless) >= 3
+    assert not set(found.bodiless) & set(found.determined)
+    assert all(by_name[name] > 0.9 * limit for name in found.bodiless)
+    assert len(found.determined) >= 10
+    assert max(by_name[name] for name in found.determined) < limit
+
+
+def test_the_physical_values_are_nearer_to_the_truth(found: Found) -> None:
+    names = found.result.base.names
+    estimate, physical = np.abs(found.result.estimate - found.described), np.abs(found.physical - found.described)
+    for name in found.bodiless:
+        assert physical[names.index(name)] < 0.1 * estimate[names.index(name)]
+
+
+def test_the_command_says_so(bag: Path, found: Found) -> None:
+    said = " ".join(CliRunner().invoke(app, ["bag", "identify", str(bag)]).stdout.split())
+    assert f"{len(found.bodiless)} more would be, but no bodies with positive masses can have them" in said
+    told = json.loads(CliRunner().invoke(app, ["bag", "identify", str(bag), "--json"]).stdout)
+    assert told["bodiless"] == list(found.bodiless)
+    assert told["base"][found.bodiless[0]]["physical"] == pytest.approx(
+        found.physical[found.result.base.names.index(found.bodiless[0])]
+    )
