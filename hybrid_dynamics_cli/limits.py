@@ -14,6 +14,7 @@ from hybrid_dynamics_core.description.wording import unit
 
 from .output import number
 
+ENDLESS = 1e4  # [rad] nobody means so many degrees
 SLACK = 1e-6  # [rad or m] that tables do not show
 
 
@@ -40,5 +41,13 @@ def beyond(machine: Robot, names: Sequence[str], values: Array) -> list[dict[str
             limit = lower if value < lower else upper
             found.append({"name": name, "value": value, "limit": limit})
             kind = unit(machine.joint_types[name])
-            click.echo(f"note: {name} = {number(value)} {kind} is beyond its limit {number(limit)} {kind}", err=True)
+            told = f"{name} = {number(value)} {kind} is beyond its limit {number(limit)} {kind}"
+            click.echo(f"note: {told}{_in_degrees(value, kind)}", err=True)
     return found
+
+
+def _in_degrees(value: float, kind: str) -> str:
+    """How an angle of more than a turn is written, where degrees seem to be meant."""
+    if kind != "rad" or not math.tau < abs(value) < ENDLESS:
+        return ""
+    return f"; {value:g} degrees are written {value:g}*deg"

@@ -12,8 +12,9 @@ import numpy as np
 from click.shell_completion import CompletionItem
 
 from hybrid_dynamics_core import InputError, Robot, UndecidedModeError, load, shipped_robots
+from hybrid_dynamics_core.description.commas import POINT
 from hybrid_dynamics_core.description.expressions import evaluate
-from hybrid_dynamics_core.description.hints import nearest
+from hybrid_dynamics_core.description.hints import meant, nearest
 from hybrid_dynamics_core.description.model import Array
 from hybrid_dynamics_core.description.wording import counted
 from hybrid_dynamics_core.library import load_undecided
@@ -126,9 +127,7 @@ def vector(name: str, text: str | None, names: Sequence[str], default: Array) ->
     parts = [part.strip() for part in text.split(",")]
     named = ["=" in part for part in parts]
     if any(named) and not all(named):
-        bare = parts[named.index(False)]
-        alone = f"; where a word such as '{bare}' is taken, it stands alone" if bare.isidentifier() else ""
-        raise click.BadParameter(f"either all values by name, or none: '{text}'{alone}", param_hint=name)
+        raise click.BadParameter(_mixed(text, parts, named.index(False)), param_hint=name)
     told: dict[int, float] = {}
     for k, part in enumerate(parts):
         key, _, term = part.rpartition("=")
@@ -150,6 +149,15 @@ def vector(name: str, text: str | None, names: Sequence[str], default: Array) ->
         raise InputError(f"{name}: {given}; expected {len(names)}, for {', '.join(names)}{_commas(text)}")
     values[list(told)] = list(told.values())
     return values
+
+
+def _mixed(text: str, parts: Sequence[str], k: int) -> str:
+    """What is wrong where some values have names and the k-th has none."""
+    bare, before = parts[k], parts[max(k - 1, 0)]
+    if bare.isdigit() and re.search(r"=\s*[-+]?\d+$", before):
+        return f"'{text}'{POINT}{meant(f'{before}.{bare}')}"
+    alone = f"; where a word such as '{bare}' is taken, it stands alone" if bare.isidentifier() else ""
+    return f"either all values by name, or none: '{text}'{alone}"
 
 
 def _commas(text: str) -> str:

@@ -13,6 +13,8 @@ from .description.reader import parse_description, read_description
 from .errors import DescriptionError, InputError, UndecidedModeError
 from .robot import Robot
 
+_SUFFIXES = (".yaml", ".yml", ".urdf", ".sdf", ".xml", ".mjcf")
+
 
 def shipped_robots() -> tuple[str, ...]:
     """Names that `load` knows without a path."""
@@ -70,5 +72,12 @@ def _description(robot: str | os.PathLike[str]) -> RobotDescription:
         return parse_description(resource.read_text(encoding="utf-8"), file=f"{name}.yaml")
     if not Path(name).exists() and Path(name).suffix not in (".yaml", ".yml"):
         known = shipped_robots()
-        raise InputError(f"'{name}' is neither a shipped robot nor a file{nearest(name, known)}: {', '.join(known)}")
+        hint = nearest(name, [*_files_beside(Path(name)), *known])
+        raise InputError(f"'{name}' is neither a shipped robot nor a file{hint}: {', '.join(known)}")
     return read_description(name)
+
+
+def _files_beside(path: Path) -> list[str]:
+    """Files where a path points that may be robots, each as it would be written."""
+    there = path.parent.iterdir() if path.parent.is_dir() else []
+    return [str(path.parent / file.name) for file in there if file.suffix in _SUFFIXES]

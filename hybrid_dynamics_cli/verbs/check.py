@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any, get_args
 
 import click
 import numpy as np
 
-from hybrid_dynamics_core import MassSingularityError, Robot, SingularityError
+from hybrid_dynamics_core import ClosedState, MassSingularityError, Robot, SingularityError
 from hybrid_dynamics_core.description.wording import agreed, counted
 from hybrid_dynamics_core.drawing.options import Names
 
@@ -20,6 +21,7 @@ from ..writing import draw_option, overwrite_option, picture_for
 from .info import facts
 from .info import text as info_text
 
+FAR = 0.8  # [rad] a rough guess of where a loop closes is nearer
 SMALL = 1e-3  # distance to a singularity below which a reference is a poor place to start from
 
 EPILOG = """\b
@@ -67,13 +69,18 @@ def command(robot: str, picture: str | None, names: Names | None, modes: bool, o
         lines.append(drawn(place, modes))
     tried = try_loops(machine)
     told["tried"] = {"places": tried.places, "closed": tried.closed}
-    lines += [*([tried.told()] if tried.places else []), verdict(tried, len(doubts))]
+    lines += [
+        *([tried.told()] if tried.places else []),
+        verdict(tried, len(doubts), loops=bool(machine.description.closures)),
+    ]
     show(told, as_json, "\n".join(lines))
 
 
-def verdict(tried: Tried, doubts: int) -> str:
+def verdict(tried: Tried, doubts: int, *, loops: bool) -> str:
     """The last line: it says no more than what was seen."""
     see = f", but see the {agreed(doubts, 'warning', 'warnings')} above" if doubts else ""
+    if not loops:
+        return f"The description is right{see}; it has no loops."
     if tried.everywhere:
         return f"Every loop closes{see}." if doubts else "The description is right: every loop closes."
     if tried.hardly:
@@ -90,11 +97,25 @@ def massless(machine: Robot) -> dict[str, str]:
     }
 
 
+def elsewhere(machine: Robot, state: ClosedState) -> list[str]:
+    """Angles that the file's reference gives far from where the loops close: the mode it names may not be meant."""
+    told = machine.description.reference
+    closed = dict(zip(machine.coordinates, state.s.tolist(), strict=True))
+    off = {name: math.remainder(closed[name] - value, math.tau) for name, value in told.items() if name in closed}
+    return [
+        f"{name} is {number(told[name])} rad in the reference, and its loop closes at {number(closed[name])} rad: is "
+        "another assembly mode meant? `branches` lists them"
+        for name, by in off.items()
+        if name not in machine.active and machine.joint_types[name] == "revolute" and abs(by) > FAR
+    ]
+
+
 def remarks(machine: Robot) -> list[str]:
     """What is no fault, and yet to be known."""
     state = machine.close(machine.reference)
     description = machine.description
     notes = [note for note in description.notes if note not in description.doubts] + narrowed(machine)
+    notes += elsewhere(machine, state)
     if float(state.singularity) < SMALL:
         notes.append(
             f"the reference is near a singularity of {state.singular_loop} ({number(float(state.singularity))})"

@@ -9,6 +9,7 @@ import click
 import numpy as np
 
 from hybrid_dynamics_core import IKResult, IKStatus, Pose, Robot
+from hybrid_dynamics_core.description.commas import with_point
 from hybrid_dynamics_core.description.wording import unit
 
 from ..limits import beyond
@@ -42,7 +43,13 @@ class Places(click.Command):
                 taken += [option, *_parted(values)]
             else:
                 taken += _parted(arg) if taken and taken[-1] in _PLACES else [arg]
-        return super().parse_args(ctx, taken)
+        try:
+            return super().parse_args(ctx, taken)
+        except click.UsageError as error:
+            comma = next((arg for arg in args if with_point(arg)), None)
+            if comma is not None:
+                error.message += f"; decimals are written with a point: {with_point(comma)}, if {comma} is one number"
+            raise
 
 
 def _parted(values: str) -> list[str]:

@@ -90,7 +90,8 @@ def _independent(
     equations = [Equation(loop, k) for loop in loops for k in range(loop.size)]
     matching = match(equations, unknowns)
     if len(equations) < len(unknowns):
-        raise robot.error("active", _wrong_count(tree, len(unknowns), len(equations), matching.undetermined))
+        problem = _wrong_count(tree, len(unknowns), len(equations), matching.undetermined)
+        raise robot.error("active", problem + _loose_ends(robot))
     if matching.undetermined:
         raise robot.error("active", _undetermined(tree, matching, len(equations), len(unknowns)))
     if not matching.surplus:
@@ -130,6 +131,15 @@ def _wrong_count(tree: Tree, unknowns: int, equations: int, free: Sequence[int] 
         f"{counted(equations, 'independent loop equation')} {agreed(joints, 'has', 'have')} "
         f"{counted(freedom, 'degree')} of freedom; name {freedom}{missing}"
     )
+
+
+def _loose_ends(robot: RobotDescription) -> str:
+    """Links that carry nothing and that no loop ties: where one of them moves on a passive joint, a loop is missing."""
+    carrying = {joint.parent for joint in robot.joints.values()} | {frame.link for frame in robot.frames.values()}
+    tied = {link for closure in robot.closures for link in (closure.link_a, closure.link_b)}
+    loose = [joint.child for joint in robot.joints.values() if joint.child not in carrying | tied]
+    names = ", ".join(f"'{name}'" for name in loose)
+    return f"; or a loop is missing: nothing is tied to {names}" if loose else ""
 
 
 def _undetermined(tree: Tree, matching: Matching, equations: int, unknowns: int) -> str:

@@ -257,6 +257,18 @@ def _outside(axes: Sequence[tuple[Body, Array]], normal: Array) -> list[str]:
     ]
 
 
+def _require_one_direction(axes: Sequence[tuple[Body, Array]], outside: Sequence[Sequence[str]]) -> None:
+    """Raise where two joints turn about different axes and nothing tells which of them is the wrong one."""
+    turning = [(body.joint, axis) for body, axis in axes if body.type == "revolute"]
+    if len(turning) == 2 and [*outside[0], *outside[1]] == [turning[1][0], turning[0][0]]:
+        ways = " and ".join(f"'{name}' about [{_told(axis)}]" for name, axis in turning)
+        raise ValueError(f"joints turn about different axes, {ways}; mend the rpy of one's origin, or its axis")
+
+
+def _told(axis: Array) -> str:
+    return ", ".join(f"{x + 0.0:.3g}" for x in axis.round(12))
+
+
 def _and(names: Sequence[str]) -> str:
     return " and ".join(f"'{name}'" for name in names)
 
@@ -269,12 +281,13 @@ def plane_basis(tree: Tree, bodies: list[int], ancestor: int) -> Array:
         raise ValueError("it has no revolute joint")
     outside = [_outside(axes, normal) for normal in normals]
     if outside[0]:
+        _require_one_direction(axes, outside)
         most = min(range(len(normals)), key=lambda k: len(outside[k]))
         inside = [body.joint for body, _ in axes if body.joint not in outside[most]]
-        told = ", ".join(f"{x + 0.0:.3g}" for x in normals[most].round(12))
         does = "joint {} does" if len(outside[most]) == 1 else "joints {} do"
         raise ValueError(
-            f"{does.format(_and(outside[most]))} not move in the plane of {_and(inside)}, with axes [{told}]"
+            f"{does.format(_and(outside[most]))} not move in the plane of {_and(inside)}, with axes "
+            f"[{_told(normals[most])}]; mend the rpy of its origin, or its axis"
         )
     normal = normals[0]
     first = np.eye(3)[int(np.argmin(np.abs(normal)))] if max(abs(normal)) < 1.0 else np.roll(np.abs(normal), 1)

@@ -56,7 +56,7 @@ class _Names:
         moving = [name for name, joint in self.joints.items() if joint["type"] != "fixed"]
         active = self.document.data["active"]
         for k, name in enumerate(active):
-            self._require(name, moving, ("active", k), "joint")
+            self._active(name, moving, ("active", k))
             source = self.joints[name].get("mimic", {}).get("joint")
             if source in active:
                 problem = f"'{name}' follows '{source}', which is active too; leave one out"
@@ -65,6 +65,14 @@ class _Names:
             self._require(payload["on"], [*self.places, "end_effector"], ("payloads", name, "on"), "link or frame")
         for name in self.document.data.get("reference", {}):
             self._require(name, moving, ("reference", name), "joint")
+
+    def _active(self, name: str, moving: Iterable[str], path: Path_) -> None:
+        """A joint that moves; a link's name is a slip of its own."""
+        if name in self.links and name not in self.joints:
+            joint = self.parent_joint.get(name)
+            problem = f"'{name}' is a link; name the joint that moves it{meant(joint) if joint else ''}"
+            raise self.document.error(path, problem)
+        self._require(name, moving, path, "joint")
 
     def _require(self, name: str, known: Iterable[str], path: Path_, kind: str) -> None:
         known = list(known)

@@ -15,6 +15,8 @@ def example(path: Path_, value: Any) -> str:
     """
     keys = [part for part in path if isinstance(part, str)]
     key = keys[-1] if keys else ""
+    if key == "inertia" and path[-1] == 0:  # a list of moments
+        return f"; as in inertia: {_EXAMPLES[key](value)}"
     if isinstance(value, (dict, list)) or value is None:
         return ""
     if keys[-2:-1] in (["pin"], ["between"]):  # the key is a link's name, the entry a place on it

@@ -8,6 +8,7 @@ import operator
 import re
 from collections.abc import Callable, Mapping
 
+from .commas import POINT, with_point
 from .hints import meant, nearest
 from .wording import counted
 
@@ -24,6 +25,10 @@ _UNIT = re.compile(  # 18 kg, 70mm
 )
 UNITS = "units are fixed: m, kg, s, N, rad (30*deg)"
 _NO_SIGN = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)\s*(deg|pi)\b")  # 60deg, 2 pi
+
+
+class _NotAllowedError(ValueError):
+    """Something in an expression that no number needs."""
 
 
 def evaluate(text: str, names: Mapping[str, float], known: str = "parameters") -> float:
@@ -45,10 +50,17 @@ def evaluate(text: str, names: Mapping[str, float], known: str = "parameters") -
             raise ValueError(f"'{text}' has a unit; {UNITS}: write the number alone, in these") from None
         over = f"numbers and {known}" if known else "numbers, pi and deg"
         raise ValueError(f"'{text}' is neither a number nor an expression (+ - * / over {over}){hint}") from None
+    point = with_point(text)
+    if point:
+        raise ValueError(f"'{text}' is no number{POINT}{meant(point)}")
     try:
         return _value(tree.body, names, known)
     except ZeroDivisionError:
         raise ValueError(f"'{text}' divides by zero") from None
+    except _NotAllowedError:
+        words = ", ".join(word for word in ("numbers", known, "pi", "deg") if word)
+        allowed = f"{words}, + - * /, parentheses and {', '.join(FUNCTIONS)}"
+        raise ValueError(f"'{text}' has something else than {allowed}") from None
 
 
 FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {  # name: number of arguments, function
@@ -75,18 +87,13 @@ def _value(node: ast.expr, names: Mapping[str, float], known: str) -> float:
         return _BINARY[type(node.op)](_value(node.left, names, known), _value(node.right, names, known))
     if isinstance(node, ast.Call):
         return _called(node, names, known)
-    raise ValueError(_only(known))
-
-
-def _only(known: str) -> str:
-    words = ", ".join(word for word in ("numbers", known, "pi", "deg") if word)
-    return f"only {words}, + - * /, parentheses and {', '.join(FUNCTIONS)} are allowed"
+    raise _NotAllowedError
 
 
 def _called(node: ast.Call, names: Mapping[str, float], known: str) -> float:
     name = node.func.id if isinstance(node.func, ast.Name) else ""
     if name not in FUNCTIONS or node.keywords:
-        raise ValueError(_only(known))
+        raise _NotAllowedError
     count, function = FUNCTIONS[name]
     if len(node.args) != count:
         raise ValueError(f"{name}() takes {counted(count, 'value')}")

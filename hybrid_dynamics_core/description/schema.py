@@ -11,6 +11,7 @@ from typing import Any
 import jsonschema
 from jsonschema.exceptions import best_match
 
+from .commas import comma_in_list, comma_in_mapping
 from .document import Document, Path_
 from .examples import example
 from .hints import meant, nearest, plain
@@ -65,6 +66,12 @@ OTHER_WORDS = {  # what other formats and people call the keys
     "tie": ("between",),
     "mode": ("assembly",),
 }
+_MISSING = {  # how they are written
+    "format": "write `format: 1`, the version of this format",
+    "active": "name the driven joints, as in `active: [q1, q2]`",
+    "end_effector": "name the link that carries the tool, as in `end_effector: {link: hand, xyz: [0.1, 0, 0]}`",
+    "axis": "the direction along which it moves or about which it turns, as in `axis: z`",
+}
 _KINDS = {"object": "a mapping", "array": "a list", "string": "text", "number": "a number"}
 
 
@@ -73,6 +80,9 @@ def _words(error: Any, extra: str | None) -> str:
         known = list(error.schema.get("properties", {}))
         if {"type", "k1"} <= {*known} and extra in ("kind", "between"):  # a closure among the loops
             return "unknown key of a loop of Type A to D; a closure, with kind and between, stands under 'closures'"
+        comma = comma_in_mapping(error.instance, extra)
+        if comma:
+            return f"unknown key{comma}"
         other = [key for key in OTHER_WORDS.get(plain(extra), ()) if key in known]
         hint = meant(other[0]) if other else nearest(extra, known)
         return f"unknown key{hint}; known keys: {', '.join(known)}"
@@ -85,8 +95,8 @@ def _words(error: Any, extra: str | None) -> str:
 
 def _say_missing(error: Any) -> str:
     missing = [key for key in error.schema["required"] if key not in error.instance]
-    hint = "; write `format: 1`, the version of this format" if "format" in missing else ""
-    return "missing " + ", ".join(f"'{key}'" for key in missing) + hint
+    hints = [f"; {_MISSING[key]}" for key in missing if key in _MISSING]
+    return "missing " + ", ".join(f"'{key}'" for key in missing) + (hints or [""])[0]
 
 
 def _say_type(error: Any) -> str:
@@ -98,6 +108,10 @@ def _say_size(error: Any) -> str:
     wanted = error.schema.get("minItems", error.schema.get("minProperties"))
     split = isinstance(error.instance, list) and any(str(v).count("(") != str(v).count(")") for v in error.instance)
     hint = "; put an expression with a comma in quotes" if split else ""
+    if isinstance(error.instance, list) and not hint:
+        hint = comma_in_list(error.instance, wanted)
+        if not hint and error.schema is robot_schema()["$defs"]["vector"]:
+            hint = ", as in [x, y, z]"
     return f"has {counted(len(error.instance), 'entry', 'entries')}; expected {wanted}{hint}"
 
 
@@ -112,6 +126,12 @@ def _say_choice(error: Any) -> str:
     known = [str(choice) for choice in error.schema["enum"]]
     hint = nearest(error.instance, known) if isinstance(error.instance, str) else ""
     return f"is {error.instance!r}{hint}; expected one of {', '.join(known)}"
+
+
+def _say_name(error: Any) -> str:
+    name = str(error.instance)
+    hint = f"; if it is part of a number, decimals are written with a point, as 0.{name}" if name.isdigit() else ""
+    return f"'{name}' is not a valid name: letters, digits and _, a letter first, at most 64{hint}"
 
 
 _SAY: dict[str, Callable[[Any], str]] = {
@@ -130,7 +150,7 @@ _SAY: dict[str, Callable[[Any], str]] = {
     "minimum": lambda e: f"is {e.instance}; expected {e.schema['minimum']} or more",
     "oneOf": lambda e: f"is {_short(e.instance)}; expected another form",
     "uniqueItems": lambda e: f"names one entry twice: {_short(e.instance)}",
-    "pattern": lambda e: f"'{e.instance}' is not a valid name: letters, digits and _, a letter first, at most 64",
+    "pattern": _say_name,
 }
 
 

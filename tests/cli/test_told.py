@@ -38,6 +38,18 @@ end_effector: {link: bucket}
 reference: {stroke: 0.1}
 """
 
+PLAIN = """\
+format: 1
+name: plain
+links:
+  base: {}
+  bar: {mass: 1, com: [0.2, 0, 0]}
+joints:
+  q: {type: revolute, parent: base, child: bar, axis: z, limits: [-2, 2]}
+active: [q]
+end_effector: {link: bar}
+"""
+
 
 @pytest.fixture
 def lift(tmp_path: Path) -> str:
@@ -234,3 +246,52 @@ def test_values_beyond_a_limit_are_told_by_every_verb(verb: str, lift: str) -> N
     assert "note: stroke = -0.05 m is beyond its limit 0 m" in call(*arguments).stderr
     beyond = json.loads(call(*arguments, "--json").stdout)["beyond_limits"]
     assert [entry["name"] for entry in beyond] == ["stroke"]
+
+
+def test_a_reference_far_from_where_the_named_mode_closes_is_told(lift: str) -> None:
+    path = Path(lift)
+    angle = told("fk", lift)["coordinates"]["q1"]
+    near, far = (path.with_name(f"{name}.yaml") for name in ("near", "far"))
+    near.write_text(LIFT.replace("{stroke: 0.1}", f"{{stroke: 0.1, q1: {angle + 0.5}}}"), encoding="utf-8")
+    far.write_text(LIFT.replace("{stroke: 0.1}", f"{{stroke: 0.1, q1: {angle + 1.5}}}"), encoding="utf-8")
+    assert "another assembly mode" not in call("check", str(near)).output
+    assert re.search(
+        r"note: q1 is .* rad in the reference, and its loop closes at .* rad: is another assembly mode",
+        " ".join(call("check", str(far)).output.split()),
+    )
+
+
+def test_degrees_beyond_a_limit_are_told_as_they_are_written(lift: str) -> None:
+    arm = Path(lift).with_name("arm.yaml")
+    arm.write_text(PLAIN, encoding="utf-8")
+    assert "beyond its limit 2 rad; 30 degrees are written 30*deg" in call("fk", str(arm), "-u", "30").output
+    assert "degrees" not in call("fk", str(arm), "-u", "3").output
+
+
+def test_a_robot_without_loops_is_not_said_to_close_them(lift: str) -> None:
+    arm = Path(lift).with_name("arm.yaml")
+    arm.write_text(PLAIN, encoding="utf-8")
+    assert call("check", str(arm)).output.rstrip().endswith("The description is right; it has no loops.")
+
+
+def test_a_file_that_is_named_without_its_suffix_is_found_as_what_was_meant(
+    lift: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(Path(lift).parent)
+    result = call("check", "lift")
+    assert result.exit_code == 2
+    assert "(did you mean 'lift.yaml'?)" in result.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("id", "--ddu", "stroke=0,1"), "decimals are written with a point (did you mean 'stroke=0.1'?)"),
+        (("ik", "--position", "0,5", "0", "1"), "decimals are written with a point: 0.5, if 0,5 is one number"),
+    ],
+)
+def test_decimal_commas_are_told_as_such(arguments: tuple[str, ...], words: str, lift: str) -> None:
+    verb, *others = arguments
+    result = call(verb, lift, *others)
+    assert result.exit_code == 2
+    assert words in " ".join(result.output.split())

@@ -28,7 +28,12 @@ CASES = {
     "no such parameter": ("com: [L11/2, 0, 0]", "com: [L1x/2, 0, 0]", "links.l11.com[0]", "'L1x' is not one of the"),
     "not an expression": ("L1: 0.7", "L1: 0.7 +", "parameters.L1", "neither a number nor an expression"),
     "a unit": ("L1: 0.7", "L1: 0.7 m", "parameters.L1", "'0.7 m' has a unit; units are fixed: m, kg"),
-    "code is no expression": ("L1: 0.7", "L1: __import__('os').getpid()", "parameters.L1", "only numbers"),
+    "code is no expression": (
+        "L1: 0.7",
+        "L1: __import__('os').getpid()",
+        "parameters.L1",
+        "something else than numbers",
+    ),
     "impossible inertia": ("xx: m4*r4*r4/2", "xx: 9.9", "links.l4.inertia", "add up to at least the third"),
     "missing link": ("parent: l42, child: l4,", "parent: l43, child: l4,", "joints.q4.parent", "no link 'l43'"),
     "two parents": (
@@ -57,7 +62,7 @@ CASES = {
         "q21: {type: revolute, parent: l2, child: l21, origin: {xyz: [c2, 0, 0]}, axis: z}",
         "q21: {type: revolute, parent: l2, child: l21, origin: {xyz: [c2, 0, 0]}, axis: [0, 0.1, 1]}",
         "loops.theta_2",
-        "joint 'q3' does not move in the plane of 'q21' and 'q22', with axes [0, 0.0995, 0.995]",
+        "'q21' about [0, 0.0995, 0.995] and 'q3' about [0, 0, 1]; mend the rpy of one's origin, or its axis",
     ),
     "axis without length": ("child: l1, axis: z", "child: l1, axis: [0, 0, 0]", "joints.q1.axis", "no length"),
     "limits in the wrong order": (

@@ -63,3 +63,16 @@ def test_what_may_be_meant_is_left_alone(masses: tuple[float, float, float], bas
 @pytest.mark.parametrize("name", shipped_robots())
 def test_shipped_robots_stay_far_from_the_rule(name: str) -> None:
     assert not any("grams" in doubt for doubt in load(name).description.doubts)
+
+
+@pytest.mark.parametrize("unit", [1e4, 1e6, 1e9])
+def test_inertias_in_other_units_are_told(unit: float) -> None:
+    """In kg m^2 0.03, 0.04, 0.05: the hand reaches 0.1 m about its centre of mass, the arm 1 m."""
+    moments = ", ".join(f"{key}: {unit * value}" for key, value in (("xx", 0.03), ("yy", 0.04), ("zz", 0.05)))
+    text = ARM.replace("{mass: HAND}", f"{{mass: 5, inertia: {{{moments}}}}}")
+    for name in ("BASE", "UPPER", "FORE"):
+        text = text.replace(name, "5")
+    (doubt,) = parse(text).doubts
+    assert ": links.hand.inertia: its 5 kg would have to be" in doubt
+    assert "1 g mm^2 is 1e-9" in doubt
+    assert not parse(text.replace(moments, "xx: 0.03, yy: 0.04, zz: 0.05")).doubts

@@ -6,13 +6,33 @@ import re
 
 import pytest
 
-from hybrid_dynamics_core import DescriptionError
-from tests.description.robots import four_bar, parse
+from hybrid_dynamics_core import DescriptionError, Robot
+from tests.description.robots import HEAD, four_bar, parse
+
+LIFT = (
+    HEAD
+    + """\
+links:
+  base: {}
+  crank: {mass: 10}
+  barrel: {mass: 4}
+  rod: {mass: 2}
+joints:
+  q1: {type: revolute, parent: base, child: crank, origin: {xyz: [0.3, 0, 0.5], rpy: [pi/2, 0, 0]}, axis: z}
+  q2: {type: revolute, parent: base, child: barrel, origin: {rpy: [pi/2, 0, 0]}, axis: z}
+  stroke: {type: prismatic, parent: barrel, child: rod, origin: {xyz: [0.4, 0, 0]}, axis: x}
+loops:
+  lift: {type: A, base: base, arm: crank, k1: barrel, k2: rod, pin: {rod: [0, 0, 0], crank: [0.6, 0, 0]},
+         assembly: clockwise}
+active: [stroke]
+end_effector: {link: crank}
+"""
+)
 
 
 def told(text: str) -> str:
     with pytest.raises(DescriptionError) as caught:
-        parse(text)
+        Robot(parse(text))
     return str(caught.value)
 
 
@@ -68,3 +88,54 @@ def test_a_type_that_does_not_fit_is_told_in_words_of_the_file() -> None:
     )
     assert "l_" not in text
     assert "the links as given form Type A" in text
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "words"),
+    [
+        ("tool: {mass: 0.5}", "tool: {mass: 3,2}", r"links\.tool\.2: unknown key; .* \(did you mean 'mass: 3\.2'\?\)"),
+        ("tool: {mass: 0.5}", "tool: {mass: '3,2'}", r"tool\.mass: '3,2' is no number; .* \(did you mean '3\.2'\?\)"),
+        ("tool: {mass: 0.5}", "tool: {mass: 1, com: [0,8, 0,1, 0]}", r"com: has 5 entries; expected 3; decimals are"),
+        ("format: 1\n", "format: 1\nparameters: {a: 0,65}\n", r"parameters: '65' is not a valid name.* as 0\.65"),
+    ],
+    ids=["mapping", "text", "list", "parameter"],
+)
+def test_decimal_commas_are_told_as_such(right: str, wrong: str, words: str) -> None:
+    text = four_bar("A")
+    assert right in text
+    assert re.search(words, told(text.replace(right, wrong)))
+
+
+def test_keys_and_lists_that_are_no_decimals_are_not_taken_for_some() -> None:
+    text = four_bar("A")
+    assert "decimals" not in told(text.replace("tool: {mass: 0.5}", "tool: {mass: 3, 2: 1}"))
+    assert "decimals" not in told(text.replace("tool: {mass: 0.5}", "tool: {mass: 1, com: [0.8, 0.1, 0, 0]}"))
+
+
+def test_a_link_among_the_active_joints_is_told_with_its_joint() -> None:
+    text = told(re.sub(r"active: \[.*\]", "active: [tool]", four_bar("A")))
+    assert re.search(r"active\[0\]: 'tool' is a link; name the joint that moves it \(did you mean '\w+'\?\)", text)
+
+
+@pytest.mark.parametrize(("key", "as_in"), [("active", "active: [q1, q2]"), ("end_effector", "end_effector: {link: ")])
+def test_what_is_missing_is_told_as_it_is_written(key: str, as_in: str) -> None:
+    text = re.sub(rf"^{key}: .*\n", "", four_bar("A"), flags=re.MULTILINE)
+    assert re.search(rf"missing '{key}'; name .*, as in `{re.escape(as_in)}", told(text))
+
+
+def test_a_point_with_two_numbers_and_a_list_of_moments_are_told_with_the_form() -> None:
+    text = four_bar("A")
+    assert "has 2 entries; expected 3, as in [x, y, z]" in told(re.sub(r"com: \[[^]]*\]", "com: [0.1, 0]", text))
+    moments = told(text.replace("tool: {mass: 0.5}", "tool: {mass: 0.5, inertia: [0.1, 0.1, 0.2]}"))
+    assert "as in inertia: {xx: 0.1, yy: 0.1, zz: 0.1}" in moments
+
+
+def test_two_pivots_about_different_axes_are_told_both() -> None:
+    """Nothing tells which of the two is wrong."""
+    text = told(LIFT.replace("barrel, origin: {rpy: [pi/2, 0, 0]}", "barrel, origin: {}"))
+    assert "joints turn about different axes, 'q2' about [0, 0, 1] and 'q1' about [0, -1, 0]; mend the rpy" in text
+
+
+def test_a_loop_that_was_forgotten_is_thought_of() -> None:
+    text = told(re.sub(r"loops:\n(  .*\n)+", "", LIFT))
+    assert "name 3: besides those named, q1, q2; or a loop is missing: nothing is tied to 'rod'" in text
