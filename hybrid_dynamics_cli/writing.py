@@ -30,7 +30,7 @@ MARKS: Final = {  # what files of this command have in them
     ".html": b'<meta name="generator" content="hybrid_dynamics">',
     ".md": b"The forging robot: CPU time, median of",
 }
-HEADS: Final = (b"energy.kinetic,energy.potential", b"name,estimate,low,high,file")  # of tables, in their first line
+HEADS: Final = (b"energy.kinetic,energy.potential", b"name,estimate,low,high,")  # of tables, in their first line
 
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace any file, but none that this call reads.")
 

@@ -80,7 +80,7 @@ def verdict(tried: Tried, doubts: int, *, loops: bool) -> str:
     """The last line: it says no more than what was seen."""
     see = f", but see the {agreed(doubts, 'warning', 'warnings')} above" if doubts else ""
     if not loops:
-        return f"The description is right{see}; it has no loops."
+        return f"It has no loops{see}." if doubts else "The description is right; it has no loops."
     if tried.everywhere:
         return f"Every loop closes{see}." if doubts else "The description is right: every loop closes."
     if tried.hardly:

@@ -60,6 +60,9 @@ _MAGIC: Final = (
 _KEYS: Final = (
     "format|joints|links|chain|loops|closures|modules|legs|active|end_effector|urdf|closed_loop|joint_name|parameters"
 )
+_ENTRY: Final = re.compile(rf"(?:^|[\n{{,])[ \t]*[\"']?({_KEYS})[\"']?[ \t]*:(?=\s|$)", re.IGNORECASE)
+_ENTRIES: Final = 2  # different keys of a description: no other text has so many by chance
+_PROGRAM: Final = re.compile(r"#!|(.*\n)?(import \w+|from \w[\w.]* import |def \w+\()", re.DOTALL)
 _COMMENT: Final = r"<!--(?:(?!-->).)*-->\s*"  # never two as one: many lines of comments would take for ever
 _TEXTS: Final = (
     (r"\s*<(!doctype html|html)\b", FileKind.PAGE, "an HTML page"),
@@ -68,8 +71,6 @@ _TEXTS: Final = (
     (r"\s*rosbag2_bagfile_information\s*:", FileKind.BAG_PART, "the metadata of a recording"),
     (r"(.*\n)?[ \t]+ros__parameters\s*:", FileKind.SETTINGS, "a parameter file of the node"),
     (r"\s*<", FileKind.TEXT, "an XML file"),
-    (rf"(.*[\n{{,])?[ \t]*[\"']?({_KEYS})[\"']?[ \t]*:(\s|$)", FileKind.ROBOT, "a robot description (YAML)"),
-    (r"#!|(.*\n)?(import \w+|from \w[\w.]* import |def \w+\()", FileKind.TEXT, "a program"),
 )
 _TABLE: Final = re.compile(r"[^\n:{]*[,;\t][^\n{]*\n[-+0-9.eE,;\t \"naN]+\r?(\n|$)")
 
@@ -162,4 +163,6 @@ def _text(text: str) -> Seen:
     for pattern, kind, words in _TEXTS:
         if re.match(pattern, text, re.DOTALL | re.IGNORECASE):
             return Seen(kind, words)
-    return Seen(FileKind.TEXT, "a text file that describes no robot")
+    if len({key.lower() for key in _ENTRY.findall(text)}) >= _ENTRIES:
+        return Seen(FileKind.ROBOT, "a robot description (YAML)")
+    return Seen(FileKind.TEXT, "a program" if _PROGRAM.match(text) else "a text file that describes no robot")

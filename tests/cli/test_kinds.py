@@ -33,6 +33,7 @@ FILES: dict[str, tuple[bytes | str, FileKind, str]] = {
     "dig.csv": (CSV, FileKind.TRAJECTORY, "a table (CSV)"),
     "run.py": ("import math\n\nprint(math.pi)\n", FileKind.TEXT, "a program"),
     "notes.txt": ("Look here: this is mine.\n", FileKind.TEXT, "a text file that describes no robot"),
+    "log.txt": ("Look at active:\nactive: none\n", FileKind.TEXT, "a text file that describes no robot"),
     "node.yaml": (
         "/**:\n  ros__parameters:\n    rates: {tf: 1.0}\n",
         FileKind.SETTINGS,

@@ -109,13 +109,13 @@ def test_check_does_not_call_it_right(tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["check", str(path)])
     assert done.exit_code == 0
     assert f"warning: {path}:13: reference.motor: 60 rad is 9.55 turns" in done.output
-    assert done.output.endswith("Every loop closes, but see the warning above.\n")
+    assert done.output.endswith("It has no loops, but see the warning above.\n")
     assert "The description is right" not in done.output
     told = json.loads(CliRunner().invoke(app, ["check", str(path), "--json"]).stdout)
     assert len(told["warnings"]) == 1
     path.write_text(ARM, encoding="utf-8")
     assert (
-        CliRunner().invoke(app, ["check", str(path)]).output.endswith("The description is right: every loop closes.\n")
+        CliRunner().invoke(app, ["check", str(path)]).output.endswith("The description is right; it has no loops.\n")
     )
 
 
