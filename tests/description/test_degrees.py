@@ -114,9 +114,7 @@ def test_check_does_not_call_it_right(tmp_path: Path) -> None:
     told = json.loads(CliRunner().invoke(app, ["check", str(path), "--json"]).stdout)
     assert len(told["warnings"]) == 1
     path.write_text(ARM, encoding="utf-8")
-    assert (
-        CliRunner().invoke(app, ["check", str(path)]).output.endswith("The description is right; it has no loops.\n")
-    )
+    assert CliRunner().invoke(app, ["check", str(path)]).output.endswith("The description is right; it has no loops.\n")
 
 
 @pytest.mark.parametrize(

@@ -91,7 +91,11 @@ MESSAGES = {
     "one argument": ("xyz: [0.3, 0, 0]}, axis: z}", 'xyz: ["atan2(1)", 0, 0]}, axis: z}', "atan2() takes 2 values"),
     "outside a domain": ("xyz: [0.3, 0, 0]}, axis: z}", "xyz: [acos(2), 0, 0]}, axis: z}", "acos(2) has no value"),
     "unknown function": ("xyz: [0.3, 0, 0]}, axis: z}", "xyz: [exp(2), 0, 0]}, axis: z}", "and sqrt, abs, sin, cos"),
-    "an attribute": ("xyz: [0.3, 0, 0]}, axis: z}", "xyz: [a.b, 0, 0]}, axis: z}", "something else than numbers, parameters"),
+    "an attribute": (
+        "xyz: [0.3, 0, 0]}, axis: z}",
+        "xyz: [a.b, 0, 0]}, axis: z}",
+        "something else than numbers, parameters",
+    ),
     "huge": ("xyz: [0.3, 0, 0]}, axis: z}", "xyz: [1e300, 0, 0]}, axis: z}", "expected a finite number"),
     "date": ("source: invented", "source: 2020-01-01", "expected text"),
     "no links": ("active: [q1, q4]", "active: []", "has 0 entries; expected 1"),
