@@ -104,7 +104,8 @@ class Labeller:
         for distance in _DISTANCES:
             for direction in _DIRECTIONS:
                 centre = _beside(anchor, direction, clear + distance * self.point, half)
-                cost = self._cost(centre, half, edge) + _NEAR * distance + _FAR * distance**2 - _ABOVE * np.sin(direction)
+                away = _NEAR * distance + _FAR * distance**2 - _ABOVE * np.sin(direction)
+                cost = self._cost(centre, half, edge) + away
                 if cost >= least:
                     continue
                 crossed = self._crossed(anchor, centre, half, clear) - own
