@@ -80,7 +80,8 @@ def workspace_figure(robot: Robot, workspace: Workspace, colour: Colour, title: 
         left = 0.0
         for plane, box, drawn, width in zip(planes, boxes, panels, widths, strict=True):
             axes = axes_at(figure, (left + _SIDES[0], _BAR + _BELOW, width, tallest * scale))
-            _panel(axes, plane, box + [[0.0, 0.0], [0.0, tallest - np.ptp(box[:, 1])]], drawn, top)
+            box[1, 1] = box[0, 1] + tallest
+            _panel(axes, plane, box, drawn, top)
             left += width + sum(_SIDES)
         one = len(robot.active) == 1
         words = WORDS[colour] if one else f"{_BEHIND[colour]} {WORDS[colour]}"
