@@ -132,7 +132,7 @@ class Calls:
                 self._tell(service, answered, tell)
                 return
             try:
-                changer.submit(lambda: self._tell(service, self._change(runtime, change, answered), tell))
+                changer.submit(lambda: self._tell(service, self._change(service, runtime, change, answered), tell))
             except RuntimeError:  # it was shut down meanwhile
                 self._tell(service, refused(response, _UNREADY), tell)
 
@@ -143,7 +143,7 @@ class Calls:
             job = Job(service.name, request, runtime.situation(), settings[TIMEOUT], done)
             workers.submit(service.lane, job, settings[QUEUE])
 
-    def _change(self, runtime: Runtime, change: Change, answered: Any) -> Any:
+    def _change(self, service: Service, runtime: Runtime, change: Change, answered: Any) -> Any:
         """Make the change of a call, unless things changed while it was worked on; in a thread of its own."""
         empty = type(answered)()
         try:
@@ -156,6 +156,7 @@ class Calls:
                 if isinstance(change, NewMode) and runtime.moving:
                     return refused(empty, Rejection(RejectionCode.REFUSED, "the robot began to move meanwhile"))
                 runtime.change(change)
+            self._log.info(f"{service.name}: {change.words}")
         except HybridDynamicsError as error:
             return refused(empty, rejection_of(error))
         except Exception as error:  # noqa: BLE001 - a call is answered, whatever the fault

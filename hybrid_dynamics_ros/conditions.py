@@ -78,6 +78,11 @@ class NewPayload:
         """The conditions with it."""
         return conditions.with_payload(self.frame, self.body)
 
+    @property
+    def words(self) -> str:
+        """What it is, for the log."""
+        return f"{self.body.mass:g} kg at {self.frame}" if self.body.mass > 0.0 else f"nothing at {self.frame}"
+
 
 @dataclass(frozen=True)
 class NewMode:
@@ -88,6 +93,11 @@ class NewMode:
     def applied(self, conditions: Conditions) -> Conditions:
         """The conditions with it."""
         return replace(conditions, mode=self.mode)
+
+    @property
+    def words(self) -> str:
+        """What it is, for the log."""
+        return ", ".join(f"{loop} {name}" for loop, name in self.mode.branch.items())
 
 
 Change = NewPayload | NewMode

@@ -95,6 +95,11 @@ def declare_sensors(node: Node, joints: Iterable[str]) -> dict[str, Any]:
     }
 
 
+def is_given(node: Node, row: Parameter[Any]) -> bool:
+    """Whether somebody chose a value, or the node has the default."""
+    return row.name in _overrides(node) or node.get_parameter(row.name).value != row.default
+
+
 class Watch:
     """Checks every change of a parameter before it is taken, and tells of it after."""
 

@@ -20,7 +20,7 @@ from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_core.export import to_urdf
 from hybrid_dynamics_ros import qos
 from hybrid_dynamics_ros.calls import Calls
-from hybrid_dynamics_ros.declare import Watch, declare, declare_sensors
+from hybrid_dynamics_ros.declare import Watch, declare, declare_sensors, is_given
 from hybrid_dynamics_ros.diagnostics import diagnostic_array
 from hybrid_dynamics_ros.monitor import Entry, Level
 from hybrid_dynamics_ros.parameters import (
@@ -79,6 +79,8 @@ class HybridDynamicsNode(LifecycleNode):
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Load the robot, make its topics. With a wrong file the node stays unconfigured and says why."""
         del state
+        known = "" if is_given(self, ROBOT) else f"; the default, -p {ROBOT.name}:=NAME_OR_FILE takes another"
+        self.get_logger().info(f"robot {self.settings[ROBOT]}{known}")
         try:
             robot = load(self.settings[ROBOT])
             sensors = declare_sensors(self, self.settings[MEASURED] or robot.active)

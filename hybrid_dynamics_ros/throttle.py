@@ -37,17 +37,20 @@ class Throttle:
         return self._held.pop(kind, 0)
 
 
-class Warns(Protocol):
+class Logger(Protocol):
     """A logger."""
+
+    def info(self, message: str) -> object:
+        """Log a line."""
 
     def warning(self, message: str) -> object:
         """Log a line."""
 
 
 class Log:
-    """Warnings of each kind at a limited rate."""
+    """Warnings of each kind at a limited rate, and what changed."""
 
-    def __init__(self, logger: Warns, period: float) -> None:
+    def __init__(self, logger: Logger, period: float) -> None:
         """Logger, and least time between two lines of the same kind [s]."""
         self._logger = logger
         self.throttle = Throttle(period)
@@ -57,6 +60,10 @@ class Log:
         held = self.throttle.admit(kind, time.monotonic())
         if held is not None:
             self._logger.warning(text + (f" (and {held} like this before)" if held else ""))
+
+    def info(self, text: str) -> None:
+        """Log a change. None is held back: the last line about a thing says how it is."""
+        self._logger.info(text)
 
 
 class Pace:

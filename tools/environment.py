@@ -29,7 +29,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import metadata, util
 from pathlib import Path
-from textwrap import shorten
+from textwrap import fill, shorten
 
 ROOT = Path(__file__).resolve().parent.parent
 RUN_EXTRAS = "fast,cli,plot,bag,view,ros"
@@ -49,6 +49,7 @@ INTERFACE_INPUTS = ("setup.py", "pyproject.toml", "package.xml", "*.txt", "cmake
 # pip would take up to a minute to remove what it built with, in silence: `discard` does that beside what follows.
 PIP = [sys.executable, "-m", "pip", "install", "--no-clean", "--no-input", "--disable-pip-version-check"]
 PIP += ["--progress-bar=off"]
+WIDTH = 80  # letters of a terminal
 HEARTBEAT = 15.0  # [s] between signs of life of a long step
 
 
@@ -184,7 +185,7 @@ def apt(missing: list[str]) -> str:
 
 def run(title: str, command: list[str], log: Path) -> None:
     """Run a step with its output in ``log``. Say how long it takes, that it lives, or how it failed."""
-    print(f"{title} ...", flush=True)
+    print(fill(f"{title} ...", WIDTH, subsequent_indent="  "), flush=True)
     start, scratch = time.monotonic(), tempfile.mkdtemp(prefix="hybrid_dynamics_setup-")
     try:
         code = watched(command, log, scratch, start)
@@ -211,7 +212,7 @@ def watched(command: list[str], log: Path, scratch: str, start: float) -> int:
                 return process.wait(HEARTBEAT)
             except subprocess.TimeoutExpired:
                 last = last_lines(log, 1)
-                said = shorten(last, 90) if last != told else "at work, and has said nothing new"
+                said = shorten(last, WIDTH - 10) if last != told else "at work, and has said nothing new"
                 print(f"  {time.monotonic() - start:4.0f} s  {said}", flush=True)
                 told = last
 

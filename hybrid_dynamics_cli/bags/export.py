@@ -16,7 +16,8 @@ from .common import LOST, PATH, first_few, tell_losses
 EPILOG = """\b
 Examples:
   hybrid-dynamics bag export results tables
-  hybrid-dynamics bag export results tables --format npz --topic /hybrid_dynamics/required_efforts
+  hybrid-dynamics bag export results tables --format npz \\
+      --topic /hybrid_dynamics/required_efforts
 """
 
 

@@ -38,7 +38,8 @@ HELD = ("recorded", "left_by_file", "left_by_estimate", "explained")
 EPILOG = """\b
 Examples:
   hybrid-dynamics bag identify recording --robot excavator
-  hybrid-dynamics bag identify recording --robot excavator --friction q12,q22 --hold-out 0.3 --json
+  hybrid-dynamics bag identify recording --robot excavator \\
+      --friction q12,q22 --hold-out 0.3 --json
   hybrid-dynamics bag identify recording --robot excavator --from 0.5 --to 4.5
 """
 
@@ -263,9 +264,12 @@ def left_out(found: Found, types: Mapping[str, str], *, whole: bool) -> list[str
     if not found.left_out:
         return []
     rows = [[f"{e.time:.3f} s", e.joint, e.what, off_word(e, types), stamp_word(e.late)] for e in found.left_out]
+    head = ["left out", "joint", "off in", "by", "stamp"]
+    if not any(row[-1] for row in rows):
+        head, rows = head[:-1], [row[:-1] for row in rows]
     most = len(rows) if whole else LISTED
     more = [f"... and {len(rows) - most} more, listed with --all"] if len(rows) > most else []
-    return ["", table(["left out", "joint", "off in", "by", "stamp"], rows[:most]), *more]
+    return ["", table(head, rows[:most]), *more]
 
 
 def off_word(entry: LeftOut, types: Mapping[str, str]) -> str:

@@ -21,7 +21,8 @@ from .common import PATH, robot_option, tell_unused
 
 EPILOG = """\b
 Examples:
-  hybrid-dynamics bag make recording --robot forging_chu2020 --seconds 60 --rate 1000 --noise position=1e-6,effort=2
+  hybrid-dynamics bag make recording --robot forging_chu2020 \\
+      --seconds 60 --rate 1000 --noise position=1e-6,effort=2
   hybrid-dynamics bag make recording --robot excavator --trajectory dig.csv
 """
 

@@ -24,9 +24,11 @@ from .common import FEW, LOST, PATH, first_few, params_option, robot_option, tel
 EPILOG = """\b
 Examples:
   hybrid-dynamics bag process recording results --robot forging_chu2020
-  hybrid-dynamics bag process recording results --robot excavator --topic /joint_states --smooth spline --keep
+  hybrid-dynamics bag process recording results --robot excavator \\
+      --topic /joint_states --smooth spline --keep
   hybrid-dynamics bag process night_shift/ results/ --robot excavator --jobs 4
-  hybrid-dynamics bag process a.mcap b.mcap results/ --robot excavator --scheduler tcp://10.0.0.1:8786
+  hybrid-dynamics bag process a.mcap b.mcap results/ --robot excavator \\
+      --scheduler tcp://10.0.0.1:8786
 """
 
 

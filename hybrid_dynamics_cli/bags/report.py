@@ -61,8 +61,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         from hybrid_dynamics_ros.offline.report import write_report  # noqa: PLC0415 - matplotlib is an extra
     except ModuleNotFoundError as error:
         raise click.ClickException("reports need matplotlib: pip install matplotlib") from error
-    beside = bag.resolve().with_suffix(".html")
-    place = place_for(output or beside, (".html",), [bag], overwrite=overwrite)
+    place = place_for(output or beside(bag), (".html",), [bag], overwrite=overwrite)
     track = collect(bag, robot, topic, smooth, read_settings(params), span=span_of(start, end))
     write_report(track, bag.resolve().name, place)
     summary, apart = track.counts.summary(), spreads(track)
@@ -90,6 +89,11 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     tell_losses(track.losses)
     if track.losses:
         context.exit(LOST)
+
+
+def beside(bag: Path) -> Path:
+    """The page of a bag, as the bag was named; `.` and `..` have no name of their own."""
+    return (bag.resolve() if bag.name in ("", "..") else bag).with_suffix(".html")
 
 
 def efforts_of(track: Track, apart: Sequence[Spread]) -> list[str]:

@@ -10,7 +10,7 @@ from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.description.wording import agreed, counted, unit
 
 from ..limits import narrowed
-from ..output import number, plain, show, table
+from ..output import ROUNDING, number, plain, show, table
 from ..parameters import json_option, loaded, robot_argument
 
 EPILOG = """\b
@@ -24,11 +24,12 @@ Examples:
 @robot_argument
 @json_option
 def command(robot: str, as_json: bool) -> None:
-    """Show coordinates, limits, loops and masses of a robot."""
+    """Show coordinates, limits, loops, joints, masses and inertias of a robot."""
     machine = loaded(robot)
     notes = narrowed(machine)
     told = {**facts(machine), "notes": notes}
-    lines = [text(machine, told), "", masses(machine), "", *(f"note: {note}" for note in notes)]
+    tables = [text(machine, told), tree(machine), masses(machine), *inertias(machine)]
+    lines = ["\n\n".join(tables), "", *(f"note: {note}" for note in notes)]
     show(told, as_json, "\n".join(lines))
 
 
@@ -41,6 +42,8 @@ def facts(machine: Robot) -> dict[str, Any]:
             "name": name,
             "type": machine.joint_types[name],
             "active": name in machine.active,
+            "parent": machine.description.joints[name].parent,
+            "child": machine.description.joints[name].child,
             "reference": float(state.s[k]),
             "limits": limits.get(name, plain(list(machine.description.joints[name].limits))),
         }
@@ -57,7 +60,10 @@ def facts(machine: Robot) -> dict[str, Any]:
             for loop, distance in zip(state.loops, state.distances, strict=True)
         ],
         "redundant_equations": dict(machine.redundant_equations),
-        "links": {name: {"mass": link.mass, "com": link.com} for name, link in machine.description.links.items()},
+        "links": {
+            name: {"mass": link.mass, "com": link.com, "inertia": link.inertia}
+            for name, link in machine.description.links.items()
+        },
         "parts": {
             name: {"part_of": machine.description.body_of(name), "mass": part.mass}
             for name, part in machine.description.parts.items()
@@ -110,7 +116,26 @@ def parts(told: dict[str, Any]) -> list[str]:
     return [f"{', '.join(on)} {'is' if len(on) == 1 else 'are'} part of {body}" for body, on in bodies.items()]
 
 
+def tree(machine: Robot) -> str:
+    """Which link every joint moves, and on which."""
+    joints = [machine.description.joints[name] for name in machine.coordinates]
+    return table(["joint", "parent", "child"], [[joint.name, joint.parent, joint.child] for joint in joints])
+
+
 def masses(machine: Robot) -> str:
     """Mass and centre of mass of every body, what is fixed to it included."""
     head = ["link", "mass [kg]", *(f"com {axis} [m]" for axis in "xyz")]
     return table(head, [[name, link.mass, *link.com.tolist()] for name, link in machine.description.links.items()])
+
+
+def inertias(machine: Robot) -> list[str]:
+    """Moments and products of inertia of the bodies that have any; products where not all of them are zero."""
+    links = {name: link.inertia for name, link in machine.description.links.items() if link.inertia.any()}
+    parts = [
+        (f"I{'xyz'[i]}{'xyz'[k]}", i, k)
+        for i, k in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+        if i == k or any(abs(inertia[i, k]) > ROUNDING for inertia in links.values())
+    ]
+    rows = [[name, *(float(inertia[i, k]) for _, i, k in parts)] for name, inertia in links.items()]
+    title = "inertia about the centre of mass, along the axes of the link [kg m^2]"
+    return [f"{title}\n\n{table(['link', *(head for head, _, _ in parts)], rows)}"] if rows else []

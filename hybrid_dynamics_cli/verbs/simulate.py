@@ -23,7 +23,8 @@ POSITIVE = click.FloatRange(min=0.0, min_open=True)
 EPILOG = """\b
 Examples:
   hybrid-dynamics simulate excavator --seconds 0.5 --draw fall.png
-  hybrid-dynamics simulate forging_chu2020 --tau weight --du q1=0.5 --save swing.csv
+  hybrid-dynamics simulate forging_chu2020 --tau weight --du q1=0.5 \\
+      --save swing.csv
 """
 
 

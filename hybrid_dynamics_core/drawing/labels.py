@@ -16,14 +16,15 @@ from ..description.model import Array
 _CELL = 3.0  # [px] of the grid that remembers what is covered
 _DIRECTIONS = np.linspace(0.0, 2.0 * np.pi, 25)[:-1]
 _DISTANCES = (2.0, 6.0, 12.0, 20.0, 30.0, 44.0, 60.0, 80.0, 110.0)  # [pt] beyond the symbol
-_EDGE = 4.0  # weight of an outline: a line through a name is worse than a ground behind it
+_EDGE = 2.0  # weight of an outline: a line through a name is worse than a ground behind it
+_UNDER = 0.5  # that of an outline under a name on a ground of its own, which hides it
 _ABOVE = 0.2  # of the cost: what a place above is better than one beside
 _PILL, _AIR = 2.5, 2.0  # [pt] around a name that stands on a ground of its own, and around one that does not
 _CROSSED = 0.05  # weight of what lies between a name and what it names
 _BODY = 3.0  # of that, more than of what is named itself: something stands between
 _NEAR, _FAR = 0.05, 3e-4  # weights of the distance [1/pt, 1/pt^2]
 _LINE = 10.0  # weight of a leader: names do not stand on it, and other leaders go another way
-_NAME = 30.0  # weight of a name
+_NAME = 60.0  # weight of a name
 _LEADER = 11.0  # [pt] a label farther away than this gets a line
 
 
@@ -70,12 +71,9 @@ class Labeller:
             centres = np.stack([columns.ravel() + 0.5, rows.ravel() + 0.5], axis=1) + low
             inside = Path(outline).contains_points(centres).reshape(cells.shape)
             cells[inside] = np.maximum(cells[inside], weight)
-        steps = np.concatenate(
-            [np.linspace(a, b, 12) for a, b in zip(outline, np.roll(outline, -1, axis=0), strict=True)]
-        )
-        columns, rows = np.floor(steps).astype(int).T
-        ok = (rows >= 0) & (columns >= 0) & (rows < self.grid.shape[0]) & (columns < self.grid.shape[1])
-        self.grid[rows[ok], columns[ok]] = np.maximum(self.grid[rows[ok], columns[ok]], _EDGE)
+        for ends in zip(outline, np.roll(outline, -1, axis=0), strict=True):
+            on = self._on(np.array(ends) * _CELL + self.origin)
+            self.grid[on] = np.maximum(self.grid[on], _EDGE)
 
     def _place(self, label: Label) -> None:
         text = self.axes.annotate(
@@ -84,25 +82,30 @@ class Labeller:
         )  # fmt: skip
         text.set_gid(label.gid)
         box = text.get_window_extent()
-        pad = (_PILL if "bbox" in label.style else _AIR) * self.point
+        pill = "bbox" in label.style
+        pad = (_PILL if pill else _AIR) * self.point
         half = np.array([box.width, box.height]) / 2.0 + pad
         anchor = self.axes.transData.transform(label.at)
         clear = float(np.linalg.norm(self.axes.transData.transform(label.at + np.array([label.clear, 0.0])) - anchor))
-        best, lead = self._best(anchor, half, clear, label.inside)
+        best, lead = self._best(anchor, half, clear, _UNDER if pill else _EDGE, label.inside)
         text.set_position((best - anchor) / self.point)
         if lead:
             self._lead(label, _between(anchor, best, half, clear))
         self._remember(best, half)
 
-    def _best(self, anchor: Array, half: Array, clear: float, inside: bool) -> tuple[Array, bool]:
-        """Centre of the free place nearest to an anchor, and whether a line leads there: far, or across a body."""
+    def _best(self, anchor: Array, half: Array, clear: float, edge: float, inside: bool) -> tuple[Array, bool]:
+        """Centre of the free place nearest to an anchor, and whether a line leads there: far, or across a body.
+
+        `edge`: weight of an outline under this name.
+        """
         best, lead = anchor, False
         own = min(self._crossed(anchor, _beside(anchor, way, clear, half), half, clear) for way in _DIRECTIONS)
-        least = self._cost(anchor, half) - _ABOVE if inside else np.inf
+        least = self._cost(anchor, half, edge) - _ABOVE if inside else np.inf
         for distance in _DISTANCES:
             for direction in _DIRECTIONS:
                 centre = _beside(anchor, direction, clear + distance * self.point, half)
-                cost = self._cost(centre, half) + _NEAR * distance + _FAR * distance**2 - _ABOVE * np.sin(direction)
+                away = _NEAR * distance + _FAR * distance**2 - _ABOVE * np.sin(direction)
+                cost = self._cost(centre, half, edge) + away
                 if cost >= least:
                     continue
                 crossed = self._crossed(anchor, centre, half, clear) - own
@@ -112,27 +115,31 @@ class Labeller:
         return best, lead
 
     def _crossed(self, anchor: Array, centre: Array, half: Array, clear: float) -> float:
-        """What lies between a symbol and a box."""
-        return float(self.grid[self._on(_between(anchor, centre, half, clear))].sum())
+        """What lies between a symbol and a box; an outline counts once, however many cells of it are met."""
+        values = self.grid[self._on(_between(anchor, centre, half, clear))]
+        edge = values == _EDGE
+        met = np.diff(edge.astype(int), prepend=0) > 0
+        return float(values[~edge].sum() + _EDGE * met.sum())
 
     def _lead(self, label: Label, ends: Array) -> None:
         self.grid[self._on(ends)] = _LINE
         self.axes.plot(*self.axes.transData.inverted().transform(ends).T, color=label.colour, linewidth=0.7, zorder=19)
 
     def _on(self, ends: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Cells, rows and columns, on a line between two points [px], each once."""
+        """Cells, rows and columns, on a line between two points [px], in its order."""
         count = 2 + int(np.linalg.norm(ends[1] - ends[0]) / (0.5 * _CELL))
         cells = np.floor((np.linspace(ends[0], ends[1], count) - self.origin) / _CELL).astype(np.int64)
-        cells = np.unique(cells[((cells >= 0) & (cells < self.grid.shape[::-1])).all(axis=1)], axis=0)
+        cells = cells[((cells >= 0) & (cells < self.grid.shape[::-1])).all(axis=1)]
+        cells = cells[np.any(np.diff(cells, axis=0, prepend=-1) != 0, axis=1)]
         return cells[:, 1], cells[:, 0]
 
-    def _cost(self, centre: Array, half: Array) -> float:
+    def _cost(self, centre: Array, half: Array, edge: float) -> float:
         """What a box would cover, and how much of it would stand outside of the axes."""
         (x0, y0), (x1, y1) = self._box(centre, half)
         rows, columns = self.grid.shape
         outside = float(max(0, -x0) + max(0, -y0) + max(0, x1 - columns) + max(0, y1 - rows))
         inside = self.grid[max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)]
-        return 0.25 * float(inside.sum()) + 5.0 * outside
+        return 0.25 * float(np.where(inside == _EDGE, edge, inside).sum()) + 5.0 * outside
 
     def _remember(self, centre: Array, half: Array) -> None:
         (x0, y0), (x1, y1) = self._box(centre, half)

@@ -58,7 +58,7 @@ def over_figure(robot: Robot, over: tuple[str, str], u: ArrayLike | None, colour
         kinds = _ends(axes, robot, over, ranges)
         axes.plot(*base[k], **_DOT, zorder=3.0)
         axes.set(xlim=axes_of[0], ylim=axes_of[1], xlabel=_label(robot, over[0]), ylabel=_label(robot, over[1]))
-        colour_bar(figure, WORDS[colour], top)
+        colour_bar(figure, WORDS[colour], top, _BOX[0] + _BOX[2])
         taken = "reference configuration" if np.array_equal(base, robot.reference) else "configuration given"
         _key(figure, samples, kinds, taken)
     return figure

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +13,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.rcsetup import cycler
+from matplotlib.ticker import ScalarFormatter
 
 from .figure import save
 from .style import LOOPS, QUIET, STYLE
@@ -22,6 +24,20 @@ _LINE: Final = 0.16  # [in] of the caption
 _LETTERS: Final = 16.5  # of a caption to the inch: full lines end short of the edge
 _ROW: Final = 13.0  # [pt] of a legend
 _GAP: Final = 6.0  # [pt] between axes, legend and title
+_THOUSANDS: Final = re.compile(r"(?<=\d)(?=(\d{3})+$)")
+
+
+class InFull(ScalarFormatter):
+    """Numbers of ticks in full: a power of ten for all of them would stand on a legend above the axes."""
+
+    def __init__(self) -> None:
+        super().__init__(useOffset=False)
+        self.set_scientific(False)
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """With commas between thousands."""
+        whole, point, rest = super().__call__(x, pos).partition(".")
+        return _THOUSANDS.sub(",", whole) + point + rest
 
 
 def page(title: str, caption: str = "", *, line: str = "", width: float = 7.2, height: float = 4.0) -> Figure:
@@ -54,10 +70,15 @@ def written_page(path: str | Path, title: str, line: str, height: float) -> Iter
 
 
 def entitled(axes: Axes, title: str, columns: int = 0) -> None:
-    """A title over axes and, where there are columns for it, between both a legend, which so hides nothing."""
+    """A title over axes and, where there are columns for it, between both a legend, which so hides nothing.
+
+    Ticks beside a legend have their numbers in full.
+    """
     if not columns:
         axes.set_title(title)
         return
+    if isinstance(axes.yaxis.get_major_formatter(), ScalarFormatter):  # no words, no logarithms
+        axes.yaxis.set_major_formatter(InFull())
     handles, labels = axes.get_legend_handles_labels()
     rows = -(-len(labels) // columns)
     axes.legend(

@@ -96,6 +96,7 @@ class Painter:
         else:
             colour, style, width = _LINES[stroke.role]
             (line,) = self.axes.plot(*flat.T, color=colour, linestyle=style, linewidth=width)
+            self.covered.append((flat, 0.0))
         self._keep(line, stroke.owner)
 
     def arrow(self, stroke: Stroke) -> None:

@@ -42,6 +42,7 @@ _WIDTHS: Final = {1: 7.2, 2: 9.0, 3: 11.0}  # [in] of the figure, at most
 _LOWEST: Final = 1e-6  # largest value of a map that is all zero but for rounding
 _FLAT: Final = 1e-9  # [m] extent across the plane of a planar mechanism, but for rounding
 _LEAST: Final = 6.4  # [in] of the figure
+_SHORT: Final = 5.2  # [in] of the key, at least: its words have that length
 _SIDES: Final = (0.76, 0.16)  # [in] left and right of a panel's axes
 _BELOW, _ABOVE, _BAR, _HEAD, _LINE = 0.5, 0.3, 0.72, 0.56, 0.15  # [in]
 
@@ -69,20 +70,22 @@ def workspace_figure(robot: Robot, workspace: Workspace, colour: Colour, title: 
         sizes = np.ptp(np.array(boxes), axis=1)
         room = _HEIGHTS[len(planes)], _WIDTHS[len(planes)] - len(planes) * sum(_SIDES)
         scale = min(room[0] / sizes[:, 1].max(), room[1] / sizes[:, 0].sum())
-        widths, heights = sizes.T * scale
+        widths, tallest = sizes[:, 0] * scale, float(sizes[:, 1].max())
         told = _told(workspace)
         above = _ABOVE + _HEAD + _LINE * told.count("\n")
-        size = float(widths.sum()) + len(planes) * sum(_SIDES), float(heights.max()) + _BELOW + _BAR + above
+        size = float(widths.sum()) + len(planes) * sum(_SIDES), tallest * scale + _BELOW + _BAR + above
         figure = Figure(figsize=(max(size[0], _LEAST), size[1]))
         top = top_of([drawn.values for drawn in panels])
         head(figure, title or f"{robot.name}: workspace", told)
         left = 0.0
-        for plane, box, drawn, width, height in zip(planes, boxes, panels, widths, heights, strict=True):
-            axes = axes_at(figure, (left + _SIDES[0], _BAR + _BELOW, width, height))
+        for plane, box, drawn, width in zip(planes, boxes, panels, widths, strict=True):
+            axes = axes_at(figure, (left + _SIDES[0], _BAR + _BELOW, width, tallest * scale))
+            box[1, 1] = box[0, 1] + tallest
             _panel(axes, plane, box, drawn, top)
             left += width + sum(_SIDES)
         one = len(robot.active) == 1
-        colour_bar(figure, WORDS[colour] if one else f"{_BEHIND[colour]} {WORDS[colour]}", top)
+        words = WORDS[colour] if one else f"{_BEHIND[colour]} {WORDS[colour]}"
+        colour_bar(figure, words, top, left - _SIDES[1])
     return figure
 
 
@@ -114,11 +117,11 @@ def top_of(values: Iterable[Array]) -> float:
     return min(float(step * np.ceil(largest / step - 1e-9)), 1.0)
 
 
-def colour_bar(figure: Figure, text: str, top: float) -> None:
-    """The key to the colours, at the bottom; it says so where they end below 1."""
+def colour_bar(figure: Figure, text: str, top: float, right: float) -> None:
+    """The key to the colours, at the bottom, up to where the panels end [in]; it says so where they end below 1."""
     text = text if top == 1.0 else f"{text.removesuffix(')')}; colours up to {top:.3g})"
     width = float(figure.get_size_inches()[0])
-    axes = axes_at(figure, (_SIDES[0], 0.3, min(width - 1.0, 5.2), 0.12))
+    axes = axes_at(figure, (_SIDES[0], 0.3, max(min(width - 1.0, _SHORT), right - _SIDES[0]), 0.12))
     figure.colorbar(ScalarMappable(Normalize(0.0, top), COLOURS), cax=axes, orientation="horizontal")
     axes.set_title(text, fontsize=8.5, pad=4)
     axes.tick_params(labelsize=8)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import fill
 from typing import Final, TextIO
 
 from hybrid_dynamics_core import Robot, load
@@ -21,6 +22,8 @@ from hybrid_dynamics_ros.demo.verdict import Verdict, judge
 from hybrid_dynamics_ros.parameters import BANDWIDTH, MAX_GAP
 
 SUBTITLE: Final = f"Trajectory of {SOURCE}; efforts and poses as received from the running node"
+_WIDTH: Final = 80  # letters of a terminal
+_LABEL: Final = 21  # of them for a label
 _LABELS: Final = {
     INPUT: "input",
     STATES: "joint states",
@@ -92,7 +95,12 @@ def summary(verdict: Verdict, files: Files) -> str:
     ]
     if not verdict.good:
         lines.append(_complaint(verdict))
-    return "\n".join(lines)
+    return "\n".join(wrapped(line) for line in lines)
+
+
+def wrapped(line: str) -> str:
+    """A line of the summary on as many as a terminal needs; what goes on stands below what it tells of the label."""
+    return fill(line, _WIDTH, subsequent_indent=" " * _LABEL, break_long_words=False, break_on_hyphens=False)
 
 
 def _difference(verdict: Verdict) -> str:

@@ -78,7 +78,7 @@ class Session:
             child("player", self._logs / "player.log", "hybrid_dynamics_ros.demo.player", *for_player) as player,
             _ros_node("demo_recorder") as (ros_node, executor),
         ):
-            self._say(f"node    process {model.pid}\nplayer  process {player.pid}: {SHIPPED}")
+            self._say(f"node    process {model.pid}\nplayer  process {player.pid}\n  plays {_told(SHIPPED)}")
             recorder = Recorder(ros_node, bag)
             self._connect(executor, recorder, model, player)
             recorder.listen_to_input()  # with this second subscriber the player begins
@@ -121,6 +121,12 @@ class Session:
             raise InterruptedDemoError("Stopped.")
         for process in children:
             process.require_alive()
+
+
+def _told(path: Path) -> Path:
+    """A path as it is seen from here, where it is in this folder."""
+    here = Path.cwd()
+    return path.relative_to(here) if path.is_relative_to(here) else path
 
 
 @contextmanager

@@ -80,12 +80,12 @@ def table(snapshot: Snapshot, progress: Progress, prismatic: Collection[str], ba
 
 
 def line(snapshot: Snapshot, progress: Progress, prismatic: Collection[str]) -> str:
-    """The active joints, their efforts and the tool, in one line."""
+    """The active joints in a line, below it their efforts and the tool: neither is wider than a terminal."""
     active = [name for name in snapshot.position if name in snapshot.effort]
     joints = ", ".join(f"{name} {_position(name, snapshot.position[name], prismatic).strip()}" for name in active)
     efforts = ", ".join(_effort(name, snapshot, prismatic).strip() for name in active)
     x, y, z = snapshot.tool
-    return f"t {progress.time:5.2f} s | {joints} | {efforts} | tool {x:.3f} {y:.3f} {z:.3f} m"
+    return f"t {progress.time:5.2f} s | {joints}\n  {efforts} | tool {x:.3f} {y:.3f} {z:.3f} m"
 
 
 def _progress_row(progress: Progress, bar: str) -> Row:

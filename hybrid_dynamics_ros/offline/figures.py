@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hybrid_dynamics_core.drawing.rounding import Sizes, calm, sizes_of
 from hybrid_dynamics_core.drawing.style import BLUE, GREEN, INK, LOOPS, ORANGE, PURPLE, QUIET, RED, STYLE
 from hybrid_dynamics_ros.offline.collect import Track
 from hybrid_dynamics_ros.offline.stamps import Stamps
@@ -41,9 +42,14 @@ def trajectories(track: Track) -> Figure:
     """Active joints: position and velocity, a row each."""
     names = track.robot.active
     figure, axes = _panels(len(names), 2, 1.7)
+    sizes = _sizes(track)
     for k, name in enumerate(names):
-        for ax, values, what in zip(axes[k], (track.state.u, track.state.du), ("position", "rate"), strict=True):
+        kind = track.robot.joint_types[name]
+        natural = sizes.position(kind), sizes.rate(kind)
+        parts = zip(axes[k], (track.state.u, track.state.du), ("position", "rate"), natural, strict=True)
+        for ax, values, what, size in parts:
             _line(ax, track, values[:, k], _COLOURS[k % len(_COLOURS)])
+            calm(ax, size)
             ax.set_ylabel(f"{name} [{unit_of(track, name, what)}]")
     axes[0][0].set_title("position")
     axes[0][1].set_title("velocity")
@@ -54,17 +60,20 @@ def efforts(track: Track) -> Figure:
     """Efforts recorded and computed, and their difference."""
     names, told = track.robot.active, np.isfinite(track.recorded).any()
     figure, axes = _panels(len(names), 2 if told else 1, 1.9)
+    sizes = _sizes(track)
     for k, name in enumerate(names):
-        ax, unit = axes[k][0], unit_of(track, name, "effort")
+        ax, unit, size = axes[k][0], unit_of(track, name, "effort"), sizes.effort(track.robot.joint_types[name])
         if told:
             _line(ax, track, track.recorded[:, k], _RECORDED, label="recorded", linewidth=1.8)
         _line(ax, track, track.efforts[:, k], _COLOURS[k % len(_COLOURS)], label="computed")
-        _clip(ax, track, track.efforts[:, k], track.recorded[:, k])
+        if not calm(ax, size):
+            _clip(ax, track, track.efforts[:, k], track.recorded[:, k])
         ax.set_ylabel(f"{name} [{unit}]")
         if told:
             left = track.recorded[:, k] - track.efforts[:, k]
             _line(axes[k][1], track, left, _COLOURS[k % len(_COLOURS)])
-            _clip(axes[k][1], track, left)
+            if not calm(axes[k][1], size):
+                _clip(axes[k][1], track, left)
             axes[k][1].axhline(0.0, color=QUIET, linewidth=0.6)
             axes[k][1].set_ylabel(f"{name} [{unit}]")
     axes[0][0].legend(**_ABOVE, ncols=2)
@@ -83,12 +92,15 @@ def energy(track: Track) -> Figure:
     _line(axes[0][0], track, kinetic + potential - kinetic[0] - potential[0], QUIET, label="both, since the start")
     axes[0][0].set_ylabel("energy [J]")
     axes[0][0].legend(**_ABOVE, ncols=3)
+    sizes = _sizes(track)
+    calm(axes[0][0], sizes.energy)
     for k, name in enumerate(track.robot.active):
         part = track.efforts[:, k] * track.state.du[:, k]
         _line(axes[1][0], track, part, _COLOURS[k % len(_COLOURS)], label=name)
     _line(axes[1][0], track, track.power, INK, label="sum")
     axes[1][0].set_ylabel("power [W]")
     axes[1][0].legend(**_ABOVE, ncols=8)
+    calm(axes[1][0], sizes.energy / sizes.time)
     return figure
 
 
@@ -111,6 +123,7 @@ def closure(track: Track) -> Figure:
 def margins(track: Track) -> Figure:
     """What is left to the nearer end of each joint's range."""
     names, left = track.margins
+    sizes = _sizes(track)
     figure, axes = _panels(max(len(names), 1), 1, 1.5)
     for k, name in enumerate(names):
         ax = axes[k][0]
@@ -119,6 +132,7 @@ def margins(track: Track) -> Figure:
         low, high = min(0.0, float(left[:, k].min())), max(0.0, float(left[:, k].max()))
         room = 0.08 * (high - low) + 1e-9
         ax.set_ylim(low - room, high + room)  # the line at 0 stands clear of the axis
+        calm(ax, sizes.position(track.robot.joint_types[name]))
         ax.set_ylabel(f"{name} [{unit_of(track, name, 'position')}]")
     return figure
 
@@ -205,6 +219,10 @@ def _panels(rows: int, columns: int, height: float) -> tuple[Figure, list[list[A
     for ax in axes[:-1].flat:
         ax.tick_params(labelbottom=False)
     return figure, [list(row) for row in axes]
+
+
+def _sizes(track: Track) -> Sizes:
+    return sizes_of(track.robot, float(np.ptp(track.time)))
 
 
 def _line(ax: Axes, track: Track, values: FloatArray, colour: str, label: str = "", linewidth: float = 0.9) -> None:

@@ -42,6 +42,15 @@ def test_what_is_far_off_is_counted_and_moves_the_rms_alone(recording: Path) -> 
     assert max(spread.rms for spread in others) < 2.0
 
 
+@pytest.mark.parametrize("bag", ["recording", "recording/"])
+def test_the_page_is_named_as_the_bag_was(recording: Path, monkeypatch: pytest.MonkeyPatch, bag: str) -> None:
+    pytest.importorskip("matplotlib")
+    monkeypatch.chdir(recording.parent)
+    assert call("bag", "report", bag).stdout.startswith("written: recording.html (report: ")
+    monkeypatch.chdir(recording)
+    assert f"written: {recording.with_suffix('.html')} (" in call("bag", "report", ".").stdout  # it has no name here
+
+
 def test_the_terminal_and_json_tell_it(recording: Path) -> None:
     pytest.importorskip("matplotlib")
     page = recording.with_suffix(".html")

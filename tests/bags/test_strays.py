@@ -167,6 +167,7 @@ def test_spikes_of_efforts_are_left_out_counted_and_named(tmp_path):
     assert all(part["left_by_estimate"] < 0.1 for part in told["held_out"].values())  # noise of 0.05, and spikes of 55
     said = printed("identify", tmp_path / "rec")
     assert f"{len(told['left_out'])} samples left out: {len(told['left_out'])} with efforts that noise does not" in said
+    assert re.search(r"^left out +joint +off in +by$", said, re.MULTILINE)  # of stamps there is nothing to tell
 
 
 def test_estimates_that_are_worse_than_the_file_say_so_first_and_cutting_mends_them(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import json
 import re
 from importlib import resources
@@ -19,7 +20,7 @@ from hybrid_dynamics_core.identification import noise_limit
 from hybrid_dynamics_core.simulation import simulate
 from hybrid_dynamics_ros.offline.collect import collect
 from hybrid_dynamics_ros.offline.errors import BagError
-from hybrid_dynamics_ros.offline.figures import margins, sampling
+from hybrid_dynamics_ros.offline.figures import efforts, margins, sampling
 from hybrid_dynamics_ros.offline.identify import identify_track
 from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
 from hybrid_dynamics_ros.offline.many import attempt, run_jobs
@@ -268,6 +269,9 @@ def test_a_report_draws_ends_of_strokes_in_view_and_nothing_where_nothing_is_mis
     strokes = margins(track).axes
     assert len(strokes) == len(track.margins[0])
     assert all(axes.get_ylim()[0] < 0.0 for axes in strokes)  # else the axis hides the line at zero
+    noise = 1e-13 * np.random.default_rng(1).standard_normal(track.efforts.shape)
+    calm = efforts(dataclasses.replace(track, recorded=track.efforts + noise)).axes[1::2]
+    assert all(axes.get_ylim()[0] < -0.01 < 0.01 < axes.get_ylim()[1] for axes in calm)  # rounding is a line
     (intervals,) = sampling(track).axes
     assert sum(bar.get_height() for bar in intervals.patches) == len(track.time) - 1
     page = report(track, "rec")

@@ -84,8 +84,21 @@ def test_names_of_parts_are_drawn(lift: str, tmp_path: Path) -> None:
 
 def test_masses_are_told_with_what_is_fixed_to_a_body(lift: str) -> None:
     links = told("info", lift)["links"]
-    assert links["crank"] == {"mass": 11.0, "com": pytest.approx([(10 * 0.4 + 0.8) / 11, 0.0, 0.0])}
+    assert links["crank"]["mass"] == 11.0
+    assert links["crank"]["com"] == pytest.approx([(10 * 0.4 + 0.8) / 11, 0.0, 0.0])
     assert re.search(r"^crank +11 +0.436364 +0 +0$", call("info", lift).output, re.MULTILINE)
+
+
+def test_which_links_a_joint_ties_and_inertias_are_told() -> None:
+    answer, said = told("info", "forging_chu2020"), call("info", "forging_chu2020").output
+    joints = {entry["name"]: (entry["parent"], entry["child"]) for entry in answer["coordinates"]}
+    assert (joints["q12"], joints["q2"]) == (("l11", "l12"), ("l1", "l2"))
+    assert re.search(r"^q12 +l11 +l12$", said, re.MULTILINE)
+    rod = 50.6 * 0.7**2 / 12  # l2, across its axis
+    assert answer["links"]["l2"]["inertia"] == [[0, 0, 0], [0, pytest.approx(rod), 0], [0, 0, pytest.approx(rod)]]
+    assert re.search(rf"^l2 +0 +{rod:.6g} +{rod:.6g}$", said, re.MULTILINE)
+    assert "Ixy" not in said  # all zero
+    assert "inertia" not in call("info", "staicu2015").output
 
 
 @pytest.mark.parametrize("verb", ["check", "info"])

@@ -73,7 +73,8 @@ def test_without_a_terminal_it_writes_plain_lines_at_a_slow_rate(latest, expecte
     view = LiveView(stream, expected, PRISMATIC)
     for _ in range(100):
         view.update(latest, COUNTS)
-    assert stream.getvalue().count("\n") == 1
+    assert stream.getvalue().count("\n") == 2
+    assert max(map(len, stream.getvalue().splitlines())) <= 80
     assert stream.getvalue().startswith("t  5.00 s | q1 50.000 deg")
     assert "\x1b" not in stream.getvalue()
 
@@ -97,7 +98,8 @@ def test_a_terminal_too_small_for_the_table_gets_lines(latest, expected, monkeyp
         monkeypatch.setenv(name, value)
     stream = Terminal()
     LiveView(stream, expected, PRISMATIC).update(latest, COUNTS)
-    assert stream.getvalue().count("\n") == 1
+    assert stream.getvalue().count("\n") == 2
+    assert "\x1b" not in stream.getvalue()
 
 
 def test_before_the_first_efforts_it_shows_nothing(latest, expected):

@@ -27,6 +27,7 @@ def test_a_complete_run_is_good(expected, results, robot):
     text = summary(verdict, FILES)
     assert "0 messages lost" in text
     assert "FAILED" not in text
+    assert max(map(len, text.splitlines())) <= 80
 
 
 def test_the_filter_takes_the_efforts_of_the_first_samples_only(expected):

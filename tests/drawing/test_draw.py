@@ -141,6 +141,35 @@ def test_a_name_behind_a_body_has_a_line_to_what_it_names(walls: list[np.ndarray
     assert len(axes.lines) == leaders
 
 
+@pytest.mark.parametrize("reach", [3.0, 300.0])
+def test_a_name_stands_on_no_outline_however_long_that_is(reach: float) -> None:
+    """A straight edge passes where the name would best stand; the name takes the other side of it."""
+    axes = Figure(figsize=(5, 5)).add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.set(xlim=(0.0, 10.0), ylim=(0.0, 10.0))
+    edge = 5.25
+    body = np.array([[5.0 - reach, edge], [5.0 + reach, edge], [5.0 + reach, 4.0 * reach], [5.0 - reach, 4.0 * reach]])
+    label = Label("a longer name", np.array([5.0, 5.0]), 0.05, {"fontsize": 8}, "name:link:rod", RED)
+    Labeller(axes, [(body, 0.0)]).place([label])  # its ground is no reason to stand elsewhere
+    (text,) = axes.texts
+    box = text.get_window_extent()
+    low, high = axes.transData.inverted().transform([(0.0, box.y0), (0.0, box.y1)])[:, 1]
+    assert not low < edge < high
+
+
+@pytest.mark.parametrize("name", ["excavator", "forging_chu2020", "type_c", "type_d"])
+def test_the_name_of_the_base_keeps_off_the_axis_of_the_column(name: str) -> None:
+    robot = robot_of(name)
+    figure = draw(robot, names="all")
+    (axes,) = figure.axes
+    figure.canvas.draw()
+    (box,) = (t.get_window_extent() for t in axes.texts if t.get_gid() == f"name:link:{robot.base_frame}")
+    dashed = [line for line in axes.lines if line.get_linestyle() not in ("-", "None")]
+    assert dashed
+    for line in dashed:
+        along = np.linspace(*axes.transData.transform(line.get_xydata())[[0, -1]], 200)
+        assert not ((along > (box.x0, box.y0)) & (along < (box.x1, box.y1))).all(axis=1).any()
+
+
 @pytest.mark.parametrize("name", ["ankle", "excavator", "gough", "palletizer", "staicu2015"])
 def test_no_line_to_a_name_runs_under_another_name(name: str) -> None:
     figure = draw(robot_of(name), names="all")

@@ -43,6 +43,10 @@ def test_planes_are_chosen_for_the_robot(name, tmp_path) -> None:
     path = tmp_path / "map.svg"
     figure = draw_workspace(robot, found, path)
     assert [axes.get_title(loc="left") for axes in figure.axes[:-1]] == PANELS[name]
+    *panels, key = (axes.get_position() for axes in figure.axes)
+    assert len({(round(panel.y0, 9), round(panel.y1, 9)) for panel in panels}) == 1  # their titles stand in one line
+    assert key.x0 == pytest.approx(panels[0].x0)
+    assert key.x1 == pytest.approx(panels[-1].x1) or key.width * figure.get_figwidth() == pytest.approx(5.2)
     text = path.read_text(encoding="utf-8")
     for link in robot.description.links:  # the robot's own skeleton is in the picture
         if link != robot.base_frame and robot.description.links[link].mass:

@@ -1,5 +1,6 @@
 """Lifecycle, parameters and services of the running node."""
 
+import re
 import time
 
 import numpy as np
@@ -75,12 +76,13 @@ def test_twist_and_reactions_are_those_of_the_library(client, robot):
         np.testing.assert_allclose([wrench.force.x, wrench.force.y, wrench.force.z], pin.force, atol=1e-6)
 
 
-def test_forward_dynamics_inverts_inverse_dynamics_with_the_payload_that_was_set(client, robot):
+def test_forward_dynamics_inverts_inverse_dynamics_with_the_payload_that_was_set(client, robot, node):
     bare = efforts_now(client)
     request = SetPayload.Request()
     request.inertia.m, request.inertia.com.x = 25.0, 0.1
     try:
         assert client.call("set_payload", request).error_code == ErrorCode.OK
+        node.wait_for(rf"\[INFO\].*: set_payload: 25 kg at {robot.end_effector}\n")
         laden = efforts_now(client)
         closed = robot.close(POSITION, RATES)
         loads = robot.loads.with_payload(Payload(25.0, [0.1, 0.0, 0.0]), robot.end_effector)
@@ -92,6 +94,7 @@ def test_forward_dynamics_inverts_inverse_dynamics_with_the_payload_that_was_set
     finally:
         request.inertia.m = 0.0
         assert client.call("set_payload", request).error_code == ErrorCode.OK
+    node.wait_for(f"set_payload: nothing at {robot.end_effector}\n")
     np.testing.assert_allclose(efforts_now(client), bare, rtol=1e-12)
 
 
@@ -177,7 +180,7 @@ def test_the_robot_describes_itself(client, robot):
     np.testing.assert_allclose(np.array([told.lower, told.upper]).T[:4], robot.limits)
 
 
-def test_modes_are_listed_and_switched_only_while_the_robot_stands(client, robot):
+def test_modes_are_listed_and_switched_only_while_the_robot_stands(client, robot, node):
     began = client.new_stamp()
     client.publish("active_joint_motions", motion(), began)
     client.wait_for("joint_states", began)
@@ -198,6 +201,8 @@ def test_modes_are_listed_and_switched_only_while_the_robot_stands(client, robot
     try:
         answer = client.call("switch_assembly_mode", switch)
         assert answer.error_code == ErrorCode.OK, answer.error_text
+        modes = ", ".join(f"{loop} {branch}" for loop, branch in zip(other.loops, other.branches, strict=True))
+        node.wait_for(rf"\[INFO\].*: switch_assembly_mode: {re.escape(modes)}\n")
         np.testing.assert_allclose(positions(), other.joint_state.position, atol=1e-9)
         pose = client.call("solve_fk", SolveFK.Request(active_joints=state())).poses[0]
         found = client.call("solve_ik", SolveIK.Request(position_only=True, target=pose))

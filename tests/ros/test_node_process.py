@@ -32,8 +32,11 @@ def state(position=POSITION, velocity=RATES):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_idle_node_cleanly(start_node, number):
-    node = start_node()
+    chosen = number == signal.SIGTERM
+    node = start_node(*(["-p", "robot:=forging_chu2020"] if chosen else []))
     node.wait_for(READY)
+    first = node.output().splitlines()[0]  # which robot it is, and whether anybody chose it
+    assert first.endswith("robot forging_chu2020" if chosen else "the default, -p robot:=NAME_OR_FILE takes another")
     assert node.stop(number) == 0
     assert "stopped: 0 received" in node.output()
     assert "Traceback" not in node.output()

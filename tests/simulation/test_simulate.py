@@ -296,6 +296,22 @@ class TestRecord:
         small = next(ax for ax in apart.axes if ax.get_legend_handles_labels()[1] == ["q22"])
         assert small.get_ylabel() == "u [m]"
 
+    def test_rounding_is_a_straight_line_and_no_exponent_stands_on_a_legend(self, motion: Simulation) -> None:
+        """A torque of rounding is zero beside the weight of the robot; millions of N have their numbers in full."""
+        pytest.importorskip("matplotlib")
+        from hybrid_dynamics_core.drawing import draw_simulation
+
+        machine = load(motion.robot)
+        tau = np.tile([0.0, 2.5e6, 1.5e6, 0.0], (len(motion.t), 1))
+        tau[:, 0] = 1e-16 * np.random.default_rng(1).standard_normal(len(motion.t))
+        figure = draw_simulation(machine, replace(motion, tau=tau))
+        figure.draw_without_rendering()
+        turning, pushing = (ax for ax in figure.axes if ax.get_ylabel().startswith("tau"))
+        low, high = turning.get_ylim()
+        assert low < -0.01 < 0.01 < high  # 1e-9 of the weight at the robot's length is far less
+        assert all(ax.yaxis.get_offset_text().get_text() == "" for ax in figure.axes)
+        assert "2,000,000" in [text.get_text() for text in pushing.get_yticklabels()]
+
 
 class TestProgress:
     def test_nothing_where_no_one_watches(self, forging: Robot, capsys: pytest.CaptureFixture[str]) -> None:
