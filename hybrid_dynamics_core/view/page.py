@@ -43,6 +43,7 @@ SHEET: Final = f"""<style>
 }}
 div:has(> .hd-sheet) + div {{ display: none; }}
 div:has(> .hd-no) {{ position: sticky; top: 0; z-index: 20; }}
+div:has(> .mantine-Slider-root) > .mantine-NumberInput-root {{ width: 3.7rem !important; }}
 .mantine-Select-input {{ padding-right: 1.7em !important; text-overflow: ellipsis; }}
 </style><div class=hd-sheet></div>"""
 

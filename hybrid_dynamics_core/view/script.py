@@ -60,6 +60,12 @@ for (const leaving of ['change', 'focusout']) document.addEventListener(leaving,
   if (held) tell();
 }, true);
 """
+# Arrow keys that move a slider are not to turn the camera as well, which viser has them do; React hears of keys below.
+_KEYS: Final = """
+document.body.addEventListener('keydown', event => {
+  if (event.target.matches('[role=slider]')) event.stopPropagation();
+});
+"""
 _NAMES: Final = """
 document.addEventListener('mouseover', event => {
   if (event.target.matches?.('.mantine-Select-input')) event.target.title = event.target.value;
@@ -69,5 +75,5 @@ document.addEventListener('mouseover', event => {
 
 def script_html(title: str) -> str:
     """An empty style sheet that names the browser's tab as it is loaded, has typed numbers told once, names whole."""
-    code = f"document.title = {json.dumps(title)}; (() => {{ {_TYPED} {_NAMES} }})();"
+    code = f"document.title = {json.dumps(title)}; (() => {{ {_TYPED} {_KEYS} {_NAMES} }})();"
     return f'<style onload="{escape(code.replace(chr(10), " "), quote=True)}"></style>'
