@@ -52,7 +52,7 @@ class Playback:
     def refresh(self) -> None:
         """The controls to what is so."""
         self._play.label = "Pause" if self.playing else "Play"
-        self.dial.show(self.time)
+        self.dial.follow(self.time)
 
     def _toggle(self) -> None:
         self.playing = not self.playing
