@@ -42,6 +42,7 @@ SHEET: Final = f"""<style>
   .mantine-ScrollArea-content > div:has(.hd-sheet) {{ width: 100% !important; }}
 }}
 div:has(> .hd-sheet) + div {{ display: none; }}
+.mantine-ScrollArea-content div[style*=hidden]:has(.hd-sheet) {{ overflow: clip !important; }}
 div:has(> .hd-no) {{ position: sticky; top: 0; z-index: 20; }}
 div:has(> .mantine-Slider-root) > .mantine-NumberInput-root {{ width: 3.7rem !important; }}
 .mantine-Select-input {{ padding-right: 1.7em !important; text-overflow: ellipsis; }}

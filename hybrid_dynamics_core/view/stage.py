@@ -20,6 +20,7 @@ from .camera import Camera, camera_for, floor_under
 from .session import Efforts
 
 LONGEST: Final = 0.2  # of the size of the robot: the arrow of a force that fills its bar
+RING: Final = 0.065  # of the radius of an arrow round an axis: how thick it is
 FAINT: Final = 0.02  # share of a bar below which there is no arrow
 ON_AXIS: Final = 1e-9  # [m] nearer than this to an axis is rounding
 
@@ -191,7 +192,7 @@ class Stage:
         rotation, origin = self.shape.poses(self.shape.home)[joint.child]
         front = np.copysign(1.0, joint.axis @ toward) * joint.axis
         base = rotation.T @ (joint.point + 2.0 * self.shape.unit * front - origin)
-        handle = self._add_unseen(node("links", joint.child, f"effort {joint.name}"), meshes.turn_arrow(0.065))
+        handle = self._add_unseen(node("links", joint.child, f"effort {joint.name}"), meshes.turn_arrow(RING))
         return Arrow(handle, base, rotation.T @ joint.axis, rotation.T @ reach(self.shape.skeleton, joint))
 
     def _add_shaft(self, joint: PlacedJoint, toward: Array) -> Arrow:

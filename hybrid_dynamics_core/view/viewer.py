@@ -91,7 +91,6 @@ class Viewer:
                 self._awake.wait(timeout)
             wishes, self._wishes = self._wishes, {}
         for wish in wishes.values():
-            self.session.problem = ""
             self._attempt(wish)
         if wishes:
             self.show(smoothly=True)
