@@ -155,7 +155,8 @@ def test_the_ring_of_a_torque_is_open_where_the_link_is_that_it_turns(name: str,
         ahead = ring @ joint.axis
         assert (np.abs(ahead) > stage.shape.unit).all()  # the radius of the joint: the ring is before it
         across = ring - np.outer(ahead, joint.axis)
-        angles = np.arccos(across @ arm / np.linalg.norm(across, axis=1) / np.linalg.norm(arm))
+        cosines = across @ arm / np.linalg.norm(across, axis=1) / np.linalg.norm(arm)
+        angles = np.arccos(np.clip(cosines, -1.0, 1.0))
         assert angles.min() > 0.5
         assert np.degrees(angles).max() > 170.0  # and it is there, on the other side
         direction = np.cross(ring[:-1], ring[1:]).sum(axis=0) @ joint.axis
