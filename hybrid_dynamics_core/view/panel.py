@@ -42,7 +42,8 @@ class Panel:
             self._state = self.gui.add_html("")
         self._add_efforts()
         self._add_modes()
-        typed.listen([*self.dials, self._payload, *([] if self.playback is None else [self.playback.dial])])
+        timed = [] if self.playback is None else [self.playback.dial]
+        typed.listen([*timed, *self.dials, self._payload], self._at_a_box)
 
     @property
     def playing(self) -> bool:
@@ -121,6 +122,10 @@ class Panel:
     def _pause(self) -> None:
         if self.playback is not None:
             self.playback.playing = False
+
+    def _at_a_box(self) -> None:
+        if self.playing:
+            self.ask("pause", self._pause)
 
     def _add_modes(self) -> None:
         with self.gui.add_folder("Assembly mode", visible=bool(self.session.state.loops)):

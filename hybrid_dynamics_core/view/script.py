@@ -10,8 +10,8 @@ from typing import Final
 # so that 2,5 would be 25. Here the browser keeps what is typed until Enter, or until the box is left, puts back what
 # the box had, and hands over the text as it is, in the hidden line of `typed`: with the label of its slider, and the
 # time, for a line that stays as it was is not told. Escape gives it up, as does a box that is left empty. A box that is
-# left is not told so, for it would then put there a number of its own making. What moves meanwhile (a motion that
-# plays) writes into the box too: the next key goes on from what was typed.
+# left is not told so, for it would then put there a number of its own making. That somebody is at a box is told with
+# no text, since a motion that plays would write into it; if another browser does, what was typed goes on all the same.
 _TYPED: Final = """
 if (window.hybridDynamicsTyped) return;
 window.hybridDynamicsTyped = true;
@@ -24,14 +24,19 @@ const drop = () => {
   write(held, before);
   held = null;
 };
-const tell = () => {
-  const label = labelOf(held);
-  drop();
-  if (!typed.trim()) return;
+const send = (box, text) => {
   const line = document.querySelector('div:has(> .hd-sheet) + div input');
-  write(line, JSON.stringify([label, typed, Date.now()]));
+  write(line, JSON.stringify([labelOf(box), text, Date.now()]));
   line.dispatchEvent(new Event('input', {bubbles: true}));
 };
+const tell = () => {
+  const box = held;
+  drop();
+  if (typed.trim()) send(box, typed);
+};
+document.addEventListener('focusin', event => {
+  if (own(event)) send(event.target, null);
+}, true);
 document.addEventListener('beforeinput', event => {
   if (!own(event)) return;
   const box = event.target;

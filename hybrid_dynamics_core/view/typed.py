@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, Final
 
 import viser
@@ -27,14 +27,18 @@ class Typed:
     def __init__(self, gui: viser.GuiApi) -> None:
         self._line = gui.add_text("typed", "")
 
-    def listen(self, dials: Iterable[Dial]) -> None:
-        """Have each of these dials take what is typed into its box."""
+    def listen(self, dials: Iterable[Dial], begin: Callable[[], None]) -> None:
+        """Have each of these dials take what is typed into its box; `begin` is called when somebody goes to one."""
         known = {dial.label: dial for dial in dials}
 
         @self._line.on_update
         def _(event: viser.GuiEvent[Any]) -> None:
-            if by_person(event):
-                label, text = json.loads(event.target.value)[:2]
+            if not by_person(event):
+                return
+            label, text = json.loads(event.target.value)[:2]
+            if text is None:
+                begin()
+            else:
                 known[label].typed(lambda scope: number_typed(text, scope))
 
 

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import InputError, Robot, load
+from hybrid_dynamics_core.control import JointTrajectory
+from hybrid_dynamics_core.view.motion import motion_of
 from hybrid_dynamics_core.view.ranges import Range, decimals
 from tools.browser import NoBrowserError, opened_page
 
@@ -127,6 +129,19 @@ def test_a_notice_is_about_the_latest_entry(forging: Robot, opened: Opened) -> N
     assert viewer.step(0.0)
     assert "q1 = 12 rad" in session.problem
     assert np.array_equal(session.state.u, before)
+
+
+def test_who_goes_to_a_box_pauses_the_motion_which_would_write_into_it(forging: Robot, opened: Opened) -> None:
+    motion = motion_of(forging, JointTrajectory.between(forging.reference, forging.reference + 0.01, 1.0), "there")
+    viewer = opened(forging, motion)
+    playback = viewer.panel.playback
+    assert playback is not None
+    viewer.panel._at_a_box()
+    assert not viewer.step(0.0)  # nothing plays
+    playback.playing, playback.time = True, 0.5
+    viewer.panel._at_a_box()
+    assert viewer.step(0.0)
+    assert (playback.playing, playback.time, playback._play.label) == (False, 0.5, "Play")
 
 
 @pytest.fixture(scope="module")
