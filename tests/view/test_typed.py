@@ -17,6 +17,7 @@ from .conftest import Opened
 
 pytestmark = pytest.mark.usefixtures("needs_viser")
 PATIENCE = 60_000  # [ms] a machine may be loaded; nothing waits for this where all is well
+SLEW, LOAD = 1, 5  # of the number boxes of an excavator with a motion
 ANGLE, LENGTH, MASS = (Range(name, unit, -100.0, 100.0) for name, unit in (("q", "rad"), ("x", "m"), ("load", "kg")))
 
 
@@ -146,20 +147,22 @@ def test_who_goes_to_a_box_pauses_the_motion_which_would_write_into_it(forging: 
 
 @pytest.fixture(scope="module")
 def page_of_an_excavator() -> Iterator[tuple]:
-    """Its viewer and its page, low enough that the panel has to be scrolled."""
+    """Its viewer, with a motion, and its page, low enough that the panel has to be scrolled."""
     from tools.view_screenshot import running
 
     pytest.importorskip("viser", reason="viser, the extra `view`, is not installed")
     try:
-        with running(load("excavator")) as viewer, opened_page(viewer.url, 1280, 420) as page:
-            boxes(page).nth(4).wait_for(timeout=PATIENCE)
+        robot = load("excavator")
+        motion = motion_of(robot, JointTrajectory.between(robot.reference, robot.reference + 0.1, 1.0), "there")
+        with running(robot, motion) as viewer, opened_page(viewer.url, 1280, 420) as page:
+            boxes(page).nth(LOAD).wait_for(timeout=PATIENCE)
             yield viewer, page
     except NoBrowserError as problem:
         pytest.skip(str(problem))
 
 
 def boxes(page):
-    """The number boxes beside the sliders: four joints, the payload."""
+    """The number boxes beside the sliders: time, four joints, payload."""
     return page.locator("div:has(> .mantine-Slider-root) input.mantine-NumberInput-input")
 
 
@@ -181,27 +184,40 @@ def test_boxes_of_the_page_take_numbers_as_they_stand_and_refuse_the_rest(page_o
     viewer, page = page_of_an_excavator
     session, notice = viewer.session, page.get_by_role("alert")
     for text, shown, value in (("5e-2", "0.05", 0.05), ("1e-1", "0.1", 0.1), ("300", "300", 300.0)):
-        enter(page, 4, text)
-        shows(page, 4, shown)
+        enter(page, LOAD, text)
+        shows(page, LOAD, shown)
         assert session.payload == value
     for text, told in (("2,5", "write 2.5"), ("20 cm", "in kg"), ("2*deg", "in kg")):
-        enter(page, 4, text)
-        assert boxes(page).nth(4).input_value() == "300"  # at once
+        enter(page, LOAD, text)
+        assert boxes(page).nth(LOAD).input_value() == "300"  # at once
         notice.get_by_text(f"'{text}' was not taken").wait_for(timeout=PATIENCE)
         assert told in notice.inner_text()
         assert notice.bounding_box()["y"] >= 0.0  # though the panel is scrolled to the payload
         assert session.payload == 300.0
-    enter(page, 0, "30*deg", "Tab")
-    shows(page, 0, "0.5236")
+    enter(page, SLEW, "30*deg", "Tab")
+    shows(page, SLEW, "0.5236")
     assert session.state.u[0] == np.pi / 6.0
     notice.wait_for(state="detached", timeout=PATIENCE)
-    enter(page, 0, "-11")
+    enter(page, SLEW, "-11")
     notice.get_by_text("q1 = -11 rad is beyond its limit").wait_for(timeout=PATIENCE)
-    enter(page, 0, "")
-    assert boxes(page).nth(0).input_value() == "0.5236"
-    enter(page, 4, "300")  # where it is
+    enter(page, SLEW, "")
+    assert boxes(page).nth(SLEW).input_value() == "0.5236"
+    enter(page, LOAD, "300")  # where it is
     notice.wait_for(state="detached", timeout=PATIENCE)
     assert session.state.u[0] == np.pi / 6.0
+
+
+def test_a_box_of_the_page_that_somebody_goes_to_pauses_the_motion(page_of_an_excavator) -> None:
+    viewer, page = page_of_an_excavator
+    viewer.panel.playback.speed = 0.1
+    page.get_by_text("Play", exact=True).click()
+    page.get_by_text("Pause", exact=True).wait_for(timeout=PATIENCE)
+    boxes(page).nth(SLEW).click()
+    page.get_by_text("Play", exact=True).wait_for(timeout=PATIENCE)
+    assert 0.0 < viewer.panel.playback.time < 1.0  # [s] it has not come to its end
+    enter(page, SLEW, "1.25")
+    shows(page, SLEW, "1.25")
+    assert viewer.session.state.u[0] == 1.25
 
 
 def test_the_page_follows_the_arm_until_somebody_turns_it_and_keys_of_sliders_do_not(page_of_an_excavator) -> None:
@@ -209,16 +225,16 @@ def test_the_page_follows_the_arm_until_somebody_turns_it_and_keys_of_sliders_do
     (client,) = viewer.server.get_clients().values()
 
     def slew(text: str) -> None:
-        enter(page, 0, text)
-        shows(page, 0, text)
+        enter(page, SLEW, text)
+        shows(page, SLEW, text)
         page.wait_for_timeout(300)  # [ms] six times what a browser waits before it tells of its camera
 
     slew("0")
     before = np.array(client.camera.position)
-    slider = page.get_by_role("slider").nth(0)
+    slider = page.get_by_role("slider").nth(SLEW)
     slider.focus()
     page.keyboard.press("ArrowRight", delay=200)
-    shows(page, 0, "0.001")
+    shows(page, SLEW, "0.001")
     page.wait_for_timeout(300)
     assert client.camera.position == pytest.approx(before, rel=1e-4)  # viser would turn it as well
     slew("2")
