@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -23,13 +23,14 @@ ROOM: Final = 1.22  # round the robot
 class Camera:
     """`position` and `look_at` (3,) in base axes [m]; what it has to show is within `radius` of `look_at` [m].
 
-    field: of view from top to bottom [rad].
+    field: of view from top to bottom [rad]. shown: (k, 3) what it was made to show [m].
     """
 
     position: Array
     look_at: Array
     radius: float
     field: float = float(FIELD)
+    shown: Array | None = None
 
     @property
     def corner(self) -> Array:
@@ -53,6 +54,12 @@ class Camera:
     def around(self, points: Array) -> Camera:
         """Another one, that looks the same way and shows points (k, 3)."""
         return camera_around(points, direction(self.position - self.look_at))
+
+    def following(self, points: Array, aspect: float) -> Camera:
+        """Itself, or another one that shows points (k, 3) besides: what goes to and fro moves it once."""
+        if replace(self, position=self.seen_from(aspect)).sees(points, aspect):
+            return self
+        return self.around(points if self.shown is None else np.vstack([self.shown, points]))
 
     def seen_from(self, aspect: float) -> Array:
         """Where it has to stand (3,) [m] for a canvas whose width is `aspect` times its height."""
@@ -83,7 +90,7 @@ def camera_around(points: Array, toward: Array) -> Camera:
     low, high = points.min(axis=0), points.max(axis=0)
     middle = 0.5 * (low + high)
     radius = max(float(np.linalg.norm(points - middle, axis=1).max()), 0.05)
-    return Camera(middle + ROOM * radius / np.sin(0.5 * FIELD) * toward, middle, radius)
+    return Camera(middle + ROOM * radius / np.sin(0.5 * FIELD) * toward, middle, radius, shown=points)
 
 
 def direction(vector: Array) -> Array:

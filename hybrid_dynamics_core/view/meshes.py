@@ -15,6 +15,7 @@ from ..description.model import Array
 from ..drawing.parts import across_axis
 
 AROUND: Final = 40  # corners of a circle
+SWEEP: Final = 4.6  # [rad] of an arrow round an axis
 CHAMFER: Final = 0.12  # of the radius, at the edges of turned bodies
 
 
@@ -92,14 +93,14 @@ def arrow(radius: float) -> Mesh:
     return turned([(0.0, 0.0), (radius, 0.0), (radius, 0.68), (2.4 * radius, 0.68), (0.0, 1.0)])
 
 
-def turn_arrow(radius: float, sweep: float = 4.6) -> Mesh:
-    """An arrow round z on a circle of radius 1, counterclockwise over an angle [rad]."""
-    angles = np.linspace(0.0, sweep, 49)
+def turn_arrow(radius: float) -> Mesh:
+    """An arrow round z on a circle of radius 1, counterclockwise from x over SWEEP."""
+    angles = np.linspace(0.0, SWEEP, 49)
     head = 0.55
     around = np.linspace(0.0, 2.0 * np.pi, 17)[:-1]
-    rings, sizes = [], np.where(angles <= sweep - head, radius, 0.0)
+    rings, sizes = [], np.where(angles <= SWEEP - head, radius, 0.0)
     places = [(float(angle), radius) for angle, size in zip(angles, sizes, strict=True) if size > 0.0]
-    places = [(0.0, 0.0), *places, (sweep - head, 2.6 * radius), (sweep, 0.0)]
+    places = [(0.0, 0.0), *places, (SWEEP - head, 2.6 * radius), (SWEEP, 0.0)]
     for angle, size in places:
         out = np.array([np.cos(angle), np.sin(angle), 0.0])
         ring = out * (1.0 + size * np.cos(around)[:, None]) + np.array([0.0, 0.0, 1.0]) * size * np.sin(around)[:, None]
@@ -117,6 +118,14 @@ def frame_along(direction: Array) -> Array:
     """(3, 3) a rotation whose z axis is along a direction (3,)."""
     axis = direction / np.linalg.norm(direction)
     return np.stack([*across_axis(axis), axis], axis=1)
+
+
+def frame_open(axis: Array, toward: Array) -> Array:
+    """(3, 3) a rotation whose z axis is along an axis (3,); a turn arrow is open toward a direction (3,) across it."""
+    z, open_to = axis / np.linalg.norm(axis), toward / np.linalg.norm(toward)
+    middle = 0.5 * (SWEEP + 2.0 * np.pi)  # of what the arrow leaves open, from x
+    x = np.cos(middle) * open_to - np.sin(middle) * np.cross(z, open_to)
+    return np.stack([x, np.cross(z, x), z], axis=1)
 
 
 def _ball(rings: int = 7, around: int = 20) -> Array:

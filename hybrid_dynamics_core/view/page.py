@@ -29,6 +29,8 @@ _STYLE: Final = f"""<style>
 </style>"""
 
 NARROW: Final = "36em"  # width of the window up to which viser lays its panel over the scene, from below
+# In a narrow window the panel is below the scene, which is at least as wide as high. The line that the page writes into
+# (`script`) is not seen, reasons stay in sight, and names that are too long for their field end in dots.
 SHEET: Final = f"""<style>
 @media (max-width: {NARROW}) {{
   div:has(> .mantine-Paper-root .hd-sheet) {{ flex-direction: column; }}
@@ -39,7 +41,12 @@ SHEET: Final = f"""<style>
   }}
   .mantine-ScrollArea-content > div:has(.hd-sheet) {{ width: 100% !important; }}
 }}
-</style><div class=hd-sheet></div>"""  # the panel below the scene instead, which is at least as wide as high
+div:has(> .hd-sheet) + div {{ display: none; }}
+.mantine-ScrollArea-content div[style*=hidden]:has(.hd-sheet) {{ overflow: clip !important; }}
+div:has(> .hd-no) {{ position: sticky; top: 0; z-index: 20; }}
+div:has(> .mantine-Slider-root) > .mantine-NumberInput-root {{ width: 3.7rem !important; }}
+.mantine-Select-input {{ padding-right: 1.7em !important; text-overflow: ellipsis; }}
+</style><div class=hd-sheet></div>"""
 
 
 def state_html(session: Session) -> str:
@@ -123,7 +130,8 @@ def note_html(note: str) -> str:
 
 def problem_html(problem: str) -> str:
     """Why the picture did not follow."""
-    return f"{_STYLE}<div class='hd hd-no'><b>The last pose stays.</b><br>{escape(problem)}</div>" if problem else ""
+    told = f"<b>The last pose stays.</b><br>{escape(problem)}"
+    return f"{_STYLE}<div class='hd hd-no' role=alert>{told}</div>" if problem else ""
 
 
 def mode_labels(modes: Sequence[AssemblyMode], own: Mapping[str, str]) -> list[str]:

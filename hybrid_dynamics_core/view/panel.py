@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import viser
@@ -18,13 +19,9 @@ from .playback import Playback
 from .ranges import Range, round_value, slider_ranges
 from .script import script_html
 from .session import Efforts, Session
+from .typed import Typed
 
-
-class Fit(Protocol):
-    """Has the camera show the whole robot: the one of a browser, or those of all that do not see it already."""
-
-    def __call__(self, client: viser.ClientHandle | None = None) -> None:
-        """Now."""
+Fit = Callable[[viser.ClientHandle | None], None]  # has the camera of a browser show the whole robot
 
 
 class Panel:
@@ -37,6 +34,7 @@ class Panel:
         self.labels: list[str] = []
         self.stale = True  # list of modes, and sliders that were left where a person put them
         self.gui.add_html(page.SHEET + script_html(session.robot.name))
+        typed = Typed(self.gui)  # right behind, where the sheet hides it
         self._problem = self.gui.add_html("", visible=False)
         self.playback = None if session.motion is None else Playback(self.gui, session, session.motion, ask)
         self._add_sliders(slider_ranges(session.robot, session.home, size))
@@ -44,6 +42,8 @@ class Panel:
             self._state = self.gui.add_html("")
         self._add_efforts()
         self._add_modes()
+        timed = [] if self.playback is None else [self.playback.dial]
+        typed.listen([*timed, *self.dials, self._payload], self._at_a_box)
 
     @property
     def playing(self) -> bool:
@@ -67,8 +67,8 @@ class Panel:
 
     def tell_problem(self) -> None:
         """Why the last wish was refused, if it was."""
-        self._problem.visible = bool(self.session.problem)
         self._problem.content = page.problem_html(self.session.problem)
+        self._problem.visible = bool(self.session.problem)
 
     def _follow(self) -> None:
         self.target = np.array(self.session.state.u)
@@ -118,11 +118,14 @@ class Panel:
     def _reset(self) -> None:
         self._pause()
         self.session.reset()
-        self.fit()
 
     def _pause(self) -> None:
         if self.playback is not None:
             self.playback.playing = False
+
+    def _at_a_box(self) -> None:
+        if self.playing:
+            self.ask("pause", self._pause)
 
     def _add_modes(self) -> None:
         with self.gui.add_folder("Assembly mode", visible=bool(self.session.state.loops)):
@@ -141,7 +144,6 @@ class Panel:
             self.list_modes()
         if wanted in self.labels:
             self.session.take_mode(self.modes[self.labels.index(wanted)])
-            self.fit()
         else:
             self.session.problem = f"there is no assembly mode '{wanted}' at these active coordinates"
 

@@ -25,13 +25,13 @@ class Playback:
         self.playing, self.time, self.speed = False, 0.0, 1.0
         with gui.add_folder(motion.title):
             self._play = gui.add_button("Play")
-            self._dial = Dial(gui, Range("time", "s", 0.0, motion.duration), 0.0, STEP)
+            self.dial = Dial(gui, Range("time", "s", 0.0, motion.duration), 0.0, STEP)
             if motion.note:
                 gui.add_html(note_html(motion.note))
             speed = gui.add_dropdown("speed", SPEEDS, initial_value="1 x")
         self._play.on_click(lambda _: ask("play", self._toggle))
 
-        self._dial.on_wish("time", ask, self.seek)
+        self.dial.on_wish("time", ask, self.seek)
 
         @speed.on_update
         def _(event: viser.GuiEvent[Any]) -> None:
@@ -52,7 +52,7 @@ class Playback:
     def refresh(self) -> None:
         """The controls to what is so."""
         self._play.label = "Pause" if self.playing else "Play"
-        self._dial.show(self.time)
+        self.dial.follow(self.time)
 
     def _toggle(self) -> None:
         self.playing = not self.playing

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import Final
 
 import numpy as np
@@ -90,7 +91,12 @@ def on_round_steps(low: float, high: float) -> tuple[float, float, float]:
 
 def on_step(value: float, step: float) -> float:
     """The nearest multiple of a power of ten, as a slider's number box has room for."""
-    return round(value, max(round(-math.log10(step)), 0))
+    return round(value, decimals(step))
+
+
+def decimals(value: float) -> int:
+    """Decimals of a number as it is written shortest."""
+    return max(-int(Decimal(repr(value)).normalize().as_tuple().exponent), 0)
 
 
 def round_value(value: float) -> float:

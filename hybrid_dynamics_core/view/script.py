@@ -1,4 +1,4 @@
-"""What the page does by itself, in the browser: its title, and numbers that are typed."""
+"""What the page does by itself, in the browser: its title, numbers that are typed, names that are cut off."""
 
 from __future__ import annotations
 
@@ -6,36 +6,51 @@ import json
 from html import escape
 from typing import Final
 
-# viser's number boxes tell each key: of a typed 0.5 the 0 would be taken first. Here the browser keeps what is typed
-# until Enter, or until the box is left, and viser hears of it once. Escape gives it up. A box that is left is not told
-# so, for it would then put a number beyond the slider's end onto that end, which nobody has asked for. The box compares
-# what it had with what it gets, by where the cursor was and is: it is shown one change, of all that it had.
+# viser's number boxes tell each key: of a typed 0.5 the 0 would be taken first, and what they do not know is left out,
+# so that 2,5 would be 25. Here the browser keeps what is typed until Enter, or until the box is left, puts back what
+# the box had, and hands over the text as it is, in the hidden line of `typed`: with the label of its slider, and the
+# time, for a line that stays as it was is not told. Escape gives it up, as does a box that is left empty. A box that is
+# left is not told so, for it would then put there a number of its own making. That somebody is at a box is told with
+# no text, since a motion that plays would write into it; if another browser does, what was typed goes on all the same.
 _TYPED: Final = """
 if (window.hybridDynamicsTyped) return;
 window.hybridDynamicsTyped = true;
-let held = null, before = '', typedIn = null;
-const own = event => event.target instanceof HTMLInputElement && event.target.matches('.mantine-NumberInput-input');
+let held = null, before = '', typed = '', typedIn = null;
+const boxes = 'div:has(> .mantine-Slider-root) .mantine-NumberInput-input';
+const own = event => event.target instanceof HTMLInputElement && event.target.matches(boxes);
 const write = (box, text) => Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set.call(box, text);
+const labelOf = part => part.querySelector('label')?.textContent ?? labelOf(part.parentElement);
 const drop = () => {
   write(held, before);
   held = null;
 };
-const tell = () => {
-  const box = held, typed = held.value;
-  drop();
-  if (!/[0-9]/.test(typed)) return;
-  box.setSelectionRange(0, before.length);
-  box.dispatchEvent(new KeyboardEvent('keydown', {bubbles: true, key: 'Unidentified'}));
-  write(box, typed);
-  box.setSelectionRange(typed.length, typed.length);
-  box.dispatchEvent(new Event('input', {bubbles: true}));
+const send = (box, text) => {
+  const line = document.querySelector('div:has(> .hd-sheet) + div input');
+  write(line, JSON.stringify([labelOf(box), text, Date.now()]));
+  line.dispatchEvent(new Event('input', {bubbles: true}));
 };
+const tell = () => {
+  const box = held;
+  drop();
+  if (typed.trim()) send(box, typed);
+};
+document.addEventListener('focusin', event => {
+  if (own(event)) send(event.target, null);
+}, true);
 document.addEventListener('beforeinput', event => {
-  if (own(event) && held !== event.target) before = event.target.value;
+  if (!own(event)) return;
+  const box = event.target;
+  if (held !== box) before = box.value;
+  else if (box.value !== typed) {
+    before = box.value;
+    write(box, typed);
+    box.setSelectionRange(typed.length, typed.length);
+  }
 }, true);
 document.addEventListener('input', event => {
   if (!event.isTrusted || !own(event)) return;
   held = typedIn = event.target;
+  typed = held.value;
   event.stopImmediatePropagation();
 }, true);
 document.addEventListener('keydown', event => {
@@ -50,9 +65,20 @@ for (const leaving of ['change', 'focusout']) document.addEventListener(leaving,
   if (held) tell();
 }, true);
 """
+# Arrow keys that move a slider are not to turn the camera as well, which viser has them do; React hears of keys below.
+_KEYS: Final = """
+document.body.addEventListener('keydown', event => {
+  if (event.target.matches('[role=slider]')) event.stopPropagation();
+});
+"""
+_NAMES: Final = """
+document.addEventListener('mouseover', event => {
+  if (event.target.matches?.('.mantine-Select-input')) event.target.title = event.target.value;
+}, true);
+"""
 
 
 def script_html(title: str) -> str:
-    """An empty style sheet that names the browser's tab as it is loaded, and has typed numbers told once."""
-    code = f"document.title = {json.dumps(title)}; (() => {{ {_TYPED} }})();"
+    """An empty style sheet that names the browser's tab as it is loaded, has typed numbers told once, names whole."""
+    code = f"document.title = {json.dumps(title)}; (() => {{ {_TYPED} {_KEYS} {_NAMES} }})();"
     return f'<style onload="{escape(code.replace(chr(10), " "), quote=True)}"></style>'

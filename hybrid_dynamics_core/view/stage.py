@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -10,7 +11,7 @@ import viser
 from scipy.spatial.transform import Rotation
 
 from ..description.model import Array
-from ..drawing.skeleton import Pose
+from ..drawing.skeleton import PlacedJoint, Pose, Skeleton
 from ..drawing.style import PURPLE, QUIET, RED
 from ..state import ClosedState
 from . import meshes
@@ -19,7 +20,29 @@ from .camera import Camera, camera_for, floor_under
 from .session import Efforts
 
 LONGEST: Final = 0.2  # of the size of the robot: the arrow of a force that fills its bar
+RING: Final = 0.065  # of the radius of an arrow round an axis: how thick it is
 FAINT: Final = 0.02  # share of a bar below which there is no arrow
+ON_AXIS: Final = 1e-9  # [m] nearer than this to an axis is rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Arrow:
+    """An arrow of effort: where it is and its positive direction (3,) in the axes of its link.
+
+    opening: (3,) where a ring is open, across the axis; of no length where that is all the same; None: no ring.
+    """
+
+    handle: viser.MeshHandle
+    base: Array
+    axis: Array
+    opening: Array | None
+
+    def frame(self, sign: float) -> Array:
+        """Its axes (3, 3) for an effort that is positive or negative."""
+        along = np.copysign(1.0, sign) * self.axis
+        if self.opening is None or not self.opening.any():
+            return meshes.frame_along(along)
+        return meshes.frame_open(along, self.opening)
 
 
 class Stage:
@@ -49,16 +72,17 @@ class Stage:
         """Arrows as long as the bars are; along the force, or round the axis of the torque."""
         shares = dict(zip(efforts.joints, efforts.shares, strict=True))
         with self.server.atomic():
-            for name, (handle, base, axis) in self.arrows.items():
+            for name, arrow in self.arrows.items():
                 share = shares.get(name, 0.0)
-                handle.visible = abs(share) > FAINT
-                if handle.visible:
-                    handle.position = base
-                    handle.wxyz = wxyz(meshes.frame_along(axis if share > 0.0 else -axis))
-                    self._size(handle, name, min(abs(share), 1.0))
+                arrow.handle.visible = abs(share) > FAINT
+                if arrow.handle.visible:
+                    arrow.handle.position = arrow.base
+                    arrow.handle.wxyz = wxyz(arrow.frame(share))
+                    self._size(arrow, min(abs(share), 1.0))
 
-    def _size(self, handle: viser.MeshHandle, name: str, share: float) -> None:
-        if self.shape.robot.joint_types[name] == "revolute":
+    def _size(self, arrow: Arrow, share: float) -> None:
+        handle = arrow.handle
+        if arrow.opening is not None:
             handle.scale = float((2.2 + 3.4 * share) * self.shape.unit)
         else:
             length = share * LONGEST * self.shape.size
@@ -157,24 +181,46 @@ class Stage:
         )
         self.scene.add_label("/gravity/name", f"g  {strength:.4g} m/s²", anchor="bottom-center")
 
-    def _add_arrow(self, name: str) -> tuple[viser.MeshHandle, Array, Array]:
-        """An arrow of effort, at first unseen: handle, place and axis in the axes of its link."""
-        shape, anchor = self.shape, self.shape.anchors[name]
-        revolute = shape.robot.joint_types[name] == "revolute"
-        mesh = meshes.turn_arrow(0.09) if revolute else meshes.arrow(0.008)
-        path = node("links", anchor.link, f"effort {name}")
-        handle = self.scene.add_mesh_simple(
+    def _add_arrow(self, name: str) -> Arrow:
+        """An arrow of effort, at first unseen."""
+        joint = next(joint for joint in self.shape.skeleton.joints if joint.name == name)
+        toward = self.camera.position - self.camera.look_at
+        return self._add_ring(joint, toward) if joint.type == "revolute" else self._add_shaft(joint, toward)
+
+    def _add_ring(self, joint: PlacedJoint, toward: Array) -> Arrow:
+        """Round the axis, before the joint; it is open where the link is that the joint turns, and turns with it."""
+        rotation, origin = self.shape.poses(self.shape.home)[joint.child]
+        front = np.copysign(1.0, joint.axis @ toward) * joint.axis
+        base = rotation.T @ (joint.point + 2.0 * self.shape.unit * front - origin)
+        handle = self._add_unseen(node("links", joint.child, f"effort {joint.name}"), meshes.turn_arrow(RING))
+        return Arrow(handle, base, rotation.T @ joint.axis, rotation.T @ reach(self.shape.skeleton, joint))
+
+    def _add_shaft(self, joint: PlacedJoint, toward: Array) -> Arrow:
+        """Beside what slides."""
+        anchor, unit = self.shape.anchors[joint.name], self.shape.unit
+        rotation, _ = self.shape.poses(self.shape.home)[anchor.link]
+        aside = np.cross(anchor.axis, rotation.T @ toward)
+        aside /= max(float(np.linalg.norm(aside)), 1e-9)
+        base = anchor.point + unit * (1.9 * aside + 2.4 * np.cross(aside, anchor.axis))
+        handle = self._add_unseen(node("links", anchor.link, f"effort {joint.name}"), meshes.arrow(0.008))
+        return Arrow(handle, base, anchor.axis, None)
+
+    def _add_unseen(self, path: str, mesh: meshes.Mesh) -> viser.MeshHandle:
+        return self.scene.add_mesh_simple(
             path, mesh.vertices, mesh.faces, color=rgb(RED), cast_shadow=False, visible=False
         )
-        rotation, _ = shape.poses(shape.home)[anchor.link]
-        toward = rotation.T @ (self.camera.position - self.camera.look_at)
-        if revolute:
-            front = np.copysign(1.0, anchor.axis @ toward) * anchor.axis
-            return handle, anchor.point + 2.0 * shape.unit * front, anchor.axis
-        aside = np.cross(anchor.axis, toward)
-        aside /= max(float(np.linalg.norm(aside)), 1e-9)
-        front = np.cross(aside, anchor.axis)
-        return handle, anchor.point + shape.unit * (1.9 * aside + 2.4 * front), anchor.axis
+
+
+def reach(skeleton: Skeleton, joint: PlacedJoint) -> Array:
+    """Across the axis of a joint, to what is farthest from it on the link that it turns (3,) [m], in base axes."""
+    child = joint.child
+    ends = [other.point for other in skeleton.joints if other.parent == child]
+    ends += [point for c in skeleton.closures for link, point in zip(c.links, c.points, strict=True) if link == child]
+    ends += [frame.point for frame in skeleton.frames if frame.link == child]
+    arms = np.array([joint.point, *ends]) - joint.point
+    arms -= np.outer(arms @ joint.axis, joint.axis)
+    lengths = np.linalg.norm(arms, axis=1)
+    return np.asarray(arms[lengths.argmax()]) if lengths.max() > ON_AXIS else np.zeros(3)
 
 
 def node(*parts: str) -> str:

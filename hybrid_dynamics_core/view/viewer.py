@@ -71,6 +71,7 @@ class Viewer:
     def ask(self, key: str, wish: Wish) -> None:
         """Have something done by `run`, from any thread; an older wish of the same key that still waits is dropped."""
         with self._awake:
+            self._wishes.pop(key, None)  # the latest is done last, and what is said is about it
             self._wishes[key] = wish
             self._awake.notify()
 
@@ -78,6 +79,7 @@ class Viewer:
         """The present state, everywhere; `smoothly`: the picture follows within the next frames of `run`."""
         efforts = self.session.efforts()
         self.glide.to(self.session.state, smoothly)
+        self.fit()
         self.stage.show(self.glide.state)
         self.stage.show_efforts(efforts)
         self.panel.refresh(efforts)
@@ -108,9 +110,12 @@ class Viewer:
             self.panel.tell_problem()
 
     def fit(self, client: viser.ClientHandle | None = None) -> None:
-        """The whole robot as it stands now into the picture of a browser, or of all that do not show it."""
+        """The whole robot as it stands now into the picture of a browser, or of all that it has left."""
         points = place(self.session.robot, self.session.state).points
-        self.fitting.show(points, client)
+        if client is None:
+            self.fitting.follow(points)
+        else:
+            self.fitting.show(points, client)
         self.stage.surround(points, self.fitting.camera)
 
     def run(self) -> None:

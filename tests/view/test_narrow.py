@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import Robot, load
+from hybrid_dynamics_core.drawing.skeleton import place
 from hybrid_dynamics_core.view.camera import Camera, camera_for
 from tools.browser import NoBrowserError, opened_page
 
@@ -148,7 +149,7 @@ def test_the_camera_follows_the_window_until_somebody_moves_it() -> None:
     assert not fitting._put
 
 
-def test_the_camera_follows_what_leaves_its_picture_from_the_side_where_it_stands() -> None:
+def test_the_camera_follows_what_leaves_its_picture_unless_a_person_moved_it() -> None:
     from hybrid_dynamics_core.view.fitting import Fitting
 
     met: dict[str, Any] = {}
@@ -165,21 +166,66 @@ def test_the_camera_follows_what_leaves_its_picture_from_the_side_where_it_stand
         met["come"](page)
     turned.camera.position = np.array([0.0, -20.0, 1.0])
     near, far = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]), np.array([[12.0, 0.0, -9.0], [13.0, 0.0, -3.0]])
-    fitting.show(near)
+    fitting.follow(near)
     assert fitting.camera is camera  # all of them see it: nothing moves
+    fitting.follow(far)
+    eye = stays.camera
+    assert sees(eye, far)
+    assert np.cross(eye.position - eye.look_at, (3.0, 4.0, 12.0)) == pytest.approx(np.zeros(3), abs=1e-9)
     assert turned.camera.position == pytest.approx([0.0, -20.0, 1.0])
-    fitting.show(far)
-    for page, toward in ((stays, (3.0, 4.0, 12.0)), (turned, (0.0, -20.0, 1.0))):
-        eye = page.camera
-        assert Camera(eye.position, eye.look_at, 0.0).sees(far, eye.aspect)
-        assert np.cross(eye.position - eye.look_at, toward) == pytest.approx(np.zeros(3), abs=1e-9)
     assert fitting.camera.sees(far, 1.0)
     assert not camera.sees(far, 1.0)
-    stays.camera.position = np.array([0.0, -1000.0, 1.0])  # far away; it would see them
-    fitting.show(near, stays)  # type: ignore[arg-type]
-    assert np.linalg.norm(stays.camera.position) < 20.0
-    turned.turned(2.0)  # and still follows its window
-    assert Camera(turned.camera.position, turned.camera.look_at, 0.0).sees(far, 2.0)
+    fitting.follow(-far)
+    there = np.array(eye.position)
+    fitting.follow(far)
+    assert np.array_equal(eye.position, there)  # what goes to and fro does not shake the picture
+    fitting.show(near, turned)  # type: ignore[arg-type]  # who asks for it is shown it
+    assert sees(turned.camera, near)
+    assert np.cross(turned.camera.position - turned.camera.look_at, (0.0, -20.0, 1.0)) == pytest.approx(np.zeros(3))
+    turned.turned(2.0)  # and follows its window again,
+    assert sees(turned.camera, near)
+    fitting.follow(far)  # and the robot
+    assert sees(turned.camera, far)
+
+
+def test_a_browser_that_still_tells_of_an_older_place_has_not_been_turned() -> None:
+    """The camera is put elsewhere at each step of a slider, faster than its browser answers."""
+    from hybrid_dynamics_core.view.fitting import Fitting
+
+    met: dict[str, Any] = {}
+    camera = Camera(np.array([3.0, 4.0, 12.0]), np.zeros(3), 2.0)
+    page = Page(camera, 1.5)
+    server = SimpleNamespace(
+        on_client_connect=lambda act: met.update(come=act),
+        on_client_disconnect=lambda act: met.update(gone=act),
+        get_clients=lambda: {7: page},
+    )
+    fitting = Fitting(server, camera)  # type: ignore[arg-type]
+    met["come"](page)
+    fitting.follow(np.array([[9.0, 0.0, 0.0]]))
+    page.camera.position, page.camera.look_at = camera.position, camera.look_at
+    far = np.array([[40.0, 0.0, 0.0]])
+    fitting.follow(far)
+    assert sees(page.camera, far)
+
+
+def sees(eye: Eye, points: np.ndarray) -> bool:
+    """Whether a browser shows points (k, 3)."""
+    return Camera(eye.position, eye.look_at, 0.0).sees(points, eye.aspect)
+
+
+def test_an_arm_that_slews_out_of_the_picture_is_followed(opened: Opened) -> None:
+    """Whoever moves it, by a slider or along a motion; the gravity beside it comes along."""
+    viewer = opened(load("excavator"))
+    start = viewer.fitting.camera
+    viewer.ask("move 0", lambda: viewer.panel._move(0, 2.0))
+    assert viewer.step(0.0)
+    points = place(viewer.session.robot, viewer.session.state).points
+    assert not start.sees(points, 1.0)
+    assert viewer.fitting.camera.sees(points, 1.0)
+    assert viewer.fitting.camera.sees(viewer.stage.shape.points, 1.0)  # and where it came from
+    assert viewer.stage._gravity is not None
+    assert viewer.stage._gravity.position == pytest.approx(viewer.fitting.camera.corner)
 
 
 def test_in_a_mode_below_the_floor_the_floor_goes_down_and_gravity_comes_along(opened: Opened) -> None:
@@ -191,7 +237,7 @@ def test_in_a_mode_below_the_floor_the_floor_goes_down_and_gravity_comes_along(o
     viewer.fit()
     assert (stage.camera, stage._tiles.position[2]) == (start, level)
     below = home - np.array([0.0, 0.0, 3.0 * stage.shape.size])
-    viewer.fitting.show(below)
+    viewer.fitting.follow(below)
     stage.surround(below, viewer.fitting.camera)
     assert stage._tiles.position[2] < below[:, 2].min()
     assert stage._gravity is not None

@@ -13,6 +13,8 @@ from hybrid_dynamics_core import ClosedState, ClosureStatus, Robot, load, shippe
 from hybrid_dynamics_core.drawing.skeleton import place
 from hybrid_dynamics_core.view.bodies import shape_of, span_pose
 from hybrid_dynamics_core.view.camera import camera_for, floor_under
+from hybrid_dynamics_core.view.meshes import turn_arrow
+from hybrid_dynamics_core.view.session import Efforts
 from tests.drawing.shapes import SHAPES, shape
 
 from .conftest import Opened
@@ -127,3 +129,37 @@ def test_the_camera_sees_the_whole_robot(any_robot: Robot) -> None:
     assert angles.max() > 0.1 * camera.field or np.ptp(shape.points) == 0.0
     assert camera.position[2] > floor.level
     assert shape.points[:, 2].min() > floor.level
+
+
+@pytest.mark.parametrize("name", ["palletizer", "ankle"])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_ring_of_a_torque_is_open_where_the_link_is_that_it_turns(name: str, sign: float, opened: Opened) -> None:
+    """In another state too: seen along the axis, 0.5 rad to either side of the link stay free."""
+    from hybrid_dynamics_core.view.stage import RING, reach
+
+    viewer, robot = opened(loaded(name)), loaded(name)
+    state, stage = moved(name), viewer.stage
+    stage.show(state)
+    count = len(robot.drives)
+    stage.show_efforts(Efforts(robot.drives, sign * np.ones(count), np.ones(count)))
+    skeleton, poses = place(robot, state), stage.shape.poses(state)
+    rings = 0
+    for joint in (joint for joint in skeleton.joints if joint.name in robot.drives):
+        arm = reach(skeleton, joint)
+        if not arm.any():
+            continue
+        rotation, origin = poses[joint.child]
+        handle = stage.arrows[joint.name].handle
+        turned = rotation @ Rotation.from_quat(handle.wxyz[[1, 2, 3, 0]]).as_matrix()
+        ring = handle.scale * turn_arrow(RING).vertices @ turned.T + rotation @ handle.position + origin - joint.point
+        ahead = ring @ joint.axis
+        assert (np.abs(ahead) > stage.shape.unit).all()  # the radius of the joint: the ring is before it
+        across = ring - np.outer(ahead, joint.axis)
+        cosines = across @ arm / np.linalg.norm(across, axis=1) / np.linalg.norm(arm)
+        angles = np.arccos(np.clip(cosines, -1.0, 1.0))
+        assert angles.min() > 0.5
+        assert np.degrees(angles).max() > 170.0  # and it is there, on the other side
+        direction = np.cross(ring[:-1], ring[1:]).sum(axis=0) @ joint.axis
+        assert np.sign(direction) == sign
+        rings += 1
+    assert rings > 0
