@@ -47,9 +47,10 @@ class Places(click.Command):
             return super().parse_args(ctx, taken)
         except click.UsageError as error:
             comma = next((arg for arg in args if with_point(arg)), None)
-            if comma is not None:
-                error.message += f"; decimals are written with a point: {with_point(comma)}, if {comma} is one number"
-            raise
+            if comma is None:
+                raise
+            hint = f"decimals are written with a point: {with_point(comma)}, if {comma} is one number"
+            raise click.UsageError(f"{error.message.rstrip('.')}; {hint}", ctx) from error
 
 
 def _parted(values: str) -> list[str]:
