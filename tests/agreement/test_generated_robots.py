@@ -26,7 +26,7 @@ def some_links(case: Case) -> list[str]:
 
 
 @ENGINES
-@examples(25)
+@examples(15)
 @given(case=robots(), seed=STATES)
 def test_closed_configurations_agree(engine: type, case: Case, seed: int) -> None:
     """The engine's Newton on its own constraints, from a start that is off by up to a tenth of the margin."""
@@ -47,7 +47,7 @@ def test_closed_configurations_agree(engine: type, case: Case, seed: int) -> Non
 
 
 @ENGINES
-@examples(20)
+@examples(12)
 @given(case=robots(), seed=STATES)
 def test_constrained_jacobians_and_velocities_agree(engine: type, case: Case, seed: int) -> None:
     s, du = case.somewhere(seed), case.rates(seed)
@@ -63,7 +63,7 @@ def test_constrained_jacobians_and_velocities_agree(engine: type, case: Case, se
 
 
 @ENGINES
-@examples(20)
+@examples(12)
 @given(case=robots(), seed=STATES)
 def test_efforts_are_the_tree_forces_projected(engine: type, case: Case, seed: int) -> None:
     s, du, ddu = case.somewhere(seed), case.rates(seed), case.rates(seed + 1)
@@ -76,7 +76,7 @@ def test_efforts_are_the_tree_forces_projected(engine: type, case: Case, seed: i
     assert tau == pytest.approx(theirs, abs=10 * AGREE * size)
 
 
-@examples(15)
+@examples(9)
 @given(robots(), STATES)
 def test_closing_accelerations_are_pinocchios(case: Case, seed: int) -> None:
     """J s'' + J' s' = 0 for the points of all closures, with Pinocchio's accelerations."""

@@ -46,7 +46,7 @@ def derivative(f: Callable[[float], np.ndarray], noise: float) -> tuple[np.ndarr
     return (4.0 * fine - coarse) / 3.0, 0.1 * np.abs(fine - coarse) + 2.0 * noise / h
 
 
-@examples(30)
+@examples(18)
 @given(robots(), STATES)
 def test_every_closure_holds_in_space_by_the_poses_of_its_links(case: Case, seed: int) -> None:
     s = case.somewhere(seed)
@@ -67,13 +67,13 @@ def test_every_closure_holds_in_space_by_the_poses_of_its_links(case: Case, seed
     assert state.residual < 10 * ROUNDING
 
 
-@examples(50)
+@examples(30)
 @given(robots())
 def test_every_loop_forms_the_type_it_claims(case: Case) -> None:
     check_loops(Document({}, None, {}), case.description)
 
 
-@examples(40)
+@examples(24)
 @given(robots(), STATES)
 def test_closure_is_newtons(case: Case, seed: int) -> None:
     """From the reference along a smooth way, in small steps, on equations in space: the same configuration."""
@@ -85,7 +85,7 @@ def test_closure_is_newtons(case: Case, seed: int) -> None:
         assert close_to(state.s, s, 1e-11 / margin(case, s))
 
 
-@examples(20)
+@examples(12)
 @given(robots(), STATES)
 def test_rates_are_the_derivative_of_the_closure(case: Case, seed: int) -> None:
     s, du = case.somewhere(seed), case.rates(seed)
@@ -97,7 +97,7 @@ def test_rates_are_the_derivative_of_the_closure(case: Case, seed: int) -> None:
     assert close_to(state.R @ du, state.ds, 1e-12 / margin(case, s) ** 2)
 
 
-@examples(20)
+@examples(12)
 @given(robots(), STATES)
 def test_accelerations_are_the_derivative_of_the_rates(case: Case, seed: int) -> None:
     s, du, ddu = case.somewhere(seed), case.rates(seed), case.rates(seed + 1)
@@ -112,7 +112,7 @@ def test_accelerations_are_the_derivative_of_the_rates(case: Case, seed: int) ->
     assert close_to(state.R @ ddu + state.bias, case.robot.accelerations(state, ddu), 1e-11 / margin(case, s) ** 3)
 
 
-@examples(30)
+@examples(18)
 @given(robots(), STATES)
 def test_closures_do_no_work(case: Case, seed: int) -> None:
     """J_s R = 0 with every row that the loops have in space; R is theirs, by least squares."""
@@ -123,7 +123,7 @@ def test_closures_do_no_work(case: Case, seed: int) -> None:
     assert close_to(state.R, case.space.velocity_map(state.s, range(case.n)), 1e-11 / margin(case, s) ** 2)
 
 
-@examples(15)
+@examples(9)
 @given(robots(), STATES)
 def test_jacobian_is_the_derivative_of_the_pose(case: Case, seed: int) -> None:
     s, du = case.somewhere(seed), case.rates(seed)
@@ -140,7 +140,7 @@ def test_jacobian_is_the_derivative_of_the_pose(case: Case, seed: int) -> None:
     assert close_to(robot.jacobian(state) @ du, numeric, tolerance + 1e-9)
 
 
-@examples(20)
+@examples(12)
 @given(robots(), STATES)
 def test_order_in_the_file_does_not_matter(case: Case, seed: int) -> None:
     """Nor from which end a closure is told."""
@@ -157,7 +157,7 @@ def test_order_in_the_file_does_not_matter(case: Case, seed: int) -> None:
     assert close_to(a, b, 1e-11 / m**3 * max(1.0, np.abs(a).max()))
 
 
-@examples(20)
+@examples(12)
 @given(robots(), STATES)
 def test_robot_mounted_elsewhere_with_its_gravity_needs_the_same_efforts(case: Case, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -174,7 +174,7 @@ def test_robot_mounted_elsewhere_with_its_gravity_needs_the_same_efforts(case: C
     assert close_to(there.rotation, rotation @ here.rotation, 1e-11 / m)
 
 
-@examples(15)
+@examples(9)
 @given(robots(), STATES, st.sampled_from([1e-3, 30.0]))
 def test_size_does_not_change_angles_nor_the_distance_to_a_singularity(case: Case, seed: int, factor: float) -> None:
     s = case.somewhere(seed)
@@ -187,7 +187,7 @@ def test_size_does_not_change_angles_nor_the_distance_to_a_singularity(case: Cas
     assert close_to(two.distances, one.distances, 1e-10 / m**2)
 
 
-@examples(20)
+@examples(12)
 @given(robots(), STATES)
 def test_robot_written_as_a_file_is_the_same(case: Case, seed: int) -> None:
     s, du, ddu = case.somewhere(seed), case.rates(seed), case.rates(seed + 1)
@@ -200,7 +200,7 @@ def test_robot_written_as_a_file_is_the_same(case: Case, seed: int) -> None:
     assert close_to(a, b, 1e-10 / m**3 * max(1.0, np.abs(a).max()))
 
 
-@examples(20)
+@examples(12)
 @given(robots(), STATES)
 def test_a_state_in_a_batch_is_the_state_alone(case: Case, seed: int) -> None:
     rows = np.array([case.somewhere(seed + k) for k in range(3)])

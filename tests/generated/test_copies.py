@@ -39,7 +39,7 @@ def test_random_robots_cut_open_elsewhere(case: Case, seed: int) -> None:
     generated_alike(case, Robot(rerooted(case.description, case.start, case.robot.coordinates, closure, joint)), seed)
 
 
-@examples(10)
+@examples(8)
 @given(class_three(max_links=4, max_loops=4), STATES)
 def test_names_of_modes_mean_the_same_in_another_order(case: Case, seed: int) -> None:
     """The modes at a random state, written into the description by name, are found again from a shuffled one."""

@@ -42,7 +42,7 @@ def slope(function: Callable[[float], np.ndarray]) -> tuple[np.ndarray, float]:
     return fine, float(np.abs(fine - coarse).max(initial=0.0))
 
 
-@examples(10)
+@examples(8)
 @given(robots(), STATES)
 def test_inverse_of_forward_dynamics(case: Case, seed: int) -> None:
     state, tau = at(case, seed), efforts(case, seed)
@@ -52,7 +52,7 @@ def test_inverse_of_forward_dynamics(case: Case, seed: int) -> None:
         assert scaled(again - tau, tau, rest) < 1e-9
 
 
-@examples(10)
+@examples(8)
 @given(robots(), STATES)
 def test_mass_matrix_is_positive_definite_and_its_rate_less_twice_coriolis_skew(case: Case, seed: int) -> None:
     state, robot = at(case, seed), case.robot

@@ -19,7 +19,7 @@ def apart(case: Case, a: np.ndarray, b: np.ndarray) -> float:
     return float(np.abs(np.where(turning, np.remainder(a - b + np.pi, 2.0 * np.pi) - np.pi, a - b)).max())
 
 
-@examples(15)
+@examples(9)
 @given(robots(), STATES)
 def test_one_long_step_ends_where_small_steps_do(case: Case, seed: int) -> None:
     """Where the oracle comes through, far from singular places, the step is taken, and to the same configuration.
@@ -44,7 +44,7 @@ def test_one_long_step_ends_where_small_steps_do(case: Case, seed: int) -> None:
         near = state
 
 
-@examples(20)
+@examples(12)
 @given(class_three(max_links=3, max_loops=3), STATES)
 def test_step_that_is_not_refused_has_a_smooth_way(case: Case, seed: int) -> None:
     """However long: the oracle comes there too, in steps down to a thousandth, by the same way.
@@ -67,7 +67,7 @@ def test_step_that_is_not_refused_has_a_smooth_way(case: Case, seed: int) -> Non
         near = state
 
 
-@examples(10)
+@examples(8)
 @given(robots(), STATES)
 def test_path_is_its_steps(case: Case, seed: int) -> None:
     ends = np.array([case.somewhere(seed + k) for k in range(2)])[:, : case.n]
@@ -96,7 +96,7 @@ def another_set(case: Case, seed: int) -> list[int]:
     return [k for k in order if k not in passive]
 
 
-@examples(15)
+@examples(9)
 @given(robots(), STATES)
 def test_any_independent_coordinates_give_the_rest(case: Case, seed: int) -> None:
     """From the reference along the straight way of the coordinates given, which the oracle follows in small steps."""
@@ -122,7 +122,7 @@ def test_any_independent_coordinates_give_the_rest(case: Case, seed: int) -> Non
     assert np.abs(state.R @ state.dds[: case.n] + state.bias - state.dds).max() < 1e-8 * size / margin
 
 
-@examples(15)
+@examples(9)
 @given(robots(), STATES)
 def test_what_passive_ones_give_gives_them_back(case: Case, seed: int) -> None:
     """Active to passive by `close`, passive to active by `close_given` from nearby."""
@@ -141,7 +141,7 @@ def test_what_passive_ones_give_gives_them_back(case: Case, seed: int) -> None:
     assert back.dds == pytest.approx(acceleration, abs=1e-7 * max(1.0, np.abs(acceleration).max()))
 
 
-@examples(30)
+@examples(18)
 @given(class_three(max_links=4, max_loops=4), STATES)
 def test_coordinates_that_do_not_determine_the_rest_are_refused(case: Case, seed: int) -> None:
     """As many as there are degrees of freedom, but dependent: at the reference, and a little way off."""
@@ -153,7 +153,7 @@ def test_coordinates_that_do_not_determine_the_rest_are_refused(case: Case, seed
         case.robot.close_given({name: case.description.reference[name] for name in names})
 
 
-@examples(15)
+@examples(9)
 @given(robots(), STATES)
 def test_too_few_or_too_many_coordinates_are_refused(case: Case, seed: int) -> None:
     names = np.random.default_rng(seed).permutation(case.robot.coordinates).tolist()
@@ -163,7 +163,7 @@ def test_too_few_or_too_many_coordinates_are_refused(case: Case, seed: int) -> N
             case.robot.close_given({name: case.description.reference[name] for name in names[:number]})
 
 
-@examples(25)
+@examples(15)
 @given(class_three(max_links=4, max_loops=4), STATES)
 def test_a_mode_named_is_kept(case: Case, seed: int) -> None:
     s = case.somewhere(seed)
@@ -190,7 +190,7 @@ def test_a_mode_named_is_kept(case: Case, seed: int) -> None:
                 case.robot.close(u, near=own, branch={loop: other})
 
 
-@examples(20)
+@examples(12)
 @given(class_three(max_links=3, max_loops=2), STATES)
 def test_assembly_modes_are_distinct_closed_and_hold_the_own_one(case: Case, seed: int) -> None:
     s = case.somewhere(seed)

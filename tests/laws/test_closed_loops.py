@@ -13,7 +13,7 @@ from hybrid_dynamics_core import ClosedState, Robot, load, shipped_robots
 from tests.strategies import positions, rates
 
 H = 1e-6  # step of central differences: truncation ~H^2, rounding ~1e-16/H, so they agree to about 1e-8 of the scale
-EXAMPLES = 15  # states a robot and law
+EXAMPLES = 10  # states a robot and law
 REGULAR = 0.05  # states nearer to a singularity are left out: derivatives grow there without bound
 
 
