@@ -70,7 +70,7 @@ def plot(found: Found, path: str) -> None:
         axes.plot((found.result.estimate - truth(found)) / reach, "o", markersize=4.5, label="estimate less the truth")
         axes.plot((told - truth(found)) / reach, "x", markersize=5.5, label="robot file less the truth")
         axes.set(xlabel="number of the base parameter", ylabel="difference, in half intervals", yscale="symlog")
-        axes.set_yticks([-100, -10, -1, 0, 1, 10], ["−100", "−10", "−1", "0", "1", "10"])
+        axes.set_yticks([-100, -10, -1, 0, 1, 10, 100], ["−100", "−10", "−1", "0", "1", "10", "100"])
         entitled(axes, "what was found, and what the file says", 3)
 
 
