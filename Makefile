@@ -30,8 +30,9 @@ setup-docs:
 demo: setup ## play the recorded trajectory into the node, show and plot what comes out
 	$(RUN)/python -m hybrid_dynamics_ros.demo $(ARGS)
 
+# One worker more than processors: the tests that start processes, which stay on one, mostly wait.
 test: lint docs ## install, lint, build the pages and run all tests
-	$(RUN)/python -m pytest --numprocesses auto --dist loadgroup $(ARGS)
+	$(RUN)/python -m pytest --numprocesses $$(($$(nproc) + 1)) --dist loadgroup $(ARGS)
 
 lint: setup-test ## ruff, mypy and import-linter
 	$(RUN)/ruff check .
