@@ -10,11 +10,11 @@ import click
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.description.model import Array
+from hybrid_dynamics_core.description.values import ENDLESS
 from hybrid_dynamics_core.description.wording import unit
 
 from .output import number
 
-ENDLESS = 1e4  # [rad] nobody means so many degrees
 SLACK = 1e-6  # [rad or m] that tables do not show
 
 

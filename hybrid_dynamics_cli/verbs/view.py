@@ -136,5 +136,5 @@ def how_found(track: Track) -> str:
             f"The model's accelerations are from the node's causal filter, {late} late: waves between model and file "
             "are this lag, not the model. The recording itself, or bag process --smooth spline, has none."
         )
-    name = {"spline": "a spline", "savgol": "a Savitzky-Golay filter"}[track.smooth]
-    return f"The model's accelerations are from {name} through the recording: no lag (the node's filter: {late})."
+    found = f"The model's accelerations are from {track.smoother} through the recording"
+    return f"{found}: no lag (the node's filter: {late})."

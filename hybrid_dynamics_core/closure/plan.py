@@ -134,7 +134,7 @@ def _wrong_count(tree: Tree, unknowns: int, equations: int, free: Sequence[int] 
 
 
 def _loose_ends(robot: RobotDescription) -> str:
-    """Links that carry nothing and that no loop ties: where one of them moves on a passive joint, a loop is missing."""
+    """Links that carry nothing and that no loop ties: one of them may belong to a loop that was forgotten."""
     carrying = {joint.parent for joint in robot.joints.values()} | {frame.link for frame in robot.frames.values()}
     tied = {link for closure in robot.closures for link in (closure.link_a, closure.link_b)}
     loose = [joint.child for joint in robot.joints.values() if joint.child not in carrying | tied]

@@ -91,6 +91,11 @@ class Track:
         return Stamps(self.first, self.intervals)
 
     @property
+    def smoother(self) -> str:
+        """What accelerations without lag are from, in words."""
+        return {"spline": "a spline", "savgol": "a Savitzky-Golay filter"}[self.smooth]
+
+    @property
     def computed(self) -> bool:
         """Whether the samples are what a processed bag has in place of a recording: their efforts are the model's."""
         return self.topic == _COMPUTED

@@ -96,11 +96,7 @@ class Found:
         None of those that bodies with positive masses cannot have (`bodiless`), and none where the estimates are
         `worse` than the robot file: their intervals hold for a model that does not.
         """
-        if self.worse:
-            return ()
-        return tuple(
-            name for name, known in zip(self.result.base.names, self._sure & self._embodied, strict=True) if known
-        )
+        return self._named(self._sure & self._embodied)
 
     @property
     def bodiless(self) -> tuple[str, ...]:
@@ -109,16 +105,17 @@ class Found:
         Where the motion hardly shows a combination, small errors of stamps and accelerations, which make errors of the
         efforts, look like it. They know nothing of positive masses, and land far off what masses can make.
         """
-        if self.worse:
-            return ()
-        return tuple(
-            name for name, odd in zip(self.result.base.names, self._sure & ~self._embodied, strict=True) if odd
-        )
+        return self._named(self._sure & ~self._embodied)
 
     @property
     def physical(self) -> FloatArray:
         """(b,) base parameters of bodies with positive masses, nearest to the efforts."""
         return np.asarray(self.result.base.values(self.result.values))
+
+    def _named(self, chosen: NDArray[np.bool_]) -> tuple[str, ...]:
+        """The chosen ones (b,); none where the estimates are `worse`."""
+        names = zip(self.result.base.names, chosen, strict=True)
+        return () if self.worse else tuple(name for name, one in names if one)
 
     @property
     def _sure(self) -> NDArray[np.bool_]:

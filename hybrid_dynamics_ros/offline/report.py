@@ -214,10 +214,9 @@ def accelerations_of(track: Track) -> str:
             "less computed are this lag rather than the model. <code>--smooth spline</code>, when the recording is "
             "reported or processed, removes it."
         )
-    name = {"spline": "a spline", "savgol": "a Savitzky-Golay filter"}[track.smooth]
     return (
-        f"Accelerations are from {name} through the samples before and after, which has no lag; those of the node's "
-        f"causal filter (<code>--smooth causal</code>) are {late} late."
+        f"Accelerations are from {track.smoother} through the samples before and after, which has no lag; those of the "
+        f"node's causal filter (<code>--smooth causal</code>) are {late} late."
     )
 
 
