@@ -106,7 +106,7 @@ setup(
         "hybrid_dynamics_cli": ["py.typed"],
         "hybrid_dynamics_core": ["py.typed", "robots/*.yaml", "templates/*.yaml", "description/*.json"],
         "hybrid_dynamics_ros.interfaces": ["*.msg"],
-        "hybrid_dynamics_ros": ["py.typed", "demo/*.xml", "recordings/*/*"],
+        "hybrid_dynamics_ros": ["py.typed", "demo/play/*.xml", "recordings/*/*"],
     },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
@@ -122,7 +122,7 @@ setup(
     entry_points={
         "console_scripts": [
             "hybrid-dynamics = hybrid_dynamics_cli.__main__:main",
-            "hybrid_dynamics_node = hybrid_dynamics_ros.node:main",
+            "hybrid_dynamics_node = hybrid_dynamics_ros.node.entry:main",
         ]
     },
 )

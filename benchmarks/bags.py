@@ -26,16 +26,16 @@ import numpy as np
 from rosbags.rosbag2 import Reader
 
 from hybrid_dynamics_core import Robot, load
-from hybrid_dynamics_ros.estimator import EstimatorState, MotionEstimator
-from hybrid_dynamics_ros.filters import FloatArray
-from hybrid_dynamics_ros.offline.decode import sample_of
-from hybrid_dynamics_ros.offline.interfaces import typestore
-from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
-from hybrid_dynamics_ros.offline.process import INPUT, Job, make_pipeline, process
-from hybrid_dynamics_ros.offline.trajectory_file import Trajectory
+from hybrid_dynamics_ros.bags.decode import sample_of
+from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
+from hybrid_dynamics_ros.bags.process import INPUT, Job, make_pipeline, process
+from hybrid_dynamics_ros.bags.trajectory_file import Trajectory
+from hybrid_dynamics_ros.messages.interfaces import typestore
+from hybrid_dynamics_ros.messages.joint_samples import JointSample
 from hybrid_dynamics_ros.parameters import BANDWIDTH, MAX_GAP, Settings
-from hybrid_dynamics_ros.results import MotionResult
-from hybrid_dynamics_ros.samples import JointSample
+from hybrid_dynamics_ros.stream.filter.filter import FloatArray
+from hybrid_dynamics_ros.stream.filter.rate_estimator import EstimatorState, MotionEstimator
+from hybrid_dynamics_ros.stream.results import MotionResult
 
 GOALS = {"singly": 20.0, "real time": 60.0, "memory": 1024.0}  # times, times, MB
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.description.geometry import rotation_from_rpy
-from hybrid_dynamics_core.description.model import Closure, Frame, Joint, Link, RobotDescription, frozen
+from hybrid_dynamics_core.description.model import Closure, Frame, Joint, Link, RobotDescription
+from hybrid_dynamics_core.ground.arrays import frozen
 
 LINKS = 3  # of a stage
 

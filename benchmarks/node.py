@@ -219,7 +219,7 @@ def echo(_settings: dict[str, Any]) -> None:
     from rclpy.signals import SignalHandlerOptions
     from sensor_msgs.msg import JointState
 
-    from hybrid_dynamics_ros.executor import make_executor
+    from hybrid_dynamics_ros.node.executor import make_executor
 
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node("echo")
@@ -280,7 +280,7 @@ def receive(settings: dict[str, Any]) -> None:
     from hybrid_dynamics_msgs.msg import ClosedState
     from sensor_msgs.msg import JointState
 
-    from hybrid_dynamics_ros.executor import make_executor
+    from hybrid_dynamics_ros.node.executor import make_executor
 
     rclpy.init()
     node = rclpy.create_node("receiver")
@@ -308,7 +308,7 @@ def call(_settings: dict[str, Any]) -> None:
     from hybrid_dynamics_msgs.srv import SolveIK
     from rclpy.signals import SignalHandlerOptions
 
-    from hybrid_dynamics_ros.executor import make_executor
+    from hybrid_dynamics_ros.node.executor import make_executor
 
     stop: list[int] = []
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)

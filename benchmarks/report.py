@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from hybrid_dynamics_core.progress import Progress
+from hybrid_dynamics_core.ground.progress import Progress
 
 from . import agree, goals, machine, run, table
 from .cores import two_cores

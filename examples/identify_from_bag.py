@@ -18,10 +18,10 @@ from pathlib import Path
 import numpy as np
 
 from hybrid_dynamics_core import Robot, load
-from hybrid_dynamics_ros.offline.collect import collect
-from hybrid_dynamics_ros.offline.identify import Found, identify_track
-from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
-from hybrid_dynamics_ros.offline.process import INPUT
+from hybrid_dynamics_ros.bags.analysis.collect import collect
+from hybrid_dynamics_ros.bags.analysis.identify import Found, identify_track
+from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
+from hybrid_dynamics_ros.bags.process import INPUT
 
 HEAVIER = {"l3": 1.2, "l4": 1.3}  # mass and inertia of these links, in parts of the file's
 NOISE = {"position": 1e-6, "effort": 5.0}  # standard deviations [rad or m], [N m or N]

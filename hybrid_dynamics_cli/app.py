@@ -10,7 +10,7 @@ import click
 from hybrid_dynamics_core import __version__
 from hybrid_dynamics_core.errors import HybridDynamicsError
 
-from .exits import exit_table, told
+from .exit_codes import exit_table, told
 from .groups import Group
 from .output import AS_JSON, fail
 

@@ -9,9 +9,9 @@ from typing import Any
 import click
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.description.model import Array
 from hybrid_dynamics_core.description.values import ENDLESS
-from hybrid_dynamics_core.description.wording import unit
+from hybrid_dynamics_core.ground.arrays import Array
+from hybrid_dynamics_core.ground.wording import unit
 
 from .output import number
 

@@ -13,9 +13,9 @@ from typing import Any
 import click
 import numpy as np
 
-from hybrid_dynamics_core.description.model import Array
+from hybrid_dynamics_core.ground.arrays import Array
 
-from .exits import MISUSED
+from .exit_codes import MISUSED
 
 AS_JSON = f"{__package__}.as_json"  # in the meta of click's contexts: whether JSON is asked for,
 ANSWERED = f"{__package__}.answered"  # and whether it is printed: stdout holds one document

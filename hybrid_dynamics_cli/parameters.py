@@ -12,11 +12,11 @@ import numpy as np
 from click.shell_completion import CompletionItem
 
 from hybrid_dynamics_core import InputError, Robot, UndecidedModeError, load, shipped_robots
-from hybrid_dynamics_core.description.commas import POINT
 from hybrid_dynamics_core.description.expressions import evaluate
-from hybrid_dynamics_core.description.hints import meant, nearest
-from hybrid_dynamics_core.description.model import Array
-from hybrid_dynamics_core.description.wording import counted
+from hybrid_dynamics_core.ground.arrays import Array
+from hybrid_dynamics_core.ground.decimal_commas import POINT
+from hybrid_dynamics_core.ground.suggestions import meant, nearest
+from hybrid_dynamics_core.ground.wording import counted
 from hybrid_dynamics_core.library import load_undecided
 
 Command = TypeVar("Command", bound=Callable[..., Any])

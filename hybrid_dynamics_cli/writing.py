@@ -14,10 +14,10 @@ from typing import Any, Final, TypeVar
 import click
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.description.file_kinds import look
-from hybrid_dynamics_core.export.writing import sources
+from hybrid_dynamics_core.formats.output_files import sources
+from hybrid_dynamics_core.ground.file_kinds import look
 
-from .exits import Misused
+from .exit_codes import Misused
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 PICTURES: Final = (".svg", ".png", ".pdf")

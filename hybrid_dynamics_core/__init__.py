@@ -6,6 +6,7 @@
 >>> tau = robot.inverse_dynamics(state, [0.0, 0.0, 0.0, 0.0])
 """
 
+from .closed_state.state import ClosedState, ClosureStatus
 from .description.actuators import HydraulicCylinder
 from .description.effects import Payload
 from .dynamics.dae import SpanningTerms
@@ -23,13 +24,12 @@ from .errors import (
     SingularityError,
     UndecidedModeError,
 )
-from .kinematics.inverse import IKStatus
+from .kinematics.ik_descent import IKStatus
+from .kinematics.inverse_kinematics import IKResult
 from .kinematics.pose import Pose
-from .kinematics.solve import IKResult
 from .kinematics.workspace import Margins, SampleStatus, Workspace
 from .library import load, shipped_robots
-from .robot import Robot
-from .state import ClosedState, ClosureStatus
+from .robot.robot import Robot
 
 __version__ = "0.1.0"
 

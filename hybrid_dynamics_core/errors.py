@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from .description.file_kinds import FileKind
-    from .description.model import Array
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
 
 
 class HybridDynamicsError(Exception):
@@ -45,17 +45,6 @@ class UndecidedModeError(DescriptionError):
 
 class InputError(HybridDynamicsError, ValueError):
     """An argument cannot be used: wrong shape, not finite, unknown name."""
-
-
-class NoDescriptionError(DescriptionError, InputError):
-    """There is no robot description at a path: nothing, or something of another kind.
-
-    Attributes: those of a DescriptionError; ``kind``, what is there instead (`description.file_kinds.FileKind`).
-    """
-
-    def __init__(self, path: str | Path, problem: str, kind: FileKind) -> None:
-        self.kind = kind
-        super().__init__(problem, file=path)
 
 
 class UnknownNameError(InputError, KeyError):

@@ -7,11 +7,11 @@ from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 
-from .description.hints import nearest
 from .description.model import RobotDescription
-from .description.reader import parse_description, read_description
 from .errors import DescriptionError, InputError, UndecidedModeError
-from .robot import Robot
+from .formats.reader import parse_description, read_description
+from .ground.suggestions import nearest
+from .robot.robot import Robot
 
 _SUFFIXES = (".yaml", ".yml", ".urdf", ".sdf", ".xml", ".mjcf")
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.description.geometry import rotation_from_rpy, unit_axis
-from hybrid_dynamics_core.description.model import Closure, Frame, Joint, Link, RobotDescription, frozen
+from hybrid_dynamics_core.description.model import Closure, Frame, Joint, Link, RobotDescription
+from hybrid_dynamics_core.ground.arrays import frozen
 
 JointRow = tuple[str, str, str, str, Sequence[float], str | list[float]]  # name, type, parent, child, xyz, axis
 

@@ -8,9 +8,9 @@ from textwrap import fill
 
 from hybrid_dynamics_core import Robot, load, shipped_robots
 from hybrid_dynamics_core.drawing import draw, draw_modes
-from hybrid_dynamics_core.drawing.legend import loop_type
-from hybrid_dynamics_core.drawing.skeleton import place
-from hybrid_dynamics_core.drawing.view import find_plane
+from hybrid_dynamics_core.drawing.paint.legend import loop_type
+from hybrid_dynamics_core.scene.skeleton import place
+from hybrid_dynamics_core.scene.view import find_plane
 
 ROOT = Path(__file__).resolve().parents[1]
 ROBOTS = "hybrid_dynamics_core/robots"

@@ -16,7 +16,7 @@ from hybrid_dynamics_msgs.msg import ErrorCode
 from hybrid_dynamics_msgs.srv import SolveFK
 from sensor_msgs.msg import JointState
 
-from hybrid_dynamics_ros.demo.domain import own_graph
+from hybrid_dynamics_ros.demo.play.domain import own_graph
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = "hybrid_dynamics_ros"

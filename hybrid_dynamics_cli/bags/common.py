@@ -9,9 +9,10 @@ from typing import Any
 
 import click
 
-from hybrid_dynamics_cli.exits import LOST
-from hybrid_dynamics_cli.parameters import RobotType
-from hybrid_dynamics_core.description.wording import counted
+from hybrid_dynamics_core.ground.wording import counted
+
+from ..exit_codes import LOST
+from ..parameters import RobotType
 
 __all__ = [
     "LOST",

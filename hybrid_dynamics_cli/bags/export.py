@@ -6,11 +6,11 @@ from pathlib import Path
 
 import click
 
-from hybrid_dynamics_cli.output import show, written
-from hybrid_dynamics_cli.parameters import json_option
-from hybrid_dynamics_core.description.wording import counted
-from hybrid_dynamics_ros.offline.export import FORMATS, export, table_file
+from hybrid_dynamics_core.ground.wording import counted
+from hybrid_dynamics_ros.bags.analysis.tables import FORMATS, export, table_file
 
+from ..output import show, written
+from ..parameters import json_option
 from .common import LOST, PATH, first_few, tell_losses
 
 EPILOG = """\b

@@ -13,18 +13,18 @@ from typing import Any
 import click
 import numpy as np
 
-from hybrid_dynamics_cli.output import WIDTH, effort_unit, number, show, table, written
-from hybrid_dynamics_cli.parameters import json_option
-from hybrid_dynamics_cli.writing import output_option, overwrite_option, place_for
-from hybrid_dynamics_core.description.model import Array
-from hybrid_dynamics_core.description.wording import agreed, counted, unit
 from hybrid_dynamics_core.dynamics.parameters import Parameters, unit_of
+from hybrid_dynamics_core.ground.arrays import Array
+from hybrid_dynamics_core.ground.wording import agreed, counted, unit
 from hybrid_dynamics_core.identification import TooLittleShownError
-from hybrid_dynamics_ros.offline.collect import Track, collect
-from hybrid_dynamics_ros.offline.identify import Found, LeftOut, asked_parameters, identify_track
-from hybrid_dynamics_ros.offline.process import SMOOTHINGS
-from hybrid_dynamics_ros.offline.settings import read_settings
+from hybrid_dynamics_ros.bags.analysis.collect import Track, collect
+from hybrid_dynamics_ros.bags.analysis.identify import Found, LeftOut, asked_parameters, identify_track
+from hybrid_dynamics_ros.bags.process import SMOOTHINGS
+from hybrid_dynamics_ros.bags.settings import read_settings
 
+from ..output import WIDTH, effort_unit, number, show, table, written
+from ..parameters import json_option
+from ..writing import output_option, overwrite_option, place_for
 from .common import LOST, PATH, known_robot_option, params_option, span_of, span_options, tell_losses, topic_option
 
 LISTED = 8  # samples that were left out

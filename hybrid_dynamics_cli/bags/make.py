@@ -6,17 +6,17 @@ from pathlib import Path
 
 import click
 
-from hybrid_dynamics_cli.output import show, written
-from hybrid_dynamics_cli.parameters import json_option, loaded
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.description.hints import nearest
-from hybrid_dynamics_core.description.wording import counted
-from hybrid_dynamics_ros.offline.make import PARTS, simulated, write_trajectory
-from hybrid_dynamics_ros.offline.mcap_write import require_new, require_replaceable
-from hybrid_dynamics_ros.offline.origin import robot_notes
-from hybrid_dynamics_ros.offline.process import INPUT
-from hybrid_dynamics_ros.offline.trajectory_file import Trajectory, read_trajectory
+from hybrid_dynamics_core.ground.suggestions import nearest
+from hybrid_dynamics_core.ground.wording import counted
+from hybrid_dynamics_ros.bags.make import PARTS, simulated, write_trajectory
+from hybrid_dynamics_ros.bags.process import INPUT
+from hybrid_dynamics_ros.bags.provenance import robot_notes
+from hybrid_dynamics_ros.bags.storage.mcap_writer import require_new, require_replaceable
+from hybrid_dynamics_ros.bags.trajectory_file import Trajectory, read_trajectory
 
+from ..output import show, written
+from ..parameters import json_option, loaded
 from .common import PATH, robot_option, tell_unused
 
 EPILOG = """\b

@@ -9,16 +9,16 @@ from typing import Any
 
 import click
 
-from hybrid_dynamics_cli.exits import FAILED, MISUSED, Misused
-from hybrid_dynamics_cli.output import show, written
-from hybrid_dynamics_cli.parameters import json_option, loaded
-from hybrid_dynamics_ros.offline.errors import BagCallError
-from hybrid_dynamics_ros.offline.many import WrongCall, run_jobs
-from hybrid_dynamics_ros.offline.mcap_write import THERE, require_new, require_replaceable
-from hybrid_dynamics_ros.offline.process import SMOOTHINGS, Job, Outcome
-from hybrid_dynamics_ros.offline.settings import read_settings
-from hybrid_dynamics_ros.offline.source import bags_of
+from hybrid_dynamics_ros.bags.errors import BagCallError
+from hybrid_dynamics_ros.bags.parallel import WrongCall, run_jobs
+from hybrid_dynamics_ros.bags.process import SMOOTHINGS, Job, Outcome
+from hybrid_dynamics_ros.bags.settings import read_settings
+from hybrid_dynamics_ros.bags.storage.bag_reader import bags_of
+from hybrid_dynamics_ros.bags.storage.mcap_writer import THERE, require_new, require_replaceable
 
+from ..exit_codes import FAILED, MISUSED, Misused
+from ..output import show, written
+from ..parameters import json_option, loaded
 from .common import FEW, LOST, PATH, first_few, params_option, robot_option, tell_losses, topic_option
 
 EPILOG = """\b

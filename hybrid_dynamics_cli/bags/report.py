@@ -7,15 +7,15 @@ from pathlib import Path
 
 import click
 
-from hybrid_dynamics_cli.output import effort_unit, show, table, written
-from hybrid_dynamics_cli.parameters import json_option
-from hybrid_dynamics_cli.writing import output_option, overwrite_option, place_for
-from hybrid_dynamics_core.description.wording import agreed, counted
-from hybrid_dynamics_ros.offline.collect import Track, collect
-from hybrid_dynamics_ros.offline.process import SMOOTHINGS
-from hybrid_dynamics_ros.offline.settings import read_settings
-from hybrid_dynamics_ros.offline.spread import Spread, spreads
+from hybrid_dynamics_core.ground.wording import agreed, counted
+from hybrid_dynamics_ros.bags.analysis.collect import Track, collect
+from hybrid_dynamics_ros.bags.analysis.effort_error import Spread, spreads
+from hybrid_dynamics_ros.bags.process import SMOOTHINGS
+from hybrid_dynamics_ros.bags.settings import read_settings
 
+from ..output import effort_unit, show, table, written
+from ..parameters import json_option
+from ..writing import output_option, overwrite_option, place_for
 from .common import LOST, PATH, known_robot_option, params_option, span_of, span_options, tell_losses, topic_option
 
 EPILOG = """\b
@@ -58,7 +58,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     BAG is a recording with joint states, or what `bag process` wrote (with --keep, where efforts were recorded).
     """
     try:
-        from hybrid_dynamics_ros.offline.report import write_report  # noqa: PLC0415 - matplotlib is an extra
+        from hybrid_dynamics_ros.bags.analysis.report import write_report  # noqa: PLC0415 - matplotlib is an extra
     except ModuleNotFoundError as error:
         raise click.ClickException("reports need matplotlib: pip install matplotlib") from error
     place = place_for(output or beside(bag), (".html",), [bag], overwrite=overwrite)

@@ -33,7 +33,7 @@ class BagVerbs(Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Errors end with their message alone."""
         try:
-            import_module("hybrid_dynamics_ros.offline.source")
+            import_module("hybrid_dynamics_ros.bags.storage.bag_reader")
         except ModuleNotFoundError as error:
             raise missing(error) from error
         parameters = import_module("hybrid_dynamics_ros.parameters")

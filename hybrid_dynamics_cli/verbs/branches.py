@@ -9,10 +9,10 @@ from typing import Any
 import click
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.assembly import AssemblyMode, mode_of
-from hybrid_dynamics_core.description.model import Array
-from hybrid_dynamics_core.description.wording import counted, unit
+from hybrid_dynamics_core.closed_state.assembly_modes import AssemblyMode, mode_of
 from hybrid_dynamics_core.errors import StateError
+from hybrid_dynamics_core.ground.arrays import Array
+from hybrid_dynamics_core.ground.wording import counted, unit
 
 from ..limits import beyond
 from ..output import constant_axes, number, show, table, written

@@ -10,13 +10,13 @@ import click
 import numpy as np
 
 from hybrid_dynamics_core import ClosedState, MassSingularityError, Robot, SingularityError
-from hybrid_dynamics_core.description.wording import agreed, counted
 from hybrid_dynamics_core.drawing.options import Names
+from hybrid_dynamics_core.ground.wording import agreed, counted
 
+from ..closure_coverage import Tried, try_loops
 from ..limits import narrowed
 from ..output import number, show, table, written
 from ..parameters import json_option, loaded, loaded_undecided, robot_argument
-from ..tried import Tried, try_loops
 from ..writing import draw_option, overwrite_option, picture_for
 from .info import facts
 from .info import text as info_text

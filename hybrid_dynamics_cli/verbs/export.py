@@ -9,7 +9,7 @@ import click
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.export import to_gepetto, to_mjcf, to_sdf, to_urdf, to_urdf_plus
-from hybrid_dynamics_core.export.writing import write_files
+from hybrid_dynamics_core.formats.output_files import write_files
 
 from ..output import written
 from ..parameters import loaded, robot_argument

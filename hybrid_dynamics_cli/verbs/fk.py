@@ -7,7 +7,7 @@ from typing import Any
 import click
 import numpy as np
 
-from hybrid_dynamics_core.description.wording import unit
+from hybrid_dynamics_core.ground.wording import unit
 
 from ..limits import beyond
 from ..output import ROUNDING, number, show, table

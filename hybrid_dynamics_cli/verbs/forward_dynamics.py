@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 import numpy as np
 
-from hybrid_dynamics_core.description.wording import unit
+from hybrid_dynamics_core.ground.wording import unit
 
 from ..limits import beyond
 from ..output import show, table

@@ -9,8 +9,8 @@ import click
 import numpy as np
 
 from hybrid_dynamics_core import IKResult, IKStatus, Pose, Robot
-from hybrid_dynamics_core.description.commas import with_point
-from hybrid_dynamics_core.description.wording import unit
+from hybrid_dynamics_core.ground.decimal_commas import with_point
+from hybrid_dynamics_core.ground.wording import unit
 
 from ..limits import beyond
 from ..output import number, show, table

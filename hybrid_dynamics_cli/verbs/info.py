@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.description.wording import agreed, counted, unit
+from hybrid_dynamics_core.ground.wording import agreed, counted, unit
 
 from ..limits import narrowed
 from ..output import ROUNDING, number, plain, show, table

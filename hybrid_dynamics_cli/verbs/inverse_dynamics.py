@@ -7,7 +7,7 @@ from typing import Any
 import click
 import numpy as np
 
-from hybrid_dynamics_core.description.model import Array
+from hybrid_dynamics_core.ground.arrays import Array
 
 from ..limits import beyond
 from ..output import effort_unit, show, table

@@ -8,8 +8,8 @@ import click
 import numpy as np
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.description.hints import nearest
-from hybrid_dynamics_core.description.wording import unit
+from hybrid_dynamics_core.ground.suggestions import nearest
+from hybrid_dynamics_core.ground.wording import unit
 from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
 
 from ..output import number, show, table, written

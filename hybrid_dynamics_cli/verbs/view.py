@@ -19,7 +19,7 @@ from .bag import missing
 
 if TYPE_CHECKING:
     from hybrid_dynamics_core.view.motion import Motion
-    from hybrid_dynamics_ros.offline.collect import Track
+    from hybrid_dynamics_ros.bags.analysis.collect import Track
 
 FILE = click.Path(path_type=Path)
 
@@ -101,7 +101,7 @@ def of_file(machine: Robot, path: Path) -> Motion:
     """The motion of a trajectory file."""
     from hybrid_dynamics_core.control import JointTrajectory  # noqa: PLC0415
     from hybrid_dynamics_core.view.motion import motion_of  # noqa: PLC0415
-    from hybrid_dynamics_ros.offline.trajectory_file import read_trajectory  # noqa: PLC0415
+    from hybrid_dynamics_ros.bags.trajectory_file import read_trajectory  # noqa: PLC0415
 
     told = read_trajectory(path, machine)
     try:
@@ -117,7 +117,7 @@ def of_bag(robot: str, path: Path, topic: str | None) -> tuple[Robot, Motion, li
     from hybrid_dynamics_core.view.motion import Motion  # noqa: PLC0415
 
     try:
-        from hybrid_dynamics_ros.offline.collect import collect  # noqa: PLC0415  rosbags is an extra
+        from hybrid_dynamics_ros.bags.analysis.collect import collect  # noqa: PLC0415  rosbags is an extra
     except ModuleNotFoundError as error:
         raise missing(error) from error
     track = collect(path, robot, topic, smooth=None)

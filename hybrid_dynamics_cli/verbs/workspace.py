@@ -9,22 +9,13 @@ import click
 import numpy as np
 
 from hybrid_dynamics_core import InputError, Margins, Robot, SampleStatus, Workspace
-from hybrid_dynamics_core.description.hints import nearest
-from hybrid_dynamics_core.description.wording import counted, unit
 from hybrid_dynamics_core.drawing.options import Colour
+from hybrid_dynamics_core.ground.suggestions import nearest
+from hybrid_dynamics_core.ground.wording import counted, unit
 
 from ..limits import beyond, narrowed
 from ..output import constant_axes, number, show, table, written
-from ..parameters import (
-    frame_option,
-    json_option,
-    loaded,
-    options,
-    pair,
-    robot_argument,
-    vector,
-    vector_option,
-)
+from ..parameters import frame_option, json_option, loaded, options, pair, robot_argument, vector, vector_option
 from ..writing import draw_option, overwrite_option, picture_for
 
 NEAR = 0.1  # distance to a singularity below which a sample is told as near one

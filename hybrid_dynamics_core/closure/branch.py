@@ -7,12 +7,12 @@ from collections.abc import Sequence
 
 from ..description.model import RobotDescription
 from ..errors import UndecidedModeError
-from .parallelogram import AngleStep
-from .patterns import Context
-from .posture import Posture
+from ..mechanism.configuration import Posture
+from .blocks.block_solver import Step
+from .blocks.parallelogram import AngleStep
+from .blocks.patterns import Context
+from .loop_gap import shortfall
 from .rank import CLOSED, posture_of
-from .shortfall import shortfall
-from .step import Step
 
 
 def choose_branch(

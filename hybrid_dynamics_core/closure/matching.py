@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching
 
-from .equations import Equation
+from .constraints.equations import Equation
 
 
 class Block(NamedTuple):

@@ -11,12 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..description.model import Array, RobotDescription
+from ..description.model import RobotDescription
+from ..ground.arrays import Array
 from ..mechanism.tree import Tree, build_tree
-from .equations import LoopEquations
-from .loops import loop_equations
+from .constraints.equations import LoopEquations
+from .constraints.from_description import loop_equations
+from .loop_gap import gap_of
 from .rank import CLOSED, close_numerically, jacobian_of, posture_of
-from .shortfall import gap_of
 
 INDEPENDENT = 1e-6  # share of a coordinate's motion that must not follow from the coordinates chosen before
 SPREADS = (0.3, 1.0)  # [rad or m] how far from a reference that does not close others are tried

@@ -7,18 +7,18 @@ from dataclasses import dataclass
 
 from ..algebra.scalar import Scalar
 from ..description.model import RobotDescription
-from ..description.wording import agreed, counted
+from ..ground.wording import agreed, counted
+from ..mechanism.configuration import Posture
 from ..mechanism.tree import Tree
+from .blocks.block_solver import Step
+from .blocks.newton import NewtonStep
+from .blocks.patterns import Context, make_step
 from .branch import choose_branch
-from .equations import Equation, LoopEquations
-from .loops import loop_equations
+from .constraints.equations import Equation, LoopEquations
+from .constraints.from_description import loop_equations
+from .loop_gap import gap_of
 from .matching import Matching, match
-from .newton_step import NewtonStep
-from .patterns import Context, make_step
-from .posture import Posture
 from .rank import CLOSED, close_numerically, posture_of, rank_equations
-from .shortfall import gap_of
-from .step import Step
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..description.model import Array
+from ..ground.arrays import Array
+from ..mechanism.configuration import Posture
 from ..mechanism.tree import Tree
-from .equations import Equation, LoopEquations
-from .posture import Posture
+from .constraints.equations import Equation, LoopEquations
 
 MAX_ITERATIONS = 200
 CLOSED = 1e-6  # residual, in lengths of the loop, up to which a configuration counts as closed

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..description.model import Array
-from ..description.wording import counted
+from ..closed_state.state import ClosedState
 from ..dynamics.loads import Loads
 from ..errors import InputError
-from ..robot import Robot
-from ..state import ClosedState
+from ..ground.arrays import Array
+from ..ground.wording import counted
+from ..robot.robot import Robot
 from .trajectory import JointTrajectory
 
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import BPoly, CubicSpline
 
-from ..description.model import Array, frozen
 from ..errors import InputError
+from ..ground.arrays import Array, frozen
 
 
 class Reference(NamedTuple):

@@ -9,15 +9,16 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ..ground.arrays import Array, frozen
 from .actuators import read_actuators
+from .checks.plausible_lengths import doubt_lengths
+from .checks.plausible_masses import doubt_masses
 from .defaults import END_EFFECTOR
 from .document import Document, Path_
 from .effects import JointEffect, Payload, check_effects, read_effects, read_payloads
 from .geometry import TRIANGLE_SLACK, Transform, rotation_about
 from .inertia import read_inertia
-from .lengths import doubt_lengths
-from .masses import doubt_masses
-from .model import Array, Closure, Frame, Joint, Link, Loop, Mimic, RobotDescription, frozen
+from .model import Closure, Frame, Joint, Link, Loop, Mimic, RobotDescription
 from .places import Places
 from .values import Numbers
 

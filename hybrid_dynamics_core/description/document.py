@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import DescriptionError
-from .hints import with_doubts
+from ..ground.suggestions import with_doubts
 
 Path_ = tuple[str | int, ...]
 File = str | Path | None

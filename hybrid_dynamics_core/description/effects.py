@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InputError
+from ..ground.arrays import Array, frozen
 from .geometry import TRIANGLE_SLACK, check_inertia
-from .model import Array, RobotDescription, frozen
 
 SMOOTHING = 1e-3  # [rad/s or m/s] over which Coulomb friction changes sign, unless the file says otherwise
 Path_ = tuple[str | int, ...]
@@ -62,11 +62,6 @@ class Payload:
             raise InputError(f"payload: {error}") from error
         object.__setattr__(self, "com", com)
         object.__setattr__(self, "inertia", inertia)
-
-
-def effects_of(description: RobotDescription, joint: str) -> JointEffect:
-    """What the description says acts along a joint."""
-    return description.effects.get(joint, JointEffect())
 
 
 def read_effects(joints: Mapping[str, Any], number: Number) -> Mapping[str, JointEffect]:

@@ -8,9 +8,9 @@ import operator
 import re
 from collections.abc import Callable, Mapping
 
-from .commas import POINT, with_point
-from .hints import meant, nearest
-from .wording import counted
+from ..ground.decimal_commas import POINT, with_point
+from ..ground.suggestions import meant, nearest
+from ..ground.wording import counted
 
 _BINARY: dict[type[ast.operator], Callable[[float, float], float]] = {
     ast.Add: operator.add,

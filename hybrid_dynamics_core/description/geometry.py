@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..algebra.vector import constant
-from .model import Array, frozen
+from ..ground.arrays import Array, frozen
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 TRIANGLE_SLACK = 1e-9  # relative: rounding of printed moments, not physics

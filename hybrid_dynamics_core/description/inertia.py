@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ..ground.arrays import Array, frozen
 from .document import Path_
 from .geometry import check_inertia
-from .model import Array, frozen
 from .values import Numbers
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")

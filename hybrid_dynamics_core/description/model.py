@@ -9,46 +9,19 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from ..errors import DescriptionError
-from .hints import with_doubts
+from ..ground.arrays import Array, Picklable, frozen
+from ..ground.suggestions import with_doubts
+from .actuators import HydraulicCylinder
+from .effects import JointEffect, Payload
 
-if TYPE_CHECKING:
-    from .actuators import HydraulicCylinder
-    from .effects import JointEffect, Payload
-
-Array = NDArray[np.float64]
 JointType = Literal["revolute", "prismatic"]
 ClosureKind = Literal["planar", "point", "axis", "frame"]
 ActiveSet = Literal["exact", "motors"]
-
-
-def frozen(values: ArrayLike) -> Array:
-    """A read-only float64 copy."""
-    array = np.array(values, dtype=np.float64)
-    array.flags.writeable = False
-    return array
-
-
-class Picklable:
-    """Data with read-only mappings, which pickle and copy alone do not know; arrays stay read-only too."""
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Plain mappings in place of read-only ones."""
-        return {k: dict(v) if isinstance(v, MappingProxyType) else v for k, v in vars(self).items()}
-
-    def __setstate__(self, told: dict[str, Any]) -> None:
-        """And back."""
-        for name, value in told.items():
-            kept = MappingProxyType(value) if isinstance(value, dict) else value
-            if isinstance(kept, np.ndarray):
-                kept.flags.writeable = False
-            object.__setattr__(self, name, kept)
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,3 +153,8 @@ class RobotDescription(Picklable):
             near = near.rpartition(".")[0]
         file = self.files.get(near, self.file)
         return DescriptionError(with_doubts(problem, self.doubts), key=key, file=file, line=self.lines.get(near))
+
+
+def effects_of(description: RobotDescription, joint: str) -> JointEffect:
+    """What the description says acts along a joint."""
+    return description.effects.get(joint, JointEffect())

@@ -7,12 +7,12 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..ground.arrays import Array, frozen
+from ..ground.suggestions import meant
+from ..ground.wording import agreed
 from .document import Document, Path_
 from .expressions import evaluate
 from .geometry import IDENTITY, Transform, rotation_from_rpy, rotation_to_axis, unit_axis
-from .hints import meant
-from .model import Array, frozen
-from .wording import agreed
 
 TURN = 1.01 * math.tau  # [rad] a printed turn is 6.28 or 6.3
 ENDLESS = 1e4  # [rad] limits beyond this mean that there are none

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
+from ..closed_state.state import ClosedState
 from ..errors import InputError, MissingPackageError
 from ..kinematics.workspace import Workspace
-from ..robot import Robot
-from ..state import ClosedState
+from ..robot.robot import Robot
 from .options import Colour, Names, known_colour, known_names
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def draw(
 def draw_on(axes: Axes, robot: Robot, state: ClosedState | None = None, *, names: Names = "active") -> None:
     """Draw a robot on two-dimensional axes whose size is final, without title and key; the limits are set here."""
     _need_matplotlib()
-    from .picture import limits_of, make_scene, paint_scene  # noqa: PLC0415
+    from .paint.picture import limits_of, make_scene, paint_scene  # noqa: PLC0415
 
     scene = make_scene(robot, state)
     paint_scene(axes, scene, known_names(names), limits_of(scene))
@@ -81,7 +81,7 @@ def draw_modes(  # noqa: PLR0913 - options of one picture
     """
     _need_matplotlib()
     from .figure import save  # noqa: PLC0415
-    from .modes import modes_figure  # noqa: PLC0415
+    from .maps.modes import modes_figure  # noqa: PLC0415
 
     u = robot.reference if u is None else u
     modes = robot.assembly_modes(u)
@@ -110,7 +110,7 @@ def draw_workspace(
     """
     _need_matplotlib()
     from .figure import save  # noqa: PLC0415
-    from .workspace import workspace_figure  # noqa: PLC0415
+    from .maps.workspace import workspace_figure  # noqa: PLC0415
 
     figure = workspace_figure(robot, robot.workspace() if workspace is None else workspace, known_colour(colour), title)
     if path is not None:
@@ -134,7 +134,7 @@ def draw_margins(
     """
     _need_matplotlib()
     from .figure import save  # noqa: PLC0415
-    from .over import over_figure  # noqa: PLC0415
+    from .maps.margin_map import over_figure  # noqa: PLC0415
 
     figure = over_figure(robot, over, u, known_colour(colour), title)
     if path is not None:
@@ -155,7 +155,7 @@ def draw_simulation(
     """
     _need_matplotlib()
     from .figure import save  # noqa: PLC0415
-    from .simulation import simulation_figure  # noqa: PLC0415
+    from .plots.simulation import simulation_figure  # noqa: PLC0415
 
     figure = simulation_figure(robot, motion, title)
     if path is not None:

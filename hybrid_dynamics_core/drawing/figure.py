@@ -11,14 +11,14 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
+from ..closed_state.state import ClosedState
 from ..errors import InputError
-from ..robot import Robot
-from ..state import ClosedState
-from .layout import axes_at, framed
-from .legend import subtitle
+from ..robot.robot import Robot
+from ..scene.style import STYLE
 from .options import Names
-from .picture import limits_of, make_scene, paint_scene
-from .style import STYLE
+from .paint.layout import axes_at, framed
+from .paint.legend import subtitle
+from .paint.picture import limits_of, make_scene, paint_scene
 
 _WIDTH: Final = 7.2  # [in]
 _HEIGHTS: Final = (1.8, 6.0)  # [in] least and greatest, of the axes

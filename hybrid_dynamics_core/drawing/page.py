@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.rcsetup import cycler
 from matplotlib.ticker import ScalarFormatter
 
+from ..scene.style import LOOPS, QUIET, STYLE
 from .figure import save
-from .style import LOOPS, QUIET, STYLE
 
 CURVES: Final = LOOPS  # RED stays with what is driven, and with what is beyond a limit
 PLOTS: Final[dict[Any, Any]] = {**STYLE, "axes.prop_cycle": cycler(color=CURVES), "legend.frameon": False}

@@ -1,68 +1,45 @@
-"""Colours and type of the figures."""
+"""Colours and type of the figures, for figures of your own."""
 
-from __future__ import annotations
+from ..scene.style import (
+    BLUE,
+    GREEN,
+    GRID,
+    INK,
+    LOOPS,
+    OLIVE,
+    ORANGE,
+    PANES,
+    PURPLE,
+    QUIET,
+    RED,
+    SHADOW,
+    SKY,
+    STEEL,
+    STYLE,
+    WINE,
+    deep,
+    mix,
+    pale,
+)
 
-from typing import Any, Final
-
-INK: Final = "#1f2933"
-QUIET: Final = "#52606d"
-GRID: Final = "#d9dee3"
-SHADOW: Final = "#b8c2cc"
-STEEL: Final = "#dbe2e8"
-# After Okabe and Ito, and Tol: told apart by all kinds of sight.
-BLUE: Final = "#0072b2"
-RED: Final = "#d55e00"
-GREEN: Final = "#009e73"
-ORANGE: Final = "#e69f00"
-PURPLE: Final = "#aa4499"
-SKY: Final = "#56b4e9"
-WINE: Final = "#882255"
-OLIVE: Final = "#999933"
-
-LOOPS: Final = (BLUE, GREEN, ORANGE, WINE, SKY, OLIVE)  # RED is kept for what is driven, PURPLE for the end effector
-
-STYLE: Final[dict[Any, Any]] = {
-    "font.family": "sans-serif",  # DejaVu Sans, which comes with Matplotlib
-    "font.size": 9.0,
-    "text.color": INK,
-    "axes.edgecolor": INK,
-    "axes.labelcolor": INK,
-    "axes.titlesize": 10.5,
-    "axes.titlelocation": "left",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "axes.linewidth": 0.8,
-    "grid.color": GRID,
-    "grid.linewidth": 0.6,
-    "hatch.linewidth": 0.7,
-    "xtick.color": INK,
-    "ytick.color": INK,
-    "lines.linewidth": 1.8,
-    "lines.solid_capstyle": "round",
-    "mathtext.fontset": "dejavusans",
-    "svg.hashsalt": "hybrid_dynamics",  # the same drawing gives the same file
-}
-
-PANES: Final[dict[Any, Any]] = {  # of three-dimensional axes, from Matplotlib 3.7
-    "axes3d.xaxis.panecolor": "#f7f8fa",
-    "axes3d.yaxis.panecolor": "#f7f8fa",
-    "axes3d.zaxis.panecolor": "#eef1f4",
-}
-
-
-def mix(colour: str, other: str, share: float) -> str:
-    """A colour (#rrggbb) moved towards another one by a share in [0, 1]."""
-    pairs = ((int(colour[k : k + 2], 16), int(other[k : k + 2], 16)) for k in (1, 3, 5))
-    return "#" + "".join(f"{round(a + share * (b - a)):02x}" for a, b in pairs)
-
-
-def pale(colour: str) -> str:
-    """The fill of a body whose edge has a colour."""
-    return mix(colour, "#ffffff", 0.68)
-
-
-def deep(colour: str) -> str:
-    """The edge of a body of a colour."""
-    return mix(colour, INK, 0.35)
+__all__ = [
+    "BLUE",
+    "GREEN",
+    "GRID",
+    "INK",
+    "LOOPS",
+    "OLIVE",
+    "ORANGE",
+    "PANES",
+    "PURPLE",
+    "QUIET",
+    "RED",
+    "SHADOW",
+    "SKY",
+    "STEEL",
+    "STYLE",
+    "WINE",
+    "deep",
+    "mix",
+    "pale",
+]

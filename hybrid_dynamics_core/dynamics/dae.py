@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..description.model import Array
+from ..ground.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

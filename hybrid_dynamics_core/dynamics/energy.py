@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ..description.model import Array
+from ..ground.arrays import Array
 
 
 class Energy(NamedTuple):

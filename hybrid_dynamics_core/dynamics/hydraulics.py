@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..description.actuators import HydraulicCylinder
-from ..description.model import Array
+from ..ground.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,9 +8,10 @@ import numpy as np
 
 from ..algebra.vector import constant
 from ..description.effects import Payload
-from ..description.model import Array, Frame
-from ..description.wording import counted
+from ..description.model import Frame
 from ..errors import InputError
+from ..ground.arrays import Array
+from ..ground.wording import counted
 from ..mechanism.tree import Tree
 from .loading import FRICTION, SPRINGS, Loading
 from .loads import AppliedWrench, Loads

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from ..algebra.scalar import Scalar, sqrt
 from ..algebra.vector import Rotation, Vector, add, cross, transposed_matvec
-from ..closure.posture import Posture
+from ..mechanism.configuration import Posture
 from ..mechanism.tree import Body, Tree
 from .spanning import TreeKinematics, Wrench
 

@@ -13,9 +13,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..description.effects import Payload, effects_of
-from ..description.model import Array, Picklable, RobotDescription, frozen
+from ..description.effects import Payload
+from ..description.model import RobotDescription, effects_of
 from ..errors import InputError
+from ..ground.arrays import Array, Picklable, frozen
 
 Axes = Literal["base", "frame"]
 AXES = ("base", "frame")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.model import Array
 from ..errors import MassSingularityError
+from ..ground.arrays import Array
 
 
 def mass_singularity(mass: Array, singular: NDArray[np.bool_], active: tuple[str, ...]) -> MassSingularityError:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..description.effects import effects_of
-from ..description.hints import none_such
-from ..description.model import Array, Link, RobotDescription, frozen
+from ..description.model import Link, RobotDescription, effects_of
 from ..errors import InputError
+from ..ground.arrays import Array, frozen
+from ..ground.suggestions import none_such
 from .load_inputs import inertial_vector
 from .loading import INERTIAL
 

@@ -15,12 +15,13 @@ import numpy as np
 from ..algebra.definite import Definite
 from ..algebra.scalar import Scalar
 from ..algebra.vector import ZERO3, Rotation, Vector, add, constant, dot, matvec, scale
-from ..closure.passive import ClosedMotion
+from ..closure.closed_motion import ClosedMotion
+from ..closure.constraints.planar import plane_basis
+from ..closure.constraints.spatial import chains_length, closure_chains
 from ..closure.plan import ClosurePlan
-from ..closure.planar import plane_basis
-from ..closure.posture import Posture
-from ..closure.spatial import chains_length, closure_chains
-from ..description.model import Array, Closure
+from ..description.model import Closure
+from ..ground.arrays import Array
+from ..mechanism.configuration import Posture
 from ..mechanism.tree import Tree
 from .spanning import TreeKinematics
 

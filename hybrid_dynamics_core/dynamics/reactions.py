@@ -10,9 +10,10 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.hints import none_such
-from ..description.model import Array, Closure, Picklable
+from ..description.model import Closure
 from ..errors import UnknownNameError
+from ..ground.arrays import Array, Picklable
+from ..ground.suggestions import none_such
 from ..mechanism.tree import Tree
 from .pins import Pin
 

@@ -23,7 +23,7 @@ from ..algebra.vector import (
     sub,
     transpose,
 )
-from ..closure.posture import Posture
+from ..mechanism.configuration import Posture
 from ..mechanism.tree import Body, Tree
 
 Wrench = tuple[Vector, Vector]  # force and moment about the link origin, in link axes

@@ -1,9 +1,9 @@
 """Robots in the formats of other tools; `load` reads back all that carry loops."""
 
-from .gepetto import Pair, to_gepetto
-from .mjcf import to_mjcf
-from .sdf import to_sdf
-from .urdf import to_urdf
-from .urdf_plus import to_urdf_plus
+from ..formats.gepetto.writer import Pair, to_gepetto
+from ..formats.mjcf.writer import to_mjcf
+from ..formats.sdf.writer import to_sdf
+from ..formats.urdf.plus_writer import to_urdf_plus
+from ..formats.urdf.writer import to_urdf
 
 __all__ = ["Pair", "to_gepetto", "to_mjcf", "to_sdf", "to_urdf", "to_urdf_plus"]

@@ -8,10 +8,10 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from hybrid_dynamics_core.errors import HybridDynamicsError
-from hybrid_dynamics_core.export.urdf import to_urdf
-from hybrid_dynamics_core.export.writing import write_files
-from hybrid_dynamics_core.library import load
+from ..errors import HybridDynamicsError
+from ..formats.output_files import write_files
+from ..formats.urdf.writer import to_urdf
+from ..library import load
 
 
 def main(arguments: list[str]) -> int:

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import qr, solve_triangular
 
-from ..description.model import Array
 from ..dynamics.loads import Loads
 from ..dynamics.parameters import Parameters, described_parameters
 from ..errors import InputError
-from ..robot import Robot
+from ..ground.arrays import Array
+from ..robot.robot import Robot
 from .excite import random_motion
 
 RANK = 1e-9  # far above rounding, and below what any measurement could tell

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from ..description.model import Array
+from ..ground.arrays import Array
 
 ITERATIONS = 100  # for each weight
 CONVERGED = 1e-6  # Newton decrement, in times of the weight, at which a minimum is taken

@@ -11,15 +11,16 @@ from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.linalg import qr, solve_triangular
 
-from ..description.effects import JointEffect, effects_of
-from ..description.model import Array, RobotDescription
-from ..description.wording import agreed, counted
+from ..closed_state.state import ClosedState, ClosureStatus
+from ..description.effects import JointEffect
+from ..description.model import RobotDescription, effects_of
 from ..dynamics.loads import Loads
 from ..dynamics.parameters import JOINT_KINDS, Parameters, described_parameters, link_of
 from ..errors import InputError
-from ..inputs import vectors
-from ..robot import Robot
-from ..state import ClosedState, ClosureStatus
+from ..ground.arrays import Array
+from ..ground.check_arrays import vectors
+from ..ground.wording import agreed, counted
+from ..robot.robot import Robot
 from .base import RANK, BaseParameters, base_parameters
 from .consistency import consistent
 from .outliers import outlying_samples

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..description.model import Array
+from ..closed_state.state import ClosedState
 from ..errors import InputError
-from ..robot import Robot
-from ..state import ClosedState
+from ..ground.arrays import Array
+from ..robot.robot import Robot
 
 REACH = 0.5  # [rad or m] about the reference where a coordinate has no limits
 TRIES = 30

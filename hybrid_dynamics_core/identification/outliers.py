@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy import stats
 from scipy.linalg import solve_triangular
 
-from ..description.model import Array
+from ..ground.arrays import Array
 
 Mask = NDArray[np.bool_]
 HUBER = 1.345  # deviations up to which residuals count in full: 95 % efficient with Gaussian noise

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..description.model import Array
+from ..ground.arrays import Array
 
 Again = Callable[[dict[str, Any], Any, bool, int], Any]  # (inputs by name, out, check, threads) -> results
 

@@ -15,16 +15,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.model import Array
-from ..lazy import lazy
+from ..ground.arrays import Array
+from ..ground.lazy import lazy
 from . import cache, generated, native
 from .cache import Artifact
+from .compile_notice import WAITING
 from .digest import NoDigestError, code_digest, digest
 from .ir.module import Form
 from .status import NOT_TAKEN
 from .threads import in_parts
 from .trace import Trace, Traceable, trace
-from .waiting import WAITING
 
 Codes = NDArray[np.int64]
 _FORMS: tuple[Form, ...] = ("one", "rows")

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..description.model import Array
 from ..errors import InputError
-from ..inputs import numbers
+from ..ground.arrays import Array
+from ..ground.check_arrays import numbers
 
 UNIT = 1e-3  # largest deviation of a quaternion's norm from 1 accepted from outside; it is normalised then
 ORTHONORMAL = 1e-6  # largest error of R^T R accepted from outside: single-precision messages stay usable

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..algebra.vector import axis_rotation, constant
-from ..description.model import Array, Frame
+from ..description.model import Frame
+from ..ground.arrays import Array
 from ..mechanism.tree import Tree
 
 MEET = 1e-9  # [m] up to which axes count as meeting in one point

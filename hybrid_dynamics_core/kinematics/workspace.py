@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ..description.hints import nearest
-from ..description.model import Array
-from ..description.wording import unit
+from ..closed_state.state import ClosedState, ClosureStatus
 from ..errors import InputError
-from ..progress import Progress
-from ..state import ClosedState, ClosureStatus
+from ..ground.arrays import Array
+from ..ground.progress import Progress
+from ..ground.suggestions import nearest
+from ..ground.wording import unit
 
 if TYPE_CHECKING:
-    from ..robot import Robot
+    from ..robot.robot import Robot
 
 COUNT: Final = 100_000
 SLIDE: Final = 0.1  # of the end effector's distance from the base: how far a slide without limits is taken to go

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..algebra.vector import Rotation, Vector, constant
-from ..description.model import Array, Frame, JointType, RobotDescription
-from ..description.wording import unit
+from ..description.model import Frame, JointType, RobotDescription
+from ..ground.arrays import Array
+from ..ground.wording import unit
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..algebra.scalar import Scalar, absolute
-from ..closure.passive import ClosedMotion
+from ..closure.closed_motion import ClosedMotion
 from ..kernels.trace import Check, Results
 from .model import Inputs, Model, Program, closure_code, singular_code
 

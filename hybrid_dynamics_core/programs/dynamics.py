@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..algebra.definite import Definite
 from ..algebra.scalar import Scalar
 from ..algebra.vector import Vector
-from ..closure.passive import ClosedMotion
+from ..closure.closed_motion import ClosedMotion
 from ..dynamics.loading import NOTHING, LoadedTree, Loading
 from ..kernels.trace import Check, Results
 from .closure import closed_motion, closed_outputs

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..algebra.scalar import Scalar
 from ..algebra.vector import Rotation, Vector, add, matmul, matvec
-from ..closure.passive import ClosedMotion
+from ..closure.closed_motion import ClosedMotion
 from ..description.model import Frame
 from ..dynamics.spanning import TreeKinematics
 from ..kernels.trace import Results

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..algebra.scalar import Scalar
-from ..closure.passive import ClosedMotion
+from ..closure.closed_motion import ClosedMotion
 from ..dynamics.bilinear import tree_forces
 from ..dynamics.loading import NOTHING, Loading
 from ..kernels.trace import Results

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from ..algebra.scalar import Scalar
 from ..algebra.vector import ZERO3, Vector, add, cross, matvec, sub
-from ..closure.passive import ClosedMotion
+from ..closure.closed_motion import ClosedMotion
 from ..description.model import Closure
 from ..dynamics.loading import NOTHING, Loading
 from ..dynamics.pins import Pin, find_pins

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..description.model import Array
-from ..description.wording import unit
+from ..closed_state.state import ClosedState, ClosureStatus
 from ..errors import InputError
-from ..robot import Robot
-from ..state import ClosedState, ClosureStatus
+from ..ground.arrays import Array
+from ..ground.wording import unit
+from ..robot.robot import Robot
 
 LIMIT, SINGULAR = "limit", "singular"
 HALVINGS = 60  # of a step, until its time is known to rounding

@@ -12,12 +12,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..description.model import Array
+from ..closed_state.state import ClosedState, ClosureStatus
 from ..errors import InputError
-from ..inputs import vectors
-from ..progress import Progress
-from ..robot import Robot
-from ..state import ClosedState, ClosureStatus
+from ..ground.arrays import Array
+from ..ground.check_arrays import vectors
+from ..ground.progress import Progress
+from ..robot.robot import Robot
 from .events import Event, Watch
 from .result import Simulation
 from .settings import METHODS, Settings, checked_span

@@ -13,10 +13,10 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from ..description.model import Array
+from ..closed_state.state import ClosedState
 from ..dynamics.energy import Energy
 from ..errors import InputError
-from ..state import ClosedState
+from ..ground.arrays import Array
 from .events import Event
 
 FORMAT = 3

@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..errors import MissingPackageError
-from ..robot import Robot
+from ..robot.robot import Robot
 
 if TYPE_CHECKING:
     from .motion import Motion

@@ -8,18 +8,18 @@ from typing import Final, Literal
 
 import numpy as np
 
-from ..description.model import Array
-from ..drawing.attach import Attached, Cylinder, attach, rail
-from ..drawing.groups import Group, group_joints
-from ..drawing.marks import base_marks, link_colours, solid_marks
-from ..drawing.parts import Part
-from ..drawing.skeleton import PlacedJoint, Pose, Skeleton, link_poses, place
-from ..drawing.style import INK, QUIET, RED, mix
-from ..drawing.symbols import Stroke
-from ..drawing.view import choose_view
+from ..closed_state.state import ClosedState
+from ..ground.arrays import Array
 from ..mechanism.tree import Tree, build_tree
-from ..robot import Robot
-from ..state import ClosedState
+from ..robot.robot import Robot
+from ..scene.attach import Attached, Cylinder, attach, rail
+from ..scene.groups import Group, group_joints
+from ..scene.marks import base_marks, link_colours, solid_marks
+from ..scene.parts import Part
+from ..scene.skeleton import PlacedJoint, Pose, Skeleton, link_poses, place
+from ..scene.style import INK, QUIET, RED, mix
+from ..scene.symbols import Stroke
+from ..scene.view import choose_view
 from . import meshes
 from .meshes import Mesh
 

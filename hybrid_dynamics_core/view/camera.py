@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..description.model import Array
-from ..drawing.skeleton import Skeleton
-from ..drawing.view import choose_view
+from ..ground.arrays import Array
+from ..scene.skeleton import Skeleton
+from ..scene.view import choose_view
 
 FIELD: Final = np.radians(32.0)  # of view, from top to bottom: narrow, so that parallel bars look parallel
 ASIDE: Final = np.radians(28.0)  # how far the camera stands aside of the plane's normal, of a planar mechanism

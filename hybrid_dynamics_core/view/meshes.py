@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from ..description.model import Array
-from ..drawing.parts import across_axis
+from ..ground.arrays import Array
+from ..scene.parts import across_axis
 
 AROUND: Final = 40  # corners of a circle
 SWEEP: Final = 4.6  # [rad] of an arrow round an axis

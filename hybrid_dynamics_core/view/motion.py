@@ -7,11 +7,11 @@ from typing import Final
 
 import numpy as np
 
+from ..closed_state.state import ClosedState
 from ..control.trajectory import JointTrajectory
-from ..description.model import Array
 from ..errors import InputError, StateError
-from ..robot import Robot
-from ..state import ClosedState
+from ..ground.arrays import Array
+from ..robot.robot import Robot
 
 RATE: Final = 100.0  # [Hz] at which a trajectory is closed
 LARGEST: Final = 6000  # states of a trajectory

@@ -8,10 +8,10 @@ from typing import Final
 
 import numpy as np
 
-from ..assembly import AssemblyMode
-from ..drawing.style import GREEN, GRID, INK, ORANGE, QUIET, RED
-from ..robot import Robot
-from ..state import ClosedState
+from ..closed_state.assembly_modes import AssemblyMode
+from ..closed_state.state import ClosedState
+from ..robot.robot import Robot
+from ..scene.style import GREEN, GRID, INK, ORANGE, QUIET, RED
 from .scale import limit_of
 from .session import Efforts, Session
 

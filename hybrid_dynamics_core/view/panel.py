@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 import viser
 
-from ..assembly import AssemblyMode
-from ..description.model import Array
-from ..description.wording import unit
+from ..closed_state.assembly_modes import AssemblyMode
+from ..ground.arrays import Array
+from ..ground.wording import unit
 from . import page
-from .asking import Ask, by_person, put
-from .dial import Dial
+from .gui_events import Ask, by_person, put
+from .number_input import Typed
 from .playback import Playback
 from .ranges import Range, round_value, slider_ranges
 from .script import script_html
 from .session import Efforts, Session
-from .typed import Typed
+from .slider import Dial
 
 Fit = Callable[[viser.ClientHandle | None], None]  # has the camera of a browser show the whole robot
 

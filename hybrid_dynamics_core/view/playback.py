@@ -6,12 +6,12 @@ from typing import Any, Final
 
 import viser
 
-from .asking import Ask
-from .dial import Dial
+from .gui_events import Ask
 from .motion import Motion
 from .page import note_html
 from .ranges import Range
 from .session import Session
+from .slider import Dial
 
 SPEEDS: Final = ("0.1 x", "0.25 x", "0.5 x", "1 x", "2 x", "5 x", "10 x")
 STEP: Final = 1e-3  # [s] of the time slider

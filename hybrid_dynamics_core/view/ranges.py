@@ -9,10 +9,10 @@ from typing import Final
 
 import numpy as np
 
-from ..description.model import Array
+from ..closed_state.state import ClosedState
 from ..errors import InputError, StateError
-from ..robot import Robot
-from ..state import ClosedState
+from ..ground.arrays import Array
+from ..robot.robot import Robot
 
 FINE: Final = 1000  # steps of a slider, at least
 STEPS: Final = 60  # to the end of a range that is looked for

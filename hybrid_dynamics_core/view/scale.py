@@ -8,9 +8,9 @@ from typing import Final
 
 import numpy as np
 
-from ..description.model import Array
 from ..dynamics.hydraulics import force_range
-from ..robot import Robot
+from ..ground.arrays import Array
+from ..robot.robot import Robot
 from .ranges import round_above
 
 NOTHING: Final = 1e-9  # [N m or N] efforts below this are rounding

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..assembly import AssemblyMode, mode_of
+from ..closed_state.assembly_modes import AssemblyMode, mode_of
+from ..closed_state.state import ClosedState
 from ..description.effects import Payload
-from ..description.model import Array
 from ..errors import HybridDynamicsError, StateError
-from ..robot import Robot
-from ..state import ClosedState
+from ..ground.arrays import Array
+from ..robot.robot import Robot
 from .motion import Motion
 from .scale import EffortScale
 

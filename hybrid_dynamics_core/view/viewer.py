@@ -12,18 +12,18 @@ from typing import Final
 
 import viser
 
-from ..drawing.skeleton import place
-from ..drawing.style import RED
 from ..errors import HybridDynamicsError, InputError
-from ..robot import Robot
-from .asking import Wish
+from ..robot.robot import Robot
+from ..scene.skeleton import place
+from ..scene.style import RED
 from .bodies import shape_of
-from .fitting import Fitting
-from .glide import Glide
+from .camera_fit import Fitting
+from .gui_events import Wish
 from .motion import Motion
 from .panel import Panel
+from .scene_view import Stage, rgb
 from .session import Session
-from .stage import Stage, rgb
+from .state_interpolation import Glide
 
 FRAME: Final = 1.0 / 60.0  # [s] between pictures of what moves by itself
 REST: Final = 0.3  # [s] without a wish before the assembly modes are looked for

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from hybrid_dynamics_ros.demo.domain import own_graph
-from hybrid_dynamics_ros.demo.errors import DemoError, InterruptedDemoError
+from .errors import DemoError, InterruptedDemoError
+from .play.domain import own_graph
 
 _ABOUT: Final = """\
 Play the recorded trajectory of Chu et al. (2020) into the running node, as real messages between processes.
@@ -31,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with own_graph(options.domain):
             # Late: rclpy starts Python anew when it is first imported, and --help needs none of it.
-            from hybrid_dynamics_ros.demo.run import run  # noqa: PLC0415
+            from .run import run  # noqa: PLC0415
 
             good = run(options.output, options.rate, not options.no_live, sys.stdout)
     except (InterruptedDemoError, KeyboardInterrupt):

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hybrid_dynamics_ros.demo.bags import RawMessage, decode
-from hybrid_dynamics_ros.demo.topics import EFFORTS, INPUT, POSE, STATES, TYPES
-from hybrid_dynamics_ros.estimator import EstimatorState, MotionEstimator
+from ..stream.filter.rate_estimator import EstimatorState, MotionEstimator
+from .bags import RawMessage, decode
+from .topics import EFFORTS, INPUT, POSE, STATES, TYPES
 
 FloatArray = NDArray[np.float64]
 

@@ -8,18 +8,19 @@ from textwrap import fill
 from typing import Final, TextIO
 
 from hybrid_dynamics_core import Robot, load
-from hybrid_dynamics_ros.demo.bags import new_bag
-from hybrid_dynamics_ros.demo.errors import InterruptedDemoError
-from hybrid_dynamics_ros.demo.expectation import expect
-from hybrid_dynamics_ros.demo.live import LiveView
-from hybrid_dynamics_ros.demo.plot import save_figure
-from hybrid_dynamics_ros.demo.recording import shipped_messages
-from hybrid_dynamics_ros.demo.results import read_results
-from hybrid_dynamics_ros.demo.session import Session, stop_signals
-from hybrid_dynamics_ros.demo.topics import EFFORTS, INPUT, POSE, STATES, TYPES
-from hybrid_dynamics_ros.demo.trajectory import ROBOT, SOURCE
-from hybrid_dynamics_ros.demo.verdict import Verdict, judge
-from hybrid_dynamics_ros.parameters import BANDWIDTH, MAX_GAP
+
+from ..parameters import BANDWIDTH, MAX_GAP
+from .bags import new_bag
+from .errors import InterruptedDemoError
+from .expectation import expect
+from .judge.plot import save_figure
+from .judge.results import read_results
+from .judge.verdict import Verdict, judge
+from .play.live import LiveView
+from .play.recording import shipped_messages
+from .session import Session, stop_signals
+from .topics import EFFORTS, INPUT, POSE, STATES, TYPES
+from .trajectory import ROBOT, SOURCE
 
 SUBTITLE: Final = f"Trajectory of {SOURCE}; efforts and poses as received from the running node"
 _WIDTH: Final = 80  # letters of a terminal

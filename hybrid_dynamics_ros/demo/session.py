@@ -16,17 +16,17 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
-from hybrid_dynamics_ros.demo.bags import BagWriter
-from hybrid_dynamics_ros.demo.errors import DemoError, InterruptedDemoError
-from hybrid_dynamics_ros.demo.expectation import Expectation
-from hybrid_dynamics_ros.demo.live import LiveView
-from hybrid_dynamics_ros.demo.processes import Child, child
-from hybrid_dynamics_ros.demo.recorder import QUEUE, Recorder
-from hybrid_dynamics_ros.demo.recording import SHIPPED
-from hybrid_dynamics_ros.demo.trajectory import ROBOT
-from hybrid_dynamics_ros.lifecycle import UNCONFIGURED
-from hybrid_dynamics_ros.parameters import INPUT_DEPTH, OUTPUT_DEPTH, Parameter
-from hybrid_dynamics_ros.parameters import ROBOT as ROBOT_PARAMETER
+from ..node.lifecycle import UNCONFIGURED
+from ..parameters import INPUT_DEPTH, OUTPUT_DEPTH, Parameter
+from ..parameters import ROBOT as ROBOT_PARAMETER
+from .bags import BagWriter
+from .errors import DemoError, InterruptedDemoError
+from .expectation import Expectation
+from .play.live import LiveView
+from .play.processes import Child, child
+from .play.recorder import QUEUE, Recorder
+from .play.recording import SHIPPED
+from .trajectory import ROBOT
 
 _START_DEADLINE: Final = 60.0  # [s] for the node to come up and answer
 _PLAY_MARGIN: Final = 120.0  # [s] that the player may take longer than the recording
@@ -75,7 +75,7 @@ class Session:
         for_player = (str(SHIPPED), "--rate", repr(rate), "--subscribers", str(_SUBSCRIBERS))
         with (
             child("node", self._logs / "node.log", "hybrid_dynamics_ros.node", *for_node) as model,
-            child("player", self._logs / "player.log", "hybrid_dynamics_ros.demo.player", *for_player) as player,
+            child("player", self._logs / "player.log", "hybrid_dynamics_ros.demo.play.player", *for_player) as player,
             _ros_node("demo_recorder") as (ros_node, executor),
         ):
             self._say(f"node    process {model.pid}\nplayer  process {player.pid}\n  plays {_told(SHIPPED)}")

@@ -10,9 +10,10 @@ import numpy as np
 from hybrid_dynamics_msgs.msg import ErrorCode
 
 from hybrid_dynamics_core.errors import HybridDynamicsError
-from hybrid_dynamics_ros.conditions import Change
-from hybrid_dynamics_ros.samples import RejectedError, Rejection, RejectionCode, rejection_of
-from hybrid_dynamics_ros.services.context import Context
+
+from ..messages.joint_samples import RejectedError, Rejection, RejectionCode, rejection_of
+from ..stream.conditions import Change
+from ..stream.situation import Context
 
 OK: Final[int] = ErrorCode.OK
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 from hybrid_dynamics_msgs.srv import ForwardDynamics, InverseDynamics, MinimalForm, SetPayload
 from std_msgs.msg import Header
 
-from hybrid_dynamics_core.description.wording import one_line
 from hybrid_dynamics_core.errors import InputError
-from hybrid_dynamics_ros import conversions
-from hybrid_dynamics_ros.conditions import Mass, NewPayload, loads_of
-from hybrid_dynamics_ros.samples import JointOrder, JointSample, RejectedError, RejectionCode, wrong_length
-from hybrid_dynamics_ros.services.context import Context, require_finite
-from hybrid_dynamics_ros.services.kinematics import require_frames
+from hybrid_dynamics_core.ground.wording import one_line
+
+from ..messages import conversions
+from ..messages.joint_samples import JointOrder, JointSample, RejectedError, RejectionCode, wrong_length
+from ..stream.conditions import Mass, NewPayload, loads_of
+from ..stream.situation import Context, require_finite
+from .kinematics import require_frames
 
 
 def inverse_dynamics(context: Context, request: InverseDynamics.Request, response: InverseDynamics.Response) -> None:

@@ -12,12 +12,14 @@ from hybrid_dynamics_msgs.srv import CloseLoops, ComputeJacobian, SolveFK, Solve
 from std_msgs.msg import Header
 
 from hybrid_dynamics_core import IKStatus, Pose, Robot
-from hybrid_dynamics_core.description.hints import none_such
-from hybrid_dynamics_core.description.wording import one_line
 from hybrid_dynamics_core.errors import InputError
-from hybrid_dynamics_ros import conversions, outputs
-from hybrid_dynamics_ros.samples import FloatArray, JointOrder, RejectedError, RejectionCode
-from hybrid_dynamics_ros.services.context import Context, require_finite
+from hybrid_dynamics_core.ground.suggestions import none_such
+from hybrid_dynamics_core.ground.wording import one_line
+
+from ..messages import conversions
+from ..messages.joint_samples import FloatArray, JointOrder, RejectedError, RejectionCode
+from ..stream import outputs
+from ..stream.situation import Context, require_finite
 
 IK_CODES: Final = {
     IKStatus.OUT_OF_REACH: ErrorCode.OUT_OF_REACH,

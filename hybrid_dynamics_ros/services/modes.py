@@ -10,14 +10,15 @@ from hybrid_dynamics_msgs.srv import DescribeRobot, ListAssemblyModes, SwitchAss
 from std_msgs.msg import Header
 
 from hybrid_dynamics_core import ClosedState, HybridDynamicsError, Robot
-from hybrid_dynamics_core.assembly import no_mode
-from hybrid_dynamics_core.description.hints import nearest, none_such
-from hybrid_dynamics_core.description.wording import counted, one_line
-from hybrid_dynamics_ros import conversions
-from hybrid_dynamics_ros.conditions import NewMode
-from hybrid_dynamics_ros.samples import FloatArray, JointOrder, RejectedError, RejectionCode
-from hybrid_dynamics_ros.services.context import Context
-from hybrid_dynamics_ros.strokes import joint_limits
+from hybrid_dynamics_core.closed_state.assembly_modes import no_mode
+from hybrid_dynamics_core.ground.suggestions import nearest, none_such
+from hybrid_dynamics_core.ground.wording import counted, one_line
+
+from ..messages import conversions
+from ..messages.joint_samples import FloatArray, JointOrder, RejectedError, RejectionCode
+from ..stream.conditions import NewMode
+from ..stream.situation import Context
+from ..stream.stroke_margins import joint_limits
 
 _TOLD = 12  # modes of a loop in a message
 _SAME = 1e-6  # [rad or m] configurations nearer than this are one

@@ -8,11 +8,11 @@ from typing import Any, Final
 
 from hybrid_dynamics_msgs import srv
 
-from hybrid_dynamics_ros.services.answers import Answer
-from hybrid_dynamics_ros.services.dynamics import forward_dynamics, inverse_dynamics, minimal_form, set_payload
-from hybrid_dynamics_ros.services.kinematics import close_loops, compute_jacobian, solve_fk, solve_ik
-from hybrid_dynamics_ros.services.modes import describe_robot, list_assembly_modes, switch_assembly_mode
-from hybrid_dynamics_ros.services.trajectory import convert_trajectory
+from .answers import Answer
+from .dynamics import forward_dynamics, inverse_dynamics, minimal_form, set_payload
+from .kinematics import close_loops, compute_jacobian, solve_fk, solve_ik
+from .modes import describe_robot, list_assembly_modes, switch_assembly_mode
+from .trajectory import convert_trajectory
 
 
 class Lane(Enum):

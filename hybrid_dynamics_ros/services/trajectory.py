@@ -12,13 +12,14 @@ from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from hybrid_dynamics_core import ClosedState
-from hybrid_dynamics_ros import conversions
-from hybrid_dynamics_ros.parameters import LEAST_SINGULARITY
-from hybrid_dynamics_ros.samples import FloatArray, JointOrder, JointSample, RejectedError, Rejection, RejectionCode
-from hybrid_dynamics_ros.services.answers import code_of
-from hybrid_dynamics_ros.services.context import Context
-from hybrid_dynamics_ros.services.kinematics import target_of
-from hybrid_dynamics_ros.trajectories import Converted, Motion, convert, path_motion
+
+from ..messages import conversions
+from ..messages.joint_samples import FloatArray, JointOrder, JointSample, RejectedError, Rejection, RejectionCode
+from ..parameters import LEAST_SINGULARITY
+from ..stream.situation import Context
+from .answers import code_of
+from .kinematics import target_of
+from .trajectory_motion import Converted, Motion, convert, path_motion
 
 
 def convert_trajectory(

@@ -12,11 +12,11 @@ from click.testing import CliRunner
 from hybrid_dynamics_cli.app import app
 from hybrid_dynamics_core import load
 from hybrid_dynamics_core.identification import noise_limit
-from hybrid_dynamics_ros.offline.collect import collect
-from hybrid_dynamics_ros.offline.identify import Found, identify_track
-from hybrid_dynamics_ros.offline.make import write_trajectory
-from hybrid_dynamics_ros.offline.trajectory_file import Trajectory
-from hybrid_dynamics_ros.samples import FloatArray
+from hybrid_dynamics_ros.bags.analysis.collect import collect
+from hybrid_dynamics_ros.bags.analysis.identify import Found, identify_track
+from hybrid_dynamics_ros.bags.make import write_trajectory
+from hybrid_dynamics_ros.bags.trajectory_file import Trajectory
+from hybrid_dynamics_ros.messages.joint_samples import FloatArray
 
 SECONDS, RATE, NOISE = 20.0, 50.0, 20.0
 JITTER = 1e-4  # [s] of the stamps, as of a program that stamps after computing

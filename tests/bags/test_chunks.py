@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core.kernels import native
-from hybrid_dynamics_ros.cdr import Template
-from hybrid_dynamics_ros.offline import compiled_rows
-from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE
-from hybrid_dynamics_ros.offline.mcap_chunk import Block, Packer
-from hybrid_dynamics_ros.offline.mcap_write import new_bag
-from hybrid_dynamics_ros.offline.process import INPUT, Job, process
-from hybrid_dynamics_ros.offline.source import Source, Topic
+from hybrid_dynamics_ros.bags.process import INPUT, Job, process
+from hybrid_dynamics_ros.bags.storage import compiled_rows
+from hybrid_dynamics_ros.bags.storage.bag_reader import Source, Topic
+from hybrid_dynamics_ros.bags.storage.mcap_chunk import Block, Packer
+from hybrid_dynamics_ros.bags.storage.mcap_writer import new_bag
+from hybrid_dynamics_ros.messages.cdr import Template
+from hybrid_dynamics_ros.messages.interfaces import JOINT_STATE
 from tests.bags.messages import START, bag, messages_of, recorded
 
 compiled = pytest.mark.skipif(bool(native.reason_against()), reason="there is no compiler")

@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
-from hybrid_dynamics_core.description.file_kinds import METADATA
-from hybrid_dynamics_ros.offline.errors import BagError
-from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
-from hybrid_dynamics_ros.offline.mcap_write import new_bag
-from hybrid_dynamics_ros.offline.process import INPUT, Job, process
-from hybrid_dynamics_ros.offline.source import MOST_LOSSES, Losses, Source, Topic
+from hybrid_dynamics_core.ground.file_kinds import METADATA
+from hybrid_dynamics_ros.bags.errors import BagError
+from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
+from hybrid_dynamics_ros.bags.process import INPUT, Job, process
+from hybrid_dynamics_ros.bags.storage.bag_reader import MOST_LOSSES, Losses, Source, Topic
+from hybrid_dynamics_ros.bags.storage.mcap_writer import new_bag
 from tests.bags.messages import START, bag, recorded
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -91,8 +91,8 @@ def whole(forging, tmp_path_factory):
     write_trajectory(path, motion, INPUT, {})
     pairs, _ = read(path)
     chunked = path.parent / "chunked"
-    from hybrid_dynamics_ros.offline.mcap_chunk import Block
-    from hybrid_dynamics_ros.offline.source import Messages
+    from hybrid_dynamics_ros.bags.storage.bag_reader import Messages
+    from hybrid_dynamics_ros.bags.storage.mcap_chunk import Block
 
     with new_bag(chunked, [Topic(INPUT, JOINT_STATE)]) as out:
         for piece in pieces:
@@ -259,7 +259,7 @@ def test_ctrl_c_leaves_nothing_behind(forging, tmp_path):
 
 def test_bags_need_no_ros():
     code = (
-        "import sys, hybrid_dynamics_ros.offline.process; sys.exit(bool({'rclpy', 'sensor_msgs'} & set(sys.modules)))"
+        "import sys, hybrid_dynamics_ros.bags.process; sys.exit(bool({'rclpy', 'sensor_msgs'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False, cwd=ROOT).returncode == 0
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from hybrid_dynamics_cli.exits import LOST
+from hybrid_dynamics_cli.exit_codes import LOST
 from tests.bags.calling import printed
 
 pytestmark = pytest.mark.usefixtures("python_kernels")

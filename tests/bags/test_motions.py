@@ -9,16 +9,16 @@ from hypothesis import strategies as st
 from rosbags.rosbag2 import Writer
 
 from hybrid_dynamics_core import load, shipped_robots
-from hybrid_dynamics_ros.offline.decode import Decoder
-from hybrid_dynamics_ros.offline.errors import BagError
-from hybrid_dynamics_ros.offline.interfaces import JOINT_MOTION, JOINT_STATE, typestore
-from hybrid_dynamics_ros.offline.process import INPUT, KINDS, Job, input_topic, process
-from hybrid_dynamics_ros.offline.source import Source
-from hybrid_dynamics_ros.offline.topics import NODE
+from hybrid_dynamics_ros.bags.batch_outputs import NODE
+from hybrid_dynamics_ros.bags.decode import Decoder
+from hybrid_dynamics_ros.bags.errors import BagError
+from hybrid_dynamics_ros.bags.process import INPUT, KINDS, Job, input_topic, process
+from hybrid_dynamics_ros.bags.storage.bag_reader import Source
+from hybrid_dynamics_ros.messages.interfaces import JOINT_MOTION, JOINT_STATE, typestore
+from hybrid_dynamics_ros.messages.joint_samples import Calibration
 from hybrid_dynamics_ros.parameters import RATES, Settings
-from hybrid_dynamics_ros.pipeline import MotionResult, Pipeline
-from hybrid_dynamics_ros.samples import Calibration
-from hybrid_dynamics_ros.throttle import Pace
+from hybrid_dynamics_ros.stream.pipeline import MotionResult, Pipeline
+from hybrid_dynamics_ros.stream.rate_limit import Pace
 from tests.bags.messages import START, bag, joint_motion, messages_of, recorded, recorded_motions
 from tests.bags.test_outputs import plain, there_kind, written
 from tests.bags.test_stream import ACTIVE, GOOD, MS, NAMES, assert_same
@@ -85,8 +85,8 @@ def test_a_bag_of_motions_has_what_the_node_would_have_published(name, tmp_path)
     pytest.importorskip("hybrid_dynamics_msgs")
     from hybrid_dynamics_msgs.msg import JointMotion
 
-    from hybrid_dynamics_ros import outputs
-    from hybrid_dynamics_ros.conversions import sample_of_motion
+    from hybrid_dynamics_ros.messages.conversions import sample_of_motion
+    from hybrid_dynamics_ros.stream import outputs
 
     robot = load(name)
     pairs = recorded_motions(robot, 30)

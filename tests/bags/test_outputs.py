@@ -10,13 +10,13 @@ import pytest
 from rosbags.rosbag2 import Reader
 
 from hybrid_dynamics_core import load, shipped_robots
-from hybrid_dynamics_ros.offline.interfaces import JOINT_STATE, typestore
-from hybrid_dynamics_ros.offline.process import DESCRIPTION, INPUT, Job, process
-from hybrid_dynamics_ros.offline.topics import NODE
+from hybrid_dynamics_ros.bags.batch_outputs import NODE
+from hybrid_dynamics_ros.bags.process import DESCRIPTION, INPUT, Job, process
+from hybrid_dynamics_ros.messages.interfaces import JOINT_STATE, typestore
 from hybrid_dynamics_ros.parameters import RATES, TF_RATE, Settings
-from hybrid_dynamics_ros.pipeline import Pipeline
-from hybrid_dynamics_ros.results import MotionResult
-from hybrid_dynamics_ros.throttle import Pace
+from hybrid_dynamics_ros.stream.pipeline import Pipeline
+from hybrid_dynamics_ros.stream.rate_limit import Pace
+from hybrid_dynamics_ros.stream.results import MotionResult
 from tests.bags.messages import bag, recorded
 
 
@@ -72,8 +72,8 @@ def test_a_bag_has_what_the_node_would_have_published(name, tmp_path):
     pytest.importorskip("hybrid_dynamics_msgs")
     from sensor_msgs.msg import JointState
 
-    from hybrid_dynamics_ros import outputs
-    from hybrid_dynamics_ros.conversions import sample_of_state, stamp_to_ns
+    from hybrid_dynamics_ros.messages.conversions import sample_of_state, stamp_to_ns
+    from hybrid_dynamics_ros.stream import outputs
 
     name, _, without = name.partition(" ")
     robot = load(name)
@@ -112,8 +112,8 @@ def test_transforms_are_written_where_they_are_asked_for(name, tmp_path):
     pytest.importorskip("hybrid_dynamics_msgs")
     from sensor_msgs.msg import JointState
 
-    from hybrid_dynamics_ros.conversions import sample_of_state
-    from hybrid_dynamics_ros.transforms import tf_filler
+    from hybrid_dynamics_ros.messages.conversions import sample_of_state
+    from hybrid_dynamics_ros.stream.tf_output import tf_filler
 
     robot = load(name)
     pairs = recorded(robot, 20)

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import load
-from hybrid_dynamics_ros.offline.collect import collect
-from hybrid_dynamics_ros.offline.mcap_chunk import Block, Packer, zstd
-from hybrid_dynamics_ros.offline.mcap_file import PREFIX
-from hybrid_dynamics_ros.offline.process import Job, process
-from hybrid_dynamics_ros.offline.source import Messages
+from hybrid_dynamics_ros.bags.analysis.collect import collect
+from hybrid_dynamics_ros.bags.process import Job, process
+from hybrid_dynamics_ros.bags.storage.bag_reader import Messages
+from hybrid_dynamics_ros.bags.storage.mcap_chunk import Block, Packer, zstd
+from hybrid_dynamics_ros.bags.storage.mcap_reader import PREFIX
 from hybrid_dynamics_ros.parameters import MEASURED, Settings
-from hybrid_dynamics_ros.throttle import Pace
+from hybrid_dynamics_ros.stream.rate_limit import Pace
 from tests.bags.messages import START, bag, joint_state, motion_of
 
 MS = 10**6

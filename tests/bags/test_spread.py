@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import load
-from hybrid_dynamics_ros.offline.collect import collect
-from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
-from hybrid_dynamics_ros.offline.process import INPUT
-from hybrid_dynamics_ros.offline.spread import spreads
+from hybrid_dynamics_ros.bags.analysis.collect import collect
+from hybrid_dynamics_ros.bags.analysis.effort_error import spreads
+from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
+from hybrid_dynamics_ros.bags.process import INPUT
 from tests.cli.calling import call
 
 SPIKES = (40, 120, 121, 300, 455)

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import load
-from hybrid_dynamics_ros.offline.collect import collect
-from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
-from hybrid_dynamics_ros.offline.process import INPUT, Job, process
-from hybrid_dynamics_ros.offline.stamps import Stamps
-from hybrid_dynamics_ros.offline.stray import strays
+from hybrid_dynamics_ros.bags.analysis.collect import collect
+from hybrid_dynamics_ros.bags.analysis.stamp_intervals import Stamps
+from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
+from hybrid_dynamics_ros.bags.process import INPUT, Job, process
+from hybrid_dynamics_ros.bags.sample_outliers import strays
 from tests.bags.calling import printed, run
 
 ROBOT = "five_bar"
@@ -218,7 +218,7 @@ def test_missing_samples_are_counted_and_late_stamps_are_none():
 
 def test_a_report_counts_every_interval_names_the_longest_and_says_what_a_gap_is(tmp_path):
     pytest.importorskip("matplotlib")
-    from hybrid_dynamics_ros.offline.figures import efforts, sampling
+    from hybrid_dynamics_ros.bags.analysis.figures import efforts, sampling
 
     def holed(motion):
         time = motion.time.copy()

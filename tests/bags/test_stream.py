@@ -11,15 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core import load, shipped_robots
-from hybrid_dynamics_ros.compiled_filter import CompiledFilter
-from hybrid_dynamics_ros.filters import PolynomialFilter
-from hybrid_dynamics_ros.offline import recursion
-from hybrid_dynamics_ros.offline.decode import Decoder, motion_of, sample_of
-from hybrid_dynamics_ros.offline.interfaces import JOINT_MOTION, JOINT_STATE, typestore
-from hybrid_dynamics_ros.offline.motion import BulkPipeline
-from hybrid_dynamics_ros.offline.recursion import run_filter
-from hybrid_dynamics_ros.pipeline import Pipeline
-from hybrid_dynamics_ros.results import MotionResult
+from hybrid_dynamics_ros.bags.batch_pipeline import BulkPipeline
+from hybrid_dynamics_ros.bags.decode import Decoder, motion_of, sample_of
+from hybrid_dynamics_ros.messages.interfaces import JOINT_MOTION, JOINT_STATE, typestore
+from hybrid_dynamics_ros.stream.filter import batch as recursion
+from hybrid_dynamics_ros.stream.filter.batch import run_filter
+from hybrid_dynamics_ros.stream.filter.compiled import CompiledFilter
+from hybrid_dynamics_ros.stream.filter.filter import PolynomialFilter
+from hybrid_dynamics_ros.stream.pipeline import Pipeline
+from hybrid_dynamics_ros.stream.results import MotionResult
 from tests.bags.messages import START, joint_state, messages_of, recorded
 
 ACTIVE = ("q1", "q12", "q22", "q4")

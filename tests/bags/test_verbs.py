@@ -18,15 +18,15 @@ from hybrid_dynamics_core import load
 from hybrid_dynamics_core.dynamics.parameters import described_parameters
 from hybrid_dynamics_core.identification import noise_limit
 from hybrid_dynamics_core.simulation import simulate
-from hybrid_dynamics_ros.offline.collect import collect
-from hybrid_dynamics_ros.offline.errors import BagError
-from hybrid_dynamics_ros.offline.figures import efforts, margins, sampling
-from hybrid_dynamics_ros.offline.identify import identify_track
-from hybrid_dynamics_ros.offline.make import simulated, write_trajectory
-from hybrid_dynamics_ros.offline.many import attempt, run_jobs
-from hybrid_dynamics_ros.offline.process import INPUT, Job, Outcome, process
-from hybrid_dynamics_ros.offline.report import accelerations_of, report
-from hybrid_dynamics_ros.offline.trajectory_file import read_trajectory
+from hybrid_dynamics_ros.bags.analysis.collect import collect
+from hybrid_dynamics_ros.bags.analysis.figures import efforts, margins, sampling
+from hybrid_dynamics_ros.bags.analysis.identify import identify_track
+from hybrid_dynamics_ros.bags.analysis.report import accelerations_of, report
+from hybrid_dynamics_ros.bags.errors import BagError
+from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
+from hybrid_dynamics_ros.bags.parallel import attempt, run_jobs
+from hybrid_dynamics_ros.bags.process import INPUT, Job, Outcome, process
+from hybrid_dynamics_ros.bags.trajectory_file import read_trajectory
 from tests.bags.calling import output, run
 from tests.bags.messages import bag, joint_state, motion_of, recorded
 

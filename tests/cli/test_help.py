@@ -13,7 +13,7 @@ import pytest
 from click.shell_completion import ShellComplete
 
 from hybrid_dynamics_cli.app import app
-from hybrid_dynamics_cli.exits import MEANINGS
+from hybrid_dynamics_cli.exit_codes import MEANINGS
 from tests.cli.calling import call
 
 pytest.importorskip("rosbags")

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core.description.file_kinds import FileKind, look
+from hybrid_dynamics_core.ground.file_kinds import FileKind, look
 from tests.cli.calling import call
 
 pytest.importorskip("rosbags")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hybrid_dynamics_cli.tried import TRIED
+from hybrid_dynamics_cli.closure_coverage import TRIED
 from tests.cli.calling import call
 
 pytestmark = pytest.mark.usefixtures("python_kernels")

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from hybrid_dynamics_core import DescriptionError, InputError, load
-from hybrid_dynamics_core.errors import NoDescriptionError
+from hybrid_dynamics_core.ground.file_kinds import NoDescriptionError
 
 GOOD = resources.files("hybrid_dynamics_core").joinpath("robots/forging_chu2020.yaml").read_text(encoding="utf-8")
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import DescriptionError, Robot
-from hybrid_dynamics_core.description.reader import parse_description
+from hybrid_dynamics_core.formats.reader import parse_description
 
 FILE = resources.files("hybrid_dynamics_core").joinpath("robots/forging_chu2020.yaml").read_text(encoding="utf-8")
 Q2 = "  q2:  {type: revolute, parent: l1, child: l2,"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import InputError, Robot, SampleStatus, Workspace, load
-from hybrid_dynamics_core.description.reader import parse_description
+from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.kinematics import workspace
 from hybrid_dynamics_core.kinematics.workspace import find_workspace, margins_at
 
@@ -141,8 +141,8 @@ def test_wrong_ranges_are_refused(five_bar: Robot, ranges: dict, words: str) -> 
 
 
 def test_progress_is_shown_where_it_lasts(five_bar: Robot, monkeypatch, capsys) -> None:
-    monkeypatch.setattr("hybrid_dynamics_core.progress.PATIENCE", -1.0)
-    monkeypatch.setattr("hybrid_dynamics_core.progress.PAUSE", 0.0)
+    monkeypatch.setattr("hybrid_dynamics_core.ground.progress.PATIENCE", -1.0)
+    monkeypatch.setattr("hybrid_dynamics_core.ground.progress.PAUSE", 0.0)
     monkeypatch.setattr(workspace, "_AT_ONCE", 100)
     find_workspace(five_bar, 300, shown=True)
     assert "workspace of five_bar |" in capsys.readouterr().err

@@ -5,8 +5,8 @@ import pytest
 
 from hybrid_dynamics_core import load
 from hybrid_dynamics_ros.demo.expectation import expect
-from hybrid_dynamics_ros.demo.recording import START_NS, shipped_messages
-from hybrid_dynamics_ros.demo.results import JointSeries, PoseSeries, Results
+from hybrid_dynamics_ros.demo.judge.results import JointSeries, PoseSeries, Results
+from hybrid_dynamics_ros.demo.play.recording import START_NS, shipped_messages
 from hybrid_dynamics_ros.demo.trajectory import JOINTS, paper_trajectory
 
 DELAY_NS = 700_000

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_ros.demo.bags import read_raw
-from hybrid_dynamics_ros.demo.recording import shipped_messages
-from hybrid_dynamics_ros.demo.results import read_results
+from hybrid_dynamics_ros.demo.judge.results import read_results
+from hybrid_dynamics_ros.demo.play.recording import shipped_messages
 from hybrid_dynamics_ros.demo.topics import INPUT
 from hybrid_dynamics_ros.demo.trajectory import paper_trajectory
 

@@ -6,7 +6,7 @@ from unittest import mock
 
 import pytest
 
-from hybrid_dynamics_ros.demo.domain import is_silent, own_graph
+from hybrid_dynamics_ros.demo.play.domain import is_silent, own_graph
 
 
 @pytest.fixture(autouse=True)

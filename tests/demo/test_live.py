@@ -5,10 +5,10 @@ import io
 import pytest
 
 from hybrid_dynamics_ros.demo.bags import typestore
-from hybrid_dynamics_ros.demo.live import LiveView
-from hybrid_dynamics_ros.demo.recording import START_NS
-from hybrid_dynamics_ros.demo.snapshot import take_snapshot
-from hybrid_dynamics_ros.demo.table import Progress, table
+from hybrid_dynamics_ros.demo.play.live import LiveView
+from hybrid_dynamics_ros.demo.play.recording import START_NS
+from hybrid_dynamics_ros.demo.play.snapshot import take_snapshot
+from hybrid_dynamics_ros.demo.play.table import Progress, table
 from hybrid_dynamics_ros.demo.topics import EFFORTS, INPUT, POSE, STATES, TYPES
 
 COUNTS = {INPUT: 501, STATES: 501, EFFORTS: 498, POSE: 501}

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hybrid_dynamics_ros.demo.plot import draw, save_figure
+from hybrid_dynamics_ros.demo.judge.plot import draw, save_figure
 
 
 def test_the_figure_is_written_as_png_and_svg_and_nothing_else(results, robot, tmp_path):

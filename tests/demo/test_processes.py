@@ -5,7 +5,7 @@ import time
 import pytest
 
 from hybrid_dynamics_ros.demo.errors import DemoError
-from hybrid_dynamics_ros.demo.processes import child
+from hybrid_dynamics_ros.demo.play.processes import child
 
 
 def test_a_child_that_fails_is_reported_with_its_last_words(tmp_path):

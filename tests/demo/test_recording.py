@@ -5,7 +5,13 @@ import pytest
 from rosbags.rosbag2 import Reader
 
 from hybrid_dynamics_ros.demo.bags import decode, new_bag, read_raw
-from hybrid_dynamics_ros.demo.recording import SHIPPED, START_NS, make_recording, recorded_messages, shipped_messages
+from hybrid_dynamics_ros.demo.play.recording import (
+    SHIPPED,
+    START_NS,
+    make_recording,
+    recorded_messages,
+    shipped_messages,
+)
 from hybrid_dynamics_ros.demo.topics import INPUT, TYPES
 
 NODE_INPUT = "/hybrid_dynamics/active_joint_states"

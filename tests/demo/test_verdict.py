@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from hybrid_dynamics_ros.demo.judge.verdict import judge
 from hybrid_dynamics_ros.demo.run import Files, summary
 from hybrid_dynamics_ros.demo.topics import EFFORTS, INPUT, POSE, STATES
-from hybrid_dynamics_ros.demo.verdict import judge
 
 FILES = Files(Path("results"), Path("figure.png"), Path("figure.svg"))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hybrid_dynamics_core.description import RobotDescription
-from hybrid_dynamics_core.description.reader import parse_description
+from hybrid_dynamics_core.formats.reader import parse_description
 
 HEAD = "format: 1\nname: small\nsource: invented\n"
 

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from hybrid_dynamics_core import DescriptionError
 from hybrid_dynamics_core.description import RobotDescription
-from hybrid_dynamics_core.description.reader import read_description
+from hybrid_dynamics_core.formats.reader import read_description
 from tests.description.robots import HEAD, parse
 
 ARM = (

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from hybrid_dynamics_core import DescriptionError, Robot
-from hybrid_dynamics_core.description import RobotDescription, read_description
+from hybrid_dynamics_core.description import RobotDescription
 from hybrid_dynamics_core.description.effects import JointEffect
+from hybrid_dynamics_core.formats import read_description
 from tests.description.robots import HEAD, parse
 from tests.description.test_legs import LEGS, NUMBERS, PLATFORM, TAIL
 from tests.description.test_modules import UPU, one

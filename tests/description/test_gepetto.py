@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import DescriptionError, load
-from hybrid_dynamics_core.closure.loops import loop_equations
+from hybrid_dynamics_core.closure.constraints.from_description import loop_equations
 from hybrid_dynamics_core.closure.rank import close_numerically, posture_of
-from hybrid_dynamics_core.description import RobotDescription, read_description
+from hybrid_dynamics_core.description import RobotDescription
+from hybrid_dynamics_core.formats import read_description
 from hybrid_dynamics_core.mechanism.tree import build_tree
 from tests.description.oracle import close, freedom, gaps
 from tests.description.test_urdf import BARS, body, joint, write

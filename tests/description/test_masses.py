@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hybrid_dynamics_core import load, shipped_robots
-from hybrid_dynamics_core.description.masses import MANY_TIMES, NEXT
+from hybrid_dynamics_core.description.checks.plausible_masses import MANY_TIMES, NEXT
 from tests.description.robots import HEAD, parse
 
 ARM = (

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import DescriptionError
-from hybrid_dynamics_core.description import RobotDescription, read_description
-from hybrid_dynamics_core.description.templates import shipped_templates
+from hybrid_dynamics_core.description import RobotDescription
+from hybrid_dynamics_core.description.expand.templates import shipped_templates
+from hybrid_dynamics_core.formats import read_description
 from tests.description.oracle import close, freedom, gaps, link_pose, turn
 from tests.description.robots import HEAD, parse
 

@@ -13,10 +13,10 @@ import jsonschema
 import pytest
 
 from hybrid_dynamics_core import DescriptionError
+from hybrid_dynamics_core.description.checks.schema import robot_schema
+from hybrid_dynamics_core.description.expand.templates import find_template, shipped_templates
 from hybrid_dynamics_core.description.located_yaml import read_yaml
-from hybrid_dynamics_core.description.reader import parse_description
-from hybrid_dynamics_core.description.schema import robot_schema
-from hybrid_dynamics_core.description.templates import find_template, shipped_templates
+from hybrid_dynamics_core.formats.reader import parse_description
 from tests.description.robots import HEAD, four_bar, parse
 
 PACKAGE = Path(str(resources.files("hybrid_dynamics_core")))

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core.description import RobotDescription, read_description
+from hybrid_dynamics_core.description import RobotDescription
+from hybrid_dynamics_core.formats import read_description
 from tests.description.oracle import close, frame_pose, freedom, gaps, jacobian, link_pose, mass_matrix
 
 FOLDER = Path(str(resources.files("hybrid_dynamics_core"))) / "robots"

@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 
 from hybrid_dynamics_core import DescriptionError
-from hybrid_dynamics_core.description import read_description, read_urdf
+from hybrid_dynamics_core.formats import read_description, read_urdf
 from tests.description.oracle import close, frame_pose, freedom, gaps, mass_matrix
 
 

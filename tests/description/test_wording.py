@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from hybrid_dynamics_core.description.examples import example
-from hybrid_dynamics_core.description.hints import MANY, none_such, with_doubts
-from hybrid_dynamics_core.description.wording import one_line
+from hybrid_dynamics_core.description.checks.examples import example
+from hybrid_dynamics_core.ground.suggestions import MANY, none_such, with_doubts
+from hybrid_dynamics_core.ground.wording import one_line
 
 JOINT = ("joints", "a")
 

@@ -13,8 +13,8 @@ from matplotlib.text import Text
 
 from hybrid_dynamics_core import ClosedState, InputError, Robot
 from hybrid_dynamics_core.drawing import draw, draw_on
-from hybrid_dynamics_core.drawing.labels import Label, Labeller, _beside
-from hybrid_dynamics_core.drawing.style import RED
+from hybrid_dynamics_core.drawing.paint.labels import Label, Labeller, _beside
+from hybrid_dynamics_core.scene.style import RED
 
 from .conftest import drawing_of, robot_of
 

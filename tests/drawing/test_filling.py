@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.description.reader import parse_description
-from hybrid_dynamics_core.drawing.filling import Map, filled
-from hybrid_dynamics_core.drawing.planes import choose_planes
-from hybrid_dynamics_core.drawing.workspace import values_of
+from hybrid_dynamics_core.drawing.maps.interpolate import Map, filled
+from hybrid_dynamics_core.drawing.maps.planes import choose_planes
+from hybrid_dynamics_core.drawing.maps.workspace import values_of
+from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.kinematics.workspace import margins_at
 
 from .conftest import robot_of

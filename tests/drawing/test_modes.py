@@ -9,12 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hybrid_dynamics_core import InputError, Robot
-from hybrid_dynamics_core.description.reader import parse_description
 from hybrid_dynamics_core.drawing import draw_modes
-from hybrid_dynamics_core.drawing.attach import rail
-from hybrid_dynamics_core.drawing.floor import floor_corners, tile_side
-from hybrid_dynamics_core.drawing.picture import make_scene
-from hybrid_dynamics_core.drawing.skeleton import place
+from hybrid_dynamics_core.drawing.paint.floor import floor_corners, tile_side
+from hybrid_dynamics_core.drawing.paint.picture import make_scene
+from hybrid_dynamics_core.formats.reader import parse_description
+from hybrid_dynamics_core.scene.attach import rail
+from hybrid_dynamics_core.scene.skeleton import place
 from tests.hard_cases.linkages import four_bar, robot
 
 from .conftest import robot_of

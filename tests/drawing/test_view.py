@@ -6,12 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.drawing.groups import group_joints
-from hybrid_dynamics_core.drawing.parts import hull
-from hybrid_dynamics_core.drawing.picture import make_scene
-from hybrid_dynamics_core.drawing.skeleton import place
-from hybrid_dynamics_core.drawing.view import choose_view, find_plane
+from hybrid_dynamics_core.drawing.paint.picture import make_scene
 from hybrid_dynamics_core.mechanism.tree import build_tree
+from hybrid_dynamics_core.scene.groups import group_joints
+from hybrid_dynamics_core.scene.parts import hull
+from hybrid_dynamics_core.scene.skeleton import place
+from hybrid_dynamics_core.scene.view import choose_view, find_plane
 
 from .conftest import robot_of
 

@@ -10,7 +10,7 @@ import pytest
 
 from hybrid_dynamics_core import InputError, MassSingularityError, Payload, Robot
 from hybrid_dynamics_core.control import ComputedTorque, FeedForward, GravityCompensation, JointTrajectory
-from hybrid_dynamics_core.description.reader import parse_description
+from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.simulation import Settings, simulate
 from tests.mechanisms import mechanism
 

@@ -50,7 +50,7 @@ def check_look(figure: Any) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.colors import to_hex
 
-    from hybrid_dynamics_core.drawing import style
+    from hybrid_dynamics_core.scene import style
 
     ours = {getattr(style, name) for name in dir(style) if name.isupper() and isinstance(getattr(style, name), str)}
     FigureCanvasAgg(figure).draw()  # in pixels of the screen, not of the file

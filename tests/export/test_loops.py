@@ -12,8 +12,8 @@ import pytest
 import yaml
 
 from hybrid_dynamics_core import DescriptionError, Robot, load, shipped_robots
-from hybrid_dynamics_core.description.reader import parse_description
 from hybrid_dynamics_core.export import to_gepetto, to_urdf, to_urdf_plus
+from hybrid_dynamics_core.formats.reader import parse_description
 from tests.description.test_urdf import body, joint
 from tests.export.test_urdf import configuration
 from tests.robots import random_states, robot

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import Robot, shipped_robots
-from hybrid_dynamics_core.description.reader import parse_description
-from hybrid_dynamics_core.export.mjcf import to_mjcf
+from hybrid_dynamics_core.formats.mjcf.writer import to_mjcf
+from hybrid_dynamics_core.formats.reader import parse_description
 from tests.robots import random_states, random_vector, robot
 
 mujoco = pytest.importorskip("mujoco")

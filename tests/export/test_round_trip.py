@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import DescriptionError, Payload, Robot, load, shipped_robots
-from hybrid_dynamics_core.description.reader import parse_description
 from hybrid_dynamics_core.export import to_gepetto, to_mjcf, to_sdf, to_urdf_plus
+from hybrid_dynamics_core.formats.reader import parse_description
 from tests.export.bars import LIMITED, PAIR
 from tests.robots import random_states, robot
 

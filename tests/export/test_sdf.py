@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import DescriptionError, InputError, Robot, load, shipped_robots
-from hybrid_dynamics_core.description.reader import parse_description
 from hybrid_dynamics_core.export import to_sdf
+from hybrid_dynamics_core.formats.reader import parse_description
 from tests.robots import robot
 
 MASSLESS = 1e-6  # what links of 1e-9 kg, which stand for massless ones, may change of the smallest shipped robot

@@ -14,7 +14,7 @@ import pytest
 
 from hybrid_dynamics_core import load, shipped_robots
 from hybrid_dynamics_core.description.geometry import rotation_from_rpy, rpy_of
-from hybrid_dynamics_core.export.urdf import to_urdf
+from hybrid_dynamics_core.formats.urdf.writer import to_urdf
 
 
 def configuration(model: pinocchio.Model, values: dict[str, float]) -> np.ndarray:

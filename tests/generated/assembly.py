@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hybrid_dynamics_core.description import Closure, Frame, Joint, Link, Loop, RobotDescription
-from hybrid_dynamics_core.description.model import frozen
+from hybrid_dynamics_core.ground.arrays import frozen
 
 Pose = tuple[np.ndarray, np.ndarray]  # rotation (3, 3), origin (3,)
 BASE = "base"

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from hybrid_dynamics_core.description import Closure, Frame, Joint, RobotDescription
-from hybrid_dynamics_core.description.model import frozen
+from hybrid_dynamics_core.ground.arrays import frozen
 from tests.generated.assembly import frame_with_normal, unit
 from tests.generated.assembly import turn as turn_about
 from tests.generated.space import Space

@@ -10,7 +10,7 @@ from hypothesis import Phase, settings
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core.description import Closure, Frame, RobotDescription
-from hybrid_dynamics_core.description.model import frozen
+from hybrid_dynamics_core.ground.arrays import frozen
 from tests.generated.case import Case
 from tests.generated.class_three import class_three
 from tests.generated.stacks import stacks

@@ -15,9 +15,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.description.check_loops import check_loops
+from hybrid_dynamics_core.description.checks.loop_types import check_loops
 from hybrid_dynamics_core.description.document import Document
-from hybrid_dynamics_core.description.reader import parse_description
+from hybrid_dynamics_core.formats.reader import parse_description
 from tests.generated.assembly import turn, unit
 from tests.generated.case import Case
 from tests.generated.robots import STATES, as_text, examples, moved, robots, scaled, shuffled

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.description.reader import parse_description
+from hybrid_dynamics_core.formats.reader import parse_description
 
 HEAD = "format: 1\nname: linkage\n"
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import ClosureError, DescriptionError, Robot, SingularityError
-from hybrid_dynamics_core.description.reader import parse_description
+from hybrid_dynamics_core.formats.reader import parse_description
 from tests.hard_cases.linkages import four_bar, robot
 
 GROUND, CRANK = 0.3, 0.1  # of the parallelogram: coupler like ground, rocker like crank

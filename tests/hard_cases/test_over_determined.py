@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import ClosureError, DescriptionError, Robot
+from hybrid_dynamics_core.closure.loop_gap import gap_of
 from hybrid_dynamics_core.closure.plan import given_posture
-from hybrid_dynamics_core.closure.shortfall import gap_of
 from hybrid_dynamics_core.description import RobotDescription
-from hybrid_dynamics_core.description.reader import parse_description
+from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.mechanism.tree import build_tree
 from tests.generated.assembly import BASE, Assembly, turn, unit
 from tests.generated.space import Space

@@ -10,9 +10,9 @@ import pytest
 
 from hybrid_dynamics_core import ClosureError, InputError, Payload, Robot, SingularityError, load
 from hybrid_dynamics_core.description.model import Link
-from hybrid_dynamics_core.description.reader import parse_description
 from hybrid_dynamics_core.dynamics.loads import Loads
 from hybrid_dynamics_core.errors import MassSingularityError
+from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.kernels import run
 from tests.kernels.programs_of import BACKENDS
 from tests.mechanisms import changed

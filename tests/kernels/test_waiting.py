@@ -13,7 +13,8 @@ from types import SimpleNamespace
 import pytest
 
 from hybrid_dynamics_core import Robot, load
-from hybrid_dynamics_core.kernels import run, waiting
+from hybrid_dynamics_core.kernels import compile_notice as waiting
+from hybrid_dynamics_core.kernels import run
 
 DEADLINE = 60.0  # [s] for a thread to have its turn; nothing waits for this where all is well
 

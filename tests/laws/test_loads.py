@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import Loads, Payload, Robot
-from hybrid_dynamics_core.description.model import Link, frozen
+from hybrid_dynamics_core.description.model import Link
+from hybrid_dynamics_core.ground.arrays import frozen
 from tests.mechanisms import changed
 from tests.robots import ROBOTS, random_states, random_vector, robot, scaled
 

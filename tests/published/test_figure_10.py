@@ -17,7 +17,7 @@ import pytest
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.control import JointTrajectory, efforts_along
-from hybrid_dynamics_core.description.reader import parse_description
+from hybrid_dynamics_core.formats.reader import parse_description
 from tests.published.test_forging_chu2020 import REFERENCE, close_to
 
 FILE = resources.files("hybrid_dynamics_core").joinpath("robots/forging_chu2020.yaml").read_text(encoding="utf-8")

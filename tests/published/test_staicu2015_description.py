@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core.description import RobotDescription, read_description
+from hybrid_dynamics_core.description import RobotDescription
+from hybrid_dynamics_core.formats import read_description
 from tests.description.oracle import close, frame_pose, freedom, gap, jacobian, link_pose
 
 REFERENCE = json.loads((Path(__file__).parent / "staicu2015.json").read_text(encoding="utf-8"))

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from hybrid_dynamics_ros.demo.domain import is_silent
+from hybrid_dynamics_ros.demo.play.domain import is_silent
 
 ROOT = Path(__file__).resolve().parents[2]
 CHANGING = ("change_state", "set_parameters", "set_parameters_atomically")
@@ -60,8 +60,8 @@ from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 
 from hybrid_dynamics_core import load
-from hybrid_dynamics_ros import outputs
 from hybrid_dynamics_ros.services.table import TABLE as SERVICES
+from hybrid_dynamics_ros.stream import outputs
 
 with warnings.catch_warnings():
     # Loading the first message type brings in a parser that uses a deprecated module of Python.

@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
-from hybrid_dynamics_ros import conversions
-from hybrid_dynamics_ros.offline.decode import Decoder
-from hybrid_dynamics_ros.placement import quaternion
-from hybrid_dynamics_ros.reading import StateReader
+from hybrid_dynamics_ros.bags.decode import Decoder
+from hybrid_dynamics_ros.messages import conversions
+from hybrid_dynamics_ros.messages.link_transforms import quaternion
+from hybrid_dynamics_ros.node.input_reader import StateReader
 from tests.bags.messages import START, joint_state, messages_of
 
 HEADER = Header(stamp=Time(sec=3, nanosec=4), frame_id="base")

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hybrid_dynamics_ros.estimator import MotionEstimator
-from hybrid_dynamics_ros.filters import PolynomialFilter, StampEvent
+from hybrid_dynamics_ros.stream.filter.filter import PolynomialFilter, StampEvent
+from hybrid_dynamics_ros.stream.filter.rate_estimator import MotionEstimator
 
 MS = 1_000_000  # [ns]
 DEGREES = pytest.mark.parametrize("degree", [1, 2])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 
-from hybrid_dynamics_ros.library_log import LIBRARY, handed_on
+from hybrid_dynamics_ros.node.library_log import LIBRARY, handed_on
 
 
 class Lines:

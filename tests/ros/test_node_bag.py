@@ -9,7 +9,7 @@ ACTIVE = ["q1", "q12", "q22", "q4"]
 
 def test_a_bag_has_what_the_running_node_answers(client, tmp_path):
     pytest.importorskip("rosbags")
-    from hybrid_dynamics_ros.offline.collect import collect
+    from hybrid_dynamics_ros.bags.analysis.collect import collect
     from tests.bags.messages import bag, joint_state
 
     first = client.new_stamp(10.0)

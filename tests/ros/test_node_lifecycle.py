@@ -27,7 +27,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from hybrid_dynamics_core import Payload, load
 from hybrid_dynamics_core.export import to_urdf
-from hybrid_dynamics_ros import qos
+from hybrid_dynamics_ros.node import qos
 
 ACTIVE = ["q1", "q12", "q22", "q4"]
 POSITION = [0.0, 0.1, 0.15, 0.0]

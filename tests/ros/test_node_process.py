@@ -219,7 +219,7 @@ def test_best_effort_input_connects_to_a_best_effort_publisher(start_node, conne
 
 def test_without_ros_the_command_says_how_to_get_it():
     code = (
-        "import sys; sys.modules['rclpy'] = None; from hybrid_dynamics_ros.node import main; sys.exit(main(['node']))"
+        "import sys; sys.modules['rclpy'] = None; from hybrid_dynamics_ros.node.entry import main; sys.exit(main(['node']))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 1
@@ -230,7 +230,7 @@ def test_without_ros_the_command_says_how_to_get_it():
 
 @pytest.mark.parametrize("word", ["--help", "-h"])
 def test_help_is_printed_with_ros_and_without(word):
-    program = "from hybrid_dynamics_ros.node import main"
+    program = "from hybrid_dynamics_ros.node.entry import main"
     code = f"import sys; sys.modules['rclpy'] = None; {program}; sys.exit(main(['node', '{word}']))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
     assert (done.returncode, done.stderr) == (0, "")

@@ -5,7 +5,7 @@ import pytest
 from hybrid_dynamics_msgs.msg import JointMotion
 from sensor_msgs.msg import JointState
 
-from hybrid_dynamics_ros.estimator import MotionEstimator
+from hybrid_dynamics_ros.stream.filter.rate_estimator import MotionEstimator
 
 ACTIVE = ["q1", "q12", "q22", "q4"]
 COORDINATES = [*ACTIVE, "q2", "q3", "q11", "q21", "q31", "q32", "q41", "q42"]

@@ -15,10 +15,10 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
 from hybrid_dynamics_core.errors import InputError
-from hybrid_dynamics_ros import outputs
-from hybrid_dynamics_ros.lifecycle import HybridDynamicsNode
-from hybrid_dynamics_ros.samples import RejectionCode
+from hybrid_dynamics_ros.messages.joint_samples import RejectionCode
+from hybrid_dynamics_ros.node.lifecycle import HybridDynamicsNode
 from hybrid_dynamics_ros.services.table import TABLE
+from hybrid_dynamics_ros.stream import outputs
 
 
 class Faulty:

@@ -11,14 +11,15 @@ from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import JointState
 
 from hybrid_dynamics_core import load
-from hybrid_dynamics_ros import layouts, outputs
-from hybrid_dynamics_ros.monitor import Level, Monitor
-from hybrid_dynamics_ros.offline.interfaces import typestore
+from hybrid_dynamics_ros.messages import layouts
+from hybrid_dynamics_ros.messages.interfaces import typestore
+from hybrid_dynamics_ros.messages.joint_samples import JointSample
 from hybrid_dynamics_ros.parameters import LEAST_RATE, STROKE_WARN, TF_RATE, ParameterError, Settings
-from hybrid_dynamics_ros.pipeline import Pipeline
-from hybrid_dynamics_ros.samples import JointSample
-from hybrid_dynamics_ros.throttle import Pace
-from hybrid_dynamics_ros.transforms import tf_filler, tf_output
+from hybrid_dynamics_ros.stream import outputs
+from hybrid_dynamics_ros.stream.monitor import Level, Monitor
+from hybrid_dynamics_ros.stream.pipeline import Pipeline
+from hybrid_dynamics_ros.stream.rate_limit import Pace
+from hybrid_dynamics_ros.stream.tf_output import tf_filler, tf_output
 
 STAMP = Time(sec=3, nanosec=4)
 TWO = np.ones(2)

@@ -3,8 +3,8 @@
 import pytest
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSReliabilityPolicy
 
-from hybrid_dynamics_ros import qos
-from hybrid_dynamics_ros.declare import descriptor
+from hybrid_dynamics_ros.node import qos
+from hybrid_dynamics_ros.node.declare_parameters import descriptor
 from hybrid_dynamics_ros.parameters import (
     AUTOSTART,
     BANDWIDTH,

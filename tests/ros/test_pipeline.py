@@ -8,10 +8,10 @@ import pytest
 
 from hybrid_dynamics_core import Payload
 from hybrid_dynamics_core.errors import HybridDynamicsError, InputError, SingularityError
-from hybrid_dynamics_ros.filters import StampEvent
-from hybrid_dynamics_ros.pipeline import Pipeline
-from hybrid_dynamics_ros.results import MotionResult
-from hybrid_dynamics_ros.samples import JointSample, Rejection, RejectionCode
+from hybrid_dynamics_ros.messages.joint_samples import JointSample, Rejection, RejectionCode
+from hybrid_dynamics_ros.stream.filter.filter import StampEvent
+from hybrid_dynamics_ros.stream.pipeline import Pipeline
+from hybrid_dynamics_ros.stream.results import MotionResult
 
 MS = 10**6  # [ns]
 POSITION = np.array([0.8726646259971648, 0.15000000000000002, 0.175, 0.4363323129985824])
@@ -217,7 +217,7 @@ def test_a_reset_forgets_the_samples(pipeline):
 
 def test_the_pipeline_needs_no_ros():
     """Recordings are processed on machines without ROS."""
-    code = "import sys, hybrid_dynamics_ros.pipeline; sys.exit('rclpy' in sys.modules)"
+    code = "import sys, hybrid_dynamics_ros.stream.pipeline; sys.exit('rclpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

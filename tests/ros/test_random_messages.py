@@ -13,10 +13,11 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
-from hybrid_dynamics_ros import conversions, outputs
-from hybrid_dynamics_ros.pipeline import Pipeline
-from hybrid_dynamics_ros.results import MotionResult
-from hybrid_dynamics_ros.samples import Rejection
+from hybrid_dynamics_ros.messages import conversions
+from hybrid_dynamics_ros.messages.joint_samples import Rejection
+from hybrid_dynamics_ros.stream import outputs
+from hybrid_dynamics_ros.stream.pipeline import Pipeline
+from hybrid_dynamics_ros.stream.results import MotionResult
 
 ACTIVE = ("q1", "q12", "q22", "q4")
 ROUNDS, LENGTH = 250, 40  # streams, messages in each

@@ -5,10 +5,10 @@ import threading
 import pytest
 
 from hybrid_dynamics_core import load
-from hybrid_dynamics_ros.conditions import Mass, NewMode, NewPayload
+from hybrid_dynamics_ros.messages.joint_samples import JointSample
 from hybrid_dynamics_ros.parameters import Settings, sensor_rows
-from hybrid_dynamics_ros.runtime import Runtime
-from hybrid_dynamics_ros.samples import JointSample
+from hybrid_dynamics_ros.stream.conditions import Mass, NewMode, NewPayload
+from hybrid_dynamics_ros.stream.runtime import Runtime
 
 MS = 10**6
 

@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core.errors import ClosureError, HybridDynamicsError, InputError, SingularityError
-from hybrid_dynamics_ros.samples import JointOrder, JointSample, RejectedError, RejectionCode, rejection_of
-from hybrid_dynamics_ros.throttle import Pace, Throttle
+from hybrid_dynamics_ros.messages.joint_samples import (
+    JointOrder,
+    JointSample,
+    RejectedError,
+    RejectionCode,
+    rejection_of,
+)
+from hybrid_dynamics_ros.stream.rate_limit import Pace, Throttle
 
 NAMES = ["a", "b", "c"]
 

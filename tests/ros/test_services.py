@@ -10,13 +10,13 @@ from sensor_msgs.msg import JointState
 
 from hybrid_dynamics_core import IKStatus, load
 from hybrid_dynamics_core.errors import ClosureError, HybridDynamicsError, InputError, SingularityError
-from hybrid_dynamics_ros.samples import RejectedError, RejectionCode
+from hybrid_dynamics_ros.messages.joint_samples import RejectedError, RejectionCode
 from hybrid_dynamics_ros.services.answers import guarded
-from hybrid_dynamics_ros.services.context import Context, Situation
 from hybrid_dynamics_ros.services.dynamics import inverse_dynamics
 from hybrid_dynamics_ros.services.kinematics import IK_CODES, solve_fk, solve_ik
 from hybrid_dynamics_ros.services.modes import list_assembly_modes, switch_assembly_mode
 from hybrid_dynamics_ros.services.table import TABLE
+from hybrid_dynamics_ros.stream.situation import Context, Situation
 
 ACTIVE = ["q1", "q12", "q22", "q4"]
 POSITION = [0.8726646259971648, 0.15000000000000002, 0.175, 0.4363323129985824]

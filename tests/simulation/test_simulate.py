@@ -319,7 +319,7 @@ class TestProgress:
         assert capsys.readouterr().err == ""
 
     def test_a_long_run_is_shown(self, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-        from hybrid_dynamics_core import progress
+        from hybrid_dynamics_core.ground import progress
 
         now = iter([0.0, 0.5, 2.0, 2.05, 3.0])
         monkeypatch.setattr(progress.time, "monotonic", lambda: next(now))

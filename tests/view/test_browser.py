@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.drawing.style import BLUE, GREEN, ORANGE
+from hybrid_dynamics_core.scene.style import BLUE, GREEN, ORANGE
 from tools.browser import NoBrowserError, opened_page
 
 ROOT = Path(__file__).resolve().parents[2]

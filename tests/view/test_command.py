@@ -120,7 +120,7 @@ def test_positions_alone_are_not_made_to_start_from_rest(forging: Robot, tmp_pat
 
 
 def test_a_recording_is_played_with_its_efforts(forging: Robot, tmp_path: Path) -> None:
-    make = pytest.importorskip("hybrid_dynamics_ros.offline.make", reason="rosbags, of the extra `bag`, is missing")
+    make = pytest.importorskip("hybrid_dynamics_ros.bags.make", reason="rosbags, of the extra `bag`, is missing")
     bag = tmp_path / "recording"
     trajectory = make.simulated(forging, 1.0, 200.0)
     make.write_trajectory(bag, trajectory, "/joint_states", {"robot": forging.name})
@@ -141,7 +141,7 @@ def test_a_recording_is_played_with_its_efforts(forging: Robot, tmp_path: Path) 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_lossy_recording_is_played_and_the_loss_told(forging: Robot, tmp_path: Path, number: int) -> None:
-    make = pytest.importorskip("hybrid_dynamics_ros.offline.make", reason="rosbags, of the extra `bag`, is missing")
+    make = pytest.importorskip("hybrid_dynamics_ros.bags.make", reason="rosbags, of the extra `bag`, is missing")
     bag = tmp_path / "recording"
     make.write_trajectory(bag, make.simulated(forging, 1.0, 200.0), "/joint_states", {"robot": forging.name})
     told = (bag / "metadata.yaml").read_text(encoding="utf-8")

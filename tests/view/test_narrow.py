@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import Robot, load
-from hybrid_dynamics_core.drawing.skeleton import place
+from hybrid_dynamics_core.scene.skeleton import place
 from hybrid_dynamics_core.view.camera import Camera, camera_for
 from tools.browser import NoBrowserError, opened_page
 
@@ -127,7 +127,7 @@ class Page:
 
 
 def test_the_camera_follows_the_window_until_somebody_moves_it() -> None:
-    from hybrid_dynamics_core.view.fitting import Fitting
+    from hybrid_dynamics_core.view.camera_fit import Fitting
 
     met: dict[str, Any] = {}
     server = SimpleNamespace(
@@ -150,7 +150,7 @@ def test_the_camera_follows_the_window_until_somebody_moves_it() -> None:
 
 
 def test_the_camera_follows_what_leaves_its_picture_unless_a_person_moved_it() -> None:
-    from hybrid_dynamics_core.view.fitting import Fitting
+    from hybrid_dynamics_core.view.camera_fit import Fitting
 
     met: dict[str, Any] = {}
     camera = Camera(np.array([3.0, 4.0, 12.0]), np.zeros(3), 2.0)
@@ -190,7 +190,7 @@ def test_the_camera_follows_what_leaves_its_picture_unless_a_person_moved_it() -
 
 def test_a_browser_that_still_tells_of_an_older_place_has_not_been_turned() -> None:
     """The camera is put elsewhere at each step of a slider, faster than its browser answers."""
-    from hybrid_dynamics_core.view.fitting import Fitting
+    from hybrid_dynamics_core.view.camera_fit import Fitting
 
     met: dict[str, Any] = {}
     camera = Camera(np.array([3.0, 4.0, 12.0]), np.zeros(3), 2.0)

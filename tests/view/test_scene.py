@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hybrid_dynamics_core import ClosedState, ClosureStatus, Robot, load, shipped_robots
-from hybrid_dynamics_core.drawing.skeleton import place
+from hybrid_dynamics_core.scene.skeleton import place
 from hybrid_dynamics_core.view.bodies import shape_of, span_pose
 from hybrid_dynamics_core.view.camera import camera_for, floor_under
 from hybrid_dynamics_core.view.meshes import turn_arrow
@@ -135,7 +135,7 @@ def test_the_camera_sees_the_whole_robot(any_robot: Robot) -> None:
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_the_ring_of_a_torque_is_open_where_the_link_is_that_it_turns(name: str, sign: float, opened: Opened) -> None:
     """In another state too: seen along the axis, 0.5 rad to either side of the link stay free."""
-    from hybrid_dynamics_core.view.stage import RING, reach
+    from hybrid_dynamics_core.view.scene_view import RING, reach
 
     viewer, robot = opened(loaded(name)), loaded(name)
     state, stage = moved(name), viewer.stage

@@ -12,18 +12,18 @@ import pytest
 from hybrid_dynamics_core import InputError, Payload, Robot, load
 from hybrid_dynamics_core.control import JointTrajectory
 from hybrid_dynamics_core.description.actuators import HydraulicCylinder
-from hybrid_dynamics_core.view.glide import SPAN
 from hybrid_dynamics_core.view.motion import motion_of
 from hybrid_dynamics_core.view.page import efforts_html, mode_labels, modes_html, problem_html, state_html
 from hybrid_dynamics_core.view.ranges import Range, on_round_steps, on_step, slider_ranges
 from hybrid_dynamics_core.view.scale import EffortScale
 from hybrid_dynamics_core.view.session import Efforts, Session
+from hybrid_dynamics_core.view.state_interpolation import SPAN
 from tests.mechanisms import changed
 
 from .conftest import Opened
 
 if TYPE_CHECKING:
-    from hybrid_dynamics_core.view.dial import Dial
+    from hybrid_dynamics_core.view.slider import Dial
 
 PATIENCE = 30.0  # [s] a machine may be loaded; nothing waits for this where all is well
 EXACT = 1e-12  # the same computation twice, in another order at most

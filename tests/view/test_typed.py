@@ -36,7 +36,7 @@ ANGLE, LENGTH, MASS = (Range(name, unit, -100.0, 100.0) for name, unit in (("q",
     ],
 )
 def test_numbers_are_read_as_the_command_line_reads_them(text: str, scope: Range, value: float) -> None:
-    from hybrid_dynamics_core.view.typed import number_typed
+    from hybrid_dynamics_core.view.number_input import number_typed
 
     assert number_typed(text, scope) == pytest.approx(value, rel=1e-15)
 
@@ -65,7 +65,7 @@ def test_numbers_are_read_as_the_command_line_reads_them(text: str, scope: Range
     ],
 )
 def test_all_else_is_refused_with_what_to_type_instead(text: str, scope: Range, told: str) -> None:
-    from hybrid_dynamics_core.view.typed import number_typed
+    from hybrid_dynamics_core.view.number_input import number_typed
 
     with pytest.raises(InputError) as refused:
         number_typed(text, scope)
@@ -74,7 +74,7 @@ def test_all_else_is_refused_with_what_to_type_instead(text: str, scope: Range, 
 
 
 def test_a_long_text_is_told_in_part() -> None:
-    from hybrid_dynamics_core.view.typed import number_typed
+    from hybrid_dynamics_core.view.number_input import number_typed
 
     with pytest.raises(InputError, match=r"'a{40}\.\.\.'"):
         number_typed("a" * 1000, LENGTH)

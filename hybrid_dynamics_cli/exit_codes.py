@@ -1,0 +1,42 @@
+"""How the command ends: the one table of exit codes."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import click
+
+from hybrid_dynamics_core.errors import InputError
+
+from .file_routing import taken_by
+
+DONE: Final = 0
+FAILED: Final = 1
+MISUSED: Final = 2  # click's own, for options
+LOST: Final = 3
+
+MEANINGS: Final = {
+    DONE: "done",
+    FAILED: "the call is right, and the answer is no: a fault inside a file, a loop\n"
+    "     that does not close, a place out of reach",
+    MISUSED: "the call is wrong: a verb, an option, a name or a value; a file that is\n"
+    "     not there, is of another kind, or is not to be replaced",
+    LOST: "done, but a part of the recording could not be read (bag)",
+}
+
+
+class Misused(click.ClickException):
+    """The call is wrong: how it has to be called is told without the lines about usage."""
+
+    exit_code = MISUSED
+
+
+def told(error: Exception) -> click.ClickException:
+    """An error of the library as the command ends with it: with what would take the file, and the exit code."""
+    text = f"{error}{taken_by(error)}"
+    return Misused(text) if isinstance(error, InputError) else click.ClickException(text)
+
+
+def exit_table() -> str:
+    """The table as it stands under `--help`."""
+    return "\n".join(f"  {code}  {meaning}" for code, meaning in MEANINGS.items())

@@ -1,0 +1,1 @@
+"""Checks of a description: schema, names, values, types of loops, plausible sizes."""

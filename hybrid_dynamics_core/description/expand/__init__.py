@@ -1,0 +1,1 @@
+"""Short forms of a description: each becomes links, joints, frames and closures."""

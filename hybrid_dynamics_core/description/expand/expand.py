@@ -1,0 +1,26 @@
+"""Ways of writing a robot that stand for others: each becomes links, joints, frames and closures of the document."""
+
+from __future__ import annotations
+
+from ..document import Document
+from .dh_chain import expand_chain
+from .legs import expand_legs
+from .modules import expand_modules
+
+
+def expand(document: Document) -> None:
+    """Rewrite everything that has a longer form, in place."""
+    expand_chain(document)
+    expand_modules(document)
+    expand_legs(document)
+    _loops(document)
+
+
+def _loops(document: Document) -> None:
+    """The cut pin of every loop as a planar closure."""
+    for name, entry in document.data.get("loops", {}).items():
+        closure = {"kind": "planar", "between": entry["pin"]}
+        if "assembly" in entry:
+            closure["assembly"] = entry["assembly"]
+        document.add(("closures", name), closure, ("loops", name))
+        document.alias(("closures", name, "between"), ("loops", name, "pin"))

@@ -1,0 +1,1 @@
+"""Maps: workspaces, margins over two coordinates, assembly modes side by side."""

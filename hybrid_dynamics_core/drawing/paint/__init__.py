@@ -1,0 +1,1 @@
+"""Scenes on Matplotlib's axes: parts, labels, legend, ground."""

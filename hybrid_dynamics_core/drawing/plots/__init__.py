@@ -1,0 +1,1 @@
+"""Pages with axes: figures of a robot, of a simulation, and what they share."""

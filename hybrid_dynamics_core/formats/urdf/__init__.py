@@ -1,0 +1,1 @@
+"""URDF, and URDF+ with its loops."""

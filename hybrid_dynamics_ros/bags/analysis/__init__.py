@@ -1,0 +1,1 @@
+"""What recordings tell: reports, identification, tables."""

@@ -1,0 +1,29 @@
+"""What can be wrong with a bag, said in words for the terminal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from hybrid_dynamics_core.errors import HybridDynamicsError, InputError
+from hybrid_dynamics_core.ground.file_kinds import FileKind, instead, look
+
+
+class BagError(HybridDynamicsError):
+    """A bag cannot be read or written; the text says which, why and what to do."""
+
+
+class BagCallError(BagError, InputError):
+    """What was asked for cannot be: a topic that is not there, a place that is taken, a file of another kind.
+
+    Attributes: ``file`` and its ``kind``, where it is of another kind than was expected.
+    """
+
+    file: Path | None = None
+    kind: FileKind | None = None
+
+
+def wrong_kind(path: Path, expected: str) -> BagCallError:
+    """The error for a path at which there is nothing, or something of another kind."""
+    error = BagCallError(f"{path}: {instead(path, expected)}")
+    error.file, error.kind = path, look(path).kind
+    return error

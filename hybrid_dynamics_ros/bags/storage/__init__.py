@@ -1,0 +1,1 @@
+"""Bags as files: reading and writing MCAP and SQLite."""

@@ -1,0 +1,1 @@
+"""Playing a recording into the node, and recording what it answers."""

@@ -1,0 +1,79 @@
+"""A ROS graph of its own for each run: a free domain, on this machine only."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import socket
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final
+
+from ..errors import DemoError
+
+# From 102 on, the ports reach into those that Linux gives to clients.
+DOMAINS: Final = range(1, 102)
+_PARTICIPANTS: Final = 10
+_PROFILES: Final = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
+
+
+@contextmanager
+def own_graph(domain: int | None) -> Iterator[int]:
+    """Take a domain and set the environment of this process, and of those it starts, for it.
+
+    Args:
+        domain: the domain to use without looking, or None for any that nobody uses.
+
+    Raises:
+        DemoError: no domain is free.
+    """
+    with _taken_domain() if domain is None else _given(domain) as number:
+        _set_environment(number)
+        yield number
+
+
+def _set_environment(domain: int) -> None:
+    os.environ["ROS_DOMAIN_ID"] = str(domain)
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    os.environ.pop("ROS_LOCALHOST_ONLY", None)  # the older variable would override
+    os.environ.pop("ROS_STATIC_PEERS", None)
+    if not any(name in os.environ for name in _PROFILES):
+        os.environ[_PROFILES[0]] = str(Path(__file__).with_name("quick_discovery.xml"))
+    if "AMENT_PREFIX_PATH" not in os.environ:  # ROS from PyPI: it has one middleware, whatever a shell asks for
+        os.environ["AMENT_PREFIX_PATH"] = sys.prefix
+        os.environ.pop("RMW_IMPLEMENTATION", None)
+
+
+@contextmanager
+def _given(domain: int) -> Iterator[int]:
+    yield domain
+
+
+@contextmanager
+def _taken_domain() -> Iterator[int]:
+    """A domain where no process is heard; a lock file keeps other runs away while this one lasts."""
+    first = os.getpid() % len(DOMAINS)
+    for domain in (*DOMAINS[first:], *DOMAINS[:first]):
+        with (Path(tempfile.gettempdir()) / f"ros_domain_{domain}.{os.getuid()}.lock").open("w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                continue
+            if is_silent(domain):
+                yield domain
+                return
+    raise DemoError("every ROS domain of this machine is in use; choose one with --domain")
+
+
+def is_silent(domain: int) -> bool:
+    """Whether no participant of this machine listens on the discovery ports of a domain (RTPS 2.5, 9.6.2)."""
+    for participant in range(_PARTICIPANTS):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind(("", 7400 + 250 * domain + 10 + 2 * participant))
+            except OSError:
+                return False
+    return True

@@ -1,0 +1,85 @@
+"""The recorder: a node of this process that keeps every message as it came."""
+
+from __future__ import annotations
+
+import time
+from typing import Any, Final
+
+from geometry_msgs.msg import PoseStamped
+from hybrid_dynamics_msgs.srv import InverseDynamics
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, QoSReliabilityPolicy
+from sensor_msgs.msg import JointState
+
+from ..bags import BagWriter
+from ..topics import EFFORTS, INPUT, NODE, OUTPUTS, POSE, STATES
+from ..trajectory import JOINTS, paper_trajectory
+
+ASK_AGAIN: Final = 2.0  # [s]
+QUEUE: Final = 10_000  # messages: a stalled terminal must not lose any
+_CLASSES: Final = {INPUT: JointState, STATES: JointState, EFFORTS: JointState, POSE: PoseStamped}
+
+
+class Recorder:
+    """Subscribes to the results, later to the input too, and writes the bytes that arrive to a bag."""
+
+    def __init__(self, node: Node, bag: BagWriter) -> None:
+        self._node = node
+        self._bag = bag
+        self.counts = dict.fromkeys(_CLASSES, 0)
+        self.latest: dict[str, bytes] = {}
+        self.last_arrival = time.monotonic()
+        for topic in OUTPUTS:
+            self._subscribe(topic)
+        # After the subscriptions: see connected().
+        self._client = node.create_client(InverseDynamics, f"{NODE}/inverse_dynamics")
+        self._answers: list[Any] = []
+        self._asked = -ASK_AGAIN
+
+    def listen_to_input(self) -> None:
+        """Record what the node gets as well, from now on."""
+        self._subscribe(INPUT)
+
+    def connected(self) -> bool:
+        """Whether the node is there and sends to all subscriptions from now on. Poll it while spinning.
+
+        Matching is not symmetric: that this side knows the node's publishers does not say that they know its
+        subscriptions. So the node is asked something. Its answer arrives only after it found the reader of the
+        answers, which was announced after the subscriptions, and announcements arrive in order. Where the answer was
+        lost because the node had not found that reader yet, the question is asked again.
+        """
+        due = time.monotonic() >= self._asked + ASK_AGAIN
+        if due and all(self._node.count_publishers(topic) for topic in OUTPUTS) and self._client.service_is_ready():
+            self._asked = time.monotonic()
+            self._answers.append(self._client.call_async(_first_question()))
+        return any(answer.done() for answer in self._answers)
+
+    def _subscribe(self, topic: str) -> None:
+        """Keep a topic: the input with the time at which it was sent, results with that at which they arrived.
+
+        Both are the middleware's, of one clock. When this process comes to read a message says nothing: one that was
+        sent later may be read first.
+        """
+        stamp = "source_timestamp" if topic == INPUT else "received_timestamp"
+
+        def keep(data: bytes, info: dict[str, Any]) -> None:
+            self._bag.write(topic, int(info[stamp]), data)
+            self.counts[topic] += 1
+            self.latest[topic] = data
+            self.last_arrival = time.monotonic()
+
+        qos = QoSProfile(depth=QUEUE, reliability=QoSReliabilityPolicy.RELIABLE)
+        callback: Any = keep  # rclpy takes two arguments too, and its types do not tell
+        self._node.create_subscription(_CLASSES[topic], topic, callback, qos, raw=True)
+
+
+def _first_question() -> InverseDynamics.Request:
+    """The efforts at the start of the trajectory; it also makes the node compile its model before time matters."""
+    trajectory = paper_trajectory(1)
+    request = InverseDynamics.Request()
+    motion = request.motion
+    motion.name = list(JOINTS)
+    motion.position = trajectory.position[0].tolist()
+    motion.velocity = trajectory.velocity[0].tolist()
+    motion.acceleration = [0.0] * len(motion.name)
+    return request

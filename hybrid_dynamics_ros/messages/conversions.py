@@ -1,0 +1,120 @@
+"""Between ROS messages and arrays. Nothing else of the package reads or builds messages of other packages."""
+
+from __future__ import annotations
+
+import array
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from builtin_interfaces.msg import Duration, Time
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
+from hybrid_dynamics_msgs.msg import JointMotion
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
+
+from .joint_samples import FloatArray, JointSample, nanoseconds
+from .link_transforms import quaternion
+
+_NS: int = 10**9
+
+
+def stamp_to_ns(stamp: Time) -> int:
+    """Stamp in nanoseconds; negative where the message says so, or where its nanoseconds are a second or more."""
+    return nanoseconds(stamp.sec, stamp.nanosec)
+
+
+def ns_to_stamp(stamp_ns: int) -> Time:
+    """Inverse of :func:`stamp_to_ns`."""
+    return Time(sec=stamp_ns // _NS, nanosec=stamp_ns % _NS)
+
+
+def to_field(values: FloatArray) -> array.array[float]:
+    """An array as a float64[] field takes it fastest: lists are 5 times slower, ndarrays 20 times."""
+    return array.array("d", np.ascontiguousarray(values, dtype=np.float64).tobytes())
+
+
+def from_field(field: Any) -> FloatArray:
+    """A float64[] field as an array of its own, (k,)."""
+    return np.array(field, dtype=np.float64)
+
+
+def sample_of_state(message: JointState) -> JointSample:
+    """A JointState as a sample: positions, and velocities where there are any. Efforts are not read."""
+    return JointSample(
+        stamp_ns=stamp_to_ns(message.header.stamp),
+        names=message.name,
+        position=from_field(message.position),
+        velocity=from_field(message.velocity) if len(message.velocity) else None,
+    )
+
+
+def sample_of_motion(message: JointMotion, *, complete: bool = True) -> JointSample:
+    """A JointMotion as a sample.
+
+    Args:
+        message: the motion.
+        complete: whether it has to have all three arrays: an empty one stays an array of wrong length then, else
+            it is one that is not given.
+    """
+
+    def part(field: Any) -> FloatArray | None:
+        return from_field(field) if complete or len(field) else None
+
+    return JointSample(
+        stamp_ns=stamp_to_ns(message.header.stamp),
+        names=message.name,
+        position=from_field(message.position),
+        velocity=part(message.velocity),
+        acceleration=part(message.acceleration),
+    )
+
+
+def joint_state(
+    header: Header,
+    names: Sequence[str],
+    position: FloatArray,
+    velocity: FloatArray | None = None,
+    effort: FloatArray | None = None,
+) -> JointState:
+    """A JointState of the named joints, arrays in their order; None leaves a field empty: unknown."""
+    message = JointState(header=header, name=list(names), position=to_field(position))
+    if velocity is not None:
+        message.velocity = to_field(velocity)
+    if effort is not None:
+        message.effort = to_field(effort)
+    return message
+
+
+def pose_stamped(header: Header, position: FloatArray, rotation: FloatArray) -> PoseStamped:
+    """A pose from a position (3,) [m] and a rotation matrix (3, 3), in the frame of the header."""
+    px, py, pz = position.tolist()
+    x, y, z, w = quaternion(rotation)
+    return PoseStamped(
+        header=header,
+        pose=Pose(position=Point(x=px, y=py, z=pz), orientation=Quaternion(x=x, y=y, z=z, w=w)),
+    )
+
+
+def pose_arrays(pose: Pose) -> tuple[FloatArray, FloatArray]:
+    """Position (3,) [m] and quaternion (4,) x y z w, as they are in the message."""
+    p, o = pose.position, pose.orientation
+    return np.array([p.x, p.y, p.z], dtype=np.float64), np.array([o.x, o.y, o.z, o.w], dtype=np.float64)
+
+
+def joint_motion(
+    header: Header, names: Sequence[str], position: FloatArray, velocity: FloatArray, acceleration: FloatArray
+) -> JointMotion:
+    """A JointMotion of the named joints, arrays in their order."""
+    return JointMotion(
+        header=header,
+        name=list(names),
+        position=to_field(position),
+        velocity=to_field(velocity),
+        acceleration=to_field(acceleration),
+    )
+
+
+def seconds(duration: Duration) -> float:
+    """A duration in seconds."""
+    return float(duration.sec) + 1e-9 * float(duration.nanosec)

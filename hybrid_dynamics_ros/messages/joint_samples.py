@@ -1,0 +1,209 @@
+"""What comes in: joint samples by name, checked and put into the robot's order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hybrid_dynamics_core.errors import ClosureError, HybridDynamicsError, InputError, SingularityError
+from hybrid_dynamics_core.ground.suggestions import nearest
+from hybrid_dynamics_core.ground.wording import counted, one_line
+
+FloatArray = NDArray[np.float64]
+LARGEST: Final = 1e12  # of any measured number, in its unit: no joint is there, and all that follows from it is finite
+_TOLD: Final = 12  # names in a message
+_LOOKED_AT: Final = 64  # names among which a slip is looked for: messages may be long and many
+
+
+def nanoseconds(sec: int, nanosec: int) -> int:
+    """A stamp in nanoseconds; negative where it says so, or where its nanoseconds are a second or more."""
+    return int(sec) * 10**9 + int(nanosec) if nanosec < 10**9 else -1
+
+
+class RejectionCode(Enum):
+    """Why a sample was not used."""
+
+    EMPTY = "empty"  # no joint names at all
+    WRONG_LENGTH = "wrong length"  # an array has not one value for each name
+    DUPLICATE_JOINT = "duplicate joint"  # an active joint is named twice
+    MISSING_JOINT = "missing joint"  # an active joint is not named
+    NOT_FINITE = "not finite"  # NaN or infinity for an active joint
+    BAD_STAMP = "bad stamp"  # negative
+    BAD_REQUEST = "bad request"  # of a service: a frame, a mode or a choice that there is not
+    UNREACHABLE = "unreachable"  # a loop cannot be closed
+    LIMIT = "limit"  # of a trajectory: a joint beyond its limit
+    SINGULAR = "singular"  # a loop is at a toggle point
+    OVERFLOW = "overflow"  # input so large that a result is not finite
+    NOT_READY = "not ready"  # of a service: no robot yet, or no input yet
+    REFUSED = "refused"  # of a service: the state of the robot forbids it
+    BUSY = "busy"  # of a service: too many calls wait
+    TIMEOUT = "timeout"  # of a service: it took too long
+    INTERNAL = "internal"  # the model failed in a way that is not the input's fault
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """A sample that was not used: why, and a sentence for people."""
+
+    code: RejectionCode
+    text: str
+
+
+class RejectedError(Exception):
+    """Carries a :class:`Rejection` to whoever answers for it."""
+
+    def __init__(self, code: RejectionCode, text: str) -> None:
+        self.rejection = Rejection(code, text)
+        super().__init__(text)
+
+
+def rejection_of(error: HybridDynamicsError) -> Rejection:
+    """The rejection that an error of the model means."""
+    text = one_line(error)
+    if isinstance(error, ClosureError):
+        return Rejection(RejectionCode.UNREACHABLE, text)
+    if isinstance(error, SingularityError):
+        return Rejection(RejectionCode.SINGULAR, text)
+    if isinstance(error, InputError):
+        # Names, lengths and finite input were checked before: only a number too large is left.
+        return Rejection(RejectionCode.OVERFLOW, text)
+    return Rejection(RejectionCode.INTERNAL, text)
+
+
+class JointSample(NamedTuple):
+    """Joints by name at one stamp, as they came.
+
+    Attributes:
+        stamp_ns: stamp [ns].
+        names: joint names, in any order; more than the active joints are allowed.
+        position: one value for each name [rad or m].
+        velocity: one for each name [rad/s or m/s], or None where there is none.
+        acceleration: one for each name [rad/s^2 or m/s^2], or None where it has to be estimated.
+    """
+
+    stamp_ns: int
+    names: Sequence[str]
+    position: FloatArray
+    velocity: FloatArray | None = None
+    acceleration: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """Sensors: coordinate = factor * (reading - offset), arrays (n,) in the order of the measured joints."""
+
+    offset: FloatArray
+    factor: FloatArray
+
+
+class ActiveMotion(NamedTuple):
+    """Motion of the measured joints in their order, finite: arrays (n,) as in :class:`JointSample`."""
+
+    position: FloatArray
+    velocity: FloatArray | None
+    acceleration: FloatArray | None
+
+    def calibrated(self, calibration: Calibration) -> ActiveMotion:
+        """The motion of the joints from the readings of their sensors."""
+        factor = calibration.factor
+        return ActiveMotion(
+            factor * (self.position - calibration.offset),
+            None if self.velocity is None else factor * self.velocity,
+            None if self.acceleration is None else factor * self.acceleration,
+        )
+
+    def complete(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Position, velocity and acceleration.
+
+        Raises:
+            RejectedError: one of them is not there.
+        """
+        if self.velocity is None or self.acceleration is None:
+            raise RejectedError(RejectionCode.WRONG_LENGTH, "velocities and accelerations are needed")
+        return self.position, self.velocity, self.acceleration
+
+
+def _few(names: Sequence[str]) -> str:
+    return ", ".join(names[:_TOLD]) + (", ..." if len(names) > _TOLD else "")
+
+
+def wrong_length(what: str, size: int, count: int) -> str:
+    """That an array has not one value for each joint name."""
+    rest = f"{count}, zeros for a robot at rest" if size == 0 and what in ("velocity", "acceleration") else f"{count}"
+    return f"{what} has {counted(size, 'value')} for {counted(count, 'joint name')}; expected {rest}"
+
+
+def _why_missing(missing: Sequence[str], names: Sequence[str], active: Sequence[str]) -> str:
+    """The name that is nearly that of a missing joint; where there is none, those that were given."""
+    others = [name for name in names[:_LOOKED_AT] if name not in active]
+    hints = ((name, nearest(name, missing[:_TOLD])) for name in others)
+    slip = next((f"'{name}' is none of {_few(active)}{hint}" for name, hint in hints if hint), "")
+    return slip or f"named are {_few(names)}"
+
+
+class JointOrder:
+    """Picks the active joints out of samples. Other joints are ignored, whatever they hold."""
+
+    def __init__(self, active: Sequence[str]) -> None:
+        self._active = tuple(active)
+        # Streams repeat the same names: their places are looked up once.
+        self._names: tuple[str, ...] = ()
+        self._places = np.zeros(0, dtype=np.intp)
+
+    def arrange(self, sample: JointSample) -> ActiveMotion:
+        """The motion of the active joints.
+
+        Raises:
+            RejectedError: names are missing or doubled, lengths differ, or a number is not finite or beyond `LARGEST`.
+        """
+        places = self._find(tuple(sample.names))
+        count = len(sample.names)
+        velocity, acceleration = sample.velocity, sample.acceleration
+        return ActiveMotion(
+            self._pick("position", sample.position, count, places),
+            None if velocity is None else self._pick("velocity", velocity, count, places),
+            None if acceleration is None else self._pick("acceleration", acceleration, count, places),
+        )
+
+    def _find(self, names: tuple[str, ...]) -> NDArray[np.intp]:
+        if names == self._names and names:
+            return self._places
+        if not names:
+            raise RejectedError(RejectionCode.EMPTY, f"no joint is named, expected {', '.join(self._active)}")
+        missing = [name for name in self._active if name not in names]
+        if missing:
+            raise RejectedError(
+                RejectionCode.MISSING_JOINT,
+                f"{_few(missing)} not named; {_why_missing(missing, names, self._active)}",
+            )
+        doubled = [name for name in self._active if names.count(name) > 1]
+        if doubled:
+            raise RejectedError(RejectionCode.DUPLICATE_JOINT, f"joint {', '.join(doubled)} is named twice")
+        self._places = np.array([names.index(name) for name in self._active], dtype=np.intp)
+        self._names = names
+        return self._places
+
+    def _pick(self, what: str, values: FloatArray, count: int, places: NDArray[np.intp]) -> FloatArray:
+        if values.shape != (count,):
+            raise RejectedError(
+                RejectionCode.WRONG_LENGTH,
+                wrong_length(what, values.size, count),
+            )
+        picked: FloatArray = values[places]
+        if not sum(map(abs, picked.tolist())) < LARGEST:  # NaN is not; in plain floats this costs least
+            self._refuse(what, picked)
+        return picked
+
+    def _refuse(self, what: str, picked: FloatArray) -> None:
+        for good, code, why in (
+            (np.isfinite(picked), RejectionCode.NOT_FINITE, ""),
+            (np.abs(picked) < LARGEST, RejectionCode.OVERFLOW, f", expected less than {LARGEST:g}"),
+        ):
+            if not good.all():
+                bad = int(np.argmin(good))
+                raise RejectedError(code, f"{what} of joint {self._active[bad]} is {picked[bad]}{why}")

@@ -1,0 +1,109 @@
+"""The process around the node: arguments, signals, the loop, the exit code."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from typing import Final
+
+_STOP_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
+_USAGE: Final = "usage: hybrid_dynamics_node --ros-args [-p robot:=NAME_OR_FILE] [--params-file FILE] [-r __node:=NAME]"
+_MORE: Final = """
+The node of one robot: a name of a shipped robot, or the path of a description file. It runs until SIGINT (Ctrl-C) or
+SIGTERM. Parameters, with defaults, units and texts, are in config/forging_chu2020.yaml; docs/node.md tells all of
+topics and services.
+"""
+_NO_ROS: Final = """\
+hybrid_dynamics_node needs ROS 2 Jazzy: the Python module {name} is not there.
+  with a ROS installation:  source /opt/ros/jazzy/setup.bash, build hybrid_dynamics_msgs with colcon
+  without one:              pip install ./msg_defs ".[ros]"   (or: make setup)
+"""
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node until SIGINT or SIGTERM. Returns the exit code of the process."""
+    if {"-h", "--help"} & set((sys.argv if args is None else args)[1:]):
+        sys.stdout.write(f"{_USAGE}\n{_MORE}")
+        return 0
+    # Outside a sourced ROS installation nothing says where packages are: in a plain environment, here.
+    os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
+    # Matrices are small here: on a busy machine the threads of OpenBLAS wait for each other up to forty times longer.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    stop = threading.Event()
+    for number in _STOP_SIGNALS:
+        signal.signal(number, lambda *_: stop.set())
+    try:
+        code = _run(sys.argv if args is None else args, stop)
+    except ModuleNotFoundError as error:
+        sys.stderr.write(_NO_ROS.format(name=error.name))
+        code = 1
+    # Python takes its handlers away before the process is gone: the last signals are ignored instead.
+    for number in _STOP_SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+    return code
+
+
+def _run(args: list[str], stop: threading.Event) -> int:
+    # Late: a machine without ROS gets a sentence instead of a traceback.
+    import rclpy  # noqa: PLC0415
+    from rclpy.exceptions import ParameterException  # noqa: PLC0415
+    from rclpy.signals import SignalHandlerOptions  # noqa: PLC0415
+    from rclpy.utilities import remove_ros_args, try_shutdown  # noqa: PLC0415
+
+    from ..parameters import ParameterError  # noqa: PLC0415
+
+    try:
+        # Own handlers set a flag and nothing else: a second signal during the clean-up does no harm.
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:  # wrong ROS arguments
+        return _failed(error)
+    try:
+        _refuse_others(remove_ros_args(args)[1:])
+        _spin(stop)
+    except (ParameterError, ParameterException) as error:
+        return _failed(error)
+    finally:
+        try_shutdown()
+    return 0
+
+
+def _spin(stop: threading.Event) -> None:
+    from rclpy.utilities import ok  # noqa: PLC0415
+
+    from .executor import make_executor  # noqa: PLC0415
+    from .library_log import handed_on  # noqa: PLC0415
+    from .lifecycle import HybridDynamicsNode  # noqa: PLC0415
+
+    node = HybridDynamicsNode()
+    try:
+        with handed_on(node.get_logger()):
+            executor = make_executor()
+            executor.add_node(node)
+            node.start()
+            # Not spin(): the events executor's does not return on signals.
+            while ok() and not stop.is_set():
+                executor.spin_once(timeout_sec=0.5)
+            executor.shutdown()
+    finally:
+        node.discard()
+        node.destroy_node()
+
+
+def _refuse_others(arguments: list[str]) -> None:
+    """A word that is no ROS argument would be left out in silence, and another robot started than was meant."""
+    from ..parameters import ParameterError  # noqa: PLC0415
+
+    if arguments:
+        raise ParameterError(f"cannot use {' '.join(arguments)}; {_USAGE}")
+
+
+def _failed(error: Exception) -> int:
+    """Say in one line why the node does not run; the exit code for it."""
+    from rclpy.logging import get_logger  # noqa: PLC0415
+
+    from hybrid_dynamics_core.ground.wording import one_line  # noqa: PLC0415
+
+    get_logger("hybrid_dynamics").fatal(one_line(error))
+    return 1

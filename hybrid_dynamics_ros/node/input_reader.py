@@ -1,0 +1,40 @@
+"""Bytes of an input become a sample. Streams repeat one layout: its numbers are read where they are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import JointState
+
+from ..messages.cdr import JointStateLayout, LayoutError, layout_of
+from ..messages.conversions import sample_of_state
+from ..messages.joint_samples import JointSample
+
+Read = Callable[[bytes], JointSample]
+
+
+class StateReader:
+    """Reads JointStates; those of the layout seen last without a message object."""
+
+    def __init__(self) -> None:
+        self._layout: JointStateLayout | None = None
+
+    def __call__(self, data: bytes) -> JointSample:
+        """The sample in the bytes of a JointState."""
+        layout = self._layout
+        if layout is None or not layout.fits(data):
+            sample = sample_of_state(deserialize_message(data, JointState))
+            try:
+                self._layout = layout_of(data)
+            except LayoutError:
+                self._layout = None
+            return sample
+        velocity = layout.numbers_of(data, 1) if layout.starts[1][1] else None
+        return JointSample(layout.stamp(data), layout.names, layout.numbers_of(data, 0), velocity)
+
+
+def reader_of(kind: type, sample_of: Callable[[Any], JointSample]) -> Read:
+    """Reads messages of any type by way of message objects."""
+    return lambda data: sample_of(deserialize_message(data, kind))

@@ -1,0 +1,203 @@
+"""The lifecycle node: wiring. What belongs to a robot is made at configure and thrown away at cleanup."""
+
+from __future__ import annotations
+
+import gc
+import traceback
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.exceptions import InvalidHandle, ParameterException
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from std_msgs.msg import String
+
+from hybrid_dynamics_core import load
+from hybrid_dynamics_core.errors import HybridDynamicsError
+from hybrid_dynamics_core.export import to_urdf
+from hybrid_dynamics_core.ground.wording import one_line
+
+from ..parameters import (
+    AUTOSTART,
+    DIAGNOSTICS_PERIOD,
+    LOG_PERIOD,
+    MEASURED,
+    ROBOT,
+    Change,
+    Parameter,
+    ParameterError,
+    Settings,
+)
+from ..stream.monitor import Entry, Level
+from ..stream.rate_limit import Log
+from ..stream.runtime import Runtime
+from . import qos
+from .declare_parameters import Watch, declare, declare_sensors, is_given
+from .diagnostics import diagnostic_array
+from .service_server import Calls
+from .subscriptions import Stream
+
+NODE_NAME: Final = "hybrid_dynamics"
+UNCONFIGURED: Final = "stays unconfigured"  # begins the log line that says why
+SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+
+
+class HybridDynamicsNode(LifecycleNode):
+    """Topics and services of one robot.
+
+    Raises:
+        ParameterError: a parameter that was given cannot be used.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        """Declare parameters, offer services; options are those of rclpy's Node."""
+        super().__init__(NODE_NAME, **options)
+        self.settings: Settings = declare(self)
+        self._throttled = Log(self.get_logger(), self.settings[LOG_PERIOD])
+        self._runtime: Runtime | None = None
+        self._stream: Stream | None = None
+        self._failure = ""  # why there is no robot
+        self._description = self.create_publisher(String, "robot_description", qos.latched())
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._calls = Calls(self, self._throttled)
+        self._watch = Watch(self, lambda: self.settings, self._allowed, self._take)
+        # Reports go on while simulated time stands still.
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(self.settings[DIAGNOSTICS_PERIOD], self._report, clock=steady)
+        self._guard_transitions()
+
+    def start(self) -> None:
+        """Configure and activate, where the parameter autostart says so."""
+        if self.settings[AUTOSTART] and self.trigger_configure() == SUCCESS:
+            self.trigger_activate()
+
+    def summary(self) -> str:
+        """What happened to the input so far, one line."""
+        return "no robot" if self._runtime is None else self._runtime.pipeline.counts.summary()
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Load the robot, make its topics. With a wrong file the node stays unconfigured and says why."""
+        del state
+        known = "" if is_given(self, ROBOT) else f"; the default, -p {ROBOT.name}:=NAME_OR_FILE takes another"
+        self.get_logger().info(f"robot {self.settings[ROBOT]}{known}")
+        try:
+            robot = load(self.settings[ROBOT])
+            sensors = declare_sensors(self, self.settings[MEASURED] or robot.active)
+            self.settings = self.settings.replaced(sensors)
+            runtime = Runtime(robot, self.settings)
+            self._stream = Stream(self, runtime, self._throttled)
+        except (HybridDynamicsError, ParameterError, ParameterException, OSError) as error:
+            return self._fail(one_line(error))
+        except Exception:  # noqa: BLE001 - rclpy would leave a fault unsaid
+            return self._fail(f"fault of the node:\n{traceback.format_exc()}")
+        self._runtime, self._failure = runtime, ""
+        # What a robot is made of stays: a collection that looks through all of it would hold up the stream for long.
+        gc.collect()
+        gc.freeze()
+        self._calls.open(runtime)
+        self._description.publish(String(data=to_urdf(robot.description)))
+        self.get_logger().info(f"robot {robot.name}: active joints {', '.join(robot.active)}")
+        if runtime.measured != robot.active:
+            self.get_logger().info(f"measured joints {', '.join(runtime.measured)}")
+        return SUCCESS
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Answer the stream from now on."""
+        return self._set_active(state, active=True)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Leave the stream alone; services go on."""
+        return self._set_active(state, active=False)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Throw away all that belongs to the robot."""
+        del state
+        self.discard()
+        return SUCCESS
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """The same, for good."""
+        return self.on_cleanup(state)
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """After a fault in a transition: back to unconfigured, from where everything can begin anew."""
+        return self.on_cleanup(state)
+
+    def discard(self) -> None:
+        """Throw away all that belongs to the robot."""
+        self._calls.active = False
+        self._calls.close()
+        if self._stream is not None:
+            self._stream.destroy()
+        if self._runtime is not None:
+            self.get_logger().info(f"stopped: {self.summary()}")
+        self._stream = self._runtime = None
+        gc.unfreeze()
+
+    def _set_active(self, state: LifecycleState, *, active: bool) -> TransitionCallbackReturn:
+        del state
+        if self._stream is None or self._runtime is None:
+            return FAILURE
+        self._runtime.reset()
+        self._stream.active = self._calls.active = active
+        self.get_logger().info("active" if active else "inactive")
+        return SUCCESS
+
+    def _fail(self, reason: str) -> TransitionCallbackReturn:
+        if self._stream is not None:
+            self._stream.destroy()
+        self._stream, self._failure = None, reason
+        self.get_logger().error(f"{UNCONFIGURED}: {reason}")
+        return FAILURE
+
+    def _allowed(self, settings: Settings, rows: Sequence[Parameter[Any]]) -> str:
+        if self._runtime is None:
+            return ""
+        for row in rows:
+            if row.change is Change.UNCONFIGURED:
+                return f"parameter {row.name}: {row.change.value}"
+        return self._runtime.problem(settings)
+
+    def _take(self, settings: Settings) -> None:
+        self.settings = settings
+        self._throttled.throttle.period = settings[LOG_PERIOD]
+        if self._runtime is not None:
+            self._runtime.take(settings)
+
+    def _report(self) -> None:
+        try:
+            self._publish_report()
+        except Exception as error:  # noqa: BLE001 - a timer must not end the node
+            self._throttled.warn("report", f"no diagnostics: fault of the node: {error!r}")
+
+    def _publish_report(self) -> None:
+        now = self.get_clock().now()
+        runtime, hardware = self._runtime, ""
+        if runtime is None:
+            level = Level.ERROR if self._failure else Level.STALE
+            entries = [Entry("robot", self._failure or "not configured", level)]
+        else:
+            hardware = runtime.robot.name
+            counts = runtime.pipeline.counts
+            entries = runtime.monitor.report(runtime.result, counts, now.nanoseconds, self.settings)
+        state: str = self._state_machine.current_state[1]
+        name = self.get_fully_qualified_name()
+        self._diagnostics.publish(diagnostic_array(name, hardware, state, entries, now.to_msg()))
+
+    def _guard_transitions(self) -> None:
+        """A transition that the state does not allow is answered with no success; rclpy lets it end the node."""
+        change: Callable[[Any, Any], Any] = self._service_change_state.callback
+
+        def guarded(request: Any, response: Any) -> Any:
+            try:
+                return change(request, response)
+            except (RuntimeError, InvalidHandle) as error:
+                wanted = request.transition.label or request.transition.id
+                state = self._state_machine.current_state[1]
+                self._throttled.warn("transition", f"transition {wanted} is not possible while {state}: {error}")
+                response.success = False
+                return response
+
+        self._service_change_state.callback = guarded

@@ -1,0 +1,152 @@
+"""Processes beside the node that answer service calls, so that the stream never waits for one.
+
+One process and one thread of the node for each lane: the thread hands over a job, waits without holding the
+interpreter, and passes on what comes back. A process that dies or takes too long is replaced. Knows no rclpy.
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from multiprocessing.connection import Pipe
+from multiprocessing.reduction import ForkingPickler
+from types import MappingProxyType
+from typing import Any, Final
+
+from hybrid_dynamics_core.description.model import RobotDescription
+
+from ..messages.joint_samples import Rejection, RejectionCode
+from ..stream.conditions import Change
+from ..stream.situation import Situation
+from .answers import refused
+from .table import BY_NAME, Lane
+
+Done = Callable[[Any, Change | None], None]
+_START: Final = 60.0  # [s] for a process to import all it needs
+_END: Final = 5.0  # [s] for a thread to see that it is over
+
+
+def _proxy(values: dict[Any, Any]) -> MappingProxyType[Any, Any]:
+    return MappingProxyType(values)
+
+
+# Frozen descriptions and states hold read-only mappings, which Python does not pickle.
+ForkingPickler.register(MappingProxyType, lambda proxy: (_proxy, (dict(proxy),)))
+
+
+@dataclass(frozen=True)
+class Job:
+    """A call to answer: which service, the request, how things stand, how long it may take [s], whom to tell."""
+
+    service: str
+    request: Any
+    situation: Situation
+    timeout: float
+    done: Done = field(compare=False)
+
+    def refuse(self, code: RejectionCode, text: str) -> None:
+        """Answer it with a reason instead."""
+        self.done(refused(BY_NAME[self.service].kind.Response(), Rejection(code, text)), None)
+
+
+class Workers:
+    """The processes of one robot."""
+
+    def __init__(self, description: RobotDescription) -> None:
+        """Start them; a first call waits until its process is up."""
+        self._lanes = {lane: _Worker(lane.name.lower(), description) for lane in (Lane.SHORT, Lane.LONG)}
+
+    def submit(self, lane: Lane, job: Job, most: int) -> None:
+        """Have a job done; with ``most`` jobs waiting already it is refused at once."""
+        self._lanes[lane].submit(job, most)
+
+    def close(self) -> None:
+        """End the processes; jobs that wait are refused."""
+        for worker in self._lanes.values():
+            worker.stop()
+        for worker in self._lanes.values():
+            worker.join()
+
+
+class _Worker:
+    """One process, and the thread that talks to it."""
+
+    def __init__(self, name: str, description: RobotDescription) -> None:
+        self._name, self._description = name, description
+        self._jobs: queue.SimpleQueue[Job | None] = queue.SimpleQueue()
+        self._stopping = False
+        self._start()
+        self._thread = threading.Thread(target=self._run, name=f"{name} services", daemon=True)
+        self._thread.start()
+
+    def submit(self, job: Job, most: int) -> None:
+        if self._stopping:
+            job.refuse(RejectionCode.NOT_READY, "the node is being cleaned up")
+        elif self._jobs.qsize() >= most:
+            job.refuse(RejectionCode.BUSY, f"{most} calls wait already; call again later")
+        else:
+            self._jobs.put(job)
+
+    def stop(self) -> None:
+        self._stopping = True
+        self._jobs.put(None)
+        self._process.kill()  # it holds nothing that would have to be saved
+
+    def join(self) -> None:
+        self._thread.join(_END)
+        self._process.wait(_END)
+        self._connection.close()
+
+    def _start(self) -> None:
+        self._connection, theirs = Pipe()
+        words = ["-m", "hybrid_dynamics_ros.services.worker", str(theirs.fileno()), str(os.getpid())]
+        # Not multiprocessing's own processes: they bring a third one along, and import the main module again.
+        self._process = subprocess.Popen(  # noqa: S603 - our own module
+            [sys.executable, *words],
+            pass_fds=[theirs.fileno()],
+            stdin=subprocess.DEVNULL,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        )
+        theirs.close()
+        self._fresh = True
+
+    def _restart(self) -> None:
+        self._process.kill()
+        self._process.wait()
+        self._connection.close()
+        if not self._stopping:
+            self._start()
+
+    def _run(self) -> None:
+        while (job := self._jobs.get()) is not None:
+            if self._stopping:
+                job.refuse(RejectionCode.NOT_READY, "the node is being cleaned up")
+                continue
+            try:
+                self._work(job)
+            except (EOFError, OSError):
+                self._restart()
+                job.refuse(RejectionCode.INTERNAL, "the process that worked on this call ended; call again")
+            except Exception as error:  # noqa: BLE001 - without this thread no call would be answered any more
+                self._restart()
+                job.refuse(RejectionCode.INTERNAL, f"fault of the node: {error!r}")
+
+    def _work(self, job: Job) -> None:
+        if self._fresh:
+            self._connection.send(self._description)
+            if not self._connection.poll(_START):
+                raise EOFError
+            self._connection.recv()
+            self._fresh = False
+        self._connection.send((job.service, job.request, job.situation))
+        if not self._connection.poll(job.timeout):
+            self._restart()
+            job.refuse(RejectionCode.TIMEOUT, f"not done within {job.timeout:g} s (parameter services.timeout)")
+            return
+        response, change = self._connection.recv()
+        job.done(response, change)

@@ -1,0 +1,1 @@
+"""Rates and accelerations from sampled positions."""
