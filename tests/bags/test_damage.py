@@ -258,9 +258,7 @@ def test_ctrl_c_leaves_nothing_behind(forging, tmp_path):
 
 
 def test_bags_need_no_ros():
-    code = (
-        "import sys, hybrid_dynamics_ros.bags.process; sys.exit(bool({'rclpy', 'sensor_msgs'} & set(sys.modules)))"
-    )
+    code = "import sys, hybrid_dynamics_ros.bags.process; sys.exit(bool({'rclpy', 'sensor_msgs'} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code], check=False, cwd=ROOT).returncode == 0
 
 

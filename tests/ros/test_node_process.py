@@ -218,9 +218,7 @@ def test_best_effort_input_connects_to_a_best_effort_publisher(start_node, conne
 
 
 def test_without_ros_the_command_says_how_to_get_it():
-    code = (
-        "import sys; sys.modules['rclpy'] = None; from hybrid_dynamics_ros.node.entry import main; sys.exit(main(['node']))"
-    )
+    code = "import sys; sys.modules['rclpy'] = None; from hybrid_dynamics_ros.node.entry import main; sys.exit(main(['node']))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 1
     assert "the Python module rclpy is not there" in done.stderr
