@@ -18,9 +18,9 @@ EXTRAS = {
     "dask": ["distributed"],
     "parquet": ["pyarrow"],
     "view": ["viser>=1.1"],
-    # ROS 2 Jazzy from PyPI, for machines without a ROS installation. Always the ros-jazzy-* names: the others
-    # resolve to newer distributions. The extra fastrtps brings the middleware.
-    # The interfaces come from this repository: pip install ./msg_defs ".[ros]"
+    # ROS 2 Jazzy from PyPI, for machines without a ROS installation. Always the ros-jazzy-* names:
+    # the others resolve to newer distributions. The extra fastrtps brings the middleware. The
+    # interfaces come from this repository: pip install ./msg_defs ".[ros]"
     "ros": [
         "ros-jazzy-builtin-interfaces==2.0.3",
         "ros-jazzy-diagnostic-msgs==5.3.6",
@@ -93,18 +93,27 @@ setup(
     license=PACKAGE.findtext("license"),
     python_requires=">=3.11",
     packages=[
-        *find_packages(include=["hybrid_dynamics_cli*", "hybrid_dynamics_core*", "hybrid_dynamics_ros*"]),
+        *find_packages(
+            include=["hybrid_dynamics_cli*", "hybrid_dynamics_core*", "hybrid_dynamics_ros*"]
+        ),
         *(f"hybrid_dynamics_{name}" for name in find_packages(include=["benchmarks*"])),
         "hybrid_dynamics_ros.interfaces",
     ],
     package_dir={
         "hybrid_dynamics_benchmarks": "benchmarks",  # `hybrid-dynamics benchmark` runs them
-        "hybrid_dynamics_ros.interfaces": "msg_defs/msg",  # bags are read and written without the ROS package
+        "hybrid_dynamics_ros.interfaces": (
+            "msg_defs/msg"
+        ),  # bags are read and written without the ROS package
     },
     package_data={
         "hybrid_dynamics_benchmarks": ["sides/*.c"],
         "hybrid_dynamics_cli": ["py.typed"],
-        "hybrid_dynamics_core": ["py.typed", "robots/*.yaml", "templates/*.yaml", "description/*.json"],
+        "hybrid_dynamics_core": [
+            "py.typed",
+            "robots/*.yaml",
+            "templates/*.yaml",
+            "description/*.json",
+        ],
         "hybrid_dynamics_ros.interfaces": ["*.msg"],
         "hybrid_dynamics_ros": ["py.typed", "demo/play/*.xml", "recordings/*/*"],
     },

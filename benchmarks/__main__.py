@@ -15,10 +15,18 @@ ROOT = Path(__file__).resolve().parent.parent
 def main() -> None:
     """Measure, print, and write where asked."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="few short rounds: only to see that it runs")
+    parser.add_argument(
+        "--quick", action="store_true", help="few short rounds: only to see that it runs"
+    )
     parser.add_argument("--output", type=Path, help="write the report (Markdown) to this file too")
-    parser.add_argument("--sides", nargs="+", choices=MODULES, default=MODULES, help="which engines")
-    parser.add_argument("--publish", action="store_true", help="put the tables into README.md and docs/performance.md")
+    parser.add_argument(
+        "--sides", nargs="+", choices=MODULES, default=MODULES, help="which engines"
+    )
+    parser.add_argument(
+        "--publish",
+        action="store_true",
+        help="put the tables into README.md and docs/performance.md",
+    )
     arguments = parser.parse_args()
     found = measured(arguments.quick, tuple(arguments.sides))
     text = found.text

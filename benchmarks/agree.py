@@ -54,7 +54,9 @@ def check(robot: Robot, sides: Sequence[Side], works: Sequence[str]) -> None:
             for side, answer in zip(able, answers, strict=True):
                 error = np.abs(answer - answers[0]).max() / max(1.0, np.abs(answers[0]).max())
                 if not error < max(side.tolerance, able[0].tolerance):
-                    raise DisagreementError(f"{side.name} differs from {able[0].name} by {error:.1g} in {work}")
+                    raise DisagreementError(
+                        f"{side.name} differs from {able[0].name} by {error:.1g} in {work}"
+                    )
 
 
 def _flat(answer: Any) -> np.ndarray:
@@ -62,4 +64,6 @@ def _flat(answer: Any) -> np.ndarray:
     if isinstance(answer, tuple) and len(answer) == 2:
         s, ds = answer
         return np.concatenate([np.cos(s), np.sin(s), ds])
-    return np.concatenate([np.ravel(part) for part in (answer if isinstance(answer, tuple) else (answer,))])
+    return np.concatenate(
+        [np.ravel(part) for part in (answer if isinstance(answer, tuple) else (answer,))]
+    )

@@ -2,10 +2,11 @@
 
 python -m benchmarks.bags [--seconds 300] [--rate 1000] [--robot forging_chu2020] [--singly 5000]
 
-Makes a recording and processes it in a process of its own (so that its memory is its own). Before and after, some of
-its messages are read one by one with rosbags, and the model is asked for each what the node's topics hold: by the
-library's calls, as a script would, and by the node's pipeline; the better time counts. Neither makes messages of it.
-`--seconds 3600` is the hour that the goals are about; it needs 4 GB of disk for the result.
+Makes a recording and processes it in a process of its own (so that its memory is its own). Before
+and after, some of its messages are read one by one with rosbags, and the model is asked for each
+what the node's topics hold: by the library's calls, as a script would, and by the node's pipeline;
+the better time counts. Neither makes messages of it. `--seconds 3600` is the hour that the goals
+are about; it needs 4 GB of disk for the result.
 """
 
 from __future__ import annotations
@@ -46,7 +47,9 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=300.0, help="length of the recording")
     parser.add_argument("--rate", type=float, default=1000.0, help="messages a second")
     parser.add_argument("--robot", default="forging_chu2020")
-    parser.add_argument("--singly", type=int, default=5000, help="messages that are taken one by one")
+    parser.add_argument(
+        "--singly", type=int, default=5000, help="messages that are taken one by one"
+    )
     parser.add_argument("--part", metavar="FOLDER", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.part:
@@ -60,7 +63,9 @@ def main() -> None:
         told = bulk(place, options.robot)
         after = [singly(place / "in", options.robot, some, way) for way in ways]
         one, node = map(min, before, after)
-        sizes = [sum(f.stat().st_size for f in (place / name).iterdir()) / 1e6 for name in ("in", "out")]
+        sizes = [
+            sum(f.stat().st_size for f in (place / name).iterdir()) / 1e6 for name in ("in", "out")
+        ]
     print(text(options, count, told, (one, node), sizes))
 
 
@@ -105,13 +110,19 @@ def measured(place: Path, robot: str) -> None:
     """Process, and print what it took."""
     start, cpu = time.perf_counter(), time.process_time()
     outcome = process(Job(place / "in", place / "out", robot), shown=False)
-    spent = {**outcome.shares, "total": time.perf_counter() - start, "cpu": time.process_time() - cpu}
+    spent = {
+        **outcome.shares,
+        "total": time.perf_counter() - start,
+        "cpu": time.process_time() - cpu,
+    }
     spent |= {"beside": outcome.beside, "duration": outcome.duration, "bulk": outcome.bulk}
     spent["memory"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     print(json.dumps(spent))
 
 
-def singly(path: Path, name: str, count: int, answer: Callable[[Robot], Callable[[JointSample], object]]) -> float:
+def singly(
+    path: Path, name: str, count: int, answer: Callable[[Robot], Callable[[JointSample], object]]
+) -> float:
     """Seconds a message: read and deserialise with rosbags, then what answers it."""
     respond = answer(load(name))
     with Reader(path) as reader:
@@ -133,7 +144,11 @@ def by_model(robot: Robot) -> Callable[[JointSample], object]:
     def respond(sample: JointSample) -> object:
         kept[0], rates = estimator.step(kept[0], sample.stamp_ns, sample.position, sample.velocity)
         state = robot.close(sample.position, rates.velocity)
-        efforts = None if rates.acceleration is None else robot.inverse_dynamics(state, rates.acceleration)
+        efforts = (
+            None
+            if rates.acceleration is None
+            else robot.inverse_dynamics(state, rates.acceleration)
+        )
         return state, efforts, robot.forward_kinematics(state)
 
     return respond
@@ -151,22 +166,37 @@ def by_node(robot: Robot) -> Callable[[JointSample], object]:
 
 
 def text(
-    options: argparse.Namespace, count: int, told: dict[str, float], singly: tuple[float, float], sizes: list[float]
+    options: argparse.Namespace,
+    count: int,
+    told: dict[str, float],
+    singly: tuple[float, float],
+    sizes: list[float],
 ) -> str:
     """The report."""
     total, duration = told["total"], told["duration"]
     (one, node), own = singly, total / count
-    shares = [f"  {name:9} {told[name]:8.2f} s  {100.0 * told[name] / total:5.1f} %" for name in SHARES if name in told]
+    shares = [
+        f"  {name:9} {told[name]:8.2f} s  {100.0 * told[name] / total:5.1f} %"
+        for name in SHARES
+        if name in told
+    ]
     lines = [
         (
-            f"{options.robot}: {count} messages, {duration:.0f} s at {options.rate:g} Hz, {sizes[0]:.0f} MB in,"
-            f" {sizes[1]:.0f} MB out, {os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}"
+            f"{options.robot}: {count} messages, {duration:.0f} s at {options.rate:g} Hz,"
+            f" {sizes[0]:.0f} MB in, {sizes[1]:.0f} MB out, {os.cpu_count()} processors, load"
+            f" {os.getloadavg()[0]:.1f}"
         ),
         *shares,
         f"  total     {total:8.2f} s  ({told['cpu']:.2f} s of processor time)",
         f"  beside    {told['beside']:8.2f} s  by the thread that fills, packs and writes chunks",
-        f"in bulk {1e6 * own:.2f} us a message; one by one {1e6 * one:.0f} us, as the node does {1e6 * node:.0f} us",
-        f"{one / own:.1f} times faster than one by one (goal {GOALS['singly']:g}), {node / own:.1f} than the node",
+        (
+            f"in bulk {1e6 * own:.2f} us a message; one by one {1e6 * one:.0f} us, as the node does"
+            f" {1e6 * node:.0f} us"
+        ),
+        (
+            f"{one / own:.1f} times faster than one by one (goal {GOALS['singly']:g}),"
+            f" {node / own:.1f} than the node"
+        ),
         f"{duration / total:.1f} times real time (goal {GOALS['real time']:g})",
         f"{told['memory']:.0f} MB of memory at most (goal: below {GOALS['memory']:g})",
         f"{100.0 * told['bulk']:.1f} % decoded in bulk",

@@ -28,12 +28,16 @@ def chain(stages: int) -> Robot:
             (f"b{k}", crank, coupler, frozen(np.eye(3)), frozen([0.2, 0.0, 0.0])),
             (f"c{k}", stand, rocker, turned, frozen(foot + turned @ [0.35, 0.0, 0.0])),
         ):
-            joints[joint] = Joint(joint, "revolute", parent, child, rotation, place, frozen([0.0, 0.0, 1.0]))
+            joints[joint] = Joint(
+                joint, "revolute", parent, child, rotation, place, frozen([0.0, 0.0, 1.0])
+            )
         for name, mass, length in ((crank, 1.0, 0.2), (coupler, 1.5, 0.4), (rocker, 2.0, 0.3)):
             inertia = np.diag([0.001, mass * length**2 / 12.0, mass * length**2 / 12.0])
             links[name] = Link(name, mass, frozen([length / 2.0, 0.01, 0.02]), frozen(inertia))
         pin = (frozen([0.4, 0.0, 0.0]), frozen([0.3, 0.0, 0.0]))
-        closures.append(Closure(f"pin{k}", coupler, pin[0], rocker, pin[1], assembly="counterclockwise"))
+        closures.append(
+            Closure(f"pin{k}", coupler, pin[0], rocker, pin[1], assembly="counterclockwise")
+        )
         reference |= {f"a{k}": 1.2, f"b{k}": -0.9, f"c{k}": 1.4}
         stand = rocker
     return Robot(

@@ -1,6 +1,7 @@
 """The closure of the forging robot by hand, as a user of another engine would write it: angles from triangles.
 
-Names of lengths as in Chu et al. (2020), Table 1; order of s: q1 q12 q22 q4 | q2 q3 q11 q21 q31 q32 q41 q42.
+Names of lengths as in Chu et al. (2020), Table 1; order of s: q1 q12 q22 q4 | q2 q3 q11 q21 q31 q32
+q41 q42.
 """
 
 from __future__ import annotations
@@ -36,7 +37,9 @@ def crank(base: float, arm: float, length: float) -> Triangle:
     angle1 = -length / (k * s)
     angle2 = -(1.0 + k * c * angle1 * angle1) / (k * s)
     along = arm * (arm + base * c) / (length * length)  # d tilt / d angle
-    bend = (-arm * base * s - 2.0 * length * along / angle1) / (length * length)  # d2 tilt / d angle2
+    bend = (-arm * base * s - 2.0 * length * along / angle1) / (
+        length * length
+    )  # d2 tilt / d angle2
     tilt1 = along * angle1
     tilt2 = bend * angle1 * angle1 + along * angle2
     return Triangle(math.acos(c), math.atan2(arm * s, base + arm * c), angle1, tilt1, angle2, tilt2)
@@ -46,7 +49,20 @@ def positions(u: Sequence[float], t1: Triangle, t2: Triangle) -> list[float]:
     """s from the actuators and both triangles."""
     q1, q12, q22, q4 = u
     q2, q3 = t1.angle, t2.angle - math.pi
-    return [q1, q12, q22, q4, q2, q3, t1.tilt, t2.tilt, q2, math.pi / 2 - q2, q2 + q3 + math.pi / 2, -q2 - q3]
+    return [
+        q1,
+        q12,
+        q22,
+        q4,
+        q2,
+        q3,
+        t1.tilt,
+        t2.tilt,
+        q2,
+        math.pi / 2 - q2,
+        q2 + q3 + math.pi / 2,
+        -q2 - q3,
+    ]
 
 
 def linear(v: Sequence[float], t1: Triangle, t2: Triangle) -> list[float]:
@@ -60,7 +76,20 @@ def quadratic(v: Sequence[float], t1: Triangle, t2: Triangle) -> list[float]:
     """R' v: all accelerations with the actuators' zero."""
     _, v12, v22, _ = v
     b2, b3 = t1.angle2 * v12 * v12, t2.angle2 * v22 * v22
-    return [0.0, 0.0, 0.0, 0.0, b2, b3, t1.tilt2 * v12 * v12, t2.tilt2 * v22 * v22, b2, -b2, b2 + b3, -b2 - b3]
+    return [
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        b2,
+        b3,
+        t1.tilt2 * v12 * v12,
+        t2.tilt2 * v22 * v22,
+        b2,
+        -b2,
+        b2 + b3,
+        -b2 - b3,
+    ]
 
 
 def projected(f: list[float], t1: Triangle, t2: Triangle) -> list[float]:

@@ -29,7 +29,9 @@ ROUNDS = 3
 def motion(robot: Robot) -> np.ndarray:
     """Active coordinates (STATES, n): a smooth motion about the reference that closes everywhere."""
     rng = np.random.default_rng(1)
-    size = np.minimum(0.1, 0.1 * np.ptp(np.nan_to_num(robot.limits, posinf=1.0, neginf=-1.0), axis=1))
+    size = np.minimum(
+        0.1, 0.1 * np.ptp(np.nan_to_num(robot.limits, posinf=1.0, neginf=-1.0), axis=1)
+    )
     phase = np.linspace(0.0, 2.0 * np.pi, STATES)[:, None] + 0.3 * rng.uniform(size=len(size))
     for _ in range(8):
         u: np.ndarray = robot.reference + size * (np.sin(phase) - np.sin(phase[0]))
@@ -72,7 +74,9 @@ def measure(name: str) -> list[float]:
 
     worst = float(np.abs(newton() - robot.close(u[-1]).s).max())
     if worst > 1e-8:
-        raise SystemExit(f"{name}: Newton ends {worst:.2g} away; the engines do not do the same work")
+        raise SystemExit(
+            f"{name}: Newton ends {worst:.2g} away; the engines do not do the same work"
+        )
     return [
         rate(lambda: [robot.close(row) for row in u], STATES),
         rate(followed, STATES),
@@ -84,10 +88,14 @@ def measure(name: str) -> list[float]:
 def main() -> None:
     """The table."""
     write = sys.stdout.write
-    write(f"{'closures per second':<20}{'joints':>8}{'alone':>10}{'followed':>10}{'batch':>12}{'Newton':>10}\n")
+    write(
+        f"{'closures per second':<20}{'joints':>8}{'alone':>10}{'followed':>10}{'batch':>12}{'Newton':>10}\n"
+    )
     for name in sys.argv[1:] or shipped_robots():
         rates = measure(name)
-        cells = "".join(f"{value:>{width},.0f}" for value, width in zip(rates, (10, 10, 12, 10), strict=True))
+        cells = "".join(
+            f"{value:>{width},.0f}" for value, width in zip(rates, (10, 10, 12, 10), strict=True)
+        )
         write(f"{name:<20}{len(load(name).coordinates):>8}{cells}\n")
 
 

@@ -34,7 +34,10 @@ class TwoCores:
         return [
             "| inverse dynamics, batch, two cores (time on the wall) | wanted | measured | |",
             "|---|---|---:|---|",
-            f"| two threads beside one | {WANTED:g} times the states | {self.batch:.3g} | {verdict} |",
+            (
+                f"| two threads beside one | {WANTED:g} times the states | {self.batch:.3g} |"
+                f" {verdict} |"
+            ),
             f"| the machine: two threads that share nothing | | {self.apart:.3g} | |",
         ]
 
@@ -63,9 +66,15 @@ def two_cores(robot: Robot, rounds: int, size: int) -> TwoCores:
 
         batch(2)
         apart(2)
-        calls = {(work.__name__, count): (work, (count,)) for work in (batch, apart) for count in (1, 2)}
+        calls = {
+            (work.__name__, count): (work, (count,)) for work in (batch, apart) for count in (1, 2)
+        }
         with _threads_on_cores():
-            times = measure({f"{name} {n}": call for (name, n), call in calls.items()}, rounds, clock=time.perf_counter)
+            times = measure(
+                {f"{name} {n}": call for (name, n), call in calls.items()},
+                rounds,
+                clock=time.perf_counter,
+            )
     return TwoCores(
         batch=times["batch 1"].median / times["batch 2"].median,
         apart=2.0 * times["apart 1"].median / times["apart 2"].median,

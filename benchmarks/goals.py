@@ -48,7 +48,13 @@ GOALS = (
     Goal("close", "closure with rates: Pinocchio, Newton closure", (NEWTON,), faster=300.0),
     Goal("id_batch", "inverse dynamics, batch: loop over Pinocchio", (BY_HAND,), faster=140.0),
     Goal("id_batch", "inverse dynamics, batch: C by hand", (FLOOR,), slower=5.0),
-    Goal("id", "without compiler, inverse dynamics: plain NumPy", ("plain NumPy, closure by hand",), 6.0, side=PLAIN),
+    Goal(
+        "id",
+        "without compiler, inverse dynamics: plain NumPy",
+        ("plain NumPy, closure by hand",),
+        6.0,
+        side=PLAIN,
+    ),
 )
 
 
@@ -58,7 +64,9 @@ def table(times: Mapping[str, Mapping[str, Timing]], goals: Sequence[Goal] = GOA
     for goal in goals:
         value = goal.measured(times)
         if value is not None:
-            wanted = f"{goal.faster:g} times faster" if goal.faster else f"within {goal.slower:g} times"
+            wanted = (
+                f"{goal.faster:g} times faster" if goal.faster else f"within {goal.slower:g} times"
+            )
             verdict = "reached" if goal.reached(value) else "not reached"
             lines.append(f"| {goal.text} | {wanted} | {value:.3g} | {verdict} |")
     return lines

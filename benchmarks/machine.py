@@ -15,7 +15,9 @@ def processor() -> str:
     info = Path("/proc/cpuinfo")
     if info.exists():
         names = [
-            line.partition(":")[2].strip() for line in info.read_text().splitlines() if line.startswith("model name")
+            line.partition(":")[2].strip()
+            for line in info.read_text().splitlines()
+            if line.startswith("model name")
         ]
         if names:
             return names[0]
@@ -31,4 +33,7 @@ def description() -> list[str]:
         except metadata.PackageNotFoundError:
             continue
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return [f"{processor()}, {cores} cores, {platform.system()} {platform.machine()}", ", ".join(versions)]
+    return [
+        f"{processor()}, {cores} cores, {platform.system()} {platform.machine()}",
+        ", ".join(versions),
+    ]

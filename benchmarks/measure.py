@@ -24,9 +24,13 @@ class Timing:
 class _Repeated:
     """A call written out in a loop, as often as fills a share of a second."""
 
-    def __init__(self, function: Callable[..., Any], arguments: Sequence[Any], seconds: float, clock: Clock) -> None:
+    def __init__(
+        self, function: Callable[..., Any], arguments: Sequence[Any], seconds: float, clock: Clock
+    ) -> None:
         names = {f"a{k}": argument for k, argument in enumerate(arguments)}
-        self._timer = timeit.Timer(f"f({', '.join(names)})", timer=clock, globals={"f": function, **names})
+        self._timer = timeit.Timer(
+            f"f({', '.join(names)})", timer=clock, globals={"f": function, **names}
+        )
         self._timer.timeit(1)
         self._count = 1
         while (took := self._timer.timeit(self._count)) < seconds / 3.0:
@@ -43,7 +47,10 @@ def measure(
     clock: Clock = time.process_time,
 ) -> dict[str, Timing]:
     """Seconds a call of each (function, arguments); `clock`: CPU time of this process unless told otherwise."""
-    repeated = {name: _Repeated(function, arguments, seconds, clock) for name, (function, arguments) in calls.items()}
+    repeated = {
+        name: _Repeated(function, arguments, seconds, clock)
+        for name, (function, arguments) in calls.items()
+    }
     times: dict[str, list[float]] = {name: [] for name in calls}
     gc.collect()
     for _ in range(rounds):

@@ -3,12 +3,16 @@
 python -m benchmarks.node [--rate 1000] [--seconds 10] [--rounds 3] [--robot forging_chu2020]
                           [--calls] [--flood] [--soak SECONDS]
 
-Three processes: a sender, the node (or the echo), a receiver. Sender and receiver handle serialised messages, so that
-they cost little. The latency of an input runs from before it is published until the last of its three answers is there.
+Three processes: a sender, the node (or the echo), a receiver. Sender and receiver handle serialised
+messages, so that
+they cost little. The latency of an input runs from before it is published until the last of its
+three answers is there.
   --alone  leaves the echo node out
   --calls  asks for inverse kinematics out of reach all the time, from a fourth process
-  --flood  10000 messages a second for the time given, then 200 a second: when is the latency as it was before?
-  --soak   one robot at 200 Hz for so long: latency and memory of the node by tenths of the time, and latency of an echo
+  --flood  10000 messages a second for the time given, then 200 a second: when is the latency as it
+  was before?
+  --soak   one robot at 200 Hz for so long: latency and memory of the node by tenths of the time,
+  and latency of an echo
 """
 
 from __future__ import annotations
@@ -37,7 +41,9 @@ os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
 NAMESPACE = "/hybrid_dynamics"
 INPUT = f"{NAMESPACE}/active_joint_states"
-ANSWERS = tuple(f"{NAMESPACE}/{topic}" for topic in ("joint_states", "required_efforts", "closed_state"))
+ANSWERS = tuple(
+    f"{NAMESPACE}/{topic}" for topic in ("joint_states", "required_efforts", "closed_state")
+)
 DEPTH = 1000  # of sender and receiver: what is lost is lost by the node
 STAMP = struct.Struct("<iI")  # of a header in CDR, behind four bytes that tell the encoding
 QUIET = 2.0  # [s] without a message: nothing more will come
@@ -48,9 +54,14 @@ def main() -> None:
     """Measure what is asked for; print it."""
     options = _options()
     if options.part:
-        {"echo": echo, "send": send, "receive": receive, "call": call}[options.part](json.loads(options.settings))
+        {"echo": echo, "send": send, "receive": receive, "call": call}[options.part](
+            json.loads(options.settings)
+        )
         return
-    print(f"{options.robot}, {options.seconds:g} s, {os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}")
+    print(
+        f"{options.robot}, {options.seconds:g} s, {os.cpu_count()} processors, load"
+        f" {os.getloadavg()[0]:.1f}"
+    )
     if options.soak:
         soak(options)
         return
@@ -66,9 +77,14 @@ def compare(options: argparse.Namespace) -> None:
     for _ in range(options.rounds):
         latency = {}
         for what in ("node",) if options.alone else ("echo", "node"):
-            with _subject(what, options.robot) as process, _caller(options.calls and what == "node"):
+            with (
+                _subject(what, options.robot) as process,
+                _caller(options.calls and what == "node"),
+            ):
                 used = _cpu(process.pid)
-                found = _measure(options.robot, [(options.rate, options.seconds)], echoed=what == "echo")
+                found = _measure(
+                    options.robot, [(options.rate, options.seconds)], echoed=what == "echo"
+                )
                 busy = (_cpu(process.pid) - used) / options.seconds
             latency[what] = np.percentile(found["latency"], (50.0, 99.0))
             line = _line(found, options.rate * (options.seconds - WARM_UP))
@@ -77,7 +93,10 @@ def compare(options: argparse.Namespace) -> None:
             ratios.append(latency["node"] / latency["echo"])
     if ratios:
         middle, late = np.median(ratios, axis=0)
-        print(f"node in times of echo, median of {len(ratios)} rounds: {middle:.2f} (median), {late:.2f} (99 %)")
+        print(
+            f"node in times of echo, median of {len(ratios)} rounds: {middle:.2f} (median),"
+            f" {late:.2f} (99 %)"
+        )
 
 
 def flood(options: argparse.Namespace) -> None:
@@ -103,10 +122,16 @@ def flood(options: argparse.Namespace) -> None:
     recovery = max(0.0, float(late.max() - ends[1])) if late.size else 0.0
     last = stamp[(stamp > ends[0]) & (stamp < ends[1])]
     print(f"sent {sent.size}, answered {latency.size}, of them in the flood {last.size}")
-    print(f"usual latency, 99 %: {1e3 * usual:.2f} ms; as usual again {1e3 * recovery:.0f} ms after the flood")
-    early, late = (next(size for when, size in sizes if when >= at) for at in (ends[0] + 2.0, ends[1]))
     print(
-        f"memory of the node {sizes[0][1]:.1f} MB before, {early:.1f} MB 2 s into the flood, {late:.1f} MB at its end"
+        f"usual latency, 99 %: {1e3 * usual:.2f} ms; as usual again {1e3 * recovery:.0f} ms after"
+        " the flood"
+    )
+    early, late = (
+        next(size for when, size in sizes if when >= at) for at in (ends[0] + 2.0, ends[1])
+    )
+    print(
+        f"memory of the node {sizes[0][1]:.1f} MB before, {early:.1f} MB 2 s into the flood,"
+        f" {late:.1f} MB at its end"
     )
 
 
@@ -123,7 +148,10 @@ def soak(options: argparse.Namespace) -> None:
             middle, late = 1e3 * np.percentile(found["latency"], (50.0, 99.0))
             least = 1e3 * float(np.median(floor["latency"]))
             lost = len(found["sent"]) - len(found["latency"])
-            told = f"{part + 1:4d}   {middle:9.3f}   {late:7.3f}   {lost:4d}   {_memory(process.pid):9.1f}"
+            told = (
+                f"{part + 1:4d}   {middle:9.3f}   {late:7.3f}   {lost:4d}  "
+                f" {_memory(process.pid):9.1f}"
+            )
             print(f"  {told}   {least:16.3f}   {middle / least:5.2f}", flush=True)
 
 
@@ -138,7 +166,9 @@ def _measure(
     settings = {"robot": robot, "plan": plan, "echoed": echoed}
     receiver = _start("receive", settings, environment)
     sender = _start("send", settings, environment)
-    sent, received = (json.loads(process.communicate()[0].splitlines()[-1]) for process in (sender, receiver))
+    sent, received = (
+        json.loads(process.communicate()[0].splitlines()[-1]) for process in (sender, receiver)
+    )
     counted = np.array(sent["stamps"])
     first = counted[0] + WARM_UP * 1e9
     arrivals = {int(stamp): times for stamp, times in received.items() if int(stamp) >= first}
@@ -161,7 +191,9 @@ def _line(found: dict[str, Any], wanted: float) -> str:
 
 
 def _options() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--rate", type=float, default=1000.0)
     parser.add_argument("--seconds", type=float, default=10.0)
     parser.add_argument("--rounds", type=int, default=3)
@@ -175,14 +207,25 @@ def _options() -> argparse.Namespace:
     return parser.parse_args()
 
 
-# -- processes ---------------------------------------------------------------------------------------------------------
+# -- processes
+# ---------------------------------------------------------------------------------------------------------
 
 
 def _start(
     part: str, settings: dict[str, Any], environment: Mapping[str, str] = MappingProxyType({})
 ) -> subprocess.Popen[str]:
-    command = [sys.executable, "-m", "benchmarks.node", "--part", part, "--settings", json.dumps(settings)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, **environment})
+    command = [
+        sys.executable,
+        "-m",
+        "benchmarks.node",
+        "--part",
+        part,
+        "--settings",
+        json.dumps(settings),
+    ]
+    return subprocess.Popen(
+        command, stdout=subprocess.PIPE, text=True, env={**os.environ, **environment}
+    )
 
 
 @contextmanager
@@ -193,7 +236,9 @@ def _subject(
         process = _start("echo", {}, environment)
     else:
         words = [*("--ros-args", "-p", f"robot:={robot}"), "--log-level", "error"]
-        process = subprocess.Popen([sys.executable, "-m", "hybrid_dynamics_ros.node", *words], text=True)
+        process = subprocess.Popen(
+            [sys.executable, "-m", "hybrid_dynamics_ros.node", *words], text=True
+        )
     try:
         time.sleep(6.0)  # until it is up, workers too
         yield process
@@ -210,7 +255,9 @@ def _caller(wanted: bool) -> Iterator[None]:
     finally:
         if process is not None:
             process.send_signal(signal.SIGINT)
-            print(f"  calls answered meanwhile: {(process.communicate()[0].split() or ['none'])[-1]}")
+            print(
+                f"  calls answered meanwhile: {(process.communicate()[0].split() or ['none'])[-1]}"
+            )
 
 
 def echo(_settings: dict[str, Any]) -> None:
@@ -293,7 +340,9 @@ def receive(settings: dict[str, Any]) -> None:
         last[0] = time.monotonic()
 
     for topic in ANSWERS:
-        kind = ClosedState if topic.endswith("closed_state") and not settings["echoed"] else JointState
+        kind = (
+            ClosedState if topic.endswith("closed_state") and not settings["echoed"] else JointState
+        )
         node.create_subscription(kind, topic, note, DEPTH, raw=True)
     executor = make_executor()
     executor.add_node(node)
@@ -330,7 +379,8 @@ def call(_settings: dict[str, Any]) -> None:
     print(answered)
 
 
-# -- what the system tells ---------------------------------------------------------------------------------------------
+# -- what the system tells
+# ---------------------------------------------------------------------------------------------
 
 
 def _memory(pid: int) -> float:

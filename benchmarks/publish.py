@@ -9,7 +9,10 @@ START, END = "<!-- measured: {} -->", "<!-- end -->"
 
 
 def put(page: Path, name: str, lines: Sequence[str]) -> None:
-    """Replace what stands between the marks of `name`. ValueError where the page has no such marks."""
+    """Replace what stands between the marks of `name`.
+
+    ValueError where the page has no such marks.
+    """
     text = page.read_text(encoding="utf-8")
     start = START.format(name)
     before, found, rest = text.partition(start)

@@ -39,7 +39,10 @@ def measured(quick: bool = False, modules: tuple[str, ...] = run.MODULES) -> Rep
     lines = [
         *machine.description(),
         "",
-        f"The forging robot: CPU time, median of {rounds} interleaved rounds; of batches of {size}, per state.",
+        (
+            f"The forging robot: CPU time, median of {rounds} interleaved rounds; of batches of"
+            f" {size}, per state."
+        ),
         "",
         *table.comparison(times),
         "",
@@ -58,7 +61,10 @@ def measured(quick: bool = False, modules: tuple[str, ...] = run.MODULES) -> Rep
     ]
     data = {
         "machine": machine.description(),
-        "seconds": {work: {name: timing.median for name, timing in rows.items()} for work, rows in times.items()},
+        "seconds": {
+            work: {name: timing.median for name, timing in rows.items()}
+            for work, rows in times.items()
+        },
         "two_cores": {"batch": cores.batch, "apart": cores.apart},
         "start": {name: {"wall": wall, "cpu": cpu} for name, (wall, cpu) in starts.items()},
         "notes": notes,

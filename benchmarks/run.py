@@ -55,7 +55,10 @@ def compare(
     size: int = BATCH,
     done: Callable[[int], None] = lambda _: None,
 ) -> dict[str, dict[str, Timing]]:
-    """By work and side: seconds a call, or a state of a batch. `done` is told how many works are measured."""
+    """By work and side: seconds a call, or a state of a batch.
+
+    `done` is told how many works are measured.
+    """
     agree.check(robot, sides, list(WORKS))
     states = agree.random_states(robot, size)
     first = {key: values[0] for key, values in states.items()}
@@ -65,7 +68,9 @@ def compare(
         calls = {side.name: (side.calls[work], given) for side in sides if work in side.calls}
         timings = measure(calls, rounds, seconds) if calls else {}
         share = 1 / size if work == "id_batch" else 1.0
-        result[work] = {name: Timing(t.median * share, t.least * share) for name, t in timings.items()}
+        result[work] = {
+            name: Timing(t.median * share, t.least * share) for name, t in timings.items()
+        }
         done(len(result))
     return result
 
@@ -75,9 +80,17 @@ def starts() -> dict[str, tuple[float, float]]:
     result = {}
     with tempfile.TemporaryDirectory() as folder:
         for name in ("cold", "warm"):
-            environment = {**os.environ, VARIABLE: str(Path(folder) / "cache"), "PYTHONPATH": os.pathsep.join(sys.path)}
+            environment = {
+                **os.environ,
+                VARIABLE: str(Path(folder) / "cache"),
+                "PYTHONPATH": os.pathsep.join(sys.path),
+            }
             answer = subprocess.run(  # noqa: S603  this Python
-                [sys.executable, "-c", START], env=environment, capture_output=True, text=True, check=True
+                [sys.executable, "-c", START],
+                env=environment,
+                capture_output=True,
+                text=True,
+                check=True,
             )
             wall, cpu = map(float, answer.stdout.split())
             result[name] = (wall, cpu)

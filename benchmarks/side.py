@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-# What every side is called with, and what it gives back. u, du, ddu, tau: arrays (4,) in the order of robot.active.
+# What every side is called with, and what it gives back. u, du, ddu, tau: arrays (4,) in the order
+# of robot.active.
 WORKS = {
     "id": "inverse dynamics, new array",  # (u, du, ddu) -> tau
     "id_out": "inverse dynamics, `out=`",  # (u, du, ddu, out) -> tau
@@ -19,7 +20,10 @@ WORKS = {
 
 @dataclass(frozen=True)
 class Side:
-    """An engine, and the works that it does: `calls` by key of WORKS. `tolerance`: relative, of its answers."""
+    """An engine, and the works that it does: `calls` by key of WORKS.
+
+    `tolerance`: relative, of its answers.
+    """
 
     name: str
     calls: Mapping[str, Callable[..., Any]]

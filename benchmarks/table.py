@@ -38,7 +38,10 @@ def comparison(times: Mapping[str, Mapping[str, Timing]]) -> list[str]:
 def short(times: Mapping[str, Mapping[str, Timing]]) -> list[str]:
     """One row an engine: one call of inverse dynamics, and a state of a batch."""
     one, batch = times.get("id", {}), times.get("id_batch", {})
-    lines = ["| inverse dynamics of the forging robot | one call from Python | batch, a state |", "|---|---:|---:|"]
+    lines = [
+        "| inverse dynamics of the forging robot | one call from Python | batch, a state |",
+        "|---|---:|---:|",
+    ]
     for name, timing in sorted(one.items(), key=lambda item: item[1].median):
         shown = f"**{name}**" if name == OURS else name
         many = time_text(batch[name].median) if name in batch else ""
@@ -49,7 +52,10 @@ def short(times: Mapping[str, Mapping[str, Timing]]) -> list[str]:
 def scaling(rows: Sequence[tuple[int, float, float, float, float]]) -> list[str]:
     """One row a chain."""
     lines = [
-        "| four-bar stages | links | compiled in | inverse dynamics | forward dynamics | batch, a state |",
+        (
+            "| four-bar stages | links | compiled in | inverse dynamics | forward dynamics | batch,"
+            " a state |"
+        ),
         "|---:|---:|---:|---:|---:|---:|",
     ]
     for count, *seconds in rows:

@@ -1,4 +1,7 @@
-"""The pages as HTML: `make docs` makes build/docs. Nothing is fetched, neither then nor by the reader's browser."""
+"""The pages as HTML: `make docs` makes build/docs.
+
+Nothing is fetched, neither then nor by the reader's browser.
+"""
 
 import sys
 from pathlib import Path
@@ -25,7 +28,8 @@ extensions = [
 ]
 exclude_patterns = ["_ext", "images"]
 
-# -- text ------------------------------------------------------------------------------------------------------
+# -- text
+# ------------------------------------------------------------------------------------------------------
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 myst_links_external_new_tab = False
@@ -33,7 +37,8 @@ smartquotes = False  # primes of derivatives and options with two dashes stay wh
 default_role = "code"  # docstrings mark names with single backticks
 nitpicky = True
 
-# -- API -------------------------------------------------------------------------------------------------------
+# -- API
+# -------------------------------------------------------------------------------------------------------
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
@@ -42,15 +47,21 @@ autodoc_class_signature = "mixed"
 add_module_names = False
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 100
-autodoc_type_aliases = {name: name for name in ("Array", "ArrayLike", "Axes", "Efforts", "Figure", "Names")}
+autodoc_type_aliases = {
+    name: name for name in ("Array", "ArrayLike", "Axes", "Efforts", "Figure", "Names")
+}
 nitpick_ignore_regex = [  # of other libraries, and of the inside: nothing is fetched to link them
     ("py:.*", r"(numpy|collections|os|pathlib|matplotlib|typing|enum)\..*"),
     ("py:.*", r"(Array|ArrayLike|Axes|Efforts|Figure|Names)"),
-    ("py:.*", r"(.*\.)?(RobotDescription|PoseChain|Program|Prepare|FindFrame|Explain|Call|JointType|Kernel|Link)"),
+    (
+        "py:.*",
+        r"(.*\.)?(RobotDescription|PoseChain|Program|Prepare|FindFrame|Explain|Call|JointType|Kernel|Link)",
+    ),
     ("py:.*", r"(.*\.)?(Motion|Viewer)"),
 ]
 
-# -- looks -----------------------------------------------------------------------------------------------------
+# -- looks
+# -----------------------------------------------------------------------------------------------------
 html_theme = "furo"
 pygments_dark_style = "github-dark"
 html_title = "hybrid_dynamics"

@@ -2,9 +2,10 @@
 
 python examples/ankle_torque_mapping.py [--plot FILE]
 
-Two cranks move the foot by push rods. With J = d(pitch, roll)/d(q_L, q_R), rows of R, the rates of the foot are J u',
-and what the motors must give for foot torques m is J^T m: both sides do the same power. Where the foot stands, and so
-J, is found by giving pitch and roll and closing the loops from there.
+Two cranks move the foot by push rods. With J = d(pitch, roll)/d(q_L, q_R), rows of R, the rates of
+the foot are J u', and what the motors must give for foot torques m is J^T m: both sides do the same
+power. Where the foot stands, and so J, is found by giving pitch and roll and closing the loops from
+there.
 """
 
 from __future__ import annotations
@@ -51,12 +52,20 @@ def available(jacobian: np.ndarray) -> np.ndarray:
 
 def plot(pitches: np.ndarray, result: dict[str, np.ndarray], path: str) -> None:
     """Motor torques over the pitch, and the torques that the foot can have."""
-    from hybrid_dynamics_core.drawing.page import entitled, written_page  # noqa: PLC0415  needs Matplotlib
+    from hybrid_dynamics_core.drawing.page import (  # noqa: PLC0415  needs Matplotlib
+        entitled,
+        written_page,
+    )
     from hybrid_dynamics_core.drawing.style import INK  # noqa: PLC0415
 
     pitch, roll = PUSH_OFF.values()
-    about = f"push-off takes {pitch:.0f} N m about the pitch axis and {roll:.0f} N m about the roll axis of the foot"
-    with written_page(path, "Torques of an ankle and of its two motors", about, height=3.4) as figure:
+    about = (
+        f"push-off takes {pitch:.0f} N m about the pitch axis and {roll:.0f} N m about the roll"
+        " axis of the foot"
+    )
+    with written_page(
+        path, "Torques of an ankle and of its two motors", about, height=3.4
+    ) as figure:
         over, region = figure.subplots(1, 2)
         over.plot(np.degrees(pitches), result["torques"], label=["motor q_L", "motor q_R"])
         over.set(xlabel="pitch of the foot, toes down [deg]", ylabel="torque of a motor [N m]")
@@ -76,12 +85,17 @@ def main() -> None:
     options = parser.parse_args()
     pitches = np.radians(np.linspace(-30.0, 30.0, 13))
     result = push_off(pitches)
-    print(f"foot: pitch {PUSH_OFF['pitch']:.0f} N m, roll {PUSH_OFF['roll']:.0f} N m; the motors need")
+    print(
+        f"foot: pitch {PUSH_OFF['pitch']:.0f} N m, roll {PUSH_OFF['roll']:.0f} N m; the motors need"
+    )
     for k in (0, 6, 12):
         left, right = result["torques"][k]
         print(f"  at {np.degrees(pitches[k]):+4.0f} deg: q_L {left:6.2f} N m, q_R {right:6.2f} N m")
     lost = np.abs(result["motor_power"] - result["foot_power"]).max()
-    print(f"power of motors and foot differ by at most {lost:.0e} W of {np.abs(result['foot_power']).max():.0f} W")
+    print(
+        f"power of motors and foot differ by at most {lost:.0e} W of"
+        f" {np.abs(result['foot_power']).max():.0f} W"
+    )
     if options.plot:
         plot(pitches, result, options.plot)
 

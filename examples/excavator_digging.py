@@ -2,9 +2,10 @@
 
 python examples/excavator_digging.py [--plot FILE]
 
-The bucket reaches out, digs against the soil, lifts the load while the house slews, dumps it and comes back. While it
-digs the soil pulls at the teeth and the bucket fills; efforts are linear in the mass of the load, so that the filling
-bucket needs two evaluations, empty and full. Soil, load and times are assumed, typical of a machine of 20 t.
+The bucket reaches out, digs against the soil, lifts the load while the house slews, dumps it and
+comes back. While it digs the soil pulls at the teeth and the bucket fills; efforts are linear in
+the mass of the load, so that the filling bucket needs two evaluations, empty and full. Soil, load
+and times are assumed, typical of a machine of 20 t.
 """
 
 from __future__ import annotations
@@ -17,7 +18,9 @@ from hybrid_dynamics_core import Payload, load
 from hybrid_dynamics_core.control import JointTrajectory
 
 EARTH = Payload(1100.0, com=[-0.6, 0.35, 0.0])  # in the full bucket, from the teeth [kg], [m]
-SOIL = np.array([24e3, 0.0, 12e3])  # at the teeth while they dig: outward and up, for the soil holds them [N]
+SOIL = np.array(
+    [24e3, 0.0, 12e3]
+)  # at the teeth while they dig: outward and up, for the soil holds them [N]
 TIMES = [0.0, 2.5, 5.5, 8.0, 10.0, 13.0]  # [s] at the points below
 POINTS = [  # slewing q1 [rad], cylinders of boom, stick and bucket [m]
     [0.0, 0.70, 0.70, 0.60],  # ready
@@ -37,8 +40,12 @@ def cycle() -> dict[str, np.ndarray]:
     goal = JointTrajectory(TIMES, POINTS, rest, rest)(t)  # quintics that stop at every point
     state = robot.close_path(goal.u, goal.du)
 
-    filled = np.interp(t, [2.5, 5.5, 8.5, 10.0], [0.0, 1.0, 1.0, 0.0])  # share of the earth in the bucket
-    digging = np.interp(t, [2.5, 3.3, 4.7, 5.5], [0.0, 1.0, 1.0, 0.0])  # share of the soil's resistance
+    filled = np.interp(
+        t, [2.5, 5.5, 8.5, 10.0], [0.0, 1.0, 1.0, 0.0]
+    )  # share of the earth in the bucket
+    digging = np.interp(
+        t, [2.5, 3.3, 4.7, 5.5], [0.0, 1.0, 1.0, 0.0]
+    )  # share of the soil's resistance
     force = np.hstack([digging[:, None] * SOIL, np.zeros((len(t), 3))])
     empty = robot.loads.with_wrench(force)
     tau_empty = robot.inverse_dynamics(state, goal.ddu, empty)
@@ -48,20 +55,33 @@ def cycle() -> dict[str, np.ndarray]:
     cylinders = robot.hydraulics(state, tau)
     told = {
         name: np.stack([getattr(one, name) for one in cylinders.values()], axis=1)
-        for name in ("cap_pressure", "rod_pressure", "demand", "power", "to_lower", "to_upper", "force")
+        for name in (
+            "cap_pressure",
+            "rod_pressure",
+            "demand",
+            "power",
+            "to_lower",
+            "to_upper",
+            "force",
+        )
     }
     return {"t": t, "tip": robot.forward_kinematics(state).position, "filled": filled, **told}
 
 
 def plot(result: dict[str, np.ndarray], path: str) -> None:
     """Pressures and flows over the cycle."""
-    from hybrid_dynamics_core.drawing.page import entitled, written_page  # noqa: PLC0415  needs Matplotlib
+    from hybrid_dynamics_core.drawing.page import (  # noqa: PLC0415  needs Matplotlib
+        entitled,
+        written_page,
+    )
     from hybrid_dynamics_core.drawing.style import GRID, LOOPS, QUIET  # noqa: PLC0415
 
     about = "reach out, dig, lift and slew, dump, come back"
     with written_page(path, "A digging cycle of the excavator", about, height=5.4) as figure:
         pressure, flow = figure.subplots(2, 1, sharex=True)
-        for k, (name, colour) in enumerate(zip(("boom", "stick", "bucket"), LOOPS[:3], strict=True)):
+        for k, (name, colour) in enumerate(
+            zip(("boom", "stick", "bucket"), LOOPS[:3], strict=True)
+        ):
             cap, rod = result["cap_pressure"][:, k] / 1e5, result["rod_pressure"][:, k] / 1e5
             pressure.plot(result["t"], cap, color=colour, label=f"{name}, cap side")
             pressure.plot(result["t"], rod, "--", color=colour, label=f"{name}, rod side")
@@ -86,7 +106,10 @@ def main() -> None:
         cap, rod = (result[side][:, k].max() / 1e5 for side in ("cap_pressure", "rod_pressure"))
         print(f"{name:>6}: cap side up to {cap:5.0f} bar, rod side up to {rod:5.0f} bar")
     pump = 6e4 * result["demand"].sum(axis=1).max()
-    print(f"  pump: up to {pump:.0f} l/min, {result['power'].sum(axis=1).max() / 1e3:.0f} kW at the cylinders")
+    print(
+        f"  pump: up to {pump:.0f} l/min, {result['power'].sum(axis=1).max() / 1e3:.0f} kW at the"
+        " cylinders"
+    )
     if options.plot:
         plot(result, options.plot)
 

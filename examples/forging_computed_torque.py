@@ -2,9 +2,10 @@
 
 python examples/forging_computed_torque.py [--plot FILE]
 
-The gripper holds a billet of 150 kg. The controller runs every four milliseconds and starts one centimetre off. Knowing
-the billet, the error dies out as e'' + kd e' + kp e = 0 says. Not knowing it, the cylinders sag by millimetres: no
-better than springs and dampers of the same stiffness without any model.
+The gripper holds a billet of 150 kg. The controller runs every four milliseconds and starts one
+centimetre off. Knowing the billet, the error dies out as e'' + kd e' + kp e = 0 says. Not knowing
+it, the cylinders sag by millimetres: no better than springs and dampers of the same stiffness
+without any model.
 """
 
 from __future__ import annotations
@@ -28,15 +29,22 @@ def follow() -> dict[str, Simulation]:
     robot = load("forging_chu2020")
     path = JointTrajectory.between(START, END, 1.0)
     truth = robot.loads.with_payload(BILLET)
-    stiffness = KP * np.diag(robot.minimal_form(robot.close(START), truth)[0])  # at the start, joint by joint
+    stiffness = KP * np.diag(
+        robot.minimal_form(robot.close(START), truth)[0]
+    )  # at the start, joint by joint
     controllers = {
         "computed torque, billet known": ComputedTorque(robot, path, KP, KD, truth),
         "computed torque, billet unknown": ComputedTorque(robot, path, KP, KD),
-        "springs and dampers alone": FeedForward(robot, path, stiffness, KD / KP * stiffness, model=False),
+        "springs and dampers alone": FeedForward(
+            robot, path, stiffness, KD / KP * stiffness, model=False
+        ),
     }
     settings = Settings(loads=truth, method="RK45", hold=4e-3, rate=100.0, rtol=1e-6, atol=1e-8)
     start = np.add(START, OFF)
-    return {name: simulate(robot, start, None, tau, (0.0, 1.5), settings) for name, tau in controllers.items()}
+    return {
+        name: simulate(robot, start, None, tau, (0.0, 1.5), settings)
+        for name, tau in controllers.items()
+    }
 
 
 def errors(motion: Simulation) -> np.ndarray:
@@ -48,15 +56,24 @@ def plot(motions: dict[str, Simulation], path: str) -> None:
     """Errors of both cylinders."""
     from hybrid_dynamics_core.drawing.page import written_page  # noqa: PLC0415  needs Matplotlib
 
-    about = f"the gripper holds {BILLET.mass:.0f} kg; cylinder 1 starts {1e3 * OFF[1]:.0f} mm beside its path"
-    with written_page(path, "The forging robot under three controllers", about, height=3.5) as figure:
+    about = (
+        f"the gripper holds {BILLET.mass:.0f} kg; cylinder 1 starts {1e3 * OFF[1]:.0f} mm beside"
+        " its path"
+    )
+    with written_page(
+        path, "The forging robot under three controllers", about, height=3.5
+    ) as figure:
         panels = figure.subplots(1, 2, sharex=True)
         for axes, joint in zip(panels, (1, 2), strict=True):
             for name, motion in motions.items():
                 axes.plot(motion.t, 1e3 * errors(motion)[:, joint], label=name)
             name = "q12" if joint == 1 else "q22"
-            axes.set(xlabel="t [s]", ylabel=f"error of {name} [mm]", title=f"cylinder {joint}: {name}")
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=3, fontsize=8)
+            axes.set(
+                xlabel="t [s]", ylabel=f"error of {name} [mm]", title=f"cylinder {joint}: {name}"
+            )
+        figure.legend(
+            *panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=3, fontsize=8
+        )
 
 
 def main() -> None:

@@ -2,10 +2,11 @@
 
 python examples/identify_from_bag.py [--bag FOLDER] [--plot FILE]
 
-A forging robot whose forearm is 20 % and whose gripper is 30 % heavier than its file says moves for half a minute, and
-its joint states are recorded with noise. From the bag alone the base parameters are found, those combinations of
-masses and inertias that any motion can show; the last quarter of the bag is kept back to test them on. The same on the
-command line: `hybrid-dynamics bag make` and `hybrid-dynamics bag identify`.
+A forging robot whose forearm is 20 % and whose gripper is 30 % heavier than its file says moves for
+half a minute, and its joint states are recorded with noise. From the bag alone the base parameters
+are found, those combinations of masses and inertias that any motion can show; the last quarter of
+the bag is kept back to test them on. The same on the command line: `hybrid-dynamics bag make` and
+`hybrid-dynamics bag identify`.
 """
 
 from __future__ import annotations
@@ -33,7 +34,9 @@ def real_robot() -> Robot:
     description = load("forging_chu2020").description
     links = dict(description.links)
     for name, share in HEAVIER.items():
-        links[name] = replace(links[name], mass=share * links[name].mass, inertia=share * links[name].inertia)
+        links[name] = replace(
+            links[name], mass=share * links[name].mass, inertia=share * links[name].inertia
+        )
     return Robot(replace(description, links=links))
 
 
@@ -56,7 +59,10 @@ def truth(found: Found) -> np.ndarray:
 
 def plot(found: Found, path: str) -> None:
     """Estimates with their intervals, less the truth, each in parts of its interval."""
-    from hybrid_dynamics_core.drawing.page import entitled, written_page  # noqa: PLC0415  needs Matplotlib
+    from hybrid_dynamics_core.drawing.page import (  # noqa: PLC0415  needs Matplotlib
+        entitled,
+        written_page,
+    )
     from hybrid_dynamics_core.drawing.style import GRID  # noqa: PLC0415
 
     reach = 0.5 * np.ptp(found.result.interval, axis=1)
@@ -64,13 +70,28 @@ def plot(found: Found, path: str) -> None:
     told = base.values(base.parameters.values(load("forging_chu2020").description))
     heavier = ", ".join(f"{name} {share:g} times" for name, share in HEAVIER.items())
     about = f"links of the recorded robot are heavier than its file says: {heavier}"
-    with written_page(path, "Base parameters of the forging robot from a recording", about, height=3.5) as figure:
+    with written_page(
+        path, "Base parameters of the forging robot from a recording", about, height=3.5
+    ) as figure:
         axes = figure.subplots()
         axes.axhspan(-1.0, 1.0, color=GRID, linewidth=0.0, label="95 % interval")
-        axes.plot((found.result.estimate - truth(found)) / reach, "o", markersize=4.5, label="estimate less the truth")
-        axes.plot((told - truth(found)) / reach, "x", markersize=5.5, label="robot file less the truth")
-        axes.set(xlabel="number of the base parameter", ylabel="difference, in half intervals", yscale="symlog")
-        axes.set_yticks([-100, -10, -1, 0, 1, 10, 100], ["−100", "−10", "−1", "0", "1", "10", "100"])
+        axes.plot(
+            (found.result.estimate - truth(found)) / reach,
+            "o",
+            markersize=4.5,
+            label="estimate less the truth",
+        )
+        axes.plot(
+            (told - truth(found)) / reach, "x", markersize=5.5, label="robot file less the truth"
+        )
+        axes.set(
+            xlabel="number of the base parameter",
+            ylabel="difference, in half intervals",
+            yscale="symlog",
+        )
+        axes.set_yticks(
+            [-100, -10, -1, 0, 1, 10, 100], ["−100", "−10", "−1", "0", "1", "10", "100"]
+        )
         entitled(axes, "what was found, and what the file says", 3)
 
 
@@ -84,7 +105,9 @@ def main() -> None:
         bag = options.bag or Path(folder) / "recording"
         print(f"{record(bag)} messages recorded")
         found = identified(bag)
-    inside = (truth(found) >= found.result.interval[:, 0]) & (truth(found) <= found.result.interval[:, 1])
+    inside = (truth(found) >= found.result.interval[:, 0]) & (
+        truth(found) <= found.result.interval[:, 1]
+    )
     print(f"{inside.sum()} of {len(inside)} base parameters are within their 95 % intervals")
     print("effort left unexplained on the part kept back: by the file, and identified")
     for k, joint in enumerate(("q1 [N m]", "q12 [N]", "q22 [N]", "q4 [N m]")):

@@ -2,10 +2,11 @@
 
 python examples/mpc_batch.py [--plot FILE]
 
-Sixteen forging robots stand beside the place where they should be. About each one's state the motion is linear,
-d/dt (u, u') = A (u, u') + B tau + c, with A and B from `forward_dynamics_derivatives`; over a horizon that makes a
-least-squares problem in the efforts, with their limits as bounds (SciPy's lsq_linear). The plans are then tried on the
-full model, all robots at once, beside efforts that only hold the weight.
+Sixteen forging robots stand beside the place where they should be. About each one's state the
+motion is linear, d/dt (u, u') = A (u, u') + B tau + c, with A and B from
+`forward_dynamics_derivatives`; over a horizon that makes a least-squares problem in the efforts,
+with their limits as bounds (SciPy's lsq_linear). The plans are then tried on the full model, all
+robots at once, beside efforts that only hold the weight.
 """
 
 from __future__ import annotations
@@ -92,10 +93,14 @@ def solve() -> dict[str, np.ndarray]:
     robot = load("forging_chu2020")
     x = starts()
     Ad, Bd, cd = linearised(robot, x)
-    efforts = np.stack([plan(*one, start) for *one, start in zip(Ad, Bd, cd, x, strict=True)], axis=1)
+    efforts = np.stack(
+        [plan(*one, start) for *one, start in zip(Ad, Bd, cd, x, strict=True)], axis=1
+    )
     predicted = [x]
     for tau in efforts:
-        predicted.append(np.einsum("nij,nj->ni", Ad, predicted[-1]) + np.einsum("nij,nj->ni", Bd, tau) + cd)
+        predicted.append(
+            np.einsum("nij,nj->ni", Ad, predicted[-1]) + np.einsum("nij,nj->ni", Bd, tau) + cd
+        )
     weight = robot.minimal_form(robot.close(x[:, :4]))[2]
     hold = np.tile(weight, (STEPS, 1, 1))
     states, held = rolled(robot, x, efforts), rolled(robot, x, hold)
@@ -111,20 +116,34 @@ def solve() -> dict[str, np.ndarray]:
 
 def plot(result: dict[str, np.ndarray], path: str) -> None:
     """Errors of a cylinder, predicted and true, and its forces in the plans."""
-    from hybrid_dynamics_core.drawing.page import entitled, written_page  # noqa: PLC0415  needs Matplotlib
+    from hybrid_dynamics_core.drawing.page import (  # noqa: PLC0415  needs Matplotlib
+        entitled,
+        written_page,
+    )
     from hybrid_dynamics_core.drawing.style import BLUE, QUIET, RED  # noqa: PLC0415
 
     t = DT * np.arange(STEPS + 1)
     off, told = (1e3 * (result[key][:, :, 1] - GOAL[1]) for key in ("states", "predicted"))
     count = off.shape[1]
     about = f"{count} forging robots beside their goal, {STEPS} steps of {1e3 * DT:.0f} ms"
-    with written_page(path, "A step of model predictive control for a batch", about, height=3.5) as figure:
+    with written_page(
+        path, "A step of model predictive control for a batch", about, height=3.5
+    ) as figure:
         error, effort = figure.subplots(1, 2)
         error.plot(t, off, color=BLUE, linewidth=1.2, label=["full model"] + [""] * (count - 1))
-        error.plot(t, told, "--", color=RED, linewidth=0.9, label=["predicted"] + [""] * (count - 1))
+        error.plot(
+            t, told, "--", color=RED, linewidth=0.9, label=["predicted"] + [""] * (count - 1)
+        )
         error.set(xlabel="t [s]", ylabel="error of q12 [mm]")
         plans = 1e-3 * result["efforts"][:, :, 1]
-        effort.step(t[:-1], plans, where="post", color=BLUE, linewidth=1.0, label=["a plan"] + [""] * (count - 1))
+        effort.step(
+            t[:-1],
+            plans,
+            where="post",
+            color=BLUE,
+            linewidth=1.0,
+            label=["a plan"] + [""] * (count - 1),
+        )
         for k, limit in enumerate((1e-3 * LIMITS[1], -1e-3 * LIMITS[1])):
             effort.axhline(limit, color=QUIET, linestyle="--", label="" if k else "limits")
         effort.set(xlabel="t [s]", ylabel="force of cylinder 1 [kN]")
@@ -139,11 +158,16 @@ def main() -> None:
     options = parser.parse_args()
     result = solve()
     used = np.abs(result["efforts"]).max(axis=(0, 1)) / LIMITS
-    print(f"{len(result['cost'])} robots, {STEPS} steps of {1e3 * DT:.0f} ms; cost over the horizon, on the average:")
+    print(
+        f"{len(result['cost'])} robots, {STEPS} steps of {1e3 * DT:.0f} ms; cost over the horizon,"
+        " on the average:"
+    )
     print(f"  holding the weight {result['cost_held'].mean():7.1f}")
     print(f"  plan, predicted    {result['cost_predicted'].mean():7.1f}")
     print(f"  plan, full model   {result['cost'].mean():7.1f}")
-    print(f"largest efforts in parts of their limits: {', '.join(f'{share:.2f}' for share in used)}")
+    print(
+        f"largest efforts in parts of their limits: {', '.join(f'{share:.2f}' for share in used)}"
+    )
     if options.plot:
         plot(result, options.plot)
 

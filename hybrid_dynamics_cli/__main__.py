@@ -10,12 +10,15 @@ ABORTED = "Aborted!"  # as click says it
 
 def main() -> None:
     """Run the command; a missing click, and an interrupt while modules are loaded, are told, not traced."""
-    # Matrices are small here: on a busy machine the threads of OpenBLAS wait for each other up to forty times longer.
+    # Matrices are small here: on a busy machine the threads of OpenBLAS wait for each other up to
+    # forty times longer.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         import click  # noqa: F401, PLC0415  an extra
     except ImportError:
-        sys.exit("hybrid-dynamics needs click: pip install click, or this package with its extra 'cli'")
+        sys.exit(
+            "hybrid-dynamics needs click: pip install click, or this package with its extra 'cli'"
+        )
     except KeyboardInterrupt:
         sys.exit(ABORTED)
     try:

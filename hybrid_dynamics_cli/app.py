@@ -1,4 +1,7 @@
-"""The group of verbs. A verb is a module of `verbs` with a click command named `command`; it is loaded when used."""
+"""The group of verbs.
+
+A verb is a module of `verbs` with a click command named `command`; it is loaded when used.
+"""
 
 from __future__ import annotations
 
@@ -72,7 +75,9 @@ class Verbs(Group):
         except (OSError, EOFError) as error:
             raise click.ClickException(f"{type(error).__name__}: {error}") from error
         except FloatingPointError as error:
-            raise click.ClickException(f"the numbers are beyond what can be computed with: {error}") from error
+            raise click.ClickException(
+                f"the numbers are beyond what can be computed with: {error}"
+            ) from error
 
 
 EPILOG = f"""\b
@@ -102,8 +107,8 @@ Shell completion of verbs, options, robots and files, by a line in
 def app() -> None:
     """The model of a hybrid robot: closure, kinematics and dynamics of serial arms with closed loops.
 
-    ROBOT is the name of a robot that comes with the library, or the path of a description file. Values are in rad, m,
-    N and N m.
+    ROBOT is the name of a robot that comes with the library, or the path of a description file.
+    Values are in rad, m, N and N m.
     """
 
 

@@ -35,13 +35,18 @@ class Tried:
     def told(self) -> str:
         """The sentence for people."""
         within = f"{counted(self.places, 'place')} tried within the limits of the active joints"
-        return f"loops close at all {within}" if self.everywhere else f"loops close at {self.closed} of {within}"
+        return (
+            f"loops close at all {within}"
+            if self.everywhere
+            else f"loops close at {self.closed} of {within}"
+        )
 
 
 def try_loops(machine: Robot) -> Tried:
     """Close the loops at places spread evenly over the file's limits, always the same ones.
 
-    An angle without limits is tried all around, a slide without limits only where the reference has it.
+    An angle without limits is tried all around, a slide without limits only where the reference has
+    it.
     """
     if not machine.loops:
         return Tried(0, 0)
@@ -56,4 +61,9 @@ def _range(machine: Robot, k: int) -> Array:
     name, near = machine.active[k], float(machine.reference[k])
     reach = math.pi if machine.joint_types[name] == "revolute" else 0.0
     lower, upper = machine.description.joints[name].limits
-    return np.array([lower if math.isfinite(lower) else near - reach, upper if math.isfinite(upper) else near + reach])
+    return np.array(
+        [
+            lower if math.isfinite(lower) else near - reach,
+            upper if math.isfinite(upper) else near + reach,
+        ]
+    )

@@ -17,10 +17,14 @@ LOST: Final = 3
 
 MEANINGS: Final = {
     DONE: "done",
-    FAILED: "the call is right, and the answer is no: a fault inside a file, a loop\n"
-    "     that does not close, a place out of reach",
-    MISUSED: "the call is wrong: a verb, an option, a name or a value; a file that is\n"
-    "     not there, is of another kind, or is not to be replaced",
+    FAILED: (
+        "the call is right, and the answer is no: a fault inside a file, a loop\n"
+        "     that does not close, a place out of reach"
+    ),
+    MISUSED: (
+        "the call is wrong: a verb, an option, a name or a value; a file that is\n"
+        "     not there, is of another kind, or is not to be replaced"
+    ),
     LOST: "done, but a part of the recording could not be read (bag)",
 }
 

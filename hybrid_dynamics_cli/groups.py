@@ -14,7 +14,11 @@ class Group(click.Group):
         """The verb of the first argument."""
         name, verbs = args[0], self.list_commands(ctx)
         if name not in verbs and not name.startswith("-") and not ctx.resilient_parsing:
-            from hybrid_dynamics_core.ground.suggestions import nearest  # noqa: PLC0415  only where it is needed
+            from hybrid_dynamics_core.ground.suggestions import (  # noqa: PLC0415  only where it is needed
+                nearest,
+            )
 
-            raise click.UsageError(f"No such command '{name}'{nearest(name, verbs)}; known: {', '.join(verbs)}", ctx)
+            raise click.UsageError(
+                f"No such command '{name}'{nearest(name, verbs)}; known: {', '.join(verbs)}", ctx
+            )
         return super().resolve_command(ctx, args)

@@ -27,7 +27,10 @@ def narrowed(machine: Robot) -> list[str]:
         if any(SLACK < by < math.inf for by in cut):
             kind = unit(machine.joint_types[name])
             closes = f"{number(lower)} to {number(upper)} {kind}"
-            told.append(f"{name}: the file allows {least:g} to {most:g} {kind}; its loop closes from {closes}")
+            told.append(
+                f"{name}: the file allows {least:g} to {most:g} {kind}; its loop closes from"
+                f" {closes}"
+            )
     return told
 
 

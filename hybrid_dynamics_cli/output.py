@@ -42,7 +42,9 @@ def written(path: str | Path, what: str = "") -> str:
 
 def fail(context: click.Context, error: click.ClickException) -> None:
     """Print an error as JSON, unless an answer is printed already; its kind is the class of what caused it."""
-    usage = isinstance(error, click.UsageError) or (error.exit_code == MISUSED and error.__cause__ is None)
+    usage = isinstance(error, click.UsageError) or (
+        error.exit_code == MISUSED and error.__cause__ is None
+    )
     kind = "UsageError" if usage else type(error.__cause__ or error).__name__
     if not context.meta.get(ANSWERED):
         show({"error": {"kind": kind, "text": error.format_message()}}, as_json=True, text="")
@@ -71,19 +73,28 @@ def number(value: float) -> str:
 def table(head: Sequence[str], rows: Sequence[Sequence[object]], apart: int | None = None) -> str:
     """Columns under a head: numbers to the right, text to the left; what is only rounding is shown as zero.
 
-    A table that is wider than a terminal goes on below, each time beside its first column and, so that what goes on
-    is no lone column of text, with one before; `apart`: the column that then begins below in any case.
+    A table that is wider than a terminal goes on below, each time beside its first column and, so
+    that what goes on is no lone column of text, with one before; `apart`: the column that then
+    begins below in any case.
     """
-    cells = [[number(v if abs(v) > ROUNDING else 0.0) if isinstance(v, float) else str(v) for v in row] for row in rows]
+    cells = [
+        [number(v if abs(v) > ROUNDING else 0.0) if isinstance(v, float) else str(v) for v in row]
+        for row in rows
+    ]
     right = [bool(rows) and isinstance(rows[0][k], (float, int)) for k in range(len(head))]
     widths = [max(len(line[k]) for line in [list(head), *cells]) for k in range(len(head))]
 
     def line(parts: Sequence[str], columns: Sequence[int]) -> str:
-        padded = [parts[k].rjust(widths[k]) if right[k] else parts[k].ljust(widths[k]) for k in columns]
+        padded = [
+            parts[k].rjust(widths[k]) if right[k] else parts[k].ljust(widths[k]) for k in columns
+        ]
         return "  ".join(padded).rstrip()
 
     lines = [list(head), ["-" * width for width in widths], *cells]
-    return "\n\n".join("\n".join(line(parts, columns) for parts in lines) for columns in _pieces(widths, right, apart))
+    return "\n\n".join(
+        "\n".join(line(parts, columns) for parts in lines)
+        for columns in _pieces(widths, right, apart)
+    )
 
 
 def _pieces(widths: Sequence[int], right: Sequence[bool], apart: int | None) -> list[list[int]]:

@@ -43,7 +43,9 @@ class NumberType(click.ParamType):  # type: ignore[type-arg]
 
     name = "number"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
         """The value of a term."""
         if isinstance(value, float):
             return value
@@ -87,7 +89,9 @@ def _complete_values(ctx: click.Context, _param: click.Parameter, incomplete: st
 def _robot_so_far(ctx: click.Context) -> Robot | None:
     """The robot that a line being typed names; click leaves it among the arguments while a value is missing."""
     try:
-        return load(ctx.params.get("robot") or next(word for word in ctx.args if not word.startswith("-")))
+        return load(
+            ctx.params.get("robot") or next(word for word in ctx.args if not word.startswith("-"))
+        )
     except Exception:  # noqa: BLE001 - a shell that completes wants no errors
         return None
 
@@ -98,7 +102,9 @@ def loaded(robot: str) -> Robot:
         try:
             return load(robot)
         except UndecidedModeError as error:
-            raise click.ClickException(f"{error}\n`hybrid-dynamics branches {robot}` shows where they are") from error
+            raise click.ClickException(
+                f"{error}\n`hybrid-dynamics branches {robot}` shows where they are"
+            ) from error
 
 
 def loaded_undecided(robot: str) -> tuple[Robot, list[str]]:
@@ -119,7 +125,8 @@ def _readable(robot: str) -> Iterator[None]:
 def vector(name: str, text: str | None, names: Sequence[str], default: Array) -> Array:
     """Values (n,) from the text of an option; those that are not named are taken from `default`.
 
-    Raises InputError for other names and another number of values, BadParameter for what is no term.
+    Raises InputError for other names and another number of values, BadParameter for what is no
+    term.
     """
     values = np.array(default, dtype=float)
     if text is None or not text.strip():
@@ -137,16 +144,21 @@ def vector(name: str, text: str | None, names: Sequence[str], default: Array) ->
             if commas:
                 raise click.BadParameter(f"'{part}'{commas}", param_hint=name)
             raise InputError(
-                f"{name}: '{key}' is not an active joint{nearest(key, names)}; they are {', '.join(names)}"
+                f"{name}: '{key}' is not an active joint{nearest(key, names)}; they are"
+                f" {', '.join(names)}"
             )
         try:
             told[names.index(key) if key else k] = evaluate(term, {}, known="")
         except (ValueError, ArithmeticError) as error:
             joint = f" of {names[k]}" if not key and k < len(names) else ""
-            raise click.BadParameter(f"'{part}'{joint}: {error}{_commas(text)}", param_hint=name) from error
+            raise click.BadParameter(
+                f"'{part}'{joint}: {error}{_commas(text)}", param_hint=name
+            ) from error
     if not any(named) and len(parts) != len(names):
         given = counted(len(parts), "value")
-        raise InputError(f"{name}: {given}; expected {len(names)}, for {', '.join(names)}{_commas(text)}")
+        raise InputError(
+            f"{name}: {given}; expected {len(names)}, for {', '.join(names)}{_commas(text)}"
+        )
     values[list(told)] = list(told.values())
     return values
 
@@ -156,7 +168,9 @@ def _mixed(text: str, parts: Sequence[str], k: int) -> str:
     bare, before = parts[k], parts[max(k - 1, 0)]
     if bare.isdigit() and re.search(r"=\s*[-+]?\d+$", before):
         return f"'{text}'{POINT}{meant(f'{before}.{bare}')}"
-    alone = f"; where a word such as '{bare}' is taken, it stands alone" if bare.isidentifier() else ""
+    alone = (
+        f"; where a word such as '{bare}' is taken, it stands alone" if bare.isidentifier() else ""
+    )
     return f"either all values by name, or none: '{text}'{alone}"
 
 
@@ -180,7 +194,9 @@ def pair(text: str) -> tuple[str, tuple[float, float]]:
     name, _, numbers = text.partition("=")
     expected = "expected NAME=LOW:HIGH, as q12=0.1:0.5"
     try:
-        terms = [evaluate(term, {}, known="") for term in numbers.split(":")] if numbers.strip() else []
+        terms = (
+            [evaluate(term, {}, known="") for term in numbers.split(":")] if numbers.strip() else []
+        )
     except (ValueError, ArithmeticError) as error:
         raise click.BadParameter(f"'{text}': {error}; {expected}", param_hint="--range") from error
     if len(terms) != 2 or not name.strip():

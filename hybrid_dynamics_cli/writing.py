@@ -1,7 +1,7 @@
 """Files that verbs write: the one rule of what may be replaced.
 
-A picture, table or page that this command made is replaced, and that is told; any other file only with --overwrite.
-What a call reads is never replaced.
+A picture, table or page that this command made is replaced, and that is told; any other file only
+with --overwrite. What a call reads is never replaced.
 """
 
 from __future__ import annotations
@@ -30,14 +30,21 @@ MARKS: Final = {  # what files of this command have in them
     ".html": b'<meta name="generator" content="hybrid_dynamics">',
     ".md": b"The forging robot: CPU time, median of",
 }
-HEADS: Final = (b"energy.kinetic,energy.potential", b"name,estimate,low,high,")  # of tables, in their first line
+HEADS: Final = (
+    b"energy.kinetic,energy.potential",
+    b"name,estimate,low,high,",
+)  # of tables, in their first line
 
-overwrite_option = click.option("--overwrite", is_flag=True, help="Replace any file, but none that this call reads.")
+overwrite_option = click.option(
+    "--overwrite", is_flag=True, help="Replace any file, but none that this call reads."
+)
 
 
 def draw_option(*names: str, help: str) -> Callable[[Command], Command]:  # noqa: A002 - click's own word
     """--draw, or --plot: a picture."""
-    return click.option("--draw", "--plot", *names, metavar="FILE", help=f"{help}: .svg, .png or .pdf.")
+    return click.option(
+        "--draw", "--plot", *names, metavar="FILE", help=f"{help}: .svg, .png or .pdf."
+    )
 
 
 def output_option(*names: str, help: str) -> Callable[[Command], Command]:  # noqa: A002
@@ -55,10 +62,13 @@ def output_path(path: str | Path) -> Path:
     return place
 
 
-def place_for(path: str | Path, endings: Sequence[str], inputs: Iterable[Path], *, overwrite: bool) -> Path:
+def place_for(
+    path: str | Path, endings: Sequence[str], inputs: Iterable[Path], *, overwrite: bool
+) -> Path:
     """Where a result goes; what it has replaced when the call ends is told.
 
-    `inputs`: files, or folders with files, that this call reads. Raises Misused where the file is not to be replaced.
+    `inputs`: files, or folders with files, that this call reads. Raises Misused where the file is
+    not to be replaced.
     """
     place = output_path(path)
     if place.suffix.lower() not in endings:
@@ -71,7 +81,10 @@ def place_for(path: str | Path, endings: Sequence[str], inputs: Iterable[Path], 
         raise Misused(f"{path}: is read by this call, and is not replaced; name another file")
     if not overwrite and not _made_here(place):
         what = look(place).words
-        raise Misused(f"{path}: is there already, {what} not of this command; name another file, or give --overwrite")
+        raise Misused(
+            f"{path}: is there already, {what} not of this command; name another file, or give"
+            " --overwrite"
+        )
     click.get_current_context().call_on_close(partial(_tell_replaced, place, _version(place)))
     return place
 

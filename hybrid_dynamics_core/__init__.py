@@ -11,7 +11,13 @@ from .description.actuators import HydraulicCylinder
 from .description.effects import Payload
 from .dynamics.dae import SpanningTerms
 from .dynamics.energy import Energy
-from .dynamics.hydraulics import CylinderState, chamber_flows, chamber_pressures, cylinder_force, force_range
+from .dynamics.hydraulics import (
+    CylinderState,
+    chamber_flows,
+    chamber_pressures,
+    cylinder_force,
+    force_range,
+)
 from .dynamics.loads import JointEffects, Loads
 from .dynamics.parameters import Parameters
 from .dynamics.reactions import JointReaction, PinReaction, Reactions

@@ -17,10 +17,18 @@ class HybridDynamicsError(Exception):
 class DescriptionError(HybridDynamicsError):
     """A robot description is wrong.
 
-    Attributes: ``file`` (path or None), ``line`` (1-based or None), ``key`` (dotted path of the entry), ``problem``.
+    Attributes: ``file`` (path or None), ``line`` (1-based or None), ``key`` (dotted path of the
+    entry), ``problem``.
     """
 
-    def __init__(self, problem: str, *, key: str = "", file: str | Path | None = None, line: int | None = None) -> None:
+    def __init__(
+        self,
+        problem: str,
+        *,
+        key: str = "",
+        file: str | Path | None = None,
+        line: int | None = None,
+    ) -> None:
         self.problem = problem
         self.key = key
         self.file = file
@@ -34,7 +42,8 @@ class DescriptionError(HybridDynamicsError):
 class UndecidedModeError(DescriptionError):
     """A description leaves open in which of its assembly modes a loop closes.
 
-    Attributes beside those of DescriptionError: ``loop`` (name), ``modes`` (names that can stand as ``assembly``).
+    Attributes beside those of DescriptionError: ``loop`` (name), ``modes`` (names that can stand as
+    ``assembly``).
     """
 
     def __init__(self, error: DescriptionError, *, loop: str, modes: tuple[str, ...]) -> None:
@@ -66,8 +75,9 @@ class StateError(HybridDynamicsError, ArithmeticError):
 class ClosureError(StateError):
     """A loop cannot be closed at the given coordinates.
 
-    Attributes: ``loop``; ``coordinate`` whose value is out of range (None when several given coordinates
-    act together), its ``value`` and the ``allowed`` (lower, upper) range, where the loop closes [rad or m].
+    Attributes: ``loop``; ``coordinate`` whose value is out of range (None when several given
+    coordinates act together), its ``value`` and the ``allowed`` (lower, upper) range, where the
+    loop closes [rad or m].
     """
 
     def __init__(
@@ -89,10 +99,13 @@ class ClosureError(StateError):
 class SingularityError(StateError):
     """A loop is at, or too near, a singular configuration: rates and forces have no finite answer.
 
-    Attributes: ``loop``; ``distance``, the reciprocal condition number of the loop's scaled Jacobian.
+    Attributes: ``loop``; ``distance``, the reciprocal condition number of the loop's scaled
+    Jacobian.
     """
 
-    def __init__(self, message: str, *, loop: str, distance: float, index: int | None = None) -> None:
+    def __init__(
+        self, message: str, *, loop: str, distance: float, index: int | None = None
+    ) -> None:
         self.distance = distance
         super().__init__(message, loop=loop, index=index)
 
@@ -100,12 +113,18 @@ class SingularityError(StateError):
 class MassSingularityError(HybridDynamicsError, ArithmeticError):
     """M-bar cannot be inverted: some motion of the active joints moves no mass, so forces give no acceleration.
 
-    Attributes: ``joint``, the active joint that moves most in it; ``direction`` (n,), that motion; ``eigenvalues``
-    (n,) of M-bar, ascending; ``index``, the row in a batch, or None.
+    Attributes: ``joint``, the active joint that moves most in it; ``direction`` (n,), that motion;
+    ``eigenvalues`` (n,) of M-bar, ascending; ``index``, the row in a batch, or None.
     """
 
     def __init__(
-        self, message: str, *, joint: str, direction: Array, eigenvalues: Array, index: int | None = None
+        self,
+        message: str,
+        *,
+        joint: str,
+        direction: Array,
+        eigenvalues: Array,
+        index: int | None = None,
     ) -> None:
         self.joint = joint
         self.direction = direction
@@ -120,5 +139,7 @@ class MissingPackageError(HybridDynamicsError, ImportError):
     def __init__(self, package: str, extra: str, what: str) -> None:
         self.extra = extra
         super().__init__(
-            f"{what} need {package}: pip install {package}, or this package with its extra '{extra}'", name=package
+            f"{what} need {package}: pip install {package}, or this package with its extra"
+            f" '{extra}'",
+            name=package,
         )

@@ -25,9 +25,10 @@ def shipped_robots() -> tuple[str, ...]:
 def load(robot: str | os.PathLike[str]) -> Robot:
     """A robot from a shipped name such as "forging_chu2020" or from the path of a description file.
 
-    The content of the file tells its format: YAML, URDF(+), robot.yaml beside a URDF, SDFormat, MJCF as it is exported.
-    Raises InputError for a name that is neither, DescriptionError for a file that is wrong;
-    NoDescriptionError, which is both, for a path at which there is nothing or no robot description.
+    The content of the file tells its format: YAML, URDF(+), robot.yaml beside a URDF, SDFormat,
+    MJCF as it is exported. Raises InputError for a name that is neither, DescriptionError for a
+    file that is wrong; NoDescriptionError, which is both, for a path at which there is nothing or
+    no robot description.
     """
     return Robot(_description(robot))
 
@@ -37,7 +38,8 @@ def load_undecided(robot: str | os.PathLike[str]) -> tuple[Robot, tuple[Undecide
 
     There the first one is taken in which the loops after it close too.
 
-    For looking at the modes before one is chosen; nothing should be computed with a robot that has open loops.
+    For looking at the modes before one is chosen; nothing should be computed with a robot that has
+    open loops.
     """
     return _decided(_description(robot))
 
@@ -59,13 +61,17 @@ def _decided(description: RobotDescription) -> tuple[Robot, tuple[UndecidedModeE
 
 
 def _with_mode(description: RobotDescription, loop: str, mode: str) -> RobotDescription:
-    closures = (replace(one, assembly=mode) if one.name == loop else one for one in description.closures)
+    closures = (
+        replace(one, assembly=mode) if one.name == loop else one for one in description.closures
+    )
     return replace(description, closures=tuple(closures))
 
 
 def _description(robot: str | os.PathLike[str]) -> RobotDescription:
     if not isinstance(robot, (str, os.PathLike)):
-        raise InputError(f"a robot is named by a text or a path, not by {robot!r} ({type(robot).__name__})")
+        raise InputError(
+            f"a robot is named by a text or a path, not by {robot!r} ({type(robot).__name__})"
+        )
     name = os.fspath(robot)
     if name in shipped_robots():
         resource = resources.files(__package__).joinpath("robots", f"{name}.yaml")
@@ -73,7 +79,9 @@ def _description(robot: str | os.PathLike[str]) -> RobotDescription:
     if not Path(name).exists() and Path(name).suffix not in (".yaml", ".yml"):
         known = shipped_robots()
         hint = nearest(name, [*_files_beside(Path(name)), *known])
-        raise InputError(f"'{name}' is neither a shipped robot nor a file{hint}: {', '.join(known)}")
+        raise InputError(
+            f"'{name}' is neither a shipped robot nor a file{hint}: {', '.join(known)}"
+        )
     return read_description(name)
 
 

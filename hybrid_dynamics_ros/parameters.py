@@ -32,7 +32,9 @@ class Change(Enum):
     """When a parameter may change."""
 
     NEVER = "it is fixed once the node runs; start the node with another value"
-    UNCONFIGURED = "it changes only while the node is unconfigured; call the transition cleanup first"
+    UNCONFIGURED = (
+        "it changes only while the node is unconfigured; call the transition cleanup first"
+    )
     ANY_TIME = "at any time"
 
 
@@ -69,18 +71,29 @@ _RATE: Final = "a second, by the stamps of the input; 0: one for every input, -1
 
 def _rate(topic: str, default: float) -> Parameter[float]:
     text = f"Messages on ~/{topic} at most {_RATE}"
-    return Parameter(f"rates.{topic}", default, text, unit="Hz", bounds=(-1.0, 1e5), change=Change.ANY_TIME)
+    return Parameter(
+        f"rates.{topic}", default, text, unit="Hz", bounds=(-1.0, 1e5), change=Change.ANY_TIME
+    )
 
 
 def _level(name: str, default: float, text: str, unit: str) -> Parameter[float]:
-    return Parameter(f"diagnostics.{name}", default, text, unit, (0.0, _LARGE), change=Change.ANY_TIME)
+    return Parameter(
+        f"diagnostics.{name}", default, text, unit, (0.0, _LARGE), change=Change.ANY_TIME
+    )
 
 
 ROBOT: Final = Parameter[str](
-    "robot", "forging_chu2020", "Robot of this node: name of a shipped robot, or path of a description file.", kind=str
+    "robot",
+    "forging_chu2020",
+    "Robot of this node: name of a shipped robot, or path of a description file.",
+    kind=str,
 )
 AUTOSTART: Final = Parameter[bool](
-    "autostart", True, "Configure and activate at once, without anybody to ask for it.", kind=bool, change=Change.NEVER
+    "autostart",
+    True,
+    "Configure and activate at once, without anybody to ask for it.",
+    kind=bool,
+    change=Change.NEVER,
 )
 MEASURED: Final = Parameter[Words](
     "measured",
@@ -92,7 +105,8 @@ MEASURED: Final = Parameter[Words](
 BANDWIDTH: Final = Parameter[float](
     "acceleration_filter.bandwidth",
     10.0,
-    "Bandwidth of the estimated accelerations (3 dB down), and of the velocities where messages have none.",
+    "Bandwidth of the estimated accelerations (3 dB down), and of the velocities where messages"
+    " have none.",
     unit="Hz",
     bounds=(0.01, 1000.0),
     change=Change.ANY_TIME,
@@ -122,7 +136,12 @@ PAYLOAD_FRAME: Final = Parameter[str](
     change=Change.ANY_TIME,
 )
 PAYLOAD_MASS: Final = Parameter[float](
-    "payload.mass", 0.0, "Mass of the payload.", unit="kg", bounds=(0.0, _LARGE), change=Change.ANY_TIME
+    "payload.mass",
+    0.0,
+    "Mass of the payload.",
+    unit="kg",
+    bounds=(0.0, _LARGE),
+    change=Change.ANY_TIME,
 )
 PAYLOAD_COM: Final = Parameter[tuple[float, ...]](
     "payload.com",
@@ -136,7 +155,8 @@ PAYLOAD_COM: Final = Parameter[tuple[float, ...]](
 PAYLOAD_INERTIA: Final = Parameter[tuple[float, ...]](
     "payload.inertia",
     (0.0,) * 6,
-    "Inertia of the payload about its centre of mass, in the axes of its frame: xx, xy, xz, yy, yz, zz.",
+    "Inertia of the payload about its centre of mass, in the axes of its frame: xx, xy, xz, yy,"
+    " yz, zz.",
     unit="kg m^2",
     bounds=(-_LARGE, _LARGE),
     length=6,
@@ -146,13 +166,21 @@ INPUT_QOS: Final = Parameter[str](
     "qos.input", RELIABLE, "Quality of service of the subscriptions.", choices=PROFILES, kind=str
 )
 INPUT_DEPTH: Final = Parameter[int](
-    "qos.input_depth", 200, "Messages that wait at most in each subscription.", bounds=(1, 100000), kind=int
+    "qos.input_depth",
+    200,
+    "Messages that wait at most in each subscription.",
+    bounds=(1, 100000),
+    kind=int,
 )
 OUTPUT_QOS: Final = Parameter[str](
     "qos.output", RELIABLE, "Quality of service of the publishers.", choices=PROFILES, kind=str
 )
 OUTPUT_DEPTH: Final = Parameter[int](
-    "qos.output_depth", 200, "Messages that wait at most in each publisher.", bounds=(1, 100000), kind=int
+    "qos.output_depth",
+    200,
+    "Messages that wait at most in each publisher.",
+    bounds=(1, 100000),
+    kind=int,
 )
 RATES: Final[tuple[Parameter[float], ...]] = tuple(
     _rate(topic, default)
@@ -169,7 +197,8 @@ RATES: Final[tuple[Parameter[float], ...]] = tuple(
 TF_RATE: Final = Parameter[float](
     "rates.tf",
     -1.0,
-    f"Transforms of all links on /tf at most {_RATE} Needs tf2_msgs. Not beside robot_state_publisher.",
+    f"Transforms of all links on /tf at most {_RATE} Needs tf2_msgs. Not beside"
+    " robot_state_publisher.",
     unit="Hz",
     bounds=(-1.0, 1e5),
 )
@@ -212,15 +241,28 @@ DIAGNOSTICS_PERIOD: Final = Parameter[float](
     bounds=(0.05, 3600.0),
     change=Change.NEVER,
 )
-LEAST_RATE: Final = _level("least_rate", 0.0, "Warn where the input has a lower rate than this.", "Hz")
-LATEST_AGE: Final = _level("latest_age", 1.0, "Warn where stamps are older than this, by the node's clock.", "s")
+LEAST_RATE: Final = _level(
+    "least_rate", 0.0, "Warn where the input has a lower rate than this.", "Hz"
+)
+LATEST_AGE: Final = _level(
+    "latest_age", 1.0, "Warn where stamps are older than this, by the node's clock.", "s"
+)
 LATENCY: Final = _level(
-    "latency", 0.02, "Warn where an input takes longer than this from take-up to answers, at the 99th percentile.", "s"
+    "latency",
+    0.02,
+    "Warn where an input takes longer than this from take-up to answers, at the 99th percentile.",
+    "s",
 )
 RESIDUAL: Final = _level("residual", 1e-6, "Error where loops are closed no better than this.", "1")
-SINGULARITY_WARN: Final = _level("singularity_warn", 0.1, "Warn nearer to a singularity than this.", "1")
-SINGULARITY_ERROR: Final = _level("singularity_error", 0.02, "Error nearer to a singularity than this.", "1")
-STROKE_WARN: Final = _level("stroke_warn", 0.01, "Warn nearer to the end of a stroke than this.", "rad or m")
+SINGULARITY_WARN: Final = _level(
+    "singularity_warn", 0.1, "Warn nearer to a singularity than this.", "1"
+)
+SINGULARITY_ERROR: Final = _level(
+    "singularity_error", 0.02, "Error nearer to a singularity than this.", "1"
+)
+STROKE_WARN: Final = _level(
+    "stroke_warn", 0.01, "Warn nearer to the end of a stroke than this.", "rad or m"
+)
 STROKE_ERROR: Final = _level(
     "stroke_error", 0.0, "Error beyond the end of a stroke by less than this left.", "rad or m"
 )
@@ -250,18 +292,43 @@ SENSOR: Final = "sensors"
 def sensor_rows(joint: str) -> tuple[Parameter[float], Parameter[float], Parameter[float]]:
     """The lines of the table for the sensor of one joint: offset, sign and scale."""
 
-    def row(name: str, default: float, text: str, unit: str, bounds: tuple[float, float]) -> Parameter[float]:
-        return Parameter(f"{SENSOR}.{joint}.{name}", default, text, unit, bounds, change=Change.ANY_TIME)
+    def row(
+        name: str, default: float, text: str, unit: str, bounds: tuple[float, float]
+    ) -> Parameter[float]:
+        return Parameter(
+            f"{SENSOR}.{joint}.{name}", default, text, unit, bounds, change=Change.ANY_TIME
+        )
 
     return (
-        row("offset", 0.0, "Reading where the joint is at zero.", "of the reading", (-_LARGE, _LARGE)),
-        row("sign", 1.0, "1.0, or -1.0 where the reading falls while the joint rises.", "1", (-1.0, 1.0)),
-        row("scale", 1.0, "Joint coordinate for one unit of the reading.", "rad or m", (1e-12, _LARGE)),
+        row(
+            "offset",
+            0.0,
+            "Reading where the joint is at zero.",
+            "of the reading",
+            (-_LARGE, _LARGE),
+        ),
+        row(
+            "sign",
+            1.0,
+            "1.0, or -1.0 where the reading falls while the joint rises.",
+            "1",
+            (-1.0, 1.0),
+        ),
+        row(
+            "scale",
+            1.0,
+            "Joint coordinate for one unit of the reading.",
+            "rad or m",
+            (1e-12, _LARGE),
+        ),
     )
 
 
 class Settings:
-    """Checked values of the table: settings[BANDWIDTH] is a float [Hz]. Never changes; `replaced` makes another."""
+    """Checked values of the table: settings[BANDWIDTH] is a float [Hz].
+
+    Never changes; `replaced` makes another.
+    """
 
     def __init__(self, values: Mapping[str, Value] = MappingProxyType({})) -> None:
         """Values by name; defaults where none is given."""
@@ -274,7 +341,9 @@ class Settings:
     def sensors(self) -> list[str]:
         """Joints of whose sensors something is said."""
         start = f"{SENSOR}."
-        return list(dict.fromkeys(name.split(".")[1] for name in self._values if name.startswith(start)))
+        return list(
+            dict.fromkeys(name.split(".")[1] for name in self._values if name.startswith(start))
+        )
 
     def replaced(self, changes: Mapping[str, Value]) -> Settings:
         """The settings with other values by name."""

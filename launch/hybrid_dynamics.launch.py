@@ -19,7 +19,8 @@ ARGUMENTS = (
 def generate_launch_description() -> LaunchDescription:
     """Declare the arguments, then start the node with them."""
     declared = [
-        DeclareLaunchArgument(name, default_value=default, description=text) for name, default, text in ARGUMENTS
+        DeclareLaunchArgument(name, default_value=default, description=text)
+        for name, default, text in ARGUMENTS
     ]
     return LaunchDescription([*declared, OpaqueFunction(function=start_node)])
 

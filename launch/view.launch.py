@@ -16,7 +16,9 @@ def generate_launch_description() -> LaunchDescription:
     """The node as the other launch file starts it, and what shows the robot."""
     return LaunchDescription(
         [
-            DeclareLaunchArgument("robot", default_value="forging_chu2020", description="Shipped robot, or a file"),
+            DeclareLaunchArgument(
+                "robot", default_value="forging_chu2020", description="Shipped robot, or a file"
+            ),
             IncludeLaunchDescription(
                 PathJoinSubstitution([SHARE, "launch", "hybrid_dynamics.launch.py"]),
                 launch_arguments={"robot": LaunchConfiguration("robot")}.items(),
@@ -39,6 +41,11 @@ def show(context: LaunchContext) -> list[Node]:
         Node(
             package="rviz2",
             executable="rviz2",
-            arguments=["-d", PathJoinSubstitution([SHARE, "rviz", "robot.rviz"]), "-f", robot.base_frame],
+            arguments=[
+                "-d",
+                PathJoinSubstitution([SHARE, "rviz", "robot.rviz"]),
+                "-f",
+                robot.base_frame,
+            ],
         ),
     ]

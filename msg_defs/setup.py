@@ -1,7 +1,8 @@
 """Build the interfaces with pip, where ROS 2 comes from PyPI. A ROS installation uses colcon, not this file.
 
-The CMakeLists.txt is the one that colcon uses. Its install tree goes into the wheel as data files, so that it
-lands under ``sys.prefix`` like the trees of the ROS wheels do: Python modules, libraries, share, ament index.
+The CMakeLists.txt is the one that colcon uses. Its install tree goes into the wheel as data files,
+so that it lands under ``sys.prefix`` like the trees of the ROS wheels do: Python modules,
+libraries, share, ament index.
 """
 
 import subprocess
@@ -22,8 +23,9 @@ class BuildInterfaces(build_ext):
     """Configure, build and stage with CMake, then declare what was staged as data files."""
 
     def run(self) -> None:
-        # A new folder each time: an old CMake cache names the Python and the ninja of a pip environment that
-        # is gone. It must outlive this command, since the wheel is packed later; the interpreter removes it.
+        # A new folder each time: an old CMake cache names the Python and the ninja of a pip
+        # environment that is gone. It must outlive this command, since the wheel is packed later;
+        # the interpreter removes it.
         self.folder = tempfile.TemporaryDirectory(prefix=f"{NAME}-")
         build, stage = Path(self.folder.name, "build"), Path(self.folder.name, "stage")
         settings = {

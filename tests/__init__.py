@@ -1,4 +1,7 @@
-"""All tests. Workers of pytest-xdist share the processors: each takes one thread of BLAS, and so do its children."""
+"""All tests.
+
+Workers of pytest-xdist share the processors: each takes one thread of BLAS, and so do its children.
+"""
 
 import os
 

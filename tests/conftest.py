@@ -13,7 +13,9 @@ from hypothesis import HealthCheck, Phase, settings
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.kernels.run import VARIABLE
 
-if "PYTEST_XDIST_WORKER" not in os.environ:  # kernels are kept for this run of all workers, not with the user's own
+if (
+    "PYTEST_XDIST_WORKER" not in os.environ
+):  # kernels are kept for this run of all workers, not with the user's own
     _kept = tempfile.TemporaryDirectory()
     os.environ["HYBRID_DYNAMICS_CACHE"] = _kept.name
 
@@ -44,7 +46,10 @@ collect_ignore = list(MISSING)
 
 def pytest_report_header() -> list[str]:
     """Say what is left out, and why."""
-    return [f"left out: tests/{place}, which needs {' and '.join(names)}" for place, names in MISSING.items()]
+    return [
+        f"left out: tests/{place}, which needs {' and '.join(names)}"
+        for place, names in MISSING.items()
+    ]
 
 
 settings.register_profile(
@@ -52,7 +57,9 @@ settings.register_profile(
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow],
     derandomize=True,
-    phases=[phase for phase in Phase if phase is not Phase.explain],  # it traces every line: failures ran out of time
+    phases=[
+        phase for phase in Phase if phase is not Phase.explain
+    ],  # it traces every line: failures ran out of time
 )
 settings.load_profile("project")
 

@@ -15,7 +15,9 @@ from hybrid_dynamics_core.description.geometry import rotation_from_rpy, unit_ax
 from hybrid_dynamics_core.description.model import Closure, Frame, Joint, Link, RobotDescription
 from hybrid_dynamics_core.ground.arrays import frozen
 
-JointRow = tuple[str, str, str, str, Sequence[float], str | list[float]]  # name, type, parent, child, xyz, axis
+JointRow = tuple[
+    str, str, str, str, Sequence[float], str | list[float]
+]  # name, type, parent, child, xyz, axis
 
 
 def random_link(name: str, rng: np.random.Generator, size: float = 0.3) -> Link:
@@ -41,7 +43,9 @@ def describe(
     joints, links = {}, {}
     for joint, kind, parent, child, xyz, axis in rows:
         origin = frozen(xyz)
-        joints[joint] = Joint(joint, kind, parent, child, frozen(np.eye(3)), origin, unit_axis(axis))
+        joints[joint] = Joint(
+            joint, kind, parent, child, frozen(np.eye(3)), origin, unit_axis(axis)
+        )
         link = random_link(child, rng)
         links[child] = Link(child) if child in massless else link
     last = rows[-1][3]
@@ -57,7 +61,11 @@ def describe(
         active=tuple(active),
         end_effector="end_effector",
         frames=MappingProxyType(
-            {"end_effector": Frame(last, rotation_from_rpy(0.3, -0.4, 0.5), frozen([0.1, 0.05, -0.2]))}
+            {
+                "end_effector": Frame(
+                    last, rotation_from_rpy(0.3, -0.4, 0.5), frozen([0.1, 0.05, -0.2])
+                )
+            }
         ),
         reference=reference,
     )
@@ -70,7 +78,9 @@ def _serial() -> RobotDescription:
         ("c", "prismatic", "l2", "l3", (0.2, 0.1, 0), [1, 0, 0.3]),
         ("d", "revolute", "l3", "l4", (0.3, 0, 0.1), "x"),
     ]
-    return describe("serial", rows, [], ["a", "b", "c", "d"], {"a": 0.3, "b": 0.4, "c": 0.1, "d": -0.2})
+    return describe(
+        "serial", rows, [], ["a", "b", "c", "d"], {"a": 0.3, "b": 0.4, "c": 0.1, "d": -0.2}
+    )
 
 
 def _two_cranks() -> RobotDescription:
@@ -80,7 +90,9 @@ def _two_cranks() -> RobotDescription:
         ("c", "revolute", "base", "l3", (0.5, 0, 0), "-y"),
         ("d", "revolute", "l3", "l4", (0.4, 0, 0), "y"),
     ]
-    pin = Closure("pin", "l2", frozen([0.6, 0, 0]), "l4", frozen([0.6, 0, 0]), assembly="counterclockwise")
+    pin = Closure(
+        "pin", "l2", frozen([0.6, 0, 0]), "l4", frozen([0.6, 0, 0]), assembly="counterclockwise"
+    )
     return describe("two_cranks", rows, [pin], ["a", "c"], {"a": -1.9, "c": 1.2})
 
 
@@ -92,7 +104,9 @@ def _slider_crank() -> RobotDescription:
         ("b", "revolute", "crank", "rod", (0.2, 0, 0), "y"),
         ("s", "prismatic", "table", "slide", (0.3, 0, 0.05), "x"),
     ]
-    pin = Closure("pin", "rod", frozen([0.5, 0, 0]), "slide", frozen([0, 0, 0]), assembly="extended")
+    pin = Closure(
+        "pin", "rod", frozen([0.5, 0, 0]), "slide", frozen([0, 0, 0]), assembly="extended"
+    )
     return describe("slider_crank", rows, [pin], ["t", "a"], {"a": 0.6})
 
 
@@ -110,7 +124,9 @@ def _three_rrr() -> RobotDescription:
             rows.append(("c", "revolute", "upper1", "platform", (0.3, 0, 0), "z"))
         else:
             corner = frozen([0.15 * (math.cos(angle) - 1.0), 0.15 * math.sin(angle), 0])
-            closures.append(Closure(f"leg{k}", f"upper{k}", frozen([0.3, 0, 0]), "platform", corner))
+            closures.append(
+                Closure(f"leg{k}", f"upper{k}", frozen([0.3, 0, 0]), "platform", corner)
+            )
     reference = {"a1": 2.2, "b1": 1.3, "c": -3.5, "a2": 4.29, "b2": 1.3, "a3": 6.39, "b3": 1.3}
     return describe("three_rrr", rows, closures, ["a1", "a2", "a3"], reference)
 
@@ -124,13 +140,23 @@ def _rssr() -> RobotDescription:
         ("r", "revolute", "base", "rocker", (0.6, 0.1, 0.3), "x"),
     ]
     ball = Closure("ball", "rod", frozen([0.6, 0, 0.1]), "rocker", frozen([0, 0.35, 0]), "point")
-    return describe("rssr", rows, [ball], ["a"], {"a": 0.4, "p": -0.2, "q": -0.3, "r": 0.2}, massless=["cross"])
+    return describe(
+        "rssr", rows, [ball], ["a"], {"a": 0.4, "p": -0.2, "q": -0.3, "r": 0.2}, massless=["cross"]
+    )
 
 
 def _seven_bar() -> RobotDescription:
     """One chain of seven turning joints, welded to the base: a Newton block of six."""
     axes = ["z", [0.1, 1, 0.2], [1, 0.2, 0.1], "z", [0.2, 1, 0.3], [1, 0.1, 0.4], [0.1, 0.9, 1]]
-    places = [(0, 0, 0), (0.3, 0, 0.1), (0.3, 0.1, 0), (0.2, 0.3, 0), (0, 0.3, 0.1), (-0.3, 0.2, 0), (-0.3, 0, 0.1)]
+    places = [
+        (0, 0, 0),
+        (0.3, 0, 0.1),
+        (0.3, 0.1, 0),
+        (0.2, 0.3, 0),
+        (0, 0.3, 0.1),
+        (-0.3, 0.2, 0),
+        (-0.3, 0, 0.1),
+    ]
     rows: list[JointRow] = []
     parent = "base"
     for k, (axis, place) in enumerate(zip(axes, places, strict=True)):
@@ -161,7 +187,14 @@ def _parallelogram() -> RobotDescription:
         ("c", "revolute", "base", "rocker", (0.5, 0, 0), "z"),
         ("d", "revolute", "coupler", "arm", (0.25, 0.1, 0), "x"),
     ]
-    pin = Closure("pin", "coupler", frozen([0.5, 0, 0]), "rocker", frozen([0.4, 0, 0]), assembly="parallelogram")
+    pin = Closure(
+        "pin",
+        "coupler",
+        frozen([0.5, 0, 0]),
+        "rocker",
+        frozen([0.4, 0, 0]),
+        assembly="parallelogram",
+    )
     return describe("parallelogram", rows, [pin], ["a", "d"], {"a": 1.0, "b": -1.0, "c": 1.0})
 
 

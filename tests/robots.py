@@ -30,16 +30,24 @@ def backend() -> str:
 def robot_of(name: str, _backend: str) -> Robot:
     """The same for tests of a backend."""
     machine = Robot(mechanism(name).description) if name in MECHANISMS else load(name)
-    return machine if any(link.mass for link in machine.description.links.values()) else with_masses(machine)
+    return (
+        machine
+        if any(link.mass for link in machine.description.links.values())
+        else with_masses(machine)
+    )
 
 
-def random_states(name: str, count: int = 4, seed: int = 0, regular: float = REGULAR) -> tuple[ClosedState, ...]:
+def random_states(
+    name: str, count: int = 4, seed: int = 0, regular: float = REGULAR
+) -> tuple[ClosedState, ...]:
     """Closed states with random rates up to 1 rad/s or m/s, away from singularities."""
     return _random_states(name, count, seed, regular, backend())
 
 
 @cache
-def _random_states(name: str, count: int, seed: int, regular: float, _backend: str) -> tuple[ClosedState, ...]:
+def _random_states(
+    name: str, count: int, seed: int, regular: float, _backend: str
+) -> tuple[ClosedState, ...]:
     machine = robot(name)
     rng = np.random.default_rng(seed)
     n = len(machine.active)

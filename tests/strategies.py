@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from hybrid_dynamics_core import Robot
 
 NEAR = 0.05  # [m]
-MARGIN = 0.03  # of a limited range left out at both ends: next to a toggle point rates grow without bound
+# of a limited range left out at both ends: next to a toggle point rates grow without bound
+MARGIN = 0.03
 
 
 def positions(robot: Robot) -> st.SearchStrategy[np.ndarray]:

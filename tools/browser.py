@@ -1,6 +1,7 @@
 """A headless browser for tests and pictures of the 3D view: found on this machine, or brought from the npm registry.
 
-python tools/browser.py    put Chromium beside this Python, once; needs npm, and the Python package playwright
+python tools/browser.py    put Chromium beside this Python, once; needs npm, and the Python package
+playwright
 
 WebGL runs in software (SwiftShader), so that no graphics card and no display is needed.
 """
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 VERSION = "147.0.0"
-PACKAGE = f"@sparticuz/chromium@{VERSION}"  # Chromium's headless shell with SwiftShader, packed with Brotli
+PACKAGE = (  # Chromium's headless shell with SwiftShader, packed with Brotli
+    f"@sparticuz/chromium@{VERSION}"
+)
 PLACE = Path(sys.prefix) / "share" / "hybrid_dynamics" / f"chromium-{VERSION}"
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 PATIENCE = 300.0  # [s] for 70 MB
@@ -52,12 +55,17 @@ def find_browser() -> str:
     for name in NAMES:
         if path := shutil.which(name):
             return path
-    raise NoBrowserError(f"no Chromium: install one, name it in {VARIABLE}, or run python tools/browser.py")
+    raise NoBrowserError(
+        f"no Chromium: install one, name it in {VARIABLE}, or run python tools/browser.py"
+    )
 
 
 @contextmanager
 def opened_page(url: str, width: int, height: int) -> Iterator[Page]:
-    """The page of a viewer in a headless browser, once the scene has a canvas. Raises NoBrowserError."""
+    """The page of a viewer in a headless browser, once the scene has a canvas.
+
+    Raises NoBrowserError.
+    """
     try:
         from playwright.sync_api import Error, sync_playwright  # noqa: PLC0415  a tool of the tests
     except ImportError as error:
@@ -71,7 +79,9 @@ def opened_page(url: str, width: int, height: int) -> Iterator[Page]:
         page = chromium.new_page(viewport={"width": width, "height": height}, locale="en-US")
         page.goto(url)
         page.wait_for_selector("canvas")
-        notice = page.locator("#webgl-software-rendering button")  # viser's word on rendering without a card
+        notice = page.locator(
+            "#webgl-software-rendering button"
+        )  # viser's word on rendering without a card
         notice.first.click()
         yield page
         chromium.close()
@@ -101,11 +111,14 @@ def _unpack(source: Path, folder: Path) -> None:
     node = compute_driver_executable()[0]
     for name in ("swiftshader.tar", "chromium"):
         code = (
-            "const z = require('zlib'), fs = require('fs'); const [from, to] = JSON.parse(process.argv[1]);"
-            "fs.writeFileSync(to, z.brotliDecompressSync(fs.readFileSync(from)));"
+            "const z = require('zlib'), fs = require('fs'); const [from, to] ="
+            " JSON.parse(process.argv[1]);fs.writeFileSync(to,"
+            " z.brotliDecompressSync(fs.readFileSync(from)));"
         )
         target = source / name
-        subprocess.run([node, "-e", code, json.dumps([f"{source / name}.br", str(target)])], check=True)
+        subprocess.run(
+            [node, "-e", code, json.dumps([f"{source / name}.br", str(target)])], check=True
+        )
     with tarfile.open(source / "swiftshader.tar") as archive:
         archive.extractall(folder, filter="data")
     (source / "chromium").chmod(0o755)

@@ -11,8 +11,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = {"hybrid_dynamics_ros": ROOT, "hybrid_dynamics_msgs": ROOT / "msg_defs"}
-RELEASE = re.compile(r"^## \[(?P<version>\d+\.\d+\.\d+)\] - (?P<date>\d{4}-\d{2}-\d{2})$", re.MULTILINE)
-FORTHCOMING = "Forthcoming\n-----------\n* What is not released yet stands in CHANGELOG.md of the repository.\n"
+RELEASE = re.compile(
+    r"^## \[(?P<version>\d+\.\d+\.\d+)\] - (?P<date>\d{4}-\d{2}-\d{2})$", re.MULTILINE
+)
+FORTHCOMING = (
+    "Forthcoming\n-----------\n* What is not released yet stands in CHANGELOG.md of the"
+    " repository.\n"
+)
 
 
 def changelog_of(package: str, markdown: str) -> str:
@@ -29,12 +34,16 @@ def _releases(markdown: str) -> Iterator[str]:
     for release, end in zip(found, ends, strict=True) if found else ():
         text = markdown[release.end() : end]
         heading = f"{release['version']} ({release['date']})"
-        yield f"{heading}\n{'-' * len(heading)}\n" + "".join(f"* {entry}\n" for entry in _entries(text))
+        yield f"{heading}\n{'-' * len(heading)}\n" + "".join(
+            f"* {entry}\n" for entry in _entries(text)
+        )
 
 
 def _entries(text: str) -> Iterator[str]:
     """One line for each entry, with the kind of change before it."""
-    for kind, block in re.findall(r"^### (\w+)\n(.*?)(?=^### |^## |\Z)", text, re.MULTILINE | re.DOTALL):
+    for kind, block in re.findall(
+        r"^### (\w+)\n(.*?)(?=^### |^## |\Z)", text, re.MULTILINE | re.DOTALL
+    ):
         for entry in re.findall(r"^- (.*?)(?=^- |^\S|\Z)", block, re.MULTILINE | re.DOTALL):
             yield f"{kind}: {_inline(' '.join(entry.split()))}"
 
@@ -42,7 +51,10 @@ def _entries(text: str) -> Iterator[str]:
 def _inline(text: str) -> str:
     """Markdown's code and links as reStructuredText has them; a bare * or _ would begin something there."""
     parts = re.split(r"(`[^`]+`|\[[^\]]+\]\([^)]+\))", text)
-    return "".join(_marked(part) if k % 2 else re.sub(r"([*_|])", r"\\\1", part) for k, part in enumerate(parts))
+    return "".join(
+        _marked(part) if k % 2 else re.sub(r"([*_|])", r"\\\1", part)
+        for k, part in enumerate(parts)
+    )
 
 
 def _marked(part: str) -> str:

@@ -1,6 +1,7 @@
 """What every text file of the repository keeps to, for pre-commit: python tools/check_files.py FILE ...
 
-No blanks at ends of lines, one newline at the end, no marks of a merge; YAML, JSON, TOML and XML parse.
+No blanks at ends of lines, one newline at the end, no marks of a merge; YAML, JSON, TOML and XML
+parse.
 """
 
 from __future__ import annotations

@@ -2,10 +2,10 @@
 
 python tools/environment.py VENV {run,test,docs,colcon}
 
-VENV is made where it does not exist. `run` brings ROS 2 from PyPI, the interfaces and this package, editable;
-`test` brings the tools of tests and lint as well, and a headless browser where npm is there; `docs` those that
-build the pages; `colcon` brings colcon and the interfaces' build tools.
-A stamp in VENV remembers what each step was given: a step with unchanged inputs is skipped.
+VENV is made where it does not exist. `run` brings ROS 2 from PyPI, the interfaces and this package,
+editable; `test` brings the tools of tests and lint as well, and a headless browser where npm is
+there; `docs` those that build the pages; `colcon` brings colcon and the interfaces' build tools. A
+stamp in VENV remembers what each step was given: a step with unchanged inputs is skipped.
 """
 
 import platform
@@ -15,7 +15,10 @@ import sys
 if sys.version_info < (3, 11):  # noqa: UP036  (for those who have an older one)
     newer = [name for name in ("python3.13", "python3.12", "python3.11") if shutil.which(name)]
     example = newer[0] if newer else "/path/to/python3.11"
-    sys.exit(f"Python {platform.python_version()} is too old: 3.11 or newer is needed. Try PYTHON={example}")
+    sys.exit(
+        f"Python {platform.python_version()} is too old: 3.11 or newer is needed. Try"
+        f" PYTHON={example}"
+    )
 
 import hashlib
 import json
@@ -45,9 +48,26 @@ PACKAGE_INPUTS = (
     "rviz/*",
     "security/*",
 )
-INTERFACE_INPUTS = ("setup.py", "pyproject.toml", "package.xml", "*.txt", "cmake/*", "msg/*", "srv/*")
-# pip would take up to a minute to remove what it built with, in silence: `discard` does that beside what follows.
-PIP = [sys.executable, "-m", "pip", "install", "--no-clean", "--no-input", "--disable-pip-version-check"]
+INTERFACE_INPUTS = (
+    "setup.py",
+    "pyproject.toml",
+    "package.xml",
+    "*.txt",
+    "cmake/*",
+    "msg/*",
+    "srv/*",
+)
+# pip would take up to a minute to remove what it built with, in silence: `discard` does that beside
+# what follows.
+PIP = [
+    sys.executable,
+    "-m",
+    "pip",
+    "install",
+    "--no-clean",
+    "--no-input",
+    "--disable-pip-version-check",
+]
 PIP += ["--progress-bar=off"]
 WIDTH = 80  # letters of a terminal
 HEARTBEAT = 15.0  # [s] between signs of life of a long step
@@ -88,7 +108,11 @@ def main(venv: Path, purpose: str) -> None:
     for step in steps(purpose):
         if not step.is_done(stamp):
             require_build_tools()
-            run(f"{step.title}, {step.expected}", [*PIP, *step.arguments], venv / "hybrid_dynamics_setup.log")
+            run(
+                f"{step.title}, {step.expected}",
+                [*PIP, *step.arguments],
+                venv / "hybrid_dynamics_setup.log",
+            )
             stamp[step.title] = step.digest()
             stamp_file.write_text(json.dumps(stamp, indent=2), encoding="utf-8")
     if purpose == "test":
@@ -96,10 +120,16 @@ def main(venv: Path, purpose: str) -> None:
 
 
 def bring_browser() -> None:
-    """A headless browser for the 3D view, once. Its tests are skipped, with the reason, where it cannot be had."""
+    """A headless browser for the 3D view, once.
+
+    Its tests are skipped, with the reason, where it cannot be had.
+    """
     done = subprocess.run([sys.executable, str(ROOT / "tools" / "browser.py")], check=False)
     if done.returncode:
-        print("  The 3D view is tested in an installed Chromium, or not in a browser at all", flush=True)
+        print(
+            "  The 3D view is tested in an installed Chromium, or not in a browser at all",
+            flush=True,
+        )
 
 
 def steps(purpose: str) -> Iterator[Step]:
@@ -114,25 +144,46 @@ def steps(purpose: str) -> Iterator[Step]:
     )
     yield Step(
         "Building and installing the interfaces of msg_defs/",
-        ["--verbose", "--no-deps", "--force-reinstall", str(interfaces)],  # the signs of life name what is built
+        [
+            "--verbose",
+            "--no-deps",
+            "--force-reinstall",
+            str(interfaces),
+        ],  # the signs of life name what is built
         files(interfaces, INTERFACE_INPUTS),
         "hybrid-dynamics-msgs",
         "2 to 5 minutes: the compiler is busy",
     )
     if purpose == "test":
-        yield Step("Installing the tools of tests and lint", requirements("test", "dev"), [], "pytest", "a minute")
+        yield Step(
+            "Installing the tools of tests and lint",
+            requirements("test", "dev"),
+            [],
+            "pytest",
+            "a minute",
+        )
     if purpose == "docs":
-        yield Step("Installing what builds the pages", requirements("docs"), [], "sphinx", "half a minute")
+        yield Step(
+            "Installing what builds the pages", requirements("docs"), [], "sphinx", "half a minute"
+        )
     if purpose == "colcon":
         project = tomllib.loads((interfaces / "pyproject.toml").read_text(encoding="utf-8"))
         tools = requirements("colcon") + project["build-system"]["requires"]
-        yield Step("Installing colcon and the build tools of ROS 2 Jazzy", tools, [], "colcon-core", "a minute")
+        yield Step(
+            "Installing colcon and the build tools of ROS 2 Jazzy",
+            tools,
+            [],
+            "colcon-core",
+            "a minute",
+        )
 
 
 def requirements(*extras: str) -> list[str]:
     """What the extras of the installed package ask for."""
     lines = [line.partition(";") for line in metadata.requires(NAME) or ()]
-    return [name.strip() for name, _, marker in lines if any(f'"{extra}"' in marker for extra in extras)]
+    return [
+        name.strip() for name, _, marker in lines if any(f'"{extra}"' in marker for extra in extras)
+    ]
 
 
 def files(folder: Path, patterns: tuple[str, ...]) -> list[Path]:
@@ -155,21 +206,34 @@ def make_venv(venv: Path) -> None:
     if (venv / "bin" / "python").exists() and (venv / "lib" / f"python{version}").is_dir():
         return
     if os.environ.get("VIRTUAL_ENV"):
-        sys.exit(f"The active environment {venv} is not one of Python {version}: deactivate it, or omit PYTHON=")
+        sys.exit(
+            f"The active environment {venv} is not one of Python {version}: deactivate it, or omit"
+            " PYTHON="
+        )
     if not util.find_spec("ensurepip") or not util.find_spec("venv"):
-        sys.exit(f"Python {version} cannot make virtual environments here. Mend it: {apt(['venv'])}")
+        sys.exit(
+            f"Python {version} cannot make virtual environments here. Mend it: {apt(['venv'])}"
+        )
     print(f"Making {venv} with Python {platform.python_version()}", flush=True)
     subprocess.run([sys.executable, "-m", "venv", "--clear", str(venv)], check=True)
 
 
 def require_build_tools() -> None:
-    """Stop with what to do where this machine cannot build the interfaces. Add pip where it is missing."""
+    """Stop with what to do where this machine cannot build the interfaces.
+
+    Add pip where it is missing.
+    """
     if sys.platform != "linux" or platform.machine() != "x86_64":
-        sys.exit("ROS 2 is on PyPI for Linux on x86_64 only. Elsewhere, install ROS 2 Jazzy and use colcon.")
+        sys.exit(
+            "ROS 2 is on PyPI for Linux on x86_64 only. Elsewhere, install ROS 2 Jazzy and use"
+            " colcon."
+        )
     missing = []
     if not Path(sysconfig.get_path("include"), "Python.h").exists():
         missing.append("dev")
-    if not shutil.which(os.environ.get("CC", "cc")) or not shutil.which(os.environ.get("CXX", "c++")):
+    if not shutil.which(os.environ.get("CC", "cc")) or not shutil.which(
+        os.environ.get("CXX", "c++")
+    ):
         missing.append("g++")
     if missing:
         sys.exit(f"Python.h or a C++ compiler is missing. Mend it: {apt(missing)}")
@@ -180,11 +244,16 @@ def require_build_tools() -> None:
 def apt(missing: list[str]) -> str:
     """The line that brings g++ or the parts dev and venv of this Python on Debian and Ubuntu."""
     python = f"python{sys.version_info.major}.{sys.version_info.minor}"
-    return "sudo apt install " + " ".join(part if part == "g++" else f"{python}-{part}" for part in missing)
+    return "sudo apt install " + " ".join(
+        part if part == "g++" else f"{python}-{part}" for part in missing
+    )
 
 
 def run(title: str, command: list[str], log: Path) -> None:
-    """Run a step with its output in ``log``. Say how long it takes, that it lives, or how it failed."""
+    """Run a step with its output in ``log``.
+
+    Say how long it takes, that it lives, or how it failed.
+    """
     print(fill(f"{title} ...", WIDTH, subsequent_indent="  "), flush=True)
     start, scratch = time.monotonic(), tempfile.mkdtemp(prefix="hybrid_dynamics_setup-")
     try:
@@ -192,7 +261,9 @@ def run(title: str, command: list[str], log: Path) -> None:
     finally:
         discard(scratch)
     if code != 0:
-        sys.exit(f"{last_lines(log, 30)}\nThis failed: {' '.join(command)}\nAll it said is in {log}")
+        sys.exit(
+            f"{last_lines(log, 30)}\nThis failed: {' '.join(command)}\nAll it said is in {log}"
+        )
     print(f"  {time.monotonic() - start:4.0f} s  done", flush=True)
 
 
@@ -212,7 +283,11 @@ def watched(command: list[str], log: Path, scratch: str, start: float) -> int:
                 return process.wait(HEARTBEAT)
             except subprocess.TimeoutExpired:
                 last = last_lines(log, 1)
-                said = shorten(last, WIDTH - 10) if last != told else "at work, and has said nothing new"
+                said = (
+                    shorten(last, WIDTH - 10)
+                    if last != told
+                    else "at work, and has said nothing new"
+                )
                 print(f"  {time.monotonic() - start:4.0f} s  {said}", flush=True)
                 told = last
 
@@ -220,12 +295,16 @@ def watched(command: list[str], log: Path, scratch: str, start: float) -> int:
 def discard(scratch: str) -> None:
     """Remove a folder with many files, beside what follows."""
     remove = "import shutil, sys; shutil.rmtree(sys.argv[1], ignore_errors=True)"
-    subprocess.Popen([sys.executable, "-c", remove, scratch], stdin=subprocess.DEVNULL, start_new_session=True)
+    subprocess.Popen(
+        [sys.executable, "-c", remove, scratch], stdin=subprocess.DEVNULL, start_new_session=True
+    )
 
 
 def last_lines(log: Path, count: int) -> str:
     """The last lines of a log that say something."""
-    lines = [line.strip() for line in log.read_text(encoding="utf-8", errors="replace").splitlines()]
+    lines = [
+        line.strip() for line in log.read_text(encoding="utf-8", errors="replace").splitlines()
+    ]
     return "\n".join([line for line in lines if line and not line.startswith("WARNING")][-count:])
 
 

@@ -18,7 +18,15 @@ LARGEST = 250_000  # bytes of a picture
 MAPS = {
     "workspace_forging.png": ["workspace", "forging_chu2020", "--draw"],
     "workspace_delta.png": ["workspace", "delta", "--draw"],
-    "margins_forging.png": ["workspace", "forging_chu2020", "--samples", "1000", "--over", "q12,q22", "--draw"],
+    "margins_forging.png": [
+        "workspace",
+        "forging_chu2020",
+        "--samples",
+        "1000",
+        "--over",
+        "q12,q22",
+        "--draw",
+    ],
     "modes_five_bar.svg": ["branches", "five_bar", "--draw"],
 }
 

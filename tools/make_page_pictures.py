@@ -1,7 +1,8 @@
 """Draw what pages of docs show of the robots written in them, and the layers of the library, into docs/images.
 
-docs/own_robot.md: every robot on the page, and one of them with its dimensions. docs/architecture.md: the layers as
-import-linter holds them (pyproject.toml), each with what its own docstring says. tests/docs/test_pictures.py compares.
+docs/own_robot.md: every robot on the page, and one of them with its dimensions.
+docs/architecture.md: the layers as import-linter holds them (pyproject.toml), each with what its
+own docstring says. tests/docs/test_pictures.py compares.
 """
 
 from __future__ import annotations
@@ -26,7 +27,9 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "own_robot.md"
 ROBOTS = ROOT / "docs" / "images" / "own_robot"
 LAYERS = ROOT / "docs" / "images" / "layers.svg"
-FILE = re.compile(r"(?:<!-- file: ([\w.]+) -->\n)?```(?:yaml|xml)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+FILE = re.compile(
+    r"(?:<!-- file: ([\w.]+) -->\n)?```(?:yaml|xml)\n(.*?)^```$", re.DOTALL | re.MULTILINE
+)
 INK = "#334155"
 
 
@@ -47,7 +50,10 @@ def with_dimensions(robot: Robot) -> Figure:
     figure = draw(robot, names="none", title="The drawing")
     axes: Axes = figure.axes[0]
     state = robot.close(robot.reference)
-    places = {link: robot.forward_kinematics(state, link).position[[0, 2]] for link in ("crank", "barrel", "rod")}
+    places = {
+        link: robot.forward_kinematics(state, link).position[[0, 2]]
+        for link in ("crank", "barrel", "rod")
+    }
     tip = robot.forward_kinematics(state).position[[0, 2]]
     pivot, foot, pin = places["crank"], places["barrel"], places["rod"]
     stroke = float(robot.reference[0])
@@ -69,21 +75,34 @@ def dimension(axes: Axes, start: np.ndarray, end: np.ndarray, away: float, text:
     left = np.array([-along[1], along[0]])
     a, b = start + away * left, end + away * left
     for point, foot in ((start, a), (end, b)):
-        axes.plot(*np.transpose([point, foot + 0.02 * np.sign(away) * left]), color=INK, linewidth=0.6)
+        axes.plot(
+            *np.transpose([point, foot + 0.02 * np.sign(away) * left]), color=INK, linewidth=0.6
+        )
     axes.annotate(
-        "", a, b, arrowprops={"arrowstyle": "<->", "color": INK, "linewidth": 0.9, "shrinkA": 0, "shrinkB": 0}
+        "",
+        a,
+        b,
+        arrowprops={
+            "arrowstyle": "<->",
+            "color": INK,
+            "linewidth": 0.9,
+            "shrinkA": 0,
+            "shrinkB": 0,
+        },
     )
     angle = (np.degrees(np.arctan2(along[1], along[0])) + 90.0) % 180.0 - 90.0
     middle = (a + b) / 2
     box = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
-    axes.text(*middle, text, rotation=angle, ha="center", va="center", fontsize=9, color=INK, bbox=box)
+    axes.text(
+        *middle, text, rotation=angle, ha="center", va="center", fontsize=9, color=INK, bbox=box
+    )
 
 
 def layers() -> list[list[str]]:
     """The layers of the library from the top, as import-linter holds them."""
-    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
-        "contracts"
-    ]
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"][
+        "importlinter"
+    ]["contracts"]
     (told,) = (contract["layers"] for contract in contracts if contract["type"] == "layers")
     return [[f"hybrid_dynamics_core.{name.strip()}" for name in layer.split("|")] for layer in told]
 
@@ -93,7 +112,9 @@ def about(module: str) -> str:
     path = ROOT.joinpath(*module.split("."))
     path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
     text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
-    return re.split(r"(?<=\w)[.:;] |\.$|\n\n", " ".join(text.split()), maxsplit=1)[0].replace("`", "")
+    return re.split(r"(?<=\w)[.:;] |\.$|\n\n", " ".join(text.split()), maxsplit=1)[0].replace(
+        "`", ""
+    )
 
 
 def layers_picture() -> str:
@@ -104,7 +125,10 @@ def layers_picture() -> str:
     for index, layer in enumerate([*top, *layers()]):
         height = row * len(layer) + 6
         fill = "#fdebd8" if index == 0 else ("#e6eef6" if index % 2 else "#f3f6fa")
-        parts.append(f'<rect x="{left}" y="{y}" width="{width - 2 * left}" height="{height}" rx="4" fill="{fill}"/>')
+        parts.append(
+            f'<rect x="{left}" y="{y}" width="{width - 2 * left}" height="{height}" rx="4"'
+            f' fill="{fill}"/>'
+        )
         for k, module in enumerate(layer):
             line = y + 18 + row * k
             name = module.removeprefix("hybrid_dynamics_core.")
@@ -112,19 +136,26 @@ def layers_picture() -> str:
             parts.append(f'<text x="{left + 178}" y="{line}">{escape(about(module))}</text>')
         y += height + gap
     head = "Each band may import from the bands below it, never from those above."
-    style = "text{font:12.5px system-ui,sans-serif;fill:#1e293b}.name{font-weight:600}.head{fill:#475569}"
+    style = (
+        "text{font:12.5px"
+        " system-ui,sans-serif;fill:#1e293b}.name{font-weight:600}.head{fill:#475569}"
+    )
     body = "\n".join(parts)
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {y + 6}" role="img">\n<title>Layers</title>\n'
-        f'<style>{style}</style>\n<rect width="{width}" height="{y + 6}" fill="#ffffff"/>\n'
-        f'<text x="{left}" y="28" class="head">{head}</text>\n{body}\n</svg>\n'
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {y + 6}"'
+        f' role="img">\n<title>Layers</title>\n<style>{style}</style>\n<rect width="{width}"'
+        f' height="{y + 6}" fill="#ffffff"/>\n<text x="{left}" y="28"'
+        f' class="head">{head}</text>\n{body}\n</svg>\n'
     )
 
 
 def pictures(robots: Mapping[str, Robot]) -> dict[str, Figure]:
     """The figures of docs/own_robot.md by file name."""
     figures = {f"{name}.svg": draw(robot, names="all") for name, robot in robots.items()}
-    return {**figures, "crank_and_cylinder_drawing.svg": with_dimensions(robots["crank_and_cylinder"])}
+    return {
+        **figures,
+        "crank_and_cylinder_drawing.svg": with_dimensions(robots["crank_and_cylinder"]),
+    }
 
 
 if __name__ == "__main__":

@@ -76,10 +76,17 @@ def about(name: str) -> str:
 
 def loops(robot: Robot) -> str:
     """Loops by type: names, then what closes them."""
-    told = [(loop_type(robot.description, closure), f"`{closure.name}`") for closure in robot.description.closures]
-    groups = [(kind, [name for _, name in members]) for kind, members in groupby(told, key=lambda pair: pair[0])]
+    told = [
+        (loop_type(robot.description, closure), f"`{closure.name}`")
+        for closure in robot.description.closures
+    ]
+    groups = [
+        (kind, [name for _, name in members])
+        for kind, members in groupby(told, key=lambda pair: pair[0])
+    ]
     return "; ".join(
-        f"{', '.join(names)}: {kind if 'Type' in kind else f'closed by a {kind}'}" for kind, names in groups
+        f"{', '.join(names)}: {kind if 'Type' in kind else f'closed by a {kind}'}"
+        for kind, names in groups
     )
 
 

@@ -20,7 +20,12 @@ from hybrid_dynamics_ros.demo.play.domain import own_graph
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = "hybrid_dynamics_ros"
-SHARED = ("package.xml", "launch/hybrid_dynamics.launch.py", "config/forging_chu2020.yaml", "rviz/robot.rviz")
+SHARED = (
+    "package.xml",
+    "launch/hybrid_dynamics.launch.py",
+    "config/forging_chu2020.yaml",
+    "rviz/robot.rviz",
+)
 PATIENCE = 30.0  # [s] for the node to come up, to answer and to end
 
 
@@ -29,7 +34,10 @@ def main(install: Path) -> None:
     for name in ("hybrid_dynamics_core", "hybrid_dynamics_ros", "hybrid_dynamics_msgs"):
         folder = Path(str(import_module(name).__file__)).parent
         require(folder.is_relative_to(install), f"{name} comes from {folder}, not from {install}")
-        require(not missing(name, folder), f"not installed from {name}: {', '.join(missing(name, folder))}")
+        require(
+            not missing(name, folder),
+            f"not installed from {name}: {', '.join(missing(name, folder))}",
+        )
     share = Path(get_package_share_directory(PACKAGE))
     for name in SHARED:
         require((share / name).is_file(), f"{share / name} is missing")
@@ -51,7 +59,11 @@ def missing(package: str, installed: Path) -> list[str]:
     """Source files of a package, data included, that were not installed."""
     source = ROOT / package
     files = (path.relative_to(source) for path in source.rglob("*") if path.is_file())
-    return [str(file) for file in files if "__pycache__" not in file.parts and not (installed / file).exists()]
+    return [
+        str(file)
+        for file in files
+        if "__pycache__" not in file.parts and not (installed / file).exists()
+    ]
 
 
 def call_forward_kinematics(node: subprocess.Popen[bytes]) -> None:
@@ -72,7 +84,9 @@ def call_forward_kinematics(node: subprocess.Popen[bytes]) -> None:
         if answer.error_code != ErrorCode.NOT_READY or time.monotonic() > deadline:
             break
         time.sleep(0.1)
-    require(answer.error_code == ErrorCode.OK and len(answer.poses) == 1, f"solve_fk answered {answer}")
+    require(
+        answer.error_code == ErrorCode.OK and len(answer.poses) == 1, f"solve_fk answered {answer}"
+    )
     rclpy.shutdown()
 
 

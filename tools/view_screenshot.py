@@ -44,7 +44,9 @@ def running(robot: Robot, motion: Motion | None = None) -> Iterator[Viewer]:
             work.join()
 
 
-def take(robot: Robot, path: Path, change: Callable[[Viewer], None], motion: Motion | None = None) -> None:
+def take(
+    robot: Robot, path: Path, change: Callable[[Viewer], None], motion: Motion | None = None
+) -> None:
     """One picture of the page, after a change of what is shown."""
     with running(robot, motion) as viewer, opened_page(viewer.url, WIDTH, HEIGHT) as page:
         viewer.ask("picture", lambda: change(viewer))
@@ -79,7 +81,11 @@ def main(folder: Path) -> None:
     take(load("forging_chu2020"), folder / "view_forging.png", turned)
     excavator = load("excavator")
     take(excavator, folder / "view_excavator.png", half_way, dig(excavator))
-    take(load("gough"), folder / "view_gough.png", lambda viewer: viewer.session.move(viewer.session.state.u + 0.02))
+    take(
+        load("gough"),
+        folder / "view_gough.png",
+        lambda viewer: viewer.session.move(viewer.session.state.u + 0.02),
+    )
 
 
 if __name__ == "__main__":

@@ -37,7 +37,9 @@ def numbers(robot: Robot) -> list[float]:
     """What `setup` takes, in the order of the structure in floor.c."""
     links = robot.description.links
     mass = {name: link.mass for name, link in links.items()}
-    ixx, iyy, izz = ({name: float(link.inertia[k, k]) for name, link in links.items()} for k in range(3))
+    ixx, iyy, izz = (
+        {name: float(link.inertia[k, k]) for name, link in links.items()} for k in range(3)
+    )
 
     def total(of: Any) -> float:
         return sum(mass[name] * float(of(kx, a, b)) for name, (kx, a, b, _) in ARM_LINKS.items())
@@ -67,7 +69,17 @@ def numbers(robot: Robot) -> list[float]:
         both = (izz[barrel] + izz[rod], diff[barrel] + diff[rod])
         cylinders += [mass[barrel], length / 2, mass[rod], -ROD / 2, *both]
     triangles = [L1, ARM, L11, FORE, B3, L21]
-    return [-float(robot.description.gravity[2]), *triangles, *sums, *plane, yaw, ixx["l4"], *cylinders, -L1, C2]
+    return [
+        -float(robot.description.gravity[2]),
+        *triangles,
+        *sums,
+        *plane,
+        yaw,
+        ixx["l4"],
+        *cylinders,
+        -L1,
+        C2,
+    ]
 
 
 def compiled() -> ModuleType:
@@ -78,9 +90,14 @@ def compiled() -> ModuleType:
     include = [f"-I{sysconfig.get_path('include')}", f"-I{np.get_include()}"]
     source = Path(__file__).with_name("floor.c")
     with tempfile.TemporaryDirectory(prefix="floor") as place:
-        code, target = Path(place, "floor.o"), Path(place, f"floor{sysconfig.get_config_var('EXT_SUFFIX')}")
+        code, target = (
+            Path(place, "floor.o"),
+            Path(place, f"floor{sysconfig.get_config_var('EXT_SUFFIX')}"),
+        )
         _call([command, *FLAGS, *include, "-c", str(source), "-o", str(code)])
-        _call([command, "-shared", str(code), "-o", str(target), "-lm"])  # fast-math here would disable subnormals
+        _call(
+            [command, "-shared", str(code), "-o", str(target), "-lm"]
+        )  # fast-math here would disable subnormals
         return _loaded(target)
 
 
@@ -106,4 +123,9 @@ def sides(robot: Robot) -> list[Side]:
     if not all(map(math.isfinite, values)):
         raise ValueError("the robot's numbers are not finite")
     module.setup(*values)
-    return [Side("C by hand, extension module", {"id": module.one, "id_out": module.one, "id_batch": module.many})]
+    return [
+        Side(
+            "C by hand, extension module",
+            {"id": module.one, "id_out": module.one, "id_batch": module.many},
+        )
+    ]

@@ -47,7 +47,17 @@ def _external(function: casadi.Function, compiler: str) -> casadi.Function:
     finally:
         os.chdir(here)
     library = folder / "tau.so"
-    command = [compiler, "-O3", "-march=native", "-shared", "-fPIC", str(folder / "tau.c"), "-o", str(library), "-lm"]
+    command = [
+        compiler,
+        "-O3",
+        "-march=native",
+        "-shared",
+        "-fPIC",
+        str(folder / "tau.c"),
+        "-o",
+        str(library),
+        "-lm",
+    ]
     subprocess.run(command, check=True)  # noqa: S603  the system's compiler
     return casadi.external("tau", str(library))
 

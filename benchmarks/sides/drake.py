@@ -37,10 +37,16 @@ def build(robot: RobotDescription) -> MultibodyPlant:
             com = np.array(link.com)
             about = np.array(link.inertia) / link.mass + com @ com * np.eye(3) - np.outer(com, com)
             unit = UnitInertia(*about.diagonal(), about[0, 1], about[0, 2], about[1, 2])
-            body = plant.AddRigidBody(joint.child, SpatialInertia(link.mass, com, unit, skip_validity_check=True))
+            body = plant.AddRigidBody(
+                joint.child, SpatialInertia(link.mass, com, unit, skip_validity_check=True)
+            )
             bodies[joint.child] = body
-            place = RigidTransform(RotationMatrix(np.array(joint.rotation)), np.array(joint.translation))
-            frame = plant.AddFrame(FixedOffsetFrame(f"{name} frame", bodies[parent].body_frame(), place))
+            place = RigidTransform(
+                RotationMatrix(np.array(joint.rotation)), np.array(joint.translation)
+            )
+            frame = plant.AddFrame(
+                FixedOffsetFrame(f"{name} frame", bodies[parent].body_frame(), place)
+            )
             kind = RevoluteJoint if joint.type == "revolute" else PrismaticJoint
             plant.AddJoint(kind(name, frame, body.body_frame(), np.array(joint.axis)))
             add(joint.child)
@@ -56,7 +62,9 @@ class ByHand:
     def __init__(self, robot: Robot) -> None:
         self.plant = build(robot.description)
         self.context = self.plant.CreateDefaultContext()
-        self.place = np.array([self.plant.GetJointByName(name).velocity_start() for name in COORDINATES])
+        self.place = np.array(
+            [self.plant.GetJointByName(name).velocity_start() for name in COORDINATES]
+        )
         self.forces = MultibodyForces(self.plant)
         self.state, self.a = np.zeros(24), np.zeros(12)
 
@@ -78,4 +86,6 @@ class ByHand:
 
 def sides(robot: Robot) -> list[Side]:
     """CalcInverseDynamics."""
-    return [Side("Drake CalcInverseDynamics, closure by hand", {"id": ByHand(robot).inverse_dynamics})]
+    return [
+        Side("Drake CalcInverseDynamics, closure by hand", {"id": ByHand(robot).inverse_dynamics})
+    ]

@@ -19,7 +19,9 @@ Array = np.ndarray
 def sides(robot: Robot) -> list[Side]:
     """jit for one state, jit of vmap for many."""
     jax.config.update("jax_enable_x64", True)
-    functions = SimpleNamespace(sin=jnp.sin, cos=jnp.cos, sqrt=jnp.sqrt, fabs=jnp.abs, atan2=jnp.arctan2)
+    functions = SimpleNamespace(
+        sin=jnp.sin, cos=jnp.cos, sqrt=jnp.sqrt, fabs=jnp.abs, atan2=jnp.arctan2
+    )
     text = inverse_dynamics(robot, functions)
 
     def tau(u: jax.Array, du: jax.Array, ddu: jax.Array) -> jax.Array:

@@ -28,12 +28,16 @@ def build(robot: RobotDescription) -> mujoco.MjModel:
             quaternion = np.zeros(4)
             mujoco.mju_mat2Quat(quaternion, np.array(joint.rotation).ravel())
             link = robot.links[joint.child]
-            child = body.add_body(name=joint.child, pos=np.array(joint.translation), quat=quaternion)
+            child = body.add_body(
+                name=joint.child, pos=np.array(joint.translation), quat=quaternion
+            )
             child.add_joint(name=name, type=KINDS[joint.type], axis=np.array(joint.axis))
             child.explicitinertial = True
             child.mass = link.mass
             child.ipos = np.array(link.com)
-            inertia = np.array(link.inertia) + 1e-12 * np.eye(3)  # MuJoCo wants every moment to be positive
+            inertia = np.array(link.inertia) + 1e-12 * np.eye(
+                3
+            )  # MuJoCo wants every moment to be positive
             child.fullinertia = inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
             add(joint.child, child)
 
@@ -71,4 +75,8 @@ class ByHand:
 
 def sides(robot: Robot) -> list[Side]:
     """mj_rne."""
-    return [Side("MuJoCo mj_rne, closure by hand", {"id": ByHand(robot).inverse_dynamics}, tolerance=1e-8)]
+    return [
+        Side(
+            "MuJoCo mj_rne, closure by hand", {"id": ByHand(robot).inverse_dynamics}, tolerance=1e-8
+        )
+    ]

@@ -30,7 +30,9 @@ class Value:
         return type(self)(plain(other) - self.of)
 
     def __mul__(self, other: Any) -> Any:
-        return 0.0 if isinstance(other, float) and other == 0.0 else type(self)(self.of * plain(other))
+        return (
+            0.0 if isinstance(other, float) and other == 0.0 else type(self)(self.of * plain(other))
+        )
 
     __rmul__ = __mul__
 
@@ -78,7 +80,9 @@ def inverse_dynamics(robot: Robot, engine: Any) -> Callable[..., list[Any]]:
 
     def tau(u: Sequence[Any], du: Sequence[Any], ddu: Sequence[Any]) -> list[Any]:
         moving = [[kind(x) for x in vector] for vector in (u, du, ddu)]
-        x = programs.Inputs(u=moving[0], du=moving[1], ddu=moving[2], branch=branch, guess=guess, gravity=gravity)
+        x = programs.Inputs(
+            u=moving[0], du=moving[1], ddu=moving[2], branch=branch, guess=guess, gravity=gravity
+        )
         return [plain(value) for value in programs.INVERSE_DYNAMICS.run(model, x).outputs["tau"]]
 
     return tau

@@ -25,7 +25,11 @@ def build(robot: RobotDescription) -> tuple[pin.Model, dict[str, int]]:
         for name, joint in robot.joints.items():
             if joint.parent != parent:
                 continue
-            kind = pin.JointModelRevoluteUnaligned if joint.type == "revolute" else pin.JointModelPrismaticUnaligned
+            kind = (
+                pin.JointModelRevoluteUnaligned
+                if joint.type == "revolute"
+                else pin.JointModelPrismaticUnaligned
+            )
             placement = pin.SE3(np.array(joint.rotation), np.array(joint.translation))
             index = model.addJoint(links[parent], kind(np.array(joint.axis)), placement, name)
             link = robot.links[joint.child]
@@ -107,16 +111,24 @@ class Newton:
     def __init__(self, robot: Robot) -> None:
         self.model, links = build(robot.description)
         self.data = self.model.createData()
-        self.place = np.array([self.model.joints[self.model.getJointId(name)].idx_v for name in COORDINATES])
+        self.place = np.array(
+            [self.model.joints[self.model.getJointId(name)].idx_v for name in COORDINATES]
+        )
         self.active, self.passive = self.place[:N], self.place[N:]
         self.start = np.zeros(12)
         self.start[self.place] = robot.close(robot.reference).s
         self.pins = []
         for closure in robot.description.closures:
             ends = []
-            for link, point in ((closure.link_a, closure.point_a), (closure.link_b, closure.point_b)):
+            for link, point in (
+                (closure.link_a, closure.point_a),
+                (closure.link_b, closure.point_b),
+            ):
                 frame = pin.Frame(
-                    f"{closure.name} {link}", links[link], pin.SE3(np.eye(3), point), pin.FrameType.OP_FRAME
+                    f"{closure.name} {link}",
+                    links[link],
+                    pin.SE3(np.eye(3), point),
+                    pin.FrameType.OP_FRAME,
                 )
                 ends.append(self.model.addFrame(frame))
             self.pins.append(ends)
@@ -131,7 +143,9 @@ class Newton:
         gaps, rows = [], []
         for a, b in self.pins:
             gaps.append(turn @ (data.oMf[a].translation - data.oMf[b].translation))
-            jacobian = pin.getFrameJacobian(model, data, a, world) - pin.getFrameJacobian(model, data, b, world)
+            jacobian = pin.getFrameJacobian(model, data, a, world) - pin.getFrameJacobian(
+                model, data, b, world
+            )
             rows.append(turn @ jacobian[:3])
         return np.concatenate(gaps), np.concatenate(rows)
 
@@ -189,7 +203,9 @@ class Constrained:
             ends = [links[closure.link_a], pin.SE3(np.eye(3), np.array(closure.point_a))]
             ends += [links[closure.link_b], pin.SE3(np.eye(3), np.array(closure.point_b))]
             models.append(
-                pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, self.model, *ends, pin.ReferenceFrame.LOCAL)
+                pin.RigidConstraintModel(
+                    pin.ContactType.CONTACT_3D, self.model, *ends, pin.ReferenceFrame.LOCAL
+                )
             )
         self.constraints = models
         self.constraint_data = pin.StdVec_RigidConstraintData()
@@ -201,10 +217,14 @@ class Constrained:
 
     def forward_dynamics(self, u: Array, du: Array, tau: Array) -> Array:
         """By the factorised system of all constraints."""
-        a = pin.constraintDynamics(*self._state(u, du, tau), self.constraints, self.constraint_data, self.settings)
+        a = pin.constraintDynamics(
+            *self._state(u, du, tau), self.constraints, self.constraint_data, self.settings
+        )
         return np.asarray(a[self.hand.place[:N]])
 
-    def _state(self, u: Array, du: Array, tau: Array) -> tuple[pin.Model, pin.Data, Array, Array, Array]:
+    def _state(
+        self, u: Array, du: Array, tau: Array
+    ) -> tuple[pin.Model, pin.Data, Array, Array, Array]:
         hand, place = self.hand, self.hand.place
         q = u.tolist()
         t1, t2 = triangles(q)

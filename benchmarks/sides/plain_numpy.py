@@ -54,16 +54,26 @@ class ByHand:
                 if joint.parent != parent:
                     continue
                 index[joint.child] = len(self.bodies)
-                turn, zero, link = np.array(joint.rotation).T, np.zeros((3, 3)), d.links[joint.child]
+                turn, zero, link = (
+                    np.array(joint.rotation).T,
+                    np.zeros((3, 3)),
+                    d.links[joint.child],
+                )
                 place = np.block([[turn, zero], [-turn @ skew(joint.translation), turn]])
                 turns = joint.type == "revolute"
-                axis = np.concatenate([joint.axis, np.zeros(3)] if turns else [np.zeros(3), joint.axis])
+                axis = np.concatenate(
+                    [joint.axis, np.zeros(3)] if turns else [np.zeros(3), joint.axis]
+                )
                 c = skew(link.com)
                 about = np.array(link.inertia) + link.mass * c @ c.T
-                inertia = np.block([[about, link.mass * c], [link.mass * c.T, link.mass * np.eye(3)]])
+                inertia = np.block(
+                    [[about, link.mass * c], [link.mass * c.T, link.mass * np.eye(3)]]
+                )
                 along = crm(axis)
                 coordinate = COORDINATES.index(name)
-                row = Body(index[parent], coordinate, turns, place, axis, along, along @ along, inertia)
+                row = Body(
+                    index[parent], coordinate, turns, place, axis, along, along @ along, inertia
+                )
                 self.bodies.append(row)
                 add(joint.child)
 
@@ -75,7 +85,9 @@ class ByHand:
         v = du.tolist()
         t1, t2 = triangles(q)
         s, ds = positions(q, t1, t2), linear(v, t1, t2)
-        dds = [x + y for x, y in zip(linear(ddu.tolist(), t1, t2), quadratic(v, t1, t2), strict=True)]
+        dds = [
+            x + y for x, y in zip(linear(ddu.tolist(), t1, t2), quadratic(v, t1, t2), strict=True)
+        ]
         return np.array(projected(self._tree(s, ds, dds), t1, t2))
 
     def _tree(self, s: list[float], ds: list[float], dds: list[float]) -> list[float]:
@@ -92,7 +104,9 @@ class ByHand:
             a = own @ a - ds[k] * (along @ v) + dds[k] * axis
             v = v + ds[k] * axis
             motions.append((v, a))
-            forces.append(inertia @ a - (inertia @ v) @ np.dot(v, CROSS.reshape(6, 36)).reshape(6, 6))
+            forces.append(
+                inertia @ a - (inertia @ v) @ np.dot(v, CROSS.reshape(6, 36)).reshape(6, 6)
+            )
             maps.append(own)
         result = [0.0] * len(s)
         for i in range(len(self.bodies) - 1, -1, -1):

@@ -34,7 +34,9 @@ def rewrite(app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: 
             result.append(f"    {escaped(bare)}")
         elif told and known and set(names) <= known:
             result += ([] if entry else [""]) + [f":param {names[0]}: {escaped(told[2])}"]
-            result += [f":param {other}: as {names[0]}" for other in names[1:]]  # each is told by itself
+            result += [
+                f":param {other}: as {names[0]}" for other in names[1:]
+            ]  # each is told by itself
             entry = True
         elif entry and bare and line.startswith(" "):
             result.append(f"    {escaped(bare)}")
@@ -55,12 +57,16 @@ def parameters(thing: Any) -> set[str]:
 
 def escaped(text: str) -> str:
     """Text whose stars, bars and ends in _ stay what they are."""
-    parts = [part if part.startswith("`") else SPECIAL.sub(r"\\\1\2", part) for part in CODE.split(text)]
+    parts = [
+        part if part.startswith("`") else SPECIAL.sub(r"\\\1\2", part) for part in CODE.split(text)
+    ]
     return LISTED.sub(r"\1\\\2", "".join(parts))
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register the rewriting."""
     app.connect("autodoc-process-docstring", rewrite)
-    TypeAliasForwardRef.__repr__ = lambda alias: alias.name  # in `Array | None` Sphinx shows how it keeps `Array`
+    TypeAliasForwardRef.__repr__ = lambda alias: (
+        alias.name
+    )  # in `Array | None` Sphinx shows how it keeps `Array`
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -20,7 +20,10 @@ class VerbsDirective(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """One section a verb."""
-        return [self._section(name, command, context) for name, command, context in verbs(program, PROGRAM)]
+        return [
+            self._section(name, command, context)
+            for name, command, context in verbs(program, PROGRAM)
+        ]
 
     def _section(self, name: str, command: click.Command, context: click.Context) -> nodes.section:
         section = nodes.section(ids=[nodes.make_id(name)], names=[nodes.fully_normalize_name(name)])
@@ -34,7 +37,9 @@ def verbs(
     group: click.Group, name: str, parent: click.Context | None = None
 ) -> Iterator[tuple[str, click.Command, click.Context]]:
     """Every verb with its full name and a context to write its help in, groups before their members."""
-    context = click.Context(group, parent, info_name=name, terminal_width=WIDTH, **group.context_settings)
+    context = click.Context(
+        group, parent, info_name=name, terminal_width=WIDTH, **group.context_settings
+    )
     for verb in group.list_commands(context):
         command = group.get_command(context, verb)
         if command is None:

@@ -2,8 +2,9 @@
 
 python examples/figures/chu2020_figure_10.py [FILE]
 
-The print gives curves without numbers, and is silent or contradicts itself in places: docs/figure_10.md names every
-assumption and what it is worth. The largest: rods of 0.4 m (1 % of F12), links as slender rods (8 % of tau_1).
+The print gives curves without numbers, and is silent or contradicts itself in places:
+docs/figure_10.md names every assumption and what it is worth. The largest: rods of 0.4 m (1 % of
+F12), links as slender rods (8 % of tau_1).
 """
 
 from __future__ import annotations

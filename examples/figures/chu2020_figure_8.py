@@ -2,8 +2,9 @@
 
 python examples/figures/chu2020_figure_8.py [FILE]
 
-The print gives curves without numbers. Eq. 33 prints sin for cos in f8, with which the carrier would tilt and the end
-effector with it: the consistent reading is used. The assembly mode is that of the paper's Figure 6.
+The print gives curves without numbers. Eq. 33 prints sin for cos in f8, with which the carrier
+would tilt and the end effector with it: the consistent reading is used. The assembly mode is that
+of the paper's Figure 6.
 """
 
 from __future__ import annotations
@@ -27,7 +28,10 @@ def draw() -> Figure:
     """x, y and z over time, and the path."""
     t = np.linspace(0.0, 10.0, 201)
     position = curves(t)
-    caption = f"Motion: {LAW}. f8 of Eq. 33 read with cos (printed: sin), elbow up as in the paper's Figure 6."
+    caption = (
+        f"Motion: {LAW}. f8 of Eq. 33 read with cos (printed: sin), elbow up as in the paper's"
+        " Figure 6."
+    )
     figure = page("Chu et al. (2020), Figure 8: path of the end effector", caption)
     over, path = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
     for name, column, colour in zip("xyz", position.T, (BLUE, GREEN, ORANGE), strict=True):

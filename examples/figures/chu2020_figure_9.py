@@ -2,9 +2,10 @@
 
 python examples/figures/chu2020_figure_9.py [FILE]
 
-Each pose of the forward kinematics is given to the inverse kinematics, started from the solution before; what comes
-back is drawn over the motion that made the poses. Position and orientation are given: the roll q4 of the gripper does
-not move its tip. f8 of Eq. 33 is read with cos (printed: sin).
+Each pose of the forward kinematics is given to the inverse kinematics, started from the solution
+before; what comes back is drawn over the motion that made the poses. Position and orientation are
+given: the roll q4 of the gripper does not move its tip. f8 of Eq. 33 is read with cos (printed:
+sin).
 """
 
 from __future__ import annotations

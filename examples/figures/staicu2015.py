@@ -1,13 +1,13 @@
 """The example of Staicu (2015), Section 4, that Figures 5 to 10 are about: three legs of a module in each.
 
-For 3 s the platforms move by x = y = 0.05 m times s(t) and alpha_1 = pi/12 times s(t), with s(t) = 1 - cos(pi t / 3);
-z, alpha_2 and alpha_3 stay. The legs follow by inverse kinematics: all 18 leg variables with rates and accelerations
-(Eq. 8 to 17). (2) prints alpha_E = -alpha_E, read as alpha_E = -alpha_F; (9) prints sin where cos belongs in its
-second line.
+For 3 s the platforms move by x = y = 0.05 m times s(t) and alpha_1 = pi/12 times s(t), with s(t) =
+1 - cos(pi t / 3); z, alpha_2 and alpha_3 stay. The legs follow by inverse kinematics: all 18 leg
+variables with rates and accelerations (Eq. 8 to 17). (2) prints alpha_E = -alpha_E, read as alpha_E
+= -alpha_F; (9) prints sin where cos belongs in its second line.
 
-Between them the six figures show displacement, velocity and acceleration of the actuators of both modules. Which
-number shows which is assumed here: pairs, lower module first; 5 and 6 displacements, 7 and 8 velocities, 9 and 10
-accelerations.
+Between them the six figures show displacement, velocity and acceleration of the actuators of both
+modules. Which number shows which is assumed here: pairs, lower module first; 5 and 6 displacements,
+7 and 8 velocities, 9 and 10 accelerations.
 """
 
 from __future__ import annotations
@@ -22,7 +22,14 @@ from hybrid_dynamics_core import Robot, load
 
 from paper import BLUE, GREEN, ORANGE, page
 
-SIZES = {"x": 0.05, "y": 0.05, "z": 0.0, "alpha_1": math.pi / 12.0, "alpha_2": 0.0, "alpha_3": 0.0}  # [m], [rad]
+SIZES = {
+    "x": 0.05,
+    "y": 0.05,
+    "z": 0.0,
+    "alpha_1": math.pi / 12.0,
+    "alpha_2": 0.0,
+    "alpha_3": 0.0,
+}  # [m], [rad]
 PULSE = math.pi / 3.0  # [rad/s]
 WORDS = (("displacements", "m"), ("velocities", "m/s"), ("accelerations", "m/s²"))
 MODULES = {"lower": "ABC", "upper": "DEF"}
@@ -60,10 +67,16 @@ def figure(number: int, module: str, order: int) -> Figure:
     t = np.linspace(0.0, 3.0, 121)
     curves = legs(t, module)[:, order]
     words, unit = WORDS[order]
-    drawn = page(f"Staicu (2015), Figure {number}: {words} of the {module} module's actuators", CAPTION, height=3.4)
+    drawn = page(
+        f"Staicu (2015), Figure {number}: {words} of the {module} module's actuators",
+        CAPTION,
+        height=3.4,
+    )
     axes = drawn.subplots()
     for leg, column, colour in zip(MODULES[module], curves.T, (BLUE, GREEN, ORANGE), strict=True):
         axes.plot(t, column, color=colour, label=f"leg {leg}")
     axes.set(xlabel="t [s]", ylabel=f"{words} of lambda_32 [{unit}]", xlim=(0.0, 3.0))
-    axes.legend(ncols=3, frameon=False, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
+    axes.legend(
+        ncols=3, frameon=False, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0
+    )
     return drawn

@@ -36,14 +36,21 @@ known_robot_option = click.option(
     "--robot",
     type=RobotType(),
     metavar="ROBOT",
-    help="Robot (a name or its file) that the recording is held against; left out, the one that the bag was made or "
-    "processed with, as noted in it.",
+    help=(
+        "Robot (a name or its file) that the recording is held against; left out, the one that the"
+        " bag was made or processed with, as noted in it."
+    ),
 )
 topic_option = click.option(
-    "--topic", metavar="T", help="Topic of the joint states.  [default: the node's own, or the only one]"
+    "--topic",
+    metavar="T",
+    help="Topic of the joint states.  [default: the node's own, or the only one]",
 )
 params_option = click.option(
-    "--params", type=PATH, metavar="FILE", help="Parameter file of the node.  [default: the node's defaults]"
+    "--params",
+    type=PATH,
+    metavar="FILE",
+    help="Parameter file of the node.  [default: the node's defaults]",
 )
 FEW = 4  # names in a line
 
@@ -55,7 +62,9 @@ def span_options(function: Callable[..., Any]) -> Callable[..., Any]:
     for name, key, default, text, shown in ends:
         kind = click.FloatRange(0.0)
         help_text = f"{text} time that counts, {after}  [default: {shown}]"
-        function = click.option(name, key, type=kind, default=default, metavar="S", help=help_text)(function)
+        function = click.option(name, key, type=kind, default=default, metavar="S", help=help_text)(
+            function
+        )
     return function
 
 
@@ -75,7 +84,9 @@ def first_few(names: Sequence[str]) -> str:
 def tell_unused(path: Path, columns: Sequence[str]) -> None:
     """Print which columns of a trajectory file count for nothing: the first few, and how many more there are."""
     if columns:
-        click.echo(f"{path}: {counted(len(columns), 'column')} not used: {first_few(columns)}", err=True)
+        click.echo(
+            f"{path}: {counted(len(columns), 'column')} not used: {first_few(columns)}", err=True
+        )
 
 
 def tell_losses(losses: Sequence[str]) -> None:

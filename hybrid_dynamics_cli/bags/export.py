@@ -25,10 +25,25 @@ Examples:
 @click.argument("bag", type=PATH)
 @click.argument("out", type=PATH)
 @click.option(
-    "--format", "kind", type=click.Choice(FORMATS), default="csv", show_default=True, help="Format of the files."
+    "--format",
+    "kind",
+    type=click.Choice(FORMATS),
+    default="csv",
+    show_default=True,
+    help="Format of the files.",
 )
-@click.option("--topic", "topics", multiple=True, metavar="T", help="Only this topic; repeatable.  [default: all]")
-@click.option("--overwrite", is_flag=True, help="Into a folder with something in it: replace files of the same names.")
+@click.option(
+    "--topic",
+    "topics",
+    multiple=True,
+    metavar="T",
+    help="Only this topic; repeatable.  [default: all]",
+)
+@click.option(
+    "--overwrite",
+    is_flag=True,
+    help="Into a folder with something in it: replace files of the same names.",
+)
 @json_option
 @click.pass_context
 def command(  # noqa: PLR0913, PLR0917 - an argument for each option
@@ -44,7 +59,10 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     counts, losses = export(bag, out, kind, topics, overwrite=overwrite)
     tables = {name: table_file(out, name, kind) for name in counts}
     others = sorted(file.name for file in out.iterdir() if file not in tables.values())
-    lines = [written(tables[name], f"{counted(count, 'row')} of {name}") for name, count in counts.items()]
+    lines = [
+        written(tables[name], f"{counted(count, 'row')} of {name}")
+        for name, count in counts.items()
+    ]
     told = {"folder": str(out), "rows": dict(counts), "losses": losses, "others": others}
     show(told, as_json, "\n".join(lines))
     if others:

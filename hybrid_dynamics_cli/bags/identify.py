@@ -18,21 +18,38 @@ from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.wording import agreed, counted, unit
 from hybrid_dynamics_core.identification import TooLittleShownError
 from hybrid_dynamics_ros.bags.analysis.collect import Track, collect
-from hybrid_dynamics_ros.bags.analysis.identify import Found, LeftOut, asked_parameters, identify_track
+from hybrid_dynamics_ros.bags.analysis.identify import (
+    Found,
+    LeftOut,
+    asked_parameters,
+    identify_track,
+)
 from hybrid_dynamics_ros.bags.process import SMOOTHINGS
 from hybrid_dynamics_ros.bags.settings import read_settings
 
 from ..output import WIDTH, effort_unit, number, show, table, written
 from ..parameters import json_option
 from ..writing import output_option, overwrite_option, place_for
-from .common import LOST, PATH, known_robot_option, params_option, span_of, span_options, tell_losses, topic_option
+from .common import (
+    LOST,
+    PATH,
+    known_robot_option,
+    params_option,
+    span_of,
+    span_options,
+    tell_losses,
+    topic_option,
+)
 
 LISTED = 8  # samples that were left out
-ROOM = WIDTH - 12 - 2  # for the terms of a base parameter, where they stand beside the estimate alone
+ROOM = (
+    WIDTH - 12 - 2
+)  # for the terms of a base parameter, where they stand beside the estimate alone
 Numbers = Mapping[str, tuple[float, ...]]  # a row of a table by name
 COLUMNS = ("estimate", "low", "high", "physical", "file")
 DEVIATIONS = (
-    "Standard deviations: of the recorded efforts, and of what robot file and estimates leave of them unexplained."
+    "Standard deviations: of the recorded efforts, and of what robot file and estimates leave of"
+    " them unexplained."
 )
 HELD = ("recorded", "left_by_file", "left_by_estimate", "explained")
 EPILOG = """\b
@@ -51,21 +68,40 @@ Examples:
 @params_option
 @span_options
 @click.option(
-    "--smooth", type=click.Choice(SMOOTHINGS), default="spline", show_default=True, help="How accelerations are found."
+    "--smooth",
+    type=click.Choice(SMOOTHINGS),
+    default="spline",
+    show_default=True,
+    help="How accelerations are found.",
 )
 @click.option(
-    "--friction", metavar="JOINTS", default="", help="Joints whose friction is asked for, or all.  [default: none]"
+    "--friction",
+    metavar="JOINTS",
+    default="",
+    help="Joints whose friction is asked for, or all.  [default: none]",
 )
-@click.option("--links", metavar="LINKS", default="", help="Links whose inertia is asked for.  [default: all]")
 @click.option(
-    "--hold-out", type=click.FloatRange(0.05, 0.9), default=0.25, show_default=True, help="Share of the bag to test on."
+    "--links", metavar="LINKS", default="", help="Links whose inertia is asked for.  [default: all]"
 )
 @click.option(
-    "--samples", type=click.IntRange(100), default=5000, show_default=True, help="Most samples that are used."
+    "--hold-out",
+    type=click.FloatRange(0.05, 0.9),
+    default=0.25,
+    show_default=True,
+    help="Share of the bag to test on.",
+)
+@click.option(
+    "--samples",
+    type=click.IntRange(100),
+    default=5000,
+    show_default=True,
+    help="Most samples that are used.",
 )
 @output_option(help="Write the base parameters to this CSV file too.")
 @overwrite_option
-@click.option("--all", "everything", is_flag=True, help="Tell what is not determined too, and all terms.")
+@click.option(
+    "--all", "everything", is_flag=True, help="Tell what is not determined too, and all terms."
+)
 @json_option
 @click.pass_context
 def command(  # noqa: PLR0913, PLR0917 - an argument for each option
@@ -88,13 +124,18 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
 ) -> None:
     """Base parameters and friction from the recorded efforts of BAG: what is determined, and how well.
 
-    The last part of the bag is held out: what the estimates leave unexplained there is told beside what the robot file
-    leaves; where that is more, nothing is offered as determined. Samples that do not fit the motion around them, or
-    whose efforts noise does not explain, are left out and named. Exits with 3 where a part of BAG could not be read.
+    The last part of the bag is held out: what the estimates leave unexplained there is told beside
+    what the robot file leaves; where that is more, nothing is offered as determined. Samples that
+    do not fit the motion around them, or whose efforts noise does not explain, are left out and
+    named. Exits with 3 where a part of BAG could not be read.
     """
     place = None if output is None else place_for(output, (".csv",), [bag], overwrite=overwrite)
-    track = collect(bag, robot, topic, smooth, read_settings(params), samples, span=span_of(start, end))
-    asked = asked_parameters(track.robot, listed(links), track.robot.active if friction == "all" else listed(friction))
+    track = collect(
+        bag, robot, topic, smooth, read_settings(params), samples, span=span_of(start, end)
+    )
+    asked = asked_parameters(
+        track.robot, listed(links), track.robot.active if friction == "all" else listed(friction)
+    )
     found = identified(track, asked, hold_out)
     base, efforts = base_of(found), efforts_of(found, track)
     lines = text(found, base, efforts, track.robot.joint_types, whole=everything)
@@ -110,13 +151,19 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
 def base_of(found: Found) -> Numbers:
     """By base parameter: estimate, interval, what bodies can have nearest to it, and what the robot file says."""
     others = zip(found.physical.tolist(), found.described.tolist(), strict=True)
-    return {name: (*part, *other) for (name, part), other in zip(found.result.table().items(), others, strict=True)}
+    return {
+        name: (*part, *other)
+        for (name, part), other in zip(found.result.table().items(), others, strict=True)
+    }
 
 
 def efforts_of(found: Found, track: Track) -> Numbers:
     """By active joint: held-out efforts, and what is left of them by file and estimate."""
     columns = (found.spread, found.before, found.noise, found.explained)
-    return {name: tuple(float(column[k]) for column in columns) for k, name in enumerate(track.robot.active)}
+    return {
+        name: tuple(float(column[k]) for column in columns)
+        for k, name in enumerate(track.robot.active)
+    }
 
 
 def facts(found: Found, base: Numbers, efforts: Numbers, track: Track) -> dict[str, Any]:
@@ -131,11 +178,15 @@ def facts(found: Found, base: Numbers, efforts: Numbers, track: Track) -> dict[s
         "parameters": dict(zip(found.result.parameters.names, found.result.values, strict=True)),
         "condition": found.result.condition,
         "losses": track.losses,
-        "held_out": {name: dict(zip(HELD, numbers, strict=True)) for name, numbers in efforts.items()},
+        "held_out": {
+            name: dict(zip(HELD, numbers, strict=True)) for name, numbers in efforts.items()
+        },
     }
 
 
-def text(found: Found, base: Numbers, efforts: Numbers, types: Mapping[str, str], *, whole: bool) -> list[str]:
+def text(
+    found: Found, base: Numbers, efforts: Numbers, types: Mapping[str, str], *, whole: bool
+) -> list[str]:
     """The verdict first, then what it rests on; `types`: of all joints."""
     head = ["held-out efforts", "unit", "recorded", "left by file", "left by estimate", "explained"]
     rows = [[name, effort_unit(types[name]), *numbers] for name, numbers in efforts.items()]
@@ -161,8 +212,8 @@ def identified(track: Track, asked: Parameters, hold_out: float) -> Found:
     except TooLittleShownError as error:
         least = asked.links[-1]
         raise click.ClickException(
-            f"{error}: with --links, as --links {least}, inertias of these links alone are asked for, and those of the "
-            "others are taken from the robot file"
+            f"{error}: with --links, as --links {least}, inertias of these links alone are asked"
+            " for, and those of the others are taken from the robot file"
         ) from error
 
 
@@ -177,10 +228,13 @@ def verdict(found: Found, base: Numbers) -> list[str]:
     others = len(base) - len(found.determined)
     lines = [worse_than_file(found)] if found.worse else determined(found, len(base))
     with np.errstate(all="ignore"):
-        share = np.floor(1e4 * np.nanmin([*found.explained, np.inf])) / 100.0  # never more than it is
+        share = (
+            np.floor(1e4 * np.nanmin([*found.explained, np.inf])) / 100.0
+        )  # never more than it is
     lines.append(
-        f"In the part held out the estimates explain at least {share:.2f} % of the variance of each effort. What they "
-        f"leave unexplained is {compared(ratios(found))} of what the robot file leaves: below 100 % they are better."
+        f"In the part held out the estimates explain at least {share:.2f} % of the variance of each"
+        f" effort. What they leave unexplained is {compared(ratios(found))} of what the robot file"
+        " leaves: below 100 % they are better."
     )
     lines.append(
         f"{counted(found.trained, 'sample')} to learn from, {found.held} held out; "
@@ -190,7 +244,8 @@ def verdict(found: Found, base: Numbers) -> list[str]:
         lines.append(f"{counted(len(found.left_out), 'sample')} left out: {why_left_out(found)}.")
     if others:
         lines.append(
-            f"The {agreed(others, 'one', f'{others}')} not determined {agreed(others, 'is', 'are')} listed with --all."
+            f"The {agreed(others, 'one', f'{others}')} not determined {agreed(others, 'is', 'are')}"
+            " listed with --all."
         )
     return [part for line in lines for part in filled(line)]
 
@@ -231,9 +286,10 @@ def determined(found: Found, count: int) -> list[str]:
 def bodiless(count: int) -> str:
     """Why estimates that are sure of themselves are not determined."""
     return (
-        f"{count} more would be, but no bodies with positive masses can have {agreed(count, 'it', 'them')}: where the "
-        "motion shows little, errors of stamps and accelerations look like parameters. The values in the column "
-        "'physical' are ones that bodies can have."
+        f"{count} more would be, but no bodies with positive masses can have"
+        f" {agreed(count, 'it', 'them')}: where the motion shows little, errors of stamps and"
+        " accelerations look like parameters. The values in the column 'physical' are ones that"
+        " bodies can have."
     )
 
 
@@ -242,10 +298,11 @@ def worse_than_file(found: Found) -> str:
     ratio = dict(zip(found.joints, ratios(found), strict=True))
     worst = max(found.worse, key=ratio.__getitem__)
     return (
-        "The estimates are worse than the robot file: of efforts that they have not seen they leave up to "
-        f"{number(ratio[worst])} times what the file leaves ({worst}). None of them is determined; their intervals "
-        "hold for a model that does not fit this recording. Look at the efforts in `bag report`, cut off with --from "
-        "and --to what the model does not hold for (contact, a payload, a drive that is off), or ask for --friction."
+        "The estimates are worse than the robot file: of efforts that they have not seen they"
+        f" leave up to {number(ratio[worst])} times what the file leaves ({worst}). None of them is"
+        " determined; their intervals hold for a model that does not fit this recording. Look at"
+        " the efforts in `bag report`, cut off with --from and --to what the model does not hold"
+        " for (contact, a payload, a drive that is off), or ask for --friction."
     )
 
 
@@ -263,7 +320,10 @@ def left_out(found: Found, types: Mapping[str, str], *, whole: bool) -> list[str
     """A table of the samples that were left out: the first, or all."""
     if not found.left_out:
         return []
-    rows = [[f"{e.time:.3f} s", e.joint, e.what, off_word(e, types), stamp_word(e.late)] for e in found.left_out]
+    rows = [
+        [f"{e.time:.3f} s", e.joint, e.what, off_word(e, types), stamp_word(e.late)]
+        for e in found.left_out
+    ]
     head = ["left out", "joint", "off in", "by", "stamp"]
     if not any(row[-1] for row in rows):
         head, rows = head[:-1], [row[:-1] for row in rows]
@@ -281,10 +341,16 @@ def off_word(entry: LeftOut, types: Mapping[str, str]) -> str:
 
 def stamp_word(late: float) -> str:
     """`41 ms late`."""
-    return "" if not math.isfinite(late) else f"{1e3 * abs(late):.3g} ms {'late' if late > 0.0 else 'early'}"
+    return (
+        ""
+        if not math.isfinite(late)
+        else f"{1e3 * abs(late):.3g} ms {'late' if late > 0.0 else 'early'}"
+    )
 
 
-def estimates(head: str, names: Sequence[str], base: Numbers, types: Mapping[str, str], *, whole: bool) -> list[str]:
+def estimates(
+    head: str, names: Sequence[str], base: Numbers, types: Mapping[str, str], *, whole: bool
+) -> list[str]:
     """A table of base parameters; their terms are wrapped where all are wanted, else cut."""
     rows: list[list[object]] = []
     for name in names:
@@ -294,7 +360,18 @@ def estimates(head: str, names: Sequence[str], base: Numbers, types: Mapping[str
         rows += [["", "", "", "", "", "", line] for line in more]
     return [
         "",
-        table(["estimate", "unit", "95 % from", "to", "physical", "robot file", f"base parameter, {head}"], rows),
+        table(
+            [
+                "estimate",
+                "unit",
+                "95 % from",
+                "to",
+                "physical",
+                "robot file",
+                f"base parameter, {head}",
+            ],
+            rows,
+        ),
     ]
 
 
@@ -327,8 +404,12 @@ def wrapped(name: str) -> list[str]:
 
 def excites_too_little(unsettled: int, meant: int) -> str:
     """What to do where most intervals do not even tell the sign."""
-    are, signs = agreed(meant, "is", "are"), agreed(unsettled, "sign of 1 is", f"signs of {unsettled} are")
+    are, signs = (
+        agreed(meant, "is", "are"),
+        agreed(unsettled, "sign of 1 is", f"signs of {unsettled} are"),
+    )
     return (
-        f"The motion excites too little for the noise: of {counted(meant, 'base parameter')} that {are} not 0 in the "
-        f"robot file the {signs} not known. Record a motion that moves every joint, faster and farther, or for longer."
+        f"The motion excites too little for the noise: of {counted(meant, 'base parameter')} that"
+        f" {are} not 0 in the robot file the {signs} not known. Record a motion that moves every"
+        " joint, faster and farther, or for longer."
     )

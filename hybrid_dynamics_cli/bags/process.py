@@ -19,7 +19,16 @@ from hybrid_dynamics_ros.bags.storage.mcap_writer import THERE, require_new, req
 from ..exit_codes import FAILED, MISUSED, Misused
 from ..output import show, written
 from ..parameters import json_option, loaded
-from .common import FEW, LOST, PATH, first_few, params_option, robot_option, tell_losses, topic_option
+from .common import (
+    FEW,
+    LOST,
+    PATH,
+    first_few,
+    params_option,
+    robot_option,
+    tell_losses,
+    topic_option,
+)
 
 EPILOG = """\b
 Examples:
@@ -45,10 +54,20 @@ Examples:
     show_default=True,
     help="How rates are found; causal: as the node.",
 )
-@click.option("--keep", is_flag=True, help="The topics of IN, recorded efforts too, go into the new bag.")
+@click.option(
+    "--keep", is_flag=True, help="The topics of IN, recorded efforts too, go into the new bag."
+)
 @click.option("--overwrite", is_flag=True, help="Replace bags that are there already.")
-@click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Bags at a time, a process each.")
-@click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers see the same files.")
+@click.option(
+    "--jobs",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    help="Bags at a time, a process each.",
+)
+@click.option(
+    "--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers see the same files."
+)
 @json_option
 def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     bags: tuple[Path, ...],
@@ -65,8 +84,9 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
 ) -> None:
     """Write a bag with every topic that the node would have published for IN.
 
-    With one bag, OUT is the new bag; with several, or a folder of bags, OUT is the folder for the new ones, under the
-    same names. Exits with 3 where something of a bag could not be read, and with 1 where a bag failed.
+    With one bag, OUT is the new bag; with several, or a folder of bags, OUT is the folder for the
+    new ones, under the same names. Exits with 3 where something of a bag could not be read, and
+    with 1 where a bag failed.
     """
     settings = read_settings(params)
     loaded(robot)
@@ -76,7 +96,10 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     if len(set(targets)) < len(targets):
         raise Misused("two bags have the same name; process them into different folders")
     _require_free(bags, out, targets, single=single, overwrite=overwrite)
-    work = [Job(bag, to, robot, topic, smooth, keep, settings) for bag, to in zip(found, targets, strict=True)]
+    work = [
+        Job(bag, to, robot, topic, smooth, keep, settings)
+        for bag, to in zip(found, targets, strict=True)
+    ]
     results = run_jobs(work, jobs, scheduler)
     if as_json:
         told = [_facts(job, result) for job, result in zip(work, results, strict=True)]
@@ -90,10 +113,19 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
         sys.exit(LOST)
 
 
-def _require_free(bags: Sequence[Path], out: Path, targets: Sequence[Path], *, single: bool, overwrite: bool) -> None:
+def _require_free(
+    bags: Sequence[Path], out: Path, targets: Sequence[Path], *, single: bool, overwrite: bool
+) -> None:
     """Refuse to write over what is there, before anything is done."""
-    if out.is_dir() and any(out.iterdir()) and _bags_in(out) == [out] and not (single and overwrite):
-        understood = f"read as IN: {first_few([str(bag) for bag in bags])}, as OUT: {out}; is OUT missing?"
+    if (
+        out.is_dir()
+        and any(out.iterdir())
+        and _bags_in(out) == [out]
+        and not (single and overwrite)
+    ):
+        understood = (
+            f"read as IN: {first_few([str(bag) for bag in bags])}, as OUT: {out}; is OUT missing?"
+        )
         what = THERE if single else "is a bag, and expected is a folder for the new bags"
         raise BagCallError(f"{out}: {what} ({understood})")
     for target in targets:
@@ -128,16 +160,22 @@ def pace(duration: float, spent: float) -> str:
     if duration < 1.0 or spent <= 0.0:  # the start alone would tell
         return f"{spent:.1f} s"
     faster = duration / spent
-    return f"{spent:.1f} s, {f'{faster:.0f}' if faster >= 10.0 else f'{faster:.2g}'} times real time"
+    return (
+        f"{spent:.1f} s, {f'{faster:.0f}' if faster >= 10.0 else f'{faster:.2g}'} times real time"
+    )
 
 
 def _tell(job: Job, result: Outcome | str) -> None:
     if isinstance(result, str):
-        told = result.removeprefix(f"{job.source}: ")  # most errors begin with the file that they are about
+        told = result.removeprefix(
+            f"{job.source}: "
+        )  # most errors begin with the file that they are about
         click.echo(f"{job.source}: failed: {told}", err=True)
         return
     spent = sum(result.shares.values())
-    click.echo(written(job.target, f"from {job.source}: {result.summary}; {pace(result.duration, spent)}"))
+    click.echo(
+        written(job.target, f"from {job.source}: {result.summary}; {pace(result.duration, spent)}")
+    )
     for code, text in result.rejections.items():
         click.echo(f"  rejected, {code}: {text}")
     for text in result.strays[:FEW]:

@@ -16,7 +16,16 @@ from hybrid_dynamics_ros.bags.settings import read_settings
 from ..output import effort_unit, show, table, written
 from ..parameters import json_option
 from ..writing import output_option, overwrite_option, place_for
-from .common import LOST, PATH, known_robot_option, params_option, span_of, span_options, tell_losses, topic_option
+from .common import (
+    LOST,
+    PATH,
+    known_robot_option,
+    params_option,
+    span_of,
+    span_options,
+    tell_losses,
+    topic_option,
+)
 
 EPILOG = """\b
 Examples:
@@ -34,7 +43,10 @@ Examples:
 @click.option(
     "--smooth",
     type=click.Choice(SMOOTHINGS),
-    help="How rates are found; causal: as the node.  [default: spline, without lag; of a processed bag as it was made]",
+    help=(
+        "How rates are found; causal: as the node.  [default: spline, without lag; of a processed"
+        " bag as it was made]"
+    ),
 )
 @output_option(help="The page.  [default: BAG.html beside the bag]")
 @overwrite_option
@@ -55,10 +67,13 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
 ) -> None:
     """One HTML page about BAG: motion, efforts computed and recorded, energy, loops, strokes, gaps, bad samples.
 
-    BAG is a recording with joint states, or what `bag process` wrote (with --keep, where efforts were recorded).
+    BAG is a recording with joint states, or what `bag process` wrote (with --keep, where efforts
+    were recorded).
     """
     try:
-        from hybrid_dynamics_ros.bags.analysis.report import write_report  # noqa: PLC0415 - matplotlib is an extra
+        from hybrid_dynamics_ros.bags.analysis.report import (  # noqa: PLC0415 - matplotlib is an extra
+            write_report,
+        )
     except ModuleNotFoundError as error:
         raise click.ClickException("reports need matplotlib: pip install matplotlib") from error
     place = place_for(output or beside(bag), (".html",), [bag], overwrite=overwrite)
@@ -84,7 +99,13 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     show(
         told,
         as_json,
-        "\n".join([written(place, f"report: {summary}"), *efforts_of(track, apart), *off_the_motion(track)]),
+        "\n".join(
+            [
+                written(place, f"report: {summary}"),
+                *efforts_of(track, apart),
+                *off_the_motion(track),
+            ]
+        ),
     )
     tell_losses(track.losses)
     if track.losses:
@@ -115,7 +136,9 @@ def efforts_of(track: Track, apart: Sequence[Spread]) -> list[str]:
     ]
     return [
         "",
-        table(["effort error", "50 % within", "95 % within", "RMS", "far off", "beyond", "unit"], rows),
+        table(
+            ["effort error", "50 % within", "95 % within", "RMS", "far off", "beyond", "unit"], rows
+        ),
     ]
 
 
@@ -126,5 +149,8 @@ def off_the_motion(track: Track) -> list[str]:
     count = len(track.strays)
     return [
         "",
-        f"{counted(count, 'sample')} with positions or velocities off the motion around {agreed(count, 'it', 'them')}",
+        (
+            f"{counted(count, 'sample')} with positions or velocities off the motion around"
+            f" {agreed(count, 'it', 'them')}"
+        ),
     ]

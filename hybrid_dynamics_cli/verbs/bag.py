@@ -10,7 +10,10 @@ import click
 from ..groups import Group
 
 VERBS = ("process", "report", "identify", "export", "make")
-NEEDS = "this needs rosbags and lz4: pip install 'hybrid-dynamics-ros[bag]', or: pip install rosbags lz4"
+NEEDS = (
+    "this needs rosbags and lz4: pip install 'hybrid-dynamics-ros[bag]', or: pip install"
+    " rosbags lz4"
+)
 
 
 class BagVerbs(Group):

@@ -32,7 +32,9 @@ Ends with 1 where the loops do not close.
 
 @click.command(epilog=EPILOG, short_help="Every way in which the loops close.")
 @robot_argument
-@vector_option("-u", "--u", help="Active coordinates [rad or m]; the robot's reference where left out.")
+@vector_option(
+    "-u", "--u", help="Active coordinates [rad or m]; the robot's reference where left out."
+)
 @draw_option("picture", help="Draw them side by side")
 @overwrite_option
 @json_option
@@ -47,7 +49,14 @@ def command(robot: str, u: str | None, picture: str | None, overwrite: bool, as_
     told["undecided"] = undecided
     lines = _first(machine, values, len(modes))
     if modes:
-        lines += ["", *_text(told["modes"], f"{machine.end_effector} in {machine.base_frame}", _mark(own, undecided))]
+        lines += [
+            "",
+            *_text(
+                told["modes"],
+                f"{machine.end_effector} in {machine.base_frame}",
+                _mark(own, undecided),
+            ),
+        ]
         lines += [f"to be decided: {text}" for text in undecided]
     if place is not None and modes:
         from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415  Matplotlib is an extra
@@ -57,11 +66,15 @@ def command(robot: str, u: str | None, picture: str | None, overwrite: bool, as_
         lines.append(written(place, "picture of the assembly modes"))
     show(told, as_json, "\n".join(lines))
     if not modes:
-        machine.close(values)  # raises, and says which loop does not close and within which range it would
+        machine.close(
+            values
+        )  # raises, and says which loop does not close and within which range it would
         raise SystemExit(1)
 
 
-def _facts(machine: Robot, values: Array, modes: Sequence[AssemblyMode], own: int | None) -> dict[str, Any]:
+def _facts(
+    machine: Robot, values: Array, modes: Sequence[AssemblyMode], own: int | None
+) -> dict[str, Any]:
     """The modes for programs."""
     return {
         "modes": [
@@ -96,7 +109,12 @@ def _text(modes: Sequence[Mapping[str, Any]], place: str, mark: str) -> list[str
         for k, mode in enumerate(modes)
     ]
     head = ["mode", *loops, "singularity", *(f"{'xyz'[k]} [m]" for k in axes)]
-    return [table(head, rows, apart=1 + len(loops)), "", *_key(ways, loops, flat), f"{mark}; x, y, z of {place}"]
+    return [
+        table(head, rows, apart=1 + len(loops)),
+        "",
+        *_key(ways, loops, flat),
+        f"{mark}; x, y, z of {place}",
+    ]
 
 
 def _first(machine: Robot, values: Array, count: int) -> list[str]:
@@ -105,10 +123,14 @@ def _first(machine: Robot, values: Array, count: int) -> list[str]:
         f"{name}{HOLD}={HOLD}{number(value)}{HOLD}{unit(machine.joint_types[name])}"
         for name, value in zip(machine.active, values.tolist(), strict=True)
     )
-    return [line.replace(HOLD, " ") for line in wrap(f"{counted(count, 'assembly mode')} at {at}", 79)]
+    return [
+        line.replace(HOLD, " ") for line in wrap(f"{counted(count, 'assembly mode')} at {at}", 79)
+    ]
 
 
-def _key(ways: Mapping[str, Sequence[str]], shown: Sequence[str], flat: Mapping[str, float]) -> list[str]:
+def _key(
+    ways: Mapping[str, Sequence[str]], shown: Sequence[str], flat: Mapping[str, float]
+) -> list[str]:
     """What the columns mean, and what is the same in all modes: loops, and coordinates of the end effector."""
     same = [f"{loop} {own[0]}" for loop, own in ways.items() if loop not in shown]
     same += [f"{axis} = {number(value)} m" for axis, value in flat.items()]
@@ -119,7 +141,9 @@ def _key(ways: Mapping[str, Sequence[str]], shown: Sequence[str], flat: Mapping[
 def _mark(own: int | None, undecided: Sequence[str]) -> str:
     if undecided:
         return "the file names no mode yet"
-    return "*: the robot's own mode" if own is not None else "the robot's own mode does not close here"
+    return (
+        "*: the robot's own mode" if own is not None else "the robot's own mode does not close here"
+    )
 
 
 def own_mode(machine: Robot, values: Array, modes: Sequence[AssemblyMode]) -> int | None:

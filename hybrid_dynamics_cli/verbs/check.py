@@ -39,18 +39,32 @@ Examples:
     type=click.Choice(get_args(Names)),
     help="Whose names are drawn.  [default: active; with --modes: none]",
 )
-@click.option("--modes", is_flag=True, help="With --draw: all assembly modes of the reference, side by side.")
+@click.option(
+    "--modes", is_flag=True, help="With --draw: all assembly modes of the reference, side by side."
+)
 @overwrite_option
 @json_option
-def command(robot: str, picture: str | None, names: Names | None, modes: bool, overwrite: bool, as_json: bool) -> None:
+def command(
+    robot: str,
+    picture: str | None,
+    names: Names | None,
+    modes: bool,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
     """Check a robot: its file, its loops, its masses.
 
-    The loops are closed at the reference and at places spread over the limits of the active joints. Ends with 1 where
-    something is wrong; that loops do not close all over the limits is told, and no fault.
+    The loops are closed at the reference and at places spread over the limits of the active joints.
+    Ends with 1 where something is wrong; that loops do not close all over the limits is told, and
+    no fault.
     """
     if modes and picture is None:
         raise click.UsageError("--modes draws assembly modes; give --draw FILE too")
-    machine = _decided(robot, picture, names, overwrite) if modes and picture is not None else loaded(robot)
+    machine = (
+        _decided(robot, picture, names, overwrite)
+        if modes and picture is not None
+        else loaded(robot)
+    )
     place = None if picture is None else picture_for(machine, picture, overwrite=overwrite)
     notes = remarks(machine)
     doubts = machine.description.doubts
@@ -58,9 +72,16 @@ def command(robot: str, picture: str | None, names: Names | None, modes: bool, o
     told: dict[str, Any] = {"ok": True, "notes": notes, "warnings": list(doubts), **facts(machine)}
     told["massless"] = list(light)
     lines = [info_text(machine, told), ""]
-    if any(link.mass for link in machine.description.links.values()) and light:  # else a note says it of all
+    if (
+        any(link.mass for link in machine.description.links.values()) and light
+    ):  # else a note says it of all
         rows = [[link, joint, "none: massless in the dynamics"] for link, joint in light.items()]
-        lines += [f"{counted(len(light), 'link')} without a mass", "", table(["link", "moved by", "mass"], rows), ""]
+        lines += [
+            f"{counted(len(light), 'link')} without a mass",
+            "",
+            table(["link", "moved by", "mass"], rows),
+            "",
+        ]
     lines += [f"note: {note}" for note in notes]
     lines += [f"warning: {doubt}" for doubt in doubts]
     if place is not None:
@@ -82,10 +103,18 @@ def verdict(tried: Tried, doubts: int, *, loops: bool) -> str:
     if not loops:
         return f"It has no loops{see}." if doubts else "The description is right; it has no loops."
     if tried.everywhere:
-        return f"Every loop closes{see}." if doubts else "The description is right: every loop closes."
+        return (
+            f"Every loop closes{see}." if doubts else "The description is right: every loop closes."
+        )
     if tried.hardly:
-        return f"The loops close at the reference{see}, and hardly anywhere else: are limits and lengths meant so?"
-    return f"The description is right{see}; its loops close at the reference, and not all over the limits."
+        return (
+            f"The loops close at the reference{see}, and hardly anywhere else: are limits and"
+            " lengths meant so?"
+        )
+    return (
+        f"The description is right{see}; its loops close at the reference, and not all over the"
+        " limits."
+    )
 
 
 def massless(machine: Robot) -> dict[str, str]:
@@ -93,7 +122,9 @@ def massless(machine: Robot) -> dict[str, str]:
     links, joints = machine.description.links, machine.description.joints
     moved = {joint.child: name for name, joint in joints.items()}
     return {
-        name: moved[name] for name, link in links.items() if name in moved and not (link.mass or link.inertia.any())
+        name: moved[name]
+        for name, link in links.items()
+        if name in moved and not (link.mass or link.inertia.any())
     }
 
 
@@ -101,10 +132,14 @@ def elsewhere(machine: Robot, state: ClosedState) -> list[str]:
     """Angles that the file's reference gives far from where the loops close: the mode it names may not be meant."""
     told = machine.description.reference
     closed = dict(zip(machine.coordinates, state.s.tolist(), strict=True))
-    off = {name: math.remainder(closed[name] - value, math.tau) for name, value in told.items() if name in closed}
+    off = {
+        name: math.remainder(closed[name] - value, math.tau)
+        for name, value in told.items()
+        if name in closed
+    }
     return [
-        f"{name} is {number(told[name])} rad in the reference, and its loop closes at {number(closed[name])} rad: is "
-        "another assembly mode meant? `branches` lists them"
+        f"{name} is {number(told[name])} rad in the reference, and its loop closes at"
+        f" {number(closed[name])} rad: is another assembly mode meant? `branches` lists them"
         for name, by in off.items()
         if name not in machine.active and machine.joint_types[name] == "revolute" and abs(by) > FAR
     ]
@@ -114,11 +149,14 @@ def remarks(machine: Robot) -> list[str]:
     """What is no fault, and yet to be known."""
     state = machine.close(machine.reference)
     description = machine.description
-    notes = [note for note in description.notes if note not in description.doubts] + narrowed(machine)
+    notes = [note for note in description.notes if note not in description.doubts] + narrowed(
+        machine
+    )
     notes += elsewhere(machine, state)
     if float(state.singularity) < SMALL:
         notes.append(
-            f"the reference is near a singularity of {state.singular_loop} ({number(float(state.singularity))})"
+            f"the reference is near a singularity of {state.singular_loop}"
+            f" ({number(float(state.singularity))})"
         )
     if not any(link.mass for link in machine.description.links.values()):
         notes.append("no link has a mass: kinematics only, all efforts are zero")
@@ -128,7 +166,10 @@ def remarks(machine: Robot) -> list[str]:
         machine.forward_dynamics(state, np.zeros(len(machine.active)))
         spread = np.linalg.cond(mass)
         if spread > 1e9:
-            notes.append(f"M-bar has the condition number {number(spread)}: some motion moves hardly any mass")
+            notes.append(
+                f"M-bar has the condition number {number(spread)}: some motion moves hardly any"
+                " mass"
+            )
     except (MassSingularityError, SingularityError) as error:
         notes.append(f"no forward dynamics: {error}")
     return notes
@@ -149,9 +190,13 @@ def drawn(place: Path, modes: bool) -> str:
     return written(place, "picture of the assembly modes" if modes else "picture of the robot")
 
 
-def draw(machine: Robot, path: Path, names: Names | None, modes: bool, mark_own: bool = True) -> None:
+def draw(
+    machine: Robot, path: Path, names: Names | None, modes: bool, mark_own: bool = True
+) -> None:
     """Write the picture."""
-    from hybrid_dynamics_core.drawing import draw as draw_robot  # noqa: PLC0415  Matplotlib is an extra
+    from hybrid_dynamics_core.drawing import (  # noqa: PLC0415  Matplotlib is an extra
+        draw as draw_robot,
+    )
     from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415
 
     if modes:

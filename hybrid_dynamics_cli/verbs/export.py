@@ -22,7 +22,13 @@ FORMS: dict[str, Callable[[Robot], str]] = {
     "mjcf": to_mjcf,
     "sdf": to_sdf,
 }
-TITLES = {"urdf": "URDF", "urdf+": "URDF+", "mjcf": "MJCF", "sdf": "SDFormat", PAIR: "pairs of frames"}
+TITLES = {
+    "urdf": "URDF",
+    "urdf+": "URDF+",
+    "mjcf": "MJCF",
+    "sdf": "SDFormat",
+    PAIR: "pairs of frames",
+}
 
 EPILOG = """\b
 Examples:
@@ -37,33 +43,53 @@ Examples:
 @click.command(epilog=EPILOG)
 @robot_argument
 @click.option(
-    "--format", "form", type=click.Choice([*FORMS, PAIR]), default="urdf", show_default=True, help="Format of the file."
+    "--format",
+    "form",
+    type=click.Choice([*FORMS, PAIR]),
+    default="urdf",
+    show_default=True,
+    help="Format of the file.",
 )
 @output_option(help="Write to this file; else to the terminal.")
-@click.option("--overwrite", is_flag=True, help="Replace files that are there, but none that ROBOT is read from.")
+@click.option(
+    "--overwrite",
+    is_flag=True,
+    help="Replace files that are there, but none that ROBOT is read from.",
+)
 def command(robot: str, form: str, output: str | None, overwrite: bool) -> None:
     """Write the robot for other tools.
 
-    urdf: its tree, loops cut. urdf+: URDF with <loop> elements. robot.yaml: pairs of frames that close the loops, for
-    Pinocchio as Gepetto has them, with the URDF written beside. mjcf: for MuJoCo. sdf: SDFormat, for Gazebo. All can
-    be read back; from urdf comes the tree, with every joint driven.
+    urdf: its tree, loops cut. urdf+: URDF with <loop> elements. robot.yaml: pairs of frames that
+    close the loops, for Pinocchio as Gepetto has them, with the URDF written beside. mjcf: for
+    MuJoCo. sdf: SDFormat, for Gazebo. All can be read back; from urdf comes the tree, with every
+    joint driven.
     """
     machine = loaded(robot)
     if form != PAIR and output is None:
         click.echo(FORMS[form](machine), nl=False)
         return
-    texts = _pair(machine, output) if output is None or form == PAIR else {output_path(output): FORMS[form](machine)}
+    texts = (
+        _pair(machine, output)
+        if output is None or form == PAIR
+        else {output_path(output): FORMS[form](machine)}
+    )
     write_files(texts, machine.description, overwrite)
-    for path, title in zip(texts, (TITLES[form], TITLES["urdf"]), strict=False):  # beside the pairs stands a URDF
+    for path, title in zip(
+        texts, (TITLES[form], TITLES["urdf"]), strict=False
+    ):  # beside the pairs stands a URDF
         click.echo(written(path, title))
 
 
 def _pair(robot: Robot, output: str | None) -> dict[Path, str]:
     """The texts of a robot.yaml and the URDF beside it."""
     if output is None:
-        raise click.UsageError("robot.yaml comes with a URDF beside it; say where with --output FILE.yaml")
+        raise click.UsageError(
+            "robot.yaml comes with a URDF beside it; say where with --output FILE.yaml"
+        )
     file = output_path(output)
     if file.suffix not in (".yaml", ".yml"):
-        raise click.UsageError(f"--output {output}: expected a name that ends in .yaml; the URDF is written beside it")
+        raise click.UsageError(
+            f"--output {output}: expected a name that ends in .yaml; the URDF is written beside it"
+        )
     pair = to_gepetto(robot.description)
     return {file: pair.yaml, file.with_suffix(".urdf"): pair.urdf}

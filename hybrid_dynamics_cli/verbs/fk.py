@@ -22,7 +22,9 @@ Examples:
 
 @click.command(epilog=EPILOG, short_help="Pose of the end effector, and all coordinates.")
 @robot_argument
-@vector_option("-u", "--u", help="Active coordinates [rad or m]; the robot's reference where left out.")
+@vector_option(
+    "-u", "--u", help="Active coordinates [rad or m]; the robot's reference where left out."
+)
 @vector_option("--du", help="Their rates [per second]; zero where left out.")
 @frame_option("A frame or link in place of the end effector.")
 @json_option
@@ -65,7 +67,10 @@ def command(robot: str, u: str | None, du: str | None, frame: str | None, as_jso
         f"  quaternion        {listed(pose.quaternion)}  (x y z w)",
         f"  linear velocity   {listed(twist[:3])}  m/s",
         f"  angular velocity  {listed(twist[3:])}  rad/s",
-        f"residual {number(float(state.residual))}, distance to a singularity {number(float(state.singularity))}",
+        (
+            f"residual {number(float(state.residual))}, distance to a singularity"
+            f" {number(float(state.singularity))}"
+        ),
     ]
     show(told, as_json, "\n".join(lines))
 

@@ -20,19 +20,30 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @robot_argument
-@vector_option("-u", "--u", help="Active coordinates [rad or m]; the robot's reference where left out.")
+@vector_option(
+    "-u", "--u", help="Active coordinates [rad or m]; the robot's reference where left out."
+)
 @vector_option("--du", help="Their rates [per second]; zero where left out.")
-@vector_option("--tau", form=EFFORTS, help="Efforts of the actuators [N m or N]; zero where left out.")
+@vector_option(
+    "--tau", form=EFFORTS, help="Efforts of the actuators [N m or N]; zero where left out."
+)
 @json_option
 def command(robot: str, u: str | None, du: str | None, tau: str | None, as_json: bool) -> None:
     """Accelerations that the actuators' efforts give."""
     machine = loaded(robot)
     zero = np.zeros(len(machine.active))
-    state = machine.close(vector("-u", u, machine.active, machine.reference), vector("--du", du, machine.active, zero))
+    state = machine.close(
+        vector("-u", u, machine.active, machine.reference), vector("--du", du, machine.active, zero)
+    )
     ddu = machine.forward_dynamics(state, vector("--tau", tau, machine.active, zero))
     dds = machine.accelerations(state, ddu)
     rows = [
-        [name, "active" if k < len(ddu) else "", float(dds[k]), unit(machine.joint_types[name], "/s^2")]
+        [
+            name,
+            "active" if k < len(ddu) else "",
+            float(dds[k]),
+            unit(machine.joint_types[name], "/s^2"),
+        ]
         for k, name in enumerate(machine.coordinates)
     ]
     told = {

@@ -49,7 +49,9 @@ class Places(click.Command):
             comma = next((arg for arg in args if with_point(arg)), None)
             if comma is None:
                 raise
-            hint = f"decimals are written with a point: {with_point(comma)}, if {comma} is one number"
+            hint = (
+                f"decimals are written with a point: {with_point(comma)}, if {comma} is one number"
+            )
             raise click.UsageError(f"{error.message.rstrip('.')}; {hint}", ctx) from error
 
 
@@ -58,7 +60,9 @@ def _parted(values: str) -> list[str]:
     return [part.strip() for part in re.split(r",(?![^()]*\))", values)]
 
 
-@click.command(cls=Places, epilog=EPILOG, short_help="Active coordinates for a place of the end effector.")
+@click.command(
+    cls=Places, epilog=EPILOG, short_help="Active coordinates for a place of the end effector."
+)
 @robot_argument
 @click.option(
     "--position",
@@ -68,15 +72,27 @@ def _parted(values: str) -> list[str]:
     metavar="X Y Z",
     help="Of the end effector, in the base; or X,Y,Z.",
 )
-@click.option("--quaternion", nargs=4, type=NUMBER, metavar="X Y Z W", help="Its orientation; left out, it is free.")
-@click.option("--axes", metavar="AXES", help="What counts of the target: some of x,y,z,rx,ry,rz; all that is given.")
+@click.option(
+    "--quaternion",
+    nargs=4,
+    type=NUMBER,
+    metavar="X Y Z W",
+    help="Its orientation; left out, it is free.",
+)
+@click.option(
+    "--axes",
+    metavar="AXES",
+    help="What counts of the target: some of x,y,z,rx,ry,rz; all that is given.",
+)
 @vector_option("--seed", help="Where the search starts; the robot's reference where left out.")
 @click.option(
     "--tolerance",
     type=NUMBER,
     default=1e-5,
     show_default=True,
-    help="Within it the target counts as reached [m]; an angle [rad] counts times the robot's reach.",
+    help=(
+        "Within it the target counts as reached [m]; an angle [rad] counts times the robot's reach."
+    ),
 )
 @click.option("--all", "every", is_flag=True, help="All distinct solutions found.")
 @json_option
@@ -96,9 +112,13 @@ def command(
     start = vector("--seed", seed, machine.active, machine.reference)
     counts = _mask(axes)
     if counts is not None and any(counts[3:]) and not quaternion:
-        raise click.BadParameter("a rotation counts, but no --quaternion is given", param_hint="--axes")
+        raise click.BadParameter(
+            "a rotation counts, but no --quaternion is given", param_hint="--axes"
+        )
     with options("tolerance"):
-        result = machine.inverse_kinematics(target, seed=start, all_solutions=every, mask=counts, tolerance=tolerance)
+        result = machine.inverse_kinematics(
+            target, seed=start, all_solutions=every, mask=counts, tolerance=tolerance
+        )
     told: dict[str, Any] = {
         "status": result.status,
         "message": result.message,
@@ -123,7 +143,9 @@ def _mask(axes: str | None) -> list[bool] | None:
     told = [axis.strip() for axis in axes.split(",")]
     wrong = [axis for axis in told if axis not in _AXES]
     if wrong:
-        raise click.BadParameter(f"'{wrong[0]}': expected some of {', '.join(_AXES)}, with commas", param_hint="--axes")
+        raise click.BadParameter(
+            f"'{wrong[0]}': expected some of {', '.join(_AXES)}, with commas", param_hint="--axes"
+        )
     return [axis in told for axis in _AXES]
 
 
@@ -137,18 +159,29 @@ def text(machine: Robot, result: IKResult) -> str:
         if result.state is None:
             return result.message
         place = machine.forward_kinematics(result.state).position
-        there = ", ".join(f"{axis} = {number(round(float(v), DIGITS))} m" for axis, v in zip("xyz", place, strict=True))
+        there = ", ".join(
+            f"{axis} = {number(round(float(v), DIGITS))} m"
+            for axis, v in zip("xyz", place, strict=True)
+        )
         return f"{result.message}\nnearest: {near}\nthere: {there}"
     rows = [
         [name, *(_told(float(u[k])) for u in result.solutions), unit(machine.joint_types[name])]
         for k, name in enumerate(machine.active)
     ]
-    heads = ["value"] if len(result.solutions) == 1 else [f"solution {k + 1}" for k in range(len(result.solutions))]
+    heads = (
+        ["value"]
+        if len(result.solutions) == 1
+        else [f"solution {k + 1}" for k in range(len(result.solutions))]
+    )
     errors = ((result.position_error, "m"), (result.angle_error, "rad"))
-    left = " and ".join(f"{_small(float(error))} {kind}" for error, kind in errors if np.isfinite(error))
+    left = " and ".join(
+        f"{_small(float(error))} {kind}" for error, kind in errors if np.isfinite(error)
+    )
     lines = [table(["active joint", *heads, "unit"], rows), f"left to the target: {left}"]
     if result.redundant:
-        lines.append(f"not determined by the target, and left near the seed: {', '.join(result.redundant)}")
+        lines.append(
+            f"not determined by the target, and left near the seed: {', '.join(result.redundant)}"
+        )
     return "\n".join(lines)
 
 

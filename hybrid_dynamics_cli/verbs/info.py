@@ -56,7 +56,11 @@ def facts(machine: Robot) -> dict[str, Any]:
         "active": list(machine.active),
         "coordinates": coordinates,
         "loops": [
-            {"name": loop, "branch": state.branch.get(loop), "distance_to_singularity": float(distance)}
+            {
+                "name": loop,
+                "branch": state.branch.get(loop),
+                "distance_to_singularity": float(distance),
+            }
             for loop, distance in zip(state.loops, state.distances, strict=True)
         ],
         "redundant_equations": dict(machine.redundant_equations),
@@ -80,12 +84,21 @@ def text(machine: Robot, told: dict[str, Any]) -> str:
         lower, upper = (number(float("nan") if v is None else v) for v in entry["limits"])
         kind = unit(entry["type"])
         rows.append(
-            [entry["name"], "active" if entry["active"] else "", entry["type"], entry["reference"], lower, upper, kind]
+            [
+                entry["name"],
+                "active" if entry["active"] else "",
+                entry["type"],
+                entry["reference"],
+                lower,
+                upper,
+                kind,
+            ]
         )
     mass = sum(link["mass"] for link in told["links"].values())
     title = (
-        f"{machine.name}: {len(machine.active)} active of {counted(len(machine.coordinates), 'coordinate')}, "
-        f"{counted(len(told['loops']), 'loop')}, {_links(told)}, {number(mass)} kg"
+        f"{machine.name}: {len(machine.active)} active of"
+        f" {counted(len(machine.coordinates), 'coordinate')},"
+        f" {counted(len(told['loops']), 'loop')}, {_links(told)}, {number(mass)} kg"
     )
     lines = [
         title,
@@ -94,10 +107,15 @@ def text(machine: Robot, told: dict[str, Any]) -> str:
         table(["coordinate", "", "type", "reference", "lower", "upper", "unit"], rows),
     ]
     if told["loops"]:
-        loops = [[e["name"], e["branch"] or "", e["distance_to_singularity"]] for e in told["loops"]]
+        loops = [
+            [e["name"], e["branch"] or "", e["distance_to_singularity"]] for e in told["loops"]
+        ]
         lines += ["", table(["loop", "assembly mode", "to singularity (0..1)"], loops)]
     for loop, count in told["redundant_equations"].items():
-        lines.append(f"{loop}: {counted(count, 'equation')} of it {agreed(count, 'follows', 'follow')} from the others")
+        lines.append(
+            f"{loop}: {counted(count, 'equation')} of it {agreed(count, 'follows', 'follow')} from"
+            " the others"
+        )
     if told["parts"]:
         lines += ["", *parts(told)]
     return "\n".join(lines)
@@ -105,32 +123,46 @@ def text(machine: Robot, told: dict[str, Any]) -> str:
 
 def _links(told: dict[str, Any]) -> str:
     bodies, fixed = len(told["links"]), len(told["parts"])
-    return counted(bodies + fixed, "link") + (f" in {counted(bodies, 'body', 'bodies')}" if fixed else "")
+    return counted(bodies + fixed, "link") + (
+        f" in {counted(bodies, 'body', 'bodies')}" if fixed else ""
+    )
 
 
 def parts(told: dict[str, Any]) -> list[str]:
     """Of which body the links are that are fixed to others, a line a body."""
     bodies: dict[str, list[str]] = {}
     for name, part in told["parts"].items():
-        bodies.setdefault(part["part_of"], []).append(name if part["mass"] else f"{name} (without a mass)")
-    return [f"{', '.join(on)} {'is' if len(on) == 1 else 'are'} part of {body}" for body, on in bodies.items()]
+        bodies.setdefault(part["part_of"], []).append(
+            name if part["mass"] else f"{name} (without a mass)"
+        )
+    return [
+        f"{', '.join(on)} {'is' if len(on) == 1 else 'are'} part of {body}"
+        for body, on in bodies.items()
+    ]
 
 
 def tree(machine: Robot) -> str:
     """Which link every joint moves, and on which."""
     joints = [machine.description.joints[name] for name in machine.coordinates]
-    return table(["joint", "parent", "child"], [[joint.name, joint.parent, joint.child] for joint in joints])
+    return table(
+        ["joint", "parent", "child"], [[joint.name, joint.parent, joint.child] for joint in joints]
+    )
 
 
 def masses(machine: Robot) -> str:
     """Mass and centre of mass of every body, what is fixed to it included."""
     head = ["link", "mass [kg]", *(f"com {axis} [m]" for axis in "xyz")]
-    return table(head, [[name, link.mass, *link.com.tolist()] for name, link in machine.description.links.items()])
+    return table(
+        head,
+        [[name, link.mass, *link.com.tolist()] for name, link in machine.description.links.items()],
+    )
 
 
 def inertias(machine: Robot) -> list[str]:
     """Moments and products of inertia of the bodies that have any; products where not all of them are zero."""
-    links = {name: link.inertia for name, link in machine.description.links.items() if link.inertia.any()}
+    links = {
+        name: link.inertia for name, link in machine.description.links.items() if link.inertia.any()
+    }
     parts = [
         (f"I{'xyz'[i]}{'xyz'[k]}", i, k)
         for i, k in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))

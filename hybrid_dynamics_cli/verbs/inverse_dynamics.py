@@ -23,24 +23,40 @@ Examples:
 
 @click.command(epilog=EPILOG, short_help="Efforts that a motion takes, and of what.")
 @robot_argument
-@vector_option("-u", "--u", help="Active coordinates [rad or m]; the robot's reference where left out.")
+@vector_option(
+    "-u", "--u", help="Active coordinates [rad or m]; the robot's reference where left out."
+)
 @vector_option("--du", help="Their rates [per second]; zero where left out.")
 @vector_option("--ddu", help="Their accelerations [per second squared]; zero where left out.")
 @json_option
 def command(robot: str, u: str | None, du: str | None, ddu: str | None, as_json: bool) -> None:
     """Efforts that the actuators need for a motion, and what they are made of.
 
-    The columns add up to the effort: inertia (M ddu), speed (C du), weight (G), friction and springs (passive).
+    The columns add up to the effort: inertia (M ddu), speed (C du), weight (G), friction and
+    springs (passive).
     """
     machine = loaded(robot)
     still = np.zeros(len(machine.active))
-    state = machine.close(vector("-u", u, machine.active, machine.reference), vector("--du", du, machine.active, still))
+    state = machine.close(
+        vector("-u", u, machine.active, machine.reference),
+        vector("--du", du, machine.active, still),
+    )
     accelerations = vector("--ddu", ddu, machine.active, still)
     tau = machine.inverse_dynamics(state, accelerations)
     mass, speed, weight = machine.minimal_form(state)
-    parts = {"M_ddu": mass @ accelerations, "C_du": speed, "G": weight, "passive": machine.passive_forces(state)}
+    parts = {
+        "M_ddu": mass @ accelerations,
+        "C_du": speed,
+        "G": weight,
+        "passive": machine.passive_forces(state),
+    }
     rows = [
-        [name, float(tau[k]), effort_unit(machine.joint_types[name]), *(float(part[k]) for part in parts.values())]
+        [
+            name,
+            float(tau[k]),
+            effort_unit(machine.joint_types[name]),
+            *(float(part[k]) for part in parts.values()),
+        ]
         for k, name in enumerate(machine.active)
     ]
 

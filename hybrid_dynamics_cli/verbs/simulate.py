@@ -14,7 +14,15 @@ from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
 
 from ..output import number, show, table, written
 from ..parameters import EFFORTS, json_option, loaded, robot_argument, vector, vector_option
-from ..writing import MOTIONS, PICTURES, draw_option, output_option, overwrite_option, place_for, read_by
+from ..writing import (
+    MOTIONS,
+    PICTURES,
+    draw_option,
+    output_option,
+    overwrite_option,
+    place_for,
+    read_by,
+)
 
 OF_WHAT = "of the energy exchanged"
 WEIGHT = "weight"
@@ -31,15 +39,26 @@ Examples:
 @click.command(epilog=EPILOG)
 @robot_argument
 @click.option("--seconds", type=POSITIVE, default=2.0, show_default=True, help="How long [s].")
-@vector_option("-u", "--u", help="Active coordinates at the start [rad or m]; the robot's reference where left out.")
+@vector_option(
+    "-u",
+    "--u",
+    help="Active coordinates at the start [rad or m]; the robot's reference where left out.",
+)
 @vector_option("--du", help="Their rates at the start [per second]; zero where left out.")
 @vector_option(
     "--tau",
     form=EFFORTS,
-    help="Constant efforts [N m or N], or `weight`: those that hold the weight at every moment; none where left out.",
+    help=(
+        "Constant efforts [N m or N], or `weight`: those that hold the weight at every moment; none"
+        " where left out."
+    ),
 )
 @click.option(
-    "--rate", type=click.FloatRange(min=0.0, min_open=True), default=100.0, show_default=True, help="Samples a second."
+    "--rate",
+    type=click.FloatRange(min=0.0, min_open=True),
+    default=100.0,
+    show_default=True,
+    help="Samples a second.",
 )
 @output_option("--save", "save", help="Write the motion to a .csv or .npz file.")
 @draw_option("plot", help="Draw it")
@@ -57,22 +76,37 @@ def command(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """The motion from a start under constant efforts, or none. Ends early at a stroke end or a singular place."""
+    """The motion from a start under constant efforts, or none.
+
+    Ends early at a stroke end or a singular place.
+    """
     machine = loaded(robot)
     places = [
         place_for(path, endings, read_by(machine), overwrite=overwrite) if path else None
         for path, endings in ((save, MOTIONS), (plot, PICTURES))
     ]
     zero = np.zeros(len(machine.active))
-    start = machine.close(vector("-u", u, machine.active, machine.reference), vector("--du", du, machine.active, zero))
-    result = simulate(machine, start, tau=efforts(machine, tau), t_span=(0.0, seconds), settings=Settings(rate=rate))
+    start = machine.close(
+        vector("-u", u, machine.active, machine.reference), vector("--du", du, machine.active, zero)
+    )
+    result = simulate(
+        machine,
+        start,
+        tau=efforts(machine, tau),
+        t_span=(0.0, seconds),
+        settings=Settings(rate=rate),
+    )
     if places[0] is not None:
         result.save(places[0])
     if places[1] is not None:
-        from hybrid_dynamics_core.drawing import draw_simulation  # noqa: PLC0415  Matplotlib is an extra
+        from hybrid_dynamics_core.drawing import (  # noqa: PLC0415  Matplotlib is an extra
+            draw_simulation,
+        )
 
         draw_simulation(machine, result, places[1])
-    files = [written(path, what) for path, what in ((save, "the motion"), (plot, "its picture")) if path]
+    files = [
+        written(path, what) for path, what in ((save, "the motion"), (plot, "its picture")) if path
+    ]
     show(facts(result), as_json, "\n".join([text(machine, result), *files]))
 
 
@@ -82,7 +116,9 @@ def efforts(machine: Robot, told: str | None) -> Any:
         return lambda _time, state: machine.minimal_form(state)[2]
     hint = nearest(told.strip(), [WEIGHT]) if told is not None else ""
     if hint:
-        raise click.BadParameter(f"'{told}'{hint}; expected efforts, or `{WEIGHT}`", param_hint="--tau")
+        raise click.BadParameter(
+            f"'{told}'{hint}; expected efforts, or `{WEIGHT}`", param_hint="--tau"
+        )
     return vector("--tau", told, machine.active, np.zeros(len(machine.active)))
 
 
@@ -105,16 +141,29 @@ def facts(result: Simulation) -> dict[str, Any]:
 def text(machine: Robot, result: Simulation) -> str:
     """The end of the motion, and what was met."""
     rows = [
-        [name, *values, unit(machine.joint_types[name]), rate, unit(machine.joint_types[name], "/s")]
+        [
+            name,
+            *values,
+            unit(machine.joint_types[name]),
+            rate,
+            unit(machine.joint_types[name], "/s"),
+        ]
         for name, *values, rate in zip(
-            result.names, result.u[0].tolist(), result.u[-1].tolist(), result.du[-1].tolist(), strict=True
+            result.names,
+            result.u[0].tolist(),
+            result.u[-1].tolist(),
+            result.du[-1].tolist(),
+            strict=True,
         )
     ]
     return "\n".join(
         [
             table(["active joint", "start", "end", "unit", "rate at the end", "unit"], rows),
             *met(result),
-            f"energy error {number(result.relative_energy_error)} {OF_WHAT}, loop error {number(result.residual)}",
+            (
+                f"energy error {number(result.relative_energy_error)} {OF_WHAT}, loop error"
+                f" {number(result.residual)}"
+            ),
         ]
     )
 
@@ -124,5 +173,9 @@ def met(result: Simulation) -> list[str]:
     events = list(result.events)
     if events and not result.completed and result.message.endswith(events[-1].message):
         events.pop()
-    end = result.message if not result.completed else f"{number(float(result.t[-1]))} s: {result.message}"
+    end = (
+        result.message
+        if not result.completed
+        else f"{number(float(result.t[-1]))} s: {result.message}"
+    )
     return [*(f"at {number(event.time)} s: {event.message}" for event in events), end]

@@ -40,13 +40,29 @@ not be read.
 @click.command(epilog=EPILOG, short_help="Show the robot in the browser.")
 @robot_argument
 @click.option(
-    "--trajectory", type=FILE, metavar="FILE", help="CSV or .npz file to play back, as `simulate --save` writes."
+    "--trajectory",
+    type=FILE,
+    metavar="FILE",
+    help="CSV or .npz file to play back, as `simulate --save` writes.",
 )
 @click.option("--bag", type=FILE, help="Recording (rosbag2) to play back.")
-@click.option("--topic", metavar="T", help="Topic of the joint states in the bag, where it is not the node's own.")
-@click.option("--host", default="localhost", show_default=True, help="Address to listen at; 0.0.0.0 for the network.")
 @click.option(
-    "--port", type=click.IntRange(0, 65535), default=8080, show_default=True, help="Port to listen at; 0 for any free."
+    "--topic",
+    metavar="T",
+    help="Topic of the joint states in the bag, where it is not the node's own.",
+)
+@click.option(
+    "--host",
+    default="localhost",
+    show_default=True,
+    help="Address to listen at; 0.0.0.0 for the network.",
+)
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=8080,
+    show_default=True,
+    help="Port to listen at; 0 for any free.",
 )
 @click.option("--browser/--no-browser", default=True, help="Open the page in the browser.")
 @click.pass_context
@@ -70,7 +86,10 @@ def command(
         raise click.UsageError("--trajectory and --bag cannot be shown together: give one of them")
     if topic is not None and bag is None:
         raise click.UsageError("--topic is the topic of a bag: give --bag too")
-    for number in (signal.SIGINT, signal.SIGTERM):  # SIGINT too: a shell's background jobs ignore it
+    for number in (
+        signal.SIGINT,
+        signal.SIGTERM,
+    ):  # SIGINT too: a shell's background jobs ignore it
         signal.signal(number, signal.default_int_handler)
     losses: list[str] = []
     try:
@@ -105,7 +124,9 @@ def of_file(machine: Robot, path: Path) -> Motion:
 
     told = read_trajectory(path, machine)
     try:
-        curve = JointTrajectory(told.time, told.position, told.velocity, told.acceleration, at_rest=False)
+        curve = JointTrajectory(
+            told.time, told.position, told.velocity, told.acceleration, at_rest=False
+        )
     except InputError as error:  # what the file says is wrong, not the call
         raise click.ClickException(f"{path}: {error}") from error
     tell_unused(path, told.unused)
@@ -117,7 +138,9 @@ def of_bag(robot: str, path: Path, topic: str | None) -> tuple[Robot, Motion, li
     from hybrid_dynamics_core.view.motion import Motion  # noqa: PLC0415
 
     try:
-        from hybrid_dynamics_ros.bags.analysis.collect import collect  # noqa: PLC0415  rosbags is an extra
+        from hybrid_dynamics_ros.bags.analysis.collect import (  # noqa: PLC0415  rosbags is an extra
+            collect,
+        )
     except ModuleNotFoundError as error:
         raise missing(error) from error
     track = collect(path, robot, topic, smooth=None)
@@ -133,8 +156,9 @@ def how_found(track: Track) -> str:
     late = f"{1e3 * track.causal_lag:.3g} ms"
     if track.smooth == "causal":
         return (
-            f"The model's accelerations are from the node's causal filter, {late} late: waves between model and file "
-            "are this lag, not the model. The recording itself, or bag process --smooth spline, has none."
+            f"The model's accelerations are from the node's causal filter, {late} late: waves"
+            " between model and file are this lag, not the model. The recording itself, or bag"
+            " process --smooth spline, has none."
         )
     found = f"The model's accelerations are from {track.smoother} through the recording"
     return f"{found}: no lag (the node's filter: {late})."

@@ -15,7 +15,16 @@ from hybrid_dynamics_core.ground.wording import counted, unit
 
 from ..limits import beyond, narrowed
 from ..output import constant_axes, number, show, table, written
-from ..parameters import frame_option, json_option, loaded, options, pair, robot_argument, vector, vector_option
+from ..parameters import (
+    frame_option,
+    json_option,
+    loaded,
+    options,
+    pair,
+    robot_argument,
+    vector,
+    vector_option,
+)
 from ..writing import draw_option, overwrite_option, picture_for
 
 NEAR = 0.1  # distance to a singularity below which a sample is told as near one
@@ -40,16 +49,30 @@ Ends with 1 where no sample is reachable.
 @click.command(epilog=EPILOG, short_help="Where the end effector can be, singular places.")
 @robot_argument
 @click.option(
-    "--samples", type=click.IntRange(1), default=100_000, show_default=True, help="How many samples are taken."
+    "--samples",
+    type=click.IntRange(1),
+    default=100_000,
+    show_default=True,
+    help="How many samples are taken.",
 )
 @click.option(
-    "--range", "ranges", multiple=True, metavar="NAME=LOW:HIGH", help="Narrower range of an active joint; repeatable."
+    "--range",
+    "ranges",
+    multiple=True,
+    metavar="NAME=LOW:HIGH",
+    help="Narrower range of an active joint; repeatable.",
 )
 @frame_option("A frame or link in place of the end effector.")
 @draw_option("picture", help="Draw a map")
 @overwrite_option
-@click.option("--over", metavar="A,B", help="Draw over these two active joints, not over the plane.")
-@vector_option("-u", "--u", help="With --over: where the other active joints stay; the reference where left out.")
+@click.option(
+    "--over", metavar="A,B", help="Draw over these two active joints, not over the plane."
+)
+@vector_option(
+    "-u",
+    "--u",
+    help="With --over: where the other active joints stay; the reference where left out.",
+)
 @click.option(
     "--colour",
     type=click.Choice(get_args(Colour)),
@@ -72,7 +95,8 @@ def command(
 ) -> None:
     """Where the end effector can be, and how near to singular places and limits the robot is there.
 
-    The active joints are sampled within their limits; samples whose loops do not close are counted, not refused.
+    The active joints are sampled within their limits; samples whose loops do not close are counted,
+    not refused.
     """
     machine = loaded(robot)
     if picture is None and (over is not None or u is not None):
@@ -82,7 +106,11 @@ def command(
     place = None if picture is None else picture_for(machine, picture, overwrite=overwrite)
     pair_over = None if over is None else _two(over, machine)
     base = vector("-u", u, machine.active, machine.reference)
-    held = {n: v for n, v in zip(machine.active, base.tolist(), strict=True) if pair_over and n not in pair_over}
+    held = {
+        n: v
+        for n, v in zip(machine.active, base.tolist(), strict=True)
+        if pair_over and n not in pair_over
+    }
     with options("range"):
         found = machine.workspace(samples, frame, dict(pair(text) for text in ranges), held)
     told = facts(machine, found)
@@ -93,9 +121,14 @@ def command(
             "held": held,
             "beyond_limits": beyond(machine, list(held), np.array([*held.values()])),
         }
-        lines.insert(0, f"Of the map over {' and '.join(pair_over)}; all other active joints are held.\n")
+        lines.insert(
+            0, f"Of the map over {' and '.join(pair_over)}; all other active joints are held.\n"
+        )
     if place is not None:
-        from hybrid_dynamics_core.drawing import draw_margins, draw_workspace  # noqa: PLC0415  Matplotlib is an extra
+        from hybrid_dynamics_core.drawing import (  # noqa: PLC0415  Matplotlib is an extra
+            draw_margins,
+            draw_workspace,
+        )
 
         if pair_over is None:
             draw_workspace(machine, found, place, colour=colour)
@@ -119,7 +152,9 @@ def facts(machine: Robot, found: Workspace) -> dict[str, Any]:
         "extents": dict(zip("xyz", found.extents, strict=True)),
         "extremes": {
             axis: [_sample(machine, found.samples, int(k)) for k in pair]
-            for axis, pair in zip("xyz", () if found.extremes is None else found.extremes, strict=False)
+            for axis, pair in zip(
+                "xyz", () if found.extremes is None else found.extremes, strict=False
+            )
         },
         "near_singularity": {"below": NEAR, "share": found.share_below(NEAR)},
         "smallest_singularity": None,
@@ -145,23 +180,39 @@ def _sample(machine: Robot, samples: Margins, k: int) -> dict[str, Any]:
 def text_of(machine: Robot, found: Workspace, told: dict[str, Any]) -> str:
     """The facts as tables."""
     rows = [
-        [name, float(low), float(high), unit(machine.joint_types[name]), _remark(found, name, low == high)]
+        [
+            name,
+            float(low),
+            float(high),
+            unit(machine.joint_types[name]),
+            _remark(found, name, low == high),
+        ]
         for name, (low, high) in zip(machine.active, found.ranges, strict=True)
     ]
     places = [one["position"] for ends in told["extremes"].values() for one in ends]
     flat = constant_axes(places)
     spans = [
-        [f"{'largest' if k else 'smallest'} {axis}", float(one["position"]["xyz".index(axis)]), "m", *_margins(one)]
+        [
+            f"{'largest' if k else 'smallest'} {axis}",
+            float(one["position"]["xyz".index(axis)]),
+            "m",
+            *_margins(one),
+        ]
         for axis, ends in told["extremes"].items()
         if axis not in flat
         for k, one in enumerate(ends)
     ]
-    fates = [[words, f"{100.0 * told['shares'][status.name]:.1f} %"] for status, words in FATES.items()]
+    fates = [
+        [words, f"{100.0 * told['shares'][status.name]:.1f} %"] for status, words in FATES.items()
+    ]
     lines = [
         table(["active joint", "from", "to", "unit", ""], rows),
         *(f"note: {note}" for note in narrowed(machine)),
         "",
-        table([f"{found.frame} in {machine.base_frame}", "at", "unit", "singularity", "limit", "of"], spans),
+        table(
+            [f"{found.frame} in {machine.base_frame}", "at", "unit", "singularity", "limit", "of"],
+            spans,
+        ),
         *(f"{axis} = {number(value)} m everywhere" for axis, value in flat.items()),
         "",
         table([f"of {counted(found.count, 'sample')}", "share"], fates),
@@ -169,7 +220,8 @@ def text_of(machine: Robot, found: Workspace, told: dict[str, Any]) -> str:
     nearest = told["smallest_singularity"]
     if nearest is not None:
         at = ", ".join(
-            f"{name} = {number(float(value))} {unit(machine.joint_types[name])}" for name, value in nearest["u"].items()
+            f"{name} = {number(float(value))} {unit(machine.joint_types[name])}"
+            for name, value in nearest["u"].items()
         )
         share = 100.0 * told["near_singularity"]["share"]
         lines += [
@@ -195,7 +247,9 @@ def _margins(one: dict[str, Any]) -> list[object]:
 def _two(text: str, machine: Robot) -> tuple[str, str]:
     names = [name.strip() for name in text.split(",")]
     if len(names) != 2:
-        raise click.BadParameter(f"'{text}': expected two active joints, as q12,q22", param_hint="--over")
+        raise click.BadParameter(
+            f"'{text}': expected two active joints, as q12,q22", param_hint="--over"
+        )
     for name in names:
         if name not in machine.active:
             hint = nearest(name, machine.active)

@@ -10,9 +10,10 @@ from .scalar import Scalar
 class Definite:
     """A symmetric positive definite matrix, ready to solve with; only its lower triangle is read.
 
-    `pivots` are D: what is left of each diagonal entry after the rows before it. All are positive where the matrix is
-    positive definite; one that is next to nothing says that the matrix is singular. `floor`: added where one divides
-    by a pivot, so small that it counts only where nothing is left; it keeps results of no meaning finite.
+    `pivots` are D: what is left of each diagonal entry after the rows before it. All are positive
+    where the matrix is positive definite; one that is next to nothing says that the matrix is
+    singular. `floor`: added where one divides by a pivot, so small that it counts only where
+    nothing is left; it keeps results of no meaning finite.
     """
 
     def __init__(self, matrix: Sequence[Sequence[Scalar]], floor: Scalar = 0.0) -> None:
@@ -27,7 +28,10 @@ class Definite:
                 for k in range(j):
                     value = value - scaled[k] * self._lower[j][k]
                 scaled.append(value)
-            row = [value / self._divisor(pivot) for value, pivot in zip(scaled, self.pivots, strict=True)]
+            row = [
+                value / self._divisor(pivot)
+                for value, pivot in zip(scaled, self.pivots, strict=True)
+            ]
             pivot = matrix[i][i]
             for a, b in zip(scaled, row, strict=True):
                 pivot = pivot - a * b

@@ -1,4 +1,7 @@
-"""Small linear systems over any scalar type: the blocks of the closure plan. Up to 3 x 3 they are written out."""
+"""Small linear systems over any scalar type: the blocks of the closure plan.
+
+Up to 3 x 3 they are written out.
+"""
 
 from __future__ import annotations
 
@@ -22,14 +25,20 @@ class Inverse:
             self.determinant = self.divisor
         else:
             *entries, self.determinant = invert([entry for row in matrix for entry in row], size)
-            self.adjugate, self.divisor = [entries[k * size : (k + 1) * size] for k in range(size)], 1.0
+            self.adjugate, self.divisor = (
+                [entries[k * size : (k + 1) * size] for k in range(size)],
+                1.0,
+            )
 
     def conditioning(self, matrix: Matrix, units: Sequence[float]) -> Scalar:
         """size / (||A|| ||A^-1||) in Frobenius norms: 1 at best, 0 where A is singular.
 
-        A is the matrix with each column multiplied by its unit: what the unknown of the column is counted in.
+        A is the matrix with each column multiplied by its unit: what the unknown of the column is
+        counted in.
         """
-        total = _sum(a * a * (unit * unit) for row in matrix for a, unit in zip(row, units, strict=True))
+        total = _sum(
+            a * a * (unit * unit) for row in matrix for a, unit in zip(row, units, strict=True)
+        )
         if self.size == 2:  # the adjugate has the norm of the matrix
             return 2.0 * units[0] * units[1] * absolute(self.divisor) / total
         rows = zip(self.adjugate, units, strict=True)
@@ -41,12 +50,18 @@ class Inverse:
 
     def solve(self, rhs: Sequence[Scalar]) -> list[Scalar]:
         """x with matrix x = rhs."""
-        return [_sum(a * b for a, b in zip(row, rhs, strict=True)) / self.divisor for row in self.adjugate]
+        return [
+            _sum(a * b for a, b in zip(row, rhs, strict=True)) / self.divisor
+            for row in self.adjugate
+        ]
 
     def solve_transposed(self, rhs: Sequence[Scalar]) -> list[Scalar]:
         """x with matrix^T x = rhs."""
         columns = zip(*self.adjugate, strict=True)
-        return [_sum(a * b for a, b in zip(column, rhs, strict=True)) / self.divisor for column in columns]
+        return [
+            _sum(a * b for a, b in zip(column, rhs, strict=True)) / self.divisor
+            for column in columns
+        ]
 
 
 def _sum(terms: object) -> Scalar:

@@ -1,7 +1,7 @@
 """The two things that are not written out over scalars: the inverse of a larger matrix, and Newton's iteration.
 
-Both take any scalar type. Symbols record them as one block of the graph, whose generated code calls the same
-functions on floats or arrays.
+Both take any scalar type. Symbols record them as one block of the graph, whose generated code calls
+the same functions on floats or arrays.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from .scalar import Scalar
 
 Array = NDArray[np.float64]
-Body = Callable[[Sequence[Scalar], Sequence[Scalar]], list[Scalar]]  # (x, p) -> residuals, then the Jacobian row by row
+Body = Callable[
+    [Sequence[Scalar], Sequence[Scalar]], list[Scalar]
+]  # (x, p) -> residuals, then the Jacobian row by row
 
 MAX_ITERATIONS = 40
 LARGEST_STEP = 0.5  # [rad or m] a longer step is shortened: the linear model does not hold that far
@@ -59,7 +61,9 @@ def newton(body: Body, guess: Sequence[Scalar], parameters: Sequence[Scalar]) ->
     symbol = _symbol([*guess, *parameters])
     if symbol is not None:
         size = len(guess)
-        result: list[Scalar] = symbol.graph.block("newton", size, size + 1, [list(guess), list(parameters)], body)
+        result: list[Scalar] = symbol.graph.block(
+            "newton", size, size + 1, [list(guess), list(parameters)], body
+        )
         return result
     if any(isinstance(e, np.ndarray) for e in (*guess, *parameters)):
         return newton_columns(body, guess, parameters)
@@ -88,7 +92,9 @@ def newton_floats(body: Body, guess: Sequence[float], parameters: Sequence[float
 
 
 @np.errstate(all="ignore")  # what is not finite is told by the status
-def newton_columns(body: Body, guess: Sequence[Scalar], parameters: Sequence[Scalar]) -> list[Scalar]:
+def newton_columns(
+    body: Body, guess: Sequence[Scalar], parameters: Sequence[Scalar]
+) -> list[Scalar]:
     """`newton` on arrays, one problem a column; each stops for itself."""
     size = len(guess)
     full = np.broadcast_arrays(*guess, *parameters)
@@ -99,13 +105,17 @@ def newton_columns(body: Body, guess: Sequence[Scalar], parameters: Sequence[Sca
         rows = np.flatnonzero(working)
         if not len(rows):
             break
-        values = np.array(np.broadcast_arrays(x[0, rows], *body(list(x[:, rows]), list(known[:, rows])))[1:])
+        values = np.array(
+            np.broadcast_arrays(x[0, rows], *body(list(x[:, rows]), list(known[:, rows])))[1:]
+        )
         jacobian = np.moveaxis(values[size:], 0, -1).reshape(-1, size, size)
         fine = np.isfinite(values).all(axis=0) & (np.abs(np.linalg.det(jacobian)) > 0.0)
         jacobian[~fine] = np.eye(size)
         step = np.linalg.solve(jacobian, values[:size].T[..., None])[..., 0].T
         largest = np.abs(step).max(axis=0)
-        x[:, rows] -= np.where(fine, step * np.minimum(1.0, LARGEST_STEP / np.maximum(largest, 1e-300)), 0.0)
+        x[:, rows] -= np.where(
+            fine, step * np.minimum(1.0, LARGEST_STEP / np.maximum(largest, 1e-300)), 0.0
+        )
         count[rows] += 1.0
         converged[rows] = fine & (largest < SMALL_STEP)
         working[rows] = fine & ~converged[rows]

@@ -1,7 +1,8 @@
 """Elementary functions that take a float, an ndarray (one entry a state) or any object with methods of these names.
 
-The algorithms of this package are written once over such scalars. A traced symbol (`kernels.graph.Symbol`)
-brings its own methods; floats go to `math`, arrays to NumPy. A root of a negative number is NaN everywhere.
+The algorithms of this package are written once over such scalars. A traced symbol
+(`kernels.graph.Symbol`) brings its own methods; floats go to `math`, arrays to NumPy. A root of a
+negative number is NaN everywhere.
 """
 
 from __future__ import annotations

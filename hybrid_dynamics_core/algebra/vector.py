@@ -1,6 +1,7 @@
 """Vectors (tuples of 2 or 3 scalars) and rotations (tuples of 3 rows) over any scalar type.
 
-Plain tuples keep structural zeros visible: a traced product with the constant 0.0 vanishes from the kernel.
+Plain tuples keep structural zeros visible: a traced product with the constant 0.0 vanishes from the
+kernel.
 """
 
 from __future__ import annotations

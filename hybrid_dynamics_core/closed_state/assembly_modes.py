@@ -21,7 +21,8 @@ from ..programs import Model
 from .state import ClosedState
 
 Found = tuple[Array, Array, Mapping[str, str]]  # branch signs, configuration s, mode names
-STARTS = 600  # of a Newton block: several for each of the modes a platform can have (40 for a Gough platform)
+# of a Newton block: several for each of the modes a platform can have (40 for a Gough platform)
+STARTS = 600
 SAME = 1e-6  # [rad or m] solutions nearer than this are one
 
 
@@ -62,7 +63,9 @@ def no_mode(loop: str, mode: str, known: Sequence[str]) -> str:
 
 
 def _modes_of(plan: ClosurePlan, loop: str) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(mode for step in plan.steps if step.name == loop for mode in step.modes))
+    return tuple(
+        dict.fromkeys(mode for step in plan.steps if step.name == loop for mode in step.modes)
+    )
 
 
 def signs_of_names(plan: ClosurePlan, signs: Array, branch: Mapping[str, str]) -> Array:
@@ -119,7 +122,9 @@ def list_modes(model: Model, u: Array, signs: Array, start: Array) -> Iterator[F
         for sign, name, closed in _solutions(model, k, posture, float(signs[k]), guess):
             yield from extend(k + 1, closed, [*chosen, sign], [*names, name])
 
-    yield from extend(0, given_posture(model.tree, dict(zip(model.plan.given, u.tolist(), strict=True))), [], [])
+    yield from extend(
+        0, given_posture(model.tree, dict(zip(model.plan.given, u.tolist(), strict=True))), [], []
+    )
 
 
 def _solutions(
@@ -150,14 +155,18 @@ def _newton_solutions(
     number = 1
     for x in found:
         trial = posture.copy()
-        for coordinate, value in zip(step.unknowns, near + _wrapped(model, step, x - near), strict=True):
+        for coordinate, value in zip(
+            step.unknowns, near + _wrapped(model, step, x - near), strict=True
+        ):
             put = trial.set_angle if model.tree.is_revolute(coordinate) else trial.set_length
             put(coordinate, float(value))
         yield 1.0, step.modes[0] if number == 1 else f"mode_{number}", trial
         number += 1
 
 
-def _many_starts(model: Model, step: NewtonStep, posture: Posture, guess: Sequence[float]) -> list[Array]:
+def _many_starts(
+    model: Model, step: NewtonStep, posture: Posture, guess: Sequence[float]
+) -> list[Array]:
     from scipy.stats import qmc  # noqa: PLC0415  slow to import, and only this needs it
 
     length = max(equation.loop.length for equation in step.equations)
@@ -187,7 +196,9 @@ def _fingerprint(model: Model, step: NewtonStep, posture: Posture, x: Array) -> 
     for k, value in zip(step.unknowns, x, strict=True):
         put = trial.set_angle if model.tree.is_revolute(k) else trial.set_length
         put(k, float(value))
-    marks = [mark for loop in dict.fromkeys(e.loop for e in step.equations) for mark in loop.marks(trial)]
+    marks = [
+        mark for loop in dict.fromkeys(e.loop for e in step.equations) for mark in loop.marks(trial)
+    ]
     return np.array([float(m) for m in marks])
 
 

@@ -14,7 +14,9 @@ from ..programs import Model
 from .continuation import Tracked, smooth, track
 
 Values = dict[str, Array]
-RunClose = Callable[[Array, Array, Array, Array], tuple[Values, Codes]]  # (u, du, branch signs, guess)
+RunClose = Callable[
+    [Array, Array, Array, Array], tuple[Values, Codes]
+]  # (u, du, branch signs, guess)
 
 
 class Start(NamedTuple):
@@ -25,7 +27,10 @@ class Start(NamedTuple):
 
 
 class Closer:
-    """Closes one model; `run` is its closure kernel. Rates of the iteration's trial states are zero."""
+    """Closes one model; `run` is its closure kernel.
+
+    Rates of the iteration's trial states are zero.
+    """
 
     def __init__(self, model: Model, run: RunClose) -> None:
         self.given = list(model.plan.given)
@@ -43,8 +48,11 @@ class Closer:
         move = u - start.s[..., self.given]
         predicted = _mapped(start.velocity_map, move)
         values, codes = self._run(u, du, signs, start.s + predicted)
-        rough = ~smooth(values["s"] - start.s, predicted, _mapped(values["R"], move), self._turns, self._passive)
-        # a closed form that fails has no answer; an iteration may only have been started too far off
+        rough = ~smooth(
+            values["s"] - start.s, predicted, _mapped(values["R"], move), self._turns, self._passive
+        )
+        # a closed form that fails has no answer; an iteration may only have been started too far
+        # off
         rough = rough | (codes != 0) if self.iterates else rough & (codes == 0)
         if not np.any(rough):
             return values, codes
@@ -53,7 +61,9 @@ class Closer:
             values, codes = self._run(u, du, signs, found.s[0])
             return values, _code(found.codes, codes)[0]
         rows = np.flatnonzero(rough)
-        found = self._follow(np.broadcast_to(start.s, (len(u), len(self._reference)))[rows], u[rows], signs)
+        found = self._follow(
+            np.broadcast_to(start.s, (len(u), len(self._reference)))[rows], u[rows], signs
+        )
         again, at_end = self._run(u[rows], du[rows], signs, found.s)
         for key, value in values.items():
             value[rows] = again[key]

@@ -1,10 +1,11 @@
 """Following a configuration along a motion: predict with R, correct with the closure, refuse a jump.
 
-A mechanism on its branch moves smoothly, so the move of a step is what R foretells at its start and what R tells in
-hindsight at its end, the nearer the shorter the step. Where it is not, the step is shortened; where no step is short
-enough, the motion meets a singular place (a toggle, a change point) or would have to jump to another assembly mode,
-and is refused. Both ends are asked, because at a change point R jumps where the coordinates do not: a step that ends
-just beyond it is foretold well.
+A mechanism on its branch moves smoothly, so the move of a step is what R foretells at its start and
+what R tells in hindsight at its end, the nearer the shorter the step. Where it is not, the step is
+shortened; where no step is short enough, the motion meets a singular place (a toggle, a change
+point) or would have to jump to another assembly mode, and is refused. Both ends are asked, because
+at a change point R jumps where the coordinates do not: a step that ends just beyond it is foretold
+well.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ from ..ground.arrays import Array
 from ..kernels.status import JUMP
 
 Values = Mapping[str, Array]
-Close = Callable[[Array, Array], tuple[Values, NDArray[np.int64]]]  # (u, guess) -> values with s and R, status codes
+Close = Callable[
+    [Array, Array], tuple[Values, NDArray[np.int64]]
+]  # (u, guess) -> values with s and R, status codes
 
 Mask = NDArray[np.bool_]
 CORRECTION = 0.25  # largest part of the predicted step that the correction may be
@@ -38,7 +41,9 @@ class Tracked:
     progress: Array
 
 
-def track(close: Close, start_s: Array, start_u: Array, end_u: Array, turns: Mask, passive: Mask) -> Tracked:
+def track(
+    close: Close, start_s: Array, start_u: Array, end_u: Array, turns: Mask, passive: Mask
+) -> Tracked:
     """Follow each row (N, ...) along the straight line from start_u to end_u, beginning at the closed s there.
 
     `turns`, `passive`: which coordinates are angles, and which are not given (n_s,).
@@ -76,11 +81,13 @@ def smooth(moved: Array, predicted: Array, hindsight: Array, turns: Mask, passiv
 
     Whole turns of an angle are no move.
     """
-    size = np.abs(predicted).max(axis=-1, initial=0.0, where=passive)  # given coordinates may go any way
+    size = np.abs(predicted).max(
+        axis=-1, initial=0.0, where=passive
+    )  # given coordinates may go any way
     with np.errstate(invalid="ignore"):
         whole = np.where(turns, 2.0 * np.pi * np.round((moved - predicted) / (2.0 * np.pi)), 0.0)
-        correction = np.maximum(np.abs(moved - whole - predicted), np.abs(moved - whole - hindsight)).max(
-            axis=-1, initial=0.0, where=passive
-        )
+        correction = np.maximum(
+            np.abs(moved - whole - predicted), np.abs(moved - whole - hindsight)
+        ).max(axis=-1, initial=0.0, where=passive)
         near: Mask = (correction <= CORRECTION * size + SLACK) & (size <= LARGEST)
     return near

@@ -29,7 +29,9 @@ def refuse(model: Model, u: Array, signs: Array, codes: Codes, distances: Array)
     raise refusal(model, u, signs, int(code), distance, row)
 
 
-def refusal(model: Model, u: Array, signs: Array, code: int, distance: float, index: int | None) -> HybridDynamicsError:
+def refusal(
+    model: Model, u: Array, signs: Array, code: int, distance: float, index: int | None
+) -> HybridDynamicsError:
     """The error for one state u (n,) whose status is `code`."""
     if code == JUMP:
         return _jump(model, index)
@@ -38,16 +40,23 @@ def refusal(model: Model, u: Array, signs: Array, code: int, distance: float, in
     return _not_closed(model, u, signs, code, distance, index)
 
 
-def _not_closed(model: Model, u: Array, signs: Array, code: int, distance: float, index: int | None) -> StateError:
+def _not_closed(
+    model: Model, u: Array, signs: Array, code: int, distance: float, index: int | None
+) -> StateError:
     """The error for a status that the closure kernel gives."""
     k = (code - 1) // 2
     steps = model.plan.steps
     if k > len(steps):
         names = "+".join(dict.fromkeys(e.loop.name for e in model.plan.redundant))
-        problem = "closes at the reference but not here: it has more equations than it can meet in motion"
+        problem = (
+            "closes at the reference but not here: it has more equations than it can meet in motion"
+        )
         return ClosureError(f"loop '{names}' {problem}", loop=names, index=index)
     if k == len(steps):
-        problem = "the loops close only with a frame turned half round; the configuration belongs to no assembly"
+        problem = (
+            "the loops close only with a frame turned half round; the configuration belongs to no"
+            " assembly"
+        )
         return ClosureError(problem, loop=steps[-1].name, index=index)
     if code != closure_code(k):
         return _singular(steps[k].name, distance, index)
@@ -60,8 +69,8 @@ def _not_closed(model: Model, u: Array, signs: Array, code: int, distance: float
 
 def _singular(loop: str, distance: float, index: int | None) -> SingularityError:
     return SingularityError(
-        f"loop '{loop}' is singular here (distance {distance:.2g} of at most 1): rates and forces have no finite "
-        "answer; move away from this place",
+        f"loop '{loop}' is singular here (distance {distance:.2g} of at most 1): rates and forces"
+        " have no finite answer; move away from this place",
         loop=loop,
         distance=distance,
         index=index,
@@ -74,7 +83,10 @@ def _open(model: Model, step: Step, posture: Posture, index: int | None) -> Stat
     told = {c: f"{names[c]} = {posture.q[c] + 0.0:.9g} {model.tree.unit(c)}" for c in known}
     values = ", ".join(told.values())
     if isinstance(step, NewtonStep):  # an iteration knows no range
-        problem = f"loop '{step.name}' cannot close at {values}: no closed configuration was found on the way there"
+        problem = (
+            f"loop '{step.name}' cannot close at {values}: no closed configuration was found on the"
+            " way there"
+        )
         return ClosureError(problem, loop=step.name, index=index)
     for coordinate in (c for c in known if c in model.plan.given):
         value = float(posture.q[coordinate])
@@ -82,13 +94,17 @@ def _open(model: Model, step: Step, posture: Posture, index: int | None) -> Stat
         allowed = allowed_range(model.tree, step, posture, coordinate, near)
         if allowed is None:
             continue
-        if allowed[0] - EDGE < value < allowed[1] + EDGE:  # closes on both sides: two modes meet here
+        if (
+            allowed[0] - EDGE < value < allowed[1] + EDGE
+        ):  # closes on both sides: two modes meet here
             return _singular(step.name, 0.0, index)
         unit = model.tree.unit(coordinate)
         others = ", ".join(text for c, text in told.items() if c != coordinate)
         return ClosureError(
-            f"loop '{step.name}' cannot close: {names[coordinate]} = {value:.9g} {unit} is outside of "
-            f"[{allowed[0]:.9g}, {allowed[1]:.9g}] {unit}, where the loop closes{f' (at {others})' if others else ''}"
+            f"loop '{step.name}' cannot close: {names[coordinate]} = {value:.9g} {unit} is"
+            " outside of "
+            f"[{allowed[0]:.9g}, {allowed[1]:.9g}] {unit}, where the loop"
+            f" closes{f' (at {others})' if others else ''}"
             f"{_narrower(model, coordinate, allowed, unit)}",
             loop=step.name,
             coordinate=names[coordinate],
@@ -112,8 +128,8 @@ def _jump(model: Model, index: int | None) -> SingularityError:
     """The error for a motion that has no smooth way on."""
     names = "+".join(dict.fromkeys(name for step in model.plan.steps for name in step.loops))
     return SingularityError(
-        "the way there leaves this assembly mode: it meets a toggle or change point, or would have to jump to another "
-        "mode; take another way, or start from a state on the wanted mode",
+        "the way there leaves this assembly mode: it meets a toggle or change point, or would have"
+        " to jump to another mode; take another way, or start from a state on the wanted mode",
         loop=names,
         distance=0.0,
         index=index,

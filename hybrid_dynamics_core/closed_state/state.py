@@ -36,13 +36,16 @@ class ClosedState(Picklable):
         s, ds: all coordinates and rates (n_s,).
         R: (n_s, n) with s' = R u', Chu (2020), Eq. 20.
         bias: R' u' (n_s,), the accelerations with u'' = 0.
-        residual: largest error of the loop equations, in lengths of the loop (dimensionless) or radians.
+        residual: largest error of the loop equations, in lengths of the loop (dimensionless) or
+        radians.
         branch: assembly mode of each loop by name.
         distances: (loops,) distance of each loop to its nearest singularity, 0 singular, 1 best:
             2 |det J_z| / ||J_z||_F^2 with J_z made dimensionless.
         iterations: of the closure; 0 where every loop has a closed form. (N,) for a batch.
-        dds: (n_s,) accelerations of all coordinates where they were given (`close_given`), else None.
-        status: ClosureStatus (an int array for a batch); only `close(..., check=False)` returns others than OK.
+        dds: (n_s,) accelerations of all coordinates where they were given (`close_given`), else
+        None.
+        status: ClosureStatus (an int array for a batch); only `close(..., check=False)` returns
+        others than OK.
     """
 
     u: Array
@@ -67,7 +70,10 @@ class ClosedState(Picklable):
     def __repr__(self) -> str:
         """Coordinates and rates (of a batch their shapes), and the evidence: the worst of all rows."""
         parts = [f"{name}={_told(getattr(self, name))}" for name in ("u", "du", "z", "dz")]
-        residual, nearest = np.max(self.residual, initial=0.0), np.min(self.singularity, initial=1.0)
+        residual, nearest = (
+            np.max(self.residual, initial=0.0),
+            np.min(self.singularity, initial=1.0),
+        )
         met = "+".join(ClosureStatus(code).name for code in np.unique(self.status))
         parts += [
             f"residual={residual:.2g}",
@@ -123,8 +129,12 @@ class ClosedState(Picklable):
             parts["signs"] = self.signs
         if parts["u"].ndim == 2:
             return replace(self, **parts)
-        residual, status, iterations = (parts.pop(name).item() for name in ("residual", "status", "iterations"))
-        return replace(self, **parts, residual=residual, status=ClosureStatus(status), iterations=iterations)
+        residual, status, iterations = (
+            parts.pop(name).item() for name in ("residual", "status", "iterations")
+        )
+        return replace(
+            self, **parts, residual=residual, status=ClosureStatus(status), iterations=iterations
+        )
 
     @staticmethod
     def joined(states: Sequence[ClosedState]) -> ClosedState:

@@ -27,14 +27,14 @@ def choose_branch(
     def distance(sign: float) -> float:
         if not _margin(step, posture, sign, guess) > 0.0:
             return math.inf
-        return sum(abs(float(posture.q[k]) - guess[k]) for k in (told or step.unknowns))
+        return sum(abs(float(posture.q[k]) - guess[k]) for k in told or step.unknowns)
 
     best = min(signs, key=distance)
     if not _margin(step, posture, best, guess) > 0.0:
         if _closed(step, context, guess):
             problem = (
-                "is singular at the reference configuration: what is given does not hold it there; give other joints, "
-                "or another reference"
+                "is singular at the reference configuration: what is given does not hold it there;"
+                " give other joints, or another reference"
             )
         else:
             gap = shortfall(context.tree, context.closures, step, posture)
@@ -63,7 +63,9 @@ def _margin(step: Step, posture: Posture, sign: float, guess: Sequence[float]) -
 
 def _named(robot: RobotDescription, step: Step, context: Context) -> list[float] | None:
     """The sign of the mode that the file names; None where it names none."""
-    closure = context.closures.get(step.loops[0]) if context.named and len(step.loops) == 1 else None
+    closure = (
+        context.closures.get(step.loops[0]) if context.named and len(step.loops) == 1 else None
+    )
     if closure is None or closure.assembly is None:
         return None
     if closure.assembly not in step.modes:
@@ -81,10 +83,16 @@ def _refuse_undecided(
     tree, found = context.tree, {}
     for sign, mode in zip((1.0, -1.0), step.modes, strict=False):
         if _margin(step, posture, sign, guess) > 0.0:
-            joints = (f"{tree.coordinates[k]} = {float(posture.q[k]):.4g} {tree.unit(k)}" for k in step.unknowns)
+            joints = (
+                f"{tree.coordinates[k]} = {float(posture.q[k]):.4g} {tree.unit(k)}"
+                for k in step.unknowns
+            )
             found[mode] = ", ".join(joints)
     if found:
         ways = " or ".join(f"{mode} ({joints})" for mode, joints in found.items())
-        problem = f"closes in more than one way: {ways}; name one as assembly, or give its joints in reference"
+        problem = (
+            f"closes in more than one way: {ways}; name one as assembly, or give its joints in"
+            " reference"
+        )
         error = robot.error(robot.closure_key(step.loops[0]), problem)
         raise UndecidedModeError(error, loop=step.loops[0], modes=tuple(found))

@@ -1,7 +1,8 @@
 """From active to all coordinates: positions by the plan, then rates, accelerations, R and force projection.
 
 With s = [u; z] and J_s s' = 0 (Chu (2020), Eq. 18):  s' = R u',  R = [E; -J_z^-1 J_u] (Eq. 20),
-s'' = R u'' + R' u'. Each block needs only the coordinates before it, so nothing larger than a block is inverted.
+s'' = R u'' + R' u'. Each block needs only the coordinates before it, so nothing larger than a block
+is inverted.
 """
 
 from __future__ import annotations
@@ -22,19 +23,29 @@ class ClosedMotion:
     """
 
     def __init__(
-        self, tree: Tree, plan: ClosurePlan, u: Sequence[Scalar], branch: Sequence[Scalar], guess: Sequence[Scalar]
+        self,
+        tree: Tree,
+        plan: ClosurePlan,
+        u: Sequence[Scalar],
+        branch: Sequence[Scalar],
+        guess: Sequence[Scalar],
     ) -> None:
         self._tree = tree
         self.given = plan.given
         self.size = len(tree.coordinates)
         self.steps = plan.steps
         self.posture = given_posture(tree, dict(zip(plan.given, u, strict=True)))
-        self.margins = [step.solve(self.posture, sign, guess) for step, sign in zip(plan.steps, branch, strict=True)]
+        self.margins = [
+            step.solve(self.posture, sign, guess)
+            for step, sign in zip(plan.steps, branch, strict=True)
+        ]
         self.loops = plan.loops
         self.residuals: list[Scalar] = []
         self.guards: list[Scalar] = []
         linear: dict[LoopEquations, Linearised] = {}
-        for loop in dict.fromkeys((*plan.loops, *(e.loop for step in plan.steps for e in step.equations))):
+        for loop in dict.fromkeys(
+            (*plan.loops, *(e.loop for step in plan.steps for e in step.equations))
+        ):
             linear[loop] = loop.linearise(self.posture)
             self.residuals += linear[loop].residual
             self.guards += loop.guards(self.posture)
@@ -56,13 +67,17 @@ class ClosedMotion:
         for equation in (e for step in self.steps for e in step.equations):
             if equation.loop not in biases:
                 biases[equation.loop] = equation.loop.bias(self.posture, ds)
-        return self._complete(ddu, [[biases[e.loop][e.index] for e in step.equations] for step in self.steps])
+        return self._complete(
+            ddu, [[biases[e.loop][e.index] for e in step.equations] for step in self.steps]
+        )
 
     def _complete(self, given: Sequence[Scalar], bias: list[list[Scalar]]) -> list[Scalar]:
         values: list[Scalar] = [0.0] * self.size
         for k, value in zip(self.given, given, strict=True):
             values[k] = value
-        for step, rows, inverse, extra in zip(self.steps, self.rows, self._inverses, bias, strict=True):
+        for step, rows, inverse, extra in zip(
+            self.steps, self.rows, self._inverses, bias, strict=True
+        ):
             rhs = []
             for row, term in zip(rows, extra, strict=True):
                 total = term
@@ -84,7 +99,9 @@ class ClosedMotion:
         """R^T f for tree forces f along s, and mu = J_z^-T f_z of each step (the multipliers are -mu)."""
         f = list(forces)
         multipliers: list[list[Scalar]] = []
-        for step, rows, inverse in zip(self.steps[::-1], self.rows[::-1], self._inverses[::-1], strict=True):
+        for step, rows, inverse in zip(
+            self.steps[::-1], self.rows[::-1], self._inverses[::-1], strict=True
+        ):
             mu = inverse.solve_transposed([f[k] for k in step.unknowns])
             for row, m in zip(rows, mu, strict=True):
                 for k, coefficient in row.items():

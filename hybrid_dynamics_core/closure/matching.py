@@ -30,17 +30,26 @@ class Matching(NamedTuple):
 def match(equations: Sequence[Equation], unknowns: Sequence[int]) -> Matching:
     """Match by structure (which coordinate can occur in which equation); blocks only where the match is perfect."""
     column = {coordinate: k for k, coordinate in enumerate(unknowns)}
-    pairs = [(row, column[k]) for row, e in enumerate(equations) for k in sorted(e.involved) if k in column]
+    pairs = [
+        (row, column[k])
+        for row, e in enumerate(equations)
+        for k in sorted(e.involved)
+        if k in column
+    ]
     shape = (len(equations), len(unknowns))
     if not pairs:
         return Matching([], list(unknowns), list(equations))
-    incidence = csr_array(coo_array((np.ones(len(pairs)), np.array(pairs, dtype=np.int32).T), shape=shape))
+    incidence = csr_array(
+        coo_array((np.ones(len(pairs)), np.array(pairs, dtype=np.int32).T), shape=shape)
+    )
     matched = maximum_bipartite_matching(incidence, perm_type="column")
     surplus = [e for e, m in zip(equations, matched.tolist(), strict=True) if m < 0]
     loose = _loose(incidence, matched)
     if surplus or loose:
         return Matching([], [unknowns[k] for k in loose], surplus)
-    depends = csr_array(incidence[:, matched])  # equation r needs the unknowns of the equations in its row
+    depends = csr_array(
+        incidence[:, matched]
+    )  # equation r needs the unknowns of the equations in its row
     _, label = connected_components(depends, directed=True, connection="strong")
     blocks = [
         Block(tuple(equations[r] for r in rows), tuple(sorted(unknowns[matched[r]] for r in rows)))
@@ -67,7 +76,8 @@ def _ordered(depends: csr_array, label: np.ndarray) -> list[list[int]]:
     waiting = list(dict.fromkeys(label.tolist()))
     members = {block: np.flatnonzero(label == block).tolist() for block in waiting}
     needs = {
-        block: {int(label[k]) for r in members[block] for k in depends[[r], :].indices} - {block} for block in waiting
+        block: {int(label[k]) for r in members[block] for k in depends[[r], :].indices} - {block}
+        for block in waiting
     }
     result, done = [], set[int]()
     while waiting:

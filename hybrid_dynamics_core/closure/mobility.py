@@ -1,7 +1,8 @@
 """How many independent coordinates a mechanism has, and which: for files that list motors, not coordinates.
 
-A motor set may be short (a rod that turns about its own axis, a free foot) or redundant. Motors that depend on the
-ones before them become passive; what the motors leave free becomes a further independent coordinate, without effort.
+A motor set may be short (a rod that turns about its own axis, a free foot) or redundant. Motors
+that depend on the ones before them become passive; what the motors leave free becomes a further
+independent coordinate, without effort.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ from .constraints.from_description import loop_equations
 from .loop_gap import gap_of
 from .rank import CLOSED, close_numerically, jacobian_of, posture_of
 
-INDEPENDENT = 1e-6  # share of a coordinate's motion that must not follow from the coordinates chosen before
+INDEPENDENT = (
+    1e-6  # share of a coordinate's motion that must not follow from the coordinates chosen before
+)
 SPREADS = (0.3, 1.0)  # [rad or m] how far from a reference that does not close others are tried
 
 
@@ -51,7 +54,9 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     order = [names.index(name) for name in robot.active] + passive
     chosen = _independent(motions, order)
     if names and not chosen:
-        raise robot.error("active", "the loops hold every joint fast: nothing is left to move; mend the geometry")
+        raise robot.error(
+            "active", "the loops hold every joint fast: nothing is left to move; mend the geometry"
+        )
     motors = tuple(names[k] for k in chosen if names[k] in robot.active)
     idle = tuple(names[k] for k in chosen if names[k] not in robot.active)
     dependent = tuple(name for name in robot.active if name not in motors)
@@ -67,7 +72,9 @@ def _closed(
     """
     found = close_numerically(tree, loops, start, passive)
     best = 0.0 if _is_closed(tree, loops, start) else _merit(tree, *found)
-    held = sorted({k for loop in loops for k in loop.coordinates})  # all else stays where the reference has it
+    held = sorted(
+        {k for loop in loops for k in loop.coordinates}
+    )  # all else stays where the reference has it
     for begin in (np.asarray(start, dtype=float), *_other_starts(start, held, _limits(tree))):
         if best == 0.0:
             break
@@ -126,8 +133,8 @@ def _beyond(robot: RobotDescription, reference: Mapping[str, float]) -> Iterator
         value, (lower, upper) = reference[name], joint.limits
         if not lower - CLOSED <= value <= upper + CLOSED:
             yield (
-                f"{name}: the loops close at {value:.6g}, outside its limits [{lower:.6g}, {upper:.6g}]; "
-                "within all limits no closed configuration was found"
+                f"{name}: the loops close at {value:.6g}, outside its limits [{lower:.6g},"
+                f" {upper:.6g}]; within all limits no closed configuration was found"
             )
 
 

@@ -25,8 +25,9 @@ from .rank import CLOSED, close_numerically, posture_of, rank_equations
 class ClosurePlan:
     """How the rest follows from the given coordinates.
 
-    `steps` in solving order; `branch`: the sign (+1, -1) of each; `reference`: a closed posture (floats);
-    `loops`: all equations; `redundant`: those that follow from the others; `idle`: coordinates no loop holds.
+    `steps` in solving order; `branch`: the sign (+1, -1) of each; `reference`: a closed posture
+    (floats); `loops`: all equations; `redundant`: those that follow from the others; `idle`:
+    coordinates no loop holds.
     """
 
     given: tuple[int, ...]
@@ -38,17 +39,25 @@ class ClosurePlan:
 
 
 def build_plan(
-    tree: Tree, robot: RobotDescription, given: Sequence[int] | None = None, near: Mapping[int, float] | None = None
+    tree: Tree,
+    robot: RobotDescription,
+    given: Sequence[int] | None = None,
+    near: Mapping[int, float] | None = None,
 ) -> ClosurePlan:
     """Plan the closure of every loop from the given coordinates (the active ones if None).
 
-    `near`: a configuration from which modes are read and iterations start (the description's reference if None).
-    Raises DescriptionError where the loops do not fit the given coordinates or do not close.
+    `near`: a configuration from which modes are read and iterations start (the description's
+    reference if None). Raises DescriptionError where the loops do not fit the given coordinates or
+    do not close.
     """
     named = given is None
     given = tuple(range(tree.n_active)) if given is None else tuple(given)
     if near is None:
-        near = {k: robot.reference[name] for k, name in enumerate(tree.coordinates) if name in robot.reference}
+        near = {
+            k: robot.reference[name]
+            for k, name in enumerate(tree.coordinates)
+            if name in robot.reference
+        }
     unknowns = [k for k in range(len(tree.coordinates)) if k not in given]
     loops = loop_equations(tree, robot, frozenset(unknowns))
     equations, redundant = _independent(tree, robot, loops, near, unknowns)
@@ -59,12 +68,16 @@ def build_plan(
     guess = [float(near.get(k, 0.0)) for k in range(len(tree.coordinates))]
     posture = given_posture(tree, {k: guess[k] for k in given})
     steps = [make_step(block, context) for block in matching.blocks]
-    if any(isinstance(step, NewtonStep) for step in steps):  # these start where everything is closed already
+    if any(
+        isinstance(step, NewtonStep) for step in steps
+    ):  # these start where everything is closed already
         closed, residual = close_numerically(tree, loops, guess, unknowns)
         guess = closed.tolist() if max(residual.values()) < CLOSED else guess
     branch = [choose_branch(robot, step, context, posture, guess) for step in steps]
     _check_closed(tree, robot, loops, posture)
-    if named and robot.active_set == "exact":  # else the reference is not the file's: a note tells of it
+    if (
+        named and robot.active_set == "exact"
+    ):  # else the reference is not the file's: a note tells of it
         _check_limits(tree, robot, posture)
     return ClosurePlan(given, tuple(steps), tuple(branch), posture, tuple(loops), tuple(redundant))
 
@@ -96,7 +109,9 @@ def _independent(
         raise robot.error("active", _undetermined(tree, matching, len(equations), len(unknowns)))
     if not matching.surplus:
         return equations, []
-    ranked = rank_equations(tree, loops, [near.get(k, 0.0) for k in range(len(tree.coordinates))], unknowns)
+    ranked = rank_equations(
+        tree, loops, [near.get(k, 0.0) for k in range(len(tree.coordinates))], unknowns
+    )
     if ranked.rank is not None and ranked.rank > len(unknowns):
         held = f": {_loops_of(matching.surplus)} would be fixed more than once"
         raise robot.error("active", _wrong_count(tree, len(unknowns), ranked.rank) + held)
@@ -104,15 +119,19 @@ def _independent(
     if ranked.residual[worst] > CLOSED:
         raise robot.error(
             robot.closure_key(worst),
-            f"does not close: {gap_of(tree, robot, worst, posture_of(tree, ranked.closest))} "
-            f"({ranked.residual[worst]:.2g} of the loop's length) where it comes nearest; mend the geometry, "
-            "or give a reference nearer to a closed configuration",
+            f"does not close: {gap_of(tree, robot, worst, posture_of(tree, ranked.closest))}"
+            f" ({ranked.residual[worst]:.2g} of the loop's length) where it comes nearest; mend the"
+            " geometry, or give a reference nearer to a closed configuration",
         )
     if ranked.rigid:
-        problem = "close at the reference, but not next to it: over-determined, the mechanism cannot move"
+        problem = (
+            "close at the reference, but not next to it: over-determined, the mechanism cannot move"
+        )
         raise robot.error("closures" if "closures" in robot.lines else "loops", problem)
     if ranked.idle:
-        raise robot.error("active", _wrong_count(tree, len(unknowns), len(ranked.independent), ranked.idle))
+        raise robot.error(
+            "active", _wrong_count(tree, len(unknowns), len(ranked.independent), ranked.idle)
+        )
     return ranked.independent, ranked.redundant
 
 
@@ -121,21 +140,29 @@ def _wrong_count(tree: Tree, unknowns: int, equations: int, free: Sequence[int] 
     freedom = len(tree.coordinates) - equations
     if freedom <= 0:
         return (
-            f"{counted(equations, 'independent loop equation')} {agreed(equations, 'holds', 'hold')} all "
-            f"{counted(len(tree.coordinates), 'joint')} fast; nothing can move"
+            f"{counted(equations, 'independent loop equation')}"
+            f" {agreed(equations, 'holds', 'hold')} all {counted(len(tree.coordinates), 'joint')}"
+            " fast; nothing can move"
         )
     named, joints = len(tree.coordinates) - unknowns, len(tree.coordinates)
-    missing = f": besides those named, {_some_of(tree, freedom - named, free)}" if free and freedom > named else ""
+    missing = (
+        f": besides those named, {_some_of(tree, freedom - named, free)}"
+        if free and freedom > named
+        else ""
+    )
     return (
-        f"{counted(named, 'joint')} {agreed(named, 'is', 'are')} named, but {counted(joints, 'joint')} with "
-        f"{counted(equations, 'independent loop equation')} {agreed(joints, 'has', 'have')} "
-        f"{counted(freedom, 'degree')} of freedom; name {freedom}{missing}"
+        f"{counted(named, 'joint')} {agreed(named, 'is', 'are')} named, but"
+        f" {counted(joints, 'joint')} with {counted(equations, 'independent loop equation')}"
+        f" {agreed(joints, 'has', 'have')} {counted(freedom, 'degree')} of freedom; name"
+        f" {freedom}{missing}"
     )
 
 
 def _loose_ends(robot: RobotDescription) -> str:
     """Links that carry nothing and that no loop ties: one of them may belong to a loop that was forgotten."""
-    carrying = {joint.parent for joint in robot.joints.values()} | {frame.link for frame in robot.frames.values()}
+    carrying = {joint.parent for joint in robot.joints.values()} | {
+        frame.link for frame in robot.frames.values()
+    }
     tied = {link for closure in robot.closures for link in (closure.link_a, closure.link_b)}
     loose = [joint.child for joint in robot.joints.values() if joint.child not in carrying | tied]
     names = ", ".join(f"'{name}'" for name in loose)
@@ -148,21 +175,28 @@ def _undetermined(tree: Tree, matching: Matching, equations: int, unknowns: int)
     names = ", ".join(tree.coordinates[k] for k in matching.undetermined)
     held = _loops_of(matching.surplus)
     return (
-        f"the loops do not determine {names}, while {held} would be fixed more than once; name "
-        f"{_some_of(tree, missing, matching.undetermined)} in place of {'one' if missing == 1 else missing} of {held}"
+        f"the loops do not determine {names}, while {held} would be fixed more than once; name"
+        f" {_some_of(tree, missing, matching.undetermined)} in place of"
+        f" {'one' if missing == 1 else missing} of {held}"
     )
 
 
 def _some_of(tree: Tree, count: int, coordinates: Sequence[int]) -> str:
     names = [tree.coordinates[k] for k in coordinates]
-    return ", ".join(names) if count == len(names) else f"{'one' if count == 1 else count} of {', '.join(names)}"
+    return (
+        ", ".join(names)
+        if count == len(names)
+        else f"{'one' if count == 1 else count} of {', '.join(names)}"
+    )
 
 
 def _loops_of(equations: Sequence[Equation]) -> str:
     return ", ".join(dict.fromkeys(equation.loop.name for equation in equations))
 
 
-def _check_closed(tree: Tree, robot: RobotDescription, loops: Sequence[LoopEquations], posture: Posture) -> None:
+def _check_closed(
+    tree: Tree, robot: RobotDescription, loops: Sequence[LoopEquations], posture: Posture
+) -> None:
     for loop in loops:
         error = max(abs(float(r)) for r in loop.linearise(posture).residual)
         flipped = any(not float(g) > 0.0 for g in loop.guards(posture))
@@ -170,7 +204,8 @@ def _check_closed(tree: Tree, robot: RobotDescription, loops: Sequence[LoopEquat
             gap = f"{gap_of(tree, robot, loop.name, posture)} ({error:.2g} of the loop's length)"
             size = gap if not flipped else "its frames face opposite ways"
             raise robot.error(
-                robot.closure_key(loop.name), f"does not close at the reference: {size}; mend geometry or reference"
+                robot.closure_key(loop.name),
+                f"does not close at the reference: {size}; mend geometry or reference",
             )
 
 
@@ -178,5 +213,11 @@ def _check_limits(tree: Tree, robot: RobotDescription, posture: Posture) -> None
     for body in tree.bodies:
         value, (lower, upper) = float(posture.q[body.coordinate]), body.limits
         if not lower - CLOSED <= value <= upper + CLOSED:
-            problem = f"the loops close at the reference with {value:.6g}, outside [{lower:.6g}, {upper:.6g}]"
-            raise robot.error(f"joints.{body.joint}", f"{problem}; mend the limits, the reference or the assembly mode")
+            problem = (
+                f"the loops close at the reference with {value:.6g}, outside [{lower:.6g},"
+                f" {upper:.6g}]"
+            )
+            raise robot.error(
+                f"joints.{body.joint}",
+                f"{problem}; mend the limits, the reference or the assembly mode",
+            )

@@ -15,7 +15,13 @@ from .constraints.equations import Equation, LoopEquations
 MAX_ITERATIONS = 200
 CLOSED = 1e-6  # residual, in lengths of the loop, up to which a configuration counts as closed
 INDEPENDENT = 1e-7  # share of a row that must be left after the rows before it are taken out
-STIRS = (0.07, 0.02, -0.02, 0.005, -0.005)  # [rad or m] moves of the given coordinates off symmetric places
+STIRS = (
+    0.07,
+    0.02,
+    -0.02,
+    0.005,
+    -0.005,
+)  # [rad or m] moves of the given coordinates off symmetric places
 
 
 @dataclass(frozen=True)
@@ -31,7 +37,9 @@ class Ranked:
     residual: dict[str, float]  # by loop, at the configuration that closes best
     closest: Array  # that configuration
     rank: int | None
-    rigid: bool = False  # closes where it stands, but not where the given coordinates are moved a little
+    rigid: bool = (
+        False  # closes where it stands, but not where the given coordinates are moved a little
+    )
 
 
 def rank_equations(
@@ -56,7 +64,9 @@ def rank_equations(
     )
 
 
-def _near_by(tree: Tree, loops: Sequence[LoopEquations], closed: Array, unknowns: Sequence[int]) -> Array | None:
+def _near_by(
+    tree: Tree, loops: Sequence[LoopEquations], closed: Array, unknowns: Sequence[int]
+) -> Array | None:
     """A closed configuration near one that may be special, with the given coordinates moved; None if there is none."""
     given = [k for k in range(len(closed)) if k not in unknowns]
     for size in STIRS:
@@ -81,7 +91,10 @@ AWAY = 0.05  # [rad or m] off a place where the equations have no value
 
 
 def close_numerically(
-    tree: Tree, loops: Sequence[LoopEquations], start: Sequence[float] | Array, unknowns: Sequence[int]
+    tree: Tree,
+    loops: Sequence[LoopEquations],
+    start: Sequence[float] | Array,
+    unknowns: Sequence[int],
 ) -> tuple[Array, dict[str, float]]:
     """Gauss-Newton with minimum-norm steps on the unknowns: s, and the residual of each loop."""
     s = np.array(start, dtype=float)
@@ -120,7 +133,9 @@ def posture_of(tree: Tree, s: Sequence[float] | Array) -> Posture:
     return posture
 
 
-def jacobian_of(tree: Tree, loops: Sequence[LoopEquations], s: Array, unknowns: Sequence[int]) -> tuple[Array, Array]:
+def jacobian_of(
+    tree: Tree, loops: Sequence[LoopEquations], s: Array, unknowns: Sequence[int]
+) -> tuple[Array, Array]:
     """Gaps (m,) of all equations at s, and their Jacobian (m, unknowns)."""
     posture = posture_of(tree, s)
     residual, rows = [], []

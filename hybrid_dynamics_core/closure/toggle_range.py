@@ -16,7 +16,9 @@ _SAMPLES = 2001  # a range narrower than 1/2000 of the searched one is not told 
 _SPAN = 6.0  # searched displacements, in lengths of the loop
 
 
-def allowed_range(tree: Tree, step: Step, posture: Posture, coordinate: int, near: float) -> tuple[float, float] | None:
+def allowed_range(
+    tree: Tree, step: Step, posture: Posture, coordinate: int, near: float
+) -> tuple[float, float] | None:
     """The interval of a known coordinate, nearest to `near`, in which the step closes with all else as in `posture`.
 
     (-inf, inf) where it always closes, None where it never does. [rad or m]
@@ -40,7 +42,9 @@ def allowed_range(tree: Tree, step: Step, posture: Posture, coordinate: int, nea
             return way * math.inf
         bracket = sorted((grid[k], grid[k + way]))
         root: float = brentq(
-            lambda q: float(_margin(step, posture, coordinate, revolute, np.array([q]))[0]), *bracket, xtol=1e-14
+            lambda q: float(_margin(step, posture, coordinate, revolute, np.array([q]))[0]),
+            *bracket,
+            xtol=1e-14,
         )
         return root
 
@@ -52,4 +56,6 @@ def _margin(step: Step, posture: Posture, coordinate: int, revolute: bool, value
     put = trial.set_angle if revolute else trial.set_length
     put(coordinate, values)
     with np.errstate(all="ignore"):
-        return np.broadcast_to(np.asarray(step.solve(trial, 1.0, posture.q), dtype=float), values.shape)
+        return np.broadcast_to(
+            np.asarray(step.solve(trial, 1.0, posture.q), dtype=float), values.shape
+        )

@@ -1,7 +1,8 @@
 """Controllers: functions of time [s] and measured ClosedState that return efforts tau (n,).
 
-Each is a few lines over the model; `loads` is what the model believes to act (None: what the description gives), so
-that a controller may be wrong about a payload while the machine, or its simulation, is not.
+Each is a few lines over the model; `loads` is what the model believes to act (None: what the
+description gives), so that a controller may be wrong about a payload while the machine, or its
+simulation, is not.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ from .trajectory import JointTrajectory
 class GravityCompensation:
     """Holds weight, springs and applied wrenches, and nothing else: the arm moves as if it had no weight.
 
-    `damping`: (n,) or a number [N m s/rad or N s/m], tau falls by it times u'. Raises InputError for another shape.
+    `damping`: (n,) or a number [N m s/rad or N s/m], tau falls by it times u'. Raises InputError
+    for another shape.
     """
 
     robot: Robot
@@ -45,8 +47,8 @@ class GravityCompensation:
 class ComputedTorque:
     """Follows a trajectory so that its error e = u_d - u obeys e'' + kd e' + kp e = 0, joint by joint.
 
-    tau = ID(u, u', u_d'' + kd e' + kp e). `kp` [1/s^2] and `kd` [1/s]: (n,) or a number; kd = 2 sqrt(kp) does not
-    overshoot.
+    tau = ID(u, u', u_d'' + kd e' + kp e). `kp` [1/s^2] and `kd` [1/s]: (n,) or a number; kd = 2
+    sqrt(kp) does not overshoot.
     """
 
     robot: Robot
@@ -62,7 +64,11 @@ class ComputedTorque:
     def __call__(self, t: float, state: ClosedState) -> Array:
         """The efforts."""
         goal = self.trajectory(t)
-        ddu = goal.ddu + np.asarray(self.kd) * (goal.du - state.du) + np.asarray(self.kp) * (goal.u - state.u)
+        ddu = (
+            goal.ddu
+            + np.asarray(self.kd) * (goal.du - state.du)
+            + np.asarray(self.kp) * (goal.u - state.u)
+        )
         return self.robot.inverse_dynamics(state, ddu, self.loads)
 
 
@@ -70,7 +76,8 @@ class ComputedTorque:
 class FeedForward:
     """The efforts that the trajectory needs, and a spring and damper to it: ID(u_d, u_d', u_d'') + kp e + kd e'.
 
-    `kp` [N m/rad or N/m] and `kd` [N m s/rad or N s/m]: (n,) or a number. With `model` False only spring and damper.
+    `kp` [N m/rad or N/m] and `kd` [N m s/rad or N s/m]: (n,) or a number. With `model` False only
+    spring and damper.
     """
 
     robot: Robot
@@ -94,10 +101,13 @@ class FeedForward:
         return np.asarray(tau)
 
 
-def efforts_along(robot: Robot, trajectory: JointTrajectory, times: ArrayLike, loads: Loads | None = None) -> Array:
+def efforts_along(
+    robot: Robot, trajectory: JointTrajectory, times: ArrayLike, loads: Loads | None = None
+) -> Array:
     """Feed-forward efforts (N, n) of a trajectory at ascending times (N,) [s], closed from each point to the next.
 
-    Raises ClosureError or SingularityError with the `index` of the first time at which it cannot be reached.
+    Raises ClosureError or SingularityError with the `index` of the first time at which it cannot be
+    reached.
     """
     times = np.asarray(times, dtype=float)
     if times.ndim != 1 or not len(times):
@@ -113,9 +123,14 @@ def _check_gains(robot: Robot, **gains: ArrayLike) -> None:
     for name, gain in gains.items():
         values = np.asarray(gain, dtype=float)
         if values.shape not in ((), (n,)):
-            raise InputError(f"{name} has shape {values.shape}; expected a number or ({n},): {', '.join(robot.active)}")
+            raise InputError(
+                f"{name} has shape {values.shape}; expected a number or ({n},):"
+                f" {', '.join(robot.active)}"
+            )
         if not (np.isfinite(values) & (values >= 0.0)).all():
-            raise InputError(f"{name} is {values.tolist()}; expected finite numbers, zero or positive")
+            raise InputError(
+                f"{name} is {values.tolist()}; expected finite numbers, zero or positive"
+            )
 
 
 def _check_trajectory(robot: Robot, trajectory: JointTrajectory) -> None:
@@ -123,5 +138,6 @@ def _check_trajectory(robot: Robot, trajectory: JointTrajectory) -> None:
     columns, n = trajectory.positions.shape[1], len(robot.active)
     if columns != n:
         raise InputError(
-            f"the trajectory has {counted(columns, 'joint')}; {robot.name} has {n}: {', '.join(robot.active)}"
+            f"the trajectory has {counted(columns, 'joint')}; {robot.name} has {n}:"
+            f" {', '.join(robot.active)}"
         )

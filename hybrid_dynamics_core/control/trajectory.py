@@ -23,10 +23,10 @@ class Reference(NamedTuple):
 class JointTrajectory:
     """A motion through points (N, n) at ascending times (N,) [s], as in trajectory_msgs/JointTrajectory.
 
-    With positions alone: the cubic spline that starts and ends at rest, of continuous acceleration; with `at_rest`
-    false, as for a motion that was cut out of a longer one, the spline whose ends go on as the points do (not-a-knot),
-    which is exact for cubics. With velocities:
-    cubics between the points, whose acceleration jumps there. With accelerations too: quintics. Before the first and
+    With positions alone: the cubic spline that starts and ends at rest, of continuous acceleration;
+    with `at_rest` false, as for a motion that was cut out of a longer one, the spline whose ends go
+    on as the points do (not-a-knot), which is exact for cubics. With velocities: cubics between the
+    points, whose acceleration jumps there. With accelerations too: quintics. Before the first and
     after the last point it stands there at rest.
 
     Raises InputError for points that do not fit each other.
@@ -49,18 +49,25 @@ class JointTrajectory:
             raise InputError("times has to be two or more ascending numbers")
         for name, part in zip(("positions", "velocities", "accelerations"), given, strict=False):
             if part.ndim != 2 or part.shape != (len(self.times), given[0].shape[-1]):
-                raise InputError(f"{name} has shape {part.shape}; expected one row for each of {len(self.times)} times")
+                raise InputError(
+                    f"{name} has shape {part.shape}; expected one row for each of {len(self.times)}"
+                    " times"
+                )
             if not np.isfinite(part).all():
                 raise InputError(f"{name} has an entry that is not finite")
         self.positions = given[0]
         times = self.times.copy()  # SciPy 1.11 wants arrays that could be written
         if len(given) == 1:
-            self._curve = CubicSpline(times, given[0].copy(), axis=0, bc_type="clamped" if at_rest else "not-a-knot")
+            self._curve = CubicSpline(
+                times, given[0].copy(), axis=0, bc_type="clamped" if at_rest else "not-a-knot"
+            )
         else:
             self._curve = BPoly.from_derivatives(times, np.stack(given, axis=1))
 
     @classmethod
-    def between(cls, start: ArrayLike, end: ArrayLike, duration: float, begin: float = 0.0) -> JointTrajectory:
+    def between(
+        cls, start: ArrayLike, end: ArrayLike, duration: float, begin: float = 0.0
+    ) -> JointTrajectory:
         """From rest to rest in `duration` [s] on a quintic: rates and accelerations start and end at zero."""
         positions = np.stack([np.asarray(start, dtype=float), np.asarray(end, dtype=float)])
         rest = np.zeros_like(positions)

@@ -64,7 +64,9 @@ class _Builder:
             files=self.document.files(),
             effects=self.effects(),
             payloads=self.payloads(),
-            actuators=read_actuators(data.get("actuators", {}), data["joints"], numbers.number, self.document.error),
+            actuators=read_actuators(
+                data.get("actuators", {}), data["joints"], numbers.number, self.document.error
+            ),
         )
         doubt_lengths(self.document, told)
         doubt_masses(self.document, numbers, self.places, told.base)
@@ -73,9 +75,12 @@ class _Builder:
 
     def each(self, section: str, build: Callable[[str, Any, Path_], T]) -> Mapping[str, T]:
         entries = self.data.get(section, {})
-        return MappingProxyType({name: build(name, value, (section, name)) for name, value in entries.items()})
+        return MappingProxyType(
+            {name: build(name, value, (section, name)) for name, value in entries.items()}
+        )
 
-    # -- links -------------------------------------------------------------------------------------------------
+    # -- links
+    # -------------------------------------------------------------------------------------------------
 
     def links(self) -> tuple[Mapping[str, Link], Mapping[str, Link]]:
         """Moving links and the base, each with the links fixed to it as one body; and these, in that body's frame."""
@@ -94,22 +99,31 @@ class _Builder:
     def link(self, name: str, entry: Mapping[str, Any], path: Path_) -> Link:
         mass = self.numbers.number(entry.get("mass", 0), (*path, "mass"))
         if mass < 0.0:
-            raise self.document.error((*path, "mass"), f"is {mass:g} kg; a mass is zero or positive")
+            raise self.document.error(
+                (*path, "mass"), f"is {mass:g} kg; a mass is zero or positive"
+            )
         where = (*path, "inertia")
         slack = PRINTED if name in self.document.printed else TRIANGLE_SLACK
         inertia = read_inertia(self.numbers, entry.get("inertia", {"xx": 0}), mass, where, slack)
         if mass == 0.0 and np.any(inertia):
             raise self.document.error(where, "the link has an inertia but no mass; give its mass")
         if mass > 0.0 and "inertia" not in entry:
-            self.document.notes.append(f"{name}: no inertia given; its {mass:g} kg are taken as a point at its com")
+            self.document.notes.append(
+                f"{name}: no inertia given; its {mass:g} kg are taken as a point at its com"
+            )
         com = self.numbers.vector(entry.get("com", [0, 0, 0]), (*path, "com"))
         return Link(name, mass, com, inertia)
 
-    # -- joints ------------------------------------------------------------------------------------------------
+    # -- joints
+    # ------------------------------------------------------------------------------------------------
 
     def joints(self) -> Mapping[str, Joint]:
-        moving = {name: entry for name, entry in self.data["joints"].items() if entry["type"] != "fixed"}
-        return MappingProxyType({name: self.joint(name, entry, ("joints", name)) for name, entry in moving.items()})
+        moving = {
+            name: entry for name, entry in self.data["joints"].items() if entry["type"] != "fixed"
+        }
+        return MappingProxyType(
+            {name: self.joint(name, entry, ("joints", name)) for name, entry in moving.items()}
+        )
 
     def joint(self, name: str, entry: Mapping[str, Any], path: Path_) -> Joint:
         pose = self.numbers.pose(entry.get("origin", {}), (*path, "origin"))
@@ -125,7 +139,9 @@ class _Builder:
         limits = self.numbers.limits(entry.get("limits"), (*path, "limits"))
         if entry["type"] == "revolute":
             self.numbers.doubt_degrees(entry.get("limits") or [], limits, (*path, "limits"))
-        return Joint(name, entry["type"], parent.link, entry["child"], rotation, translation, axis, limits)
+        return Joint(
+            name, entry["type"], parent.link, entry["child"], rotation, translation, axis, limits
+        )
 
     def reference(self, name: str, value: float | str, path: Path_) -> float:
         """A joint's value in the reference configuration [rad or m]."""
@@ -142,42 +158,59 @@ class _Builder:
             if name not in told and not lower <= 0.0 <= upper:
                 taken[name] = lower if lower > 0.0 else upper
                 self.document.notes.append(
-                    f"{name}: no reference is given; taken: {taken[name]:g}, the limit nearest to zero"
+                    f"{name}: no reference is given; taken: {taken[name]:g}, the limit nearest to"
+                    " zero"
                 )
         return MappingProxyType({**told, **taken})
 
     def mimics(self) -> Mapping[str, Mimic]:
         """Joints that follow others."""
-        told = {name: entry["mimic"] for name, entry in self.data["joints"].items() if "mimic" in entry}
-        return MappingProxyType({name: self.mimic(entry, ("joints", name, "mimic")) for name, entry in told.items()})
+        told = {
+            name: entry["mimic"] for name, entry in self.data["joints"].items() if "mimic" in entry
+        }
+        return MappingProxyType(
+            {name: self.mimic(entry, ("joints", name, "mimic")) for name, entry in told.items()}
+        )
 
     def mimic(self, entry: Mapping[str, Any], path: Path_) -> Mimic:
         factor = self.numbers.number(entry.get("multiplier", 1), (*path, "multiplier"))
         if factor == 0.0:
-            raise self.document.error((*path, "multiplier"), "is 0, so the joint would not move; make it a fixed joint")
-        return Mimic(entry["joint"], factor, self.numbers.number(entry.get("offset", 0), (*path, "offset")))
+            raise self.document.error(
+                (*path, "multiplier"), "is 0, so the joint would not move; make it a fixed joint"
+            )
+        return Mimic(
+            entry["joint"], factor, self.numbers.number(entry.get("offset", 0), (*path, "offset"))
+        )
 
-    # -- frames and closures -----------------------------------------------------------------------------------
+    # -- frames and closures
+    # -----------------------------------------------------------------------------------
 
     def frames(self) -> Mapping[str, Frame]:
         """Named frames, the places of links fixed to others, and the end effector."""
         named = {name: self.places.frame(name) for name in self.data.get("frames", {})}
-        fixed = {name: self.places.frame(name) for name in self.data["links"] if self.places.is_fixed(name)}
+        fixed = {
+            name: self.places.frame(name)
+            for name in self.data["links"]
+            if self.places.is_fixed(name)
+        }
         end_effector = self.frame(END_EFFECTOR, self.data["end_effector"], ("end_effector",))
         self.check_end_effector(end_effector)
         return MappingProxyType({**named, **fixed, END_EFFECTOR: end_effector})
 
     def check_end_effector(self, told: Frame) -> None:
         """Refuse two places of that name: a link or frame that is called so has to be the end effector."""
-        kinds = {"link": (self.data.get("base", "base"), *self.data["links"]), "frame": self.data.get("frames", {})}
+        kinds = {
+            "link": (self.data.get("base", "base"), *self.data["links"]),
+            "frame": self.data.get("frames", {}),
+        }
         kind = next((kind for kind, names in kinds.items() if END_EFFECTOR in names), None)
         if kind is None or _same_place(self.places.frame(END_EFFECTOR), told):
             return
         raise self.document.error(
             ("end_effector",),
-            f"a {kind} called '{END_EFFECTOR}' stands at another place, and one name cannot mean both; write "
-            f"`end_effector: {{link: {END_EFFECTOR}}}` if it is meant (other places can be named under frames), or "
-            f"rename that {kind}",
+            f"a {kind} called '{END_EFFECTOR}' stands at another place, and one name cannot mean"
+            f" both; write `end_effector: {{link: {END_EFFECTOR}}}` if it is meant (other places"
+            f" can be named under frames), or rename that {kind}",
         )
 
     def frame(self, _: str, entry: Mapping[str, Any], path: Path_) -> Frame:
@@ -201,10 +234,13 @@ class _Builder:
         )
 
     def loop(self, name: str, entry: Mapping[str, Any], _: Path_) -> Loop:
-        base, arm, k1, k2 = (self.places.place(entry[role])[0] for role in ("base", "arm", "k1", "k2"))
+        base, arm, k1, k2 = (
+            self.places.place(entry[role])[0] for role in ("base", "arm", "k1", "k2")
+        )
         return Loop(name, entry["type"], base, arm, k1, k2)
 
-    # -- forces ------------------------------------------------------------------------------------------------
+    # -- forces
+    # ------------------------------------------------------------------------------------------------
 
     def effects(self) -> Mapping[str, JointEffect]:
         effects = read_effects(self.data["joints"], self.numbers.number)
@@ -236,7 +272,10 @@ def _joined(a: Link, b: Link) -> Link:
 
 
 def _same_place(one: Frame, other: Frame) -> bool:
-    apart = max(np.abs(one.translation - other.translation).max(), np.abs(one.rotation - other.rotation).max())
+    apart = max(
+        np.abs(one.translation - other.translation).max(),
+        np.abs(one.rotation - other.rotation).max(),
+    )
     return one.link == other.link and bool(apart <= SAME_PLACE)
 
 

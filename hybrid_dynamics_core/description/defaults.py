@@ -23,11 +23,15 @@ def farthest_link(document: Document) -> str:
             link = joints[link]["parent"]
         return count
 
-    tied = {link for closure in document.section("closures").values() for link in closure["between"]}
+    tied = {
+        link for closure in document.section("closures").values() for link in closure["between"]
+    }
     links = [link for link in document.section("links") if link not in tied]
     solid = [link for link in links if document.section("links")[link].get("mass")]
     link = max(solid or links or [document.data["base"]], key=depth)
-    document.notes.append(f"no end effector is given; taken: '{link}', the link behind the most joints")
+    document.notes.append(
+        f"no end effector is given; taken: '{link}', the link behind the most joints"
+    )
     return str(link)
 
 

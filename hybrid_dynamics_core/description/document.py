@@ -33,9 +33,15 @@ class Document:
         self.data = data
         self.file = file
         self.notes: list[str] = []  # what the loader assumed, for `RobotDescription.notes`
-        self.doubts: list[str] = []  # what fits the format and is hardly meant, for `RobotDescription.doubts`
-        self.printed: set[str] = set()  # links whose numbers were rounded by the tool that printed them
-        self._places: dict[Path_, tuple[File, int]] = {path: (file, line) for path, line in lines.items()}
+        self.doubts: list[
+            str
+        ] = []  # what fits the format and is hardly meant, for `RobotDescription.doubts`
+        self.printed: set[str] = (
+            set()
+        )  # links whose numbers were rounded by the tool that printed them
+        self._places: dict[Path_, tuple[File, int]] = {
+            path: (file, line) for path, line in lines.items()
+        }
         self._origins: dict[Path_, Origin] = {}
         self._scopes: dict[Path_, Mapping[str, float]] = {}
 
@@ -95,7 +101,9 @@ class Document:
 
     def scope(self, path: Path_, default: Mapping[str, float]) -> Mapping[str, float]:
         """The names that an expression at this place may use."""
-        own = len(path) > 2 and path[:3] in self._origins  # a value inside, which the user wrote elsewhere
+        own = (
+            len(path) > 2 and path[:3] in self._origins
+        )  # a value inside, which the user wrote elsewhere
         return default if own else self._scopes.get(path[:2], default)
 
     def written(self, path: Path_) -> tuple[Path_, str]:
@@ -106,7 +114,9 @@ class Document:
                 continue
             outer, note = self.written(origin.path)
             if origin.note:
-                return outer, " in ".join(part for part in (_inside(origin.note, path[n:]), note) if part)
+                return outer, " in ".join(
+                    part for part in (_inside(origin.note, path[n:]), note) if part
+                )
             return (*outer, *path[n:]), note
         return path, ""
 
@@ -124,7 +134,9 @@ class Document:
     def _located(self, path: Path_, problem: str) -> DescriptionError:
         written, note = self.written(path)
         file, line = self.place(path)
-        return DescriptionError(problem + (f" ({note})" if note else ""), key=dotted(written), file=file, line=line)
+        return DescriptionError(
+            problem + (f" ({note})" if note else ""), key=dotted(written), file=file, line=line
+        )
 
     def doubt(self, path: Path_, problem: str) -> None:
         """Keep what is allowed at this entry and hardly meant; a message as those of errors, told once."""

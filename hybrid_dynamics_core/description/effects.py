@@ -14,7 +14,9 @@ from ..errors import InputError
 from ..ground.arrays import Array, frozen
 from .geometry import TRIANGLE_SLACK, check_inertia
 
-SMOOTHING = 1e-3  # [rad/s or m/s] over which Coulomb friction changes sign, unless the file says otherwise
+SMOOTHING = (
+    1e-3  # [rad/s or m/s] over which Coulomb friction changes sign, unless the file says otherwise
+)
 Path_ = tuple[str | int, ...]
 Number = Callable[[Any, Path_], float]
 Inertia = Callable[[Any, float, Path_], Array]
@@ -53,9 +55,18 @@ class Payload:
     def __post_init__(self) -> None:
         com, inertia = frozen(self.com), frozen(self.inertia)
         if com.shape != (3,) or inertia.shape != (3, 3):
-            raise InputError(f"a payload has com (3,) and inertia (3, 3), not {com.shape} and {inertia.shape}")
-        if not (np.isfinite(self.mass) and self.mass >= 0.0 and np.isfinite(com).all() and np.isfinite(inertia).all()):
-            raise InputError(f"a payload has a mass of zero or more and finite numbers, not {self.mass} kg")
+            raise InputError(
+                f"a payload has com (3,) and inertia (3, 3), not {com.shape} and {inertia.shape}"
+            )
+        if not (
+            np.isfinite(self.mass)
+            and self.mass >= 0.0
+            and np.isfinite(com).all()
+            and np.isfinite(inertia).all()
+        ):
+            raise InputError(
+                f"a payload has a mass of zero or more and finite numbers, not {self.mass} kg"
+            )
         try:
             check_inertia(inertia, TRIANGLE_SLACK)
         except ValueError as error:
@@ -77,21 +88,31 @@ def read_effects(joints: Mapping[str, Any], number: Number) -> Mapping[str, Join
     return MappingProxyType(found)
 
 
-def check_effects(effects: Mapping[str, JointEffect], error: Callable[[Path_, str], Exception]) -> None:
+def check_effects(
+    effects: Mapping[str, JointEffect], error: Callable[[Path_, str], Exception]
+) -> None:
     """Raise the error at the first value that cannot be."""
     for name, effect in effects.items():
         for part, keys in (("friction", ("viscous", "coulomb")), ("drive", ("rotor_inertia",))):
             for key in keys:
                 value = getattr(effect, key)
                 if value < 0.0:
-                    raise error(("joints", name, part, key), f"is {value:g}; expected zero or positive")
+                    raise error(
+                        ("joints", name, part, key), f"is {value:g}; expected zero or positive"
+                    )
         if effect.smoothing <= 0.0:
-            problem = f"is {effect.smoothing:g}; expected a rate above zero, over which friction changes sign"
+            problem = (
+                f"is {effect.smoothing:g}; expected a rate above zero, over which friction changes"
+                " sign"
+            )
             raise error(("joints", name, "friction", "smoothing"), problem)
 
 
 def read_payloads(
-    entries: Mapping[str, Any], number: Number, inertia: Inertia, error: Callable[[Path_, str], Exception]
+    entries: Mapping[str, Any],
+    number: Number,
+    inertia: Inertia,
+    error: Callable[[Path_, str], Exception],
 ) -> Mapping[str, tuple[str, Payload]]:
     """Frame and body by name."""
     found: dict[str, tuple[str, Payload]] = {}

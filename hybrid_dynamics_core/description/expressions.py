@@ -21,7 +21,8 @@ _BINARY: dict[type[ast.operator], Callable[[float, float], float]] = {
 MAX_LENGTH = 200
 _UNIT = re.compile(  # 18 kg, 70mm
     r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"
-    r"(t|kg|g|lbs?|km|m|dm|cm|mm|um|µm|in|inch|ft|\"|k?N|k?N[ *]?m|s|ms|rad|grad|°|kg[ *]?m(\^|\*\*)?[2²])\s*$"
+    r"(t|kg|g|lbs?|km|m|dm|cm|mm|um|µm|in|inch|ft|\"|k?N|k?N[ *]?m|s|ms|rad|grad|°|kg["
+    r" *]?m(\^|\*\*)?[2²])\s*$"
 )
 UNITS = "units are fixed: m, kg, s, N, rad (30*deg)"
 _NO_SIGN = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)\s*(deg|pi)\b")  # 60deg, 2 pi
@@ -47,9 +48,13 @@ def evaluate(text: str, names: Mapping[str, float], known: str = "parameters") -
         hint = meant(whole) if whole != text.strip() else ""
         unit = _UNIT.match(text) if not hint else None
         if unit:
-            raise ValueError(f"'{text}' has a unit; {UNITS}: write the number alone, in these") from None
+            raise ValueError(
+                f"'{text}' has a unit; {UNITS}: write the number alone, in these"
+            ) from None
         over = f"numbers and {known}" if known else "numbers, pi and deg"
-        raise ValueError(f"'{text}' is neither a number nor an expression (+ - * / over {over}){hint}") from None
+        raise ValueError(
+            f"'{text}' is neither a number nor an expression (+ - * / over {over}){hint}"
+        ) from None
     point = with_point(text)
     if point:
         raise ValueError(f"'{text}' is no number{POINT}{meant(point)}")
@@ -76,7 +81,11 @@ FUNCTIONS: dict[str, tuple[int, Callable[..., float]]] = {  # name: number of ar
 
 
 def _value(node: ast.expr, names: Mapping[str, float], known: str) -> float:
-    if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)) and not isinstance(node.value, bool):
+    if (
+        isinstance(node, ast.Constant)
+        and isinstance(node.value, (int, float))
+        and not isinstance(node.value, bool)
+    ):
         return float(node.value)
     if isinstance(node, ast.Name):
         return _named(node.id, names, known)
@@ -84,7 +93,9 @@ def _value(node: ast.expr, names: Mapping[str, float], known: str) -> float:
         value = _value(node.operand, names, known)
         return -value if isinstance(node.op, ast.USub) else value
     if isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
-        return _BINARY[type(node.op)](_value(node.left, names, known), _value(node.right, names, known))
+        return _BINARY[type(node.op)](
+            _value(node.left, names, known), _value(node.right, names, known)
+        )
     if isinstance(node, ast.Call):
         return _called(node, names, known)
     raise _NotAllowedError

@@ -13,7 +13,9 @@ def read_text(path: Path) -> str:
     """The text of a file; DescriptionError where it cannot be read."""
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise DescriptionError(f"larger than {MAX_BYTES} bytes; not a robot description", file=path)
+            raise DescriptionError(
+                f"larger than {MAX_BYTES} bytes; not a robot description", file=path
+            )
         return path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
         raise DescriptionError(f"not UTF-8 text (byte {error.start})", file=path) from error

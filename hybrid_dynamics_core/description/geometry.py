@@ -40,7 +40,10 @@ class Transform:
 
 
 def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> Array:
-    """Fixed-axis roll, pitch, yaw [rad] as a rotation matrix (3, 3): Rz(yaw) Ry(pitch) Rx(roll), as in URDF."""
+    """Fixed-axis roll, pitch, yaw [rad] as a rotation matrix (3, 3).
+
+    Rz(yaw) Ry(pitch) Rx(roll), as in URDF.
+    """
     cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
     return snapped(
         [
@@ -54,7 +57,8 @@ def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> Array:
 def rpy_of(rotation: Array) -> Array:
     """Fixed-axis roll, pitch, yaw [rad] of a rotation matrix (3, 3): R = Rz(yaw) Ry(pitch) Rx(roll).
 
-    Where the pitch is a right angle, only yaw - roll or yaw + roll is settled: the yaw is taken as zero.
+    Where the pitch is a right angle, only yaw - roll or yaw + roll is settled: the yaw is taken as
+    zero.
     """
     level = math.hypot(rotation[0, 0], rotation[1, 0])
     pitch = math.atan2(-rotation[2, 0], level)
@@ -77,7 +81,10 @@ def snapped(matrix: list[list[float]] | Array) -> Array:
 
 
 def unit_axis(axis: str | list[float]) -> Array:
-    """A unit vector (3,) from 'x', '-y', ... or from a vector of any length. ValueError if it has none."""
+    """A unit vector (3,) from 'x', '-y', ... or from a vector of any length.
+
+    ValueError if it has none.
+    """
     if isinstance(axis, str):
         sign = -1.0 if axis.startswith("-") else 1.0
         return frozen([sign * v for v in AXES[axis[-1]]])
@@ -109,7 +116,8 @@ def check_inertia(inertia: Array, relative: float) -> None:
     if moments[0] + moments[1] < moments[2] - slack:
         a, b, c = (f"{m:.6g}" for m in moments)
         raise ValueError(
-            f"no rigid body has principal moments {a}, {b}, {c}: two of them must add up to at least the third"
+            f"no rigid body has principal moments {a}, {b}, {c}: two of them must add up to at"
+            " least the third"
         )
 
 

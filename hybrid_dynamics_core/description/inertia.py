@@ -62,7 +62,9 @@ def _cylinder(numbers: Numbers, entry: Mapping[str, Any], mass: float, path: Pat
     radius = numbers.length(entry["radius"], (*path, "radius"))
     inner = numbers.number(entry.get("inner", 0), (*path, "inner"))
     if not 0.0 <= inner < radius:
-        raise numbers.document.error((*path, "inner"), f"is {inner:g} m; expected 0 up to the radius, {radius:g} m")
+        raise numbers.document.error(
+            (*path, "inner"), f"is {inner:g} m; expected 0 up to the radius, {radius:g} m"
+        )
     squares = radius * radius + inner * inner
     length = numbers.length(entry["length"], (*path, "length"))
     across = mass * (3.0 * squares + length * length) / 12.0

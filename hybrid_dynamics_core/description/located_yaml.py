@@ -33,7 +33,11 @@ _Loader.add_implicit_resolver("tag:yaml.org,2002:int", _INT, list("-+0123456789"
 _Loader.add_implicit_resolver("tag:yaml.org,2002:float", _FLOAT, list("-+.0123456789"))
 _CLOSING = {"{": "}", "[": "]"}
 _NO_BLOCK_END = "expected <block end>, but found"
-_OPENED = ("while parsing a flow mapping", "while parsing a flow sequence", "while scanning a quoted scalar")
+_OPENED = (
+    "while parsing a flow mapping",
+    "while parsing a flow sequence",
+    "while scanning a quoted scalar",
+)
 
 
 def read_yaml(text: str, file: File = None) -> Document:
@@ -58,20 +62,26 @@ class _Reader:
         except yaml.YAMLError as error:
             raise DescriptionError(f"not valid YAML: {error}", file=self.file) from error
         except RecursionError:
-            raise DescriptionError("nested too deeply (an alias inside itself?)", file=self.file) from None
+            raise DescriptionError(
+                "nested too deeply (an alias inside itself?)", file=self.file
+            ) from None
         finally:
             loader.dispose()
         return Document(data, self.file, self._lines)
 
     def _invalid(self, error: yaml.MarkedYAMLError) -> DescriptionError:
         """The error at the bracket, brace or quote that is left open, if one is; else where reading ended."""
-        problem, start, end = error.problem or error.context or "", error.context_mark, error.problem_mark
+        problem, start, end = (
+            error.problem or error.context or "",
+            error.context_mark,
+            error.problem_mark,
+        )
         problem = problem.replace("'<scalar>'", "a value")
         if start is not None and end is not None and error.context in _OPENED:
             opened = self.text[start.index]
             problem = (
-                f"the {opened!r} in column {start.column + 1} is still open "
-                f"in line {end.line + 1}, column {end.column + 1}: {problem}{self._missing(opened, start, end)}"
+                f"the {opened!r} in column {start.column + 1} is still open in line {end.line + 1},"
+                f" column {end.column + 1}: {problem}{self._missing(opened, start, end)}"
             )
             end = start
         elif end is not None:
@@ -88,10 +98,15 @@ class _Reader:
             return "a line is indented with a tab; indent with spaces"
         second = problem == "mapping values are not allowed here"
         if above is None or above[1] == column or not (second or problem.startswith(_NO_BLOCK_END)):
-            return f"{problem}: a second ':' in one line; put text that has one in quotes" if second else ""
+            return (
+                f"{problem}: a second ':' in one line; put text that has one in quotes"
+                if second
+                else ""
+            )
         return (
-            f"the indentation does not fit: this line begins in column {column}, the entry above it (line {above[0]}) "
-            f"in column {above[1]}; entries that belong together begin in one column, parts of an entry further right"
+            f"the indentation does not fit: this line begins in column {column}, the entry above it"
+            f" (line {above[0]}) in column {above[1]}; entries that belong together begin in one"
+            " column, parts of an entry further right"
         )
 
     def _entry_above(self, line: int) -> tuple[int, int] | None:
@@ -101,7 +116,9 @@ class _Reader:
             for token in yaml.scan(self.text, Loader=_Loader):
                 if token.start_mark.line >= line:
                     break
-                depth += isinstance(token, (yaml.FlowMappingStartToken, yaml.FlowSequenceStartToken))
+                depth += isinstance(
+                    token, (yaml.FlowMappingStartToken, yaml.FlowSequenceStartToken)
+                )
                 depth -= isinstance(token, (yaml.FlowMappingEndToken, yaml.FlowSequenceEndToken))
                 if depth == 0 and isinstance(token, (yaml.KeyToken, yaml.BlockEntryToken)):
                     found = (token.start_mark.line + 1, token.start_mark.column + 1)
@@ -113,7 +130,9 @@ class _Reader:
         """Where the other bracket is missing, if reading ended in a later line: most likely before that."""
         lines = self.text.splitlines()[start.line : end.line]
         full = [
-            start.line + k + 1 for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")
+            start.line + k + 1
+            for k, line in enumerate(lines)
+            if line.strip() and not line.lstrip().startswith("#")
         ]
         if opened not in _CLOSING or not full:
             return ""
@@ -124,17 +143,26 @@ class _Reader:
             return _Loader(self.text)
         except ReaderError as error:
             line = self.text[: error.position].count("\n") + 1
-            problem = f"not valid YAML: the character U+{ord(self.text[error.position]):04X} is not allowed"
+            problem = (
+                f"not valid YAML: the character U+{ord(self.text[error.position]):04X} is not"
+                " allowed"
+            )
             raise DescriptionError(problem, file=self.file, line=line) from error
 
     def _read(self, loader: _Loader, node: yaml.Node, path: Path_) -> Any:
         self._count += 1
         if self._count > MAX_NODES:
-            raise DescriptionError("too many entries (aliases that multiply?)", file=self.file, key=dotted(path))
+            raise DescriptionError(
+                "too many entries (aliases that multiply?)", file=self.file, key=dotted(path)
+            )
         self._lines.setdefault(path, node.start_mark.line + 1)
-        if not node.tag.startswith("tag:yaml.org,2002:") or node.tag.startswith("tag:yaml.org,2002:python"):
+        if not node.tag.startswith("tag:yaml.org,2002:") or node.tag.startswith(
+            "tag:yaml.org,2002:python"
+        ):
             line = node.start_mark.line + 1
-            raise DescriptionError(f"the tag {node.tag} is not allowed; plain values only", file=self.file, line=line)
+            raise DescriptionError(
+                f"the tag {node.tag} is not allowed; plain values only", file=self.file, line=line
+            )
         if isinstance(node, yaml.MappingNode):
             return self._read_mapping(loader, node, path)
         if isinstance(node, yaml.SequenceNode):
@@ -143,7 +171,9 @@ class _Reader:
             return loader.construct_object(node)
         except ValueError as error:
             line = node.start_mark.line + 1
-            raise DescriptionError(f"not a value: {error}", key=dotted(path), file=self.file, line=line) from error
+            raise DescriptionError(
+                f"not a value: {error}", key=dotted(path), file=self.file, line=line
+            ) from error
 
     def _read_mapping(self, loader: _Loader, node: yaml.MappingNode, path: Path_) -> dict[str, Any]:
         result: dict[str, Any] = {}
@@ -151,7 +181,10 @@ class _Reader:
             key = key_node.value if isinstance(key_node, yaml.ScalarNode) else None
             if not isinstance(key, str):
                 raise DescriptionError(
-                    "a key must be a plain name", key=dotted(path), file=self.file, line=key_node.start_mark.line + 1
+                    "a key must be a plain name",
+                    key=dotted(path),
+                    file=self.file,
+                    line=key_node.start_mark.line + 1,
                 )
             here = (*path, key)
             if key in result:

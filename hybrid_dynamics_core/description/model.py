@@ -47,9 +47,9 @@ class Link:
 class Joint:
     """One degree of freedom between two links.
 
-    At zero the child frame stands at (`rotation`, `translation`) in the parent frame; the joint turns it about,
-    or moves it along, the unit `axis` (given in the child frame, which the joint leaves unchanged).
-    `limits`: (lower, upper) [rad or m], infinite where the file gives none.
+    At zero the child frame stands at (`rotation`, `translation`) in the parent frame; the joint
+    turns it about, or moves it along, the unit `axis` (given in the child frame, which the joint
+    leaves unchanged). `limits`: (lower, upper) [rad or m], infinite where the file gives none.
     """
 
     name: str
@@ -75,9 +75,10 @@ class Mimic:
 class Closure:
     """Ties a frame of `link_a` to a frame of `link_b`; what coincides is said by `kind`.
 
-    planar: the two points, in the plane of the loop (2 equations, a pin of a planar loop);
-    point: the two points (3, a spherical joint); axis: the points and the z axes (5, a revolute joint);
-    frame: everything (6, a weld). More equations than the loop needs are found by rank, where they agree.
+    planar: the two points, in the plane of the loop (2 equations, a pin of a planar loop); point:
+    the two points (3, a spherical joint); axis: the points and the z axes (5, a revolute joint);
+    frame: everything (6, a weld). More equations than the loop needs are found by rank, where they
+    agree.
     """
 
     name: str
@@ -86,7 +87,9 @@ class Closure:
     link_b: str
     point_b: Array  # [m] in link_b
     kind: ClosureKind = "planar"
-    rotation_a: Array = field(default_factory=lambda: frozen(np.eye(3)))  # (3, 3) closure frame to link_a
+    rotation_a: Array = field(
+        default_factory=lambda: frozen(np.eye(3))
+    )  # (3, 3) closure frame to link_a
     rotation_b: Array = field(default_factory=lambda: frozen(np.eye(3)))
     assembly: str | None = None  # name of an assembly mode; None: the one nearest the reference
 
@@ -96,8 +99,8 @@ class Loop:
     """A four-bar loop as Chu et al. (2020) write it: links l_(i-1), l_i, l_k1, l_k2 and its type letter.
 
     Type A: l_i hangs on the base, l_k2 on l_k1; the pin ties l_k2 to l_i; the arm goes on from l_i.
-    Type B: l_i hangs on the base, l_k2 on l_i; the pin ties l_k1 to l_k2; the arm goes on from l_k2.
-    Type C is B, and D is A, with l_i and l_k2 exchanged. l_k1 always hangs on the base.
+    Type B: l_i hangs on the base, l_k2 on l_i; the pin ties l_k1 to l_k2; the arm goes on from
+    l_k2. Type C is B, and D is A, with l_i and l_k2 exchanged. l_k1 always hangs on the base.
     """
 
     name: str
@@ -124,17 +127,29 @@ class RobotDescription(Picklable):
     end_effector: str
     frames: Mapping[str, Frame]
     reference: Mapping[str, float] = field(default_factory=dict)
-    active_set: ActiveSet = "exact"  # "motors": independent coordinates are found from the motors by rank
+    active_set: ActiveSet = (
+        "exact"  # "motors": independent coordinates are found from the motors by rank
+    )
     mimics: Mapping[str, Mimic] = field(default_factory=dict)  # by the joint that follows
     file: str | Path | None = None
     lines: Mapping[str, int] = field(default_factory=dict)  # where each entry stands, by dotted key
-    files: Mapping[str, str | Path | None] = field(default_factory=dict)  # of entries that stand in another file
+    files: Mapping[str, str | Path | None] = field(
+        default_factory=dict
+    )  # of entries that stand in another file
     notes: tuple[str, ...] = ()  # what the loader assumed or left out, one sentence each
-    doubts: tuple[str, ...] = ()  # those of the notes that tell of what is allowed and hardly meant, with its place
-    effects: Mapping[str, JointEffect] = field(default_factory=dict)  # by joint, where the file gives any
-    payloads: Mapping[str, tuple[str, Payload]] = field(default_factory=dict)  # frame and body by name
+    doubts: tuple[
+        str, ...
+    ] = ()  # those of the notes that tell of what is allowed and hardly meant, with its place
+    effects: Mapping[str, JointEffect] = field(
+        default_factory=dict
+    )  # by joint, where the file gives any
+    payloads: Mapping[str, tuple[str, Payload]] = field(
+        default_factory=dict
+    )  # frame and body by name
     actuators: Mapping[str, HydraulicCylinder] = field(default_factory=dict)  # by joint
-    parts: Mapping[str, Link] = field(default_factory=dict)  # links fixed to others, in whose frame and data they are
+    parts: Mapping[str, Link] = field(
+        default_factory=dict
+    )  # links fixed to others, in whose frame and data they are
 
     def body_of(self, part: str) -> str:
         """The link of which a part is one; `frames` tells where on it."""
@@ -152,7 +167,9 @@ class RobotDescription(Picklable):
         while near and near not in self.lines:
             near = near.rpartition(".")[0]
         file = self.files.get(near, self.file)
-        return DescriptionError(with_doubts(problem, self.doubts), key=key, file=file, line=self.lines.get(near))
+        return DescriptionError(
+            with_doubts(problem, self.doubts), key=key, file=file, line=self.lines.get(near)
+        )
 
 
 def effects_of(description: RobotDescription, joint: str) -> JointEffect:

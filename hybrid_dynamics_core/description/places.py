@@ -11,8 +11,8 @@ from .values import Numbers
 class Places:
     """Resolves a name to a moving link (or the base) and a constant pose on it.
 
-    A frame with the name of its own link is where everything else about that link is given, in place of the
-    frame at its joint: so Denavit-Hartenberg frames keep their meaning.
+    A frame with the name of its own link is where everything else about that link is given, in
+    place of the frame at its joint: so Denavit-Hartenberg frames keep their meaning.
     """
 
     def __init__(self, numbers: Numbers) -> None:
@@ -29,7 +29,10 @@ class Places:
             if entry["type"] == "fixed":
                 path = ("joints", name)
                 pose = numbers.pose(entry.get("origin", {}), (*path, "origin"))
-                self._on[entry["child"]] = (entry["parent"], pose @ self._own.pop(entry["child"], Transform()))
+                self._on[entry["child"]] = (
+                    entry["parent"],
+                    pose @ self._own.pop(entry["child"], Transform()),
+                )
 
     def is_fixed(self, link: str) -> bool:
         """Whether the name stands on another link at a constant pose."""

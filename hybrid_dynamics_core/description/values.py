@@ -22,7 +22,9 @@ _FLOAT_LIMIT = 1e12  # beyond this an SI value of a robot is a slip
 
 def _seems_degrees(told: float | str, angle: float) -> bool:
     """Whether an angle [rad] of more than a turn is no multiple of a quarter turn and written without pi or deg."""
-    if not TURN < abs(angle) < ENDLESS or (isinstance(told, str) and re.search(r"\b(pi|deg)\b", told)):
+    if not TURN < abs(angle) < ENDLESS or (
+        isinstance(told, str) and re.search(r"\b(pi|deg)\b", told)
+    ):
         return False
     quarters = angle / (math.pi / 2.0)
     return abs(quarters - round(quarters)) > PRINTED_PI * abs(quarters)
@@ -46,14 +48,18 @@ class Numbers:
         for name, value in (document.data.get("parameters") or {}).items():
             self.parameters[name] = self.number(value, ("parameters", name))
 
-    def number(self, value: float | str, path: Path_, names: Mapping[str, float] | None = None) -> float:
+    def number(
+        self, value: float | str, path: Path_, names: Mapping[str, float] | None = None
+    ) -> float:
         """A finite number from a number or an expression over `names` (those of the place if None)."""
         number = self.extended(value, path, names)
         if not math.isfinite(number) or abs(number) > _FLOAT_LIMIT:
             raise self.document.error(path, f"is {value}; expected a finite number in SI units")
         return number
 
-    def extended(self, value: float | str, path: Path_, names: Mapping[str, float] | None = None) -> float:
+    def extended(
+        self, value: float | str, path: Path_, names: Mapping[str, float] | None = None
+    ) -> float:
         """The same, where infinity has a meaning."""
         names = self.document.scope(path, self.parameters) if names is None else names
         try:
@@ -67,15 +73,25 @@ class Numbers:
         self.doubt_degrees([value], [number], path)
         return number
 
-    def doubt_degrees(self, told: Sequence[float | str], angles: Sequence[float], path: Path_) -> None:
+    def doubt_degrees(
+        self, told: Sequence[float | str], angles: Sequence[float], path: Path_
+    ) -> None:
         """Note angles [rad] of more than a turn that are written without pi: many a file has degrees there."""
-        slips = [(text, angle) for text, angle in zip(told, angles, strict=False) if _seems_degrees(text, angle)]
+        slips = [
+            (text, angle)
+            for text, angle in zip(told, angles, strict=False)
+            if _seems_degrees(text, angle)
+        ]
         if slips:
-            turns = (max(0.0, *angles) - min(0.0, *angles) if len(angles) > 1 else abs(angles[0])) / math.tau
+            turns = (
+                max(0.0, *angles) - min(0.0, *angles) if len(angles) > 1 else abs(angles[0])
+            ) / math.tau
             values = " to ".join(f"{angle:g}" for angle in angles)
             written = ", ".join(map(_in_degrees, told))
             hint = meant(f"[{written}]" if len(told) > 1 else written)
-            self.document.doubt(path, f"{values} rad {agreed(len(angles), 'is', 'are')} {turns:.3g} turns{hint}")
+            self.document.doubt(
+                path, f"{values} rad {agreed(len(angles), 'is', 'are')} {turns:.3g} turns{hint}"
+            )
 
     def length(self, value: float | str, path: Path_) -> float:
         """A number above zero."""
@@ -91,7 +107,9 @@ class Numbers:
     def axis(self, entry: str | list[Any], path: Path_) -> Array:
         """A unit vector (3,)."""
         try:
-            return unit_axis(entry if isinstance(entry, str) else [float(v) for v in self.vector(entry, path)])
+            return unit_axis(
+                entry if isinstance(entry, str) else [float(v) for v in self.vector(entry, path)]
+            )
         except ValueError as error:
             raise self.document.error(path, str(error)) from error
 
@@ -101,7 +119,9 @@ class Numbers:
             return -math.inf, math.inf
         lower, upper = (self.extended(v, (*path, k)) for k, v in enumerate(entry))
         if not lower < upper:
-            raise self.document.error(path, f"the lower limit {lower:g} is not below the upper limit {upper:g}")
+            raise self.document.error(
+                path, f"the lower limit {lower:g} is not below the upper limit {upper:g}"
+            )
         return lower, upper
 
     def pose(self, entry: Mapping[str, Any] | list[Any], path: Path_) -> Transform:
@@ -124,4 +144,6 @@ class Numbers:
         if isinstance(entry, list) or "axis" not in entry:
             return self.pose(entry, path)
         axis = self.axis(entry["axis"], (*path, "axis"))
-        return Transform(rotation_to_axis(axis), self.vector(entry.get("xyz", [0, 0, 0]), (*path, "xyz")))
+        return Transform(
+            rotation_to_axis(axis), self.vector(entry.get("xyz", [0, 0, 0]), (*path, "xyz"))
+        )

@@ -40,10 +40,10 @@ def draw(
 ) -> Figure:
     """Draw a robot: a side view where all of it moves in one plane, an oblique view where not.
 
-    state: one closed state; the reference configuration if None.
-    path: where to write the figure, as .svg, .png or .pdf.
-    names: which names are shown: none, those of the active joints, of all joints, or of links too.
-    Raises InputError for a batch of states and for other suffixes, MissingPackageError without Matplotlib.
+    state: one closed state; the reference configuration if None. path: where to write the figure,
+    as .svg, .png or .pdf. names: which names are shown: none, those of the active joints, of all
+    joints, or of links too. Raises InputError for a batch of states and for other suffixes,
+    MissingPackageError without Matplotlib.
     """
     _need_matplotlib()
     from .figure import robot_figure, save  # noqa: PLC0415  needs Matplotlib
@@ -54,7 +54,9 @@ def draw(
     return figure
 
 
-def draw_on(axes: Axes, robot: Robot, state: ClosedState | None = None, *, names: Names = "active") -> None:
+def draw_on(
+    axes: Axes, robot: Robot, state: ClosedState | None = None, *, names: Names = "active"
+) -> None:
     """Draw a robot on two-dimensional axes whose size is final, without title and key; the limits are set here."""
     _need_matplotlib()
     from .paint.picture import limits_of, make_scene, paint_scene  # noqa: PLC0415
@@ -75,9 +77,9 @@ def draw_modes(  # noqa: PLR0913 - options of one picture
 ) -> Figure:
     """Draw the assembly modes of a robot at the active coordinates u (n,), side by side in one scale.
 
-    u: the reference configuration if None. most: how many modes are drawn, in the order of `robot.assembly_modes`,
-    the robot's own in any case. mark_own: whether the robot's own is told from the others.
-    Raises InputError where no mode closes, and as `draw` does.
+    u: the reference configuration if None. most: how many modes are drawn, in the order of
+    `robot.assembly_modes`, the robot's own in any case. mark_own: whether the robot's own is told
+    from the others. Raises InputError where no mode closes, and as `draw` does.
     """
     _need_matplotlib()
     from .figure import save  # noqa: PLC0415
@@ -86,7 +88,9 @@ def draw_modes(  # noqa: PLR0913 - options of one picture
     u = robot.reference if u is None else u
     modes = robot.assembly_modes(u)
     if not modes:
-        raise InputError(f"{robot.name} has no assembly mode at these active coordinates: its loops do not close")
+        raise InputError(
+            f"{robot.name} has no assembly mode at these active coordinates: its loops do not close"
+        )
     own = robot.close(u, check=False).branch if mark_own else {}
     figure = modes_figure(robot, modes, own, known_names(names), title, most)
     if path is not None:
@@ -104,15 +108,18 @@ def draw_workspace(
 ) -> Figure:
     """Draw where the end effector can be, with the robot in its reference configuration on top.
 
-    Planes are chosen for the robot: its own where it is planar, that of the arm where a column turns it, else three
-    views. Colours are the least distance to a singularity, or the largest to a limit, of what lies behind a point.
-    workspace: `robot.workspace()` if None. Raises as `draw` does.
+    Planes are chosen for the robot: its own where it is planar, that of the arm where a column
+    turns it, else three views. Colours are the least distance to a singularity, or the largest to a
+    limit, of what lies behind a point. workspace: `robot.workspace()` if None. Raises as `draw`
+    does.
     """
     _need_matplotlib()
     from .figure import save  # noqa: PLC0415
     from .maps.workspace import workspace_figure  # noqa: PLC0415
 
-    figure = workspace_figure(robot, robot.workspace() if workspace is None else workspace, known_colour(colour), title)
+    figure = workspace_figure(
+        robot, robot.workspace() if workspace is None else workspace, known_colour(colour), title
+    )
     if path is not None:
         save(figure, Path(path))
     return figure
@@ -129,8 +136,8 @@ def draw_margins(
 ) -> Figure:
     """Draw how near to a singularity (or a limit) the robot is, over two active coordinates, and where strokes end.
 
-    over: names of the two; the others stay at u (n,), the reference if None. Raises InputError for names that are not
-    active coordinates, and as `draw` does.
+    over: names of the two; the others stay at u (n,), the reference if None. Raises InputError for
+    names that are not active coordinates, and as `draw` does.
     """
     _need_matplotlib()
     from .figure import save  # noqa: PLC0415

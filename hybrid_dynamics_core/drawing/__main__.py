@@ -14,11 +14,19 @@ from .options import Names
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Draw; a wrong robot or file ends with one message and the exit status 1."""
-    parser = argparse.ArgumentParser(prog="python -m hybrid_dynamics_core.drawing", description="Draw a robot.")
+    parser = argparse.ArgumentParser(
+        prog="python -m hybrid_dynamics_core.drawing", description="Draw a robot."
+    )
     parser.add_argument("robot", help=f"description file, or one of {', '.join(shipped_robots())}")
     parser.add_argument("out", help="file to write, .svg or .png")
-    parser.add_argument("--names", choices=get_args(Names), help="whose names are shown (active; with --modes: none)")
-    parser.add_argument("--modes", action="store_true", help="all assembly modes of the reference, side by side")
+    parser.add_argument(
+        "--names",
+        choices=get_args(Names),
+        help="whose names are shown (active; with --modes: none)",
+    )
+    parser.add_argument(
+        "--modes", action="store_true", help="all assembly modes of the reference, side by side"
+    )
     options = parser.parse_args(arguments)
     try:
         robot = load(options.robot)

@@ -22,16 +22,24 @@ from .paint.picture import limits_of, make_scene, paint_scene
 
 _WIDTH: Final = 7.2  # [in]
 _HEIGHTS: Final = (1.8, 6.0)  # [in] least and greatest, of the axes
-_PLANAR: Final = (0.76, 0.16, 0.46)  # [in] left, right and below the axes of a planar view: ticks and names
+_PLANAR: Final = (
+    0.76,
+    0.16,
+    0.46,
+)  # [in] left, right and below the axes of a planar view: ticks and names
 _SPATIAL: Final = (0.1, 0.1, 0.05)
 _IMAGES: Final = 200  # [dots per inch] of what is an image within a drawing of lines
 _LABEL: Final = 0.2  # [in] where the name of the upright axis ends
 _PATHS: Final = re.compile(r' d="[^"]*"')
 _DECIMALS: Final = re.compile(r"(\.\d\d)\d+")
-_MAKER: Final = f"hybrid_dynamics, Matplotlib {mpl.__version__}"  # stands in the files: by it they are known again
+_MAKER: Final = (  # stands in the files: by it they are known again
+    f"hybrid_dynamics, Matplotlib {mpl.__version__}"
+)
 
 
-def robot_figure(robot: Robot, state: ClosedState | None, names: Names, title: str | None) -> Figure:
+def robot_figure(
+    robot: Robot, state: ClosedState | None, names: Names, title: str | None
+) -> Figure:
     """A robot in a state, or in its reference configuration."""
     with mpl.rc_context(STYLE):
         scene = make_scene(robot, state)
@@ -49,18 +57,25 @@ def robot_figure(robot: Robot, state: ClosedState | None, names: Names, title: s
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as what the suffix says. Raises InputError for others than .svg, .png and .pdf."""
+    """Write a figure as what the suffix says.
+
+    Raises InputError for others than .svg, .png and .pdf.
+    """
     suffix = path.suffix.lower()
     if suffix not in (".svg", ".png", ".pdf"):
         raise InputError(f"{path}: a drawing is written as .svg, .png or .pdf, not as '{suffix}'")
     with mpl.rc_context({**STYLE, "svg.fonttype": "none"}):
         if suffix == ".png":
-            figure.savefig(path, dpi=150, metadata={"Software": _MAKER}, pil_kwargs={"optimize": True})
+            figure.savefig(
+                path, dpi=150, metadata={"Software": _MAKER}, pil_kwargs={"optimize": True}
+            )
         elif suffix == ".pdf":
             figure.savefig(path, dpi=_IMAGES, metadata={"Creator": _MAKER, "CreationDate": None})
         else:
             text = io.StringIO()
-            figure.savefig(text, format="svg", dpi=_IMAGES, metadata={"Creator": _MAKER, "Date": None})
+            figure.savefig(
+                text, format="svg", dpi=_IMAGES, metadata={"Creator": _MAKER, "Date": None}
+            )
             path.write_text(_PATHS.sub(_rounded, text.getvalue()), encoding="utf-8")
 
 

@@ -19,7 +19,11 @@ from ..scene.style import LOOPS, QUIET, STYLE
 from .figure import save
 
 CURVES: Final = LOOPS  # RED stays with what is driven, and with what is beyond a limit
-PLOTS: Final[dict[Any, Any]] = {**STYLE, "axes.prop_cycle": cycler(color=CURVES), "legend.frameon": False}
+PLOTS: Final[dict[Any, Any]] = {
+    **STYLE,
+    "axes.prop_cycle": cycler(color=CURVES),
+    "legend.frameon": False,
+}
 _LINE: Final = 0.16  # [in] of the caption
 _LETTERS: Final = 16.5  # of a caption to the inch: full lines end short of the edge
 _ROW: Final = 13.0  # [pt] of a legend
@@ -40,10 +44,13 @@ class InFull(ScalarFormatter):
         return _THOUSANDS.sub(",", whole) + point + rest
 
 
-def page(title: str, caption: str = "", *, line: str = "", width: float = 7.2, height: float = 4.0) -> Figure:
+def page(
+    title: str, caption: str = "", *, line: str = "", width: float = 7.2, height: float = 4.0
+) -> Figure:
     """A figure with a title and a line of what is shown, and below its axes a caption that says what was assumed.
 
-    width, height: of the axes with their names [in]. To be made, filled and saved within `mpl.rc_context(PLOTS)`.
+    width, height: of the axes with their names [in]. To be made, filled and saved within
+    `mpl.rc_context(PLOTS)`.
     """
     text = fill(" ".join(caption.split()), round(width * _LETTERS))
     foot = _LINE * (1 + text.count("\n")) + 0.14 if text else 0.0
@@ -56,13 +63,24 @@ def page(title: str, caption: str = "", *, line: str = "", width: float = 7.2, h
     if line:
         figure.text(0.015, 1.0 - 0.44 / whole, line, fontsize=9, color=QUIET, va="center")
     if text:
-        figure.text(0.015, foot / whole - 0.03 / whole, text, fontsize=8, color=QUIET, va="top", linespacing=1.35)
+        figure.text(
+            0.015,
+            foot / whole - 0.03 / whole,
+            text,
+            fontsize=8,
+            color=QUIET,
+            va="top",
+            linespacing=1.35,
+        )
     return figure
 
 
 @contextmanager
 def written_page(path: str | Path, title: str, line: str, height: float) -> Iterator[Figure]:
-    """A page to be filled with axes; written to the file, .svg or .png, at the end. InputError for other suffixes."""
+    """A page to be filled with axes; written to the file, .svg or .png, at the end.
+
+    InputError for other suffixes.
+    """
     with mpl.rc_context(PLOTS):
         figure = page(title, line=line, height=height)
         yield figure

@@ -1,13 +1,15 @@
 """Inertia and Coriolis terms as linear maps, so that they can be had as matrices: no derivative of M is formed.
 
-A body with spatial velocity V = (omega, v), about its link origin and in link axes, and with inertia matrix
-I = [[J, h x], [-h x, m E]] (J about the origin, h = m c) needs the wrench I V' + B(omega) V, where
+A body with spatial velocity V = (omega, v), about its link origin and in link axes, and with
+inertia matrix I = [[J, h x], [-h x, m E]] (J about the origin, h = m c) needs the wrench I V' +
+B(omega) V, where
 
     B(omega) = [[(tr(J) omega / 2 - J omega) x,  h x omega x], [-omega x h x,  m omega x]]
 
-is skew-symmetric and B(omega) V the Coriolis and centrifugal wrench. It is the one choice of that kind for which the
-sum over the bodies is the matrix of Christoffel symbols of M: Echeandia and Wensing (2021), doi 10.1115/1.4051169,
-written for link axes. V' is the rate of the components of V in link axes.
+is skew-symmetric and B(omega) V the Coriolis and centrifugal wrench. It is the one choice of that
+kind for which the sum over the bodies is the matrix of Christoffel symbols of M: Echeandia and
+Wensing (2021), doi 10.1115/1.4051169, written for link axes. V' is the rate of the components of V
+in link axes.
 """
 
 from __future__ import annotations
@@ -32,7 +34,10 @@ def body_twists(tree: TreeKinematics, rates: Sequence[Scalar]) -> list[Twist]:
 
 
 def twist_rates(
-    tree: TreeKinematics, ds: Sequence[Scalar], twists: Sequence[Twist], accelerations: Sequence[Scalar]
+    tree: TreeKinematics,
+    ds: Sequence[Scalar],
+    twists: Sequence[Twist],
+    accelerations: Sequence[Scalar],
 ) -> list[Twist]:
     """Rate of the components of `twists` while the tree moves with s' and the rates behind them with `accelerations`.
 
@@ -52,7 +57,10 @@ def twist_rates(
 
 
 def tree_forces(
-    tree: TreeKinematics, ds: Sequence[Scalar], rates: Sequence[Scalar], accelerations: Sequence[Scalar]
+    tree: TreeKinematics,
+    ds: Sequence[Scalar],
+    rates: Sequence[Scalar],
+    accelerations: Sequence[Scalar],
 ) -> list[Scalar]:
     """M(s) a + C(s, s') r along s, for any rates r and accelerations a."""
     own = body_twists(tree, ds)
@@ -78,7 +86,9 @@ def coriolis(b: Body, omega: Vector, twist: Twist) -> Wrench:
     turning, v = twist
     half = scale(0.5 * (b.inertia[0][0] + b.inertia[1][1] + b.inertia[2][2]), omega)
     force = sub(scale(b.mass, cross(omega, v)), cross(omega, cross(b.first_moment, turning)))
-    moment = add(cross(sub(half, matvec(b.inertia, omega)), turning), cross(b.first_moment, cross(omega, v)))
+    moment = add(
+        cross(sub(half, matvec(b.inertia, omega)), turning), cross(b.first_moment, cross(omega, v))
+    )
     return force, moment
 
 

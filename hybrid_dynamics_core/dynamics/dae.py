@@ -18,10 +18,12 @@ class SpanningTerms:
         C: (n_s, n_s) matrix of its Christoffel symbols: M' - 2 C is skew.
         g: (n_s,) gravity.
         extra: (n_s,) friction, springs and applied wrenches.
-        J: (n_z, n_s) the loops' equations as they are closed, one row each, lengths over the loop's length:
+        J: (n_z, n_s) the loops' equations as they are closed, one row each, lengths over the loop's
+        length:
             a parallelogram closes by two relations between angles.
         bias: (n_z,) J' s' [1/s^2].
-        multipliers: (n_z,) lambda of the rows [N m]. What they are at the pins, `robot.reactions` tells.
+        multipliers: (n_z,) lambda of the rows [N m]. What they are at the pins, `robot.reactions`
+        tells.
         loops: the loop of each row.
     """
 

@@ -1,8 +1,8 @@
 """Hydraulic cylinders: forces and chamber pressures, rates and flows, positions and the stroke that is left.
 
-Two chambers push against each other, so a force has one equation for two pressures: the chamber that does not push is
-taken to be at the cylinder's return pressure. Compressibility, leakage and seal friction are left out (friction of the
-joint is a load of its own).
+Two chambers push against each other, so a force has one equation for two pressures: the chamber
+that does not push is taken to be at the cylinder's return pressure. Compressibility, leakage and
+seal friction are left out (friction of the joint is a load of its own).
 """
 
 from __future__ import annotations
@@ -42,9 +42,13 @@ class CylinderState:
     overloaded: np.ndarray
 
 
-def cylinder_force(cylinder: HydraulicCylinder, cap_pressure: ArrayLike, rod_pressure: ArrayLike) -> Array:
+def cylinder_force(
+    cylinder: HydraulicCylinder, cap_pressure: ArrayLike, rod_pressure: ArrayLike
+) -> Array:
     """Force [N] along the joint's coordinate from the two chamber pressures [Pa]."""
-    push = np.multiply(cap_pressure, cylinder.cap_area) - np.multiply(rod_pressure, cylinder.rod_area)
+    push = np.multiply(cap_pressure, cylinder.cap_area) - np.multiply(
+        rod_pressure, cylinder.rod_area
+    )
     return np.asarray(cylinder.sign * push)
 
 
@@ -71,7 +75,9 @@ def force_range(cylinder: HydraulicCylinder) -> tuple[float, float]:
     return (pull, push) if cylinder.sign > 0.0 else (-push, -pull)
 
 
-def cylinder_state(cylinder: HydraulicCylinder, position: Array, rate: Array, force: Array) -> CylinderState:
+def cylinder_state(
+    cylinder: HydraulicCylinder, position: Array, rate: Array, force: Array
+) -> CylinderState:
     """Everything about a cylinder at its joint's coordinate [m], rate [m/s] and force [N]."""
     cap, rod = chamber_pressures(cylinder, force)
     cap_flow, rod_flow = chamber_flows(cylinder, rate)

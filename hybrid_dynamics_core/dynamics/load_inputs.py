@@ -19,7 +19,9 @@ from .loads import AppliedWrench, Loads
 FindFrame = Callable[[str], Frame]
 
 
-def load_inputs(loads: Loads, tree: Tree, find: FindFrame, rows: int | None) -> tuple[Loading, dict[str, Array]]:
+def load_inputs(
+    loads: Loads, tree: Tree, find: FindFrame, rows: int | None
+) -> tuple[Loading, dict[str, Array]]:
     """The loading and its input arrays for one state (`rows` None) or a batch. What is on the base has no effect.
 
     Raises InputError for unknown frames and batches of another length.
@@ -81,7 +83,10 @@ def _wrenches(
         body = tree.body_index(frame.link)
         if wrench.values.ndim == 2 and len(wrench.values) != rows:
             expected = counted(1 if rows is None else rows, "state")
-            raise InputError(f"the wrench on '{name}' has {counted(len(wrench.values), 'row')}; it acts on {expected}")
+            raise InputError(
+                f"the wrench on '{name}' has {counted(len(wrench.values), 'row')}; it acts on"
+                f" {expected}"
+            )
         if body >= 0 and wrench.axes == "base":
             fixed.append((body, constant(frame.translation), wrench.values))
         elif body >= 0:

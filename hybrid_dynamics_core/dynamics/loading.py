@@ -1,7 +1,8 @@
 """What acts on the tree besides its actuators, as a program sees it: which loads there are is fixed, their values not.
 
-Payloads and counterweights add to the inertia of a link; wrenches act on links; friction, rotors behind gears and
-springs act along the joints. Every number is an input of the program, so that it can change from call to call.
+Payloads and counterweights add to the inertia of a link; wrenches act on links; friction, rotors
+behind gears and springs act along the joints. Every number is an input of the program, so that it
+can change from call to call.
 """
 
 from __future__ import annotations
@@ -17,15 +18,18 @@ from .spanning import TreeKinematics, Wrench
 
 FRICTION = ("viscous", "coulomb", "smoothing")
 SPRINGS = ("stiffness", "rest", "preload")
-INERTIAL = 10  # parameters of a body: m, m c (3), Jxx, Jxy, Jxz, Jyy, Jyz, Jzz about the link origin
+INERTIAL = (
+    10  # parameters of a body: m, m c (3), Jxx, Jxy, Jxz, Jyy, Jyz, Jzz about the link origin
+)
 
 
 @dataclass(frozen=True)
 class Loading:
     """Which loads a program takes.
 
-    `payloads`: bodies with something fixed to them; `frames`: (body, place on it [m]) where a wrench in base axes acts;
-    `links`: bodies with a wrench in link axes about the link origin; then what acts along the joints.
+    `payloads`: bodies with something fixed to them; `frames`: (body, place on it [m]) where a
+    wrench in base axes acts; `links`: bodies with a wrench in link axes about the link origin; then
+    what acts along the joints.
     """
 
     payloads: tuple[int, ...] = ()
@@ -89,7 +93,9 @@ class LoadedTree:
         """Forces along s for the motion: inertia, gravity and all loads."""
         return self.added(self.tree.along_joints(self.joint_wrenches(gravity, ds, dds)), ds, dds)
 
-    def joint_wrenches(self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]) -> list[Wrench]:
+    def joint_wrenches(
+        self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]
+    ) -> list[Wrench]:
         """What the joints of the open tree pass on to their bodies."""
         return self.tree.transmitted(self.tree.body_wrenches(gravity, ds, dds), self.applied)
 
@@ -102,11 +108,15 @@ class LoadedTree:
         """Forces along s with what the rotors take for s''."""
         return [f + self._rotor(k, dds[k]) for k, f in enumerate(forces)]
 
-    def added(self, forces: Sequence[Scalar], ds: Sequence[Scalar], dds: Sequence[Scalar]) -> list[Scalar]:
+    def added(
+        self, forces: Sequence[Scalar], ds: Sequence[Scalar], dds: Sequence[Scalar]
+    ) -> list[Scalar]:
         """Forces along s with what friction, rotors and springs take."""
         result = []
         for k, force in enumerate(forces):
-            result.append(force + self._friction(k, ds[k]) + self._rotor(k, dds[k]) + self._spring(k))
+            result.append(
+                force + self._friction(k, ds[k]) + self._rotor(k, dds[k]) + self._spring(k)
+            )
         return result
 
     def passive_forces(self, ds: Sequence[Scalar]) -> list[Scalar]:
@@ -189,7 +199,9 @@ def add_inertia(body: Body, values: Sequence[Scalar]) -> Body:
     """The body with inertial parameters (10) added to its own."""
     mass, moment, inertia = unpack_inertia(values)
     total: Rotation = tuple(add(a, b) for a, b in zip(body.inertia, inertia, strict=True))  # type: ignore[assignment]
-    return replace(body, mass=body.mass + mass, first_moment=add(body.first_moment, moment), inertia=total)
+    return replace(
+        body, mass=body.mass + mass, first_moment=add(body.first_moment, moment), inertia=total
+    )
 
 
 def unpack_inertia(values: Sequence[Scalar]) -> tuple[Scalar, Vector, Rotation]:

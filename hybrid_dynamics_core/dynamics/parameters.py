@@ -25,8 +25,8 @@ COMPONENTS = ("m", "mx", "my", "mz", "Jxx", "Jxy", "Jxz", "Jyy", "Jyz", "Jzz")
 class Parameters:
     """Which parameters are asked for, in order: ten a link, then one a joint for each kind.
 
-    A link has m [kg], m c [kg m] and its inertia J about the link's origin [kg m^2], in link axes; a joint viscous
-    friction, Coulomb friction and armature in the units of `JointEffects`.
+    A link has m [kg], m c [kg m] and its inertia J about the link's origin [kg m^2], in link axes;
+    a joint viscous friction, Coulomb friction and armature in the units of `JointEffects`.
     """
 
     links: tuple[str, ...]
@@ -38,7 +38,10 @@ class Parameters:
     def names(self) -> tuple[str, ...]:
         """One name a parameter, such as 'l2.mx' or 'q1.viscous'."""
         inertial = [f"{link}.{part}" for link in self.links for part in COMPONENTS]
-        return (*inertial, *(f"{joint}.{kind}" for kind in JOINT_KINDS for joint in getattr(self, kind)))
+        return (
+            *inertial,
+            *(f"{joint}.{kind}" for kind in JOINT_KINDS for joint in getattr(self, kind)),
+        )
 
     @property
     def inertial_size(self) -> int:
@@ -47,14 +50,26 @@ class Parameters:
 
     def values(self, description: RobotDescription, effects: JointEffects | None = None) -> Array:
         """What the description says (for joints, other `effects` if given): (p,), SI units, in the order of `names`."""
-        inertial = [inertial_vector(k.mass, k.com, k.inertia) for k in (description.links[name] for name in self.links)]
-        joints = [self._told(description, effects, kind, name) for kind in JOINT_KINDS for name in getattr(self, kind)]
+        inertial = [
+            inertial_vector(k.mass, k.com, k.inertia)
+            for k in (description.links[name] for name in self.links)
+        ]
+        joints = [
+            self._told(description, effects, kind, name)
+            for kind in JOINT_KINDS
+            for name in getattr(self, kind)
+        ]
         return frozen(np.concatenate([*inertial, np.array(joints)]))
 
-    def _told(self, description: RobotDescription, effects: JointEffects | None, kind: str, joint: str) -> float:
+    def _told(
+        self, description: RobotDescription, effects: JointEffects | None, kind: str, joint: str
+    ) -> float:
         if effects is None:
             return float(getattr(effects_of(description, joint), kind))
-        coordinates = (*description.active, *(name for name in description.joints if name not in description.active))
+        coordinates = (
+            *description.active,
+            *(name for name in description.joints if name not in description.active),
+        )
         return float(getattr(effects, kind)[coordinates.index(joint)])
 
     def check(self, description: RobotDescription) -> None:
@@ -87,7 +102,9 @@ def unit_of(name: str, joint_types: Mapping[str, str]) -> str:
 
 def described_parameters(description: RobotDescription, friction: Sequence[str] = ()) -> Parameters:
     """Inertias of all links that have mass (of all, where none has), and friction of the joints named."""
-    massive = tuple(name for name, link in description.links.items() if link.mass and name != description.base)
+    massive = tuple(
+        name for name, link in description.links.items() if link.mass and name != description.base
+    )
     links = massive or tuple(name for name in description.links if name != description.base)
     return Parameters(links, tuple(friction), tuple(friction))
 

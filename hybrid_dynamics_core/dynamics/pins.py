@@ -1,8 +1,9 @@
 """What a closure can transmit, as forces and moments in space, whatever equations close its loop.
 
-The closure's multipliers give generalised forces along the joints of its loop; the wrench is the one that does the
-same work. It is sought in the directions that the closure holds and that the loop's joints do not all leave at rest:
-the joints of a planar loop never move its pin sideways, so the model cannot tell a sideways force from none.
+The closure's multipliers give generalised forces along the joints of its loop; the wrench is the
+one that does the same work. It is sought in the directions that the closure holds and that the
+loop's joints do not all leave at rest: the joints of a planar loop never move its pin sideways, so
+the model cannot tell a sideways force from none.
 """
 
 from __future__ import annotations
@@ -29,16 +30,29 @@ INDEPENDENT = 1e-7  # share of a direction's work that the directions before it 
 NOTHING = 1e-30  # share that is far below the rounding of every share that counts
 STIR = (0.0, 0.07, -0.11)  # [rad or m] off the reference, which may be a special place
 FORCE_3, FORCE_2 = (0, 1, 2), (0, 1)
-_HELD = {"planar": FORCE_2, "point": FORCE_3, "axis": (*FORCE_3, 3, 4), "frame": (*FORCE_3, 3, 4, 5)}
-_NAMES = ("force along x", "force along y", "force along z", "moment about x", "moment about y", "moment about z")
+_HELD = {
+    "planar": FORCE_2,
+    "point": FORCE_3,
+    "axis": (*FORCE_3, 3, 4),
+    "frame": (*FORCE_3, 3, 4, 5),
+}
+_NAMES = (
+    "force along x",
+    "force along y",
+    "force along z",
+    "moment about x",
+    "moment about y",
+    "moment about z",
+)
 
 
 @dataclass(frozen=True)
 class Pin:
     """A closure's place and axes on its link a, and which of six directions (force, then moment) it is taken to bear.
 
-    `axes`: rows in link a's frame, the third one the normal of a planar loop or the closure's z axis. `silent`: what
-    the closure may transmit, or the joints of its loop would bear in its place, and the model cannot tell.
+    `axes`: rows in link a's frame, the third one the normal of a planar loop or the closure's z
+    axis. `silent`: what the closure may transmit, or the joints of its loop would bear in its
+    place, and the model cannot tell.
     """
 
     name: str
@@ -69,10 +83,13 @@ class Pin:
                     row[k] = part
         return rows
 
-    def wrench(self, tree: TreeKinematics, generalised: Mapping[int, Scalar]) -> tuple[Vector, Vector, Scalar]:
+    def wrench(
+        self, tree: TreeKinematics, generalised: Mapping[int, Scalar]
+    ) -> tuple[Vector, Vector, Scalar]:
         """Force and moment (base axes, about the pin) on link a that give these generalised forces; and how well.
 
-        The last value is the determinant of the system, 1 where it is best: 0 where the split is undefined.
+        The last value is the determinant of the system, 1 where it is best: 0 where the split is
+        undefined.
         """
         work = self.work(tree)
         products = [[_product(a, b) for b in work] for a in work]

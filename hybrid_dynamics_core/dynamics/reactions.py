@@ -30,11 +30,15 @@ class PinReaction:
         force: (3,) [N] on link a, by link b.
         moment: (3,) [N m] about the pin, on link a.
         links: names of link a and link b.
-        silent: what the model cannot tell, since the rigid links do not settle how a closure and the joints of its loop
-            share it: it is taken to be borne by the joints, and is in their wrenches. In x, y, z of the pin: z is the
+        silent: what the model cannot tell, since the rigid links do not settle how a closure and
+        the joints of its loop
+            share it: it is taken to be borne by the joints, and is in their wrenches. In x, y, z of
+            the pin: z is the
             normal of a planar loop.
-        share: how well force and moment are told from the forces along the joints, 1 at best. They are NaN where this
-            is 0 to working precision: where all bars of a parallelogram are in line, a force along them could be any.
+        share: how well force and moment are told from the forces along the joints, 1 at best. They
+        are NaN where this
+            is 0 to working precision: where all bars of a parallelogram are in line, a force along
+            them could be any.
     """
 
     place: Array
@@ -52,7 +56,8 @@ class JointReaction:
     Attributes:
         place: (3,) origin of the link that the joint carries [m].
         force: (3,) [N] on that link, by the link before it.
-        moment: (3,) [N m] about the place. Along the joint's axis the force (moment) is that of the actuator less
+        moment: (3,) [N m] about the place. Along the joint's axis the force (moment) is that of the
+        actuator less
             friction, springs and what the rotor takes; zero for a passive joint without them.
         links: names of the link before and of the link that the joint carries.
     """
@@ -78,8 +83,9 @@ class Named(dict[str, T]):
 class Reactions(Picklable):
     """All reactions at a state and acceleration.
 
-    `tau`: (n,) actuator forces; `pins` by closure, `joints` by joint; `base`: (6,) force [N] and moment [N m] about
-    the base origin that the foundation exerts on the robot, base axes. UnknownNameError, a KeyError, for other names.
+    `tau`: (n,) actuator forces; `pins` by closure, `joints` by joint; `base`: (6,) force [N] and
+    moment [N m] about the base origin that the foundation exerts on the robot, base axes.
+    UnknownNameError, a KeyError, for other names.
     """
 
     tau: Array
@@ -89,7 +95,9 @@ class Reactions(Picklable):
 
     def __setstate__(self, told: dict[str, Any]) -> None:
         """And back, with the names."""
-        super().__setstate__(told | {"pins": Named("pin", told["pins"]), "joints": Named("joint", told["joints"])})
+        super().__setstate__(
+            told | {"pins": Named("pin", told["pins"]), "joints": Named("joint", told["joints"])}
+        )
 
 
 def named_reactions(
@@ -101,7 +109,8 @@ def named_reactions(
     if undefined.any():
         _empty(values, undefined, pins, tree)
     by_pin = {
-        pin.name: _pin(values, k, pin, closure) for k, (pin, closure) in enumerate(zip(pins, closures, strict=True))
+        pin.name: _pin(values, k, pin, closure)
+        for k, (pin, closure) in enumerate(zip(pins, closures, strict=True))
     }
     joints = {
         body.joint: JointReaction(
@@ -113,11 +122,16 @@ def named_reactions(
         for i, body in enumerate(tree.bodies)
     }
     return Reactions(
-        values["tau"], MappingProxyType(Named("pin", by_pin)), MappingProxyType(Named("joint", joints)), values["base"]
+        values["tau"],
+        MappingProxyType(Named("pin", by_pin)),
+        MappingProxyType(Named("joint", joints)),
+        values["base"],
     )
 
 
-def _empty(values: Mapping[str, Array], undefined: NDArray[np.bool_], pins: Sequence[Pin], tree: Tree) -> None:
+def _empty(
+    values: Mapping[str, Array], undefined: NDArray[np.bool_], pins: Sequence[Pin], tree: Tree
+) -> None:
     """NaN in the pins that are not settled, and in the joints between their bodies."""
     for key in ("pin_forces", "pin_moments"):
         values[key][undefined] = np.nan

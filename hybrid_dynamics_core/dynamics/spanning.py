@@ -27,7 +27,9 @@ from ..mechanism.configuration import Posture
 from ..mechanism.tree import Body, Tree
 
 Wrench = tuple[Vector, Vector]  # force and moment about the link origin, in link axes
-BodyMotion = tuple[Vector, Vector, Vector]  # angular velocity, angular and linear acceleration of the origin, link axes
+BodyMotion = tuple[
+    Vector, Vector, Vector
+]  # angular velocity, angular and linear acceleration of the origin, link axes
 
 
 class TreeKinematics:
@@ -68,22 +70,33 @@ class TreeKinematics:
             rotation = matmul(rotation, self.rotations[i])
             axis = matvec(rotation, b.axis)
             turn = b.type == "revolute"
-            columns[b.coordinate] = (cross(axis, sub(point, origin)), axis) if turn else (axis, ZERO3)
+            columns[b.coordinate] = (
+                (cross(axis, sub(point, origin)), axis) if turn else (axis, ZERO3)
+            )
         return columns
 
-    def inverse_dynamics(self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]) -> list[Scalar]:
+    def inverse_dynamics(
+        self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]
+    ) -> list[Scalar]:
         """Forces along s that the open tree needs: M(s) s'' + C(s, s') s' + g(s), Chu (2020), Eq. 10.
 
-        Recursive Newton-Euler about the link origins; gravity enters as an acceleration of the base.
+        Recursive Newton-Euler about the link origins; gravity enters as an acceleration of the
+        base.
         """
         return self.along_joints(self.transmitted(self.body_wrenches(gravity, ds, dds)))
 
-    def body_wrenches(self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]) -> list[Wrench]:
+    def body_wrenches(
+        self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]
+    ) -> list[Wrench]:
         """What has to act on each body, gravity aside, for it to move so."""
         motions = self.motions(gravity, ds, dds)
-        return [_newton_euler(b, *motion) for b, motion in zip(self.tree.bodies, motions, strict=True)]
+        return [
+            _newton_euler(b, *motion) for b, motion in zip(self.tree.bodies, motions, strict=True)
+        ]
 
-    def motions(self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]) -> list[BodyMotion]:
+    def motions(
+        self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]
+    ) -> list[BodyMotion]:
         """How each body moves, seen from a base that falls freely."""
         base = (ZERO3, ZERO3, scale(-1.0, gravity))
         motions: list[BodyMotion] = []
@@ -102,7 +115,9 @@ class TreeKinematics:
             motions.append((omega, alpha, accel))
         return motions
 
-    def transmitted(self, needed: Sequence[Wrench], applied: Mapping[int, Wrench] | None = None) -> list[Wrench]:
+    def transmitted(
+        self, needed: Sequence[Wrench], applied: Mapping[int, Wrench] | None = None
+    ) -> list[Wrench]:
         """What each joint passes on to its body: what it and all behind it need, less what is `applied` there."""
         wrenches = list(needed)
         for i, (force, moment) in (applied or {}).items():
@@ -111,7 +126,10 @@ class TreeKinematics:
             parent = self.tree.bodies[i].parent
             if parent >= 0:
                 force, moment = self.to_parent(i, wrenches[i])
-                wrenches[parent] = (add(wrenches[parent][0], force), add(wrenches[parent][1], moment))
+                wrenches[parent] = (
+                    add(wrenches[parent][0], force),
+                    add(wrenches[parent][1], moment),
+                )
         return wrenches
 
     def to_parent(self, body: int, wrench: Wrench) -> Wrench:
@@ -129,7 +147,9 @@ class TreeKinematics:
 
 def _newton_euler(b: Body, omega: Vector, alpha: Vector, accel: Vector) -> Wrench:
     force = scale(b.mass, accel)
-    force = add(force, add(cross(alpha, b.first_moment), cross(omega, cross(omega, b.first_moment))))
+    force = add(
+        force, add(cross(alpha, b.first_moment), cross(omega, cross(omega, b.first_moment)))
+    )
     moment = add(matvec(b.inertia, alpha), cross(omega, matvec(b.inertia, omega)))
     return force, add(moment, cross(b.first_moment, accel))
 
@@ -137,5 +157,10 @@ def _newton_euler(b: Body, omega: Vector, alpha: Vector, accel: Vector) -> Wrenc
 def _joint_transform(body: Body, posture: Posture) -> tuple[Rotation, Vector]:
     k = body.coordinate
     if body.type == "revolute":
-        return matmul(body.rotation, axis_rotation(body.axis, posture.c[k], posture.s[k])), body.translation
-    return body.rotation, add(body.translation, matvec(body.rotation, scale(posture.q[k], body.axis)))
+        return (
+            matmul(body.rotation, axis_rotation(body.axis, posture.c[k], posture.s[k])),
+            body.translation,
+        )
+    return body.rotation, add(
+        body.translation, matvec(body.rotation, scale(posture.q[k], body.axis))
+    )

@@ -1,6 +1,7 @@
 """python -m hybrid_dynamics_core.export ROBOT [FILE] [--overwrite]: a robot as URDF, to FILE or out.
 
-A file that is there already is replaced with --overwrite only, and never the one that the robot is read from.
+A file that is there already is replaced with --overwrite only, and never the one that the robot is
+read from.
 """
 
 from __future__ import annotations

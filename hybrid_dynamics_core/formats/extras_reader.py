@@ -29,7 +29,9 @@ def apply_rest(document: Document, inner: Document) -> None:
     closures = document.section("closures")
     for entry in inner.data.get("closures", {}).values():
         closures.pop(entry.pop("second", ""), None)
-    for name in inner.data.get("payloads", {}):  # bodies of their own where the format has no payloads
+    for name in inner.data.get(
+        "payloads", {}
+    ):  # bodies of their own where the format has no payloads
         document.section("links").pop(payload_body(name), None)
         document.section("joints").pop(f"{payload_body(name)}_fixed", None)
     for name in inner.data.get("links", {}):
@@ -57,7 +59,9 @@ def _rename_base(document: Document, name: str) -> None:
     for frame in document.section("frames").values():
         frame["link"] = name if frame["link"] == old else frame["link"]
     for closure in document.section("closures").values():
-        closure["between"] = {name if link == old else link: place for link, place in closure["between"].items()}
+        closure["between"] = {
+            name if link == old else link: place for link, place in closure["between"].items()
+        }
 
 
 def _check_names(document: Document, inner: Document) -> None:
@@ -87,14 +91,17 @@ def _count_from(document: Document, zero: dict[str, Any]) -> None:
     for name, joint in joints.items():
         mimic = joint.get("mimic")
         if mimic and (name in zero or mimic["joint"] in zero):
-            mimic["offset"] += zero.get(name, 0.0) - mimic["multiplier"] * zero.get(mimic["joint"], 0.0)
+            mimic["offset"] += zero.get(name, 0.0) - mimic["multiplier"] * zero.get(
+                mimic["joint"], 0.0
+            )
 
 
 def _as_loop(document: Document, name: str) -> None:
     """A planar closure that is a loop of Type A to D: the same pin under `loops`."""
     closure, loop = document.section("closures").pop(name), document.section("loops")[name]
     loop["pin"] = {
-        link: place["xyz"] if isinstance(place, dict) else place for link, place in closure["between"].items()
+        link: place["xyz"] if isinstance(place, dict) else place
+        for link, place in closure["between"].items()
     }
     if "assembly" in closure:
         loop["assembly"] = closure["assembly"]

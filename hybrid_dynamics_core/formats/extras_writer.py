@@ -1,6 +1,7 @@
 """What a robot says that a format has no words for, as the entries of a description file that would say it.
 
-Each writer puts it where its format lets other programs pass it over; `description.extension` reads it back.
+Each writer puts it where its format lets other programs pass it over; `description.extension` reads
+it back.
 """
 
 from __future__ import annotations
@@ -36,8 +37,8 @@ WORDS = {  # what comments call the entries
 def rest_of(robot: RobotDescription, carried: Collection[str]) -> dict[str, Any]:
     """Entries of format 1 beyond what a format carries.
 
-    `carried`, what the format says itself: "gravity", "friction" (viscous and Coulomb), "spring" (without preload),
-    "mimic", "one-sided" limits, "unlimited" slides.
+    `carried`, what the format says itself: "gravity", "friction" (viscous and Coulomb), "spring"
+    (without preload), "mimic", "one-sided" limits, "unlimited" slides.
     """
     rest: dict[str, Any] = {"source": robot.source}
     if "gravity" not in carried:
@@ -49,13 +50,17 @@ def rest_of(robot: RobotDescription, carried: Collection[str]) -> dict[str, Any]
         for name, loop in robot.loops.items()
     }
     rest["closures"] = {
-        closure.name: {"kind": closure.kind} | ({"assembly": closure.assembly} if closure.assembly else {})
+        closure.name: (
+            {"kind": closure.kind} | ({"assembly": closure.assembly} if closure.assembly else {})
+        )
         for closure in robot.closures
     }
     rest["active"] = list(robot.active)
     rest["active_set"] = robot.active_set
     rest["end_effector"] = {"link": robot.end_effector}
-    rest["payloads"] = {name: _payload(on, payload) for name, (on, payload) in robot.payloads.items()}
+    rest["payloads"] = {
+        name: _payload(on, payload) for name, (on, payload) in robot.payloads.items()
+    }
     rest["actuators"] = {name: _cylinder(cylinder) for name, cylinder in robot.actuators.items()}
     rest["reference"] = dict(robot.reference)
     return {key: value for key, value in rest.items() if value}
@@ -65,7 +70,12 @@ def as_text(rest: Mapping[str, Any], one_line: bool = False) -> str:
     """The entries as YAML, every digit of every number."""
     flow = True if one_line else None
     text: str = yaml.dump(
-        dict(rest), Dumper=_Dumper, default_flow_style=flow, sort_keys=False, width=math.inf, allow_unicode=True
+        dict(rest),
+        Dumper=_Dumper,
+        default_flow_style=flow,
+        sort_keys=False,
+        width=math.inf,
+        allow_unicode=True,
     )
     return text.strip()
 
@@ -106,13 +116,19 @@ def _joint(robot: RobotDescription, joint: Joint, carried: Collection[str]) -> d
         entry |= _effect(effect, carried)
     mimic = robot.mimics.get(joint.name)
     if mimic is not None and "mimic" not in carried:
-        entry["mimic"] = {"joint": mimic.source, "multiplier": mimic.multiplier, "offset": mimic.offset}
+        entry["mimic"] = {
+            "joint": mimic.source,
+            "multiplier": mimic.multiplier,
+            "offset": mimic.offset,
+        }
     return entry
 
 
 def _effect(effect: JointEffect, carried: Collection[str]) -> dict[str, Any]:
     entry: dict[str, Any] = {}
-    friction = {"viscous": effect.viscous, "coulomb": effect.coulomb} if "friction" not in carried else {}
+    friction = (
+        {"viscous": effect.viscous, "coulomb": effect.coulomb} if "friction" not in carried else {}
+    )
     if effect.smoothing != SMOOTHING:
         friction["smoothing"] = effect.smoothing
     if any(friction.values()):
@@ -128,7 +144,11 @@ def _effect(effect: JointEffect, carried: Collection[str]) -> dict[str, Any]:
 
 
 def _payload(on: str, payload: Payload) -> dict[str, Any]:
-    entry: dict[str, Any] = {"on": on, "mass": payload.mass, "com": np.asarray(payload.com).tolist()}
+    entry: dict[str, Any] = {
+        "on": on,
+        "mass": payload.mass,
+        "com": np.asarray(payload.com).tolist(),
+    }
     return entry | {"inertia": np.asarray(payload.inertia).tolist()}
 
 
@@ -143,4 +163,6 @@ def _cylinder(cylinder: HydraulicCylinder) -> dict[str, Any]:
         "return_pressure": cylinder.return_pressure,
         "supply_pressure": cylinder.supply_pressure,
     }
-    return {key: value for key, value in entry.items() if value not in ([-math.inf, math.inf], math.inf)}
+    return {
+        key: value for key, value in entry.items() if value not in ([-math.inf, math.inf], math.inf)
+    }

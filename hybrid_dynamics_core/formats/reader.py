@@ -27,9 +27,9 @@ from .xml.tree import parse_xml
 def read_description(path: str | Path) -> RobotDescription:
     """Read, check and expand a description file; its content tells which kind it is.
 
-    YAML of format 1, a robot.yaml beside its URDF, URDF and URDF+, SDFormat, MJCF as this library writes it. Raises
-    DescriptionError with file, line, key, what was expected and how to mend it; NoDescriptionError, which is one, where
-    there is nothing, or a file of another kind.
+    YAML of format 1, a robot.yaml beside its URDF, URDF and URDF+, SDFormat, MJCF as this library
+    writes it. Raises DescriptionError with file, line, key, what was expected and how to mend it;
+    NoDescriptionError, which is one, where there is nothing, or a file of another kind.
     """
     require_description(Path(path))
     text = read_text(Path(path))
@@ -61,13 +61,20 @@ def read_urdf(
 ) -> RobotDescription:
     """A robot from a URDF file, its loops and its driven joints, all as plain data of a description file.
 
-    `closures`: {name: {kind, between: {link: place, link: place}}}; `active`: may be left out where there are none, or
-    where a URDF+ has them; `end_effector`: a link or {link, xyz, rpy}, the link behind the most joints if None;
-    `entries`: anything else a description file may hold, such as `reference` or `frames`. Raises DescriptionError.
+    `closures`: {name: {kind, between: {link: place, link: place}}}; `active`: may be left out where
+    there are none, or where a URDF+ has them; `end_effector`: a link or {link, xyz, rpy}, the link
+    behind the most joints if None; `entries`: anything else a description file may hold, such as
+    `reference` or `frames`. Raises DescriptionError.
     """
     path = Path(path)
     require_description(path)
-    data = {"format": 1, "name": "robot", "urdf": path.name, "closures": dict(closures or {}), **entries}
+    data = {
+        "format": 1,
+        "name": "robot",
+        "urdf": path.name,
+        "closures": dict(closures or {}),
+        **entries,
+    }
     data["active"] = list(active) or ["all"]
     told = {"link": end_effector} if isinstance(end_effector, str) else end_effector
     data["end_effector"] = {"link": "farthest"} if told is None else dict(told)

@@ -30,7 +30,9 @@ def marks(robot: RobotDescription, link: str) -> Iterator[Array]:
 def frames(robot: RobotDescription) -> Iterator[tuple[str, Frame]]:
     """Places on links that are no links, under names that no link has."""
     for name, frame in robot.frames.items():
-        own = name in robot.links or name == robot.base  # where the link's data were given, not its joint's frame
+        own = (
+            name in robot.links or name == robot.base
+        )  # where the link's data were given, not its joint's frame
         if not own:
             yield name, frame
         elif frame.translation.any() or not np.array_equal(frame.rotation, np.eye(3)):

@@ -1,1 +1,4 @@
-"""What all other packages stand on: arrays, checks of arguments, words of messages. Knows no robot."""
+"""What all other packages stand on: arrays, checks of arguments, words of messages.
+
+Knows no robot.
+"""

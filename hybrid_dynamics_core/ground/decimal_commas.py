@@ -25,7 +25,11 @@ def comma_in_mapping(entries: Mapping[Any, Any], key: str) -> str:
     names = [str(name) for name in entries]
     before = names[names.index(key) - 1] if key in names[1:] else ""
     value = entries.get(before)
-    if entries.get(key, entries.get(int(key))) is not None or isinstance(value, bool) or not isinstance(value, int):
+    if (
+        entries.get(key, entries.get(int(key))) is not None
+        or isinstance(value, bool)
+        or not isinstance(value, int)
+    ):
         return ""
     return POINT + meant(f"{before}: {value}.{key}")
 
@@ -33,4 +37,6 @@ def comma_in_mapping(entries: Mapping[Any, Any], key: str) -> str:
 def comma_in_list(values: Sequence[Any], wanted: int) -> str:
     """A hint where a list has more numbers than wanted: [0,8, 0,03, 0] has five."""
     whole = [isinstance(value, int) and not isinstance(value, bool) for value in values]
-    return f"{POINT} (0.8), and commas part the entries" if len(values) > wanted and all(whole) else ""
+    return (
+        f"{POINT} (0.8), and commas part the entries" if len(values) > wanted and all(whole) else ""
+    )

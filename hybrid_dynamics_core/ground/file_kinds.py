@@ -68,17 +68,27 @@ _MAGIC: Final = (
     (b"\x7fELF", FileKind.OTHER, "a program"),
     (b"\x1f\x8b", FileKind.OTHER, "a gzip archive"),
 )
-_KEYS: Final = (
-    "format|joints|links|chain|loops|closures|modules|legs|active|end_effector|urdf|closed_loop|joint_name|parameters"
+_KEYS: Final = "format|joints|links|chain|loops|closures|modules|legs|active|end_effector|urdf|closed_loop|joint_name|parameters"
+_ENTRY: Final = re.compile(
+    rf"(?:^|[\n{{,])[ \t]*[\"']?({_KEYS})[\"']?[ \t]*:(?=\s|$)", re.IGNORECASE
 )
-_ENTRY: Final = re.compile(rf"(?:^|[\n{{,])[ \t]*[\"']?({_KEYS})[\"']?[ \t]*:(?=\s|$)", re.IGNORECASE)
 _ENTRIES: Final = 2  # different keys of a description: no other text has so many by chance
 _PROGRAM: Final = re.compile(r"#!|(.*\n)?(import \w+|from \w[\w.]* import |def \w+\()", re.DOTALL)
-_COMMENT: Final = r"<!--(?:(?!-->).)*-->\s*"  # never two as one: many lines of comments would take for ever
+_COMMENT: Final = (
+    r"<!--(?:(?!-->).)*-->\s*"  # never two as one: many lines of comments would take for ever
+)
 _TEXTS: Final = (
     (r"\s*<(!doctype html|html)\b", FileKind.PAGE, "an HTML page"),
-    (rf"\s*(<\?xml.*?\?>)?\s*({_COMMENT}|<!doctype[^>]*>\s*)*<svg\b", FileKind.PICTURE, "an SVG picture"),
-    (rf"\s*(<\?xml.*?\?>)?\s*({_COMMENT})*<(robot|sdf|mujoco)\b", FileKind.ROBOT, "a robot description (XML)"),
+    (
+        rf"\s*(<\?xml.*?\?>)?\s*({_COMMENT}|<!doctype[^>]*>\s*)*<svg\b",
+        FileKind.PICTURE,
+        "an SVG picture",
+    ),
+    (
+        rf"\s*(<\?xml.*?\?>)?\s*({_COMMENT})*<(robot|sdf|mujoco)\b",
+        FileKind.ROBOT,
+        "a robot description (XML)",
+    ),
     (r"\s*rosbag2_bagfile_information\s*:", FileKind.BAG_PART, "the metadata of a recording"),
     (r"(.*\n)?[ \t]+ros__parameters\s*:", FileKind.SETTINGS, "a parameter file of the node"),
     (r"\s*<", FileKind.TEXT, "an XML file"),
@@ -96,7 +106,9 @@ def look(path: Path) -> Seen:
         head = file.read(HEAD)
     if not head.strip():
         return Seen(FileKind.OTHER, "an empty file")
-    magic = next((Seen(kind, words) for magic, kind, words in _MAGIC if head.startswith(magic)), None)
+    magic = next(
+        (Seen(kind, words) for magic, kind, words in _MAGIC if head.startswith(magic)), None
+    )
     if magic is not None:
         return magic
     return _archive(path) if head.startswith(b"PK\x03\x04") else _plain(path, head)
@@ -128,7 +140,14 @@ def require_description(path: Path) -> None:
         seen = look(path)
         if seen.kind is FileKind.ROBOT:
             return
-        if seen.kind is FileKind.TEXT and path.suffix in (".yaml", ".yml", ".urdf", ".xml", ".sdf", ".xacro"):
+        if seen.kind is FileKind.TEXT and path.suffix in (
+            ".yaml",
+            ".yml",
+            ".urdf",
+            ".xml",
+            ".sdf",
+            ".xacro",
+        ):
             return
         raise NoDescriptionError(path, instead(path, ROBOTS), seen.kind)
     except OSError as error:
@@ -155,16 +174,26 @@ def _plain(path: Path, head: bytes) -> Seen:
         return Seen(FileKind.TEXT, "a text in UTF-16")
     text = head.decode("utf-8", errors="replace")
     odd = sum(c == "\ufffd" or (c < " " and c not in "\t\n\r\f") for c in text)
-    return Seen(FileKind.OTHER, "a binary file") if "\0" in text or odd > ODD * len(text) else _text(text)
+    return (
+        Seen(FileKind.OTHER, "a binary file")
+        if "\0" in text or odd > ODD * len(text)
+        else _text(text)
+    )
 
 
 def _archive(path: Path) -> Seen:
     try:
         with zipfile.ZipFile(path) as archive:
-            arrays = archive.namelist() and all(name.endswith(".npy") for name in archive.namelist())
+            arrays = archive.namelist() and all(
+                name.endswith(".npy") for name in archive.namelist()
+            )
     except zipfile.BadZipFile:
         arrays = False
-    return Seen(FileKind.TRAJECTORY, "a table (.npz)") if arrays else Seen(FileKind.OTHER, "a ZIP archive")
+    return (
+        Seen(FileKind.TRAJECTORY, "a table (.npz)")
+        if arrays
+        else Seen(FileKind.OTHER, "a ZIP archive")
+    )
 
 
 def _text(text: str) -> Seen:
@@ -176,4 +205,7 @@ def _text(text: str) -> Seen:
             return Seen(kind, words)
     if len({key.lower() for key in _ENTRY.findall(text)}) >= _ENTRIES:
         return Seen(FileKind.ROBOT, "a robot description (YAML)")
-    return Seen(FileKind.TEXT, "a program" if _PROGRAM.match(text) else "a text file that describes no robot")
+    return Seen(
+        FileKind.TEXT,
+        "a program" if _PROGRAM.match(text) else "a text file that describes no robot",
+    )

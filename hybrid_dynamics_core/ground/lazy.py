@@ -1,7 +1,8 @@
 """Attributes that are made when first asked for, without a lock.
 
-`functools.cached_property` of Python 3.11 holds one lock for all objects of a class: while one thread compiles a
-kernel, no other thread gets at another one. Here two threads may make the same value twice; the first one stays.
+`functools.cached_property` of Python 3.11 holds one lock for all objects of a class: while one
+thread compiles a kernel, no other thread gets at another one. Here two threads may make the same
+value twice; the first one stays.
 """
 
 from __future__ import annotations

@@ -33,7 +33,9 @@ class Progress:
         bar = "#" * round(WIDTH * share)
         spent = now - self._start
         left = f"{spent / share - spent:.0f} s left" if share > 0.0 else ""
-        sys.stderr.write(f"\r{self._label} |{bar:<{WIDTH}}| {100.0 * share:3.0f} %  {spent:.0f} s, {left}   ")
+        sys.stderr.write(
+            f"\r{self._label} |{bar:<{WIDTH}}| {100.0 * share:3.0f} %  {spent:.0f} s, {left}   "
+        )
         sys.stderr.flush()
 
     def __enter__(self) -> Progress:

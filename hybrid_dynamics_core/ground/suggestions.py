@@ -34,7 +34,11 @@ def none_such(kind: str, name: str, known: Iterable[str]) -> str:
 def with_doubts(problem: str, doubts: Iterable[str]) -> str:
     """A problem, with what fits the format and is hardly meant: most likely its cause."""
     told = [f"perhaps for this reason: {doubt}" for doubt in doubts]
-    more = [f"and {len(told) - FEW} more like this, told by `check` once these are mended"] if len(told) > FEW else []
+    more = (
+        [f"and {len(told) - FEW} more like this, told by `check` once these are mended"]
+        if len(told) > FEW
+        else []
+    )
     return "\n  ".join([problem, *told[:FEW], *more])
 
 

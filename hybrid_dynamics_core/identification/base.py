@@ -18,8 +18,13 @@ from ..robot.robot import Robot
 from .excite import random_motion
 
 RANK = 1e-9  # far above rounding, and below what any measurement could tell
-NO_EFFECT = 1e-12  # largest entry of a column, in parts of the largest of all, below which it has no effect
-RATE, ACCELERATION = 3.0, 10.0  # [rad or m per second, per second squared] fast enough to show every product of rates
+NO_EFFECT = (
+    1e-12  # largest entry of a column, in parts of the largest of all, below which it has no effect
+)
+RATE, ACCELERATION = (
+    3.0,
+    10.0,
+)  # [rad or m per second, per second squared] fast enough to show every product of rates
 SHOWN = 1e-9  # coefficient below which a term is left out of a name
 
 
@@ -56,7 +61,9 @@ class BaseParameters:
         return np.asarray(self.combine @ parameters)
 
     def _name(self, row: Array) -> str:
-        lead = int(np.argmax((np.arange(len(row))[:, None] == self.kept).any(axis=1) & (row == 1.0)))
+        lead = int(
+            np.argmax((np.arange(len(row))[:, None] == self.kept).any(axis=1) & (row == 1.0))
+        )
         text = self.parameters.names[lead]
         for k, factor in enumerate(row):
             if k != lead and abs(factor) > SHOWN:
@@ -75,7 +82,8 @@ def base_parameters(
 ) -> BaseParameters:
     """The base parameters of a robot, found over `count` random states (0: enough for the number of parameters).
 
-    tolerance: pivot, in parts of the largest, below which a column counts as a combination of those before.
+    tolerance: pivot, in parts of the largest, below which a column counts as a combination of those
+    before.
     """
     parameters = described_parameters(robot.description) if parameters is None else parameters
     names = parameters.names

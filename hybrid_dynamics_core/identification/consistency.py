@@ -1,9 +1,10 @@
 """Parameters that belong to bodies: the estimate nearest to the measurements among those that some body could have.
 
-A body's ten parameters are physical exactly if its pseudo-inertia P = [[tr(J)/2 E - J, m c], [m c^T, m]] is positive
-definite: Wensing, Kim and Slotine (2018), doi 10.1109/LRA.2017.2729659. The measurements leave some combinations open;
-there the estimate stays near a prior in the divergence tr(P0^-1 P) - log det(P0^-1 P) - 4, which is convex and bars the
-border: Lee, Wensing and Park (2020), doi 10.1109/TRO.2019.2926491. The whole is one convex problem for Newton's method.
+A body's ten parameters are physical exactly if its pseudo-inertia P = [[tr(J)/2 E - J, m c], [m
+c^T, m]] is positive definite: Wensing, Kim and Slotine (2018), doi 10.1109/LRA.2017.2729659. The
+measurements leave some combinations open; there the estimate stays near a prior in the divergence
+tr(P0^-1 P) - log det(P0^-1 P) - 4, which is convex and bars the border: Lee, Wensing and Park
+(2020), doi 10.1109/TRO.2019.2926491. The whole is one convex problem for Newton's method.
 """
 
 from __future__ import annotations
@@ -20,10 +21,13 @@ from ..ground.arrays import Array
 ITERATIONS = 100  # for each weight
 CONVERGED = 1e-6  # Newton decrement, in times of the weight, at which a minimum is taken
 SMALLEST = 1e-9  # weight that still counts, as a share of the misfit
-ROUNDING = 1e-5  # Newton decrement, in times of the weight or the misfit, beyond which a minimum was missed
+# Newton decrement, in times of the weight or the misfit, beyond which a minimum was missed
+ROUNDING = 1e-5
 SHORTEST = 1e-9  # part of Newton's step that is still tried
-BORDER = 1e-12  # smallest eigenvalue over the largest, in the prior's coordinates: below, the border is rounding
-SPREAD = 0.05  # [m] added to the radii of gyration of a prior that has some at zero, such as a slender rod
+# smallest eigenvalue over the largest, in the prior's coordinates: below, the border is rounding
+BORDER = 1e-12
+# [m] added to the radii of gyration of a prior that has some at zero, such as a slender rod
+SPREAD = 0.05
 _log = logging.getLogger(__name__)
 _INDEX = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
@@ -68,7 +72,8 @@ class _Block:
 def consistent(matrix: Array, target: Array, prior: Array, bodies: int, weight: float) -> Array:
     """Parameters (p,) that minimise |matrix pi - target|^2 / 2 + weight * divergence from the prior, all physical.
 
-    The first 10 `bodies` are inertial, the rest positive numbers. `prior` (p,) is physical, or on the border of it.
+    The first 10 `bodies` are inertial, the rest positive numbers. `prior` (p,) is physical, or on
+    the border of it.
     """
     blocks = [_body(10 * k, prior[10 * k : 10 * k + 10]) for k in range(bodies)]
     blocks += [_number(k, prior[k]) for k in range(10 * bodies, len(prior))]
@@ -77,14 +82,17 @@ def consistent(matrix: Array, target: Array, prior: Array, bodies: int, weight: 
         transform[block.own, block.own] = block.to_x
     goal = _triangle(matrix @ transform, target)
     x, decrement = np.concatenate([_identity(block) for block in blocks]), np.inf
-    # Where the best fit is no body, the minimum lies at the border; from afar Newton's steps would creep along it.
-    # So the divergence counts for much at first, and then for ever less.
+    # Where the best fit is no body, the minimum lies at the border; from afar Newton's steps would
+    # creep along it. So the divergence counts for much at first, and then for ever less.
     for stage in _weights(0.5 * _square(goal, x), weight):
         x, decrement = _minimised(blocks, x, goal, stage)
         if stage < SMALLEST * 0.5 * _square(goal, x):
             break  # less changes nothing in the fit, and the border comes too near for rounding
     if decrement > ROUNDING * max(stage, _square(goal, x)):
-        _log.warning("physical parameters were not found to the end: the cost may be %.2g too high", decrement)
+        _log.warning(
+            "physical parameters were not found to the end: the cost may be %.2g too high",
+            decrement,
+        )
     return np.asarray(transform @ x)
 
 
@@ -102,7 +110,10 @@ def _minimised(blocks: list[_Block], x: Array, goal: Array, weight: float) -> tu
         if decrement < CONVERGED * weight:
             break
         length = 1.0
-        while not (lower := _cost(blocks, x + length * step, goal, weight)) <= cost - 0.1 * length * decrement:
+        while (
+            not (lower := _cost(blocks, x + length * step, goal, weight))
+            <= cost - 0.1 * length * decrement
+        ):
             length *= 0.5
             if length < SHORTEST:  # nothing lower that rounding can tell
                 return x, decrement
@@ -134,8 +145,8 @@ def _cost(blocks: list[_Block], x: Array, goal: Array, weight: float) -> float:
 def _newton(blocks: list[_Block], x: Array, goal: Array, weight: float) -> tuple[Array, float]:
     """Newton's step and decrement, by least squares: squares of what was measured would drown the open combinations.
 
-    With X = C C^T and F_k = C^-1 M_k C^-T, tr X - log det X has the gradient <F_k, C^T C - E> and the Hessian
-    <F_k, F_l>: the step s has the smallest |R s + r|^2 + weight |F s + C^T C - E|^2.
+    With X = C C^T and F_k = C^-1 M_k C^-T, tr X - log det X has the gradient <F_k, C^T C - E> and
+    the Hessian <F_k, F_l>: the step s has the smallest |R s + r|^2 + weight |F s + C^T C - E|^2.
     """
     size = len(x)
     rows = [np.column_stack([goal[:, :-1], -(goal @ np.append(x, -1.0))])]
@@ -143,7 +154,9 @@ def _newton(blocks: list[_Block], x: Array, goal: Array, weight: float) -> tuple
         factor = np.linalg.cholesky(np.tensordot(x[block.own], block.matrices, axes=1))
         inverse = np.linalg.inv(factor)
         slopes = (inverse @ block.matrices @ inverse.T).reshape(len(block.to_x), -1).T
-        few = _triangle(slopes, (np.eye(len(factor)) - factor.T @ factor).ravel())[: len(block.to_x)]
+        few = _triangle(slopes, (np.eye(len(factor)) - factor.T @ factor).ravel())[
+            : len(block.to_x)
+        ]
         own = np.zeros((len(few), size + 1))
         own[:, block.own], own[:, -1] = few[:, :-1], few[:, -1]
         rows.append(np.sqrt(weight) * own)

@@ -25,8 +25,12 @@ from .base import RANK, BaseParameters, base_parameters
 from .consistency import consistent
 from .outliers import outlying_samples
 
-PRIOR_WEIGHT = 1e-3  # of the divergence from the prior against half the sum of squares of normalised residuals
-FINEST = 1e-6  # of a joint's largest effort: none is measured better, and better weights leave nothing but rounding
+PRIOR_WEIGHT = (
+    1e-3  # of the divergence from the prior against half the sum of squares of normalised residuals
+)
+# of a joint's largest effort: none is measured better, and better weights leave nothing but
+# rounding
+FINEST = 1e-6
 RUNS = 3  # estimates, each weighted with the residuals of the one before
 
 
@@ -41,13 +45,17 @@ class Identification:
     Attributes:
         base: which combinations the data can show.
         estimate: (b,) of them, by weighted least squares.
-        deviation: (b,) standard deviation of each; interval: (b, 2) where each lies with 95 % confidence. Both take the
-            noise of the samples as independent: filtered or densely sampled logs make them too narrow.
-        values: (p,) of all parameters, physical: positive masses, inertias that bodies can have, friction above zero.
+        deviation: (b,) standard deviation of each; interval: (b, 2) where each lies with 95 %
+        confidence. Both take the
+            noise of the samples as independent: filtered or densely sampled logs make them too
+            narrow.
+        values: (p,) of all parameters, physical: positive masses, inertias that bodies can have,
+        friction above zero.
             Combinations that the data cannot show stay near the description.
         noise: (n,) standard deviation of the residuals of each active joint [N m or N].
         explained: (n,) share of the variance of tau that the estimate explains, 1 at best.
-        outlying: (N,) which samples were left out: in some joint further from the estimate than noise explains.
+        outlying: (N,) which samples were left out: in some joint further from the estimate than
+        noise explains.
         residual: (N, n) measured efforts less those of the estimate, of all samples [N m or N].
         condition: condition number of the data: above a few hundred the motion excites too little.
     """
@@ -77,13 +85,19 @@ class Identification:
         rest = iter(self.values[names.inertial_size :])
         for kind in JOINT_KINDS:
             for joint in getattr(names, kind):
-                effects[joint] = _with(effects.get(joint, effects_of(description, joint)), kind, float(next(rest)))
-        return replace(description, links=MappingProxyType(links), effects=MappingProxyType(effects))
+                effects[joint] = _with(
+                    effects.get(joint, effects_of(description, joint)), kind, float(next(rest))
+                )
+        return replace(
+            description, links=MappingProxyType(links), effects=MappingProxyType(effects)
+        )
 
     def table(self) -> Mapping[str, tuple[float, float, float]]:
         """Estimate and 95 % interval by the name of each base parameter."""
         rows = zip(self.base.names, self.estimate, self.interval, strict=True)
-        return MappingProxyType({name: (float(value), float(low), float(high)) for name, value, (low, high) in rows})
+        return MappingProxyType(
+            {name: (float(value), float(low), float(high)) for name, value, (low, high) in rows}
+        )
 
 
 def identify(
@@ -96,10 +110,14 @@ def identify(
 ) -> Identification:
     """Estimate parameters from N samples: a batch state, accelerations and measured efforts (N, n).
 
-    parameters: which to estimate (None: inertias of all links with mass, friction of no joint); all others, and what
-        `loads` gives, are taken as they are. Samples that noise does not explain are left out, and are told in
-        `Identification.outlying`. Raises TooLittleShownError, an InputError, where the samples do not show all base
-        parameters; InputError for a row whose loops do not close, for entries that are not finite, and for names that
+    parameters: which to estimate (None: inertias of all links with mass, friction of no joint); all
+    others, and what
+        `loads` gives, are taken as they are. Samples that noise does not explain are left out, and
+        are told in
+        `Identification.outlying`. Raises TooLittleShownError, an InputError, where the samples do
+        not show all base
+        parameters; InputError for a row whose loops do not close, for entries that are not finite,
+        and for names that
         the robot does not have.
     """
     parameters = described_parameters(robot.description) if parameters is None else parameters
@@ -111,7 +129,9 @@ def identify(
     tau = vectors("tau", tau, robot.active, len(state.u))
     prior = parameters.values(robot.description, loads.effects)
     regressor = robot.regressor(state, ddu, parameters, loads)
-    known = robot.inverse_dynamics(state, ddu, loads) - regressor @ prior  # of what is not asked for
+    known = (
+        robot.inverse_dynamics(state, ddu, loads) - regressor @ prior
+    )  # of what is not asked for
     base = base_parameters(robot, parameters, loads)
     fit = _Fit(regressor, tau - known, base)
     start = _positive(prior, fit, parameters.inertial_size)
@@ -138,8 +158,9 @@ def _check_closed(state: ClosedState) -> None:
     if len(rows):
         problem = ClosureStatus(status[rows[0]]).name.lower()
         raise InputError(
-            f"{len(rows)} of {counted(len(status), 'state')} {agreed(len(rows), 'does', 'do')} not close, row "
-            f"{rows[0]} the first ({problem}); leave {agreed(len(rows), 'it', 'them')} out"
+            f"{len(rows)} of {counted(len(status), 'state')} {agreed(len(rows), 'does', 'do')} not"
+            f" close, row {rows[0]} the first ({problem}); leave"
+            f" {agreed(len(rows), 'it', 'them')} out"
         )
 
 
@@ -173,7 +194,10 @@ class _Fit:
         """Fit these samples; raise InputError where they are too few or show too little."""
         self.regressor, self.target, self.columns = regressor, target, regressor[..., base.kept]
         if target.size <= base.size:
-            raise InputError(f"{target.size} equations cannot tell {base.size} base parameters; give more samples")
+            raise InputError(
+                f"{target.size} equations cannot tell {base.size} base parameters; give more"
+                " samples"
+            )
         self._check_shown(base)
 
     def _check_shown(self, base: BaseParameters) -> None:
@@ -186,8 +210,9 @@ class _Fit:
         if rank < base.size:
             hidden = ", ".join(base.names[k] for k in sorted(order[rank:])[:3])
             raise TooLittleShownError(
-                f"the motion shows {rank} of {base.size} base parameters, not {hidden}"
-                f"{', ...' if base.size - rank > 3 else ''}; give more varied motion, or ask for fewer parameters"
+                f"the motion shows {rank} of {base.size} base parameters, not"
+                f" {hidden}{', ...' if base.size - rank > 3 else ''}; give more varied motion, or"
+                " ask for fewer parameters"
             )
 
     def _solved(self) -> tuple[Array, Array, Array]:
@@ -195,7 +220,11 @@ class _Fit:
         matrix = self.weighted(self.columns)
         sizes = np.linalg.norm(matrix, axis=0)
         q, triangle = np.linalg.qr(matrix / sizes)
-        return np.asarray(solve_triangular(triangle, q.T @ self.weighted_target) / sizes), triangle, sizes
+        return (
+            np.asarray(solve_triangular(triangle, q.T @ self.weighted_target) / sizes),
+            triangle,
+            sizes,
+        )
 
     def weighted(self, rows: Array) -> Array:
         """Equations (N, n, k) as a matrix (N n, k), each divided by its joint's noise."""

@@ -19,8 +19,8 @@ def random_motion(
 ) -> tuple[ClosedState, Array]:
     """`count` independent closed states (a batch) within the limits, and accelerations (count, n) for them.
 
-    rate, acceleration: largest of each coordinate, in rad or m per second, and per second squared. Raises InputError
-    where hardly any state about the reference closes.
+    rate, acceleration: largest of each coordinate, in rad or m per second, and per second squared.
+    Raises InputError where hardly any state about the reference closes.
     """
     rng = np.random.default_rng(seed)
     n, reach = len(robot.active), REACH
@@ -30,12 +30,18 @@ def random_motion(
         upper = np.minimum(robot.limits[:, 1], robot.reference + reach)
         u = lower + rng.uniform(0.02, 0.98, (count, n)) * (upper - lower)
         state = robot.close(u, check=False)
-        good = (np.asarray(state.status) == 0) & (np.nan_to_num(state.singularity, nan=0.0) > REGULAR)
+        good = (np.asarray(state.status) == 0) & (
+            np.nan_to_num(state.singularity, nan=0.0) > REGULAR
+        )
         found += list(u[good])
         if len(found) >= count:
             break
         reach *= 0.8
     else:
-        raise InputError(f"only {len(found)} of {count} random states about the reference of {robot.name} close")
+        raise InputError(
+            f"only {len(found)} of {count} random states about the reference of {robot.name} close"
+        )
     du = rng.uniform(-rate, rate, (count, n))
-    return robot.close(np.array(found[:count]), du), rng.uniform(-acceleration, acceleration, (count, n))
+    return robot.close(np.array(found[:count]), du), rng.uniform(
+        -acceleration, acceleration, (count, n)
+    )

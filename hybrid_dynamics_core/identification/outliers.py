@@ -1,8 +1,9 @@
 """Samples that noise does not explain: outlier tests on studentised residuals, from a robust start.
 
-Cook and Weisberg (1982), Residuals and Influence in Regression, chapter 2: with k values the limit is the one that the
-largest of k Gaussian ones stays below in 19 of 20 cases, so that good samples are hardly ever left out and intervals
-keep their confidence. The start is Huber's (1964, doi 10.1214/aoms/1177703732), as one bad sample spoils least squares.
+Cook and Weisberg (1982), Residuals and Influence in Regression, chapter 2: with k values the limit
+is the one that the largest of k Gaussian ones stays below in 19 of 20 cases, so that good samples
+are hardly ever left out and intervals keep their confidence. The start is Huber's (1964, doi
+10.1214/aoms/1177703732), as one bad sample spoils least squares.
 """
 
 from __future__ import annotations
@@ -59,16 +60,21 @@ def outlying_samples(columns: Array, target: Array, floor: Array) -> Mask:
 def _studentised(columns: Array, target: Array, weights: Array, scale: Array) -> Array:
     """How far each equation is from the fit to the others, in deviations of that if noise has the `scale`, (N, n).
 
-    From the residual r of the whole fit: with the weight w and the leverage h of the equation at a weight of one, it is
-    r / (1 - w^2 h) from the fit to the others, which has the variance 1 + h / (1 - w^2 h).
+    From the residual r of the whole fit: with the weight w and the leverage h of the equation at a
+    weight of one, it is r / (1 - w^2 h) from the fit to the others, which has the variance 1 + h /
+    (1 - w^2 h).
     """
     size = columns.shape[-1]
     matrix = (columns * weights[..., None]).reshape(-1, size)
     lengths = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
-    whole = np.asarray(np.linalg.qr(np.column_stack([matrix / lengths, (target * weights).ravel()]), mode="r"))
+    whole = np.asarray(
+        np.linalg.qr(np.column_stack([matrix / lengths, (target * weights).ravel()]), mode="r")
+    )
     triangle, image = whole[:size, :size], whole[:size, size]
     beta = solve_triangular(triangle, image) / lengths
     rows = (columns / scale[:, None]).reshape(-1, size) / lengths
-    leverage = np.square(solve_triangular(triangle, rows.T, trans="T")).sum(axis=0).reshape(target.shape)
+    leverage = (
+        np.square(solve_triangular(triangle, rows.T, trans="T")).sum(axis=0).reshape(target.shape)
+    )
     free = np.maximum(1.0 - np.square(weights * scale) * leverage, LEAST_FREE)
     return np.asarray((target - columns @ beta) / scale / np.sqrt(free * (free + leverage)))

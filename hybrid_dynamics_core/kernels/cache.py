@@ -1,8 +1,9 @@
 """Generated code kept on disk between runs.
 
-An entry is a file named by its key, a digest of everything the code was made from. It holds the key and a checksum
-again, so an entry that was cut off, damaged or renamed is not used but made anew. Entries are written aside and renamed
-into place: any number of processes may start at once. The folder must belong to the user, and to nobody else.
+An entry is a file named by its key, a digest of everything the code was made from. It holds the key
+and a checksum again, so an entry that was cut off, damaged or renamed is not used but made anew.
+Entries are written aside and renamed into place: any number of processes may start at once. The
+folder must belong to the user, and to nobody else.
 
 `HYBRID_DYNAMICS_CACHE` names another folder, or is `off`.
 """

@@ -1,6 +1,7 @@
 """A Python function written for one kernel, so that nothing stands between a caller and the compiled code.
 
-Its text holds names of a program's inputs, shapes and numbers; names of inputs come from this package alone.
+Its text holds names of a program's inputs, shapes and numbers; names of inputs come from this
+package alone.
 """
 
 from __future__ import annotations
@@ -13,15 +14,18 @@ import numpy as np
 
 from ..ground.arrays import Array
 
-Again = Callable[[dict[str, Any], Any, bool, int], Any]  # (inputs by name, out, check, threads) -> results
+Again = Callable[
+    [dict[str, Any], Any, bool, int], Any
+]  # (inputs by name, out, check, threads) -> results
 
 
 @dataclass(frozen=True)
 class Signature:
     """How a kernel is called: its inputs in order, those that the caller gives, values of the others, the outputs.
 
-    `optional`: inputs that the caller may leave out although he gives them, with the value they then have; `follows`:
-    an input whose own value is only a start, so that a call without another one is not for the compiled code alone.
+    `optional`: inputs that the caller may leave out although he gives them, with the value they
+    then have; `follows`: an input whose own value is only a start, so that a call without another
+    one is not for the compiled code alone.
     """
 
     inputs: Sequence[str]
@@ -58,7 +62,11 @@ def _source(signature: Signature) -> str:
         f"def call({', '.join([*given, 'out=None', '*', 'check=True', 'threads=1', *others])}):",
         "    if out is None:",
         *(f"        {name} = empty({shape})" for name, shape in zip(outs, shapes, strict=True)),
-        *([] if len(outs) == 1 else ["    elif type(out) is not tuple or len(out) != " + f"{len(outs)}:"]),
+        *(
+            []
+            if len(outs) == 1
+            else ["    elif type(out) is not tuple or len(out) != " + f"{len(outs)}:"]
+        ),
         *([] if len(outs) == 1 else [f"        return {rest}"]),
         "    else:",
         f"        {result} = out",

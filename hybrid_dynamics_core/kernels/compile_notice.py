@@ -1,7 +1,8 @@
 """Word of compiling while one waits for it: after a second of silence, at most once a second, and never twice the same.
 
-It goes to the logger of this module, at level INFO. Where nobody listens there, a terminal gets it as a line on
-stderr; a program whose output goes elsewhere, and one that finds everything in the cache, gets none.
+It goes to the logger of this module, at level INFO. Where nobody listens there, a terminal gets it
+as a line on stderr; a program whose output goes elsewhere, and one that finds everything in the
+cache, gets none.
 """
 
 from __future__ import annotations
@@ -27,7 +28,10 @@ class Waiting:
 
     @contextmanager
     def during(self, label: str) -> Iterator[None]:
-        """Around compiling: says `label` when it has lasted too long. A thread waits, since LLVM cannot be asked."""
+        """Around compiling: says `label` when it has lasted too long.
+
+        A thread waits, since LLVM cannot be asked.
+        """
         if label in self._said:  # another part of the same
             yield
             return

@@ -1,8 +1,11 @@
 """Exact derivatives of what a program computes: forward differentiation of its graph, node by node.
 
-Each node gets its derivatives in the directions asked, as further nodes of the same graph; directions in which it does
-not change are left out, so structural zeros cost nothing. An iteration is differentiated as the equations it solves:
-with residuals phi(x, p) = 0,  dx = -(d phi/dx)^-1 (d phi/dp) dp,  where d phi/dx is the Jacobian it iterates with.
+Each node gets its derivatives in the directions asked, as further nodes of the same graph;
+directions in which it does
+not change are left out, so structural zeros cost nothing. An iteration is differentiated as the
+equations it solves:
+with residuals phi(x, p) = 0,  dx = -(d phi/dx)^-1 (d phi/dp) dp,  where d phi/dx is the Jacobian it
+iterates with.
 """
 
 from __future__ import annotations
@@ -33,14 +36,18 @@ _BINARY: Mapping[str, Callable[[Scalar, Scalar], Scalar]] = {
 
 def jacobian(outputs: Sequence[Operand], inputs: Sequence[Operand]) -> list[list[Operand]]:
     """d outputs / d inputs (rows by output); all symbols of one graph, the inputs being inputs of it."""
-    seeds: dict[int, Tangent] = {x.index: {k: 1.0} for k, x in enumerate(inputs) if isinstance(x, Symbol)}
+    seeds: dict[int, Tangent] = {
+        x.index: {k: 1.0} for k, x in enumerate(inputs) if isinstance(x, Symbol)
+    }
     found = _Tangents(outputs, seeds)
     return [[found.of(y).get(k, 0.0) for k in range(len(inputs))] for y in outputs]
 
 
 def substitute(outputs: Sequence[Operand], replaced: Mapping[Operand, Scalar]) -> list[Scalar]:
     """The outputs with input symbols replaced; what does not depend on them stays as it is."""
-    values = {symbol.index: value for symbol, value in replaced.items() if isinstance(symbol, Symbol)}
+    values = {
+        symbol.index: value for symbol, value in replaced.items() if isinstance(symbol, Symbol)
+    }
     graph = next((y.graph for y in outputs if isinstance(y, Symbol)), None)
     if graph is None:
         return list(outputs)
@@ -50,7 +57,9 @@ def substitute(outputs: Sequence[Operand], replaced: Mapping[Operand, Scalar]) -
     return evaluate(graph, outputs, values)
 
 
-def evaluate(graph: Graph, outputs: Sequence[Operand], inputs: Mapping[int, Scalar]) -> list[Scalar]:
+def evaluate(
+    graph: Graph, outputs: Sequence[Operand], inputs: Mapping[int, Scalar]
+) -> list[Scalar]:
     """The outputs over any scalars, given those of the live input nodes by index."""
     values = dict(inputs)
     blocks: dict[int, list[Scalar]] = {}
@@ -67,7 +76,9 @@ def evaluate(graph: Graph, outputs: Sequence[Operand], inputs: Mapping[int, Scal
         if op == "block":
             if int(a) not in blocks:
                 block = graph.blocks[int(a)]
-                blocks[int(a)] = _run(block, [[operand(x) for x in vector] for vector in block.arguments])
+                blocks[int(a)] = _run(
+                    block, [[operand(x) for x in vector] for vector in block.arguments]
+                )
             values[index] = blocks[int(a)][int(b)]
         elif op in _UNARY:
             values[index] = _UNARY[op](operand(a))
@@ -128,7 +139,11 @@ class _Tangents:
             return 0.5 / Symbol(self._graph, index), 0.0
         if op == "abs":
             return a / Symbol(self._graph, index), 0.0
-        return {"sin": (cos(a), 0.0), "cos": (-sin(a), 0.0)}[op] if op in ("sin", "cos") else _LINEAR[op]
+        return (
+            {"sin": (cos(a), 0.0), "cos": (-sin(a), 0.0)}[op]
+            if op in ("sin", "cos")
+            else _LINEAR[op]
+        )
 
     def _value(self, x: int | float) -> Scalar:
         return Symbol(self._graph, x) if isinstance(x, int) else x
@@ -142,7 +157,11 @@ class _Tangents:
         return _newton_tangents(block, outputs[: block.size], changes[1])
 
 
-_LINEAR: Mapping[str, tuple[float, float]] = {"add": (1.0, 1.0), "sub": (1.0, -1.0), "neg": (-1.0, 0.0)}
+_LINEAR: Mapping[str, tuple[float, float]] = {
+    "add": (1.0, 1.0),
+    "sub": (1.0, -1.0),
+    "neg": (-1.0, 0.0),
+}
 
 
 def _outputs(block: Block) -> int:
@@ -159,12 +178,16 @@ def _combine(slopes: Sequence[Operand], changes: Sequence[Tangent]) -> Tangent:
     return {k: v for k, v in total.items() if isinstance(v, Symbol) or v != 0.0}
 
 
-def _inverse_tangents(size: int, outputs: Sequence[Operand], changes: Sequence[Tangent]) -> list[Tangent]:
+def _inverse_tangents(
+    size: int, outputs: Sequence[Operand], changes: Sequence[Tangent]
+) -> list[Tangent]:
     """d(A^-1) = -A^-1 dA A^-1,  d(det A) = det A tr(A^-1 dA)."""
     inverse = [outputs[k * size : (k + 1) * size] for k in range(size)]
     result: list[Tangent] = [{} for _ in outputs]
     for direction in {d for change in changes for d in change}:
-        slope = [[changes[i * size + j].get(direction, 0.0) for j in range(size)] for i in range(size)]
+        slope = [
+            [changes[i * size + j].get(direction, 0.0) for j in range(size)] for i in range(size)
+        ]
         left = _product(inverse, slope)
         whole = _product(left, inverse)
         for i in range(size):
@@ -176,10 +199,15 @@ def _inverse_tangents(size: int, outputs: Sequence[Operand], changes: Sequence[T
 
 def _product(a: Sequence[Sequence[Scalar]], b: Sequence[Sequence[Scalar]]) -> list[list[Scalar]]:
     columns = list(zip(*b, strict=True))
-    return [[sum((x * y for x, y in zip(row, column, strict=True)), 0.0) for column in columns] for row in a]
+    return [
+        [sum((x * y for x, y in zip(row, column, strict=True)), 0.0) for column in columns]
+        for row in a
+    ]
 
 
-def _newton_tangents(block: Block, solution: Sequence[Operand], changes: Sequence[Tangent]) -> list[Tangent]:
+def _newton_tangents(
+    block: Block, solution: Sequence[Operand], changes: Sequence[Tangent]
+) -> list[Tangent]:
     """Of the equations solved, at their solution; whether the iteration converged does not change."""
     size = block.size
     result: list[Tangent] = [{} for _ in range(size + 1)]
@@ -191,7 +219,10 @@ def _newton_tangents(block: Block, solution: Sequence[Operand], changes: Sequenc
     parameters = [own.input(1, k) for k in range(len(changes))]
     values = block.body(unknowns, parameters)
     partial = jacobian(values[:size], [parameters[k] for k in moving])
-    given = {x.index: y for x, y in zip((*unknowns, *parameters), (*solution, *block.arguments[1]), strict=True)}
+    given = {
+        x.index: y
+        for x, y in zip((*unknowns, *parameters), (*solution, *block.arguments[1]), strict=True)
+    }
     flat = evaluate(own, [*values[size:], *(slope for row in partial for slope in row)], given)
     inverse = Inverse([flat[i * size : (i + 1) * size] for i in range(size)])
     slopes = [flat[size * size + i * len(moving) :][: len(moving)] for i in range(size)]

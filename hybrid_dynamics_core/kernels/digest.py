@@ -1,7 +1,7 @@
 """A digest of what a kernel is made from: the objects that a program reads, and the code that reads them.
 
-Any change of a number, a type, an order or a function gives another digest. Names out of a description count like
-everything else that can be reached.
+Any change of a number, a type, an order or a function gives another digest. Names out of a
+description count like everything else that can be reached.
 """
 
 from __future__ import annotations
@@ -25,7 +25,10 @@ class NoDigestError(TypeError):
 
 
 def digest(thing: object) -> str:
-    """Hexadecimal digest of an object and of all that it holds. NoDigestError where that is not possible."""
+    """Hexadecimal digest of an object and of all that it holds.
+
+    NoDigestError where that is not possible.
+    """
     writer = _Writer()
     writer.add(thing)
     return writer.hash.hexdigest()
@@ -96,9 +99,17 @@ class _Writer:
         _own(type(thing))
         self.put("object", _name(type(thing)).encode())
         if dataclasses.is_dataclass(thing):
-            self.add({field.name: getattr(thing, field.name) for field in dataclasses.fields(thing)})
+            self.add(
+                {field.name: getattr(thing, field.name) for field in dataclasses.fields(thing)}
+            )
         elif hasattr(thing, "__dict__"):
-            self.add({key: value for key, value in vars(thing).items() if not _computed(type(thing), key)})
+            self.add(
+                {
+                    key: value
+                    for key, value in vars(thing).items()
+                    if not _computed(type(thing), key)
+                }
+            )
         else:
             raise NoDigestError(f"a {type(thing).__name__} has no digest")
 

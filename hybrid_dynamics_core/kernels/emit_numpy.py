@@ -32,7 +32,11 @@ class _Rows:
         self._names: dict[int, str] = {}
         self._called: set[int] = set()
         self._last = _last_uses(trace)
-        self._kept = {o.index: f"o{k}" for k, o in reversed([*enumerate(trace.outputs)]) if isinstance(o, Symbol)}
+        self._kept = {
+            o.index: f"o{k}"
+            for k, o in reversed([*enumerate(trace.outputs)])
+            if isinstance(o, Symbol)
+        }
         for index in trace.live:
             self._node(index)
 
@@ -86,7 +90,9 @@ def emit_columns(trace: Trace) -> str:
     `ROWS` says how many rows of N numbers the scratch needs.
     """
     rows = _Rows(trace)
-    lines = [f"def kernel({', '.join(f'a{v}' for v in range(len(trace.inputs)))}, scratch, out, status):"]
+    lines = [
+        f"def kernel({', '.join(f'a{v}' for v in range(len(trace.inputs)))}, scratch, out, status):"
+    ]
     lines += [f"a{v}_{k} = a{v}[{k}]" for v, k in sorted(trace.used_inputs())]
     lines += [f"s{k} = scratch[{k}]" for k in range(rows.rows)]
     lines += [f"o{k} = out[{k}]" for k in range(len(trace.outputs))]
@@ -96,5 +102,8 @@ def emit_columns(trace: Trace) -> str:
             lines.append(f"o{k}[:] = {rows.value(o)}")
     lines.append("status[:] = 0")
     for check in reversed(trace.checks):  # the first check that fails names the status
-        lines.append(f"status[logical_not(greater({rows.value(check.value)}, {check.threshold!r}))] = {check.code}")
+        lines.append(
+            f"status[logical_not(greater({rows.value(check.value)}, {check.threshold!r}))] ="
+            f" {check.code}"
+        )
     return f"ROWS = {rows.rows}\n" + emit_bodies(trace) + "\n    ".join(lines) + "\n"

@@ -96,7 +96,10 @@ def emit_bodies(trace: Trace) -> str:
 
 
 def emit_scalar(trace: Trace) -> str:
-    """`def kernel(a0, a1, ...)`: sequences of floats in; (status, list of floats) out. Status 0 is good."""
+    """`def kernel(a0, a1, ...)`: sequences of floats in; (status, list of floats) out.
+
+    Status 0 is good.
+    """
     body = _Body(trace)
     head = f"def kernel({', '.join(f'a{v}' for v in range(len(trace.inputs)))}):"
     lines = [head, *_unpacking(trace), *body.lines, "status = 0"]

@@ -1,7 +1,7 @@
 """A compiled function as a built-in function of Python: the least there can be between a caller and the code.
 
-The code reads arrays where they lie (`ir.entry`). Where the fields of an array lie is fixed by NumPy's binary
-interface; `usable` looks once whether it is so here, and refuses otherwise.
+The code reads arrays where they lie (`ir.entry`). Where the fields of an array lie is fixed by
+NumPy's binary interface; `usable` looks once whether it is so here, and refuses otherwise.
 """
 
 from __future__ import annotations
@@ -22,7 +22,12 @@ _FASTCALL = 0x0080  # METH_FASTCALL: (self, array of arguments, their number)
 class _Definition(ctypes.Structure):
     """PyMethodDef."""
 
-    _fields_ = (("name", ctypes.c_char_p), ("code", ctypes.c_void_p), ("flags", ctypes.c_int), ("doc", ctypes.c_char_p))
+    _fields_ = (
+        ("name", ctypes.c_char_p),
+        ("code", ctypes.c_void_p),
+        ("flags", ctypes.c_int),
+        ("doc", ctypes.c_char_p),
+    )
 
 
 class _Self(np.ndarray):
@@ -51,7 +56,8 @@ def usable() -> bool:
         and _read(a, where.ndim, ctypes.c_int) == a.ndim
         and _read(a, where.descr, ctypes.c_void_p) == id(np.dtype(np.float64))
         and _read(a, where.flags, ctypes.c_int) & 0x0501 == flags
-        and tuple((ctypes.c_int64 * a.ndim).from_address(_read(a, where.dims, ctypes.c_void_p))) == a.shape
+        and tuple((ctypes.c_int64 * a.ndim).from_address(_read(a, where.dims, ctypes.c_void_p)))
+        == a.shape
         for a, flags in ((sample, 0x0501), (sample.T, 0x0500), (fixed, 0x0101))
     )
 
@@ -67,6 +73,13 @@ def function(code: Loaded) -> Callable[..., int]:
     definition = _Definition(b"kernel", code.address, _FASTCALL, None)
     kept.kept = (code, definition)
     make = ctypes.pythonapi.PyCFunction_NewEx
-    make.restype, make.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.py_object, ctypes.c_void_p]
+    make.restype, make.argtypes = (
+        ctypes.py_object,
+        [
+            ctypes.c_void_p,
+            ctypes.py_object,
+            ctypes.c_void_p,
+        ],
+    )
     result: Callable[..., int] = make(ctypes.addressof(definition), kept, None)
     return result

@@ -1,4 +1,7 @@
-"""Kernels as generated Python source: plain floats for one state, NumPy for many. Needs no compiler."""
+"""Kernels as generated Python source: plain floats for one state, NumPy for many.
+
+Needs no compiler.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,8 @@ from .status import GOOD, NOT_FINITE, NOT_TAKEN
 from .trace import Trace
 
 NAME = "python"
-BLOCK = 8192  # states worked at once: fewer, and the calls of NumPy count; more, and the rows leave the cache
+# states worked at once: fewer, and the calls of NumPy count; more, and the rows leave the cache
+BLOCK = 8192
 
 _FLOAT64 = np.dtype(np.float64)
 Array = NDArray[np.float64]
@@ -30,7 +34,9 @@ def _sqrt(x: float) -> float:
 
 
 def _atan2(y: float, x: float) -> float:
-    return float(np.arctan2(y, x))  # math.atan2 may differ from NumPy's in the last bit, and so one state from many
+    return float(
+        np.arctan2(y, x)
+    )  # math.atan2 may differ from NumPy's in the last bit, and so one state from many
 
 
 _SCALAR = {
@@ -42,7 +48,18 @@ _SCALAR = {
     "invert": invert_floats,
     "newton": newton_floats,
 }
-_UFUNCS = ("add", "subtract", "multiply", "divide", "negative", "sin", "cos", "sqrt", "absolute", "arctan2")
+_UFUNCS = (
+    "add",
+    "subtract",
+    "multiply",
+    "divide",
+    "negative",
+    "sin",
+    "cos",
+    "sqrt",
+    "absolute",
+    "arctan2",
+)
 _COLUMNS = {
     **{name: getattr(np, name) for name in (*_UFUNCS, "greater", "logical_not")},
     "fabs": np.abs,
@@ -82,9 +99,14 @@ def _can_be_filled(array: Array) -> bool:
 class OneState:
     """Calls a function of floats with arrays: inputs, then outputs, which are filled."""
 
-    def __init__(self, kernel: Callable[..., tuple[int, list[float]]], facts: dict[str, Any]) -> None:
+    def __init__(
+        self, kernel: Callable[..., tuple[int, list[float]]], facts: dict[str, Any]
+    ) -> None:
         self._kernel, self._read, self._count = kernel, facts["read"], len(facts["inputs"])
-        self._shapes = [*((size,) for size in facts["inputs"]), *(tuple(shape) for _, shape in facts["layout"])]
+        self._shapes = [
+            *((size,) for size in facts["inputs"]),
+            *(tuple(shape) for _, shape in facts["layout"]),
+        ]
 
     def __call__(self, *arrays: Array) -> int:
         """The status; `NOT_TAKEN` also where a division by zero is left to NumPy."""
@@ -97,7 +119,9 @@ class OneState:
             status, values = self._kernel(*inputs)
         except (ZeroDivisionError, ValueError, OverflowError):
             return NOT_TAKEN
-        if status == GOOD and not math.isfinite(sum(values) + sum(sum(inputs[v]) for v in self._read)):
+        if status == GOOD and not math.isfinite(
+            sum(values) + sum(sum(inputs[v]) for v in self._read)
+        ):
             status = NOT_FINITE
         given, outs = arrays[: self._count], arrays[self._count :]
         if status != GOOD and any(np.may_share_memory(a, out) for a in given for out in outs):
@@ -125,7 +149,9 @@ class ManyStates:
         if not (
             len(outs) == len(self._shapes)
             and _suits(status, (n,), dtype=np.dtype(np.int64))
-            and all(_suits(a, (size,), (n, size)) for a, size in zip(inputs, self._inputs, strict=True))
+            and all(
+                _suits(a, (size,), (n, size)) for a, size in zip(inputs, self._inputs, strict=True)
+            )
             and all(_suits(a, (n, *shape)) for a, shape in zip(outs, self._shapes, strict=True))
             and all(map(_can_be_filled, outs))
         ):
@@ -133,7 +159,9 @@ class ManyStates:
         self._run(inputs, [out.reshape(n, math.prod(out.shape[1:])) for out in outs], status)
         return GOOD
 
-    def _run(self, inputs: Sequence[Array], outs: Sequence[Array], status: NDArray[np.int64]) -> None:
+    def _run(
+        self, inputs: Sequence[Array], outs: Sequence[Array], status: NDArray[np.int64]
+    ) -> None:
         n = len(status)
         scratch = np.empty((self._rows, min(n, BLOCK)))
         results = np.empty((sum(out.shape[1] for out in outs), min(n, BLOCK)))

@@ -1,7 +1,7 @@
 """A program run on symbols leaves a graph of elementary operations: equal ones merged, constants folded.
 
-Nothing here knows robots. A symbol behaves as a scalar; a product with the constant 0 is the constant 0, so the
-structural zeros of a mechanism never reach the generated code.
+Nothing here knows robots. A symbol behaves as a scalar; a product with the constant 0 is the
+constant 0, so the structural zeros of a mechanism never reach the generated code.
 """
 
 from __future__ import annotations
@@ -12,14 +12,17 @@ from typing import Any, Union
 
 Operand = Union["Symbol", float]
 Body = Callable[[Sequence[Any], Sequence[Any]], list[Any]]
-Key = tuple[str, int | float, int | float]  # operation, operands: node index (int) or constant (float)
+Key = tuple[
+    str, int | float, int | float
+]  # operation, operands: node index (int) or constant (float)
 
 
 @dataclass(frozen=True)
 class Block:
     """An iterative or matrix operation: `kind` names the function of `algebra.numerics` that does it.
 
-    `arguments`: vectors of operands; `body`: the traced function that Newton iterates, None otherwise.
+    `arguments`: vectors of operands; `body`: the traced function that Newton iterates, None
+    otherwise.
     """
 
     kind: str
@@ -29,7 +32,10 @@ class Block:
 
 
 class Graph:
-    """Nodes in order of creation: operands come before their uses. A node ("block", b, k) is output k of block b."""
+    """Nodes in order of creation: operands come before their uses.
+
+    A node ("block", b, k) is output k of block b.
+    """
 
     def __init__(self) -> None:
         self.nodes: list[Key] = []
@@ -43,16 +49,28 @@ class Graph:
     def apply(self, op: str, a: Operand, b: Operand = 0.0) -> Symbol:
         """The symbol of an operation, shared with an equal earlier one."""
         left, right = _operand(a), _operand(b)
-        if op in ("add", "mul") and isinstance(left, int) and isinstance(right, int) and left > right:
+        if (
+            op in ("add", "mul")
+            and isinstance(left, int)
+            and isinstance(right, int)
+            and left > right
+        ):
             left, right = right, left
         return Symbol(self, self._node((op, left, right)))
 
     def block(
-        self, kind: str, size: int, outputs: int, arguments: list[list[Operand]], body: Body | None = None
+        self,
+        kind: str,
+        size: int,
+        outputs: int,
+        arguments: list[list[Operand]],
+        body: Body | None = None,
     ) -> list[Symbol]:
         """Symbols for the outputs of a new block."""
         self.blocks.append(Block(kind, size, arguments, body))
-        return [Symbol(self, self._node(("block", len(self.blocks) - 1, k))) for k in range(outputs)]
+        return [
+            Symbol(self, self._node(("block", len(self.blocks) - 1, k))) for k in range(outputs)
+        ]
 
     def output(self, block: int, k: int) -> Symbol:
         """The symbol for an output of a block."""
@@ -64,7 +82,12 @@ class Graph:
         if op == "input":
             return []
         if op == "block":
-            return [x.index for vector in self.blocks[int(a)].arguments for x in vector if isinstance(x, Symbol)]
+            return [
+                x.index
+                for vector in self.blocks[int(a)].arguments
+                for x in vector
+                if isinstance(x, Symbol)
+            ]
         return [x for x in (a, b) if isinstance(x, int)]
 
     def live(self, roots: Sequence[Operand]) -> list[int]:
@@ -82,7 +105,8 @@ class Graph:
 
     def _node(self, key: Key) -> int:
         op, a, b = key
-        # node 1 and the number 1.0 compare equal, so the kind of each operand is part of what is looked up
+        # node 1 and the number 1.0 compare equal, so the kind of each operand is part of what is
+        # looked up
         full = (op, isinstance(a, int), a, isinstance(b, int), b)
         index = self._index.get(full)
         if index is None:

@@ -68,7 +68,9 @@ def compile_text(text: str, level: int) -> bytes:
     module.triple = machine.triple
     module.data_layout = str(machine.target_data)
     options = llvm.create_pipeline_tuning_options(speed_level=level)
-    options.loop_vectorization = options.slp_vectorization = False  # vectors are written where they are wanted
+    options.loop_vectorization = options.slp_vectorization = (
+        False  # vectors are written where they are wanted
+    )
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
     code: bytes = machine.emit_object(module)

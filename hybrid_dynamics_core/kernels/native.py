@@ -14,7 +14,8 @@ from .ir.module import Form, module_text
 from .trace import Trace
 
 NAME = "native"
-LEVEL = 1  # of LLVM's optimisation: the graph is in its best form already, and higher levels take longer
+# of LLVM's optimisation: the graph is in its best form already, and higher levels take longer
+LEVEL = 1
 LONG = 250_000  # live nodes from which compiling well would take more than half a minute
 
 _log = logging.getLogger(__name__)
@@ -49,7 +50,9 @@ def make(trace: Trace, form: Form) -> bytes:
     level = LEVEL if size < LONG else 0
     if level != LEVEL:
         _log.warning(
-            "a program of %d operations is compiled quickly instead of well: it runs several times slower", size
+            "a program of %d operations is compiled quickly instead of well: it runs several times"
+            " slower",
+            size,
         )
     return llvm.compile_text(module_text(trace, form, llvm.width(), extension.header()), level)
 

@@ -38,7 +38,11 @@ class Kernel:
     """
 
     def __init__(
-        self, program: Traceable, sizes: Sequence[int], backend: str | None = None, label: str = "a program"
+        self,
+        program: Traceable,
+        sizes: Sequence[int],
+        backend: str | None = None,
+        label: str = "a program",
     ) -> None:
         self._program, self._label = program, label
         self._sizes = tuple(sizes)
@@ -94,15 +98,21 @@ class Kernel:
         self.fill_rows(arguments, [out[None] for out in outs], codes)
         return int(codes[0])
 
-    def fill_rows(self, arguments: Sequence[Array], outs: Sequence[Array], codes: Codes, threads: int = 1) -> None:
+    def fill_rows(
+        self, arguments: Sequence[Array], outs: Sequence[Array], codes: Codes, threads: int = 1
+    ) -> None:
         """Fill the outputs (N, *shape) and status (N,) of many states from any arrays of the right sizes."""
         if in_parts(self.rows, arguments, [*outs, codes], threads) == NOT_TAKEN:
             plain = [np.require(a, np.float64, ["C", "A"]).view(np.ndarray) for a in arguments]
             if in_parts(self.rows, plain, [*outs, codes], threads) == NOT_TAKEN:
                 shapes = [a.shape for a in (*arguments, *outs)]
-                raise ValueError(f"a kernel of {self._sizes} -> {self.layout} was given arrays of shapes {shapes}")
+                raise ValueError(
+                    f"a kernel of {self._sizes} -> {self.layout} was given arrays of shapes"
+                    f" {shapes}"
+                )
 
-    # -- making ------------------------------------------------------------------------------------------------
+    # -- making
+    # ------------------------------------------------------------------------------------------------
 
     def _made(self, form: Form) -> Callable[..., int]:
         artifact = self._stored(form)
@@ -112,7 +122,9 @@ class Kernel:
                 artifact = Artifact(facts_of(self.trace), make(self.trace, form))
             if self._identity is not None:
                 cache.write(self._key(form), artifact)
-        return native.load(artifact) if self.backend == native.NAME else generated.load(artifact, form)
+        return (
+            native.load(artifact) if self.backend == native.NAME else generated.load(artifact, form)
+        )
 
     def _waiting(self) -> AbstractContextManager[None]:
         kept = "once; kept in the cache" if self._identity is not None else "not kept: no cache"
@@ -134,7 +146,9 @@ class Kernel:
         except NoDigestError:
             return None
         environment = native.identity() if self.backend == native.NAME else generated.identity()
-        return hashlib.sha256(json.dumps([program, code_digest(), environment]).encode()).hexdigest()
+        return hashlib.sha256(
+            json.dumps([program, code_digest(), environment]).encode()
+        ).hexdigest()
 
 
 def facts_of(traced: Trace) -> dict[str, Any]:
@@ -143,7 +157,9 @@ def facts_of(traced: Trace) -> dict[str, Any]:
         "inputs": list(traced.inputs),
         "layout": [[name, list(shape)] for name, shape in traced.layout],
         "read": sorted({v for v, _ in traced.used_inputs()}),
-        "iterates": any(traced.graph.blocks[number].body is not None for number in traced.live_blocks()),
+        "iterates": any(
+            traced.graph.blocks[number].body is not None for number in traced.live_blocks()
+        ),
     }
 
 

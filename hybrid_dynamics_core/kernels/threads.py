@@ -8,7 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import Any
 
-SHARES = 8  # parts for each thread, taken as it gets free: a core that is held up does not hold up the others
+# parts for each thread, taken as it gets free: a core that is held up does not hold up the others
+SHARES = 8
 PART = 64  # a part is a multiple of this: what compiled kernels work on at a time
 
 
@@ -18,7 +19,11 @@ def _pool(process: int, threads: int) -> ThreadPoolExecutor:  # noqa: ARG001  a 
 
 
 def in_parts(
-    function: Callable[..., int], inputs: Sequence[Any], outs: Sequence[Any], threads: int, shared: int = 1
+    function: Callable[..., int],
+    inputs: Sequence[Any],
+    outs: Sequence[Any],
+    threads: int,
+    shared: int = 1,
 ) -> int:
     """Call a function of rows with (inputs, outs), on parts of them; inputs of `shared` dimensions go to all.
 
@@ -31,7 +36,9 @@ def in_parts(
 
     def part(start: int) -> int:
         rows = slice(start, start + size)
-        return function(*(a if a.ndim == shared else a[rows] for a in inputs), *(out[rows] for out in outs))
+        return function(
+            *(a if a.ndim == shared else a[rows] for a in inputs), *(out[rows] for out in outs)
+        )
 
     starts = iter(range(0, n, size))  # one next at a time, as the interpreter has it
 

@@ -88,7 +88,9 @@ def trace_body(outer: Trace, number: int) -> Trace:
     function = block.body
     assert function is not None  # noqa: S101  only Newton has one
     sizes = [len(v) for v in block.arguments]
-    return trace(lambda x, p: Results({"values": function(x, p)}, []), sizes, body_name(outer, number))
+    return trace(
+        lambda x, p: Results({"values": function(x, p)}, []), sizes, body_name(outer, number)
+    )
 
 
 def _shape(value: Any) -> tuple[int, ...]:
@@ -105,7 +107,9 @@ def _flatten(value: Any) -> list[Any]:
 
 def flat_results(results: Results) -> tuple[list[Any], list[Check]]:
     """Outputs in flat order and checks: what a plain (untraced) run returns."""
-    return [leaf for value in results.outputs.values() for leaf in _flatten(value)], list(results.checks)
+    return [leaf for value in results.outputs.values() for leaf in _flatten(value)], list(
+        results.checks
+    )
 
 
 def split(flat: np.ndarray, layout: Sequence[tuple[str, tuple[int, ...]]]) -> dict[str, np.ndarray]:

@@ -1,6 +1,7 @@
 """Inverse kinematics over the active coordinates: damped least squares from several starts, all worked at once.
 
-The Jacobian is the closed mechanism's, so the loops stay closed in every iterate and the assembly branch is kept.
+The Jacobian is the closed mechanism's, so the loops stay closed in every iterate and the assembly
+branch is kept.
 """
 
 from __future__ import annotations
@@ -21,7 +22,10 @@ MAX_ITERATIONS = 200
 DAMPING = (1e-3, 1e-12, 1e6)  # first, smallest, largest; relative to the diagonal of J^T J
 STARTS = 64
 
-CREEP, PATIENCE = 1e-6, 8  # a share of the cost; so many steps that gain less say that there is no more to gain
+CREEP, PATIENCE = (
+    1e-6,
+    8,
+)  # a share of the cost; so many steps that gain less say that there is no more to gain
 
 
 class IKStatus(Enum):
@@ -38,8 +42,9 @@ class IKStatus(Enum):
 class Task:
     """A target: `position` (3,) [m] and `rotation` (3, 3), of which the coordinates of `rows` count.
 
-    rows: of x, y, z and the rotation vector's three parts, all in base axes; `length` [m] weighs a radian against
-    metres. `solve_terms(u)` gives for (N, n): position (N, 3), rotation (N, 3, 3), Jacobian (N, 6, n), status (N,).
+    rows: of x, y, z and the rotation vector's three parts, all in base axes; `length` [m] weighs a
+    radian against metres. `solve_terms(u)` gives for (N, n): position (N, 3), rotation (N, 3, 3),
+    Jacobian (N, 6, n), status (N,).
     """
 
     solve_terms: Callable[[Array], tuple[Array, Array, Array, Array]]
@@ -92,11 +97,17 @@ def descend(task: Task, starts: Array, tolerance: float, most: int = MAX_ITERATI
         better = trial_cost < cost[rows]
         moved = rows[better]
         idle[moved] = np.where(trial_cost[better] > (1.0 - CREEP) * cost[moved], idle[moved] + 1, 0)
-        u[moved], error[moved], jacobian[moved] = trial[better], trial_error[better], trial_jacobian[better]
+        u[moved], error[moved], jacobian[moved] = (
+            trial[better],
+            trial_error[better],
+            trial_jacobian[better],
+        )
         cost[moved] = trial_cost[better]
         damping[moved] = np.maximum(damping[moved] * 0.1, DAMPING[1])
         damping[rows[~better]] *= 8.0
-        active[rows] = (damping[rows] < DAMPING[2]) & (np.sqrt(cost[rows]) > 0.0) & (idle[rows] < PATIENCE)
+        active[rows] = (
+            (damping[rows] < DAMPING[2]) & (np.sqrt(cost[rows]) > 0.0) & (idle[rows] < PATIENCE)
+        )
         done = rows[~better & (np.sqrt(cost[rows]) < tolerance)]
         active[done] = False
     return Descent(u, np.sqrt(cost), ~active, iteration)

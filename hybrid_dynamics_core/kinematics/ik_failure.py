@@ -11,7 +11,8 @@ from ..ground.wording import counted, unit
 from .ik_descent import Descent, IKStatus, Mask, Task, distinct, unwound
 from .ik_problem import SAME, Search, revolute
 
-AT_TOGGLE = 2e-3  # distance to a singularity, and to the target in lengths: from there on EDGE hides what is left
+# distance to a singularity, and to the target in lengths: from there on EDGE hides what is left
+AT_TOGGLE = 2e-3
 TOLD = 1e-6  # [m or rad] what is left below it is told as nothing
 ANEW = 16  # starts of a search for less, beside the ends of the search for all
 STILL = 1e-9  # share of the largest entry of the Jacobian below which a coordinate does not move
@@ -52,8 +53,15 @@ def failure(search: Search, descent: Descent, best: int, left: Remainder) -> tup
         return IKStatus.NOT_CONVERGED, "no start closes all loops; give a seed that does"
     nearest = f"the nearest found is {left} away"
     state = search.closed(u)
-    if state is not None and float(state.singularity) < AT_TOGGLE and residual < AT_TOGGLE * task.length:
-        where = f"only reached where loop '{state.singular_loop}' is singular and its joints cannot be told"
+    if (
+        state is not None
+        and float(state.singularity) < AT_TOGGLE
+        and residual < AT_TOGGLE * task.length
+    ):
+        where = (
+            f"only reached where loop '{state.singular_loop}' is singular and its joints cannot be"
+            " told"
+        )
         return IKStatus.SINGULAR, f"{where}; {nearest}"
     outside = _beyond(search, descent)
     if outside is not None:
@@ -61,39 +69,62 @@ def failure(search: Search, descent: Descent, best: int, left: Remainder) -> tup
     cause = _cause(search, descent, u)
     if search.whole or descent.settled[best]:
         return IKStatus.OUT_OF_REACH, f"out of reach: {nearest}{cause}"
-    return IKStatus.NOT_CONVERGED, f"stopped {left} away after {descent.iterations} iterations{cause}"
+    return (
+        IKStatus.NOT_CONVERGED,
+        f"stopped {left} away after {descent.iterations} iterations{cause}",
+    )
 
 
 def _cause(search: Search, descent: Descent, u: Array) -> str:
     """What of the target cannot be met, as far as it can be told; begins with a semicolon, or is empty."""
     rows, joints = search.task.rows, len(search.robot.active)
     moving = _moving(search)
-    still = [AXES[row] for row, off in zip(rows, _off(search.task, u), strict=True) if off and row not in moving]
+    still = [
+        AXES[row]
+        for row, off in zip(rows, _off(search.task, u), strict=True)
+        if off and row not in moving
+    ]
     if still:
         reached, left = _best(search.counting(moving), descent) if moving else (False, None)
-        rest = ": the rest is reached" if reached else f": of the rest {left} are left" if moving else ""
+        rest = (
+            ": the rest is reached"
+            if reached
+            else f": of the rest {left} are left"
+            if moving
+            else ""
+        )
         return f"; no active joint moves {' or '.join(still)}{rest}"
-    few = f"; {counted(joints, 'active joint')} cannot meet every target of {len(moving)} coordinates"
+    few = (
+        f"; {counted(joints, 'active joint')} cannot meet every target of {len(moving)} coordinates"
+    )
     few *= joints < len(moving)
     place = tuple(row for row in rows if row < 3)
     if not 0 < len(place) < len(rows):
         return few
     reached, left = _best(search.counting(place), descent)
-    return f"; the position alone can be reached{few}" if reached else f"; the position alone stays {left} away too"
+    return (
+        f"; the position alone can be reached{few}"
+        if reached
+        else f"; the position alone stays {left} away too"
+    )
 
 
 def _best(search: Search, descent: Descent) -> tuple[bool, Remainder]:
     """Whether a search for less reaches it, from the ends of the one for all and some anew, and what is left to it."""
     anew = search.starts if len(descent.u) < len(search.starts) else search.starts[:ANEW]
     found = search.descend(np.vstack([descent.u, anew]))
-    return bool(search.solved(found).any()), remainder(search.task, found.u[int(np.argmin(found.residual))])
+    return bool(search.solved(found).any()), remainder(
+        search.task, found.u[int(np.argmin(found.residual))]
+    )
 
 
 def _moving(search: Search) -> tuple[int, ...]:
     """Which of the coordinates that count change with the active joints, anywhere within the limits."""
     every = search.counting(tuple(range(len(AXES))))
     _, jacobian, good = every.task.error(every.starts)
-    size = np.abs(jacobian[good]).max(axis=(0, 2), initial=0.0)  # of all six: of one alone, rounding would count
+    size = np.abs(jacobian[good]).max(
+        axis=(0, 2), initial=0.0
+    )  # of all six: of one alone, rounding would count
     return tuple(row for row in search.task.rows if size[row] > STILL * size.max())
 
 
@@ -115,11 +146,15 @@ def _beyond(search: Search, descent: Descent) -> Array | None:
         ends = wider.closed_form()
     else:
         wider = search.within(robot.closing_range)
-        if np.array_equal(wider.task.lower, search.task.lower) and np.array_equal(wider.task.upper, search.task.upper):
+        if np.array_equal(wider.task.lower, search.task.lower) and np.array_equal(
+            wider.task.upper, search.task.upper
+        ):
             return None
         nearest = distinct(descent.u[np.argsort(descent.residual)[:8]], turns, SAME)
         ends = wider.descend(np.vstack([nearest, wider.starts[:ANEW]]))
-    if ends is None or not search.solved(ends).any():  # a platform of fewer freedoms is placed as far as it can be
+    if (
+        ends is None or not search.solved(ends).any()
+    ):  # a platform of fewer freedoms is placed as far as it can be
         return None
     found = np.array([_wound(u, 0.5 * (lower + upper), turns) for u in ends.u[search.solved(ends)]])
     excess = np.maximum(lower - found, 0.0) + np.maximum(found - upper, 0.0)

@@ -28,8 +28,8 @@ _POSE = tuple(range(6))
 class Search:
     """A robot and what is asked of it.
 
-    Attributes: `start` (n,), where the search begins; `near`, a state whose assembly modes are kept (or None);
-    `tolerance`, the residual [m] below which the target counts as reached.
+    Attributes: `start` (n,), where the search begins; `near`, a state whose assembly modes are kept
+    (or None); `tolerance`, the residual [m] below which the target counts as reached.
     """
 
     robot: Robot
@@ -58,7 +58,11 @@ class Search:
                 state = self.robot.close_given(named, near=near)
             except (InputError, StateError):
                 continue
-            if state.branch == near.branch and (task.lower <= state.u).all() and (state.u <= task.upper).all():
+            if (
+                state.branch == near.branch
+                and (task.lower <= state.u).all()
+                and (state.u <= task.upper).all()
+            ):
                 found.append(state.u)
         if not found:
             return None
@@ -80,10 +84,13 @@ class Search:
     def starts(self) -> Array:
         """Starts over the limits (N, n); coordinates that the task does not see at any of them stay at the start.
 
-        Where one rotation counts, all three do here: turning about z moves where a turn about y goes.
+        Where one rotation counts, all three do here: turning about z moves where a turn about y
+        goes.
         """
         rows = self.task.rows
-        task = self.task if max(rows) < 3 else replace(self.task, rows=tuple(sorted({*rows, 3, 4, 5})))
+        task = (
+            self.task if max(rows) < 3 else replace(self.task, rows=tuple(sorted({*rows, 3, 4, 5})))
+        )
         starts = spread(task.lower, task.upper, revolute(self.robot).tolist(), STARTS)
         _, jacobian, good = task.error(starts)
         size = np.abs(jacobian[good]).max(axis=(0, 1), initial=0.0)
@@ -118,7 +125,9 @@ def search_for(
 ) -> Search:
     """A search within the robot's limits for a pose of which the coordinates of `rows` count."""
     own = robot.reference if near is None else near.u
-    length = max(float(np.linalg.norm(robot.forward_kinematics(close(robot, own, near)).position)), 1e-3)
+    length = max(
+        float(np.linalg.norm(robot.forward_kinematics(close(robot, own, near)).position)), 1e-3
+    )
     terms = partial(_terms, robot) if near is None else partial(_terms_near, robot, near)
     task = Task(terms, target.position, target.rotation, rows, length, *inside(robot, robot.limits))
     return Search(robot, task, own if seed is None else seed, near, tolerance)
@@ -135,7 +144,9 @@ def inside(robot: Robot, limits: Array) -> tuple[Array, Array]:
     """Lower and upper limits (n,) each; a little drawn in where a loop ends, which is singular there."""
     ends = robot.closing_range
     width = np.where(np.isfinite(ends).all(axis=1), ends[:, 1] - ends[:, 0], 0.0)
-    return np.maximum(limits[:, 0], ends[:, 0] + EDGE * width), np.minimum(limits[:, 1], ends[:, 1] - EDGE * width)
+    return np.maximum(limits[:, 0], ends[:, 0] + EDGE * width), np.minimum(
+        limits[:, 1], ends[:, 1] - EDGE * width
+    )
 
 
 def revolute(robot: Robot) -> Mask:

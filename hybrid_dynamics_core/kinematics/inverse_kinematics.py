@@ -30,11 +30,14 @@ class IKResult:
     """Outcome of inverse kinematics.
 
     Attributes:
-        u: (n,) active coordinates; with another status than SOLVED the nearest found, for inspection only.
+        u: (n,) active coordinates; with another status than SOLVED the nearest found, for
+        inspection only.
         status, message: why the solver stopped.
-        residual: what the solver makes small [m]: the root of the sum of the squares of `position_error` and of
+        residual: what the solver makes small [m]: the root of the sum of the squares of
+        `position_error` and of
             `angle_error` times the robot's reach at the start.
-        position_error, angle_error: what remains to the target, in the coordinates that count: a distance [m] and an
+        position_error, angle_error: what remains to the target, in the coordinates that count: a
+        distance [m] and an
             angle [rad]; NaN where none of them counts, or no start closes.
         branch, state: assembly modes and closed state at u (None if u does not close).
         solutions: all distinct solutions found if asked, otherwise (u,) or nothing.
@@ -76,7 +79,11 @@ def solve_inverse_kinematics(  # noqa: PLR0913, PLR0917 - as the robot's method
     if not search.whole and (all_solutions or not search.solved(descent).any()):
         descent = joined([descent, search.descend(search.starts)])
     order = np.argsort(
-        np.where(search.solved(descent), np.linalg.norm(descent.u - start, axis=-1), 1e9 + descent.residual)
+        np.where(
+            search.solved(descent),
+            np.linalg.norm(descent.u - start, axis=-1),
+            1e9 + descent.residual,
+        )
     )
     turns = revolute(robot)
     ends = np.array([unwound(u, start, turns, *robot.limits.T) for u in descent.u[order]])
@@ -107,18 +114,28 @@ def _target(target: ArrayLike | Pose, mask: Sequence[bool] | None) -> tuple[Pose
     else:
         position = vectors("target", target, ("x", "y", "z"))
         if position.ndim != 1:
-            raise InputError(f"the target has shape {position.shape}; expected one position (3,) or a Pose")
+            raise InputError(
+                f"the target has shape {position.shape}; expected one position (3,) or a Pose"
+            )
         pose, rows = Pose(position, np.eye(3)), (0, 1, 2)
     if mask is not None:
         if len(mask) != 6 or not any(mask):
-            raise InputError("mask: expected six booleans for x, y, z and rotation about x, y, z, at least one True")
+            raise InputError(
+                "mask: expected six booleans for x, y, z and rotation about x, y, z, at least one"
+                " True"
+            )
         rows = tuple(k for k in range(6) if mask[k])
         if max(rows) > 2 and not isinstance(target, Pose):
-            raise InputError("mask: a rotation counts, but the target is only a position; give a Pose")
+            raise InputError(
+                "mask: a rotation counts, but the target is only a position; give a Pose"
+            )
     for k in rows[:3]:
         if k < 3 and abs(pose.position[k]) > FARTHEST:
             told = f"{'xyz'[k]} is {pose.position[k]:g} m"
-            raise InputError(f"target: {told}: out of reach, and too far away to compute the distance that is left")
+            raise InputError(
+                f"target: {told}: out of reach, and too far away to compute the distance that is"
+                " left"
+            )
     return pose, rows
 
 
@@ -141,7 +158,9 @@ def _check_near(robot: Robot, near: object) -> None:
     elif near.status != ClosureStatus.OK:
         got = "one whose loops are not closed (its status says why)"
     if got:
-        raise InputError(f"near: one closed state of this robot is expected, from robot.close(u); got {got}")
+        raise InputError(
+            f"near: one closed state of this robot is expected, from robot.close(u); got {got}"
+        )
 
 
 def _redundant(search: Search, u: Array) -> tuple[str, ...]:

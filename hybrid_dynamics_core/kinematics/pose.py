@@ -12,8 +12,11 @@ from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.check_arrays import numbers
 
-UNIT = 1e-3  # largest deviation of a quaternion's norm from 1 accepted from outside; it is normalised then
-ORTHONORMAL = 1e-6  # largest error of R^T R accepted from outside: single-precision messages stay usable
+# largest deviation of a quaternion's norm from 1 accepted from outside; it is normalised then
+UNIT = 1e-3
+ORTHONORMAL = (
+    1e-6  # largest error of R^T R accepted from outside: single-precision messages stay usable
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,19 +52,29 @@ class Pose:
             told = ", ".join(f"{value:.6g}" for value in xyzw.tolist())
             hint = f"; divide it by {norm:.6g}" if 0.0 < norm < np.inf else ""
             raise InputError(
-                f"the quaternion x, y, z, w = {told} has the norm {norm:.6g}; expected 1 to {UNIT:g}{hint}"
+                f"the quaternion x, y, z, w = {told} has the norm {norm:.6g}; expected 1 to"
+                f" {UNIT:g}{hint}"
             )
         return checked_pose(Pose(place, _transform().from_quat(xyzw).as_matrix()))
 
 
 def checked_pose(pose: Pose) -> Pose:
     """The pose, or an InputError if it is not one finite rigid pose."""
-    position, rotation = np.asarray(pose.position, dtype=float), np.asarray(pose.rotation, dtype=float)
+    position, rotation = (
+        np.asarray(pose.position, dtype=float),
+        np.asarray(pose.rotation, dtype=float),
+    )
     if position.shape != (3,) or rotation.shape != (3, 3):
-        raise InputError(f"expected a position (3,) and a rotation (3, 3), got {position.shape} and {rotation.shape}")
+        raise InputError(
+            f"expected a position (3,) and a rotation (3, 3), got {position.shape} and"
+            f" {rotation.shape}"
+        )
     if not (np.isfinite(position).all() and np.isfinite(rotation).all()):
         raise InputError("the pose is not finite")
-    if np.abs(rotation @ rotation.T - np.eye(3)).max() > ORTHONORMAL or np.linalg.det(rotation) < 0.0:
+    if (
+        np.abs(rotation @ rotation.T - np.eye(3)).max() > ORTHONORMAL
+        or np.linalg.det(rotation) < 0.0
+    ):
         raise InputError("the rotation matrix is not orthonormal and right-handed")
     return Pose(position, rotation)
 
@@ -73,6 +86,8 @@ def rotation_vector(rotation: Array) -> Array:
 
 
 def _transform() -> Any:
-    from scipy.spatial.transform import Rotation  # noqa: PLC0415  slow to import, and not every use needs it
+    from scipy.spatial.transform import (  # noqa: PLC0415  slow to import, and not every use needs it
+        Rotation,
+    )
 
     return Rotation

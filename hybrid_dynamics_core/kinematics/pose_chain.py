@@ -1,7 +1,8 @@
 """Inverse kinematics in closed form, where the end effector is carried by slides and then by joints that meet.
 
-That is how a platform's pose is written: its coordinates follow from the pose one after the other, and the legs follow
-from them by closure. Everything is in the frame of the base, each joint as it stands at zero (product of exponentials).
+That is how a platform's pose is written: its coordinates follow from the pose one after the other,
+and the legs follow from them by closure. Everything is in the frame of the base, each joint as it
+stands at zero (product of exponentials).
 """
 
 from __future__ import annotations
@@ -53,8 +54,15 @@ class PoseChain:
             turned = turned @ _turn(axis, angle)
         arm = turned @ (self.position - self.centre)
         moved = position - arm - self.centre
-        strokes = np.linalg.lstsq(self.directions.T, moved, rcond=None)[0] if len(self.slides) else np.zeros(0)
-        return {**dict(zip(self.slides, strokes.tolist(), strict=True)), **dict(zip(self.turns, angles, strict=True))}
+        strokes = (
+            np.linalg.lstsq(self.directions.T, moved, rcond=None)[0]
+            if len(self.slides)
+            else np.zeros(0)
+        )
+        return {
+            **dict(zip(self.slides, strokes.tolist(), strict=True)),
+            **dict(zip(self.turns, angles, strict=True)),
+        }
 
 
 def find_pose_chain(tree: Tree, frame: Frame, size: int) -> PoseChain | None:

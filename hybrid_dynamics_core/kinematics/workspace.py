@@ -22,9 +22,14 @@ if TYPE_CHECKING:
     from ..robot.robot import Robot
 
 COUNT: Final = 100_000
-SLIDE: Final = 0.1  # of the end effector's distance from the base: how far a slide without limits is taken to go
+# of the end effector's distance from the base: how far a slide without limits is taken to go
+SLIDE: Final = 0.1
 _AT_ONCE: Final = 5_000  # samples in a batch
-_ROUNDS, _SHRINK, _TRIALS = 26, 0.68, 60  # of the search for the extremes, about the best sample so far
+_ROUNDS, _SHRINK, _TRIALS = (
+    26,
+    0.68,
+    60,
+)  # of the search for the extremes, about the best sample so far
 _WIDTH: Final = 0.1  # of the ranges: where that search begins
 
 
@@ -45,9 +50,11 @@ class Margins:
         u: (N, n) active coordinates [rad or m].
         status: (N,) SampleStatus.
         position: (N, 3) of the frame, base axes [m]; NaN where a loop is open.
-        singularity: (N,) distance of the nearest loop to its singularity as in `ClosedState`, 1 at best.
+        singularity: (N,) distance of the nearest loop to its singularity as in `ClosedState`, 1 at
+        best.
         loop: (N,) index of that loop in `robot.loops`, -1 where there is none.
-        limit: (N,) how far the joint nearest to one of its limits is from it, as a share of half its range: 1 in the
+        limit: (N,) how far the joint nearest to one of its limits is from it, as a share of half
+        its range: 1 in the
             middle, 0 at the limit, negative beyond; infinite where no joint has two limits.
         joint: (N,) index of that joint in `robot.coordinates`, -1 where there is none.
     """
@@ -76,9 +83,11 @@ class Workspace:
 
     Attributes:
         frame: whose positions they are.
-        ranges: (n, 2) of the active coordinates that were sampled [rad or m]; both ends alike where one was held.
+        ranges: (n, 2) of the active coordinates that were sampled [rad or m]; both ends alike where
+        one was held.
         assumed: active coordinates without limits, whose range was chosen here.
-        samples: `count` samples spread evenly over the ranges, then half as many that are denser towards their ends,
+        samples: `count` samples spread evenly over the ranges, then half as many that are denser
+        towards their ends,
             then those of the search for the extremes.
         count: how many are spread evenly; spread: how many there are before those of the search.
     """
@@ -99,10 +108,15 @@ class Workspace:
     def extents(self) -> Array:
         """(3, 2) smallest and largest x, y and z of reachable samples, base axes [m]; NaN where there are none.
 
-        The workspace itself is a little larger: by about 1e-3 of its size, and 1e-2 where it ends at a toggle point.
+        The workspace itself is a little larger: by about 1e-3 of its size, and 1e-2 where it ends
+        at a toggle point.
         """
         at = self.extremes
-        return np.full((3, 2), np.nan) if at is None else self.samples.position[at, np.arange(3)[:, None]]
+        return (
+            np.full((3, 2), np.nan)
+            if at is None
+            else self.samples.position[at, np.arange(3)[:, None]]
+        )
 
     @property
     def extremes(self) -> NDArray[np.int64] | None:
@@ -111,7 +125,9 @@ class Workspace:
         if not len(rows):
             return None
         places = self.samples.position[rows]
-        return np.asarray(rows[np.stack([places.argmin(axis=0), places.argmax(axis=0)], axis=1)], dtype=np.int64)
+        return np.asarray(
+            rows[np.stack([places.argmin(axis=0), places.argmax(axis=0)], axis=1)], dtype=np.int64
+        )
 
     def share(self, status: SampleStatus = SampleStatus.OK) -> float:
         """The share of the evenly spread samples of which this became."""
@@ -158,8 +174,12 @@ def find_workspace(
     from scipy.stats import qmc  # noqa: PLC0415  slow to import
 
     spread = count + count // 2
-    points = qmc.Halton(len(robot.active), scramble=False).random(spread + 1)[1:]  # the first one is a corner
-    points[count:] = 0.5 - 0.5 * np.cos(math.pi * points[count:])  # denser at the ends, where reach changes fastest
+    points = qmc.Halton(len(robot.active), scramble=False).random(spread + 1)[
+        1:
+    ]  # the first one is a corner
+    points[count:] = 0.5 - 0.5 * np.cos(
+        math.pi * points[count:]
+    )  # denser at the ends, where reach changes fastest
     u = box[:, 0] + points * np.ptp(box, axis=1)
     rounds = range(0, spread, _AT_ONCE)
     parts: list[Margins] = []
@@ -178,19 +198,24 @@ def find_workspace(
 
 
 def sampled_ranges(
-    robot: Robot, told: Mapping[str, tuple[float, float]] | None, held: Mapping[str, float] | None = None
+    robot: Robot,
+    told: Mapping[str, tuple[float, float]] | None,
+    held: Mapping[str, float] | None = None,
 ) -> tuple[Array, tuple[str, ...]]:
     """(n, 2) ranges to sample, within `limits`: those told, else the limits; and whose had to be chosen.
 
     Those that are `held` begin and end at their value.
 
-    Without limits an angle goes one turn about the reference, a slide `SLIDE` of the end effector's distance from the
-    base to either side. Raises InputError for ranges that are empty, infinite or outside of the limits.
+    Without limits an angle goes one turn about the reference, a slide `SLIDE` of the end effector's
+    distance from the base to either side. Raises InputError for ranges that are empty, infinite or
+    outside of the limits.
     """
     told = told or {}
     settled = {*told, *(held or {})}
     box, assumed = robot.limits.copy(), []
-    distance = float(np.linalg.norm(robot.forward_kinematics(robot.close(robot.reference)).position))
+    distance = float(
+        np.linalg.norm(robot.forward_kinematics(robot.close(robot.reference)).position)
+    )
     for k, name in enumerate(robot.active):
         if name in settled:
             continue
@@ -202,13 +227,15 @@ def sampled_ranges(
     for name, (low, high) in told.items():
         if name not in robot.active:
             hint = nearest(name, robot.active)
-            raise InputError(f"range: '{name}' is not an active joint{hint}; they are {', '.join(robot.active)}")
+            raise InputError(
+                f"range: '{name}' is not an active joint{hint}; they are {', '.join(robot.active)}"
+            )
         lower, upper = robot.limits[robot.active.index(name)]
         if not (math.isfinite(low) and math.isfinite(high) and lower <= low < high <= upper):
             kind = unit(robot.joint_types[name])
             raise InputError(
-                f"range: {name} from {low:.6g} to {high:.6g} {kind}; expected two rising numbers within its limits "
-                f"[{lower:.6g}, {upper:.6g}] {kind}"
+                f"range: {name} from {low:.6g} to {high:.6g} {kind}; expected two rising numbers"
+                f" within its limits [{lower:.6g}, {upper:.6g}] {kind}"
             )
         box[robot.active.index(name)] = low, high
     for name, value in _held(robot, told, held or {}).items():
@@ -216,21 +243,34 @@ def sampled_ranges(
     return box, tuple(assumed)
 
 
-def _held(robot: Robot, told: Mapping[str, tuple[float, float]], held: Mapping[str, float]) -> Mapping[str, float]:
+def _held(
+    robot: Robot, told: Mapping[str, tuple[float, float]], held: Mapping[str, float]
+) -> Mapping[str, float]:
     """The same where they can be held, else an InputError."""
     for name, value in held.items():
         if name not in robot.active:
             hint = nearest(name, robot.active)
-            raise InputError(f"held: '{name}' is not an active joint{hint}; they are {', '.join(robot.active)}")
+            raise InputError(
+                f"held: '{name}' is not an active joint{hint}; they are {', '.join(robot.active)}"
+            )
         if name in told or not math.isfinite(value):
-            problem = "has a range too; leave one out" if name in told else f"is {value}; expected a finite number"
+            problem = (
+                "has a range too; leave one out"
+                if name in told
+                else f"is {value}; expected a finite number"
+            )
             raise InputError(f"held: {name} {problem}")
     return held
 
 
 def joined(parts: list[Margins]) -> Margins:
     """One after the other."""
-    return Margins(*(np.concatenate([getattr(part, name) for part in parts]) for name in Margins.__annotations__))
+    return Margins(
+        *(
+            np.concatenate([getattr(part, name) for part in parts])
+            for name in Margins.__annotations__
+        )
+    )
 
 
 def limited_joints(robot: Robot) -> dict[str, tuple[float, float]]:
@@ -263,13 +303,17 @@ def _about_extremes(samples: Margins, box: Array, width: float, seed: int) -> Ar
     rows = np.flatnonzero(samples.reachable)
     if not len(rows):
         return np.empty((0, samples.u.shape[1]))
-    goals = np.column_stack([samples.position[rows], -samples.position[rows], samples.singularity[rows]])
+    goals = np.column_stack(
+        [samples.position[rows], -samples.position[rows], samples.singularity[rows]]
+    )
     best = np.unique(rows[np.argmin(goals, axis=0)])
     rng = np.random.default_rng(seed)
     steps = width * rng.uniform(-1.0, 1.0, (len(best), _TRIALS, len(box))) * np.ptp(box, axis=1)
     low, high = box.T
     around: Array = (samples.u[best][:, None] + steps).reshape(-1, len(box))
-    inward = np.where(around > high, 2.0 * high - around, np.where(around < low, 2.0 * low - around, around))
+    inward = np.where(
+        around > high, 2.0 * high - around, np.where(around < low, 2.0 * low - around, around)
+    )
     around[::2] = np.clip(around[::2], low, high)  # limits belong to the workspace,
     around[1::2] = inward[1::2]  # toggle points do not: half go onto the edge, half back from it
     return around

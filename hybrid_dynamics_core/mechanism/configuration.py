@@ -10,7 +10,8 @@ from ..algebra.scalar import Scalar, atan2, cos, sin
 class Posture:
     """Values of the coordinates s, filled in the order of the plan.
 
-    `q[k]` angle [rad] or displacement [m]; `c[k]`, `s[k]` cosine and sine where the joint is revolute.
+    `q[k]` angle [rad] or displacement [m]; `c[k]`, `s[k]` cosine and sine where the joint is
+    revolute.
     """
 
     def __init__(self, size: int) -> None:

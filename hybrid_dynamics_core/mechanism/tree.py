@@ -17,8 +17,8 @@ class Body:
     """A moving link with the joint that carries it.
 
     `rotation`, `translation`: child frame in the parent frame at zero; `axis` in the child frame;
-    `coordinate`: index in s; `parent`: index of a body, -1 for the base. Inertia: mass, first moment m c and
-    inertia about the link origin, in link axes.
+    `coordinate`: index in s; `parent`: index of a body, -1 for the base. Inertia: mass, first
+    moment m c and inertia about the link origin, in link axes.
     """
 
     name: str
@@ -46,7 +46,11 @@ class Tree:
 
     def body_index(self, link: str) -> int:
         """Index of a link's body; -1 for the base."""
-        return -1 if link == self.base else next(i for i, b in enumerate(self.bodies) if b.name == link)
+        return (
+            -1
+            if link == self.base
+            else next(i for i, b in enumerate(self.bodies) if b.name == link)
+        )
 
     def is_revolute(self, coordinate: int) -> bool:
         """Whether a coordinate is an angle."""
@@ -75,7 +79,10 @@ class Tree:
         rotation, origin = np.eye(3), np.zeros(3)
         while body != ancestor:
             b = self.bodies[body]
-            rotation, origin = np.array(b.rotation) @ rotation, np.array(b.rotation) @ origin + np.array(b.translation)
+            rotation, origin = (
+                np.array(b.rotation) @ rotation,
+                np.array(b.rotation) @ origin + np.array(b.translation),
+            )
             body = b.parent
         return rotation, origin
 
@@ -96,7 +103,9 @@ def build_tree(robot: RobotDescription) -> Tree:
     while stack:
         name, parent = stack.pop()
         bodies.append(_body(robot, name, parent, coordinates.index(name)))
-        stack += [(n, len(bodies) - 1) for n in reversed(children.get(robot.joints[name].child, []))]
+        stack += [
+            (n, len(bodies) - 1) for n in reversed(children.get(robot.joints[name].child, []))
+        ]
     return Tree(robot.base, tuple(bodies), coordinates, len(robot.active))
 
 

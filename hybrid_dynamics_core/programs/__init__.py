@@ -1,7 +1,8 @@
 """The model's answers as programs over scalars: the one text of closure, kinematics and minimal-form dynamics.
 
-A program takes named vectors of scalars and returns named outputs with the checks that guard them. It runs on floats
-as it stands, on arrays (one array a scalar), or traced into a kernel. Chu (2020) gives the equations.
+A program takes named vectors of scalars and returns named outputs with the checks that guard them.
+It runs on floats as it stands, on arrays (one array a scalar), or traced into a kernel. Chu (2020)
+gives the equations.
 """
 
 from .closure import ACCELERATIONS, CLOSE, MOTION

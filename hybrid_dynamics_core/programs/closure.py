@@ -9,7 +9,9 @@ from ..closure.closed_motion import ClosedMotion
 from ..kernels.trace import Check, Results
 from .model import Inputs, Model, Program, closure_code, singular_code
 
-OPEN = 1e-6  # residual, in lengths of the loop, beyond which an equation that should follow from the others is open
+# residual, in lengths of the loop, beyond which an equation that should follow from the others is
+# open
+OPEN = 1e-6
 SINGULAR = 1e-5  # reciprocal condition below which rates would lose half their digits
 
 
@@ -33,7 +35,9 @@ def _close(model: Model, x: Inputs) -> Results:
     return Results({**outputs, "iterations": [motion.iterations()]}, checks)
 
 
-def closed_outputs(motion: ClosedMotion, n: int, ds: list[Scalar], distances: list[Scalar]) -> dict[str, Any]:
+def closed_outputs(
+    motion: ClosedMotion, n: int, ds: list[Scalar], distances: list[Scalar]
+) -> dict[str, Any]:
     """What a closed state of a robot is made of."""
     return {
         "s": motion.posture.q,

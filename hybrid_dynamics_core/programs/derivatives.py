@@ -22,15 +22,20 @@ def inverse_dynamics_derivatives(loading: Loading = NOTHING) -> Program:
         dynamics = Dynamics(model, x, loading)
         tau = dynamics.inverse(list(x.ddu))
         d_u, d_du = _split(jacobian(tau, [*x.u, *x.du]), dynamics.n)
-        return Results({"tau": tau, "d_u": d_u, "d_du": d_du, "d_ddu": dynamics.mass_matrix()}, dynamics.checks)
+        return Results(
+            {"tau": tau, "d_u": d_u, "d_du": d_du, "d_ddu": dynamics.mass_matrix()}, dynamics.checks
+        )
 
-    return Program(("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes)
+    return Program(
+        ("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes
+    )
 
 
 def forward_dynamics_derivatives(loading: Loading = NOTHING) -> Program:
     """Program for u'' and d u'' / d(u, u', tau). On symbols only.
 
-    From tau = ID(u, u', u''):  d u''/d(u, u') = -M-bar^-1 d ID/d(u, u') at the u'' found,  d u''/d tau = M-bar^-1.
+    From tau = ID(u, u', u''):  d u''/d(u, u') = -M-bar^-1 d ID/d(u, u') at the u'' found,  d u''/d
+    tau = M-bar^-1.
     """
 
     def run(model: Model, x: Inputs) -> Results:
@@ -38,15 +43,24 @@ def forward_dynamics_derivatives(loading: Loading = NOTHING) -> Program:
         ddu, mass, checks = solve_motion(model, dynamics, list(x.tau))
         held = _held(x.u, dynamics.n)
         slopes = jacobian(dynamics.inverse(held), [*x.u, *x.du])
-        found = substitute([slope for row in slopes for slope in row], dict(zip(held, ddu, strict=True)))
+        found = substitute(
+            [slope for row in slopes for slope in row], dict(zip(held, ddu, strict=True))
+        )
         rows = [found[2 * dynamics.n * i : 2 * dynamics.n * (i + 1)] for i in range(dynamics.n)]
         columns = [mass.solve([-value for value in column]) for column in zip(*rows, strict=True)]
         d_u, d_du = _split([list(row) for row in zip(*columns, strict=True)], dynamics.n)
         units = [[1.0 if i == j else 0.0 for i in range(dynamics.n)] for j in range(dynamics.n)]
-        outputs = {"ddu": ddu, "d_u": d_u, "d_du": d_du, "d_tau": [mass.solve(unit) for unit in units]}
+        outputs = {
+            "ddu": ddu,
+            "d_u": d_u,
+            "d_du": d_du,
+            "d_tau": [mass.solve(unit) for unit in units],
+        }
         return Results(outputs, dynamics.checks + checks)
 
-    return Program(("u", "du", "tau", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes)
+    return Program(
+        ("u", "du", "tau", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes
+    )
 
 
 def _held(u: Sequence[Scalar], count: int) -> list[Symbol]:

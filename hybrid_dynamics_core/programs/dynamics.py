@@ -11,7 +11,9 @@ from ..kernels.trace import Check, Results
 from .closure import closed_motion, closed_outputs
 from .model import MASS_SINGULAR, Inputs, Model, Program
 
-SINGULAR_MASS = 1e-13  # share of the robot's own scale of inertia below which a pivot of M-bar is rounding
+SINGULAR_MASS = (
+    1e-13  # share of the robot's own scale of inertia below which a pivot of M-bar is rounding
+)
 NO_GRAVITY: Vector = (0.0, 0.0, 0.0)
 
 
@@ -28,7 +30,9 @@ class Dynamics:
 
     def inverse(self, ddu: list[Scalar]) -> list[Scalar]:
         """tau for active accelerations."""
-        return self.project(self.laden.forces(self.gravity, self.ds, self.motion.accelerations(ddu, self.ds)))
+        return self.project(
+            self.laden.forces(self.gravity, self.ds, self.motion.accelerations(ddu, self.ds))
+        )
 
     def project(self, forces: list[Scalar]) -> list[Scalar]:
         """R^T f."""
@@ -36,7 +40,9 @@ class Dynamics:
 
     def mass_matrix(self) -> list[list[Scalar]]:
         """M-bar = R^T M R, column by column; of each pair of equal entries one is computed."""
-        columns = [self.project(self.laden.inertial_forces(column)) for column in columns_of(self.motion)]
+        columns = [
+            self.project(self.laden.inertial_forces(column)) for column in columns_of(self.motion)
+        ]
         return [[columns[min(i, j)][max(i, j)] for j in range(self.n)] for i in range(self.n)]
 
 
@@ -52,7 +58,9 @@ def inverse_dynamics(loading: Loading = NOTHING) -> Program:
         dynamics = Dynamics(model, x, loading)
         return Results({"tau": dynamics.inverse(list(x.ddu))}, dynamics.checks)
 
-    return Program(("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes)
+    return Program(
+        ("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes
+    )
 
 
 def closed_inverse_dynamics(loading: Loading = NOTHING) -> Program:
@@ -63,7 +71,9 @@ def closed_inverse_dynamics(loading: Loading = NOTHING) -> Program:
         closed = closed_outputs(dynamics.motion, dynamics.n, dynamics.ds, dynamics.distances)
         return Results({"tau": dynamics.inverse(list(x.ddu)), **closed}, dynamics.checks)
 
-    return Program(("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes)
+    return Program(
+        ("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes
+    )
 
 
 def minimal_form(loading: Loading = NOTHING) -> Program:
@@ -76,7 +86,11 @@ def minimal_form(loading: Loading = NOTHING) -> Program:
         drift = motion.accelerations([0.0] * dynamics.n, ds)
         bias = dynamics.laden.with_rotors(tree.inverse_dynamics(NO_GRAVITY, ds, drift), drift)
         gravity = tree.inverse_dynamics(dynamics.gravity, still, still)
-        outputs = {"M": dynamics.mass_matrix(), "h": dynamics.project(bias), "g": dynamics.project(gravity)}
+        outputs = {
+            "M": dynamics.mass_matrix(),
+            "h": dynamics.project(bias),
+            "g": dynamics.project(gravity),
+        }
         return Results(outputs, dynamics.checks)
 
     return Program(("u", "du", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes)
@@ -101,16 +115,23 @@ def forward_dynamics(loading: Loading = NOTHING) -> Program:
         ddu, _, checks = solve_motion(model, dynamics, list(x.tau))
         return Results({"ddu": ddu}, dynamics.checks + checks)
 
-    return Program(("u", "du", "tau", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes)
+    return Program(
+        ("u", "du", "tau", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes
+    )
 
 
-def solve_motion(model: Model, dynamics: Dynamics, tau: list[Scalar]) -> tuple[list[Scalar], Definite, list[Check]]:
+def solve_motion(
+    model: Model, dynamics: Dynamics, tau: list[Scalar]
+) -> tuple[list[Scalar], Definite, list[Check]]:
     """u'' from tau, M-bar ready to solve with, and the checks that it is regular."""
     mass = Definite(dynamics.mass_matrix())
     bias = dynamics.inverse([0.0] * dynamics.n)
     ddu = mass.solve([t - b for t, b in zip(tau, bias, strict=True)])
     sizes = inertia_scales(model, dynamics.motion)
-    checks = [Check(pivot / size, SINGULAR_MASS, MASS_SINGULAR) for pivot, size in zip(mass.pivots, sizes, strict=True)]
+    checks = [
+        Check(pivot / size, SINGULAR_MASS, MASS_SINGULAR)
+        for pivot, size in zip(mass.pivots, sizes, strict=True)
+    ]
     return ddu, mass, checks
 
 
@@ -119,7 +140,9 @@ def inertia_scales(model: Model, motion: ClosedMotion) -> list[Scalar]:
     bodies = model.tree.bodies
     mass = sum(b.mass for b in bodies) or 1.0
     lengths = sum(float(x) ** 2 for b in bodies for x in b.translation)
-    inertia = sum(b.inertia[0][0] + b.inertia[1][1] + b.inertia[2][2] for b in bodies) + mass * lengths
+    inertia = (
+        sum(b.inertia[0][0] + b.inertia[1][1] + b.inertia[2][2] for b in bodies) + mass * lengths
+    )
     own = [(inertia or 1.0) if model.tree.is_revolute(k) else mass for k in range(motion.size)]
     scales = []
     for column in columns_of(motion):

@@ -35,11 +35,15 @@ def motion(loading: Loading = NOTHING) -> Program:
         power: Scalar = 0.0
         for effort, rate in zip(x.tau, x.du, strict=True):
             power = power + effort * rate
-        for force, rate in zip(dynamics.laden.dissipative_forces(dynamics.ds), dynamics.ds, strict=True):
+        for force, rate in zip(
+            dynamics.laden.dissipative_forces(dynamics.ds), dynamics.ds, strict=True
+        ):
             power = power - force * rate
         return Results({"ddu": ddu, "power": power}, dynamics.checks + checks)
 
-    return Program(("u", "du", "tau", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes)
+    return Program(
+        ("u", "du", "tau", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes
+    )
 
 
 def kinetic_energy(dynamics: Dynamics) -> Scalar:
@@ -54,6 +58,8 @@ def kinetic_energy(dynamics: Dynamics) -> Scalar:
 def gravity_energy(dynamics: Dynamics) -> Scalar:
     """-m g . c over the bodies."""
     moment: Vector = (0.0, 0.0, 0.0)
-    for body, (rotation, origin) in zip(dynamics.tree.tree.bodies, dynamics.tree.poses(), strict=True):
+    for body, (rotation, origin) in zip(
+        dynamics.tree.tree.bodies, dynamics.tree.poses(), strict=True
+    ):
         moment = add(moment, add(scale(body.mass, origin), matvec(rotation, body.first_moment)))
     return -dot(dynamics.gravity, moment)

@@ -53,7 +53,9 @@ def pose_and_jacobian(frame: Frame) -> Program:
     return Program(("u", "branch", "guess"), run)
 
 
-def _pose_and_jacobian(model: Model, motion: ClosedMotion, frame: Frame) -> tuple[Rotation, Vector, list[list[Scalar]]]:
+def _pose_and_jacobian(
+    model: Model, motion: ClosedMotion, frame: Frame
+) -> tuple[Rotation, Vector, list[list[Scalar]]]:
     tree = TreeKinematics(model.tree, motion.posture)
     rotation, position = frame_pose(tree, frame)
     columns = tree.jacobian(model.tree.body_index(frame.link), position)

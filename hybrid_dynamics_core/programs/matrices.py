@@ -18,8 +18,9 @@ Matrix = list[list[Scalar]]
 def velocity_map_rate(motion: ClosedMotion, ds: Sequence[Scalar]) -> Matrix:
     """The columns of R'.
 
-    R' x is the bias acceleration of two motions, s' and R x: symmetric and bilinear in them, since J_s is itself a
-    derivative. It follows from the bias q(s') = R' u' of one motion: q(a, b) = (q(a + b) - q(a - b)) / 4.
+    R' x is the bias acceleration of two motions, s' and R x: symmetric and bilinear in them, since
+    J_s is itself a derivative. It follows from the bias q(s') = R' u' of one motion: q(a, b) = (q(a
+    + b) - q(a - b)) / 4.
     """
     none: list[Scalar] = [0.0] * len(motion.given)
     rates = []
@@ -59,12 +60,16 @@ def spanning_terms(loading: Loading = NOTHING) -> Program:
         motion, tree, ds = dynamics.motion, dynamics.tree, dynamics.ds
         units = [[1.0 if i == j else 0.0 for i in range(motion.size)] for j in range(motion.size)]
         still: list[Scalar] = [0.0] * motion.size
-        jacobian = [[row.get(k, 0.0) for k in range(motion.size)] for rows in motion.rows for row in rows]
+        jacobian = [
+            [row.get(k, 0.0) for k in range(motion.size)] for rows in motion.rows for row in rows
+        ]
         drift = motion.accelerations([0.0] * dynamics.n, ds)
         dds = motion.accelerations(x.ddu, ds)
         multipliers = motion.project(dynamics.laden.forces(dynamics.gravity, ds, dds))[1]
         outputs = {
-            "M": _rows([dynamics.laden.with_rotors(tree_forces(tree, still, still, e), e) for e in units]),
+            "M": _rows(
+                [dynamics.laden.with_rotors(tree_forces(tree, still, still, e), e) for e in units]
+            ),
             "C": _rows([tree_forces(tree, ds, e, still) for e in units]),
             "g": tree.inverse_dynamics(dynamics.gravity, still, still),
             "e": dynamics.laden.passive_forces(ds),
@@ -74,7 +79,9 @@ def spanning_terms(loading: Loading = NOTHING) -> Program:
         }
         return Results(outputs, dynamics.checks)
 
-    return Program(("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes)
+    return Program(
+        ("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes
+    )
 
 
 def _rows(columns: Matrix) -> Matrix:

@@ -15,7 +15,9 @@ from ..mechanism.tree import Tree
 Scalars = Sequence[Scalar]
 
 ALONG_S = ("guess", "armature", *FRICTION, *SPRINGS)  # inputs with one entry a coordinate
-MASS_SINGULAR = -4  # status where M-bar is singular; others belong to the closure and to `kernels.status`
+MASS_SINGULAR = (
+    -4
+)  # status where M-bar is singular; others belong to the closure and to `kernels.status`
 
 
 @dataclass(frozen=True)
@@ -36,8 +38,8 @@ class Model:
 class Inputs(LoadValues):
     """Input vectors; a program has those that it names.
 
-    Active coordinates, rates, accelerations and efforts; branch sign of each step; s where iterations start;
-    gravity [m/s^2]; values of the loads.
+    Active coordinates, rates, accelerations and efforts; branch sign of each step; s where
+    iterations start; gravity [m/s^2]; values of the loads.
     """
 
     u: Scalars = ()
@@ -73,7 +75,8 @@ class Program:
 def closure_code(step: int) -> int:
     """Status of a state in which the step cannot close.
 
-    Beyond the last step: frames turned half round, then equations that should follow from the others and do not.
+    Beyond the last step: frames turned half round, then equations that should follow from the
+    others and do not.
     """
     return 2 * step + 1
 

@@ -20,8 +20,8 @@ from .model import Inputs, Model, Program
 def reactions(closures: Sequence[Closure], loading: Loading = NOTHING) -> Program:
     """Program for tau and the wrenches in closures and joints, in base axes.
 
-    The multipliers carry over from the equations that close the loops to the pins by equal work. The joints bear what
-    those of the open tree would, less what the pins bear in their place.
+    The multipliers carry over from the equations that close the loops to the pins by equal work.
+    The joints bear what those of the open tree would, less what the pins bear in their place.
     """
 
     def run(model: Model, x: Inputs) -> Results:
@@ -32,7 +32,10 @@ def reactions(closures: Sequence[Closure], loading: Loading = NOTHING) -> Progra
         tau, multipliers = motion.project(laden.added(tree.along_joints(opened), dynamics.ds, dds))
         along = generalised_forces(motion, multipliers)
         poses = tree.poses()
-        joints = [(matvec(turn, f), matvec(turn, m)) for (turn, _), (f, m) in zip(poses, opened, strict=True)]
+        joints = [
+            (matvec(turn, f), matvec(turn, m))
+            for (turn, _), (f, m) in zip(poses, opened, strict=True)
+        ]
         base = _on_base(model.tree, joints, [origin for _, origin in poses])
         pins = find_pins(model.tree, model.plan, closures)
         solved = [pin.wrench(tree, along.get(pin.name, {})) for pin in pins]
@@ -54,7 +57,9 @@ def reactions(closures: Sequence[Closure], loading: Loading = NOTHING) -> Progra
         }
         return Results(outputs, dynamics.checks)
 
-    return Program(("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes)
+    return Program(
+        ("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes
+    )
 
 
 def _branches(tree: Tree, pin: Pin) -> list[tuple[int, Callable[[Vector, Vector], Vector]]]:
@@ -72,7 +77,9 @@ def _on_base(tree: Tree, joints: Sequence[Wrench], origins: Sequence[Vector]) ->
     return [*force, *moment]
 
 
-def generalised_forces(motion: ClosedMotion, multipliers: list[list[Scalar]]) -> dict[str, dict[int, Scalar]]:
+def generalised_forces(
+    motion: ClosedMotion, multipliers: list[list[Scalar]]
+) -> dict[str, dict[int, Scalar]]:
     """By closure: the forces along the joints that its equations and their multipliers stand for."""
     result: dict[str, dict[int, Scalar]] = {}
     for step, rows, factors in zip(motion.steps, motion.rows, multipliers, strict=True):

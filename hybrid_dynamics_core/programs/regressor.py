@@ -20,8 +20,8 @@ _PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 def regressor(parameters: Parameters) -> Program:
     """Program for Y (n, p).
 
-    A body's wrench is linear in its ten parameters; tau is its work over the body's motions per unit rate of each
-    active coordinate, for which R carries the loops.
+    A body's wrench is linear in its ten parameters; tau is its work over the body's motions per
+    unit rate of each active coordinate, for which R carries the loops.
     """
 
     def run(model: Model, x: Inputs) -> Results:
@@ -34,7 +34,9 @@ def regressor(parameters: Parameters) -> Program:
         columns: list[list[Scalar]] = []
         for link in parameters.links:
             body = model.tree.body_index(link)
-            columns += [[_power(t[body], wrench) for t in twists] for wrench in unit_wrenches(motions[body])]
+            columns += [
+                [_power(t[body], wrench) for t in twists] for wrench in unit_wrenches(motions[body])
+            ]
         for kind in JOINT_KINDS:
             for joint in getattr(parameters, kind):
                 k = model.tree.coordinates.index(joint)
@@ -56,9 +58,13 @@ def unit_wrenches(motion: BodyMotion) -> list[Wrench]:
     """The wrench of a body for each of its ten parameters at one, the others zero."""
     omega, alpha, accel = motion
     wrenches: list[Wrench] = [(accel, ZERO3)]
-    wrenches += [(add(cross(alpha, e), cross(omega, cross(omega, e))), cross(e, accel)) for e in IDENTITY3]
+    wrenches += [
+        (add(cross(alpha, e), cross(omega, cross(omega, e))), cross(e, accel)) for e in IDENTITY3
+    ]
     for i, j in _PAIRS:
-        unit = tuple(tuple(1.0 if (r, c) in ((i, j), (j, i)) else 0.0 for c in range(3)) for r in range(3))
+        unit = tuple(
+            tuple(1.0 if (r, c) in ((i, j), (j, i)) else 0.0 for c in range(3)) for r in range(3)
+        )
         moment: Vector = add(matvec(unit, alpha), cross(omega, matvec(unit, omega)))  # type: ignore[arg-type]
         wrenches.append((ZERO3, moment))
     return wrenches

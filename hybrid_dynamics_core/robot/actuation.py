@@ -20,7 +20,10 @@ INDEPENDENT = 1e-9  # share of a drive's row of R that the rows before it must l
 
 
 class RobotActuators(RobotDynamics):
-    """Methods of Robot. A drive may sit on any joint of a loop, not only where the active coordinate is."""
+    """Methods of Robot.
+
+    A drive may sit on any joint of a loop, not only where the active coordinate is.
+    """
 
     @property
     def cylinders(self) -> Mapping[str, HydraulicCylinder]:
@@ -49,16 +52,22 @@ class RobotActuators(RobotDynamics):
     def generalised_forces(self, state: ClosedState, forces: Mapping[str, ArrayLike]) -> Array:
         """tau (n,) or (N, n) of forces [N] and torques [N m] along any joints, by name: R^T f, Chu (2020), Eq. 22.
 
-        Forward dynamics from measured cylinder forces is `forward_dynamics(state, generalised_forces(state, f))`.
+        Forward dynamics from measured cylinder forces is `forward_dynamics(state,
+        generalised_forces(state, f))`.
         """
         self._own(state)
         along = np.zeros_like(state.s)
         for name, force in forces.items():
             if name not in self.coordinates:
-                raise InputError(f"there is no joint '{name}'; known: {', '.join(self.coordinates)}")
+                raise InputError(
+                    f"there is no joint '{name}'; known: {', '.join(self.coordinates)}"
+                )
             value = np.asarray(force, dtype=float)
             if value.shape not in ((), state.s.shape[:-1]) or not np.isfinite(value).all():
-                raise InputError(f"the force on '{name}' has shape {value.shape}; expected finite numbers, one a state")
+                raise InputError(
+                    f"the force on '{name}' has shape {value.shape}; expected finite numbers, one a"
+                    " state"
+                )
             along[..., self.coordinates.index(name)] += value
         tau: Array = np.einsum("...ij,...i->...j", state.R, along)
         return tau
@@ -71,12 +80,16 @@ class RobotActuators(RobotDynamics):
         tau = self._like(state, "tau", tau)
         rows = state.R[..., [self.coordinates.index(name) for name in self.drives], :]
         self._check_drives(rows)
-        forces: Array = np.linalg.solve(np.swapaxes(rows, -1, -2), tau[..., None])[..., 0].astype(np.float64)
+        forces: Array = np.linalg.solve(np.swapaxes(rows, -1, -2), tau[..., None])[..., 0].astype(
+            np.float64
+        )
         return MappingProxyType({name: forces[..., k] for k, name in enumerate(self.drives)})
 
     def _check_drives(self, rows: Array) -> None:
         """Raise SingularityError where some motion, to the digits there are, moves none of the drives: rows of R."""
-        good = np.isfinite(rows).all(axis=(-2, -1), keepdims=True)  # rows that do not close stay NaN
+        good = np.isfinite(rows).all(
+            axis=(-2, -1), keepdims=True
+        )  # rows that do not close stay NaN
         sizes = np.linalg.norm(rows, axis=-1, keepdims=True)
         scaled = np.where(good, rows / np.maximum(sizes, 1.0), np.eye(rows.shape[-1]))
         _, values, motions = np.linalg.svd(scaled)
@@ -84,12 +97,17 @@ class RobotActuators(RobotDynamics):
         if not bad.any():
             return
         row = int(np.flatnonzero(bad)[0])
-        distance, motion = np.atleast_2d(values)[row, -1], motions.reshape(-1, *motions.shape[-2:])[row, -1]
+        distance, motion = (
+            np.atleast_2d(values)[row, -1],
+            motions.reshape(-1, *motions.shape[-2:])[row, -1],
+        )
         motion = motion / motion[np.argmax(np.abs(motion))]
-        told = ", ".join(f"{n} ({x:+.3g})" for n, x in zip(self.active, motion, strict=True) if abs(x) > 1e-6)
+        told = ", ".join(
+            f"{n} ({x:+.3g})" for n, x in zip(self.active, motion, strict=True) if abs(x) > 1e-6
+        )
         problem = (
-            f"the drives {', '.join(self.drives)} cannot give every tau here: moving {told} moves none of them "
-            f"(smallest singular value {distance:.2g})"
+            f"the drives {', '.join(self.drives)} cannot give every tau here: moving {told} moves"
+            f" none of them (smallest singular value {distance:.2g})"
         )
         index = None if rows.ndim == 2 else row
         raise SingularityError(problem, loop="", distance=float(distance), index=index)
@@ -101,5 +119,7 @@ class RobotActuators(RobotDynamics):
         for name, cylinder in self.cylinders.items():
             k = self.coordinates.index(name)
             force = forces.get(name, np.zeros(state.s.shape[:-1]))
-            result[name] = cylinder_state(cylinder, state.s[..., k], state.ds[..., k], np.asarray(force))
+            result[name] = cylinder_state(
+                cylinder, state.s[..., k], state.ds[..., k], np.asarray(force)
+            )
         return MappingProxyType(result)

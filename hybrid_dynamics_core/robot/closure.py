@@ -11,7 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import programs
-from ..closed_state.assembly_modes import AssemblyMode, branch_names, list_modes, matching_signs, signs_of_names
+from ..closed_state.assembly_modes import (
+    AssemblyMode,
+    branch_names,
+    list_modes,
+    matching_signs,
+    signs_of_names,
+)
 from ..closed_state.closure_solver import Closer, Start
 from ..closed_state.diagnosis import refusal, refuse
 from ..closed_state.state import ClosedState, ClosureStatus, settle
@@ -35,7 +41,9 @@ class ClosingRobot:
     def __init__(self, description: RobotDescription) -> None:
         tree = build_tree(description)
         self.idle: tuple[str, ...] = ()  # active coordinates that no motor drives
-        self.dependent_motors: tuple[str, ...] = ()  # motors that follow from the other ones: passive coordinates
+        self.dependent_motors: tuple[
+            str, ...
+        ] = ()  # motors that follow from the other ones: passive coordinates
         if description.active_set == "motors":
             mobility = find_mobility(tree, description)
             self.idle, self.dependent_motors = mobility.idle, mobility.dependent
@@ -49,7 +57,8 @@ class ClosingRobot:
         self._given_models: dict[tuple[str, ...], programs.Model] = {}
         self._branches: dict[bytes, Mapping[str, str]] = {}
 
-    # -- names -------------------------------------------------------------------------------------------------
+    # -- names
+    # -------------------------------------------------------------------------------------------------
 
     def __reduce__(self) -> tuple[type[ClosingRobot], tuple[RobotDescription]]:
         """A robot is its description: what is pickled or copied is made anew from it."""
@@ -78,7 +87,9 @@ class ClosingRobot:
     @cached_property
     def joint_types(self) -> Mapping[str, JointType]:
         """'revolute' or 'prismatic' by coordinate name, in the order of `coordinates`."""
-        return MappingProxyType({name: self.description.joints[name].type for name in self.coordinates})
+        return MappingProxyType(
+            {name: self.description.joints[name].type for name in self.coordinates}
+        )
 
     @property
     def base_frame(self) -> str:
@@ -121,7 +132,9 @@ class ClosingRobot:
         """
         told = np.array([self.description.joints[name].limits for name in self.active])
         lower, upper = self.closing_range.T
-        return frozen(np.stack([np.maximum(told[:, 0], lower), np.minimum(told[:, 1], upper)], axis=1))
+        return frozen(
+            np.stack([np.maximum(told[:, 0], lower), np.minimum(told[:, 1], upper)], axis=1)
+        )
 
     @cached_property
     def closing_range(self) -> Array:
@@ -134,7 +147,9 @@ class ClosingRobot:
             known = step.known
             if len(known) == 1 and known[0] < len(self.active):
                 k = known[0]
-                found = allowed_range(self._model.tree, step, self._model.plan.reference, k, float(self.reference[k]))
+                found = allowed_range(
+                    self._model.tree, step, self._model.plan.reference, k, float(self.reference[k])
+                )
                 if found is not None:
                     limits[k] = max(limits[k, 0], found[0]), min(limits[k, 1], found[1])
         return frozen(limits)
@@ -144,10 +159,13 @@ class ClosingRobot:
         order, starts = self._loop_order
         if order == starts:  # a step a loop
             return distances
-        nearest: Array = np.minimum.reduceat(distances[..., order], starts, axis=-1) if starts else distances
+        nearest: Array = (
+            np.minimum.reduceat(distances[..., order], starts, axis=-1) if starts else distances
+        )
         return nearest
 
-    # -- closure -----------------------------------------------------------------------------------------------
+    # -- closure
+    # -----------------------------------------------------------------------------------------------
 
     def close(
         self,
@@ -159,16 +177,24 @@ class ClosingRobot:
     ) -> ClosedState:
         """Close all loops at the active coordinates u and rates du (zero if None), each (n,) or (N, n).
 
-        near: a closed state (one, or one a row) to come from. The way from there is followed in small steps, its
-            branch is kept, and a jump to another assembly mode is refused. Without it the robot's own branch is taken;
+        near: a closed state (one, or one a row) to come from. The way from there is followed in
+        small steps, its
+            branch is kept, and a jump to another assembly mode is refused. Without it the robot's
+            own branch is taken;
             loops that have no closed form are followed from the reference configuration.
-        branch: assembly modes by loop name, where they differ from the robot's; not together with `near`.
+        branch: assembly modes by loop name, where they differ from the robot's; not together with
+        `near`.
 
-        With `check` a state that cannot close raises ClosureError and a singular one SingularityError; without it
-        its row is NaN and its `status` says why. Raises InputError for wrong shapes and values that are not finite.
+        With `check` a state that cannot close raises ClosureError and a singular one
+        SingularityError; without it its row is NaN and its `status` says why. Raises InputError for
+        wrong shapes and values that are not finite.
         """
         u = vectors("u", u, self.active)
-        du = np.zeros_like(u) if du is None else vectors("du", du, self.active, len(u) if u.ndim == 2 else -1)
+        du = (
+            np.zeros_like(u)
+            if du is None
+            else vectors("du", du, self.active, len(u) if u.ndim == 2 else -1)
+        )
         start = self._start_at(near, len(u) if u.ndim == 2 else 0)
         signs = self._signs if near is None else near.signs
         if branch is not None and near is not None:
@@ -183,13 +209,18 @@ class ClosingRobot:
         """The state of what `kernels.closed_inverse_dynamics` found besides tau for u and du, without closing again."""
         values = dict(zip(("s", "ds", "R", "bias", "residuals", "distances"), found, strict=True))
         values["iterations"] = np.zeros((*u.shape[:-1], 1))
-        return self._state(u, du, self._signs, values, np.zeros(u.shape[:-1], dtype=np.int64), check=True)
+        return self._state(
+            u, du, self._signs, values, np.zeros(u.shape[:-1], dtype=np.int64), check=True
+        )
 
-    def close_path(self, u: ArrayLike, du: ArrayLike | None = None, near: ClosedState | None = None) -> ClosedState:
+    def close_path(
+        self, u: ArrayLike, du: ArrayLike | None = None, near: ClosedState | None = None
+    ) -> ClosedState:
         """Close along a motion u (N, n): each row is followed from the one before, the first from `near`.
 
-        Raises ClosureError or SingularityError with the `index` of the first row that cannot be reached on the
-        branch: out of reach, at a toggle or change point, or only by a jump to another assembly mode.
+        Raises ClosureError or SingularityError with the `index` of the first row that cannot be
+        reached on the branch: out of reach, at a toggle or change point, or only by a jump to
+        another assembly mode.
         """
         u = vectors("u", u, self.active)
         if u.ndim == 1:
@@ -211,9 +242,13 @@ class ClosingRobot:
             return None
         self._own(near)
         if np.any(near.status):
-            raise InputError("near: the state is not closed (its status says why); come from one that is")
+            raise InputError(
+                "near: the state is not closed (its status says why); come from one that is"
+            )
         if near.s.ndim == 2 and near.s.shape[0] != rows:
-            raise InputError(f"near holds {near.s.shape[0]} states; expected one, or one a row of u")
+            raise InputError(
+                f"near holds {near.s.shape[0]} states; expected one, or one a row of u"
+            )
         return Start(near.s, near.R)
 
     def _close_kernel(self, key: str, model: programs.Model) -> Closer:
@@ -235,15 +270,20 @@ class ClosingRobot:
     ) -> ClosedState:
         """Close from any independent set of coordinates: `values` by name [rad or m], with rates and accelerations.
 
-        Rates and accelerations left out are zero. The configuration is followed from `near` (the reference if None).
-        Returns the ClosedState with s, ds and dds. Raises InputError, with the reason, for a set that does not
-        determine the rest, ClosureError or SingularityError where it cannot be reached.
+        Rates and accelerations left out are zero. The configuration is followed from `near` (the
+        reference if None). Returns the ClosedState with s, ds and dds. Raises InputError, with the
+        reason, for a set that does not determine the rest, ClosureError or SingularityError where
+        it cannot be reached.
         """
         names = tuple(values)
         model = self._model_for(names)
         at, speed, push = (
             named_values(label, part, names, self.coordinates)
-            for label, part in (("values", values), ("rates", rates), ("accelerations", accelerations))
+            for label, part in (
+                ("values", values),
+                ("rates", rates),
+                ("accelerations", accelerations),
+            )
         )
         start = self._start if near is None else near.s
         signs = matching_signs(model, start)
@@ -257,24 +297,30 @@ class ClosingRobot:
         n = len(self.active)
         own = frozen(matching_signs(self._model, closed["s"]))
         u, du = closed["s"][:n].copy(), closed["ds"][:n].copy()
-        result, codes = self._run("close", programs.CLOSE, u=u, du=du, branch=own, guess=closed["s"])
+        result, codes = self._run(
+            "close", programs.CLOSE, u=u, du=du, branch=own, guess=closed["s"]
+        )
         return replace(self._state(u, du, own, result, codes, check=True), dds=moved["dds"])
 
     def assembly_modes(self, u: ArrayLike) -> tuple[AssemblyMode, ...]:
         """All assembly modes at the active coordinates u (n,): names by loop, and the closed state of each.
 
-        The second solution of a universal joint (the same leg with its cross turned over) is not listed.
+        The second solution of a universal joint (the same leg with its cross turned over) is not
+        listed.
         """
         u = vectors("u", u, self.active, -1)
         modes = []
         for signs, s, names in list_modes(self._model, u, self._signs, self._start):
-            values, codes = self._run("close", programs.CLOSE, u=u, du=np.zeros_like(u), branch=signs, guess=s)
+            values, codes = self._run(
+                "close", programs.CLOSE, u=u, du=np.zeros_like(u), branch=signs, guess=s
+            )
             if codes == 0:
                 state = self._state(u, np.zeros_like(u), frozen(signs), values, codes, check=True)
                 modes.append(AssemblyMode(names, replace(state, branch=names)))
         return tuple(modes)
 
-    # -- inside ------------------------------------------------------------------------------------------------
+    # -- inside
+    # ------------------------------------------------------------------------------------------------
 
     def _model_for(self, names: tuple[str, ...]) -> programs.Model:
         """The model with other given coordinates."""
@@ -286,7 +332,8 @@ class ClosingRobot:
                 count = len(self.active)
                 problem = f"the mechanism has {counted(count, 'degree')} of freedom; name {count}"
                 raise InputError(
-                    f"{', '.join(names)} ({counted(len(names), 'coordinate')}) cannot be given together: {problem}"
+                    f"{', '.join(names)} ({counted(len(names), 'coordinate')}) cannot be given"
+                    f" together: {problem}"
                 )
             tree = self._model.tree
             near = dict(enumerate(self._start.tolist()))
@@ -294,7 +341,9 @@ class ClosingRobot:
             try:
                 plan = build_plan(tree, self.description, given, near)
             except DescriptionError as error:
-                raise InputError(f"{', '.join(names)} cannot be given together: {error.problem}") from error
+                raise InputError(
+                    f"{', '.join(names)} cannot be given together: {error.problem}"
+                ) from error
             self._given_models[names] = programs.Model(tree, plan)
         return self._given_models[names]
 
@@ -315,9 +364,15 @@ class ClosingRobot:
             odd = np.where(codes % 2 == 1, ClosureStatus.UNREACHABLE, ClosureStatus.SINGULAR)
             status = np.where(codes == 0, 0, np.where(codes == JUMP, ClosureStatus.SINGULAR, odd))
             iterations = np.nan_to_num(values["iterations"][..., 0]).astype(int)
-            residual = np.abs(values["residuals"].T, order="C").max(axis=0, initial=0.0)  # rows are short
+            residual = np.abs(values["residuals"].T, order="C").max(
+                axis=0, initial=0.0
+            )  # rows are short
             if u.ndim == 1:
-                status, iterations, residual = ClosureStatus(int(status)), int(iterations), float(residual)
+                status, iterations, residual = (
+                    ClosureStatus(int(status)),
+                    int(iterations),
+                    float(residual),
+                )
         return ClosedState(
             u=frozen(u),
             du=frozen(du),
@@ -351,7 +406,9 @@ class ClosingRobot:
             self._branches[key] = branch_names(self._model.plan, modes)
         return self._branches[key]
 
-    def kernel(self, key: str, program: programs.Program, model: programs.Model | None = None) -> Kernel:
+    def kernel(
+        self, key: str, program: programs.Program, model: programs.Model | None = None
+    ) -> Kernel:
         """The kernel of a program, made when first asked for; `key` tells programs and models apart."""
         if key not in self._kernels:
             label = f"{key.partition(' ')[0]} of {self.name}"
@@ -359,7 +416,11 @@ class ClosingRobot:
         return self._kernels[key]
 
     def _run(
-        self, key: str, program: programs.Program, model: programs.Model | None = None, **inputs: Array
+        self,
+        key: str,
+        program: programs.Program,
+        model: programs.Model | None = None,
+        **inputs: Array,
     ) -> tuple[dict[str, Array], Codes]:
         return self.kernel(key, program, model)(*(inputs[name] for name in program.inputs))
 
@@ -384,7 +445,9 @@ class ClosingRobot:
 
     def _own(self, state: ClosedState) -> None:
         if not isinstance(state, ClosedState):
-            raise InputError(f"expected a ClosedState from robot.close(u, du), got {type(state).__name__}")
+            raise InputError(
+                f"expected a ClosedState from robot.close(u, du), got {type(state).__name__}"
+            )
         if not self.owns(state):
             raise InputError("the state belongs to another robot")
 

@@ -18,15 +18,21 @@ from ..kernels.run import Codes
 if TYPE_CHECKING:
     from .robot import Robot
 
-OF_A_STATE = ("u", "du", "ddu", "tau")  # inputs that belong to a state; a program's other inputs are the robot's own
+OF_A_STATE = (
+    "u",
+    "du",
+    "ddu",
+    "tau",
+)  # inputs that belong to a state; a program's other inputs are the robot's own
 Explain = Callable[..., object]  # (closed state, inputs of a state) -> raises what is wrong with it
 
 
 class FusedCall:
     """A program of a robot as one function of arrays.
 
-    `own`: the robot's values of inputs that do not belong to a state; `optional`: inputs of a state that are zero
-    where left out; `explain`: raises what is wrong with a state that closes, but has no answer.
+    `own`: the robot's values of inputs that do not belong to a state; `optional`: inputs of a state
+    that are zero where left out; `explain`: raises what is wrong with a state that closes, but has
+    no answer.
     """
 
     def __init__(
@@ -65,7 +71,9 @@ class FusedCall:
         inputs = self._checked_inputs(values)
         rows = len(inputs["u"]) if inputs["u"].ndim == 2 else None
         outs = self._checked_outs(out, rows)
-        inputs = {name: a.copy() if any(_overlap(a, o) for o in outs) else a for name, a in inputs.items()}
+        inputs = {
+            name: a.copy() if any(_overlap(a, o) for o in outs) else a for name, a in inputs.items()
+        }
         if self._kernel.facts["iterates"] and values["guess"] is self._own["guess"]:
             state = self._robot.close(inputs["u"], check=check)
             inputs |= {"branch": state.signs, "guess": state.s}
@@ -84,13 +92,18 @@ class FusedCall:
         rows: int | None = None
         for name, value in values.items():
             if name in self._given:
-                inputs[name] = value if self._is_batch(value) else vectors(name, value, self._robot.active)
+                inputs[name] = (
+                    value if self._is_batch(value) else vectors(name, value, self._robot.active)
+                )
                 shape = inputs[name].shape
                 if name == "u":
                     rows = shape[0] if len(shape) == 2 else None
                 elif len(shape) == 2 and shape[0] != rows:
                     expected = inputs["u"].shape
-                    raise InputError(f"{name} has shape {shape}; expected {expected} as u, or ({shape[1]},) for all")
+                    raise InputError(
+                        f"{name} has shape {shape}; expected {expected} as u, or ({shape[1]},)"
+                        " for all"
+                    )
             elif value is self._own[name]:
                 inputs[name] = value
             else:
@@ -107,7 +120,10 @@ class FusedCall:
         array = numbers(name, value)
         size = self._sizes[name]
         if array.shape != (size,) and (rows is None or array.shape != (rows, size)):
-            raise InputError(f"{name} has shape {array.shape}; expected ({size},), or one such row for each state")
+            raise InputError(
+                f"{name} has shape {array.shape}; expected ({size},), or one such row for each"
+                " state"
+            )
         if not np.isfinite(array).all():
             raise InputError(f"{name} holds values that are not finite: {array}")
         return array

@@ -34,7 +34,8 @@ MotionFunction = Callable[[Array, Array, Array], tuple[Array, float]]
 class RobotDynamics(ClosingRobot):
     """Methods of Robot. States come from `robot.close`; one state gives (n,), a batch (N, n), in the order of `active`.
 
-    `loads` is everything that acts besides the actuators; None: what the description gives, `robot.loads`.
+    `loads` is everything that acts besides the actuators; None: what the description gives,
+    `robot.loads`.
     """
 
     if TYPE_CHECKING:  # in Robot
@@ -46,19 +47,27 @@ class RobotDynamics(ClosingRobot):
         """What the description says acts on the robot: gravity, payloads, friction, rotors, springs."""
         return described_loads(self.description, self.coordinates)
 
-    def inverse_dynamics(self, state: ClosedState, ddu: ArrayLike, loads: Loads | None = None) -> Array:
+    def inverse_dynamics(
+        self, state: ClosedState, ddu: ArrayLike, loads: Loads | None = None
+    ) -> Array:
         """Actuator torques [N m] and forces [N], (n,) or (N, n), for active accelerations ddu; Chu (2020), Eq. 25."""
         ddu = self._like(state, "ddu", ddu)
-        return self._evaluate("inverse_dynamics", programs.inverse_dynamics, state, loads, ddu=ddu)["tau"]
+        return self._evaluate("inverse_dynamics", programs.inverse_dynamics, state, loads, ddu=ddu)[
+            "tau"
+        ]
 
-    def forward_dynamics(self, state: ClosedState, tau: ArrayLike, loads: Loads | None = None) -> Array:
+    def forward_dynamics(
+        self, state: ClosedState, tau: ArrayLike, loads: Loads | None = None
+    ) -> Array:
         """Active accelerations (n,) or (N, n) [rad/s^2, m/s^2] from actuator torques [N m] and forces [N].
 
-        Raises MassSingularityError where M-bar is singular to working precision: some motion of the active joints
-        moves no mass. Chu (2020), Eq. 25.
+        Raises MassSingularityError where M-bar is singular to working precision: some motion of the
+        active joints moves no mass. Chu (2020), Eq. 25.
         """
         tau = self._like(state, "tau", tau)
-        return self._evaluate("forward_dynamics", programs.forward_dynamics, state, loads, tau=tau)["ddu"]
+        return self._evaluate("forward_dynamics", programs.forward_dynamics, state, loads, tau=tau)[
+            "ddu"
+        ]
 
     def inverse_dynamics_derivatives(
         self, state: ClosedState, ddu: ArrayLike, loads: Loads | None = None
@@ -81,10 +90,13 @@ class RobotDynamics(ClosingRobot):
         values = self._evaluate("forward_dynamics_derivatives", program, state, loads, tau=tau)
         return values["d_u"], values["d_du"], values["d_tau"]
 
-    def minimal_form(self, state: ClosedState, loads: Loads | None = None) -> tuple[Array, Array, Array]:
+    def minimal_form(
+        self, state: ClosedState, loads: Loads | None = None
+    ) -> tuple[Array, Array, Array]:
         """M-bar (n, n), C-bar u' (n,) and G-bar (n,) of M-bar u'' + C-bar u' + G-bar = tau; Chu (2020), Eq. 25.
 
-        Payloads and rotors are in them; what friction, springs and wrenches add to tau is `passive_forces`.
+        Payloads and rotors are in them; what friction, springs and wrenches add to tau is
+        `passive_forces`.
         """
         values = self._evaluate("minimal_form", programs.minimal_form, state, loads)
         return values["M"], values["h"], values["g"]
@@ -102,7 +114,8 @@ class RobotDynamics(ClosingRobot):
     ) -> Array:
         """Y (n, p) or (N, n, p) of Y pi = tau: tau is linear in the parameters pi of links and joints.
 
-        parameters: which, and in what order (None: the inertias of all links that have mass). Of `loads` gravity and
+        parameters: which, and in what order (None: the inertias of all links that have mass). Of
+        `loads` gravity and
             the smoothing of friction count; payloads, springs and wrenches are not part of Y pi.
 
         Raises InputError where the result is not finite.
@@ -113,15 +126,18 @@ class RobotDynamics(ClosingRobot):
         loads = self.loads if loads is None else loads
         known = {"u": state.u, "du": state.du, "ddu": ddu, "branch": state.signs, "guess": state.s}
         known |= {"gravity": loads.gravity, "smoothing": loads.effects.smoothing}
-        values, codes = self._run(f"regressor {parameters}", programs.regressor(parameters), None, **known)
+        values, codes = self._run(
+            f"regressor {parameters}", programs.regressor(parameters), None, **known
+        )
         settle(state, values, codes)
         return values["Y"]
 
     def motion_near(self, state: ClosedState, loads: Loads | None = None) -> MotionFunction:
         """For integrators: (u, u', tau) -> (u'', power in [W]), all (n,), followed from one closed state nearby.
 
-        The power is that of tau and of applied wrenches, less friction's; energy changes by it. Where the loops do not
-        close the results are NaN. Raises MassSingularityError as `forward_dynamics` does.
+        The power is that of tau and of applied wrenches, less friction's; energy changes by it.
+        Where the loops do not close the results are NaN. Raises MassSingularityError as
+        `forward_dynamics` does.
         """
         self._own(state)
         loads = self.loads if loads is None else loads
@@ -147,11 +163,17 @@ class RobotDynamics(ClosingRobot):
         return Energy(values["kinetic"], values["potential"], values["springs"])
 
     def coriolis_matrix(self, state: ClosedState, loads: Loads | None = None) -> Array:
-        """C-bar (n, n) or (N, n, n), the Christoffel matrix of M-bar: M-bar' - 2 C-bar is skew. Chu (2020), Eq. 25."""
+        """C-bar (n, n) or (N, n, n), the Christoffel matrix of M-bar: M-bar' - 2 C-bar is skew.
+
+        Chu (2020), Eq. 25.
+        """
         return self._evaluate("coriolis_matrix", programs.coriolis_matrix, state, loads)["C"]
 
     def velocity_map_rate(self, state: ClosedState) -> Array:
-        """R' (n_s, n) or (N, n_s, n), the rate of R along the motion: s'' = R u'' + R' u'. Chu (2020), Eq. 20."""
+        """R' (n_s, n) or (N, n_s, n), the rate of R along the motion: s'' = R u'' + R' u'.
+
+        Chu (2020), Eq. 20.
+        """
         return self._evaluate("coriolis_matrix", programs.coriolis_matrix, state, None)["dR"]
 
     def spanning_terms(
@@ -175,12 +197,15 @@ class RobotDynamics(ClosingRobot):
             loops=tuple(e.loop.name for e in equations),
         )
 
-    def reactions(self, state: ClosedState, ddu: ArrayLike | None = None, loads: Loads | None = None) -> Reactions:
+    def reactions(
+        self, state: ClosedState, ddu: ArrayLike | None = None, loads: Loads | None = None
+    ) -> Reactions:
         """What every closure pin, joint and the foundation bear [N, N m], to size them by.
 
         ddu: active accelerations (n,) or (N, n), zero if None.
 
-        Base axes. In balance link by link with weight, inertia and loads; rotors count along their joints only.
+        Base axes. In balance link by link with weight, inertia and loads; rotors count along their
+        joints only.
         """
         ddu = np.zeros_like(state.u) if ddu is None else self._like(state, "ddu", ddu)
         closures = self.description.closures
@@ -196,14 +221,25 @@ class RobotDynamics(ClosingRobot):
         return find_pins(self._model.tree, self._model.plan, self.description.closures)
 
     def _evaluate(
-        self, key: str, program: LoadedProgram, state: ClosedState, loads: Loads | None, **more: Array
+        self,
+        key: str,
+        program: LoadedProgram,
+        state: ClosedState,
+        loads: Loads | None,
+        **more: Array,
     ) -> dict[str, Array]:
         """Run a program on a state; rows that `close(..., check=False)` let through stay NaN."""
         self._own(state)
         loads = self.loads if loads is None else loads
         loading, arrays = self._load_inputs(loads, None if state.u.ndim == 1 else len(state.u))
         kernel, names = self._loaded(key, program, loading)
-        inputs = {"u": state.u, "du": state.du, "branch": state.signs, "guess": state.s, "gravity": loads.gravity}
+        inputs = {
+            "u": state.u,
+            "du": state.du,
+            "branch": state.signs,
+            "guess": state.s,
+            "gravity": loads.gravity,
+        }
         inputs |= arrays | more
         values, codes = kernel(*(inputs[name] for name in names))
         if codes.any():
@@ -213,12 +249,17 @@ class RobotDynamics(ClosingRobot):
             settle(state, values, codes)
         return values
 
-    def _loaded(self, key: str, program: LoadedProgram, loading: Loading) -> tuple[Kernel, tuple[str, ...]]:
+    def _loaded(
+        self, key: str, program: LoadedProgram, loading: Loading
+    ) -> tuple[Kernel, tuple[str, ...]]:
         """The kernel of a program under a loading, and the names of its inputs."""
         known = self._loaded_kernels.get((key, loading))
         if known is None:
             made = program(loading)
-            known = self._loaded_kernels[key, loading] = (self.kernel(loading.key(key), made), made.inputs)
+            known = self._loaded_kernels[key, loading] = (
+                self.kernel(loading.key(key), made),
+                made.inputs,
+            )
         return known
 
     @cached_property

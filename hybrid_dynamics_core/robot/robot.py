@@ -68,14 +68,16 @@ class Robot(RobotActuators):
     ) -> IKResult:
         """Active coordinates that bring the end effector to a position (3,) [m] or a Pose, within `limits`.
 
-        mask: which of x, y, z and the rotation about x, y, z (base axes) count; all that the target gives if None.
-        near: one closed state whose assembly modes are kept; the robot's own if None.
-        tolerance: `residual` [m] below which the target counts as reached; a target told with few digits, of more
-        coordinates than the robot has freedoms, is met no better than its digits.
-        The search starts at `seed` (if None at `near`, or else at the description's reference) and, where that fails or
-        `all_solutions` is asked, from a fixed set of starts over the limits. Failure is told in `status`.
+        mask: which of x, y, z and the rotation about x, y, z (base axes) count; all that the target
+        gives if None. near: one closed state whose assembly modes are kept; the robot's own if
+        None. tolerance: `residual` [m] below which the target counts as reached; a target told with
+        few digits, of more coordinates than the robot has freedoms, is met no better than its
+        digits. The search starts at `seed` (if None at `near`, or else at the description's
+        reference) and, where that fails or `all_solutions` is asked, from a fixed set of starts
+        over the limits. Failure is told in `status`.
 
-        Raises InputError for a target, seed, mask or `near` that is none, or that is too far away to compute with.
+        Raises InputError for a target, seed, mask or `near` that is none, or that is too far away
+        to compute with.
         """
         return solve_inverse_kinematics(self, target, seed, all_solutions, mask, near, tolerance)
 
@@ -93,11 +95,12 @@ class Robot(RobotActuators):
     ) -> Workspace:
         """Where the end effector, or a frame, can be, and how near to singular places and limits the robot is there.
 
-        `count` samples are spread evenly over the active coordinates within `limits`, or within narrower `ranges` by
-        name [rad or m]; those that are `held` stay at their value [rad or m]. More samples are taken towards the ends
-        and about the extremes. Samples that do not close are told apart by their status. A run of more than a second
-        shows its progress on a terminal. Raises InputError for ranges that are empty or outside of the limits, and for
-        held coordinates that are not active, not finite, or have a range too.
+        `count` samples are spread evenly over the active coordinates within `limits`, or within
+        narrower `ranges` by name [rad or m]; those that are `held` stay at their value [rad or m].
+        More samples are taken towards the ends and about the extremes. Samples that do not close
+        are told apart by their status. A run of more than a second shows its progress on a
+        terminal. Raises InputError for ranges that are empty or outside of the limits, and for held
+        coordinates that are not active, not finite, or have a range too.
         """
         return find_workspace(self, count, frame, ranges, held=held)
 
@@ -115,7 +118,12 @@ class Robot(RobotActuators):
     def _fused_inputs(self, loads: Loads) -> tuple[Loading, dict[str, Array]]:
         """Which loads there are, and the robot's own values of all inputs that do not belong to a state."""
         loading, arrays = self._load_inputs(loads, None)
-        return loading, {"branch": self._signs, "guess": self._start, "gravity": frozen(loads.gravity), **arrays}
+        return loading, {
+            "branch": self._signs,
+            "guess": self._start,
+            "gravity": frozen(loads.gravity),
+            **arrays,
+        }
 
     def _frame(self, frame: str | None) -> Frame:
         name = frame or self.end_effector

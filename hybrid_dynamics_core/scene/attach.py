@@ -35,7 +35,9 @@ class Cylinder:
         """Where the barrel ends: at the joint's own zero where that looks like a barrel's end."""
         length = float(np.linalg.norm(self.end - self.foot))
         told = float((self.joint.start - self.foot) @ self.along / length)
-        return np.asarray(self.foot + min(np.clip(told, 0.42, 0.66) * length, 0.9 * self.shortest) * self.along)
+        return np.asarray(
+            self.foot + min(np.clip(told, 0.42, 0.66) * length, 0.9 * self.shortest) * self.along
+        )
 
 
 @dataclass(eq=False)
@@ -74,10 +76,16 @@ def _attach_slides(skeleton: Skeleton, found: dict[str, Attached], group: Group)
     if group.kind != "prismatic":
         return
     grounded = joint.parent == skeleton.base  # held in one place, wherever the joint is
-    cylinder = None if grounded else _cylinder(skeleton, joint, parent.fixed, child.fixed + child.ends)
+    cylinder = (
+        None if grounded else _cylinder(skeleton, joint, parent.fixed, child.fixed + child.ends)
+    )
     if cylinder is None:
         way = _way(joint)
-        held = 0.5 * (min(way) + max(way)) if grounded else np.clip(0.0, min(*way, joint.here), max(*way, joint.here))
+        held = (
+            0.5 * (min(way) + max(way))
+            if grounded
+            else np.clip(0.0, min(*way, joint.here), max(*way, joint.here))
+        )
         parent.fixed.append(joint.start + held * joint.axis)
         child.fixed.append(joint.point)
     else:
@@ -85,7 +93,9 @@ def _attach_slides(skeleton: Skeleton, found: dict[str, Attached], group: Group)
         child.rods.append(cylinder)
 
 
-def _cylinder(skeleton: Skeleton, joint: PlacedJoint, feet: Sequence[Array], ends: Sequence[Array]) -> Cylinder | None:
+def _cylinder(
+    skeleton: Skeleton, joint: PlacedJoint, feet: Sequence[Array], ends: Sequence[Array]
+) -> Cylinder | None:
     """The joint as a cylinder, where parent and child have points on its axis; the two farthest apart."""
     size = extent(skeleton)
 

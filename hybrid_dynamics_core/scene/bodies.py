@@ -20,9 +20,13 @@ _POST: Final = 3.0  # radii of a joint: shorter posts are left out
 def link_parts(link: str, what: Attached, unit: float, size: float) -> list[Part]:
     """The body of a moving link; `unit` is the radius of a joint in the drawing [m]."""
     owner = f"link:{link}"
-    parts = [Part(owner, "barrel", np.stack([c.foot, c.mouth]), 1.2 * unit, c.along, (link,)) for c in what.barrels]
+    parts = [
+        Part(owner, "barrel", np.stack([c.foot, c.mouth]), 1.2 * unit, c.along, (link,))
+        for c in what.barrels
+    ]
     parts += [
-        Part(owner, "rod", np.stack([c.mouth, c.end]), 0.45 * unit, c.along, (link, c.joint.parent)) for c in what.rods
+        Part(owner, "rod", np.stack([c.mouth, c.end]), 0.45 * unit, c.along, (link, c.joint.parent))
+        for c in what.rods
     ]
     inside = [c.foot for c in what.barrels] + [c.end for c in what.rods]
     fixed = distinct(what.fixed, size)
@@ -30,7 +34,8 @@ def link_parts(link: str, what: Attached, unit: float, size: float) -> list[Part
     if parts and len(distinct([*everything, *inside], size)) == len(distinct(inside, size)):
         return parts
     return [
-        Part(owner, role, points, 0.72 * unit, None, (link,)) for role, points in shapes(fixed, everything, unit)
+        Part(owner, role, points, 0.72 * unit, None, (link,))
+        for role, points in shapes(fixed, everything, unit)
     ] + parts
 
 
@@ -47,7 +52,9 @@ def shapes(fixed: Array, everything: Array, unit: float) -> list[tuple[Role, Arr
     if len(plate) < 4:
         return [("plate", everything[corners]) for corners in ConvexHull(everything).simplices]
     centre = plate.mean(axis=0)
-    posts = [np.stack([centre, p]) for p in everything if np.linalg.norm(plate - p, axis=1).min() > 1e-12]
+    posts = [
+        np.stack([centre, p]) for p in everything if np.linalg.norm(plate - p, axis=1).min() > 1e-12
+    ]
     tall = [post for post in posts if np.linalg.norm(post[1] - post[0]) > _POST * unit]
     return [("plate", plate), *(("bar", post) for post in tall)]
 
@@ -56,7 +63,9 @@ def _plate(points: Array) -> Array:
     """The most points that lie in one plane."""
     if rank(points) < 3:
         return points
-    planes = [[p for p in points if rank(np.array([*three, p])) < 3] for three in combinations(points, 3)]
+    planes = [
+        [p for p in points if rank(np.array([*three, p])) < 3] for three in combinations(points, 3)
+    ]
     return np.array(max(planes, key=len))
 
 
@@ -66,5 +75,12 @@ def slide_parts(joint: PlacedJoint, unit: float) -> list[Part]:
     owner = f"joint:{joint.name}"
     return [
         Part(owner, "rail", ends, 0.4 * unit, joint.axis, (joint.parent,)),
-        Part(owner, "block", stub(joint.point, joint.axis, 1.7 * unit), 1.2 * unit, joint.axis, (joint.child,)),
+        Part(
+            owner,
+            "block",
+            stub(joint.point, joint.axis, 1.7 * unit),
+            1.2 * unit,
+            joint.axis,
+            (joint.child,),
+        ),
     ]

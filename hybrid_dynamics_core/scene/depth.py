@@ -31,8 +31,20 @@ def from_back(scene: Scene) -> list[Part]:
             return -np.inf if part.points[:, 2].max() < lowest else part.depth(view)
         own = part.depth(view)
         if part.role in _SYMBOLS or (part.role == "rod" and _faces(part, view)):
-            own = max([own, *(other.depth(view) for other in _joined(part, scene.parts, 3.0 * scene.unit, view))])
-        return own + 1e-9 * _LAYERS[part.role] + (1e-8 if part.role == "rod" and _faces(part, view) else 0.0)
+            own = max(
+                [
+                    own,
+                    *(
+                        other.depth(view)
+                        for other in _joined(part, scene.parts, 3.0 * scene.unit, view)
+                    ),
+                ]
+            )
+        return (
+            own
+            + 1e-9 * _LAYERS[part.role]
+            + (1e-8 if part.role == "rod" and _faces(part, view) else 0.0)
+        )
 
     return sorted(scene.parts, key=nearness)
 

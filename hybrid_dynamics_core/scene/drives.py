@@ -47,7 +47,9 @@ def travel_arrow(
         middles = [0.5 * (cylinder.mouth + cylinder.end), 0.5 * (cylinder.foot + cylinder.mouth)]
         half = min(half, 0.3 * float(np.linalg.norm(cylinder.end - cylinder.foot)))
     choices = [
-        stub(middle + side * _BESIDE * unit * sideways, joint.axis, half) for middle in middles for side in (1.0, -1.0)
+        stub(middle + side * _BESIDE * unit * sideways, joint.axis, half)
+        for middle in middles
+        for side in (1.0, -1.0)
     ]
     costs = [_covering(view, choice, covered) + 0.1 * k for k, choice in enumerate(choices)]
     return Stroke(f"drive:{joint.name}", "travel", choices[int(np.argmin(costs))])

@@ -18,7 +18,8 @@ GroupKind = Literal["revolute", "prismatic", "universal", "spherical", "carrier"
 class Group:
     """One joint, or several with nothing between them; `inner`: the links without extent that join them.
 
-    carrier: the coordinates of a platform (x, y, z, ...) that its legs hold: nothing that could be seen.
+    carrier: the coordinates of a platform (x, y, z, ...) that its legs hold: nothing that could be
+    seen.
     """
 
     kind: GroupKind
@@ -57,7 +58,9 @@ def _chain(skeleton: Skeleton, joint: PlacedJoint) -> list[PlacedJoint]:
     chain = [joint]
     for following in _followers(skeleton, joint):
         both_turn = chain[-1].type == following.type == "revolute"
-        carries = all(j.type == "prismatic" for j in chain[:2]) and chain[-1].child in skeleton.massless
+        carries = (
+            all(j.type == "prismatic" for j in chain[:2]) and chain[-1].child in skeleton.massless
+        )
         if not both_turn and not (carries and (len(chain) > 1 or following.type == "prismatic")):
             break
         chain.append(following)
@@ -66,7 +69,9 @@ def _chain(skeleton: Skeleton, joint: PlacedJoint) -> list[PlacedJoint]:
 
 def _followers(skeleton: Skeleton, joint: PlacedJoint) -> Iterator[PlacedJoint]:
     """Passive joints after this one, as long as the links between them hold nothing else and have no extent."""
-    busy = {link for c in skeleton.closures for link in c.links} | {frame.link for frame in skeleton.frames}
+    busy = {link for c in skeleton.closures for link in c.links} | {
+        frame.link for frame in skeleton.frames
+    }
     size = max(float(np.ptp(skeleton.points, axis=0).max()), ALIGNED)
     while joint.child not in busy and not joint.active:
         following = [j for j in skeleton.joints if j.parent == joint.child]

@@ -18,12 +18,18 @@ from .view import UP, View
 
 
 def solid_marks(
-    skeleton: Skeleton, groups: Sequence[Group], attached: Mapping[str, Attached], view: View, unit: float
+    skeleton: Skeleton,
+    groups: Sequence[Group],
+    attached: Mapping[str, Attached],
+    view: View,
+    unit: float,
 ) -> list[Mark]:
     """Links, then joints, then closures; `unit` is the radius of a joint [m]."""
     cylinders = {c.joint.name: c for what in attached.values() for c in what.barrels}
     marks: list[Mark] = [*_bodies(skeleton, groups, attached, unit)]
-    for joint in (g.first for g in groups if g.kind == "prismatic" and g.first.name not in cylinders):
+    for joint in (
+        g.first for g in groups if g.kind == "prismatic" and g.first.name not in cylinders
+    ):
         marks += slide_parts(joint, unit)
     for group in groups:
         marks += joint_marks(group, cylinders.get(group.first.name), view, unit)
@@ -33,7 +39,9 @@ def solid_marks(
     return marks
 
 
-def _bodies(skeleton: Skeleton, groups: Sequence[Group], attached: Mapping[str, Attached], unit: float) -> list[Mark]:
+def _bodies(
+    skeleton: Skeleton, groups: Sequence[Group], attached: Mapping[str, Attached], unit: float
+) -> list[Mark]:
     inner = {link for group in groups for link in group.inner}
     marks: list[Mark] = []
     for group in groups:
@@ -45,16 +53,27 @@ def _bodies(skeleton: Skeleton, groups: Sequence[Group], attached: Mapping[str, 
     return marks
 
 
-def base_marks(skeleton: Skeleton, groups: Sequence[Group], what: Attached, unit: float) -> list[Part]:
+def base_marks(
+    skeleton: Skeleton, groups: Sequence[Group], what: Attached, unit: float
+) -> list[Part]:
     """The base of a spatial mechanism: a plate, or a disc where it carries one joint only."""
     owner, points = f"link:{skeleton.base}", distinct(what.fixed, extent(skeleton))
     if len(points) == 0:
         return []
     if len(points) > 1:
-        return [Part(owner, "base", p, 1.7 * unit, None, (skeleton.base,)) for _, p in shapes(points, points, unit)]
-    held = next(group.first for group in groups if group.first.parent == skeleton.base and group.kind != "carrier")
+        return [
+            Part(owner, "base", p, 1.7 * unit, None, (skeleton.base,))
+            for _, p in shapes(points, points, unit)
+        ]
+    held = next(
+        group.first
+        for group in groups
+        if group.first.parent == skeleton.base and group.kind != "carrier"
+    )
     axis = UP if held.type == "prismatic" else held.axis * (1.0 if held.axis @ UP >= 0.0 else -1.0)
-    return [Part(owner, "base", stub(points[0] - 1.5 * unit * axis, axis, 0.3 * unit), 3.4 * unit, axis)]
+    return [
+        Part(owner, "base", stub(points[0] - 1.5 * unit * axis, axis, 0.3 * unit), 3.4 * unit, axis)
+    ]
 
 
 def _normal(skeleton: Skeleton, closure: PlacedClosure) -> Array:

@@ -1,4 +1,7 @@
-"""Solid parts of a drawing: a few points with a radius. What is seen of them is always a convex outline."""
+"""Solid parts of a drawing: a few points with a radius.
+
+What is seen of them is always a convex outline.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,19 @@ from ..ground.arrays import Array
 from .view import UP, View
 
 Role = Literal[
-    "plate", "bar", "rod", "barrel", "block", "rail", "hinge", "collar", "ball", "cross", "pin", "weld", "base"
+    "plate",
+    "bar",
+    "rod",
+    "barrel",
+    "block",
+    "rail",
+    "hinge",
+    "collar",
+    "ball",
+    "cross",
+    "pin",
+    "weld",
+    "base",
 ]
 _AROUND = np.linspace(0.0, 2.0 * np.pi, 29)[:-1]
 _CIRCLE = np.stack([np.cos(_AROUND), np.sin(_AROUND)], axis=1)

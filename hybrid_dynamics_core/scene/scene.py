@@ -27,7 +27,10 @@ _TRIAD = 0.075  # length of the end effector's axes
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What is painted. `unit`: radius of a joint [m]; `colours` by link, and by closure under "closure:NAME"."""
+    """What is painted.
+
+    `unit`: radius of a joint [m]; `colours` by link, and by closure under "closure:NAME".
+    """
 
     skeleton: Skeleton
     view: View
@@ -77,7 +80,11 @@ def build_scene(
 
 
 def _drives(
-    skeleton: Skeleton, cylinders: Mapping[str, Cylinder], view: View, unit: float, parts: Sequence[Part]
+    skeleton: Skeleton,
+    cylinders: Mapping[str, Cylinder],
+    view: View,
+    unit: float,
+    parts: Sequence[Part],
 ) -> list[Stroke]:
     """An arrow for every active joint; arrows round one place get growing radii."""
     covered = [Path(part.outline(view)) for part in parts]

@@ -84,7 +84,9 @@ class Skeleton:
 
     def names_on(self, link: str) -> str:
         """The link and what is a part of it."""
-        return ", ".join([link, *(f.name for f in self.frames if f.link == link and f.name in self.parts)])
+        return ", ".join(
+            [link, *(f.name for f in self.frames if f.link == link and f.name in self.parts)]
+        )
 
     @property
     def tip(self) -> PlacedFrame:
@@ -94,7 +96,11 @@ class Skeleton:
     @property
     def points(self) -> Array:
         """(k, 3) all joints, closures and frames [m]."""
-        marks = [j.point for j in self.joints] + [c.point for c in self.closures] + [f.point for f in self.frames]
+        marks = (
+            [j.point for j in self.joints]
+            + [c.point for c in self.closures]
+            + [f.point for f in self.frames]
+        )
         return np.array(marks)
 
     @property
@@ -109,22 +115,30 @@ class Skeleton:
             return np.asarray(point - (point @ normal) * normal)
 
         joints = (replace(j, start=press(j.start), point=press(j.point)) for j in self.joints)
-        closures = (replace(c, points=(press(c.points[0]), press(c.points[1]))) for c in self.closures)
+        closures = (
+            replace(c, points=(press(c.points[0]), press(c.points[1]))) for c in self.closures
+        )
         frames = (replace(f, point=press(f.point)) for f in self.frames)
         return replace(self, joints=tuple(joints), closures=tuple(closures), frames=tuple(frames))
 
 
 def place(robot: Robot, state: ClosedState) -> Skeleton:
-    """Put a robot into a closed state. Raises InputError for a batch, for NaN, and for another robot's state."""
+    """Put a robot into a closed state.
+
+    Raises InputError for a batch, for NaN, and for another robot's state.
+    """
     if state.s.shape != (len(robot.coordinates),):
         raise InputError(
-            f"a drawing shows one state of {robot.name}; this one has coordinates of shape {state.s.shape}"
+            f"a drawing shows one state of {robot.name}; this one has coordinates of shape"
+            f" {state.s.shape}"
         )
     if not np.isfinite(state.s).all():
         raise InputError("the state is not closed: it has coordinates that are not finite")
     description = robot.description
     tree = build_tree(description)
-    poses = link_poses(description, tree, dict(zip(robot.coordinates, state.s.tolist(), strict=True)))
+    poses = link_poses(
+        description, tree, dict(zip(robot.coordinates, state.s.tolist(), strict=True))
+    )
     joints = tuple(_joint(robot, poses, body.joint) for body in tree.bodies)
     tip = description.frames.get(description.end_effector, Frame(description.end_effector))
     named = {description.end_effector: tip, **description.frames}
@@ -141,7 +155,9 @@ def place(robot: Robot, state: ClosedState) -> Skeleton:
     )
 
 
-def link_poses(description: RobotDescription, tree: Tree, values: Mapping[str, float]) -> dict[str, Pose]:
+def link_poses(
+    description: RobotDescription, tree: Tree, values: Mapping[str, float]
+) -> dict[str, Pose]:
     """Pose of every link in the base frame, from the values of all coordinates [rad or m]."""
     poses: dict[str, Pose] = {description.base: (np.eye(3), np.zeros(3))}
     for body in tree.bodies:
@@ -149,7 +165,10 @@ def link_poses(description: RobotDescription, tree: Tree, values: Mapping[str, f
         rotation, origin = poses[joint.parent]
         turned, moved = rotation @ joint.rotation, rotation @ joint.translation + origin
         if joint.type == "revolute":
-            poses[joint.child] = (turned @ Rotation.from_rotvec(value * joint.axis).as_matrix(), moved)
+            poses[joint.child] = (
+                turned @ Rotation.from_rotvec(value * joint.axis).as_matrix(),
+                moved,
+            )
         else:
             poses[joint.child] = (turned, moved + turned @ (value * joint.axis))
     return poses
@@ -173,7 +192,9 @@ def _joint(robot: Robot, poses: Mapping[str, Pose], name: str) -> PlacedJoint:
     )
 
 
-def _closures(description: RobotDescription, tree: Tree, poses: Mapping[str, Pose]) -> list[PlacedClosure]:
+def _closures(
+    description: RobotDescription, tree: Tree, poses: Mapping[str, Pose]
+) -> list[PlacedClosure]:
     placed = []
     for c in description.closures:
         (rotation_a, origin_a), (rotation_b, origin_b) = poses[c.link_a], poses[c.link_b]
@@ -187,4 +208,6 @@ def _closures(description: RobotDescription, tree: Tree, poses: Mapping[str, Pos
 
 def _frame(name: str, frame: Frame, poses: Mapping[str, Pose]) -> PlacedFrame:
     rotation, origin = poses[frame.link]
-    return PlacedFrame(name, frame.link, rotation @ frame.translation + origin, rotation @ frame.rotation)
+    return PlacedFrame(
+        name, frame.link, rotation @ frame.translation + origin, rotation @ frame.rotation
+    )

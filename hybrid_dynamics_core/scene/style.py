@@ -19,7 +19,14 @@ SKY: Final = "#56b4e9"
 WINE: Final = "#882255"
 OLIVE: Final = "#999933"
 
-LOOPS: Final = (BLUE, GREEN, ORANGE, WINE, SKY, OLIVE)  # RED is kept for what is driven, PURPLE for the end effector
+LOOPS: Final = (
+    BLUE,
+    GREEN,
+    ORANGE,
+    WINE,
+    SKY,
+    OLIVE,
+)  # RED is kept for what is driven, PURPLE for the end effector
 
 STYLE: Final[dict[Any, Any]] = {
     "font.family": "sans-serif",  # DejaVu Sans, which comes with Matplotlib

@@ -14,7 +14,9 @@ ALIGNED = 1e-6  # axes that differ less are parallel
 UP = np.array([0.0, 0.0, 1.0])
 _AZIMUTHS = np.radians(np.arange(-90.0, 0.0, 5.0))
 _ELEVATIONS = np.radians([16.0, 20.0, 24.0, 28.0])
-_USUAL = np.radians([-55.0, 22.0])  # azimuth and elevation that are kept where nothing speaks against them
+_USUAL = np.radians(
+    [-55.0, 22.0]
+)  # azimuth and elevation that are kept where nothing speaks against them
 _CROWDED = 0.05  # of the size of the picture: points nearer than this hide each other
 
 
@@ -47,21 +49,25 @@ def choose_view(skeleton: Skeleton) -> View:
     return _oblique(skeleton) if normal is None else _side(skeleton, normal)
 
 
-# -- planar ------------------------------------------------------------------------------------------------------------
+# -- planar
+# ------------------------------------------------------------------------------------------------------------
 
 
 def find_plane(skeleton: Skeleton) -> Array | None:
     """Unit normal (3,) of the plane in which the mechanism moves, None for a spatial one.
 
-    In loops every revolute axis is along the normal. Outside of them an axis may also lie in the plane, as that of a
-    turning column or of a rolling gripper does. Prismatic axes lie in the plane.
+    In loops every revolute axis is along the normal. Outside of them an axis may also lie in the
+    plane, as that of a turning column or of a rolling gripper does. Prismatic axes lie in the
+    plane.
     """
     inside = skeleton.in_loops
     hinges = [j for j in skeleton.joints if j.type == "revolute"]
     votes = [j for j in hinges if j.name in inside] or hinges
     if not votes:
         return None
-    counts = [sum(abs(float(j.axis @ other.axis)) > 1.0 - ALIGNED for other in votes) for j in votes]
+    counts = [
+        sum(abs(float(j.axis @ other.axis)) > 1.0 - ALIGNED for other in votes) for j in votes
+    ]
     normal = votes[int(np.argmax(counts))].axis
     return normal if all(_fits(j, normal, j.name in inside) for j in skeleton.joints) else None
 
@@ -92,7 +98,8 @@ def _name(direction: Array) -> str:
     return f"{'xyz'[along[0]]} [m]" if along else ""
 
 
-# -- spatial -----------------------------------------------------------------------------------------------------------
+# -- spatial
+# -----------------------------------------------------------------------------------------------------------
 
 
 def _oblique(skeleton: Skeleton) -> View:
@@ -107,7 +114,9 @@ def _oblique(skeleton: Skeleton) -> View:
             flat = view.flat(points)
             distance = np.linalg.norm(flat[:, None] - flat[None], axis=2)
             hidden = np.exp(-((distance / (_CROWDED * size)) ** 2))[apart].sum() / len(points)
-            cost = hidden + 0.3 * float(np.hypot(azimuth - _USUAL[0], 2.0 * (elevation - _USUAL[1])))
+            cost = hidden + 0.3 * float(
+                np.hypot(azimuth - _USUAL[0], 2.0 * (elevation - _USUAL[1]))
+            )
             if cost < least:
                 best, least = view, cost
     return best
@@ -132,5 +141,11 @@ def _samples(skeleton: Skeleton) -> Array:
 def _at(azimuth: float, elevation: float) -> View:
     """Seen from where the angles point; x to the right and y away at an azimuth of -90 degrees."""
     right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
-    toward = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
+    toward = np.array(
+        [
+            np.cos(elevation) * np.cos(azimuth),
+            np.cos(elevation) * np.sin(azimuth),
+            np.sin(elevation),
+        ]
+    )
     return View(right, np.cross(toward, right))

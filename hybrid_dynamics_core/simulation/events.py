@@ -47,7 +47,9 @@ class _Limit:
     def may_be_passed(self, start: ClosedState, end: ClosedState, duration: float) -> bool:
         """Whether a coordinate that set out for its limit and turned back may have been there."""
         speeds = self.speed(start), self.speed(end)
-        farthest = (abs(speeds[0]) + abs(speeds[1])) * duration  # with speeds between these it comes less far
+        farthest = (
+            abs(speeds[0]) + abs(speeds[1])
+        ) * duration  # with speeds between these it comes less far
         return speeds[0] > 0.0 >= speeds[1] and min(self.left(start.s), self.left(end.s)) < farthest
 
 
@@ -64,13 +66,13 @@ class Watch:
             if limit.left(state.s) < 0.0:
                 side = "above" if limit.upper else "below"
                 raise InputError(
-                    f"{limit.name} = {state.s[limit.index]:.6g} {limit.unit} starts {side} its limit "
-                    f"{limit.value:.6g} {limit.unit}"
+                    f"{limit.name} = {state.s[limit.index]:.6g} {limit.unit} starts {side} its"
+                    f" limit {limit.value:.6g} {limit.unit}"
                 )
         if state.singularity < self._singular:
             raise InputError(
-                f"loop '{state.singular_loop}' starts {state.singularity:.3g} (of at most 1) from a "
-                f"singular configuration; the simulation would end at {self._singular:.3g}"
+                f"loop '{state.singular_loop}' starts {state.singularity:.3g} (of at most 1) from a"
+                f" singular configuration; the simulation would end at {self._singular:.3g}"
             )
 
     def margins(self, state: ClosedState) -> Array:
@@ -81,10 +83,16 @@ class Watch:
         return np.array([*left, float(state.singularity) - self._singular])
 
     def find(
-        self, start: ClosedState, at: Callable[[float], ClosedState], t: tuple[float, float], ignored: Sequence[int]
+        self,
+        start: ClosedState,
+        at: Callable[[float], ClosedState],
+        t: tuple[float, float],
+        ignored: Sequence[int],
     ) -> tuple[int, float] | None:
         """The first event in a step from t[0], where the state was `start`, to t[1]: its index and time."""
-        watched = self.margins(start) >= 0.0  # zero: it starts at a limit, and may leave it either way
+        watched = (
+            self.margins(start) >= 0.0
+        )  # zero: it starts at a limit, and may leave it either way
         watched[list(ignored)] = False
 
         def met(state: ClosedState) -> np.ndarray:
@@ -93,7 +101,11 @@ class Watch:
         (low, high), end = t, at(t[1])
         if not len(met(end)):
             limits = (self._limits[k] for k in np.flatnonzero(watched[:-1]).tolist())
-            turns = [_turn(limit, at, t) for limit in limits if limit.may_be_passed(start, end, t[1] - t[0])]
+            turns = [
+                _turn(limit, at, t)
+                for limit in limits
+                if limit.may_be_passed(start, end, t[1] - t[0])
+            ]
             beyond = [time for time in turns if len(met(at(time)))]
             if not beyond:
                 return None
@@ -110,7 +122,12 @@ class Watch:
             return Event(time, SINGULAR, str(state.singular_loop), message)
         limit = self._limits[index]
         side = "upper" if limit.upper else "lower"
-        return Event(time, LIMIT, limit.name, f"{limit.name} reached its {side} limit {limit.value:.6g} {limit.unit}")
+        return Event(
+            time,
+            LIMIT,
+            limit.name,
+            f"{limit.name} reached its {side} limit {limit.value:.6g} {limit.unit}",
+        )
 
     def is_limit(self, index: int) -> bool:
         """Whether the event is of a coordinate, not of a singularity."""

@@ -1,7 +1,8 @@
 """Integration of the equations of motion in minimal coordinates: the loops are closed at every step, so nothing drifts.
 
-The state integrated is (u, u', work): work is the energy that tau and applied wrenches bring in and friction takes out,
-so that the energy of the robot less the work stays what it was, but for the integrator's error.
+The state integrated is (u, u', work): work is the energy that tau and applied wrenches bring in and
+friction takes out, so that the energy of the robot less the work stays what it was, but for the
+integrator's error.
 """
 
 from __future__ import annotations
@@ -35,11 +36,13 @@ def simulate(
 ) -> Simulation:
     """The motion from active coordinates u and rates du (zero if None), or from a ClosedState, under efforts tau.
 
-    tau: None (none), constant (n,), or a function of time [s] and ClosedState that returns (n,) and keeps no memory
+    tau: None (none), constant (n,), or a function of time [s] and ClosedState that returns (n,) and
+    keeps no memory
         (unless `settings.hold` is given: then it is called once a period, in order).
 
-    Returns the recorded motion; it ends early where a limit or singular configuration is met, see its `events`. Raises
-    InputError for bad arguments, ClosureError where the start does not close, MassSingularityError.
+    Returns the recorded motion; it ends early where a limit or singular configuration is met, see
+    its `events`. Raises InputError for bad arguments, ClosureError where the start does not close,
+    MassSingularityError.
     """
     settings = settings or Settings()
     span = checked_span(t_span)
@@ -71,7 +74,9 @@ class _Run:
         self.y = np.concatenate([start.u, start.du, [0.0]])
         count = int(np.floor((span[1] - span[0]) * settings.rate + 1e-9)) + 1
         times = span[0] + np.arange(count) / settings.rate
-        self.times = times if times[-1] >= span[1] - 1e-12 * abs(span[1]) else np.append(times, span[1])
+        self.times = (
+            times if times[-1] >= span[1] - 1e-12 * abs(span[1]) else np.append(times, span[1])
+        )
         self.rows: list[tuple[float, Array, ClosedState]] = [(span[0], self.y, start)]
         self.efforts: list[Array] = []
         self.events: list[Event] = []
@@ -100,7 +105,9 @@ class _Run:
     def _integrate(self, begin: float, until: float, progress: Progress) -> None:
         s = self.settings
         method = METHODS[s.method]
-        solver = method(self._slope, begin, self.y, until, rtol=s.rtol, atol=s.atol, max_step=s.max_step)
+        solver = method(
+            self._slope, begin, self.y, until, rtol=s.rtol, atol=s.atol, max_step=s.max_step
+        )
         while solver.status == "running" and not self.done:
             try:
                 problem = solver.step()
@@ -168,14 +175,21 @@ class _Run:
     def _keep(self, t: float, y: Array) -> None:
         n = len(self.anchor.u)
         self.rows.append((t, y, self.anchor))
-        state = self._near(y[:n], y[n : 2 * n]) if callable(self.tau) and self.held is None else self.anchor
+        state = (
+            self._near(y[:n], y[n : 2 * n])
+            if callable(self.tau) and self.held is None
+            else self.anchor
+        )
         self.efforts.append(self._efforts(t, state))
 
     def _stop(self, time: float, message: str) -> None:
         self.done, self.message = True, f"ended at t = {time:.6g} s: {message}"
 
     def _stuck(self, time: float, problem: str) -> None:
-        near = f"loop '{self.anchor.singular_loop}' is {self.anchor.singularity:.3g} from a singular configuration"
+        near = (
+            f"loop '{self.anchor.singular_loop}' is {self.anchor.singularity:.3g} from a singular"
+            " configuration"
+        )
         self._stop(time, f"the integrator found no step on ({problem.rstrip('.')}); {near}")
 
     def result(self) -> Simulation:
@@ -184,7 +198,9 @@ class _Run:
         t = np.array([row[0] for row in self.rows])
         y = np.array([row[1] for row in self.rows])
         anchors = [row[2] for row in self.rows]
-        near = replace(anchors[0], s=np.array([a.s for a in anchors]), R=np.array([a.R for a in anchors]))
+        near = replace(
+            anchors[0], s=np.array([a.s for a in anchors]), R=np.array([a.R for a in anchors])
+        )
         state = self.robot.close(y[:, :n], y[:, n : 2 * n], near=near)
         tau, loads = np.array(self.efforts), self.settings.loads
         return Simulation(

@@ -28,12 +28,15 @@ class Simulation:
     """A recorded motion of N samples.
 
     Attributes:
-        robot, names: name of the robot and of its active coordinates; coordinates: names of all, the order of state.s.
+        robot, names: name of the robot and of its active coordinates; coordinates: names of all,
+        the order of state.s.
         t: (N,) [s]; the last sample is where the simulation ended.
         state: ClosedState of all samples: s, ds, R, residuals, distances to singularities.
         ddu, tau: (N, n) active accelerations and efforts.
-        energy: Energy of all samples [J]; work: (N,) [J] brought in by tau and wrenches less friction, since the start.
-        events: what was met; completed: whether the end of the time span was reached; message: why it ended.
+        energy: Energy of all samples [J]; work: (N,) [J] brought in by tau and wrenches less
+        friction, since the start.
+        events: what was met; completed: whether the end of the time span was reached; message: why
+        it ended.
         steps, evaluations: of the integrator.
     """
 
@@ -83,7 +86,8 @@ class Simulation:
     def table(self) -> tuple[tuple[str, ...], Array]:
         """Names of the columns, and (N, columns).
 
-        `time`, each coordinate by name and its `.velocity`, `.acceleration` and `.effort` of active joints, energies.
+        `time`, each coordinate by name and its `.velocity`, `.acceleration` and `.effort` of active
+        joints, energies.
         """
         head = ["time", *self.coordinates, *(f"{name}.velocity" for name in self.coordinates)]
         head += [f"{name}.{what}" for what in ("acceleration", "effort") for name in self.names]
@@ -94,13 +98,15 @@ class Simulation:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to a file, which appears when it is complete.
 
-        .csv: the `table`, its names in the first line, SI units; .npz: everything, which `load_simulation` reads.
-        Raises InputError for another ending.
+        .csv: the `table`, its names in the first line, SI units; .npz: everything, which
+        `load_simulation` reads. Raises InputError for another ending.
         """
         target = Path(path)
         writers = {".npz": self._write_npz, ".csv": self._write_csv}
         if target.suffix not in writers:
-            raise InputError(f"{target.name} ends in '{target.suffix}'; expected {' or '.join(writers)}")
+            raise InputError(
+                f"{target.name} ends in '{target.suffix}'; expected {' or '.join(writers)}"
+            )
         aside = target.with_name(f".{target.name}.part")
         with aside.open("wb") as file:
             writers[target.suffix](file)
@@ -119,9 +125,18 @@ class Simulation:
             "branch": dict(self.state.branch),
             "loops": self.state.loops,
         }
-        arrays: dict[str, Any] = {"time": self.t, "acceleration": self.ddu, "effort": self.tau, "work": self.work}
+        arrays: dict[str, Any] = {
+            "time": self.t,
+            "acceleration": self.ddu,
+            "effort": self.tau,
+            "work": self.work,
+        }
         arrays |= {f"energy_{k}": v for k, v in self.energy._asdict().items()}
-        arrays |= {f"state_{k}": getattr(self.state, k) for k in _state_arrays() if getattr(self.state, k) is not None}
+        arrays |= {
+            f"state_{k}": getattr(self.state, k)
+            for k in _state_arrays()
+            if getattr(self.state, k) is not None
+        }
         np.savez_compressed(file, head=np.array(json.dumps(head)), **arrays)
 
 
@@ -136,9 +151,13 @@ def load_simulation(path: str | os.PathLike[str]) -> Simulation:
     if head.get("format") == 2:
         arrays = {_FORMER.get(k, k): v for k, v in arrays.items()}
     elif head.get("format") != FORMAT:
-        raise InputError(f"{path} has format {head.get('format')}; this version reads 2 and {FORMAT}")
+        raise InputError(
+            f"{path} has format {head.get('format')}; this version reads 2 and {FORMAT}"
+        )
     states = {k.removeprefix("state_"): v for k, v in arrays.items() if k.startswith("state_")}
-    state = ClosedState(**states, branch=MappingProxyType(head["branch"]), loops=tuple(head["loops"]))
+    state = ClosedState(
+        **states, branch=MappingProxyType(head["branch"]), loops=tuple(head["loops"])
+    )
     return Simulation(
         robot=head["robot"],
         names=tuple(head["names"]),

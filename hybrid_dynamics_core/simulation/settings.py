@@ -22,15 +22,20 @@ class Settings:
 
     Attributes:
         loads: what acts besides the actuators; None: what the description gives.
-        method: integrator of SciPy: DOP853 or RK45 for smooth motion, Radau, BDF or LSODA where strong friction with
+        method: integrator of SciPy: DOP853 or RK45 for smooth motion, Radau, BDF or LSODA where
+        strong friction with
             little smoothing makes it stiff.
         rtol, atol: relative and absolute tolerance of a step, the latter in rad, m, and per second.
         rate: samples kept a second of simulated time [Hz].
-        hold: [s] period of a digital controller: tau is asked once a period and kept; None: at every instant.
+        hold: [s] period of a digital controller: tau is asked once a period and kept; None: at
+        every instant.
         max_step: longest step [s].
-        stop_at_limits: whether the simulation ends where a coordinate reaches its limit or a cylinder the end of its
-            stroke. Otherwise it is told as an event and the motion goes on: there is no model of the stop itself.
-        singular: distance to a singular configuration (`state.singularity`) at which the simulation ends.
+        stop_at_limits: whether the simulation ends where a coordinate reaches its limit or a
+        cylinder the end of its
+            stroke. Otherwise it is told as an event and the motion goes on: there is no model of
+            the stop itself.
+        singular: distance to a singular configuration (`state.singularity`) at which the simulation
+        ends.
         progress: whether to show a line of progress; None: on a terminal, once a second has passed.
     """
 
@@ -65,5 +70,7 @@ def checked_span(t_span: tuple[float, float]) -> tuple[float, float]:
     """Start and end [s], the end after the start. Raises InputError."""
     start, end = (float(t) for t in t_span)
     if not (np.isfinite(start) and np.isfinite(end) and start < end):
-        raise InputError(f"t_span is ({start}, {end}); expected two times, the second after the first")
+        raise InputError(
+            f"t_span is ({start}, {end}); expected two times, the second after the first"
+        )
     return start, end

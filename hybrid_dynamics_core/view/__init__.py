@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 __all__ = ["open_viewer", "view"]
 
 
-def open_viewer(robot: Robot, motion: Motion | None = None, *, host: str = "localhost", port: int = 8080) -> Viewer:
+def open_viewer(
+    robot: Robot, motion: Motion | None = None, *, host: str = "localhost", port: int = 8080
+) -> Viewer:
     """A viewer that listens at host:port (0: any free port), to be used in a `with`; `run` serves until interrupted.
 
     motion: to be played back, from `motion_of` or a recording.
@@ -36,7 +38,9 @@ def open_viewer(robot: Robot, motion: Motion | None = None, *, host: str = "loca
     return Viewer(robot, motion, host, port)
 
 
-def view(robot: Robot, motion: Motion | None = None, *, host: str = "localhost", port: int = 8080) -> None:
+def view(
+    robot: Robot, motion: Motion | None = None, *, host: str = "localhost", port: int = 8080
+) -> None:
     """Show a robot in the browser until KeyboardInterrupt; as `open_viewer`."""
     import webbrowser  # noqa: PLC0415  slow to import
 

@@ -95,9 +95,13 @@ def shape_of(robot: Robot, state: ClosedState) -> Shape:
     skeleton = place(robot, state)
     tree = build_tree(robot.description)
     groups = group_joints(skeleton)
-    attached = {link: _within_limits(robot, state, what) for link, what in attach(skeleton, groups).items()}
+    attached = {
+        link: _within_limits(robot, state, what) for link, what in attach(skeleton, groups).items()
+    }
     cylinders = {c.joint.name: c for what in attached.values() for c in what.barrels}
-    rails = [rail(g.first) for g in groups if g.kind == "prismatic" and g.first.name not in cylinders]
+    rails = [
+        rail(g.first) for g in groups if g.kind == "prismatic" and g.first.name not in cylinders
+    ]
     points = np.vstack([skeleton.points, *rails])
     size = max(float(np.linalg.norm(np.ptp(points, axis=0))), SMALLEST)
     unit = UNIT * size
@@ -109,18 +113,36 @@ def shape_of(robot: Robot, state: ClosedState) -> Shape:
     for group in groups:
         if group.kind == "carrier":
             maker.carrier(group)
-    anchors = {joint.name: maker.anchor(joint, cylinders.get(joint.name)) for joint in skeleton.joints}
-    return Shape(robot, state, tree, skeleton, tuple(maker.bodies), tuple(maker.spans), anchors, unit, size, points)
+    anchors = {
+        joint.name: maker.anchor(joint, cylinders.get(joint.name)) for joint in skeleton.joints
+    }
+    return Shape(
+        robot,
+        state,
+        tree,
+        skeleton,
+        tuple(maker.bodies),
+        tuple(maker.spans),
+        anchors,
+        unit,
+        size,
+        points,
+    )
 
 
 def poses_of(robot: Robot, tree: Tree, state: ClosedState) -> dict[str, Pose]:
     """Pose of every link in a closed state."""
-    return link_poses(robot.description, tree, dict(zip(robot.coordinates, state.s.tolist(), strict=True)))
+    return link_poses(
+        robot.description, tree, dict(zip(robot.coordinates, state.s.tolist(), strict=True))
+    )
 
 
 def span_pose(span: Span, poses: Mapping[str, Pose]) -> tuple[Array, Array, float]:
     """Rotation (3, 3) with z along a span, its start (3,) and its length [m]."""
-    start, end = (poses[link][0] @ point + poses[link][1] for link, point in zip(span.links, span.points, strict=True))
+    start, end = (
+        poses[link][0] @ point + poses[link][1]
+        for link, point in zip(span.links, span.points, strict=True)
+    )
     if span.along is not None:
         along = poses[span.links[0]][0] @ span.along
         return meshes.frame_along(along), start, max(float((end - start) @ along), 0.0)
@@ -135,18 +157,29 @@ def _within_limits(robot: Robot, state: ClosedState, what: Attached) -> Attached
     def limited(cylinder: Cylinder) -> Cylinder:
         joint, value = cylinder.joint, float(state.s[robot.coordinates.index(cylinder.joint.name)])
         outward = float(cylinder.along @ joint.axis) > 0.0
-        end = lower.get(joint.name, joint.limits[0]) if outward else upper.get(joint.name, joint.limits[1])
+        end = (
+            lower.get(joint.name, joint.limits[0])
+            if outward
+            else upper.get(joint.name, joint.limits[1])
+        )
         shortest = float(np.linalg.norm(cylinder.end - cylinder.foot)) - abs(value - end)
         return replace(cylinder, shortest=shortest) if shortest > 0.0 else cylinder
 
-    return replace(what, barrels=[limited(c) for c in what.barrels], rods=[limited(c) for c in what.rods])
+    return replace(
+        what, barrels=[limited(c) for c in what.barrels], rods=[limited(c) for c in what.rods]
+    )
 
 
 class _Maker:
     """Turns marks, which are in base axes, into bodies in the axes of their links."""
 
     def __init__(
-        self, robot: Robot, skeleton: Skeleton, groups: Sequence[Group], unit: float, poses: Mapping[str, Pose]
+        self,
+        robot: Robot,
+        skeleton: Skeleton,
+        groups: Sequence[Group],
+        unit: float,
+        poses: Mapping[str, Pose],
     ) -> None:
         self.skeleton, self.unit, self.poses = skeleton, unit, poses
         self.groups = {group.names: tuple(joint.name for joint in group.joints) for group in groups}
@@ -167,7 +200,11 @@ class _Maker:
 
     def body(self, part: Part) -> None:
         kind, names = self.owner(part)
-        if part.role == "hinge" and self.skeleton.base in part.links and self.joints[names[0]].active:
+        if (
+            part.role == "hinge"
+            and self.skeleton.base in part.links
+            and self.joints[names[0]].active
+        ):
             middle = part.points.mean(axis=0)  # out of the base, whose bars are thicker than others
             part = replace(part, points=middle + OUT * (part.points - middle))
         link = self.link_of(kind, names, part)
@@ -179,9 +216,13 @@ class _Maker:
         """From the mouth of the barrel, which is on the other link, to its end: it slides as the joint does."""
         kind, names = self.owner(part)
         links = (part.links[1], part.links[0])
-        points = tuple(self.local(link, point) for link, point in zip(links, part.points, strict=True))
+        points = tuple(
+            self.local(link, point) for link, point in zip(links, part.points, strict=True)
+        )
         along = None if part.axis is None else np.asarray(self.poses[links[0]][0].T @ part.axis)
-        self.spans.append(Span(kind, names, links, (points[0], points[1]), part.radius, STEEL, along))
+        self.spans.append(
+            Span(kind, names, links, (points[0], points[1]), part.radius, STEEL, along)
+        )
 
     def owner(self, part: Part) -> tuple[Kind, tuple[str, ...]]:
         kind, _, name = part.owner.partition(":")
@@ -194,7 +235,9 @@ class _Maker:
         links = (group.first.parent, group.last.child)
         points = (self.local(links[0], group.first.start), self.local(links[1], group.last.point))
         names = tuple(joint.name for joint in group.joints)
-        self.spans.append(Span("joint", names, links, points, 0.12 * self.unit, mix(QUIET, "#ffffff", 0.4)))
+        self.spans.append(
+            Span("joint", names, links, points, 0.12 * self.unit, mix(QUIET, "#ffffff", 0.4))
+        )
 
     def anchor(self, joint: PlacedJoint, cylinder: Cylinder | None) -> Anchor:
         """At the mouth of a barrel, on what slides, or at a hinge."""

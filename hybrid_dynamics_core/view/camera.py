@@ -12,8 +12,12 @@ from ..ground.arrays import Array
 from ..scene.skeleton import Skeleton
 from ..scene.view import choose_view
 
-FIELD: Final = np.radians(32.0)  # of view, from top to bottom: narrow, so that parallel bars look parallel
-ASIDE: Final = np.radians(28.0)  # how far the camera stands aside of the plane's normal, of a planar mechanism
+FIELD: Final = np.radians(
+    32.0
+)  # of view, from top to bottom: narrow, so that parallel bars look parallel
+ASIDE: Final = np.radians(
+    28.0
+)  # how far the camera stands aside of the plane's normal, of a planar mechanism
 ABOVE: Final = np.radians(20.0)
 _CORNER: Final = (-0.95, 0.72)  # to the right and up, in radii of what is shown
 ROOM: Final = 1.22  # round the robot
@@ -90,7 +94,9 @@ def camera_around(points: Array, toward: Array) -> Camera:
     low, high = points.min(axis=0), points.max(axis=0)
     middle = 0.5 * (low + high)
     radius = max(float(np.linalg.norm(points - middle, axis=1).max()), 0.05)
-    return Camera(middle + ROOM * radius / np.sin(0.5 * FIELD) * toward, middle, radius, shown=points)
+    return Camera(
+        middle + ROOM * radius / np.sin(0.5 * FIELD) * toward, middle, radius, shown=points
+    )
 
 
 def direction(vector: Array) -> Array:
@@ -102,5 +108,7 @@ def floor_under(points: Array, unit: float) -> Floor:
     """The floor below points (k, 3), some radii of a joint under the lowest."""
     width = max(float(np.ptp(points, axis=0).max()), 1e-3)
     power = 10.0 ** np.floor(np.log10(width / 5.0))
-    tile = float(power * min((1.0, 2.0, 5.0, 10.0), key=lambda k: abs(np.log(k * power / (width / 5.0)))))
+    tile = float(
+        power * min((1.0, 2.0, 5.0, 10.0), key=lambda k: abs(np.log(k * power / (width / 5.0))))
+    )
     return Floor(float(points[:, 2].min()) - 2.0 * unit, 24.0 * tile, tile)

@@ -11,14 +11,17 @@ import viser
 from ..ground.arrays import Array
 from .camera import Camera
 
-SAME: Final = 1e-3  # of the distance: nearer than this to where the camera was put, nobody has moved it
+SAME: Final = (
+    1e-3  # of the distance: nearer than this to where the camera was put, nobody has moved it
+)
 UNDER_WAY: Final = 8  # places that a browser may still tell of while it is already put elsewhere
 
 
 class Fitting:
     """Puts the camera of each browser where it shows the robot, again when the canvas changes or the robot leaves it.
 
-    A camera that a person has turned, shifted or zoomed is left alone, until its person asks for the robot.
+    A camera that a person has turned, shifted or zoomed is left alone, until its person asks for
+    the robot.
     """
 
     def __init__(self, server: viser.ViserServer, camera: Camera) -> None:

@@ -1,4 +1,7 @@
-"""Triangle meshes: turned bodies with sharp edges, rounded bodies round points, arrows. Lengths in [m], no colours."""
+"""Triangle meshes: turned bodies with sharp edges, rounded bodies round points, arrows.
+
+Lengths in [m], no colours.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +44,8 @@ def joined(meshes: Sequence[Mesh]) -> Mesh:
 def turned(profile: Sequence[tuple[float, float]]) -> Mesh:
     """A body turned about z from a profile of (radius, height), from the bottom to the top, outside to the right.
 
-    Every piece of the profile has corners of its own, so that its edges stay sharp in smooth shading.
+    Every piece of the profile has corners of its own, so that its edges stay sharp in smooth
+    shading.
     """
     angles = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
@@ -99,17 +103,25 @@ def turn_arrow(radius: float) -> Mesh:
     head = 0.55
     around = np.linspace(0.0, 2.0 * np.pi, 17)[:-1]
     rings, sizes = [], np.where(angles <= SWEEP - head, radius, 0.0)
-    places = [(float(angle), radius) for angle, size in zip(angles, sizes, strict=True) if size > 0.0]
+    places = [
+        (float(angle), radius) for angle, size in zip(angles, sizes, strict=True) if size > 0.0
+    ]
     places = [(0.0, 0.0), *places, (SWEEP - head, 2.6 * radius), (SWEEP, 0.0)]
     for angle, size in places:
         out = np.array([np.cos(angle), np.sin(angle), 0.0])
-        ring = out * (1.0 + size * np.cos(around)[:, None]) + np.array([0.0, 0.0, 1.0]) * size * np.sin(around)[:, None]
+        ring = (
+            out * (1.0 + size * np.cos(around)[:, None])
+            + np.array([0.0, 0.0, 1.0]) * size * np.sin(around)[:, None]
+        )
         rings.append(ring)
     count, here = len(around), np.arange(len(around))
     after = (here + 1) % count
     pieces = []
     for low, high in pairwise(rings):
-        faces = [np.stack([here, count + after, after], axis=1), np.stack([here, count + here, count + after], axis=1)]
+        faces = [
+            np.stack([here, count + after, after], axis=1),
+            np.stack([here, count + here, count + after], axis=1),
+        ]
         pieces.append(Mesh(np.vstack([low, high]), np.vstack(faces)))
     return joined(pieces)
 
@@ -132,7 +144,9 @@ def _ball(rings: int = 7, around: int = 20) -> Array:
     """Points (k, 3) of the unit sphere."""
     heights = np.linspace(0.0, np.pi, rings + 2)[1:-1]
     angles = np.linspace(0.0, 2.0 * np.pi, around, endpoint=False)
-    points = [(np.sin(h) * np.cos(a), np.sin(h) * np.sin(a), np.cos(h)) for h in heights for a in angles]
+    points = [
+        (np.sin(h) * np.cos(a), np.sin(h) * np.sin(a), np.cos(h)) for h in heights for a in angles
+    ]
     return np.array([(0.0, 0.0, 1.0), *points, (0.0, 0.0, -1.0)])
 
 

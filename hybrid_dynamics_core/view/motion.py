@@ -26,7 +26,8 @@ class Motion:
         time: (N,) [s], ascending, from 0.
         state: closed, a batch of N.
         ddu: (N, n) accelerations of the active joints; NaN where not known.
-        recorded: (N, n) efforts that were measured [N m or N], NaN where not; None where there are none at all.
+        recorded: (N, n) efforts that were measured [N m or N], NaN where not; None where there are
+        none at all.
         note: what a reader of its efforts has to know.
     """
 
@@ -39,8 +40,15 @@ class Motion:
 
     def __post_init__(self) -> None:
         count = len(self.time)
-        if self.time.ndim != 1 or count == 0 or self.state.u.shape[0] != count or self.ddu.shape != self.state.u.shape:
-            raise InputError("a motion has one time, one closed state and one row of accelerations a sample")
+        if (
+            self.time.ndim != 1
+            or count == 0
+            or self.state.u.shape[0] != count
+            or self.ddu.shape != self.state.u.shape
+        ):
+            raise InputError(
+                "a motion has one time, one closed state and one row of accelerations a sample"
+            )
         if (np.diff(self.time) < 0.0).any():
             raise InputError("the times of a motion have to ascend")
 
@@ -61,7 +69,9 @@ class Motion:
         return self.state.rows(index)
 
 
-def motion_of(robot: Robot, trajectory: JointTrajectory, title: str, recorded: Array | None = None) -> Motion:
+def motion_of(
+    robot: Robot, trajectory: JointTrajectory, title: str, recorded: Array | None = None
+) -> Motion:
     """A trajectory of the active joints with all loops closed along it.
 
     recorded: (N, n) efforts at the trajectory's own times.
@@ -69,12 +79,16 @@ def motion_of(robot: Robot, trajectory: JointTrajectory, title: str, recorded: A
     """
     count = int(np.clip(round(trajectory.duration * RATE) + 1, 2, LARGEST))
     time = np.linspace(0.0, trajectory.duration, count)
-    reference = trajectory(np.minimum(trajectory.times[0] + time, trajectory.times[-1]))  # beyond the end it is at rest
+    reference = trajectory(
+        np.minimum(trajectory.times[0] + time, trajectory.times[-1])
+    )  # beyond the end it is at rest
     try:
         state = robot.close_path(reference.u, reference.du)
     except StateError as error:
         moment = float(time[error.index or 0] + trajectory.times[0])
-        raise InputError(f"{title} cannot be followed to its end: at {moment:.6g} s, {error}") from error
+        raise InputError(
+            f"{title} cannot be followed to its end: at {moment:.6g} s, {error}"
+        ) from error
     if recorded is not None:
         times = trajectory.times - trajectory.times[0]
         recorded = np.stack([np.interp(time, times, column) for column in recorded.T], axis=1)

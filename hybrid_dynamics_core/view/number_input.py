@@ -50,7 +50,9 @@ def number_typed(text: str, scope: Range) -> float:
     value = _read(text.strip(), scope.unit)
     if value is None:
         told = text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
-        raise InputError(f"{scope.name}: '{told}' was not taken: {_instead(text.strip(), scope.unit)}")
+        raise InputError(
+            f"{scope.name}: '{told}' was not taken: {_instead(text.strip(), scope.unit)}"
+        )
     return value
 
 
@@ -69,7 +71,9 @@ def _read(text: str, unit: str) -> float | None:
 
 def _instead(text: str, unit: str) -> str:
     """What to type for it, as far as that is plain."""
-    guess = _DEGREES.sub("*deg", text.replace("−", "-").replace(",", ".")).removesuffix(unit).strip()
+    guess = (
+        _DEGREES.sub("*deg", text.replace("−", "-").replace(",", ".")).removesuffix(unit).strip()
+    )
     if guess == text or _read(guess, unit) is None:
         angle = ", or degrees, as 30*deg" if unit == "rad" else ""
         return f"write the number alone, in {unit}, as 0.25 or 5e-2{angle}"

@@ -28,9 +28,12 @@ _STYLE: Final = f"""<style>
 .hd-no {{ background: #fdf0e7; border-left: 4px solid {RED}; margin: 0.3em 0.6em; padding: 0.5em 0.8em; }}
 </style>"""
 
-NARROW: Final = "36em"  # width of the window up to which viser lays its panel over the scene, from below
-# In a narrow window the panel is below the scene, which is at least as wide as high. The line that the page writes into
-# (`script`) is not seen, reasons stay in sight, and names that are too long for their field end in dots.
+NARROW: Final = (
+    "36em"  # width of the window up to which viser lays its panel over the scene, from below
+)
+# In a narrow window the panel is below the scene, which is at least as wide as high. The line that
+# the page writes into (`script`) is not seen, reasons stay in sight, and names that are too long
+# for their field end in dots.
 SHEET: Final = f"""<style>
 @media (max-width: {NARROW}) {{
   div:has(> .mantine-Paper-root .hd-sheet) {{ flex-direction: column; }}
@@ -52,7 +55,12 @@ div:has(> .mantine-Slider-root) > .mantine-NumberInput-root {{ width: 3.7rem !im
 def state_html(session: Session) -> str:
     """End effector, residual, distance to a singularity."""
     robot, state = session.robot, session.state
-    place = zip("xyz", np.round(robot.forward_kinematics(state).position, 4).tolist(), ("", "", " m"), strict=True)
+    place = zip(
+        "xyz",
+        np.round(robot.forward_kinematics(state).position, 4).tolist(),
+        ("", "", " m"),
+        strict=True,
+    )
     told = [f"<span class=q>{axis}</span> {v + 0.0:.4f}{unit}" for axis, v, unit in place]
     margin = float(state.singularity)
     colour = RED if margin < TOO_NEAR else ORANGE if margin < NEAR else GREEN
@@ -62,7 +70,9 @@ def state_html(session: Session) -> str:
         ("residual", f"{float(np.asarray(state.residual)):.1e}"),
         ("singularity", f"{bar(0.0, margin, colour)} {margin:.3f}{where}"),
     ]
-    return table([f"<td class=q>{escape(str(name))}</td><td class=v>{value}</td>" for name, value in rows])
+    return table(
+        [f"<td class=q>{escape(str(name))}</td><td class=v>{value}</td>" for name, value in rows]
+    )
 
 
 def modes_html(state: ClosedState) -> str:
@@ -75,11 +85,19 @@ def efforts_html(robot: Robot, efforts: Efforts) -> str:
     """A bar from the middle for each drive, with its number and unit, and what full bars are."""
     if efforts.problem:
         return f"{_STYLE}<div class=hd>{escape(efforts.problem)}</div>"
-    recorded = {} if efforts.recorded is None else dict(zip(robot.active, efforts.recorded.tolist(), strict=True))
-    rows = (
-        ["<td></td><td></td><td class='n q'>model</td><td></td><td class='n q u'>in the file</td>"] if recorded else []
+    recorded = (
+        {}
+        if efforts.recorded is None
+        else dict(zip(robot.active, efforts.recorded.tolist(), strict=True))
     )
-    for name, value, share in zip(efforts.joints, efforts.values.tolist(), efforts.shares, strict=True):
+    rows = (
+        ["<td></td><td></td><td class='n q'>model</td><td></td><td class='n q u'>in the file</td>"]
+        if recorded
+        else []
+    )
+    for name, value, share in zip(
+        efforts.joints, efforts.values.tolist(), efforts.shares, strict=True
+    ):
         unit = unit_of(robot.joint_types[name])
         cells = [f"<td>{escape(name)}</td><td>{bar(0.5, 0.5 * share, RED)}</td>"]
         cells.append(f"<td class=n>{number(value)}</td><td class='q u'>{unit}</td>")
@@ -91,11 +109,19 @@ def efforts_html(robot: Robot, efforts: Efforts) -> str:
 def full_bars(robot: Robot, efforts: Efforts) -> str:
     """What full bars are, in words."""
     kinds: dict[tuple[str, bool], float] = {}
-    for name, value, full in zip(efforts.joints, efforts.values.tolist(), efforts.full.tolist(), strict=True):
+    for name, value, full in zip(
+        efforts.joints, efforts.values.tolist(), efforts.full.tolist(), strict=True
+    ):
         if np.isfinite(full):
             kinds[robot.joint_types[name], np.isfinite(limit_of(robot, name, value))] = full
-    seen = [f"{number(full)} {unit_of(kind)}" for (kind, limited), full in kinds.items() if not limited]
-    told = ["what the cylinder gives at its supply pressure"] if any(limited for _, limited in kinds) else []
+    seen = [
+        f"{number(full)} {unit_of(kind)}" for (kind, limited), full in kinds.items() if not limited
+    ]
+    told = (
+        ["what the cylinder gives at its supply pressure"]
+        if any(limited for _, limited in kinds)
+        else []
+    )
     told += [f"{' and '.join(seen)}, above the largest so far"] if seen else []
     return f"Full bar: {'; else '.join(told)}." if told else ""
 
@@ -112,14 +138,20 @@ def breakable(names: str) -> str:
 
 def table(rows: Sequence[str]) -> str:
     """Rows, each the cells of one."""
-    return f"{_STYLE}<div class=hd><table>{''.join(f'<tr>{row}</tr>' for row in rows)}</table></div>"
+    return (
+        f"{_STYLE}<div class=hd><table>{''.join(f'<tr>{row}</tr>' for row in rows)}</table></div>"
+    )
 
 
 def bar(start: float, length: float, colour: str, width: float = 7.0) -> str:
     """A bar that is filled from one share of its width on, to the right or, for a negative length, to the left."""
     low, high = sorted(float(np.clip(end, 0.0, 1.0)) for end in (start, start + length))
-    filled = f"<i style='left:{100 * low:.1f}%;width:{100 * (high - low):.1f}%;background:{colour}'></i>"
-    middle = f"<i style='left:{100 * start:.1f}%;width:1px;background:{QUIET}'></i>" if start else ""
+    filled = (
+        f"<i style='left:{100 * low:.1f}%;width:{100 * (high - low):.1f}%;background:{colour}'></i>"
+    )
+    middle = (
+        f"<i style='left:{100 * start:.1f}%;width:1px;background:{QUIET}'></i>" if start else ""
+    )
     return f"<span class=bar style='width:{width}em'>{filled}{middle}</span>"
 
 
@@ -136,7 +168,10 @@ def problem_html(problem: str) -> str:
 
 def mode_labels(modes: Sequence[AssemblyMode], own: Mapping[str, str]) -> list[str]:
     """A name for each assembly mode: in what it differs from the robot's own."""
-    several = len({loop for mode in modes for loop, name in mode.branch.items() if name != own.get(loop)}) > 1
+    several = (
+        len({loop for mode in modes for loop, name in mode.branch.items() if name != own.get(loop)})
+        > 1
+    )
     labels = []
     for mode in modes:
         others = [(loop, name) for loop, name in mode.branch.items() if name != own.get(loop)]

@@ -21,13 +21,20 @@ from .script import script_html
 from .session import Efforts, Session
 from .slider import Dial
 
-Fit = Callable[[viser.ClientHandle | None], None]  # has the camera of a browser show the whole robot
+Fit = Callable[
+    [viser.ClientHandle | None], None
+]  # has the camera of a browser show the whole robot
 
 
 class Panel:
-    """The controls. What a person does is handed to `ask`; nothing of the robot is touched in viser's threads."""
+    """The controls.
 
-    def __init__(self, server: viser.ViserServer, session: Session, size: float, ask: Ask, fit: Fit) -> None:
+    What a person does is handed to `ask`; nothing of the robot is touched in viser's threads.
+    """
+
+    def __init__(
+        self, server: viser.ViserServer, session: Session, size: float, ask: Ask, fit: Fit
+    ) -> None:
         self.gui, self.session, self.ask, self.fit = server.gui, session, ask, fit
         self.target = np.array(session.state.u)
         self.modes: tuple[AssemblyMode, ...] = ()
@@ -36,7 +43,9 @@ class Panel:
         self.gui.add_html(page.SHEET + script_html(session.robot.name))
         typed = Typed(self.gui)  # right behind, where the sheet hides it
         self._problem = self.gui.add_html("", visible=False)
-        self.playback = None if session.motion is None else Playback(self.gui, session, session.motion, ask)
+        self.playback = (
+            None if session.motion is None else Playback(self.gui, session, session.motion, ask)
+        )
         self._add_sliders(slider_ranges(session.robot, session.home, size))
         with self.gui.add_folder("State"):
             self._state = self.gui.add_html("")
@@ -50,7 +59,8 @@ class Panel:
         """Whether a motion goes on by itself."""
         return self.playback is not None and self.playback.playing
 
-    # -- what is shown -------------------------------------------------------------------------------------------------
+    # -- what is shown
+    # -------------------------------------------------------------------------------------------------
 
     def refresh(self, efforts: Efforts) -> None:
         """Numbers of the present state; sliders where it is, unless it could not follow them."""
@@ -91,7 +101,8 @@ class Panel:
         if present is not None:
             put(self._mode, self.labels[present])
 
-    # -- what there is -------------------------------------------------------------------------------------------------
+    # -- what there is
+    # -------------------------------------------------------------------------------------------------
 
     def _add_sliders(self, ranges: Array) -> None:
         robot = self.session.robot
@@ -145,7 +156,9 @@ class Panel:
         if wanted in self.labels:
             self.session.take_mode(self.modes[self.labels.index(wanted)])
         else:
-            self.session.problem = f"there is no assembly mode '{wanted}' at these active coordinates"
+            self.session.problem = (
+                f"there is no assembly mode '{wanted}' at these active coordinates"
+            )
 
     def _add_efforts(self) -> None:
         robot = self.session.robot

@@ -32,12 +32,15 @@ class Range:
     def take(self, wished: float, slack: float) -> float:
         """A wish within the range; what is beyond an end by no more than `slack`, or by rounding, is that end.
 
-        Raises InputError with the end, and with what the number would be in degrees where that lies within.
+        Raises InputError with the end, and with what the number would be in degrees where that lies
+        within.
         """
         if self.low - 1.01 * slack <= wished <= self.high + 1.01 * slack:
             near_low, near_high = wished - self.low < slack, self.high - wished < slack
             return self.low if near_low else self.high if near_high else wished
-        end, limit = (self.low, self.limits[0]) if wished < self.low else (self.high, self.limits[1])
+        end, limit = (
+            (self.low, self.limits[0]) if wished < self.low else (self.high, self.limits[1])
+        )
         what = "its limit" if math.isclose(end, limit, abs_tol=1e-12) else "the end of its slider,"
         raise InputError(
             f"{self.name} = {wished:.6g} {self.unit} is beyond {what} {end:.6g} {self.unit}; "
@@ -57,7 +60,8 @@ class Range:
 def slider_ranges(robot: Robot, start: ClosedState, size: float) -> Array:
     """(n, 2) range of each active coordinate [rad or m]: `robot.limits`, else as far as the loops close from `start`.
 
-    size: of the robot [m], which is how far an endless prismatic joint goes; a revolute one goes half a turn.
+    size: of the robot [m], which is how far an endless prismatic joint goes; a revolute one goes
+    half a turn.
     """
     ranges = np.array(robot.limits)
     for k, name in enumerate(robot.active):
@@ -86,7 +90,11 @@ def on_round_steps(low: float, high: float) -> tuple[float, float, float]:
     power = int(np.floor(np.log10(max(high - low, 1e-9) / FINE) + 1e-9))
     step, digits = 10.0**power, max(-power, 0)
     first, last = np.round(low / step), np.round(high / step)
-    return round(float(first * step), digits), round(float(last * step), digits), round(float(step), digits)
+    return (
+        round(float(first * step), digits),
+        round(float(last * step), digits),
+        round(float(step), digits),
+    )
 
 
 def on_step(value: float, step: float) -> float:
@@ -108,4 +116,6 @@ def round_value(value: float) -> float:
 def round_above(value: float) -> float:
     """1, 2 or 5 times a power of ten, the smallest that is not below a value above zero."""
     power = 10.0 ** np.floor(np.log10(value))
-    return float(next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= value * (1.0 - 1e-9)))
+    return float(
+        next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= value * (1.0 - 1e-9))
+    )

@@ -27,7 +27,8 @@ def limit_of(robot: Robot, name: str, effort: float) -> float:
 class EffortScale:
     """Full bars of the drives of a robot. Those of its cylinders whose supply pressure is known are their force at it.
 
-    The others share one for all forces, one for all torques: a round number above the largest so far, which only grows.
+    The others share one for all forces, one for all torques: a round number above the largest so
+    far, which only grows.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -37,7 +38,10 @@ class EffortScale:
     def full(self, names: Sequence[str], values: Array) -> Array:
         """What a full bar of each drive is (k,) [N m or N], efforts (k,) that are to be shown now included."""
         kinds = [self.robot.joint_types[name] for name in names]
-        told = [limit_of(self.robot, name, value) for name, value in zip(names, values.tolist(), strict=True)]
+        told = [
+            limit_of(self.robot, name, value)
+            for name, value in zip(names, values.tolist(), strict=True)
+        ]
         for kind, value, limit in zip(kinds, np.abs(values).tolist(), told, strict=True):
             if math.isinf(limit) and value > max(NOTHING, self.largest.get(kind, 0.0)):
                 self.largest[kind] = round_above(value)

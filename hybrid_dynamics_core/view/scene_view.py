@@ -29,7 +29,8 @@ ON_AXIS: Final = 1e-9  # [m] nearer than this to an axis is rounding
 class Arrow:
     """An arrow of effort: where it is and its positive direction (3,) in the axes of its link.
 
-    opening: (3,) where a ring is open, across the axis; of no length where that is all the same; None: no ring.
+    opening: (3,) where a ring is open, across the axis; of no length where that is all the same;
+    None: no ring.
     """
 
     handle: viser.MeshHandle
@@ -46,11 +47,17 @@ class Arrow:
 
 
 class Stage:
-    """What a viser server shows of one robot. `show` puts it into a state, `show_efforts` draws its arrows."""
+    """What a viser server shows of one robot.
+
+    `show` puts it into a state, `show_efforts` draws its arrows.
+    """
 
     def __init__(self, server: viser.ViserServer, shape: Shape) -> None:
         self.server, self.shape, self.scene = server, shape, server.scene
-        self.links = {name: self.scene.add_frame(node("links", name), show_axes=False) for name in shape.skeleton.links}
+        self.links = {
+            name: self.scene.add_frame(node("links", name), show_axes=False)
+            for name in shape.skeleton.links
+        }
         self._add_bodies()
         self.spans = [(span, self._add_span(k, span)) for k, span in enumerate(shape.spans)]
         self._add_names()
@@ -113,7 +120,9 @@ class Stage:
         for name in self.shape.robot.active:
             anchor = self.shape.anchors[name]
             path = node("links", anchor.link, f"name {name}")
-            self.scene.add_label(path, name, position=anchor.point, anchor="bottom-left", font_screen_scale=1.1)
+            self.scene.add_label(
+                path, name, position=anchor.point, anchor="bottom-left", font_screen_scale=1.1
+            )
         tip = self.shape.skeleton.tip
         frame = description.frames.get(tip.name)
         local = (np.eye(3), np.zeros(3)) if frame is None else (frame.rotation, frame.translation)
@@ -129,7 +138,10 @@ class Stage:
 
     def _add_surroundings(self) -> None:
         shape = self.shape
-        floor, camera = floor_under(shape.points, shape.unit), camera_for(shape.skeleton, shape.points)
+        floor, camera = (
+            floor_under(shape.points, shape.unit),
+            camera_for(shape.skeleton, shape.points),
+        )
         self.floor, self.camera = floor, camera
         middle = (float(camera.look_at[0]), float(camera.look_at[1]), floor.level)
         self._tiles = self.scene.add_grid(
@@ -163,7 +175,10 @@ class Stage:
         self._tiles.position = np.array([x, y, level])
         if camera is not self.camera:
             self.camera = camera
-            self.server.initial_camera.position, self.server.initial_camera.look_at = camera.position, camera.look_at
+            self.server.initial_camera.position, self.server.initial_camera.look_at = (
+                camera.position,
+                camera.look_at,
+            )
             if self._gravity is not None:
                 self._gravity.position = camera.corner
 
@@ -185,15 +200,23 @@ class Stage:
         """An arrow of effort, at first unseen."""
         joint = next(joint for joint in self.shape.skeleton.joints if joint.name == name)
         toward = self.camera.position - self.camera.look_at
-        return self._add_ring(joint, toward) if joint.type == "revolute" else self._add_shaft(joint, toward)
+        return (
+            self._add_ring(joint, toward)
+            if joint.type == "revolute"
+            else self._add_shaft(joint, toward)
+        )
 
     def _add_ring(self, joint: PlacedJoint, toward: Array) -> Arrow:
         """Round the axis, before the joint; it is open where the link is that the joint turns, and turns with it."""
         rotation, origin = self.shape.poses(self.shape.home)[joint.child]
         front = np.copysign(1.0, joint.axis @ toward) * joint.axis
         base = rotation.T @ (joint.point + 2.0 * self.shape.unit * front - origin)
-        handle = self._add_unseen(node("links", joint.child, f"effort {joint.name}"), meshes.turn_arrow(RING))
-        return Arrow(handle, base, rotation.T @ joint.axis, rotation.T @ reach(self.shape.skeleton, joint))
+        handle = self._add_unseen(
+            node("links", joint.child, f"effort {joint.name}"), meshes.turn_arrow(RING)
+        )
+        return Arrow(
+            handle, base, rotation.T @ joint.axis, rotation.T @ reach(self.shape.skeleton, joint)
+        )
 
     def _add_shaft(self, joint: PlacedJoint, toward: Array) -> Arrow:
         """Beside what slides."""
@@ -202,7 +225,9 @@ class Stage:
         aside = np.cross(anchor.axis, rotation.T @ toward)
         aside /= max(float(np.linalg.norm(aside)), 1e-9)
         base = anchor.point + unit * (1.9 * aside + 2.4 * np.cross(aside, anchor.axis))
-        handle = self._add_unseen(node("links", anchor.link, f"effort {joint.name}"), meshes.arrow(0.008))
+        handle = self._add_unseen(
+            node("links", anchor.link, f"effort {joint.name}"), meshes.arrow(0.008)
+        )
         return Arrow(handle, base, anchor.axis, None)
 
     def _add_unseen(self, path: str, mesh: meshes.Mesh) -> viser.MeshHandle:
@@ -215,7 +240,12 @@ def reach(skeleton: Skeleton, joint: PlacedJoint) -> Array:
     """Across the axis of a joint, to what is farthest from it on the link that it turns (3,) [m], in base axes."""
     child = joint.child
     ends = [other.point for other in skeleton.joints if other.parent == child]
-    ends += [point for c in skeleton.closures for link, point in zip(c.links, c.points, strict=True) if link == child]
+    ends += [
+        point
+        for c in skeleton.closures
+        for link, point in zip(c.links, c.points, strict=True)
+        if link == child
+    ]
     ends += [frame.point for frame in skeleton.frames if frame.link == child]
     arms = np.array([joint.point, *ends]) - joint.point
     arms -= np.outer(arms @ joint.axis, joint.axis)

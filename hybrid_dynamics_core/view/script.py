@@ -6,12 +6,14 @@ import json
 from html import escape
 from typing import Final
 
-# viser's number boxes tell each key: of a typed 0.5 the 0 would be taken first, and what they do not know is left out,
-# so that 2,5 would be 25. Here the browser keeps what is typed until Enter, or until the box is left, puts back what
-# the box had, and hands over the text as it is, in the hidden line of `typed`: with the label of its slider, and the
-# time, for a line that stays as it was is not told. Escape gives it up, as does a box that is left empty. A box that is
-# left is not told so, for it would then put there a number of its own making. That somebody is at a box is told with
-# no text, since a motion that plays would write into it; if another browser does, what was typed goes on all the same.
+# viser's number boxes tell each key: of a typed 0.5 the 0 would be taken first, and what they do
+# not know is left out, so that 2,5 would be 25. Here the browser keeps what is typed until Enter,
+# or until the box is left, puts back what the box had, and hands over the text as it is, in the
+# hidden line of `typed`: with the label of its slider, and the time, for a line that stays as it
+# was is not told. Escape gives it up, as does a box that is left empty. A box that is left is not
+# told so, for it would then put there a number of its own making. That somebody is at a box is told
+# with no text, since a motion that plays would write into it; if another browser does, what was
+# typed goes on all the same.
 _TYPED: Final = """
 if (window.hybridDynamicsTyped) return;
 window.hybridDynamicsTyped = true;
@@ -65,7 +67,8 @@ for (const leaving of ['change', 'focusout']) document.addEventListener(leaving,
   if (held) tell();
 }, true);
 """
-# Arrow keys that move a slider are not to turn the camera as well, which viser has them do; React hears of keys below.
+# Arrow keys that move a slider are not to turn the camera as well, which viser has them do; React
+# hears of keys below.
 _KEYS: Final = """
 document.body.addEventListener('keydown', event => {
   if (event.target.matches('[role=slider]')) event.stopPropagation();

@@ -103,7 +103,11 @@ class Session:
             recorded = None if self.motion.recorded is None else self.motion.recorded[self.sample]
         if not np.isfinite(ddu).all():
             return Efforts.none("accelerations are not known at this sample")
-        loads = robot.loads.with_payload(Payload(self.payload), robot.end_effector) if self.payload else robot.loads
+        loads = (
+            robot.loads.with_payload(Payload(self.payload), robot.end_effector)
+            if self.payload
+            else robot.loads
+        )
         try:
             forces = robot.drive_forces(state, robot.inverse_dynamics(state, ddu, loads))
         except HybridDynamicsError as error:

@@ -21,7 +21,9 @@ class Dial:
     step: of the slider; where none is given, round and at most a thousandth of the range.
     """
 
-    def __init__(self, gui: viser.GuiApi, scope: Range, value: float, step: float | None = None) -> None:
+    def __init__(
+        self, gui: viser.GuiApi, scope: Range, value: float, step: float | None = None
+    ) -> None:
         self.scope = scope
         first, last, own = on_round_steps(scope.low, scope.high)
         if step is not None:
@@ -50,7 +52,10 @@ class Dial:
         self._wish(lambda: self.take_typed(read(self.scope)))
 
     def take(self, wished: float) -> float:
-        """What a value of the slider stands for. Beyond the range: back to what is shown, and InputError."""
+        """What a value of the slider stands for.
+
+        Beyond the range: back to what is shown, and InputError.
+        """
         self._known = wished
         try:
             self._meant = self.scope.take(wished, 0.5 * self.step)
@@ -60,7 +65,10 @@ class Dial:
         return self._meant
 
     def take_typed(self, wished: float) -> float:
-        """The very number that was typed; of the round ends that the slider shows, the range's own. Or InputError."""
+        """The very number that was typed; of the round ends that the slider shows, the range's own.
+
+        Or InputError.
+        """
         self._meant = self.scope.take(wished, 0.5 * self.step if wished in self._ends else 0.0)
         rounded = float(f"{wished:.{ROOM}g}")
         self._stand(rounded, max(decimals(rounded), decimals(self.step)))

@@ -31,7 +31,10 @@ class Glide:
         """Set out to a state; at once where it is far, on another assembly mode, or not `smoothly`."""
         if state is self.end:
             return
-        near = float(np.abs(state.u - self.state.u).max(initial=0.0)) < FAR and state.branch == self.state.branch
+        near = (
+            float(np.abs(state.u - self.state.u).max(initial=0.0)) < FAR
+            and state.branch == self.state.branch
+        )
         self.start, self.end, self.since = self.state, state, 0.0
         if not (smoothly and near):
             self.state = state

@@ -32,7 +32,9 @@ REST: Final = 0.3  # [s] without a wish before the assembly modes are looked for
 class Viewer:
     """A robot in the browser at http://host:port, while `run` works; a context manager that closes the port."""
 
-    def __init__(self, robot: Robot, motion: Motion | None = None, host: str = "localhost", port: int = 8080) -> None:
+    def __init__(
+        self, robot: Robot, motion: Motion | None = None, host: str = "localhost", port: int = 8080
+    ) -> None:
         """Open the port. Raises InputError where it cannot be had."""
         self.port = free_port(host, port)
         self.host = host
@@ -44,7 +46,9 @@ class Viewer:
         self._awake = threading.Condition()
         self._ended = False
         with redirect_stdout(StringIO()):  # viser's own greeting
-            self.server = viser.ViserServer(host=host, port=self.port, label=robot.name, verbose=False)
+            self.server = viser.ViserServer(
+                host=host, port=self.port, label=robot.name, verbose=False
+            )
         try:
             self._theme()
             self.stage = Stage(self.server, shape)
@@ -59,7 +63,11 @@ class Viewer:
 
     def _theme(self) -> None:
         self.server.gui.configure_theme(
-            show_logo=False, show_share_button=False, dark_mode=False, brand_color=rgb(RED), control_width="large"
+            show_logo=False,
+            show_share_button=False,
+            dark_mode=False,
+            brand_color=rgb(RED),
+            control_width="large",
         )
         self.server.gui.main_panel.dock_right()
 
@@ -160,14 +168,18 @@ class Viewer:
 def free_port(host: str, port: int) -> int:
     """The port, if it is free; any free one for 0. Raises InputError with what to do otherwise."""
     try:
-        family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        family, kind, protocol, _, address = socket.getaddrinfo(
+            host, port, type=socket.SOCK_STREAM
+        )[0]
         with socket.socket(family, kind, protocol) as trial:
             trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             trial.bind(address)
             return int(trial.getsockname()[1])
     except OSError as error:
         told = (
-            "is in use: end the program that has it" if error.errno == errno.EADDRINUSE else f"cannot be had ({error})"
+            "is in use: end the program that has it"
+            if error.errno == errno.EADDRINUSE
+            else f"cannot be had ({error})"
         )
         problem = f"port {port} of {host} {told}, or take another one, --port N"
         raise InputError(problem) from error

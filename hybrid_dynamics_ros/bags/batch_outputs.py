@@ -76,10 +76,13 @@ def outputs_of(robot: Robot, loads: Loads, settings: Settings) -> list[Output]:
     }
     rates = dict(zip(_TYPES, RATES, strict=True))
     table = [
-        Output(f"{NODE}/{name}", _TYPES[name], make, settings[rates[name]], Pace()) for name, make in makers.items()
+        Output(f"{NODE}/{name}", _TYPES[name], make, settings[rates[name]], Pace())
+        for name, make in makers.items()
     ]
     if settings[TF_RATE] >= 0.0:
-        table.append(Output("/tf", "tf2_msgs/msg/TFMessage", Transforms(robot), settings[TF_RATE], Pace()))
+        table.append(
+            Output("/tf", "tf2_msgs/msg/TFMessage", Transforms(robot), settings[TF_RATE], Pace())
+        )
     return table
 
 
@@ -176,7 +179,9 @@ class ClosedStates:
     def _template(self, state: ClosedState, nearest: str) -> Template:
         key = (nearest, *state.branch.values())
         if key not in self._templates:
-            self._templates[key] = layouts.closed_state(self._robot, self._strokes.joints, state.branch, nearest)
+            self._templates[key] = layouts.closed_state(
+                self._robot, self._strokes.joints, state.branch, nearest
+            )
         return self._templates[key]
 
 
@@ -222,7 +227,9 @@ class Reactions:
         own = rows[motion.driven[rows] & motion.moving[rows]]
         if not len(own):
             return
-        pins = self._robot.reactions(_states(motion, own), _of(motion.acceleration, own), self._loads).pins
+        pins = self._robot.reactions(
+            _states(motion, own), _of(motion.acceleration, own), self._loads
+        ).pins
         count = len(pins)
         if self._template is None:
             self._template = _reactions(self._robot, pins)
@@ -249,7 +256,9 @@ class Cylinders:
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
-        self._numbers = [name for name in CylinderState.__dataclass_fields__ if name != "overloaded"]
+        self._numbers = [
+            name for name in CylinderState.__dataclass_fields__ if name != "overloaded"
+        ]
         count = len(robot.cylinders)
         template = Template().header().strings(list(robot.cylinders))
         for name in self._numbers:
@@ -261,9 +270,13 @@ class Cylinders:
         own = rows[motion.driven[rows]]
         if not len(own) or not self._robot.cylinders:
             return
-        states = list(self._robot.hydraulics(_states(motion, own), _of(motion.efforts, own)).values())
+        states = list(
+            self._robot.hydraulics(_states(motion, own), _of(motion.efforts, own)).values()
+        )
         values = {
-            name: np.stack([np.broadcast_to(getattr(s, name), (len(own),)) for s in states], axis=-1)
+            name: np.stack(
+                [np.broadcast_to(getattr(s, name), (len(own),)) for s in states], axis=-1
+            )
             for name in (*self._numbers, "overloaded")
         }
         yield own, self._template, values

@@ -1,7 +1,7 @@
 """The pipeline over many samples at once: what `Pipeline.process` gives for each of them, bit for bit.
 
-Whatever is out of the ordinary (a state that does not close in the middle of numbers that overflow, joints that are
-given in place of the active ones) is left to the pipeline itself, sample by sample.
+Whatever is out of the ordinary (a state that does not close in the middle of numbers that overflow,
+joints that are given in place of the active ones) is left to the pipeline itself, sample by sample.
 """
 
 from __future__ import annotations
@@ -78,7 +78,12 @@ class Estimates:
     def part(self, rows: Rows | slice) -> Estimates:
         """Those of some rows."""
         return Estimates(
-            self.velocity[rows], self.moving[rows], self.acceleration[rows], self.driven[rows], Counter(), None
+            self.velocity[rows],
+            self.moving[rows],
+            self.acceleration[rows],
+            self.driven[rows],
+            Counter(),
+            None,
         )
 
 
@@ -95,7 +100,8 @@ class BulkPipeline:
     def process(self, samples: Samples, given: Estimates | None = None) -> Motion | None:
         """Results of the samples; None where none was accepted.
 
-        given: estimates that were made elsewhere, for all samples; those not known stay so. None: the node's filter.
+        given: estimates that were made elsewhere, for all samples; those not known stay so. None:
+        the node's filter.
         """
         if self._direct and not self._late(samples):
             try:
@@ -122,7 +128,9 @@ class BulkPipeline:
         samples = samples.calibrated(pipeline.calibration)
         rows, refused = np.flatnonzero(samples.usable), list[Rejection]()
         found = self._closed(samples, rows, given)
-        if found is not None and np.any(found[1].status):  # those that cannot be closed must not reach the filter
+        if found is not None and np.any(
+            found[1].status
+        ):  # those that cannot be closed must not reach the filter
             status = np.asarray(robot.close(samples.position[rows], check=False).status)
             refused = self._refusals(samples, rows[status != 0])
             rows = rows[status == 0]
@@ -149,7 +157,9 @@ class BulkPipeline:
         elif samples.acceleration is not None:
             known = self._told(velocity, samples.acceleration[rows])
         else:
-            known = self._estimate(samples.stamp_ns[rows], position, velocity, samples.measured[rows])
+            known = self._estimate(
+                samples.stamp_ns[rows], position, velocity, samples.measured[rows]
+            )
         robot, fused = self.pipeline.robot, self.pipeline._fused  # noqa: SLF001
         if fused is not None and known.moving.all() and known.driven.all():
             tau, *parts = fused(position, known.velocity, known.acceleration, check=False)
@@ -162,7 +172,9 @@ class BulkPipeline:
         found = []
         for k in rows:
             try:
-                self.pipeline.robot.close(samples.position[k], samples.velocity[k] if samples.measured[k] else None)
+                self.pipeline.robot.close(
+                    samples.position[k], samples.velocity[k] if samples.measured[k] else None
+                )
             except HybridDynamicsError as error:
                 found.append(rejection_of(error))
             else:
@@ -180,14 +192,21 @@ class BulkPipeline:
         estimator, state = self.pipeline._estimator, self.pipeline._state  # noqa: SLF001
         count, n = position.shape
         out = Estimates(
-            velocity.copy(), measured.copy(), np.full((count, n), np.nan), np.zeros(count, dtype=bool), Counter(), state
+            velocity.copy(),
+            measured.copy(),
+            np.full((count, n), np.nan),
+            np.zeros(count, dtype=bool),
+            Counter(),
+            state,
         )
         edges = [0, *(np.flatnonzero(np.diff(measured.astype(np.int8))) + 1).tolist(), count]
         for start, end in itertools.pairwise(edges):
             own, kind = slice(start, end), bool(measured[start])
             filt = estimator._velocity_filter if kind else estimator._position_filter  # noqa: SLF001
             before = state.filter if state is not None and state.from_velocities == kind else None
-            fitted, ready, events, after = run_filter(filt, before, stamps[own], (velocity if kind else position)[own])
+            fitted, ready, events, after = run_filter(
+                filt, before, stamps[own], (velocity if kind else position)[own]
+            )
             if not np.isfinite(fitted).all():
                 raise _UnusualError
             if not kind:
@@ -201,7 +220,12 @@ class BulkPipeline:
         return out
 
     def _evaluate(
-        self, samples: Samples, rows: Rows, known: Estimates, state: ClosedState, efforts: FloatArray | None
+        self,
+        samples: Samples,
+        rows: Rows,
+        known: Estimates,
+        state: ClosedState,
+        efforts: FloatArray | None,
     ) -> Motion:
         robot, loads = self.pipeline.robot, self.pipeline.loads
         if np.any(state.status):
@@ -211,12 +235,20 @@ class BulkPipeline:
         if efforts is None and len(which):
             part = state if len(which) == len(rows) else state.rows(which)
             tau[which] = robot.inverse_dynamics(part, known.acceleration[which], loads)
-        if not (np.isfinite(state.s).all() and np.isfinite(state.ds).all() and np.isfinite(tau[which]).all()):
+        if not (
+            np.isfinite(state.s).all()
+            and np.isfinite(state.ds).all()
+            and np.isfinite(tau[which]).all()
+        ):
             raise _UnusualError
         stamps, logs = samples.stamp_ns[rows], samples.log_ns[rows]
-        return Motion(rows, stamps, logs, state, known.moving, known.driven, known.acceleration, tau)
+        return Motion(
+            rows, stamps, logs, state, known.moving, known.driven, known.acceleration, tau
+        )
 
-    def _count(self, samples: Samples, refused: list[Rejection], known: Estimates | None, efforts: int) -> None:
+    def _count(
+        self, samples: Samples, refused: list[Rejection], known: Estimates | None, efforts: int
+    ) -> None:
         counts = self.pipeline.counts
         counts.received += len(samples) - len(samples.broken)
         counts.with_efforts += efforts
@@ -240,7 +272,9 @@ class BulkPipeline:
             if row in samples.rejected:
                 self._remember(self.pipeline.reject_unread(samples.rejected[row]))
                 continue
-            result = self.pipeline.process(self._sample(samples, row, given), estimate=given is None)
+            result = self.pipeline.process(
+                self._sample(samples, row, given), estimate=given is None
+            )
             if isinstance(result, Rejection):
                 self._remember(result)
             else:
@@ -255,7 +289,9 @@ class BulkPipeline:
             velocity = samples.velocity[row] if samples.measured[row] else None
             acceleration = None if samples.acceleration is None else samples.acceleration[row]
         stamp = int(samples.stamp_ns[row])
-        return JointSample(stamp, self.pipeline.measured, samples.position[row], velocity, acceleration)
+        return JointSample(
+            stamp, self.pipeline.measured, samples.position[row], velocity, acceleration
+        )
 
 
 def _stacked(samples: Samples, found: Sequence[tuple[int, MotionResult]]) -> Motion:
@@ -270,6 +306,8 @@ def _stacked(samples: Samples, found: Sequence[tuple[int, MotionResult]]) -> Mot
         state=state,
         moving=np.array([r.moving for r in results]),
         driven=np.array([r.efforts is not None for r in results]),
-        acceleration=np.array([unknown if r.active.acceleration is None else r.active.acceleration for r in results]),
+        acceleration=np.array(
+            [unknown if r.active.acceleration is None else r.active.acceleration for r in results]
+        ),
         efforts=np.array([unknown if r.efforts is None else r.efforts for r in results]),
     )

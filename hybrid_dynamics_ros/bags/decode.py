@@ -107,7 +107,9 @@ def _numbered(table: dict[int, T], places: dict[int, int]) -> dict[int, T]:
 class Decoder:
     """Decodes the messages of one topic; remembers the layouts that it has seen."""
 
-    def __init__(self, joints: Sequence[str], kind: str = JOINT_STATE, *, bulk: bool = True) -> None:
+    def __init__(
+        self, joints: Sequence[str], kind: str = JOINT_STATE, *, bulk: bool = True
+    ) -> None:
         """The joints that are wanted, in order.
 
         kind: of the messages, JOINT_STATE or JOINT_MOTION.
@@ -164,7 +166,9 @@ class Decoder:
         del known[:-_LAYOUTS]
         return known[-1]
 
-    def _take(self, out: Samples, layout: JointStateLayout, rows: NDArray[np.intp], block: Bytes) -> bool:
+    def _take(
+        self, out: Samples, layout: JointStateLayout, rows: NDArray[np.intp], block: Bytes
+    ) -> bool:
         """Columns of many messages; False where each has to be asked what is wrong with it."""
         names, counts = layout.names, [count for _, count in layout.starts]
         parts = [out.position]
@@ -196,7 +200,9 @@ class Decoder:
         try:
             message: Any = typestore().deserialize_cdr(_fields(data), self._kind)
         except Exception as error:  # noqa: BLE001 - whatever the library meets in damaged bytes
-            out.broken[row] = f"no {self._kind.rpartition('/')[2]}: {str(error) or type(error).__name__}"
+            out.broken[row] = (
+                f"no {self._kind.rpartition('/')[2]}: {str(error) or type(error).__name__}"
+            )
             return
         sample = motion_of(message) if self._kind == JOINT_MOTION else sample_of(message)
         out.stamp_ns[row] = sample.stamp_ns
@@ -235,11 +241,15 @@ def sample_of(message: Any) -> JointSample:
 
 def motion_of(message: Any) -> JointSample:
     """A JointMotion of rosbags as a sample, as `conversions.sample_of_motion` makes it of one of rclpy."""
-    velocity, acceleration = (np.array(part, dtype=np.float64) for part in (message.velocity, message.acceleration))
+    velocity, acceleration = (
+        np.array(part, dtype=np.float64) for part in (message.velocity, message.acceleration)
+    )
     return _sample(message, velocity, acceleration)
 
 
-def _sample(message: Any, velocity: FloatArray | None, acceleration: FloatArray | None) -> JointSample:
+def _sample(
+    message: Any, velocity: FloatArray | None, acceleration: FloatArray | None
+) -> JointSample:
     stamp = message.header.stamp
     return JointSample(
         stamp_ns=nanoseconds(stamp.sec, stamp.nanosec),

@@ -35,8 +35,9 @@ START_NS: Final = 1_577_836_800 * 10**9  # 1 January 2020: the same bag every ti
 def simulated(robot: Robot, seconds: float, rate: float = 1000.0, seed: int = 0) -> Trajectory:
     """A motion of sums of sines through as much of the limits as keeps away from singularities, with its efforts.
 
-    Wide and fast motion is what shows inertias: each active joint sweeps its range, or _REACH to each side of the
-    reference where that is less; all ranges shrink towards the reference until every state closes.
+    Wide and fast motion is what shows inertias: each active joint sweeps its range, or _REACH to
+    each side of the reference where that is less; all ranges shrink towards the reference until
+    every state closes.
     """
     time = np.arange(round(seconds * rate)) / rate
     lower = np.maximum(robot.limits[:, 0], robot.reference - _REACH)
@@ -51,10 +52,14 @@ def simulated(robot: Robot, seconds: float, rate: float = 1000.0, seed: int = 0)
         if not np.any(state.status) and float(np.min(state.singularity)) > _REGULAR:
             efforts = robot.inverse_dynamics(state, acceleration)
             return Trajectory(robot.active, time, position, velocity, efforts)
-    raise BagError(f"{robot.name}: found no motion about the reference that keeps away from singularities")
+    raise BagError(
+        f"{robot.name}: found no motion about the reference that keeps away from singularities"
+    )
 
 
-def _waves(rng: np.random.Generator, time: FloatArray, n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _waves(
+    rng: np.random.Generator, time: FloatArray, n: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Sums of sines (N, n) of size 1, and their first and second derivatives."""
     w, phase = rng.uniform(*_RATES, (_WAVES, n)), rng.uniform(0.0, 2.0 * np.pi, (_WAVES, n))
     parts = np.zeros((3, len(time), n))
@@ -65,20 +70,33 @@ def _waves(rng: np.random.Generator, time: FloatArray, n: int) -> tuple[FloatArr
     return position, velocity, acceleration
 
 
-def write_trajectory(path: Path, trajectory: Trajectory, topic: str, notes: Mapping[str, str]) -> int:
+def write_trajectory(
+    path: Path, trajectory: Trajectory, topic: str, notes: Mapping[str, str]
+) -> int:
     """Write a bag of JointState messages, the first of 1 January 2020; how many.
 
     Raises:
         BagError: the trajectory lasts beyond the stamps that messages can have.
     """
     _require_stamps(trajectory.time)
-    counts = [0 if part is None else len(trajectory.names) for part in (trajectory.velocity, trajectory.effort)]
-    template = Template().header().strings(trajectory.names).sequence("position", len(trajectory.names))
+    counts = [
+        0 if part is None else len(trajectory.names)
+        for part in (trajectory.velocity, trajectory.effort)
+    ]
+    template = (
+        Template().header().strings(trajectory.names).sequence("position", len(trajectory.names))
+    )
     template.sequence("velocity", counts[0]).sequence("effort", counts[1])
-    stamps: NDArray[np.int64] = START_NS + np.round((trajectory.time - trajectory.time[0]) * 1e9).astype(np.int64)
+    stamps: NDArray[np.int64] = START_NS + np.round(
+        (trajectory.time - trajectory.time[0]) * 1e9
+    ).astype(np.int64)
     with new_bag(path, [Topic(topic, JOINT_STATE)], notes) as bag:
         for rows in split(len(stamps), _AT_ONCE):
-            values = {part: getattr(trajectory, part)[rows] for part in PARTS if getattr(trajectory, part) is not None}
+            values = {
+                part: getattr(trajectory, part)[rows]
+                for part in PARTS
+                if getattr(trajectory, part) is not None
+            }
             values |= {"sec": stamps[rows] // 10**9, "nanosec": stamps[rows] % 10**9}
             bag.write([Block.filled(1, stamps[rows], template, values)])
     return len(stamps)
@@ -88,6 +106,6 @@ def _require_stamps(time: FloatArray) -> None:
     lasts, most = float(time[-1] - time[0]), MOST_SEC - START_NS // 10**9
     if lasts >= most:
         raise BagError(
-            f"the trajectory lasts {lasts:.10g} s, and stamps of ROS reach {most} s beyond the start of the bag; "
-            "expected times in seconds"
+            f"the trajectory lasts {lasts:.10g} s, and stamps of ROS reach {most} s beyond the"
+            " start of the bag; expected times in seconds"
         )

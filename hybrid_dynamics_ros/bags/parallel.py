@@ -24,7 +24,9 @@ class WrongCall(str):
     __slots__ = ()
 
 
-def run_jobs(jobs: Sequence[Job], processes: int = 1, scheduler: str | None = None) -> list[Outcome | str]:
+def run_jobs(
+    jobs: Sequence[Job], processes: int = 1, scheduler: str | None = None
+) -> list[Outcome | str]:
     """Outcomes in the order of the jobs; a text where a bag failed, for the second time.
 
     Args:
@@ -44,7 +46,11 @@ def run_jobs(jobs: Sequence[Job], processes: int = 1, scheduler: str | None = No
     left = list(range(len(jobs)))
     with Progress("bags", len(jobs)) as progress:
         for _ in range(TRIES):
-            step = _in_processes(jobs, left, processes) if scheduler is None else _on_cluster(jobs, left, scheduler)
+            step = (
+                _in_processes(jobs, left, processes)
+                if scheduler is None
+                else _on_cluster(jobs, left, scheduler)
+            )
             for k, result in step:
                 found[k] = result
                 progress.update(sum(isinstance(entry, Outcome) for entry in found.values()))
@@ -64,8 +70,12 @@ def attempt(job: Job, shown: bool | None = False) -> Outcome | str:
         return str(error) or type(error).__name__
 
 
-def _in_processes(jobs: Sequence[Job], which: Sequence[int], count: int) -> Iterator[tuple[int, Outcome | str]]:
-    context = multiprocessing.get_context("spawn")  # compiled code and threads do not outlive a fork
+def _in_processes(
+    jobs: Sequence[Job], which: Sequence[int], count: int
+) -> Iterator[tuple[int, Outcome | str]]:
+    context = multiprocessing.get_context(
+        "spawn"
+    )  # compiled code and threads do not outlive a fork
     with ProcessPoolExecutor(min(count, len(which)), mp_context=context) as pool:
         waiting = {pool.submit(attempt, jobs[k]): k for k in which}
         for done in as_completed(waiting):
@@ -75,7 +85,9 @@ def _in_processes(jobs: Sequence[Job], which: Sequence[int], count: int) -> Iter
                 yield waiting[done], "its process ended"
 
 
-def _on_cluster(jobs: Sequence[Job], which: Sequence[int], address: str) -> Iterator[tuple[int, Outcome | str]]:
+def _on_cluster(
+    jobs: Sequence[Job], which: Sequence[int], address: str
+) -> Iterator[tuple[int, Outcome | str]]:
     try:
         import distributed  # noqa: PLC0415 - an extra
     except ImportError as error:

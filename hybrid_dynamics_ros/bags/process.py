@@ -10,7 +10,14 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+from rosbags.interfaces import (
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
 
 from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_core.errors import HybridDynamicsError
@@ -50,7 +57,8 @@ class Job:
     Attributes:
         source, target: the bag in and the bag out.
         robot: name of a shipped robot or path of a description file.
-        topic: where the joint states or motions are; None: the node's own topic of joint states, or the only one of
+        topic: where the joint states or motions are; None: the node's own topic of joint states, or
+        the only one of
             their type, or where there are no joint states the only one of joint motions.
         smooth: one of `SMOOTHINGS`.
         keep: whether the original topics go into the new bag too.
@@ -73,11 +81,14 @@ class Outcome:
     Attributes:
         job: the job.
         summary: one line about the samples.
-        losses: what could not be read, a sentence each; after a thousand, how many more of each kind.
+        losses: what could not be read, a sentence each; after a thousand, how many more of each
+        kind.
         rejections: the first text of each kind of rejection.
-        strays: samples that `smooth` made no accelerations of, as they do not fit the motion around them, a text each.
+        strays: samples that `smooth` made no accelerations of, as they do not fit the motion around
+        them, a text each.
         bulk: share of the samples that were decoded in bulk.
-        shares: [s] spent on reading, decoding, the model, what the messages hold (encoding), and waiting until they are
+        shares: [s] spent on reading, decoding, the model, what the messages hold (encoding), and
+        waiting until they are
             written.
         beside: [s] that the thread took which fills, packs and writes chunks meanwhile.
         duration: [s] of the samples' stamps; samples: how many there were.
@@ -112,11 +123,14 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
     """Do a job; the new bag is there when this returns, and what was lost is in the outcome.
 
     Raises:
-        BagError: the bag cannot be read at all, its topic is not clear, or none of its samples can be used.
+        BagError: the bag cannot be read at all, its topic is not clear, or none of its samples can
+        be used.
         HybridDynamicsError: the robot cannot be loaded.
     """
     if job.target.resolve() in (job.source.resolve(), *job.source.resolve().parents):
-        raise BagCallError(f"{job.target}: the new bag would replace the one it is made of; name another")
+        raise BagCallError(
+            f"{job.target}: the new bag would replace the one it is made of; name another"
+        )
     outcome = Outcome(job)
     watch = Stopwatch(outcome.shares)
     robot = load(job.robot)
@@ -128,7 +142,8 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
         if kind == JOINT_MOTION and job.smooth != "causal":
             told = "accelerations, which are taken as they are"
             raise BagCallError(
-                f"{source.path}: {topic} has {told}: nothing can be smoothed; leave out --smooth {job.smooth}"
+                f"{source.path}: {topic} has {told}: nothing can be smoothed; leave out --smooth"
+                f" {job.smooth}"
             )
         topics = [Topic(output.name, output.kind, (_offered(latched=False),)) for output in outputs]
         topics.append(Topic(DESCRIPTION, _STRING, (_offered(latched=True),)))
@@ -137,10 +152,18 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
         watch.lap("start")
         with new_bag(job.target, [*topics, *kept], notes) as bag:
             worker = _Worker(
-                job, BulkPipeline(pipeline), Decoder(pipeline.measured, kind), outputs, bag, outcome, watch
+                job,
+                BulkPipeline(pipeline),
+                Decoder(pipeline.measured, kind),
+                outputs,
+                bag,
+                outcome,
+                watch,
             )
             worker.run(source, topic, {entry.name for entry in kept}, shown)
-            _require_some(outcome, topic, pipeline.counts, [*worker.losses.told, *source.losses.told])
+            _require_some(
+                outcome, topic, pipeline.counts, [*worker.losses.told, *source.losses.told]
+            )
             watch.lap("writing")
         watch.lap("writing")
         outcome.beside = bag.beside
@@ -154,11 +177,16 @@ def _require_some(outcome: Outcome, topic: str, counts: Counts, losses: Sequence
     if counts.accepted:
         return
     job = outcome.job
-    told = [f"{code}: {text}" for code, text in outcome.rejections.items()] + [f"lost: {loss}" for loss in losses[:3]]
+    told = [f"{code}: {text}" for code, text in outcome.rejections.items()] + [
+        f"lost: {loss}" for loss in losses[:3]
+    ]
     if RejectionCode.MISSING_JOINT.value in outcome.rejections:
         told.append(f"is {job.robot} the robot of this bag?")
     why = "; ".join(["", *told])
-    raise BagError(f"{job.source}: {topic}: none of {outcome.samples} samples can be used, nothing is written{why}")
+    raise BagError(
+        f"{job.source}: {topic}: none of {outcome.samples} samples can be used, nothing is"
+        f" written{why}"
+    )
 
 
 def make_pipeline(robot: Robot, settings: Settings) -> Pipeline:
@@ -176,32 +204,39 @@ def input_topic(source: Source, wanted: str | None, kinds: Sequence[str] = (JOIN
 
     Args:
         source: the bag.
-        wanted: its name; None: the node's own topic of joint states, or the only topic of the first kind that is there.
+        wanted: its name; None: the node's own topic of joint states, or the only topic of the first
+        kind that is there.
         kinds: message types that are taken.
 
     Raises:
         BagError: there is none.
         BagCallError: there is none of the wanted name, or it is not clear which.
     """
-    there = {kind: [topic.name for topic in source.topics.values() if topic.kind == kind] for kind in kinds}
+    there = {
+        kind: [topic.name for topic in source.topics.values() if topic.kind == kind]
+        for kind in kinds
+    }
     every = [name for names in there.values() for name in names]
     told = ", ".join(every)
     if not every:
         others = ", ".join(source.topics) or "none that can be read"
-        raise BagError(f"{source.path}: holds no topic of type {' or '.join(kinds)}; its topics: {others}")
+        raise BagError(
+            f"{source.path}: holds no topic of type {' or '.join(kinds)}; its topics: {others}"
+        )
     if wanted is not None:
         if wanted in every:
             return wanted
         raise BagCallError(
-            f"{source.path}: no topic {wanted} of type {' or '.join(kinds)}{nearest(wanted, every)}; topics of this "
-            f"type: {told}"
+            f"{source.path}: no topic {wanted} of type"
+            f" {' or '.join(kinds)}{nearest(wanted, every)}; topics of this type: {told}"
         )
     if INPUT in every:
         return INPUT
     first = next((names for names in there.values() if names), [])
     if len(first) != 1:
         raise BagCallError(
-            f"{source.path}: which topic holds the joint states? Name it with --topic; there are: {told}"
+            f"{source.path}: which topic holds the joint states? Name it with --topic; there are:"
+            f" {told}"
         )
     return first[0]
 
@@ -262,13 +297,19 @@ class _Worker:
             self.losses.add(f"message {done + row}, logged at {samples.log_ns[row]} ns: {text}")
         good = samples.stamp_ns[samples.stamp_ns >= 0]
         if len(good):
-            self._first, self._last = min(self._first, int(good.min())), max(self._last, int(good.max()))
+            self._first, self._last = (
+                min(self._first, int(good.min())),
+                max(self._last, int(good.max())),
+            )
         self._watch.lap("decoding")
         return samples
 
     def _smoothed(self, samples: Samples) -> None:
         estimates = estimates_of(samples, self._job.smooth, self._bulk.pipeline)
-        joints, first = self._bulk.pipeline.measured, int(samples.stamp_ns[samples.usable][:1].sum())
+        joints, first = (
+            self._bulk.pipeline.measured,
+            int(samples.stamp_ns[samples.usable][:1].sum()),
+        )
         self._outcome.strays = [stray.told(joints, first) for stray in estimates.strays]
         self._watch.lap("model")
         for rows in split(len(samples), _AT_ONCE):
@@ -282,11 +323,17 @@ class _Worker:
         self._watch.lap("model")
         if motion is None:
             return
-        blocks = [block for output in self._outputs for block in output.blocks(self._bag.channels[output.name], motion)]
+        blocks = [
+            block
+            for output in self._outputs
+            for block in output.blocks(self._bag.channels[output.name], motion)
+        ]
         if not self._described:
             self._described = True
             text = Template().string(to_urdf(self._bulk.pipeline.robot.description))
-            blocks.append(Block.filled(self._bag.channels[DESCRIPTION], motion.log_ns[:1], text, {}))
+            blocks.append(
+                Block.filled(self._bag.channels[DESCRIPTION], motion.log_ns[:1], text, {})
+            )
         self._watch.lap("encoding")
         self._bag.write(blocks)
         self._watch.lap("writing")
@@ -304,7 +351,11 @@ def _kept(source: Source, own: list[Topic]) -> list[Topic]:
 
 def _offered(*, latched: bool) -> Qos:
     endless = QosTime(9223372036, 854775807)  # as ROS writes "no deadline"
-    fields: dict[str, Any] = {"deadline": endless, "lifespan": endless, "liveliness_lease_duration": endless}
+    fields: dict[str, Any] = {
+        "deadline": endless,
+        "lifespan": endless,
+        "liveliness_lease_duration": endless,
+    }
     return Qos(
         history=QosHistory.KEEP_LAST,
         depth=1 if latched else 200,

@@ -31,7 +31,8 @@ def known_robot(bag: Path) -> Robot:
     """The robot that a bag was made with.
 
     Raises:
-        BagCallError: the bag does not tell, or tells of a file that is not there any more or is not what it was.
+        BagCallError: the bag does not tell, or tells of a file that is not there any more or is not
+        what it was.
     """
     require_recording(bag)
     notes = _notes(bag)
@@ -41,17 +42,21 @@ def known_robot(bag: Path) -> Robot:
     if _FILE not in notes:
         if name not in shipped_robots():
             raise BagCallError(
-                f"{bag}: was made with '{name}', which is not a shipped robot, and does not tell its file; "
-                "give --robot FILE"
+                f"{bag}: was made with '{name}', which is not a shipped robot, and does not tell"
+                " its file; give --robot FILE"
             )
         return load(str(name))
     file = str(notes[_FILE])
     try:
         robot = load(file)
     except (OSError, HybridDynamicsError) as error:
-        raise BagCallError(f"{bag}: was made with {file}, which cannot be read ({error}); give --robot FILE") from error
+        raise BagCallError(
+            f"{bag}: was made with {file}, which cannot be read ({error}); give --robot FILE"
+        ) from error
     if _digest(robot) != notes.get(_DIGEST):
-        raise BagCallError(f"{bag}: was made with {file}, which has been changed since then; give --robot FILE")
+        raise BagCallError(
+            f"{bag}: was made with {file}, which has been changed since then; give --robot FILE"
+        )
     return robot
 
 
@@ -72,6 +77,8 @@ def _notes(bag: Path) -> dict[str, Any]:
 def _digest(robot: Robot) -> str:
     """Of the contents of all files that describe a robot."""
     description = robot.description
-    files = {Path(file) for file in (description.file, *description.files.values()) if file is not None}
+    files = {
+        Path(file) for file in (description.file, *description.files.values()) if file is not None
+    }
     contents = sorted(hashlib.sha256(file.read_bytes()).digest() for file in files)
     return hashlib.sha256(b"".join(contents)).hexdigest()

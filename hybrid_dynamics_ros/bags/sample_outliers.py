@@ -18,9 +18,12 @@ from ..messages.joint_samples import FloatArray
 _DEGREE: Final = 3
 _WINDOW: Final = 240  # samples that are looked at together
 _LEAST: Final = 24  # samples that tell what noise is
-_STEPS: Final = 2.0  # of the joint between two samples, that a sample is off at least: a spline misses corners by less
+# of the joint between two samples, that a sample is off at least: a spline misses corners by less
+_STEPS: Final = 2.0
 _NEWTON: Final = 5  # steps along a parabola: more than what is left needs after the third
-_LASTS: Final = 9  # steps, of which a fast motion makes most: two bad samples side by side make three
+_LASTS: Final = (
+    9  # steps, of which a fast motion makes most: two bad samples side by side make three
+)
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,8 @@ class Stray:
         joint: number of the measured joint that is furthest off.
         rate: whether its velocity is, rather than its position.
         off: by how much [rad or m, or per second].
-        late: by how much later than the motion says its stamp is [s]; NaN where the positions give no such time.
+        late: by how much later than the motion says its stamp is [s]; NaN where the positions give
+        no such time.
     """
 
     stamp_ns: int
@@ -48,7 +52,11 @@ class Stray:
     def told(self, joints: Sequence[str], start_ns: int) -> str:
         """A sentence, with the time since some stamp [ns]."""
         unit = "(rad or m)/s" if self.rate else "rad or m"
-        late = "" if np.isnan(self.late) else f", as if its stamp were {1e3 * abs(self.late):.1f} ms {self.word}"
+        late = (
+            ""
+            if np.isnan(self.late)
+            else f", as if its stamp were {1e3 * abs(self.late):.1f} ms {self.word}"
+        )
         off = f"{joints[self.joint]} is {abs(self.off):.3g} {unit} off the motion around it"
         return f"{self.at(start_ns):.3f} s: {off}{late}"
 
@@ -58,11 +66,14 @@ class Stray:
         return "late" if self.late > 0.0 else "early"
 
 
-def strays(stamps: NDArray[np.int64], position: FloatArray, velocity: FloatArray | None) -> dict[int, Stray]:
+def strays(
+    stamps: NDArray[np.int64], position: FloatArray, velocity: FloatArray | None
+) -> dict[int, Stray]:
     """The rows of a run that do not fit those around them.
 
-    Such a sample is off the least-squares spline through the others both by more than the largest of as much noise as
-    the others have, and by more than two steps of the joint's fast motion from one sample to the next.
+    Such a sample is off the least-squares spline through the others both by more than the largest
+    of as much noise as the others have, and by more than two steps of the joint's fast motion from
+    one sample to the next.
 
     Args:
         stamps: (N,) [ns], rising.
@@ -97,7 +108,9 @@ def _fast_step(values: FloatArray) -> float:
     return lasting if lasting > 0.0 else np.inf
 
 
-def _off(time: FloatArray, values: FloatArray, least: FloatArray, count: int) -> list[tuple[int, int, float]]:
+def _off(
+    time: FloatArray, values: FloatArray, least: FloatArray, count: int
+) -> list[tuple[int, int, float]]:
     """Row, column and by how much; the worst is left out first, as it makes its neighbours look worse."""
     rows, found = np.arange(len(time)), dict[int, tuple[int, float]]()
     while len(rows) >= _LEAST:
@@ -107,7 +120,9 @@ def _off(time: FloatArray, values: FloatArray, least: FloatArray, count: int) ->
             break
         found[int(rows[worst])] = column, float(without[worst, column])
         rows = np.delete(rows, worst)
-    for row in [*found] if len(found) > 1 else []:  # what only looked bad beside a worse one comes back
+    for row in (
+        [*found] if len(found) > 1 else []
+    ):  # what only looked bad beside a worse one comes back
         more = np.sort(np.append(rows, row))
         size, _ = _sizes(time[more], values[more], least, count)
         if size[np.searchsorted(more, row)].max() <= 1.0:
@@ -116,7 +131,9 @@ def _off(time: FloatArray, values: FloatArray, least: FloatArray, count: int) ->
     return [(row, *told) for row, told in found.items()]
 
 
-def _sizes(time: FloatArray, values: FloatArray, least: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+def _sizes(
+    time: FloatArray, values: FloatArray, least: FloatArray, count: int
+) -> tuple[FloatArray, FloatArray]:
     """How far off samples are in parts of the `least` that counts, 0 within noise; and off the curve without them."""
     residual, free = _left(time, values)
     without = residual / free[:, None]

@@ -28,11 +28,16 @@ def read_settings(path: Path | None) -> Settings:
         return Settings()
     sections = _sections(path)
     given: dict[str, Any] = {}
-    for name in [name for name in sections if _is_for_the_node(name)] or (list(sections) if len(sections) == 1 else []):
+    for name in [name for name in sections if _is_for_the_node(name)] or (
+        list(sections) if len(sections) == 1 else []
+    ):
         given |= sections[name]  # as ROS does: a later section wins
     if sections and not given and not any(map(_is_for_the_node, sections)):
         told = ", ".join(map(str, sections))
-        raise BagError(f"{path}: no section is for a node named {_NAME}; there are {told}; call one '{_NAME}' or '/**'")
+        raise BagError(
+            f"{path}: no section is for a node named {_NAME}; there are {told}; call one '{_NAME}'"
+            " or '/**'"
+        )
     rows = {row.name: row for row in TABLE}
     values = {}
     for name, value in given.items():
@@ -52,7 +57,9 @@ def _sections(path: Path) -> dict[Any, dict[str, Any]]:
         tree = yaml.safe_load(path.read_text(encoding="utf-8"))
         return {name: dict(_flat(section["ros__parameters"])) for name, section in tree.items()}
     except (OSError, ValueError, yaml.YAMLError, AttributeError, KeyError, TypeError) as error:
-        raise BagError(f"{path}: expected a parameter file, '/**:' above 'ros__parameters:' ({error})") from error
+        raise BagError(
+            f"{path}: expected a parameter file, '/**:' above 'ros__parameters:' ({error})"
+        ) from error
 
 
 def require_known_sensors(settings: Settings, measured: Sequence[str]) -> None:
@@ -64,7 +71,9 @@ def require_known_sensors(settings: Settings, measured: Sequence[str]) -> None:
     for joint in settings.sensors:
         if joint not in measured:
             told = ", ".join(measured)
-            raise ParameterError(f"{SENSOR}.{joint}: '{joint}' is not measured; measured are {told}")
+            raise ParameterError(
+                f"{SENSOR}.{joint}: '{joint}' is not measured; measured are {told}"
+            )
 
 
 def _is_for_the_node(section: object) -> bool:

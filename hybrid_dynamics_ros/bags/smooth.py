@@ -46,8 +46,9 @@ def split(count: int, size: int) -> Iterator[slice]:
 def estimates_of(samples: Samples, method: str, pipeline: Pipeline) -> Estimates:
     """Velocities and accelerations of all samples from those before and after.
 
-    Velocities that were measured are smoothed as they are; where there are none, positions are. Samples that do not fit
-    the motion around them are left out, have no acceleration, and are told in `Estimates.strays`.
+    Velocities that were measured are smoothed as they are; where there are none, positions are.
+    Samples that do not fit the motion around them are left out, have no acceleration, and are told
+    in `Estimates.strays`.
 
     Args:
         samples: of a whole recording.
@@ -88,7 +89,9 @@ def estimates_of(samples: Samples, method: str, pipeline: Pipeline) -> Estimates
 
 def _sound(samples: Samples, pipeline: Pipeline) -> NDArray[np.bool_]:
     """Which samples the model can take: others, such as one beyond all numbers, spoil the rates of their neighbours."""
-    sound = np.isfinite(samples.position).all(axis=1) & (np.isfinite(samples.velocity).all(axis=1) | ~samples.measured)
+    sound = np.isfinite(samples.position).all(axis=1) & (
+        np.isfinite(samples.velocity).all(axis=1) | ~samples.measured
+    )
     if pipeline.measured != pipeline.robot.active or pipeline.mode is not None:
         return sound
     rows = np.flatnonzero(sound)
@@ -113,18 +116,26 @@ def _runs(rows: NDArray[np.intp], samples: Samples, gap: float) -> Iterator[NDAr
             yield run
 
 
-def _spline(time: FloatArray, values: FloatArray, bandwidth: float, orders: tuple[int, int]) -> tuple[FloatArray, ...]:
+def _spline(
+    time: FloatArray, values: FloatArray, bandwidth: float, orders: tuple[int, int]
+) -> tuple[FloatArray, ...]:
     """Least-squares spline with knots as dense as the bandwidth asks for."""
     spacing = max(1.0 / (4.0 * bandwidth), 3.0 * float(np.median(np.diff(time))))
     inner = np.linspace(time[0], time[-1], max(int((time[-1] - time[0]) / spacing), 1) + 1)[1:-1]
     held = np.histogram(time, np.concatenate([[time[0]], inner, [time[-1]]]))[0]
-    inner = inner[(held[:-1] > 1) & (held[1:] > 1)]  # an interval without samples determines nothing
+    inner = inner[
+        (held[:-1] > 1) & (held[1:] > 1)
+    ]  # an interval without samples determines nothing
     knots = np.concatenate([np.full(_DEGREE + 1, time[0]), inner, np.full(_DEGREE + 1, time[-1])])
     spline = make_lsq_spline(time, values, knots, k=_DEGREE)
-    return tuple(np.asarray(spline.derivative(order)(time) if order else spline(time)) for order in orders)
+    return tuple(
+        np.asarray(spline.derivative(order)(time) if order else spline(time)) for order in orders
+    )
 
 
-def _savgol(time: FloatArray, values: FloatArray, bandwidth: float, orders: tuple[int, int]) -> tuple[FloatArray, ...]:
+def _savgol(
+    time: FloatArray, values: FloatArray, bandwidth: float, orders: tuple[int, int]
+) -> tuple[FloatArray, ...]:
     """Savitzky-Golay on an even grid; stamps that jitter are brought onto it and back by interpolation."""
     step = float(np.median(np.diff(time)))
     count = max(round((time[-1] - time[0]) / step) + 1, _LEAST)
@@ -134,7 +145,9 @@ def _savgol(time: FloatArray, values: FloatArray, bandwidth: float, orders: tupl
     window = min(2 * round(1.0 / (2.0 * bandwidth * step)) + 1, 2 * ((count - 1) // 2) + 1)
     window = max(window, _ORDER + 1 + _ORDER % 2)
     on_grid = values if even else _interpolated(grid, time, values)
-    found = [savgol_filter(on_grid, window, _ORDER, deriv=order, delta=step, axis=0) for order in orders]
+    found = [
+        savgol_filter(on_grid, window, _ORDER, deriv=order, delta=step, axis=0) for order in orders
+    ]
     return tuple(np.asarray(part if even else _interpolated(time, grid, part)) for part in found)
 
 

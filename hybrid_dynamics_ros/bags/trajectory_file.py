@@ -18,9 +18,11 @@ from hybrid_dynamics_core.ground.wording import counted
 from ..messages.joint_samples import FloatArray
 from .errors import BagError, wrong_kind
 
-TRAJECTORY: Final = "a trajectory (CSV with the columns time and JOINT, or .npz, as `simulate --save` writes them)"
-# Each part by the names it may have: of a joint's column, and of an array (N, n) in a .npz; the first are written now,
-# the others were by earlier versions.
+TRAJECTORY: Final = (
+    "a trajectory (CSV with the columns time and JOINT, or .npz, as `simulate --save` writes them)"
+)
+# Each part by the names it may have: of a joint's column, and of an array (N, n) in a .npz; the
+# first are written now, the others were by earlier versions.
 _TIMES: Final = ("time", "t", "time [s]")
 _SUFFIXES: Final = {
     "position": ("",),
@@ -68,15 +70,19 @@ class Trajectory:
 def read_trajectory(path: Path, robot: Robot) -> Trajectory:
     """From a CSV file with a header, or a .npz.
 
-    Columns `time`, each joint by name, and optionally `JOINT.velocity`, `JOINT.acceleration` and `JOINT.effort`. A .npz
-    may have the same names, or `time` with `position`, `velocity`, `acceleration`, `effort` (N, n) in the order of the
-    active joints. What `simulate` saves is taken too, and what it saved under earlier names (`t`, `JOINT.rate`).
+    Columns `time`, each joint by name, and optionally `JOINT.velocity`, `JOINT.acceleration` and
+    `JOINT.effort`. A .npz may have the same names, or `time` with `position`, `velocity`,
+    `acceleration`, `effort` (N, n) in the order of the active joints. What `simulate` saves is
+    taken too, and what it saved under earlier names (`t`, `JOINT.rate`).
 
     Raises:
         BagCallError: there is no file, or one of another kind.
-        BagError: a column is missing, has values that are no numbers, or is of an active joint and not known.
+        BagError: a column is missing, has values that are no numbers, or is of an active joint and
+        not known.
     """
-    if look(path).kind not in (FileKind.TRAJECTORY, FileKind.TEXT) and not (path.suffix == ".npz" and path.is_file()):
+    if look(path).kind not in (FileKind.TRAJECTORY, FileKind.TEXT) and not (
+        path.suffix == ".npz" and path.is_file()
+    ):
         raise wrong_kind(path, TRAJECTORY)
     try:
         columns, spare = _npz(path, robot) if path.suffix == ".npz" else (_csv(path), [])
@@ -84,12 +90,15 @@ def read_trajectory(path: Path, robot: Robot) -> Trajectory:
         raise BagError(f"{path}: is not in UTF-8; expected {TRAJECTORY}") from error
     except (OSError, ValueError, IndexError, KeyError) as error:
         raise BagError(f"{path}: expected a CSV file with a header, or a .npz ({error})") from error
-    time_name = next((name for name in _TIMES if name in columns and name not in robot.active), None)
+    time_name = next(
+        (name for name in _TIMES if name in columns and name not in robot.active), None
+    )
     missing = [name for name in robot.active if name not in columns]
     if time_name is None or missing:
         told = "time" if time_name is None else ", ".join(missing)
         raise BagError(
-            f"{path}: no column {told}; expected time, {', '.join(robot.active)}; there are: {', '.join(columns)}"
+            f"{path}: no column {told}; expected time, {', '.join(robot.active)}; there are:"
+            f" {', '.join(columns)}"
         )
     named = {part: _names_of(path, columns, robot, part) for part in _SUFFIXES}
     used = {time_name, *(name for names in named.values() for name in names or ())}
@@ -105,7 +114,9 @@ def read_trajectory(path: Path, robot: Robot) -> Trajectory:
     return Trajectory(robot.active, time, **parts, unused=(*unused, *spare))
 
 
-def _names_of(path: Path, columns: Mapping[str, FloatArray], robot: Robot, part: str) -> list[str] | None:
+def _names_of(
+    path: Path, columns: Mapping[str, FloatArray], robot: Robot, part: str
+) -> list[str] | None:
     """The columns of a part, one for each active joint; None where there are none at all."""
     for suffix in _SUFFIXES[part]:
         names = [f"{name}{suffix}" for name in robot.active]
@@ -113,18 +124,29 @@ def _names_of(path: Path, columns: Mapping[str, FloatArray], robot: Robot, part:
         if not missing:
             return names
         if len(missing) < len(names):
-            raise BagError(f"{path}: no column {', '.join(missing)}; expected {part} of all active joints, or of none")
+            raise BagError(
+                f"{path}: no column {', '.join(missing)}; expected {part} of all active joints, or"
+                " of none"
+            )
     return None
 
 
 def _require_known(path: Path, unused: list[str], robot: Robot) -> None:
     """What is said of an active joint in a word that is not known is a mistake rather than something besides."""
     stems = tuple(f"{name}." for name in robot.active)
-    known = {f"{name}{suffix}" for name in robot.coordinates for suffixes in _SUFFIXES.values() for suffix in suffixes}
+    known = {
+        f"{name}{suffix}"
+        for name in robot.coordinates
+        for suffixes in _SUFFIXES.values()
+        for suffix in suffixes
+    }
     strange = [name for name in unused if name not in known and name.startswith(stems)]
     if strange:
         told = ", ".join(f"JOINT{suffixes[0]}" for suffixes in _SUFFIXES.values())
-        raise BagError(f"{path}: column {', '.join(strange)} is not known; of an active joint there may be {told}")
+        raise BagError(
+            f"{path}: column {', '.join(strange)} is not known; of an active joint there may be"
+            f" {told}"
+        )
 
 
 def _table(columns: Mapping[str, FloatArray], names: list[str]) -> FloatArray:
@@ -163,7 +185,13 @@ def _npz(path: Path, robot: Robot) -> tuple[dict[str, FloatArray], list[str]]:
         values = found.pop(key)
         if values.shape[1] != len(robot.active):
             raise ValueError(f"{key} has shape {values.shape}; expected (N, {len(robot.active)})")
-        columns |= {f"{name}{_SUFFIXES[part][0]}": values[:, k] for k, name in enumerate(robot.active)}
-    flat = [name for name, a in found.items() if a.ndim == 1 and a.dtype.kind in "fi" and name not in columns]
+        columns |= {
+            f"{name}{_SUFFIXES[part][0]}": values[:, k] for k, name in enumerate(robot.active)
+        }
+    flat = [
+        name
+        for name, a in found.items()
+        if a.ndim == 1 and a.dtype.kind in "fi" and name not in columns
+    ]
     columns |= {name: np.asarray(found.pop(name), dtype=np.float64) for name in flat}
     return columns, [name for name in found if name not in columns and name != "head"]

@@ -10,7 +10,15 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosbags.interfaces import Connection, Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+from rosbags.interfaces import (
+    Connection,
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
@@ -57,7 +65,9 @@ class BagWriter:
         """An open writer, and the message type of each topic."""
         self._writer = writer
         self._connections: dict[str, Connection] = {
-            topic: writer.add_connection(topic, kind, typestore=typestore(), offered_qos_profiles=[_reliable()])
+            topic: writer.add_connection(
+                topic, kind, typestore=typestore(), offered_qos_profiles=[_reliable()]
+            )
             for topic, kind in topics.items()
         }
 
@@ -67,7 +77,9 @@ class BagWriter:
 
 
 @contextmanager
-def new_bag(path: Path, topics: Mapping[str, str], notes: Mapping[str, str] | None = None) -> Iterator[BagWriter]:
+def new_bag(
+    path: Path, topics: Mapping[str, str], notes: Mapping[str, str] | None = None
+) -> Iterator[BagWriter]:
     """Write a bag of compressed MCAP. It appears at ``path``, in place of one there, when all of it is written.
 
     After an error or an interruption ``path`` is as it was before.

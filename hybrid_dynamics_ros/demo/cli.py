@@ -37,7 +37,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (InterruptedDemoError, KeyboardInterrupt):
         return _fail("Stopped.", INTERRUPTED)
     except ModuleNotFoundError as error:
-        return _fail(f"The demo needs the module {error.name}. 'make demo' installs all that it needs.", 1)
+        return _fail(
+            f"The demo needs the module {error.name}. 'make demo' installs all that it needs.", 1
+        )
     except (DemoError, OSError) as error:
         return _fail(str(error), 1)
     return 0 if good else 1
@@ -50,12 +52,21 @@ def _parser() -> argparse.ArgumentParser:
         epilog=_EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--rate", type=_rate, default=1.0, help="how much faster than recorded (default 1)")
     parser.add_argument(
-        "--output", type=Path, default=Path("demo_output"), help="folder for the files (default demo_output)"
+        "--rate", type=_rate, default=1.0, help="how much faster than recorded (default 1)"
     )
-    parser.add_argument("--no-live", "--quiet", action="store_true", help="show nothing but the summary at the end")
-    parser.add_argument("--domain", type=_domain, help="ROS domain to use (default: any that is free)")
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=Path("demo_output"),
+        help="folder for the files (default demo_output)",
+    )
+    parser.add_argument(
+        "--no-live", "--quiet", action="store_true", help="show nothing but the summary at the end"
+    )
+    parser.add_argument(
+        "--domain", type=_domain, help="ROS domain to use (default: any that is free)"
+    )
     return parser
 
 

@@ -21,7 +21,8 @@ class Expectation:
 
     Attributes:
         stamp_ns: header stamps of the input (N,) [ns].
-        acceleration: (N, n) estimate of the node's filter [rad/s^2 or m/s^2]; NaN rows while it fills, where
+        acceleration: (N, n) estimate of the node's filter [rad/s^2 or m/s^2]; NaN rows while it
+        fills, where
             the node sends no efforts.
     """
 

@@ -84,15 +84,28 @@ def summary(verdict: Verdict, files: Files) -> str:
     skipped = verdict.expected[INPUT] - verdict.expected[EFFORTS]
     lines = ["", f"{verdict.expected[INPUT]} messages played, {verdict.lost} messages lost"]
     for topic, label in _LABELS.items():
-        note = f"  (the first {skipped} fill the acceleration filter)" if topic == EFFORTS and skipped else ""
-        lines.append(f"  {label:<19}{verdict.received[topic]:5d} of {verdict.expected[topic]:5d} received{note}")
+        note = (
+            f"  (the first {skipped} fill the acceleration filter)"
+            if topic == EFFORTS and skipped
+            else ""
+        )
+        lines.append(
+            f"  {label:<19}{verdict.received[topic]:5d} of {verdict.expected[topic]:5d}"
+            f" received{note}"
+        )
     lines += [
-        f"  {'delay':<19}{median} median, {late} at 99 %, from sending the input to receiving efforts",
+        (
+            f"  {'delay':<19}{median} median, {late} at 99 %, from sending the input to receiving"
+            " efforts"
+        ),
         "Efforts of the node beside the model called directly",
         f"  {'difference':<19}{_difference(verdict)}",
         "Files",
         f"  {files.bag}/   rosbag2 (MCAP): input and results",
-        f"  {files.png}, {files.svg.suffix}   efforts and path, to lay beside Figures 10 and 8 of the paper",
+        (
+            f"  {files.png}, {files.svg.suffix}   efforts and path, to lay beside Figures 10 and 8"
+            " of the paper"
+        ),
     ]
     if not verdict.good:
         lines.append(_complaint(verdict))
@@ -101,18 +114,26 @@ def summary(verdict: Verdict, files: Files) -> str:
 
 def wrapped(line: str) -> str:
     """A line of the summary on as many as a terminal needs; what goes on stands below what it tells of the label."""
-    return fill(line, _WIDTH, subsequent_indent=" " * _LABEL, break_long_words=False, break_on_hyphens=False)
+    return fill(
+        line, _WIDTH, subsequent_indent=" " * _LABEL, break_long_words=False, break_on_hyphens=False
+    )
 
 
 def _difference(verdict: Verdict) -> str:
     if verdict.difference == 0.0:
         return "none, to the last bit"
-    return f"{verdict.difference:.1e} N or N m at most, {verdict.relative:.1e} of the largest effort at that time"
+    return (
+        f"{verdict.difference:.1e} N or N m at most, {verdict.relative:.1e} of the largest effort"
+        " at that time"
+    )
 
 
 def _complaint(verdict: Verdict) -> str:
     if verdict.lost:
-        return f"FAILED: {verdict.lost} messages were lost; what the node said is beside the result bag, in node.log"
+        return (
+            f"FAILED: {verdict.lost} messages were lost; what the node said is beside the result"
+            " bag, in node.log"
+        )
     return "FAILED: the efforts of the node are not those of the model"
 
 

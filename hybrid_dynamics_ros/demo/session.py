@@ -68,17 +68,29 @@ class Session:
             DemoError: the node or the player failed.
             InterruptedDemoError: ``stop`` was set.
         """
-        parameters: dict[Parameter[Any], object] = {ROBOT_PARAMETER: ROBOT, INPUT_DEPTH: QUEUE, OUTPUT_DEPTH: QUEUE}
+        parameters: dict[Parameter[Any], object] = {
+            ROBOT_PARAMETER: ROBOT,
+            INPUT_DEPTH: QUEUE,
+            OUTPUT_DEPTH: QUEUE,
+        }
         for_node = list(_NO_LOG_FILES)
         for parameter, value in parameters.items():
             for_node += ["-p", f"{parameter.name}:={value}"]
         for_player = (str(SHIPPED), "--rate", repr(rate), "--subscribers", str(_SUBSCRIBERS))
         with (
             child("node", self._logs / "node.log", "hybrid_dynamics_ros.node", *for_node) as model,
-            child("player", self._logs / "player.log", "hybrid_dynamics_ros.demo.play.player", *for_player) as player,
+            child(
+                "player",
+                self._logs / "player.log",
+                "hybrid_dynamics_ros.demo.play.player",
+                *for_player,
+            ) as player,
             _ros_node("demo_recorder") as (ros_node, executor),
         ):
-            self._say(f"node    process {model.pid}\nplayer  process {player.pid}\n  plays {_told(SHIPPED)}")
+            self._say(
+                f"node    process {model.pid}\nplayer  process {player.pid}\n  plays"
+                f" {_told(SHIPPED)}"
+            )
             recorder = Recorder(ros_node, bag)
             self._connect(executor, recorder, model, player)
             recorder.listen_to_input()  # with this second subscriber the player begins
@@ -95,17 +107,24 @@ class Session:
             if UNCONFIGURED in (words := model.said()):
                 raise DemoError(f"The node has no robot; it said:\n{words}")
             if time.monotonic() > start + _START_DEADLINE:
-                raise DemoError(f"The node did not answer within {_START_DEADLINE:.0f} s; it said:\n{model.said()}")
+                raise DemoError(
+                    f"The node did not answer within {_START_DEADLINE:.0f} s; it"
+                    f" said:\n{model.said()}"
+                )
         self._say(f"ready after {time.monotonic() - start:.1f} s\n")
 
-    def _play(self, executor: Executor, recorder: Recorder, model: Child, player: Child, length: float) -> None:
+    def _play(
+        self, executor: Executor, recorder: Recorder, model: Child, player: Child, length: float
+    ) -> None:
         deadline = time.monotonic() + length + _PLAY_MARGIN
         while not self._over(recorder, player):
             self._spin(executor, model, player)
             if self._view is not None:
                 self._view.update(recorder.latest, recorder.counts)
             if time.monotonic() > deadline:
-                raise DemoError(f"The player did not come to its end in time; it said:\n{player.said()}")
+                raise DemoError(
+                    f"The player did not come to its end in time; it said:\n{player.said()}"
+                )
 
     def _over(self, recorder: Recorder, player: Child) -> bool:
         """Whether all has come, or nothing will come any more."""
@@ -150,7 +169,9 @@ def _ros_node(name: str) -> Iterator[tuple[Node, Executor]]:
         raise DemoError(f"ROS does not start: {error}") from error
     try:
         node = rclpy.create_node(name, enable_rosout=False, start_parameter_services=False)
-        executor = SingleThreadedExecutor()  # Jazzy's events executor fails where callbacks take a message's times
+        executor = (
+            SingleThreadedExecutor()
+        )  # Jazzy's events executor fails where callbacks take a message's times
         executor.add_node(node)
         yield node, executor
         executor.shutdown()

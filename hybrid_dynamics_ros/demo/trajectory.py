@@ -17,7 +17,12 @@ DURATION: Final = 10.0  # [s]
 
 # Chu (2020), Section 3: q = start + rate t, with q1 and q4 in degrees there.
 _START: Final = (0.0, 0.1, 0.15, 0.0)  # [rad, m, m, rad]
-_RATE: Final = (float(np.deg2rad(10.0)), 0.01, 0.005, float(np.deg2rad(5.0)))  # [rad/s, m/s, m/s, rad/s]
+_RATE: Final = (
+    float(np.deg2rad(10.0)),
+    0.01,
+    0.005,
+    float(np.deg2rad(5.0)),
+)  # [rad/s, m/s, m/s, rad/s]
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
 """CDR: where the numbers of a message are, to write or read them without an object for each message.
 
-Little-endian CDR as ROS 2 writes it: four bytes that tell the encoding, then the fields, each aligned to its size from
-the fifth byte on.
+Little-endian CDR as ROS 2 writes it: four bytes that tell the encoding, then the fields, each
+aligned to its size from the fifth byte on.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ from .joint_samples import nanoseconds
 Bytes = NDArray[np.uint8]
 HEAD: Final = 4
 LITTLE: Final = b"\x00\x01\x00\x00"
-PADDING: Final = 8  # bytes that writers leave after the fields, at most: some pad to four, rclpy leaves eight
+PADDING: Final = (
+    8  # bytes that writers leave after the fields, at most: some pad to four, rclpy leaves eight
+)
 _STAMP: Final = struct.Struct("<iI")
 _DOUBLE: Final = struct.Struct("<d")
 _FLOAT64: Final = np.dtype("<f8")
@@ -42,7 +44,9 @@ class Template:
         one = np.dtype(kind)
         if count:
             self._align(one.itemsize)
-        self._slots.append((name, len(self._parts), one if count == 1 else np.dtype((one, (count,)))))
+        self._slots.append(
+            (name, len(self._parts), one if count == 1 else np.dtype((one, (count,))))
+        )
         self._parts += bytes(one.itemsize * count)
         return self
 
@@ -100,15 +104,18 @@ class Template:
     def message(self, stamp_ns: int, values: Iterable[NDArray[Any] | float]) -> bytes:
         """One message: the stamp of its headers [ns] and the values of its other slots, in their order.
 
-        Raises ValueError where there are more or fewer values than slots, or one is of another type or count, and where
-        the stamp is beyond the seconds that a message of ROS can hold.
+        Raises ValueError where there are more or fewer values than slots, or one is of another type
+        or count, and where the stamp is beyond the seconds that a message of ROS can hold.
         """
         pieces, stamps, numbers = self._pieces
         pieces = pieces.copy()
         try:
             stamp = _STAMP.pack(*divmod(stamp_ns, _NS))
         except struct.error as error:  # asked for afterwards: a good stamp pays nothing
-            told = f"the stamp {stamp_ns} ns is {stamp_ns / _NS:.10g} s; messages of ROS have seconds in 32 bits"
+            told = (
+                f"the stamp {stamp_ns} ns is {stamp_ns / _NS:.10g} s; messages of ROS have seconds"
+                " in 32 bits"
+            )
             raise ValueError(f"{told}, from {LEAST_SEC} to {MOST_SEC} (January 2038)") from error
         for hole in stamps:
             pieces[hole] = stamp
@@ -118,7 +125,9 @@ class Template:
             else:
                 data, own = value.tobytes(), value.dtype
             if len(data) != size or (own is not kind and own != kind):
-                raise ValueError(f"slot {name}: {len(data)} bytes of {own}; expected {size} of {kind}")
+                raise ValueError(
+                    f"slot {name}: {len(data)} bytes of {own}; expected {size} of {kind}"
+                )
             pieces[hole] = data
         return b"".join(pieces)
 
@@ -178,7 +187,8 @@ class JointStateLayout:
         """Whether one message has this layout."""
         if len(message) != self.size:
             return False
-        for at, own in self._segments:  # noqa: SIM110 - looked at for every message, and quicker than a generator
+        # Looked at for every message: a loop is quicker than a generator.
+        for at, own in self._segments:  # noqa: SIM110
             if not message.startswith(own, at):
                 return False
         return True
@@ -220,7 +230,9 @@ def layout_of(message: bytes) -> JointStateLayout:
     if reader.at > len(message) or len(message) - reader.at > PADDING:
         raise LayoutError(f"{len(message)} bytes; its fields take {reader.at}")
     places = np.flatnonzero(reader.fixed[: len(message)])
-    return JointStateLayout(names, starts, len(message), reader.at, np.frombuffer(message, np.uint8)[places], places)
+    return JointStateLayout(
+        names, starts, len(message), reader.at, np.frombuffer(message, np.uint8)[places], places
+    )
 
 
 class _Reader:
@@ -249,7 +261,9 @@ class _Reader:
         if len(text) != size or (size and text[-1]):
             raise LayoutError("a string without its end")
         if b"\0" in text[:-1]:
-            raise LayoutError(f"a name that ends before its length: {text[:-1]!r}")  # ROS reads it up to there
+            raise LayoutError(
+                f"a name that ends before its length: {text[:-1]!r}"
+            )  # ROS reads it up to there
         self.fixed[self.at : self.at + size] = True
         self.at += size
         try:

@@ -1,4 +1,7 @@
-"""Between ROS messages and arrays. Nothing else of the package reads or builds messages of other packages."""
+"""Between ROS messages and arrays.
+
+Nothing else of the package reads or builds messages of other packages.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +43,10 @@ def from_field(field: Any) -> FloatArray:
 
 
 def sample_of_state(message: JointState) -> JointSample:
-    """A JointState as a sample: positions, and velocities where there are any. Efforts are not read."""
+    """A JointState as a sample: positions, and velocities where there are any.
+
+    Efforts are not read.
+    """
     return JointSample(
         stamp_ns=stamp_to_ns(message.header.stamp),
         names=message.name,
@@ -54,7 +60,8 @@ def sample_of_motion(message: JointMotion, *, complete: bool = True) -> JointSam
 
     Args:
         message: the motion.
-        complete: whether it has to have all three arrays: an empty one stays an array of wrong length then, else
+        complete: whether it has to have all three arrays: an empty one stays an array of wrong
+        length then, else
             it is one that is not given.
     """
 
@@ -99,11 +106,17 @@ def pose_stamped(header: Header, position: FloatArray, rotation: FloatArray) -> 
 def pose_arrays(pose: Pose) -> tuple[FloatArray, FloatArray]:
     """Position (3,) [m] and quaternion (4,) x y z w, as they are in the message."""
     p, o = pose.position, pose.orientation
-    return np.array([p.x, p.y, p.z], dtype=np.float64), np.array([o.x, o.y, o.z, o.w], dtype=np.float64)
+    return np.array([p.x, p.y, p.z], dtype=np.float64), np.array(
+        [o.x, o.y, o.z, o.w], dtype=np.float64
+    )
 
 
 def joint_motion(
-    header: Header, names: Sequence[str], position: FloatArray, velocity: FloatArray, acceleration: FloatArray
+    header: Header,
+    names: Sequence[str],
+    position: FloatArray,
+    velocity: FloatArray,
+    acceleration: FloatArray,
 ) -> JointMotion:
     """A JointMotion of the named joints, arrays in their order."""
     return JointMotion(

@@ -12,7 +12,10 @@ from rosbags.typesys.store import Typestore
 JOINT_STATE: Final = "sensor_msgs/msg/JointState"
 JOINT_MOTION: Final = "hybrid_dynamics_msgs/msg/JointMotion"
 _PACKAGE: Final = Path(__file__).resolve().parents[1]
-_PLACES: Final = (_PACKAGE / "interfaces", _PACKAGE.parent / "msg_defs" / "msg")  # installed, or in the repository
+_PLACES: Final = (
+    _PACKAGE / "interfaces",
+    _PACKAGE.parent / "msg_defs" / "msg",
+)  # installed, or in the repository
 
 
 @cache

@@ -10,12 +10,18 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hybrid_dynamics_core.errors import ClosureError, HybridDynamicsError, InputError, SingularityError
+from hybrid_dynamics_core.errors import (
+    ClosureError,
+    HybridDynamicsError,
+    InputError,
+    SingularityError,
+)
 from hybrid_dynamics_core.ground.suggestions import nearest
 from hybrid_dynamics_core.ground.wording import counted, one_line
 
 FloatArray = NDArray[np.float64]
-LARGEST: Final = 1e12  # of any measured number, in its unit: no joint is there, and all that follows from it is finite
+# of any measured number, in its unit: no joint is there, and all that follows from it is finite
+LARGEST: Final = 1e12
 _TOLD: Final = 12  # names in a message
 _LOOKED_AT: Final = 64  # names among which a slip is looked for: messages may be long and many
 
@@ -124,7 +130,9 @@ class ActiveMotion(NamedTuple):
             RejectedError: one of them is not there.
         """
         if self.velocity is None or self.acceleration is None:
-            raise RejectedError(RejectionCode.WRONG_LENGTH, "velocities and accelerations are needed")
+            raise RejectedError(
+                RejectionCode.WRONG_LENGTH, "velocities and accelerations are needed"
+            )
         return self.position, self.velocity, self.acceleration
 
 
@@ -134,8 +142,14 @@ def _few(names: Sequence[str]) -> str:
 
 def wrong_length(what: str, size: int, count: int) -> str:
     """That an array has not one value for each joint name."""
-    rest = f"{count}, zeros for a robot at rest" if size == 0 and what in ("velocity", "acceleration") else f"{count}"
-    return f"{what} has {counted(size, 'value')} for {counted(count, 'joint name')}; expected {rest}"
+    rest = (
+        f"{count}, zeros for a robot at rest"
+        if size == 0 and what in ("velocity", "acceleration")
+        else f"{count}"
+    )
+    return (
+        f"{what} has {counted(size, 'value')} for {counted(count, 'joint name')}; expected {rest}"
+    )
 
 
 def _why_missing(missing: Sequence[str], names: Sequence[str], active: Sequence[str]) -> str:
@@ -159,7 +173,8 @@ class JointOrder:
         """The motion of the active joints.
 
         Raises:
-            RejectedError: names are missing or doubled, lengths differ, or a number is not finite or beyond `LARGEST`.
+            RejectedError: names are missing or doubled, lengths differ, or a number is not finite
+            or beyond `LARGEST`.
         """
         places = self._find(tuple(sample.names))
         count = len(sample.names)
@@ -167,14 +182,20 @@ class JointOrder:
         return ActiveMotion(
             self._pick("position", sample.position, count, places),
             None if velocity is None else self._pick("velocity", velocity, count, places),
-            None if acceleration is None else self._pick("acceleration", acceleration, count, places),
+            (
+                None
+                if acceleration is None
+                else self._pick("acceleration", acceleration, count, places)
+            ),
         )
 
     def _find(self, names: tuple[str, ...]) -> NDArray[np.intp]:
         if names == self._names and names:
             return self._places
         if not names:
-            raise RejectedError(RejectionCode.EMPTY, f"no joint is named, expected {', '.join(self._active)}")
+            raise RejectedError(
+                RejectionCode.EMPTY, f"no joint is named, expected {', '.join(self._active)}"
+            )
         missing = [name for name in self._active if name not in names]
         if missing:
             raise RejectedError(
@@ -183,19 +204,25 @@ class JointOrder:
             )
         doubled = [name for name in self._active if names.count(name) > 1]
         if doubled:
-            raise RejectedError(RejectionCode.DUPLICATE_JOINT, f"joint {', '.join(doubled)} is named twice")
+            raise RejectedError(
+                RejectionCode.DUPLICATE_JOINT, f"joint {', '.join(doubled)} is named twice"
+            )
         self._places = np.array([names.index(name) for name in self._active], dtype=np.intp)
         self._names = names
         return self._places
 
-    def _pick(self, what: str, values: FloatArray, count: int, places: NDArray[np.intp]) -> FloatArray:
+    def _pick(
+        self, what: str, values: FloatArray, count: int, places: NDArray[np.intp]
+    ) -> FloatArray:
         if values.shape != (count,):
             raise RejectedError(
                 RejectionCode.WRONG_LENGTH,
                 wrong_length(what, values.size, count),
             )
         picked: FloatArray = values[places]
-        if not sum(map(abs, picked.tolist())) < LARGEST:  # NaN is not; in plain floats this costs least
+        if (
+            not sum(map(abs, picked.tolist())) < LARGEST
+        ):  # NaN is not; in plain floats this costs least
             self._refuse(what, picked)
         return picked
 
@@ -206,4 +233,6 @@ class JointOrder:
         ):
             if not good.all():
                 bad = int(np.argmin(good))
-                raise RejectedError(code, f"{what} of joint {self._active[bad]} is {picked[bad]}{why}")
+                raise RejectedError(
+                    code, f"{what} of joint {self._active[bad]} is {picked[bad]}{why}"
+                )

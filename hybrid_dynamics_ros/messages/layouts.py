@@ -18,7 +18,9 @@ def joint_state(names: Sequence[str], *, velocity: bool, effort: bool) -> Templa
     return template
 
 
-def closed_state(robot: Robot, ending: Sequence[str], branch: Mapping[str, str], nearest: str) -> Template:
+def closed_state(
+    robot: Robot, ending: Sequence[str], branch: Mapping[str, str], nearest: str
+) -> Template:
     """A ClosedState: slots `residual`, `singularity`, `nearest`, `lower`, `upper`.
 
     Args:
@@ -48,5 +50,7 @@ def transforms(robot: Robot) -> Template:
     template = Template().length(len(robot.coordinates))
     for k, name in enumerate(robot.coordinates):
         joint = robot.description.joints[name]
-        template.header(joint.parent).string(joint.child).slot(f"place {k}", "<f8", 3).slot(f"turn {k}", "<f8", 4)
+        template.header(joint.parent).string(joint.child).slot(f"place {k}", "<f8", 3).slot(
+            f"turn {k}", "<f8", 4
+        )
     return template

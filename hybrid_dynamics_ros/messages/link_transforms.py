@@ -21,7 +21,10 @@ class LinkTransforms:
         self._axis = np.array([joint.axis for joint in joints])
         self._places = np.array([joint.translation for joint in joints])
         self._slide = np.array(
-            [np.zeros(3) if joint.type == "revolute" else joint.rotation @ joint.axis for joint in joints]
+            [
+                np.zeros(3) if joint.type == "revolute" else joint.rotation @ joint.axis
+                for joint in joints
+            ]
         )
 
     def values(self, s: FloatArray) -> dict[str, FloatArray]:
@@ -40,7 +43,9 @@ class LinkTransforms:
             ],
             axis=-1,
         )
-        turn = np.copysign(1.0, turn[..., 3:]) * turn  # of the two that are the same turn, the one with w >= 0
+        turn = (
+            np.copysign(1.0, turn[..., 3:]) * turn
+        )  # of the two that are the same turn, the one with w >= 0
         slots: dict[str, FloatArray] = {}
         for k in range(len(self._places)):
             slots[f"place {k}"], slots[f"turn {k}"] = place[:, k], turn[:, k]
@@ -50,7 +55,12 @@ class LinkTransforms:
 def quaternion(rotation: FloatArray) -> tuple[float, float, float, float]:
     """Unit quaternion x, y, z, w with w >= 0 of a rotation matrix (3, 3), by way of its largest component."""
     (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
-    squares = (1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i, 1.0 + a + e + i)  # 4 x^2, 4 y^2, 4 z^2, 4 w^2
+    squares = (
+        1.0 + a - e - i,
+        1.0 - a + e - i,
+        1.0 - a - e + i,
+        1.0 + a + e + i,
+    )  # 4 x^2, 4 y^2, 4 z^2, 4 w^2
     largest = max(range(4), key=squares.__getitem__)
     columns = (
         (squares[0], b + d, c + g, h - f),

@@ -7,13 +7,27 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Final
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
 from hybrid_dynamics_core.ground.suggestions import meant
 
-from ..parameters import SENSOR, TABLE, Change, Parameter, ParameterError, Settings, checked, sensor_rows
+from ..parameters import (
+    SENSOR,
+    TABLE,
+    Change,
+    Parameter,
+    ParameterError,
+    Settings,
+    checked,
+    sensor_rows,
+)
 
 # Parameters that rclpy itself reads, and the sensors, which are known once there is a robot.
 _OTHERS: Final = re.compile(
@@ -46,7 +60,9 @@ def descriptor(row: Parameter[Any]) -> ParameterDescriptor:
         if row.kind is int:
             message.integer_range = [IntegerRange(from_value=int(low), to_value=int(high), step=0)]
         else:
-            message.floating_point_range = [FloatingPointRange(from_value=low, to_value=high, step=0.0)]
+            message.floating_point_range = [
+                FloatingPointRange(from_value=low, to_value=high, step=0.0)
+            ]
     return message
 
 
@@ -60,7 +76,9 @@ def declare(node: Node) -> Settings:
     known = [row.name for row in TABLE]
     for name in _overrides(node):
         if name not in known and not _OTHERS.fullmatch(name):
-            last = {row.rpartition(".")[2]: row for row in known}  # people forget the group a parameter is in
+            last = {
+                row.rpartition(".")[2]: row for row in known
+            }  # people forget the group a parameter is in
             near = difflib.get_close_matches(name, [*known, *last], n=1)
             hint = meant(last.get(near[0], near[0])) if near else f"; known: {', '.join(known)}"
             raise ParameterError(f"there is no parameter {name}{hint}")
@@ -71,7 +89,8 @@ def declare_sensors(node: Node, joints: Iterable[str]) -> dict[str, Any]:
     """Declare the sensors of the measured joints, take those of other joints away; values by name.
 
     Raises:
-        ParameterError: a value cannot be used, or a sensor was given for a joint that is not measured.
+        ParameterError: a value cannot be used, or a sensor was given for a joint that is not
+        measured.
     """
     rows = {row.name: row for joint in joints for row in sensor_rows(joint)}
     there = list(node.get_parameters_by_prefix(SENSOR))
@@ -82,7 +101,11 @@ def declare_sensors(node: Node, joints: Iterable[str]) -> dict[str, Any]:
     if strange:
         raise ParameterError(f"parameter {strange[0]}: measured are {', '.join(joints)}")
     return {
-        name: checked(row, node.get_parameter(name).value) if node.has_parameter(name) else _declare(node, row)
+        name: (
+            checked(row, node.get_parameter(name).value)
+            if node.has_parameter(name)
+            else _declare(node, row)
+        )
         for name, row in rows.items()
     }
 
@@ -124,7 +147,9 @@ class Watch:
 
     def _changed(self, given: Sequence[RosParameter]) -> Settings:
         rows = [(self._row(p.name), p) for p in given]
-        return self._settings().replaced({row.name: checked(row, p.value) for row, p in rows if row is not None})
+        return self._settings().replaced(
+            {row.name: checked(row, p.value) for row, p in rows if row is not None}
+        )
 
     def _check(self, given: Sequence[RosParameter]) -> SetParametersResult:
         rows = [row for p in given if (row := self._row(p.name)) is not None]
@@ -155,7 +180,9 @@ def _converted(row: Parameter[Any] | None, given: RosParameter) -> RosParameter:
     if given.type_ is RosParameter.Type.INTEGER and row.length == 0:
         return RosParameter(given.name, RosParameter.Type.DOUBLE, float(given.value))
     if given.type_ is RosParameter.Type.INTEGER_ARRAY and row.length != 0:
-        return RosParameter(given.name, RosParameter.Type.DOUBLE_ARRAY, [float(value) for value in given.value])
+        return RosParameter(
+            given.name, RosParameter.Type.DOUBLE_ARRAY, [float(value) for value in given.value]
+        )
     return given
 
 
@@ -163,7 +190,9 @@ def _declare(node: Node, row: Parameter[Any]) -> Any:
     overrides = _overrides(node)
     if row.name in overrides:
         overrides[row.name] = _converted(row, overrides[row.name])
-        checked(row, overrides[row.name].value)  # before rclpy does, whose texts do not say what is expected
+        checked(
+            row, overrides[row.name].value
+        )  # before rclpy does, whose texts do not say what is expected
     default = _type(row) if row.default is None else row.default
     declared = node.declare_parameter(row.name, default, descriptor(row))
     return checked(row, declared.value)

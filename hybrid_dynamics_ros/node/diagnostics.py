@@ -11,7 +11,9 @@ from std_msgs.msg import Header
 from ..stream.monitor import Entry, Level
 
 
-def diagnostic_array(name: str, hardware: str, state: str, entries: Sequence[Entry], stamp: Time) -> DiagnosticArray:
+def diagnostic_array(
+    name: str, hardware: str, state: str, entries: Sequence[Entry], stamp: Time
+) -> DiagnosticArray:
     """One status: the worst of its entries, which its message names.
 
     Args:
@@ -22,7 +24,11 @@ def diagnostic_array(name: str, hardware: str, state: str, entries: Sequence[Ent
         stamp: when.
     """
     worst = max((entry.level for entry in entries), default=Level.OK)
-    bad = [f"{entry.name}: {entry.value}" for entry in entries if entry.level == worst and worst is not Level.OK]
+    bad = [
+        f"{entry.name}: {entry.value}"
+        for entry in entries
+        if entry.level == worst and worst is not Level.OK
+    ]
     status = DiagnosticStatus(
         level=bytes([worst]),
         name=f"{name.lstrip('/')}: stream",

@@ -9,7 +9,10 @@ import threading
 from typing import Final
 
 _STOP_SIGNALS: Final = (signal.SIGINT, signal.SIGTERM)
-_USAGE: Final = "usage: hybrid_dynamics_node --ros-args [-p robot:=NAME_OR_FILE] [--params-file FILE] [-r __node:=NAME]"
+_USAGE: Final = (
+    "usage: hybrid_dynamics_node --ros-args [-p robot:=NAME_OR_FILE] [--params-file FILE] [-r"
+    " __node:=NAME]"
+)
 _MORE: Final = """
 The node of one robot: a name of a shipped robot, or the path of a description file. It runs until SIGINT (Ctrl-C) or
 SIGTERM. Parameters, with defaults, units and texts, are in config/forging_chu2020.yaml; docs/node.md tells all of
@@ -27,9 +30,11 @@ def main(args: list[str] | None = None) -> int:
     if {"-h", "--help"} & set((sys.argv if args is None else args)[1:]):
         sys.stdout.write(f"{_USAGE}\n{_MORE}")
         return 0
-    # Outside a sourced ROS installation nothing says where packages are: in a plain environment, here.
+    # Outside a sourced ROS installation nothing says where packages are: in a plain environment,
+    # here.
     os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
-    # Matrices are small here: on a busy machine the threads of OpenBLAS wait for each other up to forty times longer.
+    # Matrices are small here: on a busy machine the threads of OpenBLAS wait for each other up to
+    # forty times longer.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     stop = threading.Event()
     for number in _STOP_SIGNALS:
@@ -39,7 +44,8 @@ def main(args: list[str] | None = None) -> int:
     except ModuleNotFoundError as error:
         sys.stderr.write(_NO_ROS.format(name=error.name))
         code = 1
-    # Python takes its handlers away before the process is gone: the last signals are ignored instead.
+    # Python takes its handlers away before the process is gone: the last signals are ignored
+    # instead.
     for number in _STOP_SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     return code
@@ -55,7 +61,8 @@ def _run(args: list[str], stop: threading.Event) -> int:
     from ..parameters import ParameterError  # noqa: PLC0415
 
     try:
-        # Own handlers set a flag and nothing else: a second signal during the clean-up does no harm.
+        # Own handlers set a flag and nothing else: a second signal during the clean-up does no
+        # harm.
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:  # wrong ROS arguments
         return _failed(error)

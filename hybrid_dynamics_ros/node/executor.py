@@ -6,9 +6,14 @@ from rclpy.executors import Executor, SingleThreadedExecutor
 
 
 def make_executor() -> Executor:
-    """The events executor, where this rclpy has it: half the cost of the wait set. Multi-threaded loses some."""
+    """The events executor, where this rclpy has it: half the cost of the wait set.
+
+    Multi-threaded loses some.
+    """
     try:
-        from rclpy.experimental.events_executor import EventsExecutor  # noqa: PLC0415 - newer than Jazzy's first
+        from rclpy.experimental.events_executor import (  # noqa: PLC0415 - newer than Jazzy's first
+            EventsExecutor,
+        )
     except ImportError:
         return SingleThreadedExecutor()
     return EventsExecutor()

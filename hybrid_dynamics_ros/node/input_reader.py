@@ -1,4 +1,7 @@
-"""Bytes of an input become a sample. Streams repeat one layout: its numbers are read where they are."""
+"""Bytes of an input become a sample.
+
+Streams repeat one layout: its numbers are read where they are.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The lifecycle node: wiring. What belongs to a robot is made at configure and thrown away at cleanup."""
+"""The lifecycle node: wiring.
+
+What belongs to a robot is made at configure and thrown away at cleanup.
+"""
 
 from __future__ import annotations
 
@@ -78,9 +81,16 @@ class HybridDynamicsNode(LifecycleNode):
         return "no robot" if self._runtime is None else self._runtime.pipeline.counts.summary()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Load the robot, make its topics. With a wrong file the node stays unconfigured and says why."""
+        """Load the robot, make its topics.
+
+        With a wrong file the node stays unconfigured and says why.
+        """
         del state
-        known = "" if is_given(self, ROBOT) else f"; the default, -p {ROBOT.name}:=NAME_OR_FILE takes another"
+        known = (
+            ""
+            if is_given(self, ROBOT)
+            else f"; the default, -p {ROBOT.name}:=NAME_OR_FILE takes another"
+        )
         self.get_logger().info(f"robot {self.settings[ROBOT]}{known}")
         try:
             robot = load(self.settings[ROBOT])
@@ -93,7 +103,8 @@ class HybridDynamicsNode(LifecycleNode):
         except Exception:  # noqa: BLE001 - rclpy would leave a fault unsaid
             return self._fail(f"fault of the node:\n{traceback.format_exc()}")
         self._runtime, self._failure = runtime, ""
-        # What a robot is made of stays: a collection that looks through all of it would hold up the stream for long.
+        # What a robot is made of stays: a collection that looks through all of it would hold up the
+        # stream for long.
         gc.collect()
         gc.freeze()
         self._calls.open(runtime)
@@ -196,7 +207,9 @@ class HybridDynamicsNode(LifecycleNode):
             except (RuntimeError, InvalidHandle) as error:
                 wanted = request.transition.label or request.transition.id
                 state = self._state_machine.current_state[1]
-                self._throttled.warn("transition", f"transition {wanted} is not possible while {state}: {error}")
+                self._throttled.warn(
+                    "transition", f"transition {wanted} is not possible while {state}: {error}"
+                )
                 response.success = False
                 return response
 

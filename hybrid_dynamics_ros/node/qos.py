@@ -10,7 +10,8 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from ..parameters import BEST_EFFORT, LATEST, RELIABLE, SENSOR_DATA
 
 _PROFILES: Final = {
-    # Each message arrives, as long as the queue holds it. Does not connect to a best-effort publisher.
+    # Each message arrives, as long as the queue holds it. Does not connect to a best-effort
+    # publisher.
     RELIABLE: (QoSReliabilityPolicy.RELIABLE, None),
     # A lost message stays lost. As subscriber it connects to every publisher.
     BEST_EFFORT: (QoSReliabilityPolicy.BEST_EFFORT, None),
@@ -20,7 +21,8 @@ _PROFILES: Final = {
     LATEST: (QoSReliabilityPolicy.RELIABLE, 1),
 }
 
-# Where one topic needs other policies: parameters qos_overrides.TOPIC.{publisher,subscription}.{depth,...} at start.
+# Where one topic needs other policies: parameters
+# qos_overrides.TOPIC.{publisher,subscription}.{depth,...} at start.
 OVERRIDES: Final = QoSOverridingOptions.with_default_policies()
 
 

@@ -29,7 +29,9 @@ from ..stream.situation import Context
 # The usual ten that wait would let calls of a flood vanish unanswered.
 _REQUESTS: Final = QoSProfile(depth=1000)
 TRAJECTORY: Final = "convert_trajectory"
-_UNREADY: Final = Rejection(RejectionCode.NOT_READY, "the node is not configured: it has no robot yet")
+_UNREADY: Final = Rejection(
+    RejectionCode.NOT_READY, "the node is not configured: it has no robot yet"
+)
 
 
 class Later:
@@ -74,13 +76,18 @@ def answer_later(service: RosService) -> None:
 
 
 class Calls:
-    """All services on a node. They are there from the first moment on, and say NOT_READY until there is a robot."""
+    """All services on a node.
+
+    They are there from the first moment on, and say NOT_READY until there is a robot.
+    """
 
     def __init__(self, node: LifecycleNode, log: Log) -> None:
         self._node, self._log = node, log
         self._runtime: Runtime | None = None
         self._workers: Workers | None = None
-        self._changer: ThreadPoolExecutor | None = None  # one thread: changes come one after the other
+        self._changer: ThreadPoolExecutor | None = (
+            None  # one thread: changes come one after the other
+        )
         self.active = False
         for service in TABLE:
             name, responder = f"~/{service.name}", self._responder(service)
@@ -120,9 +127,16 @@ class Calls:
             if response.error_code == OK:
                 self._converted.publish(response.trajectory)
 
-        self._call(service, ConvertTrajectory.Request(joints=message), ConvertTrajectory.Response(), publish)
+        self._call(
+            service,
+            ConvertTrajectory.Request(joints=message),
+            ConvertTrajectory.Response(),
+            publish,
+        )
 
-    def _call(self, service: Service, request: Any, response: Any, tell: Callable[[Any], None]) -> None:
+    def _call(
+        self, service: Service, request: Any, response: Any, tell: Callable[[Any], None]
+    ) -> None:
         runtime, workers, changer = self._runtime, self._workers, self._changer
         if runtime is None or workers is None or changer is None:
             self._tell(service, refused(response, _UNREADY), tell)
@@ -133,12 +147,20 @@ class Calls:
                 self._tell(service, answered, tell)
                 return
             try:
-                changer.submit(lambda: self._tell(service, self._change(service, runtime, change, answered), tell))
+                changer.submit(
+                    lambda: self._tell(
+                        service, self._change(service, runtime, change, answered), tell
+                    )
+                )
             except RuntimeError:  # it was shut down meanwhile
                 self._tell(service, refused(response, _UNREADY), tell)
 
         if service.lane is Lane.HERE:
-            done(*guarded(service.answer, Context(runtime.robot, runtime.situation()), request, response))
+            done(
+                *guarded(
+                    service.answer, Context(runtime.robot, runtime.situation()), request, response
+                )
+            )
         else:
             settings = runtime.settings
             job = Job(service.name, request, runtime.situation(), settings[TIMEOUT], done)
@@ -149,25 +171,35 @@ class Calls:
         empty = type(answered)()
         try:
             if runtime is self._runtime:
-                with np.errstate(all="ignore"):  # of a payload beyond all numbers: the result is checked
+                with np.errstate(
+                    all="ignore"
+                ):  # of a payload beyond all numbers: the result is checked
                     runtime.prepare(change)
             with runtime.lock:
                 if runtime is not self._runtime:
                     return refused(empty, _UNREADY)
                 if isinstance(change, NewMode) and runtime.moving:
-                    return refused(empty, Rejection(RejectionCode.REFUSED, "the robot began to move meanwhile"))
+                    return refused(
+                        empty, Rejection(RejectionCode.REFUSED, "the robot began to move meanwhile")
+                    )
                 runtime.change(change)
             self._log.info(f"{service.name}: {change.words}")
         except HybridDynamicsError as error:
             return refused(empty, rejection_of(error))
         except Exception as error:  # noqa: BLE001 - a call is answered, whatever the fault
-            return refused(empty, Rejection(RejectionCode.INTERNAL, f"fault of the node: {error!r}"))
+            return refused(
+                empty, Rejection(RejectionCode.INTERNAL, f"fault of the node: {error!r}")
+            )
         return answered
 
     def _tell(self, service: Service, response: Any, tell: Callable[[Any], None]) -> None:
         if response.error_code != OK:
-            self._log.warn((service.name, response.error_code), f"{service.name}: {response.error_text}")
+            self._log.warn(
+                (service.name, response.error_code), f"{service.name}: {response.error_text}"
+            )
         try:
             tell(response)
         except Exception as error:  # noqa: BLE001 - the client, or the node, may be gone by now
-            self._log.warn(("undelivered", service.name), f"{service.name}: the answer found nobody: {error}")
+            self._log.warn(
+                ("undelivered", service.name), f"{service.name}: the answer found nobody: {error}"
+            )

@@ -8,7 +8,11 @@ from collections.abc import Callable
 from typing import Any
 
 from hybrid_dynamics_msgs.msg import JointMotion
-from rclpy.event_handler import QoSMessageLostInfo, SubscriptionEventCallbacks, UnsupportedEventTypeError
+from rclpy.event_handler import (
+    QoSMessageLostInfo,
+    SubscriptionEventCallbacks,
+    UnsupportedEventTypeError,
+)
 from rclpy.lifecycle import LifecycleNode
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
@@ -19,7 +23,16 @@ from hybrid_dynamics_core.errors import HybridDynamicsError
 
 from ..messages import conversions
 from ..messages.joint_samples import JointSample, Rejection, RejectionCode, rejection_of
-from ..parameters import INPUT_DEPTH, INPUT_QOS, MAX_GAP, OUTPUT_DEPTH, OUTPUT_QOS, RATES, TF_RATE, Parameter
+from ..parameters import (
+    INPUT_DEPTH,
+    INPUT_QOS,
+    MAX_GAP,
+    OUTPUT_DEPTH,
+    OUTPUT_QOS,
+    RATES,
+    TF_RATE,
+    Parameter,
+)
 from ..stream import outputs
 from ..stream.filter.filter import StampEvent
 from ..stream.outputs import Fill
@@ -33,7 +46,9 @@ from .input_reader import Read, StateReader, reader_of
 Send = Callable[[Any], None]
 
 _QUIET = (None, StampEvent.NEXT, StampEvent.FIRST, StampEvent.REPEATED)
-_BACK_TO_BACK = 2e-4  # [s] between an answer and the next input where there may be more inputs waiting
+_BACK_TO_BACK = (
+    2e-4  # [s] between an answer and the next input where there may be more inputs waiting
+)
 _CALM = 0.05  # [s] without a message left out: the overload is over
 _KINDS = (JointState, JointMotion)
 _LOOK = 0.02  # [s] for which is kept who listens to which topic
@@ -48,9 +63,13 @@ class Stream:
         self.active = False
         self._node, self._runtime, self._log = node, runtime, log
         self._repeated = 0
-        self._ended = self._took = 0.0  # when the last input was answered, and how long that took [s]
+        self._ended = self._took = (
+            0.0  # when the last input was answered, and how long that took [s]
+        )
         self._overloaded, self._skipped_at = False, 0.0
-        self._most = runtime.settings[INPUT_DEPTH] // 2  # inputs that may wait before some are left out
+        self._most = (
+            runtime.settings[INPUT_DEPTH] // 2
+        )  # inputs that may wait before some are left out
         settings = runtime.settings
         table: list[tuple[str, type, Fill, Parameter[float]]] = [
             (f"~/{output.topic}", output.kind, output.filler(runtime.robot), rate)
@@ -59,7 +78,10 @@ class Stream:
         if settings[TF_RATE] >= 0.0:
             kind, filler = tf_output()
             table.append(("/tf", kind, filler(runtime.robot), TF_RATE))
-        self._readers: tuple[Read, ...] = (StateReader(), reader_of(JointMotion, conversions.sample_of_motion))
+        self._readers: tuple[Read, ...] = (
+            StateReader(),
+            reader_of(JointMotion, conversions.sample_of_motion),
+        )
         self._outputs: list[tuple[Publisher, Fill, Parameter[float], Pace]] = []
         self._subscriptions: list[Subscription] = []
         try:
@@ -75,8 +97,12 @@ class Stream:
         profile = qos.profile(settings[OUTPUT_QOS], settings[OUTPUT_DEPTH])
         for topic, kind, fill, rate in table:
             self._outputs.append((self._publisher(kind, topic, profile), fill, rate, Pace()))
-        self._subscriptions.append(self._subscription(_KINDS[0], "~/active_joint_states", self._on_state))
-        self._subscriptions.append(self._subscription(_KINDS[1], "~/active_joint_motions", self._on_motion))
+        self._subscriptions.append(
+            self._subscription(_KINDS[0], "~/active_joint_states", self._on_state)
+        )
+        self._subscriptions.append(
+            self._subscription(_KINDS[1], "~/active_joint_motions", self._on_motion)
+        )
 
     def destroy(self) -> None:
         """Take the topics away."""
@@ -86,7 +112,9 @@ class Stream:
             self._node.destroy_publisher(publisher)
 
     def _publisher(self, kind: type, topic: str, profile: QoSProfile) -> Publisher:
-        return self._node.create_publisher(kind, topic, profile, qos_overriding_options=qos.OVERRIDES)
+        return self._node.create_publisher(
+            kind, topic, profile, qos_overriding_options=qos.OVERRIDES
+        )
 
     def _subscription(self, kind: type, topic: str, callback: Any) -> Subscription:
         settings = self._runtime.settings
@@ -94,7 +122,9 @@ class Stream:
         options: dict[str, Any] = {"qos_overriding_options": qos.OVERRIDES, "raw": True}
         lost = SubscriptionEventCallbacks(message_lost=self._on_lost)
         try:
-            return self._node.create_subscription(kind, topic, callback, profile, event_callbacks=lost, **options)
+            return self._node.create_subscription(
+                kind, topic, callback, profile, event_callbacks=lost, **options
+            )
         except UnsupportedEventTypeError:  # a middleware that does not tell
             return self._node.create_subscription(kind, topic, callback, profile, **options)
 
@@ -113,11 +143,16 @@ class Stream:
         if not self.active or self._left_out(start):
             return
         # Back to back: there may be more waiting.
-        waiting = self._waiting(self._subscriptions[which]) if start < self._ended + _BACK_TO_BACK else []
+        waiting = (
+            self._waiting(self._subscriptions[which]) if start < self._ended + _BACK_TO_BACK else []
+        )
         if len(waiting) > self._most:
             self._overloaded, self._skipped_at = True, start
             self._runtime.monitor.skipped += len(waiting)
-            self._log.warn("overload", "input comes faster than it can be answered: the newest states are taken")
+            self._log.warn(
+                "overload",
+                "input comes faster than it can be answered: the newest states are taken",
+            )
             data, waiting = waiting[-1], []
         for message in (data, *waiting):
             self._process(self._readers[which], message)
@@ -127,7 +162,8 @@ class Stream:
     def _left_out(self, now: float) -> bool:
         """Under overload every second moment is for leaving messages out, which costs little: so none pile up.
 
-        Messages that wait hold an event each in the executor, which would otherwise grow without end.
+        Messages that wait hold an event each in the executor, which would otherwise grow without
+        end.
         """
         if not self._overloaded:
             return False
@@ -141,7 +177,9 @@ class Stream:
     def _waiting(self, subscription: Subscription) -> list[bytes]:
         taken = []
         with subscription.handle:
-            while (found := subscription.handle.take_message(subscription.msg_type, True)) is not None:
+            while (
+                found := subscription.handle.take_message(subscription.msg_type, True)
+            ) is not None:
                 taken.append(found[0])
         return taken
 
@@ -193,7 +231,11 @@ class Stream:
                 message = fill(result)
                 if message is not None:
                     # Bytes go the short way; who is to send is destroyed in this thread alone.
-                    send = publisher.handle.publish_raw if type(message) is bytes else publisher.publish
+                    send = (
+                        publisher.handle.publish_raw
+                        if type(message) is bytes
+                        else publisher.publish
+                    )
                     messages.append((send, message))
         return messages
 
@@ -207,12 +249,16 @@ class Stream:
         self._sent = [row for row in told if row[2] > 0.0 or (row[2] == 0.0 and row[4])]
 
     def _tell(self, result: MotionResult) -> None:
-        for joint, text in self._runtime.monitor.beyond(result).items():  # one joint must not keep back another's line
+        for joint, text in self._runtime.monitor.beyond(
+            result
+        ).items():  # one joint must not keep back another's line
             self._log.warn(("limit", joint), text)
         self._repeated = self._repeated + 1 if result.event is StampEvent.REPEATED else 0
         if self._repeated >= _STUCK:
             stamp = result.stamp_ns * 1e-9
-            self._log.warn("stuck", f"stamps stay at {stamp:.9f} s: no rates and no efforts can be told")
+            self._log.warn(
+                "stuck", f"stamps stay at {stamp:.9f} s: no rates and no efforts can be told"
+            )
         elif result.event not in _QUIET:
             self._log.warn(result.event, f"rates are estimated anew: {self._why(result.event)}")
 
@@ -220,7 +266,10 @@ class Stream:
         if event is not StampEvent.GAP:
             return "" if event is None else event.value
         most = self._runtime.settings[MAX_GAP]
-        return f"gap of {self._runtime.pipeline.gap:.6g} s between stamps, beyond {MAX_GAP.name} ({most:g} s)"
+        return (
+            f"gap of {self._runtime.pipeline.gap:.6g} s between stamps, beyond {MAX_GAP.name}"
+            f" ({most:g} s)"
+        )
 
     def _refuse(self, rejection: Rejection) -> None:
         self._runtime.monitor.rejected(rejection)

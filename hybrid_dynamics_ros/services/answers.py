@@ -17,7 +17,8 @@ from ..stream.situation import Context
 
 OK: Final[int] = ErrorCode.OK
 
-# Fills the response, whose error_code is OK; returns the change of conditions where the call makes one.
+# Fills the response, whose error_code is OK; returns the change of conditions where the call makes
+# one.
 Answer = Callable[[Context, Any, Any], Change | None]
 
 _CODES: Final = {
@@ -37,7 +38,9 @@ def code_of(rejection: Rejection) -> int:
     return int(_CODES.get(rejection.code, ErrorCode.BAD_INPUT))
 
 
-def guarded(answer: Answer, context: Context, request: Any, response: Any) -> tuple[Any, Change | None]:
+def guarded(
+    answer: Answer, context: Context, request: Any, response: Any
+) -> tuple[Any, Change | None]:
     """The answer to a request, an error code and text included, whatever happens.
 
     Args:
@@ -47,11 +50,13 @@ def guarded(answer: Answer, context: Context, request: Any, response: Any) -> tu
         response: empty response message, to be filled.
 
     Returns:
-        The response; where something went wrong an empty one with ``error_code`` and ``error_text``. And the
+        The response; where something went wrong an empty one with ``error_code`` and
+        ``error_text``. And the
         change of conditions that the call makes.
     """
     try:
-        # Numbers near the end of the range overflow somewhere in the model; the answer is checked instead.
+        # Numbers near the end of the range overflow somewhere in the model; the answer is checked
+        # instead.
         with np.errstate(all="ignore"):
             return response, answer(context, request, response)
     except RejectedError as error:

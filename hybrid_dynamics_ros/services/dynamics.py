@@ -9,13 +9,21 @@ from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_core.ground.wording import one_line
 
 from ..messages import conversions
-from ..messages.joint_samples import JointOrder, JointSample, RejectedError, RejectionCode, wrong_length
+from ..messages.joint_samples import (
+    JointOrder,
+    JointSample,
+    RejectedError,
+    RejectionCode,
+    wrong_length,
+)
 from ..stream.conditions import Mass, NewPayload, loads_of
 from ..stream.situation import Context, require_finite
 from .kinematics import require_frames
 
 
-def inverse_dynamics(context: Context, request: InverseDynamics.Request, response: InverseDynamics.Response) -> None:
+def inverse_dynamics(
+    context: Context, request: InverseDynamics.Request, response: InverseDynamics.Response
+) -> None:
     """Efforts of the active joints for a motion with accelerations."""
     robot, given = context.robot, request.motion
     sample = conversions.sample_of_motion(given)
@@ -29,12 +37,15 @@ def inverse_dynamics(context: Context, request: InverseDynamics.Request, respons
     response.joint_state = conversions.joint_state(header, robot.coordinates, state.s, state.ds)
 
 
-def forward_dynamics(context: Context, request: ForwardDynamics.Request, response: ForwardDynamics.Response) -> None:
+def forward_dynamics(
+    context: Context, request: ForwardDynamics.Request, response: ForwardDynamics.Response
+) -> None:
     """Accelerations of all joints for efforts of the active ones."""
     robot, given = context.robot, request.active_joints
     order = JointOrder(robot.active)
     motion = order.arrange(conversions.sample_of_state(given))
-    # The efforts stand where a sample has positions: names, length and finite numbers are checked alike.
+    # The efforts stand where a sample has positions: names, length and finite numbers are checked
+    # alike.
     efforts = conversions.from_field(given.effort)
     if efforts.size != len(given.name):
         raise RejectedError(
@@ -50,7 +61,9 @@ def forward_dynamics(context: Context, request: ForwardDynamics.Request, respons
     response.motion = conversions.joint_motion(header, robot.coordinates, state.s, state.ds, dds)
 
 
-def minimal_form(context: Context, request: MinimalForm.Request, response: MinimalForm.Response) -> None:
+def minimal_form(
+    context: Context, request: MinimalForm.Request, response: MinimalForm.Response
+) -> None:
     """M, C u' and G over the active joints."""
     robot = context.robot
     motion = JointOrder(robot.active).arrange(conversions.sample_of_state(request.active_joints))
@@ -60,18 +73,25 @@ def minimal_form(context: Context, request: MinimalForm.Request, response: Minim
     require_finite(inertia, coriolis, gravity, passive)
     response.joints = list(robot.active)
     response.inertia = conversions.to_field(inertia.ravel())
-    response.coriolis, response.gravity = conversions.to_field(coriolis), conversions.to_field(gravity)
+    response.coriolis, response.gravity = (
+        conversions.to_field(coriolis),
+        conversions.to_field(gravity),
+    )
     response.passive = conversions.to_field(passive)
 
 
-def set_payload(context: Context, request: SetPayload.Request, _response: SetPayload.Response) -> NewPayload:
+def set_payload(
+    context: Context, request: SetPayload.Request, _response: SetPayload.Response
+) -> NewPayload:
     """Another payload at a frame, from now on."""
     frame = request.frame or context.robot.end_effector
     require_frames(context.robot, frame)
     inertia, com = request.inertia, request.inertia.com
     moments = (inertia.ixx, inertia.ixy, inertia.ixz, inertia.iyy, inertia.iyz, inertia.izz)
     if not inertia.m >= 0.0:
-        raise RejectedError(RejectionCode.BAD_REQUEST, f"the mass is {inertia.m} kg, expected 0 or more")
+        raise RejectedError(
+            RejectionCode.BAD_REQUEST, f"the mass is {inertia.m} kg, expected 0 or more"
+        )
     body = Mass(inertia.m, (com.x, com.y, com.z), moments)
     change = NewPayload(frame, body)
     try:

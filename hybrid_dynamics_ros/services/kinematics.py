@@ -42,7 +42,9 @@ def solve_fk(context: Context, request: SolveFK.Request, response: SolveFK.Respo
 
     header = Header(stamp=given.header.stamp, frame_id=robot.base_frame)
     response.joint_state = conversions.joint_state(header, robot.coordinates, state.s, velocity)
-    response.poses = [conversions.pose_stamped(header, pose.position, pose.rotation) for pose in poses]
+    response.poses = [
+        conversions.pose_stamped(header, pose.position, pose.rotation) for pose in poses
+    ]
     response.residual = float(np.max(state.residual))
 
 
@@ -55,7 +57,9 @@ def solve_ik(context: Context, request: SolveIK.Request, response: SolveIK.Respo
     seed = None
     if request.seed.name or request.seed.position:
         seed = JointOrder(robot.active).arrange(conversions.sample_of_state(request.seed)).position
-    result = robot.inverse_kinematics(target, seed, request.all_solutions, mask, context.situation.conditions.mode)
+    result = robot.inverse_kinematics(
+        target, seed, request.all_solutions, mask, context.situation.conditions.mode
+    )
 
     state = result.state
     header = Header(stamp=request.target.header.stamp, frame_id=robot.base_frame)
@@ -69,35 +73,46 @@ def solve_ik(context: Context, request: SolveIK.Request, response: SolveIK.Respo
         response.residual = float(result.residual) if math.isfinite(result.residual) else math.nan
         return
     require_finite(state.s)
-    response.solutions = [conversions.joint_state(header, robot.active, u) for u in result.solutions]
+    response.solutions = [
+        conversions.joint_state(header, robot.active, u) for u in result.solutions
+    ]
     response.residual = float(result.residual)
     response.redundant = list(result.redundant)
 
 
-def compute_jacobian(context: Context, request: ComputeJacobian.Request, response: ComputeJacobian.Response) -> None:
+def compute_jacobian(
+    context: Context, request: ComputeJacobian.Request, response: ComputeJacobian.Response
+) -> None:
     """Jacobian of a frame with respect to the active joints."""
     robot = context.robot
     require_frames(robot, request.frame or robot.end_effector)
     motion = JointOrder(robot.active).arrange(conversions.sample_of_state(request.active_joints))
-    jacobian = robot.jacobian(context.close(motion.position, motion.velocity), request.frame or None)
+    jacobian = robot.jacobian(
+        context.close(motion.position, motion.velocity), request.frame or None
+    )
     require_finite(jacobian)
     response.joints = list(robot.active)
     response.jacobian = conversions.to_field(jacobian.ravel())
 
 
-def close_loops(context: Context, request: CloseLoops.Request, response: CloseLoops.Response) -> None:
+def close_loops(
+    context: Context, request: CloseLoops.Request, response: CloseLoops.Response
+) -> None:
     """Full state from any independent set of joints."""
     robot, given = context.robot, request.given
     unknown = [name for name in given.name if name not in robot.coordinates]
     if unknown:
         raise RejectedError(
-            RejectionCode.BAD_REQUEST, f"there is no joint '{unknown[0]}'; known: {', '.join(robot.coordinates)}"
+            RejectionCode.BAD_REQUEST,
+            f"there is no joint '{unknown[0]}'; known: {', '.join(robot.coordinates)}",
         )
     sample = conversions.sample_of_motion(given, complete=False)
     motion = JointOrder(given.name).arrange(sample)
     near = context.situation.conditions.mode
     if request.near.name:
-        near = context.close(JointOrder(robot.active).arrange(conversions.sample_of_state(request.near)).position)
+        near = context.close(
+            JointOrder(robot.active).arrange(conversions.sample_of_state(request.near)).position
+        )
     rows = (
         None if part is None else dict(zip(given.name, part.tolist(), strict=True))
         for part in (motion.position, motion.velocity, motion.acceleration)

@@ -43,7 +43,9 @@ def list_assembly_modes(
         now = context.close(u).s
     except HybridDynamicsError:
         now = np.full(len(robot.coordinates), np.nan)
-    response.current = next((k for k, mode in enumerate(modes) if _same(robot, mode.state.s, now)), -1)
+    response.current = next(
+        (k for k, mode in enumerate(modes) if _same(robot, mode.state.s, now)), -1
+    )
 
 
 def switch_assembly_mode(
@@ -51,19 +53,29 @@ def switch_assembly_mode(
 ) -> NewMode:
     """The stream closes its loops on other modes from now on."""
     if context.situation.moving:
-        raise RejectedError(RejectionCode.REFUSED, "the robot moves: assembly modes change only while it stands")
+        raise RejectedError(
+            RejectionCode.REFUSED, "the robot moves: assembly modes change only while it stands"
+        )
     if not request.loops or len(request.loops) != len(request.branches):
-        given = f"{counted(len(request.loops), 'loop')} and {counted(len(request.branches), 'branch', 'branches')}"
+        given = (
+            f"{counted(len(request.loops), 'loop')} and"
+            f" {counted(len(request.branches), 'branch', 'branches')}"
+        )
         text = f"{given}; expected one branch for each loop"
         raise RejectedError(RejectionCode.WRONG_LENGTH, text)
     robot, asked = context.robot, dict(zip(request.loops, request.branches, strict=True))
     _require_modes(robot, asked)
-    u = context.newest(", which say where the robot stands; the assembly modes to begin with stand in the robot file")
+    u = context.newest(
+        ", which say where the robot stands; the assembly modes to begin with stand in the robot"
+        " file"
+    )
     wanted = {**context.close(u).branch, **asked}
     modes = robot.assembly_modes(u)
     chosen = next((mode.state for mode in modes if dict(mode.branch) == wanted), None)
     if chosen is None:
-        raise RejectedError(RejectionCode.BAD_REQUEST, _how_else(asked, [mode.branch for mode in modes]))
+        raise RejectedError(
+            RejectionCode.BAD_REQUEST, _how_else(asked, [mode.branch for mode in modes])
+        )
     response.mode = _message(robot, chosen)
     return NewMode(chosen)
 
@@ -89,17 +101,26 @@ def _how_else(asked: Mapping[str, str], there: Sequence[Mapping[str, str]]) -> s
         names = list(dict.fromkeys(branch[loop] for branch in there if loop in branch))
         if name not in names:
             told = ", ".join(names[:_TOLD]) or "in no way"
-            return f"loop '{loop}' does not close as '{name}' here{nearest(name, names)}; it closes as {told}"
+            return (
+                f"loop '{loop}' does not close as '{name}' here{nearest(name, names)}; it closes as"
+                f" {told}"
+            )
     return (
-        f"the loops close in {counted(len(there), 'way')} here, and so together in none of them; list_assembly_modes "
-        "lists them"
+        f"the loops close in {counted(len(there), 'way')} here, and so together in none of them;"
+        " list_assembly_modes lists them"
     )
 
 
-def describe_robot(context: Context, _request: DescribeRobot.Request, response: DescribeRobot.Response) -> None:
+def describe_robot(
+    context: Context, _request: DescribeRobot.Request, response: DescribeRobot.Response
+) -> None:
     """Names, types, limits."""
     robot = context.robot
-    response.name, response.base_frame, response.end_effector = robot.name, robot.base_frame, robot.end_effector
+    response.name, response.base_frame, response.end_effector = (
+        robot.name,
+        robot.base_frame,
+        robot.end_effector,
+    )
     response.joints = list(robot.coordinates)
     response.types = [str(robot.joint_types[name]) for name in robot.coordinates]
     response.lower, response.upper = (conversions.to_field(ends) for ends in joint_limits(robot))

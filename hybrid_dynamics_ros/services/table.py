@@ -16,9 +16,15 @@ from .trajectory import convert_trajectory
 
 
 class Lane(Enum):
-    """Where a call is worked on. Short calls never wait behind long ones, and the stream never behind any."""
+    """Where a call is worked on.
 
-    HERE = "in the node, between two messages: a few microseconds; changes are then made in a thread beside the stream"
+    Short calls never wait behind long ones, and the stream never behind any.
+    """
+
+    HERE = (
+        "in the node, between two messages: a few microseconds; changes are then made in a thread"
+        " beside the stream"
+    )
     SHORT = "in a process beside it: milliseconds"
     LONG = "in another process beside it: up to seconds"
 

@@ -14,7 +14,14 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from hybrid_dynamics_core import ClosedState
 
 from ..messages import conversions
-from ..messages.joint_samples import FloatArray, JointOrder, JointSample, RejectedError, Rejection, RejectionCode
+from ..messages.joint_samples import (
+    FloatArray,
+    JointOrder,
+    JointSample,
+    RejectedError,
+    Rejection,
+    RejectionCode,
+)
 from ..parameters import LEAST_SINGULARITY
 from ..stream.situation import Context
 from .answers import code_of
@@ -27,18 +34,28 @@ def convert_trajectory(
 ) -> None:
     """A path or a trajectory as one of the active joints, checked."""
     if bool(request.path) == bool(request.joints.points):
-        raise RejectedError(RejectionCode.BAD_REQUEST, "expected either points of joints or a path, and not both")
+        raise RejectedError(
+            RejectionCode.BAD_REQUEST, "expected either points of joints or a path, and not both"
+        )
     start = _start(context, request)
     lost: Rejection | None = None
     if request.path:
-        motion, lost = _motion_of_path(context, request.path, start.u, position_only=request.position_only)
+        motion, lost = _motion_of_path(
+            context, request.path, start.u, position_only=request.position_only
+        )
         stamp = request.path[0].header.stamp
     else:
         motion, stamp = motion_of_joints(request.joints), request.joints.header.stamp
     # A path begins where inverse kinematics says, on the modes that it keeps.
-    near = None if motion.names == context.robot.active and context.situation.conditions.mode is None else start
+    near = (
+        None
+        if motion.names == context.robot.active and context.situation.conditions.mode is None
+        else start
+    )
     least = context.situation.settings[LEAST_SINGULARITY]
-    done = convert(context.robot, motion, near, context.loads, least) if motion.time.size > 1 else None
+    done = (
+        convert(context.robot, motion, near, context.loads, least) if motion.time.size > 1 else None
+    )
     problem = (None if done is None else done.problem) or lost
     if done is None and problem is None:
         motion.complete()  # says what is wrong with so few points
@@ -74,11 +91,21 @@ def motion_of_joints(message: JointTrajectory) -> Motion:
         try:
             rows.append(order.arrange(sample))
         except RejectedError as error:
-            raise RejectedError(error.rejection.code, f"point {number}: {error.rejection.text}") from error
+            raise RejectedError(
+                error.rejection.code, f"point {number}: {error.rejection.text}"
+            ) from error
     time = np.array([conversions.seconds(point.time_from_start) for point in message.points])
     velocity = np.array([row.velocity for row in rows]) if has_velocity else None
-    acceleration = np.array([row.acceleration for row in rows]) if has_velocity and has_acceleration else None
-    return Motion(tuple(message.joint_names), time, np.array([row.position for row in rows]), velocity, acceleration)
+    acceleration = (
+        np.array([row.acceleration for row in rows]) if has_velocity and has_acceleration else None
+    )
+    return Motion(
+        tuple(message.joint_names),
+        time,
+        np.array([row.position for row in rows]),
+        velocity,
+        acceleration,
+    )
 
 
 def _motion_of_path(
@@ -97,14 +124,23 @@ def _motion_of_path(
 def _start(context: Context, request: ConvertTrajectory.Request) -> ClosedState:
     robot = context.robot
     if request.start.name:
-        return context.close(JointOrder(robot.active).arrange(conversions.sample_of_state(request.start)).position)
+        return context.close(
+            JointOrder(robot.active).arrange(conversions.sample_of_state(request.start)).position
+        )
     newest = context.situation.newest
     return context.close(robot.reference if newest is None else newest)
 
 
 def _message(names: Sequence[str], done: Converted, header: Header) -> JointTrajectory:
     message = JointTrajectory(header=header, joint_names=list(names))
-    rows = zip(done.time.tolist(), done.position, done.velocity, done.acceleration, done.efforts, strict=True)
+    rows = zip(
+        done.time.tolist(),
+        done.position,
+        done.velocity,
+        done.acceleration,
+        done.efforts,
+        strict=True,
+    )
     for time, position, velocity, acceleration, effort in rows:
         nanoseconds = round(time * 1e9)
         message.points.append(

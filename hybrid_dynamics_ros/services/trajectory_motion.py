@@ -1,7 +1,7 @@
 """Trajectories of any independent joints, or of the end effector, as trajectories of the active joints with efforts.
 
-Every point is followed from the one before it, so that no loop changes its assembly mode unnoticed, and checked
-against limits and singularities. Knows no ROS.
+Every point is followed from the one before it, so that no loop changes its assembly mode unnoticed,
+and checked against limits and singularities. Knows no ROS.
 """
 
 from __future__ import annotations
@@ -16,7 +16,13 @@ from hybrid_dynamics_core import ClosedState, IKStatus, Loads, Pose, Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_core.ground.wording import unit
 
-from ..messages.joint_samples import FloatArray, RejectedError, Rejection, RejectionCode, rejection_of
+from ..messages.joint_samples import (
+    FloatArray,
+    RejectedError,
+    Rejection,
+    RejectionCode,
+    rejection_of,
+)
 from ..stream.stroke_margins import Strokes
 
 _ROUNDING = 1e-9  # [rad or m] that a limit may be passed by
@@ -42,11 +48,14 @@ class Motion:
             RejectedError: times do not increase, or there are too few points.
         """
         if self.time.size < 2:
-            raise RejectedError(RejectionCode.BAD_REQUEST, f"{self.time.size} points, expected 2 or more")
+            raise RejectedError(
+                RejectionCode.BAD_REQUEST, f"{self.time.size} points, expected 2 or more"
+            )
         late = np.flatnonzero(np.diff(self.time) <= 0.0)
         if late.size:
             text = (
-                f"point {late[0] + 1} is at {self.time[late[0] + 1]:g} s, expected later than {self.time[late[0]]:g} s"
+                f"point {late[0] + 1} is at {self.time[late[0] + 1]:g} s, expected later than"
+                f" {self.time[late[0]]:g} s"
             )
             raise RejectedError(RejectionCode.BAD_REQUEST, text)
         velocity, acceleration = self.velocity, self.acceleration
@@ -80,7 +89,11 @@ class Converted:
 
 
 def convert(
-    robot: Robot, motion: Motion, near: ClosedState | None = None, loads: Loads | None = None, least: float = 0.0
+    robot: Robot,
+    motion: Motion,
+    near: ClosedState | None = None,
+    loads: Loads | None = None,
+    least: float = 0.0,
 ) -> Converted:
     """The motion as one of the active joints, checked point by point; the first bad point ends it.
 
@@ -116,7 +129,9 @@ def convert(
     n = len(robot.active)
     parts = [np.array([row[k] for row in rows]).reshape(-1, n) for k in range(4)]
     position, velocity, acceleration, efforts = parts
-    return Converted(motion.time[: len(rows)], position, velocity, acceleration, efforts, nearest, problem)
+    return Converted(
+        motion.time[: len(rows)], position, velocity, acceleration, efforts, nearest, problem
+    )
 
 
 def path_motion(
@@ -177,7 +192,9 @@ def _require_good(robot: Robot, state: ClosedState, strokes: Strokes, least: flo
 
 
 def _of_point(number: int, motion: Motion, rejection: Rejection) -> Rejection:
-    return Rejection(rejection.code, f"point {number} at {motion.time[number]:g} s: {rejection.text}")
+    return Rejection(
+        rejection.code, f"point {number} at {motion.time[number]:g} s: {rejection.text}"
+    )
 
 
 def _bends(time: FloatArray, position: FloatArray, velocity: FloatArray) -> FloatArray:

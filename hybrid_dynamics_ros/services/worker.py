@@ -22,7 +22,9 @@ _LOOK: Final = 0.2  # [s] between two looks whether the node is still there
 
 def main(descriptor: int, parent: int) -> None:
     """Make a robot from what the node sends, then answer jobs until the node is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes of a terminal: the node ends this one
+    signal.signal(
+        signal.SIGINT, signal.SIG_IGN
+    )  # Ctrl-C reaches all processes of a terminal: the node ends this one
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
     os.nice(_NICENESS)
     connection = Connection(descriptor)

@@ -1,7 +1,8 @@
 """Processes beside the node that answer service calls, so that the stream never waits for one.
 
-One process and one thread of the node for each lane: the thread hands over a job, waits without holding the
-interpreter, and passes on what comes back. A process that dies or takes too long is replaced. Knows no rclpy.
+One process and one thread of the node for each lane: the thread hands over a job, waits without
+holding the interpreter, and passes on what comes back. A process that dies or takes too long is
+replaced. Knows no rclpy.
 """
 
 from __future__ import annotations
@@ -59,7 +60,9 @@ class Workers:
 
     def __init__(self, description: RobotDescription) -> None:
         """Start them; a first call waits until its process is up."""
-        self._lanes = {lane: _Worker(lane.name.lower(), description) for lane in (Lane.SHORT, Lane.LONG)}
+        self._lanes = {
+            lane: _Worker(lane.name.lower(), description) for lane in (Lane.SHORT, Lane.LONG)
+        }
 
     def submit(self, lane: Lane, job: Job, most: int) -> None:
         """Have a job done; with ``most`` jobs waiting already it is refused at once."""
@@ -104,8 +107,14 @@ class _Worker:
 
     def _start(self) -> None:
         self._connection, theirs = Pipe()
-        words = ["-m", "hybrid_dynamics_ros.services.worker", str(theirs.fileno()), str(os.getpid())]
-        # Not multiprocessing's own processes: they bring a third one along, and import the main module again.
+        words = [
+            "-m",
+            "hybrid_dynamics_ros.services.worker",
+            str(theirs.fileno()),
+            str(os.getpid()),
+        ]
+        # Not multiprocessing's own processes: they bring a third one along, and import the main
+        # module again.
         self._process = subprocess.Popen(  # noqa: S603 - our own module
             [sys.executable, *words],
             pass_fds=[theirs.fileno()],
@@ -131,7 +140,9 @@ class _Worker:
                 self._work(job)
             except (EOFError, OSError):
                 self._restart()
-                job.refuse(RejectionCode.INTERNAL, "the process that worked on this call ended; call again")
+                job.refuse(
+                    RejectionCode.INTERNAL, "the process that worked on this call ended; call again"
+                )
             except Exception as error:  # noqa: BLE001 - without this thread no call would be answered any more
                 self._restart()
                 job.refuse(RejectionCode.INTERNAL, f"fault of the node: {error!r}")
@@ -146,7 +157,10 @@ class _Worker:
         self._connection.send((job.service, job.request, job.situation))
         if not self._connection.poll(job.timeout):
             self._restart()
-            job.refuse(RejectionCode.TIMEOUT, f"not done within {job.timeout:g} s (parameter services.timeout)")
+            job.refuse(
+                RejectionCode.TIMEOUT,
+                f"not done within {job.timeout:g} s (parameter services.timeout)",
+            )
             return
         response, change = self._connection.recv()
         job.done(response, change)

@@ -37,7 +37,12 @@ class Mass:
     inertia: Floats
 
 
-_PAYLOAD: Final[tuple[Parameter[Any], ...]] = (PAYLOAD_FRAME, PAYLOAD_MASS, PAYLOAD_COM, PAYLOAD_INERTIA)
+_PAYLOAD: Final[tuple[Parameter[Any], ...]] = (
+    PAYLOAD_FRAME,
+    PAYLOAD_MASS,
+    PAYLOAD_COM,
+    PAYLOAD_INERTIA,
+)
 _NOTHING: Final = Mass(0.0, (), ())
 
 
@@ -57,7 +62,9 @@ class Conditions:
         others = {name: mass for name, mass in self.payloads.items() if name != frame}
         return replace(self, payloads={**others, frame: body} if body.mass > 0.0 else others)
 
-    def with_settings(self, settings: Settings, before: Settings | None, end_effector: str) -> Conditions:
+    def with_settings(
+        self, settings: Settings, before: Settings | None, end_effector: str
+    ) -> Conditions:
         """With gravity and payload of the parameters; what a call has set stays while theirs does not change."""
         changed = replace(self, gravity=settings[GRAVITY])
         if before is not None and all(settings[row] == before[row] for row in _PAYLOAD):
@@ -82,7 +89,11 @@ class NewPayload:
     @property
     def words(self) -> str:
         """What it is, for the log."""
-        return f"{self.body.mass:g} kg at {self.frame}" if self.body.mass > 0.0 else f"nothing at {self.frame}"
+        return (
+            f"{self.body.mass:g} kg at {self.frame}"
+            if self.body.mass > 0.0
+            else f"nothing at {self.frame}"
+        )
 
 
 @dataclass(frozen=True)

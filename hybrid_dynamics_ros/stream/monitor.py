@@ -66,7 +66,9 @@ class Monitor:
         """An input was refused."""
         self.last_error = f"{rejection.code.value}: {rejection.text}"
 
-    def report(self, result: MotionResult | None, counts: Counts, now_ns: int, settings: Settings) -> list[Entry]:
+    def report(
+        self, result: MotionResult | None, counts: Counts, now_ns: int, settings: Settings
+    ) -> list[Entry]:
         """How things are since the last report.
 
         Args:
@@ -88,18 +90,31 @@ class Monitor:
         for end, left in zip(("lower", "upper"), self._strokes.left(result.position), strict=True):
             for k in np.flatnonzero(left < 0.0).tolist():
                 name, unit = self._strokes.joints[k], self._strokes.units[k]
-                told[name] = f"{name} is beyond its {end} limit by {-left[k]:.4g} {unit}; it is answered"
+                told[name] = (
+                    f"{name} is beyond its {end} limit by {-left[k]:.4g} {unit}; it is answered"
+                )
         return told
 
     def _traffic(self, counts: Counts, settings: Settings) -> list[Entry]:
         now = time.monotonic()
-        received, rejected = counts.received - self._received, counts.rejected.total() - self._rejected
+        received, rejected = (
+            counts.received - self._received,
+            counts.rejected.total() - self._rejected,
+        )
         rate = received / max(now - self._reported, 1e-3)
-        self._received, self._rejected, self._reported = counts.received, counts.rejected.total(), now
+        self._received, self._rejected, self._reported = (
+            counts.received,
+            counts.rejected.total(),
+            now,
+        )
         return [
-            Entry("rate [Hz]", f"{rate:.1f}", Level.WARN if rate < settings[LEAST_RATE] else Level.OK),
+            Entry(
+                "rate [Hz]", f"{rate:.1f}", Level.WARN if rate < settings[LEAST_RATE] else Level.OK
+            ),
             Entry("received", str(counts.received), Level.OK if received else Level.STALE),
-            Entry("rejected since last report", str(rejected), Level.WARN if rejected else Level.OK),
+            Entry(
+                "rejected since last report", str(rejected), Level.WARN if rejected else Level.OK
+            ),
             Entry("counts", counts.summary()),
             Entry("lost in the queue", str(self.lost)),
             Entry("left out under overload", str(self.skipped)),
@@ -110,12 +125,16 @@ class Monitor:
         if result is not None:
             age = (now_ns - result.stamp_ns) * 1e-9
             old = abs(age) > settings[LATEST_AGE]  # from the future as well: then clocks differ
-            entries.append(Entry("age of the stamp [s]", f"{age:.6f}", Level.WARN if old else Level.OK))
+            entries.append(
+                Entry("age of the stamp [s]", f"{age:.6f}", Level.WARN if old else Level.OK)
+            )
         if self._latencies:
             middle, late = np.percentile(self._latencies, (50.0, 99.0)).tolist()
             slow = late > settings[LATENCY]
             entries.append(Entry("latency, median [s]", f"{middle:.6f}"))
-            entries.append(Entry("latency, 99 % [s]", f"{late:.6f}", Level.WARN if slow else Level.OK))
+            entries.append(
+                Entry("latency, 99 % [s]", f"{late:.6f}", Level.WARN if slow else Level.OK)
+            )
             self._latencies.clear()
         return entries
 
@@ -129,7 +148,9 @@ class Monitor:
             margins = np.minimum(*self._strokes.left(result.position))
             k = int(np.argmin(margins))
             level = _below(float(margins[k]), settings[STROKE_WARN], settings[STROKE_ERROR])
-            entries.append(Entry("stroke margin", f"{margins[k]:.4g} {self._strokes.joints[k]}", level))
+            entries.append(
+                Entry("stroke margin", f"{margins[k]:.4g} {self._strokes.joints[k]}", level)
+            )
         return entries
 
 

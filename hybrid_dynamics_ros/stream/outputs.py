@@ -1,7 +1,7 @@
 """What goes out for each input: one table of topics, each with the function that fills its message.
 
-Messages that go out for every input are filled in as bytes (`cdr`), which costs a fifth of a message object; the names
-of all are written once. Knows no rclpy.
+Messages that go out for every input are filled in as bytes (`cdr`), which costs a fifth of a
+message object; the names of all are written once. Knows no rclpy.
 """
 
 from __future__ import annotations
@@ -29,7 +29,9 @@ from ..messages.link_transforms import quaternion
 from .results import MotionResult
 from .stroke_margins import Strokes
 
-Fill = Callable[[MotionResult], Any | None]  # the message or its bytes, or None where this result has none
+Fill = Callable[
+    [MotionResult], Any | None
+]  # the message or its bytes, or None where this result has none
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,9 @@ def joint_states(robot: Robot) -> Fill:
     def fill(result: MotionResult) -> bytes:
         efforts = None if result.efforts is None else along(result, result.efforts)
         known = [part for part in (result.position, result.velocity, efforts) if part is not None]
-        return layout(result.velocity is not None, efforts is not None).message(result.stamp_ns, known)
+        return layout(result.velocity is not None, efforts is not None).message(
+            result.stamp_ns, known
+        )
 
     return fill
 
@@ -144,9 +148,12 @@ def loop_reactions(robot: Robot) -> Fill:
         message.header.stamp = ns_to_stamp(result.stamp_ns)
         message.pins = list(pins)
         message.link_a, message.link_b = ([pin.links[k] for pin in pins.values()] for k in (0, 1))
-        message.places = [Point(x=x, y=y, z=z) for x, y, z in (pin.place.tolist() for pin in pins.values())]
+        message.places = [
+            Point(x=x, y=y, z=z) for x, y, z in (pin.place.tolist() for pin in pins.values())
+        ]
         message.wrenches = [
-            Wrench(force=_vector(pin.force.tolist()), torque=_vector(pin.moment.tolist())) for pin in pins.values()
+            Wrench(force=_vector(pin.force.tolist()), torque=_vector(pin.moment.tolist()))
+            for pin in pins.values()
         ]
         return message
 
@@ -197,7 +204,9 @@ def _efforts_along_joints(robot: Robot) -> Callable[[MotionResult, FloatArray], 
     def driven(result: MotionResult, tau: FloatArray) -> FloatArray | None:
         along = np.zeros(size)
         try:
-            along[places] = [float(force) for force in robot.drive_forces(result.state, tau).values()]
+            along[places] = [
+                float(force) for force in robot.drive_forces(result.state, tau).values()
+            ]
         except SingularityError:
             return None  # as they stand, the drives cannot give these forces
         return along

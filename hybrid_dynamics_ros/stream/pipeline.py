@@ -1,7 +1,7 @@
 """From a sample of the measured joints to the full state and the efforts.
 
-Knows no ROS: a live node and a tool that reads recordings run the same code. What comes out depends on
-nothing but the samples that went in before, in their order.
+Knows no ROS: a live node and a tool that reads recordings run the same code. What comes out depends
+on nothing but the samples that went in before, in their order.
 """
 
 from __future__ import annotations
@@ -59,7 +59,11 @@ class Counts:
         ]
         parts += [f"{count} rejected: {code.value}" for code, count in self.rejected.items()]
         quiet = (StampEvent.NEXT, StampEvent.FIRST)
-        parts += [f"{count} {_plural(event, count)}" for event, count in self.events.items() if event not in quiet]
+        parts += [
+            f"{count} {_plural(event, count)}"
+            for event, count in self.events.items()
+            if event not in quiet
+        ]
         return ", ".join(parts)
 
 
@@ -70,7 +74,9 @@ def _plural(event: StampEvent, count: int) -> str:
 class Pipeline:
     """One robot, one stream of samples."""
 
-    def __init__(self, robot: Robot, bandwidth: float, max_gap: float, measured: Sequence[str] | None = None) -> None:
+    def __init__(
+        self, robot: Robot, bandwidth: float, max_gap: float, measured: Sequence[str] | None = None
+    ) -> None:
         """The pipeline of one robot.
 
         Args:
@@ -97,7 +103,9 @@ class Pipeline:
         self.set_filter(bandwidth, max_gap)
         if not self._direct:
             start = robot.close(robot.reference)
-            robot.close_given({name: float(start.s[robot.coordinates.index(name)]) for name in self.measured})
+            robot.close_given(
+                {name: float(start.s[robot.coordinates.index(name)]) for name in self.measured}
+            )
 
     @property
     def loads(self) -> Loads:
@@ -151,9 +159,10 @@ class Pipeline:
     def process(self, sample: JointSample, *, estimate: bool = True) -> MotionResult | Rejection:
         """The result of one sample, or why there is none.
 
-        A sample with accelerations is taken as it is and needs velocities too; it leaves the filter alone. A
-        rejected sample leaves the filter alone as well. Raises nothing for any content of the sample.
-        estimate: whether the filter tells the rates that the sample lacks; if not, they stay unknown.
+        A sample with accelerations is taken as it is and needs velocities too; it leaves the filter
+        alone. A rejected sample leaves the filter alone as well. Raises nothing for any content of
+        the sample. estimate: whether the filter tells the rates that the sample lacks; if not, they
+        stay unknown.
         """
         self.counts.received += 1
         try:
@@ -191,7 +200,9 @@ class Pipeline:
 
     def _answer(self, sample: JointSample, *, estimate: bool) -> MotionResult:
         if sample.stamp_ns < 0:
-            raise RejectedError(RejectionCode.BAD_STAMP, f"stamp is {sample.stamp_ns} ns, expected 0 or more")
+            raise RejectedError(
+                RejectionCode.BAD_STAMP, f"stamp is {sample.stamp_ns} ns, expected 0 or more"
+            )
         motion = self._order.arrange(sample)
         if self.calibration is not None:
             motion = motion.calibrated(self.calibration)
@@ -208,13 +219,23 @@ class Pipeline:
         return result
 
     def _estimate(self, stamp_ns: int, motion: ActiveMotion) -> tuple[EstimatorState, Estimate]:
-        state, estimate = self._estimator.step(self._state, stamp_ns, motion.position, motion.velocity)
+        state, estimate = self._estimator.step(
+            self._state, stamp_ns, motion.position, motion.velocity
+        )
         if not all_finite(state.filter.derivatives):
-            raise RejectedError(RejectionCode.OVERFLOW, "estimated rates of the measured joints are not finite")
+            raise RejectedError(
+                RejectionCode.OVERFLOW, "estimated rates of the measured joints are not finite"
+            )
         return state, estimate
 
-    def _evaluate(self, stamp_ns: int, motion: ActiveMotion, event: StampEvent | None) -> MotionResult:
-        if self._fused is not None and motion.velocity is not None and motion.acceleration is not None:
+    def _evaluate(
+        self, stamp_ns: int, motion: ActiveMotion, event: StampEvent | None
+    ) -> MotionResult:
+        if (
+            self._fused is not None
+            and motion.velocity is not None
+            and motion.acceleration is not None
+        ):
             return self._evaluate_fused(self._fused, stamp_ns, motion, event)
         state, acceleration = self._close(motion, event)
         velocity = None if motion.velocity is None else state.du
@@ -261,7 +282,9 @@ class Pipeline:
             partial(robot.closed_state, u, du, closed),
         )
 
-    def _close(self, motion: ActiveMotion, event: StampEvent | None) -> tuple[ClosedState, FloatArray | None]:
+    def _close(
+        self, motion: ActiveMotion, event: StampEvent | None
+    ) -> tuple[ClosedState, FloatArray | None]:
         """The closed state, and the accelerations of the active joints where they are known."""
         if self._direct and self.mode is None:
             return self.robot.close(motion.position, motion.velocity), motion.acceleration

@@ -21,10 +21,12 @@ class MotionResult:
     Attributes:
         robot, loads: what the result was computed with.
         stamp_ns: stamp of the sample [ns].
-        active: motion of the active joints, for which all was computed; rates and accelerations as far as known.
+        active: motion of the active joints, for which all was computed; rates and accelerations as
+        far as known.
         position: all coordinates, active then passive, (n_s,) [rad or m].
         velocity: rates of all coordinates, (n_s,) [rad/s or m/s]; None until they are known.
-        efforts: what the active joints must give, (n,) [N m or N]; None until the filter has its samples.
+        efforts: what the active joints must give, (n,) [N m or N]; None until the filter has its
+        samples.
         residual: largest error of the loop equations, in lengths of the loop or [rad].
         distances: of each loop to its nearest singularity, (loops,).
         branch: assembly mode of each loop by name.

@@ -15,7 +15,15 @@ from hybrid_dynamics_core.ground.suggestions import none_such
 from hybrid_dynamics_core.ground.wording import one_line
 
 from ..messages.joint_samples import JointSample, Rejection
-from ..parameters import BANDWIDTH, MAX_GAP, MEASURED, PAYLOAD_FRAME, STILL, ParameterError, Settings
+from ..parameters import (
+    BANDWIDTH,
+    MAX_GAP,
+    MEASURED,
+    PAYLOAD_FRAME,
+    STILL,
+    ParameterError,
+    Settings,
+)
 from .conditions import Change, Conditions, calibration_of, loads_of
 from .monitor import Monitor
 from .pipeline import Pipeline
@@ -31,7 +39,8 @@ class Runtime:
         """Make it, and have the robot's code generated now, not while the first message waits for it.
 
         Raises:
-            HybridDynamicsError: the measured joints do not determine the others, or the payload is none.
+            HybridDynamicsError: the measured joints do not determine the others, or the payload is
+            none.
             ParameterError: a parameter does not go with this robot.
         """
         self.robot = robot
@@ -131,8 +140,15 @@ class Runtime:
         robot.forward_kinematics(state)
         robot.jacobian(state)
         robot.hydraulics(state, np.zeros(state.n))
-        bare, frame = loads_of(robot, Conditions(gravity=self.conditions.gravity)), self.settings[PAYLOAD_FRAME]
-        for loads in (bare, bare.with_payload(Payload(1.0), frame or robot.end_effector), self.pipeline.loads):
+        bare, frame = (
+            loads_of(robot, Conditions(gravity=self.conditions.gravity)),
+            self.settings[PAYLOAD_FRAME],
+        )
+        for loads in (
+            bare,
+            bare.with_payload(Payload(1.0), frame or robot.end_effector),
+            self.pipeline.loads,
+        ):
             self._generate(loads)  # what parameters may bring while messages flow
 
     def _generate(self, loads: Loads) -> None:
@@ -141,7 +157,9 @@ class Runtime:
         self.robot.reactions(state, np.zeros(state.n), loads)
 
 
-def _require_known(parameter: str, kind: str, names: tuple[str, ...], known: tuple[str, ...]) -> None:
+def _require_known(
+    parameter: str, kind: str, names: tuple[str, ...], known: tuple[str, ...]
+) -> None:
     for name in names:
         if name not in known:
             raise ParameterError(f"parameter {parameter}: {none_such(kind, name, known)}")

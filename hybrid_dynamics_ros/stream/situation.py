@@ -71,4 +71,6 @@ def require_finite(*arrays: FloatArray | None) -> None:
         RejectedError: it would.
     """
     if not all(values is None or np.isfinite(values).all() for values in arrays):
-        raise RejectedError(RejectionCode.OVERFLOW, "the input is too large: the answer would not be finite")
+        raise RejectedError(
+            RejectionCode.OVERFLOW, "the input is too large: the answer would not be finite"
+        )

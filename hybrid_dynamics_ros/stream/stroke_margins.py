@@ -19,7 +19,9 @@ class Strokes:
         self.joints = tuple(robot.coordinates[k] for k in self._places)
         self.units = tuple(unit(robot.joint_types[name]) for name in self.joints)
         self._ends = self.lower[self._places], self.upper[self._places]
-        self._rows = tuple(zip(self._places.tolist(), *(ends.tolist() for ends in self._ends), strict=True))
+        self._rows = tuple(
+            zip(self._places.tolist(), *(ends.tolist() for ends in self._ends), strict=True)
+        )
 
     def within(self, s: FloatArray) -> bool:
         """Whether all of ``joints`` of s (n_s,) are within their limits; in plain floats, as every input is asked."""
@@ -34,6 +36,8 @@ class Strokes:
 
 def joint_limits(robot: Robot) -> tuple[FloatArray, FloatArray]:
     """Lower and upper limits of all coordinates (n_s,) [rad or m]; of active ones within what closes."""
-    told = np.array([robot.description.joints[name].limits for name in robot.coordinates], dtype=np.float64)
+    told = np.array(
+        [robot.description.joints[name].limits for name in robot.coordinates], dtype=np.float64
+    )
     told[: len(robot.active)] = robot.limits
     return told[:, 0], told[:, 1]

@@ -23,7 +23,10 @@ def tf_output() -> tuple[type, Callable[[Robot], Fill]]:
     try:
         from tf2_msgs.msg import TFMessage  # noqa: PLC0415 - not among the wheels of PyPI
     except ImportError as error:
-        text = f"parameter {TF_RATE.name}: tf2_msgs is not installed; use robot_state_publisher, or set it to -1"
+        text = (
+            f"parameter {TF_RATE.name}: tf2_msgs is not installed; use robot_state_publisher, or"
+            " set it to -1"
+        )
         raise ParameterError(text) from error
     return TFMessage, tf_filler
 

@@ -13,8 +13,9 @@ ARM = 0.5  # [m] between the two connected points of a closure that ties axes
 class MujocoRobot:
     """Open tree in MuJoCo, with Newton on the violation of its equality constraints.
 
-    A pin or ball is a `connect`; a weld a `weld`; tied axes are two `connect` on the axis; a named parallelogram with
-    three joints in the tree is two `joint` constraints. Coordinates s in the order `names`.
+    A pin or ball is a `connect`; a weld a `weld`; tied axes are two `connect` on the axis; a named
+    parallelogram with three joints in the tree is two `joint` constraints. Coordinates s in the
+    order `names`.
     """
 
     def __init__(self, robot: RobotDescription, names: tuple[str, ...]) -> None:
@@ -35,7 +36,11 @@ class MujocoRobot:
         """MuJoCo's violation of the equality constraints and their Jacobian (rows, n_s)."""
         self.place(s)
         rows = self.data.nefc
-        jacobian = np.array(self.data.efc_J).reshape(rows, self.model.nv) if rows else np.zeros((0, self.size))
+        jacobian = (
+            np.array(self.data.efc_J).reshape(rows, self.model.nv)
+            if rows
+            else np.zeros((0, self.size))
+        )
         return np.array(self.data.efc_pos[:rows]), jacobian[:, self.index]
 
     def close(self, s: np.ndarray, n_active: int) -> np.ndarray:
@@ -86,7 +91,8 @@ def as_mjcf(robot: RobotDescription) -> str:
     ties = [_tie(robot, c) for c in robot.closures]
     return (
         '<mujoco><compiler angle="radian" boundmass="1e-12" boundinertia="1e-12"/>'
-        f'<option gravity="{_text(robot.gravity)}" jacobian="dense"><flag contact="disable"/></option>'
+        f'<option gravity="{_text(robot.gravity)}" jacobian="dense"><flag'
+        ' contact="disable"/></option>'
         f"<worldbody>{_sites(robot, robot.base)}{_bodies(robot, hung, robot.base)}</worldbody>"
         f"<equality>{''.join(ties)}</equality></mujoco>"
     )
@@ -97,11 +103,17 @@ def _bodies(robot: RobotDescription, hung: dict[str, list[Joint]], parent: str) 
     for joint in hung.get(parent, []):
         link = robot.links[joint.child]
         i = link.inertia
-        inertia = [i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]] if link.mass else [1e-12] * 3 + [0.0] * 3
+        inertia = (
+            [i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]]
+            if link.mass
+            else [1e-12] * 3 + [0.0] * 3
+        )
         kind = "hinge" if joint.type == "revolute" else "slide"
         text += (
-            f'<body name="{link.name}" pos="{_text(joint.translation)}" quat="{_text(_quaternion(joint.rotation))}">'
-            f'<inertial pos="{_text(link.com)}" mass="{max(link.mass, 1e-12)!r}" fullinertia="{_text(inertia)}"/>'
+            f'<body name="{link.name}" pos="{_text(joint.translation)}"'
+            f' quat="{_text(_quaternion(joint.rotation))}">'
+            f'<inertial pos="{_text(link.com)}" mass="{max(link.mass, 1e-12)!r}"'
+            f' fullinertia="{_text(inertia)}"/>'
             f'<joint name="{joint.name}" type="{kind}" axis="{_text(joint.axis)}"/>'
             f"{_sites(robot, link.name)}{_bodies(robot, hung, link.name)}</body>"
         )
@@ -117,7 +129,10 @@ def _sites(robot: RobotDescription, link: str) -> str:
                 point, rotation = getattr(c, f"point_{end}"), getattr(c, f"rotation_{end}")
                 for name, where in (("near", point), ("far", point + ARM * rotation[:, 2])):
                     quaternion = _text(_quaternion(rotation))
-                    text += f'<site name="{c.name}_{end}_{name}" pos="{_text(where)}" quat="{quaternion}"/>'
+                    text += (
+                        f'<site name="{c.name}_{end}_{name}" pos="{_text(where)}"'
+                        f' quat="{quaternion}"/>'
+                    )
     return text
 
 
@@ -145,11 +160,16 @@ def _parallelogram(robot: RobotDescription, c: Closure) -> str:
 
 def _equal(robot: RobotDescription, one: Joint, other: Joint, way: float) -> str:
     """one + way * other stays, in turns about the common axis; the constant from the reference."""
-    along = one.axis if one.child == other.parent else one.rotation @ one.axis  # in the frame that other's parent has
+    along = (
+        one.axis if one.child == other.parent else one.rotation @ one.axis
+    )  # in the frame that other's parent has
     sign = 1.0 if along @ (other.rotation @ other.axis) > 0.0 else -1.0
     slope = -way * sign
     constant = robot.reference[other.name] - slope * robot.reference[one.name]
-    return f'<joint joint1="{other.name}" joint2="{one.name}" polycoef="{constant!r} {slope!r} 0 0 0"/>'
+    return (
+        f'<joint joint1="{other.name}" joint2="{one.name}" polycoef="{constant!r} {slope!r} 0 0'
+        ' 0"/>'
+    )
 
 
 def _quaternion(rotation: np.ndarray) -> np.ndarray:

@@ -1,4 +1,7 @@
-"""The same robot in Pinocchio: its tree from the description, its closures as constraints. An engine of its own."""
+"""The same robot in Pinocchio: its tree from the description, its closures as constraints.
+
+An engine of its own.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,8 @@ LOCAL = pin.ReferenceFrame.LOCAL
 class PinocchioRobot:
     """Open tree of a description in Pinocchio, with Newton for the closures and the DAE as one KKT system.
 
-    Coordinates s in the order `names`. A pin is three equations in space; in a planar loop one is redundant.
+    Coordinates s in the order `names`. A pin is three equations in space; in a planar loop one is
+    redundant.
     """
 
     def __init__(self, robot: RobotDescription, names: tuple[str, ...]) -> None:
@@ -33,13 +37,21 @@ class PinocchioRobot:
     def _open(self, robot: RobotDescription, waiting: dict[str, Joint]) -> list[str]:
         last = self.model.names[-1]
         ready = [n for n, j in waiting.items() if j.parent in self.frames]
-        own = [n for n in ready if last in robot.joints and robot.joints[n].parent == robot.joints[last].child]
+        own = [
+            n
+            for n in ready
+            if last in robot.joints and robot.joints[n].parent == robot.joints[last].child
+        ]
         depth = {n: self.frames[robot.joints[n].parent][0] for n in ready}
         return own or sorted(ready, key=lambda n: depth[n])
 
     def _add(self, robot: RobotDescription, name: str) -> None:
         joint, link = robot.joints[name], robot.links[robot.joints[name].child]
-        kind = pin.JointModelRevoluteUnaligned if joint.type == "revolute" else pin.JointModelPrismaticUnaligned
+        kind = (
+            pin.JointModelRevoluteUnaligned
+            if joint.type == "revolute"
+            else pin.JointModelPrismaticUnaligned
+        )
         parent, _ = self.frames[joint.parent]
         placement = pin.SE3(np.array(joint.rotation), np.array(joint.translation))
         index = self.model.addJoint(parent, kind(np.array(joint.axis)), placement, name)
@@ -53,7 +65,8 @@ class PinocchioRobot:
         q[self.index] = s
         return q
 
-    # -- closures ----------------------------------------------------------------------------------------------
+    # -- closures
+    # ----------------------------------------------------------------------------------------------
 
     def gaps(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Gaps of all closures [m], then [rad] where axes are tied too, and their Jacobian (rows, n_s)."""
@@ -84,7 +97,10 @@ class PinocchioRobot:
     def _place(self, closure: Closure, end: str) -> tuple[int, pin.SE3]:
         """Joint and placement of one end; about the free axis of a revolute joint both ends stand alike."""
         index, _ = self.frames[getattr(closure, f"link_{end}")]
-        return index, pin.SE3(np.array(getattr(closure, f"rotation_{end}")), np.array(getattr(closure, f"point_{end}")))
+        return index, pin.SE3(
+            np.array(getattr(closure, f"rotation_{end}")),
+            np.array(getattr(closure, f"point_{end}")),
+        )
 
     def constraint_jacobian(self, s: np.ndarray) -> np.ndarray:
         """Pinocchio's own Jacobian of the closures as contact constraints (rows, n_s): 3D for pins, else 6D.
@@ -130,7 +146,10 @@ class PinocchioRobot:
         for closure in self.closures:
             a, b = (
                 self._acceleration(link, point)
-                for link, point in ((closure.link_a, closure.point_a), (closure.link_b, closure.point_b))
+                for link, point in (
+                    (closure.link_a, closure.point_a),
+                    (closure.link_b, closure.point_b),
+                )
             )
             result.append(a - b)
         return np.concatenate(result)
@@ -144,7 +163,8 @@ class PinocchioRobot:
         result: np.ndarray = rotation @ (spatial + np.cross(velocity.angular, at_point))
         return result
 
-    # -- links and forces --------------------------------------------------------------------------------------
+    # -- links and forces
+    # --------------------------------------------------------------------------------------
 
     def pose(self, s: np.ndarray, link: str) -> tuple[np.ndarray, np.ndarray]:
         """Rotation and origin of a link in the base frame."""
@@ -156,12 +176,16 @@ class PinocchioRobot:
         """Linear velocity of a link's origin and its angular velocity, base axes."""
         pin.forwardKinematics(self.model, self.data, self.order(s), self.order(ds))
         index, _ = self.frames[link]
-        twist = pin.getVelocity(self.model, self.data, index, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+        twist = pin.getVelocity(
+            self.model, self.data, index, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        )
         return twist.linear, twist.angular
 
     def tree_forces(self, s: np.ndarray, ds: np.ndarray, dds: np.ndarray) -> np.ndarray:
         """M s'' + C s' + g of the open tree (n_s,)."""
-        forces: np.ndarray = pin.rnea(self.model, self.data, self.order(s), self.order(ds), self.order(dds))
+        forces: np.ndarray = pin.rnea(
+            self.model, self.data, self.order(s), self.order(ds), self.order(dds)
+        )
         chosen: np.ndarray = forces[self.index]
         return chosen
 
@@ -180,8 +204,8 @@ class PinocchioRobot:
     def constraint_dynamics(self, s: np.ndarray, ds: np.ndarray, tau: np.ndarray) -> np.ndarray:
         """s'' of the tree with its closures as contacts, for forces tau along all coordinates (n_s,).
 
-        The rows that a planar loop has too many leave the multipliers open, not s'': the proximal iteration settles s''
-        in a few rounds, and is stopped after them.
+        The rows that a planar loop has too many leave the multipliers open, not s'': the proximal
+        iteration settles s'' in a few rounds, and is stopped after them.
         """
         models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
         for model in (m for closure in self.closures for m in self._contacts(closure)):
@@ -190,7 +214,9 @@ class PinocchioRobot:
         pin.initConstraintDynamics(self.model, self.data, models, datas)
         q, v, forces = (self.order(x) for x in (s, ds, tau))
         settings = pin.ProximalSettings(1e-14, 1e-10, 20)
-        dds: np.ndarray = pin.constraintDynamics(self.model, self.data, q, v, forces, models, datas, settings)
+        dds: np.ndarray = pin.constraintDynamics(
+            self.model, self.data, q, v, forces, models, datas, settings
+        )
         chosen: np.ndarray = dds[self.index]
         return chosen
 
@@ -199,9 +225,12 @@ class PinocchioRobot:
         (i, a), (j, b) = (self._place(closure, end) for end in "ab")
         kind = pin.ContactType.CONTACT_6D if closure.kind == "frame" else pin.ContactType.CONTACT_3D
         shifts = [
-            pin.SE3(np.eye(3), np.array([0.0, 0.0, z])) for z in ((0.0, 0.5) if closure.kind == "axis" else (0.0,))
+            pin.SE3(np.eye(3), np.array([0.0, 0.0, z]))
+            for z in ((0.0, 0.5) if closure.kind == "axis" else (0.0,))
         ]
-        return [pin.RigidConstraintModel(kind, self.model, i, a * up, j, b * up, LOCAL) for up in shifts]
+        return [
+            pin.RigidConstraintModel(kind, self.model, i, a * up, j, b * up, LOCAL) for up in shifts
+        ]
 
 
 def _tied(closure: Closure) -> list[int]:

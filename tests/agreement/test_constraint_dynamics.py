@@ -1,8 +1,9 @@
 """The equations of motion of two other engines, on shipped robots, mechanisms of every kind and random robots.
 
-Forward dynamics against Pinocchio's constraintDynamics, which solves the tree with its closures as contacts; inverse
-dynamics and M-bar against Pinocchio's rnea and crba and MuJoCo's inverse dynamics of the tree, projected with the R
-that the engine's own constraint Jacobian gives. (MuJoCo's qfrc_inverse of a closed mechanism is not the actuators'.)
+Forward dynamics against Pinocchio's constraintDynamics, which solves the tree with its closures as
+contacts; inverse dynamics and M-bar against Pinocchio's rnea and crba and MuJoCo's inverse dynamics
+of the tree, projected with the R that the engine's own constraint Jacobian gives. (MuJoCo's
+qfrc_inverse of a closed mechanism is not the actuators'.)
 """
 
 from __future__ import annotations
@@ -22,7 +23,9 @@ from tests.robots import ROBOTS, random_states, random_vector, robot, scaled
 
 AGREE = 1e-8  # both engines close to 1e-12 or so; R loses up to four digits at margins of 0.01
 CLOSED = tuple(name for name in ROBOTS if robot(name).description.closures)
-ENGINES = pytest.mark.parametrize("engine", [PinocchioRobot, MujocoRobot], ids=["Pinocchio", "MuJoCo"])
+ENGINES = pytest.mark.parametrize(
+    "engine", [PinocchioRobot, MujocoRobot], ids=["Pinocchio", "MuJoCo"]
+)
 
 
 @cache
@@ -46,7 +49,9 @@ def test_forward_dynamics_is_that_of_the_constrained_tree(name: str) -> None:
 
 @examples(15)
 @given(case=robots(), seed=STATES)
-def test_forward_dynamics_of_random_robots_is_that_of_the_constrained_tree(case: Case, seed: int) -> None:
+def test_forward_dynamics_of_random_robots_is_that_of_the_constrained_tree(
+    case: Case, seed: int
+) -> None:
     assume(case.description.closures)
     state = case.robot.close(case.somewhere(seed)[: case.n], case.rates(seed))
     theirs = PinocchioRobot(case.description, case.robot.coordinates)

@@ -23,11 +23,15 @@ def test_closed_form_is_newton(u: np.ndarray) -> None:
     start[N:] += 0.03 * float(state.singularity) ** 2 * np.cos(np.arange(len(start) - N))
     if abs(np.cos(state.s[4] + state.s[5])) < 0.05 or abs(np.sin(state.s[4])) < 0.05:
         start = state.s  # Newton on a parallelogram's pins is singular where its bars are in line
-    assert ORACLE.close(start, N) == pytest.approx(state.s, abs=1e-11 / float(state.singularity) ** 2)
+    assert ORACLE.close(start, N) == pytest.approx(
+        state.s, abs=1e-11 / float(state.singularity) ** 2
+    )
 
 
 @given(positions(ROBOT), rates(ROBOT), rates(ROBOT))
-def test_inverse_dynamics_is_pinocchios_projected_with_R(u: np.ndarray, du: np.ndarray, ddu: np.ndarray) -> None:
+def test_inverse_dynamics_is_pinocchios_projected_with_R(
+    u: np.ndarray, du: np.ndarray, ddu: np.ndarray
+) -> None:
     state = ROBOT.close(u, du)
     forces = ORACLE.tree_forces(state.s, state.ds, ROBOT.accelerations(state, ddu))
     tau = ROBOT.inverse_dynamics(state, ddu)
@@ -36,14 +40,20 @@ def test_inverse_dynamics_is_pinocchios_projected_with_R(u: np.ndarray, du: np.n
 
 
 @given(positions(ROBOT), rates(ROBOT), rates(ROBOT))
-def test_minimal_form_is_the_dae_as_one_kkt_system(u: np.ndarray, du: np.ndarray, ddu: np.ndarray) -> None:
+def test_minimal_form_is_the_dae_as_one_kkt_system(
+    u: np.ndarray, du: np.ndarray, ddu: np.ndarray
+) -> None:
     """[M  -J^T; J  0] [s''; lambda] = [tau - C s' - g; -J' s'], Chu (2020), Eq. 10 and 18, gives u'' back.
 
     The redundant rows of the planar pins are left to the least-squares solution.
     """
     state = ROBOT.close(u, du)
     # elsewhere the oracle's own pins are near-singular
-    assume(state.singularity > 0.2 and abs(np.cos(state.s[4] + state.s[5])) > 0.1 and abs(np.sin(state.s[4])) > 0.1)
+    assume(
+        state.singularity > 0.2
+        and abs(np.cos(state.s[4] + state.s[5])) > 0.1
+        and abs(np.sin(state.s[4])) > 0.1
+    )
     tau = ROBOT.inverse_dynamics(state, ddu)
     _, jacobian = ORACLE.gaps(state.s)
     mass = ORACLE.mass_matrix(state.s)
@@ -52,10 +62,14 @@ def test_minimal_form_is_the_dae_as_one_kkt_system(u: np.ndarray, du: np.ndarray
     force -= ORACLE.tree_forces(state.s, state.ds, np.zeros(len(state.s)))
     m = len(jacobian)
     kkt = np.block([[mass, -jacobian.T], [jacobian, np.zeros((m, m))]])
-    answer = np.linalg.lstsq(kkt, np.concatenate([force, -ORACLE.bias(state.s, state.ds)]), rcond=1e-11)[0]
+    answer = np.linalg.lstsq(
+        kkt, np.concatenate([force, -ORACLE.bias(state.s, state.ds)]), rcond=1e-11
+    )[0]
     dds = answer[: len(state.s)]
     assert dds[:N] == pytest.approx(ddu, abs=1e-7)
-    assert dds == pytest.approx(ROBOT.accelerations(state, ddu), abs=1e-7 * max(np.abs(dds).max(), 1.0))
+    assert dds == pytest.approx(
+        ROBOT.accelerations(state, ddu), abs=1e-7 * max(np.abs(dds).max(), 1.0)
+    )
 
 
 @given(positions(ROBOT))
@@ -66,4 +80,7 @@ def test_mass_matrix_is_pinocchios_projected_with_R(u: np.ndarray) -> None:
     assert np.abs(mass - theirs).max() < 1e-11 * np.abs(theirs).max()
     still = np.zeros(len(state.s))
     forces = ORACLE.tree_forces(state.s, still, still)
-    assert np.abs(state.R.T @ forces - gravity).max() < 1e-12 * np.abs(state.R).max() * np.abs(forces).max()
+    assert (
+        np.abs(state.R.T @ forces - gravity).max()
+        < 1e-12 * np.abs(state.R).max() * np.abs(forces).max()
+    )

@@ -1,7 +1,8 @@
 """Random robots in three engines: this library, Pinocchio and MuJoCo close, move and push alike.
 
-Robots keep a margin (smallest singular value of the passive Jacobian, m or rad) of 0.01 at least: an engine that closes
-to rounding has coordinates good to 1e-13 / margin and R good to 1e-13 / margin^2, below the 1e-8 asked for.
+Robots keep a margin (smallest singular value of the passive Jacobian, m or rad) of 0.01 at least:
+an engine that closes to rounding has coordinates good to 1e-13 / margin and R good to 1e-13 /
+margin^2, below the 1e-8 asked for.
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ from tests.generated.case import Case
 from tests.generated.robots import STATES, examples, robots
 
 AGREE = 1e-8
-ENGINES = pytest.mark.parametrize("engine", [PinocchioRobot, MujocoRobot], ids=["Pinocchio", "MuJoCo"])
+ENGINES = pytest.mark.parametrize(
+    "engine", [PinocchioRobot, MujocoRobot], ids=["Pinocchio", "MuJoCo"]
+)
 
 
 def some_links(case: Case) -> list[str]:
@@ -37,7 +40,9 @@ def test_closed_configurations_agree(engine: type, case: Case, seed: int) -> Non
     assert len(gap) >= 2 * len(case.description.closures)  # the engine knows them all
     assert np.abs(gap).max(initial=0.0) < 1e-11
     start = state.s.copy()
-    start[case.n :] += 0.1 * case.space.margin(s, range(case.n)) * np.cos(np.arange(len(s) - case.n))
+    start[case.n :] += (
+        0.1 * case.space.margin(s, range(case.n)) * np.cos(np.arange(len(s) - case.n))
+    )
     assert other.close(start, case.n) == pytest.approx(state.s, abs=AGREE)
     for link in some_links(case):
         rotation, origin = other.pose(state.s, link)
@@ -90,4 +95,6 @@ def test_closing_accelerations_are_pinocchios(case: Case, seed: int) -> None:
         alone = PinocchioRobot(case.description, case.robot.coordinates)
         alone.closures = (c,)
         jacobian = alone.gaps(state.s)[1][:3]
-        assert jacobian @ dds + bias[k] == pytest.approx(np.zeros(3), abs=1e-9 * max(1.0, float(np.abs(dds).max())))
+        assert jacobian @ dds + bias[k] == pytest.approx(
+            np.zeros(3), abs=1e-9 * max(1.0, float(np.abs(dds).max()))
+        )

@@ -24,7 +24,9 @@ def oracle(name: str) -> PinocchioRobot:
     return PinocchioRobot(machine.description, machine.coordinates)
 
 
-def inertia_wrenches(theirs: PinocchioRobot, s: np.ndarray, ds: np.ndarray, dds: np.ndarray) -> dict[str, tuple]:
+def inertia_wrenches(
+    theirs: PinocchioRobot, s: np.ndarray, ds: np.ndarray, dds: np.ndarray
+) -> dict[str, tuple]:
     """By link: origin, and the force and moment about it that its motion needs, in base axes; no gravity."""
     model, data = theirs.model, theirs.data
     pin.forwardKinematics(model, data, theirs.order(s), theirs.order(ds), theirs.order(dds))
@@ -35,12 +37,21 @@ def inertia_wrenches(theirs: PinocchioRobot, s: np.ndarray, ds: np.ndarray, dds:
         inertia, v, a = model.inertias[index], data.v[index], data.a[index]
         force = inertia * a + v.cross(inertia * v)
         pose = data.oMi[index]
-        result[link] = (pose.translation, pose.rotation @ force.linear, pose.rotation @ force.angular)
+        result[link] = (
+            pose.translation,
+            pose.rotation @ force.linear,
+            pose.rotation @ force.angular,
+        )
     return result
 
 
 def acting(
-    machine: Robot, state: ClosedState, reactions: Reactions, loads: Loads, link: str, origin: np.ndarray
+    machine: Robot,
+    state: ClosedState,
+    reactions: Reactions,
+    loads: Loads,
+    link: str,
+    origin: np.ndarray,
 ) -> tuple:
     """Sum of forces on a link and of moments about its origin: joints, pins, weight, applied wrench."""
     pose, own = machine.forward_kinematics(state, link), machine.description.links[link]
@@ -51,15 +62,25 @@ def acting(
         acts += [(sign * r.force, sign * r.moment, r.place) for r in touching]
     for frame, wrench in loads.wrenches.items():
         if machine._frame(frame).link == link:
-            acts.append((wrench.values[:3], wrench.values[3:], machine.forward_kinematics(state, frame).position))
+            acts.append(
+                (
+                    wrench.values[:3],
+                    wrench.values[3:],
+                    machine.forward_kinematics(state, frame).position,
+                )
+            )
     return sum(f for f, _, _ in acts), sum(m + np.cross(place - origin, f) for f, m, place in acts)
 
 
-def imbalance(machine: Robot, theirs: PinocchioRobot, state: ClosedState, ddu: np.ndarray, loads: Loads) -> float:
+def imbalance(
+    machine: Robot, theirs: PinocchioRobot, state: ClosedState, ddu: np.ndarray, loads: Loads
+) -> float:
     """Largest force or moment missing on any link, relative to the largest force of any joint or pin."""
     reactions = machine.reactions(state, ddu, loads)
     needs = inertia_wrenches(theirs, state.s, state.ds, machine.accelerations(state, ddu))
-    size = max(np.abs(r.force).max() for r in (*reactions.joints.values(), *reactions.pins.values()))
+    size = max(
+        np.abs(r.force).max() for r in (*reactions.joints.values(), *reactions.pins.values())
+    )
     worst = 0.0
     for link, (origin, force, moment) in needs.items():
         f, m = acting(machine, state, reactions, loads, link, origin)
@@ -74,11 +95,15 @@ def work_of_pins(machine: Robot, state: ClosedState, reactions: Reactions) -> fl
         twists = []
         for link in closure.links:
             twist = machine.jacobian(state, link) @ state.du if link != "base" else np.zeros(6)
-            arm = closure.place - (machine.forward_kinematics(state, link).position if link != "base" else 0)
+            arm = closure.place - (
+                machine.forward_kinematics(state, link).position if link != "base" else 0
+            )
             twists.append((twist[:3] + np.cross(twist[3:], arm), twist[3:]))
         (va, wa), (vb, wb) = twists
         work = abs(closure.force @ (va - vb) + closure.moment @ (wa - wb))
-        worst = max(worst, work / max(np.abs(closure.force).max() + np.abs(closure.moment).max(), 1.0))
+        worst = max(
+            worst, work / max(np.abs(closure.force).max() + np.abs(closure.moment).max(), 1.0)
+        )
     return float(worst)
 
 
@@ -88,7 +113,9 @@ def along_joints(machine: Robot, state: ClosedState, reactions: Reactions) -> np
     for body in machine._model.tree.bodies:
         reaction = reactions.joints[body.joint]
         axis = machine.forward_kinematics(state, body.name).rotation @ body.axis
-        along[body.coordinate] = axis @ (reaction.moment if body.type == "revolute" else reaction.force)
+        along[body.coordinate] = axis @ (
+            reaction.moment if body.type == "revolute" else reaction.force
+        )
     return along
 
 
@@ -119,7 +146,9 @@ def test_reactions_of_random_robots_balance_every_link_do_no_work_and_leave_pass
     assert work_of_pins(machine, state, reactions) < 1e-9
     # passive joints turn freely: that is what settles the forces of the pins
     needed = np.append(machine.inverse_dynamics(state, ddu, loads), np.zeros(len(state.s) - case.n))
-    size = max(np.abs(r.force).max() for r in (*reactions.joints.values(), *reactions.pins.values()))
+    size = max(
+        np.abs(r.force).max() for r in (*reactions.joints.values(), *reactions.pins.values())
+    )
     assert np.abs(along_joints(machine, state, reactions) - needed).max() < 1e-8 * size
 
 
@@ -142,7 +171,9 @@ def test_joints_without_drives_turn_freely(name: str) -> None:
 def test_reactions_do_no_work(name: str) -> None:
     machine = robot(name)
     for k, state in enumerate(random_states(name)):
-        assert work_of_pins(machine, state, machine.reactions(state, random_vector(machine, k))) < 1e-9
+        assert (
+            work_of_pins(machine, state, machine.reactions(state, random_vector(machine, k))) < 1e-9
+        )
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -156,7 +187,9 @@ def test_foundation_bears_weight_and_inertia(name: str) -> None:
             own, pose = machine.description.links[link], machine.forward_kinematics(state, link)
             weight = own.mass * machine.loads.gravity
             force += f - weight
-            moment += m + np.cross(origin, f) - np.cross(pose.position + pose.rotation @ own.com, weight)
+            moment += (
+                m + np.cross(origin, f) - np.cross(pose.position + pose.rotation @ own.com, weight)
+            )
         base = machine.reactions(state, ddu).base
         assert scaled(base - [*force, *moment], base) < 1e-11
 

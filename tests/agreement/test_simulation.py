@@ -34,6 +34,15 @@ def test_fall_is_that_of_the_constrained_tree(name: str, u: list[float], du: lis
 
     ours = simulate(robot, u, du, t_span=(0.0, 0.3))
     start = ours.state
-    y = solve_ivp(slope, (0.0, 0.3), np.concatenate([start.s[0], start.ds[0]]), method="DOP853", rtol=1e-9, atol=1e-10)
-    assert y.y[:size, -1] == pytest.approx(start.s[-1], abs=1e-6)  # which drifts off its loops, at this order
+    y = solve_ivp(
+        slope,
+        (0.0, 0.3),
+        np.concatenate([start.s[0], start.ds[0]]),
+        method="DOP853",
+        rtol=1e-9,
+        atol=1e-10,
+    )
+    assert y.y[:size, -1] == pytest.approx(
+        start.s[-1], abs=1e-6
+    )  # which drifts off its loops, at this order
     assert y.y[size:, -1] == pytest.approx(start.ds[-1], abs=1e-5)

@@ -38,10 +38,17 @@ def motion_of(robot, count, rate=100.0, seed=0):
     time = np.arange(count) / rate
     n = len(robot.active)
     w, phase = rng.uniform(1.0, 3.0, n), rng.uniform(0.0, 6.0, n)
-    width = np.minimum(0.02, 0.2 * np.diff(np.nan_to_num(robot.limits, posinf=1.0, neginf=-1.0), axis=1)[:, 0])
+    width = np.minimum(
+        0.02, 0.2 * np.diff(np.nan_to_num(robot.limits, posinf=1.0, neginf=-1.0), axis=1)[:, 0]
+    )
     angle = w * time[:, None] + phase
     centre = robot.reference
-    return time, centre + width * np.sin(angle), width * w * np.cos(angle), -width * w**2 * np.sin(angle)
+    return (
+        time,
+        centre + width * np.sin(angle),
+        width * w * np.cos(angle),
+        -width * w**2 * np.sin(angle),
+    )
 
 
 def recorded(robot, count=60, rate=100.0, seed=0, *, velocity=True):
@@ -49,17 +56,30 @@ def recorded(robot, count=60, rate=100.0, seed=0, *, velocity=True):
     time, u, du, _ = motion_of(robot, count, rate, seed)
     stamps = [START + round(t * 1e9) for t in time]
     rates = du if velocity else [()] * count
-    return [(t + 1000, joint_state(t, robot.active, p, v)) for t, p, v in zip(stamps, u, rates, strict=True)]
+    return [
+        (t + 1000, joint_state(t, robot.active, p, v))
+        for t, p, v in zip(stamps, u, rates, strict=True)
+    ]
 
 
 def recorded_motions(robot, count=60, rate=100.0, seed=0):
     """JointMotion messages of a motion, with their log times."""
     time, *parts = motion_of(robot, count, rate, seed)
     stamps = [START + round(t * 1e9) for t in time]
-    return [(t + 1000, joint_motion(t, robot.active, *rows)) for t, *rows in zip(stamps, *parts, strict=True)]
+    return [
+        (t + 1000, joint_motion(t, robot.active, *rows))
+        for t, *rows in zip(stamps, *parts, strict=True)
+    ]
 
 
-def bag(path: Path, messages, topic=INPUT, plugin=StoragePlugin.MCAP, mode=CompressionMode.NONE, kind=JOINT_STATE):
+def bag(
+    path: Path,
+    messages,
+    topic=INPUT,
+    plugin=StoragePlugin.MCAP,
+    mode=CompressionMode.NONE,
+    kind=JOINT_STATE,
+):
     """A bag of one topic, by rosbags."""
     writer = Writer(path, version=9, storage_plugin=plugin)
     writer.set_compression(mode, CompressionFormat.ZSTD)

@@ -39,9 +39,13 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
         return robot.reference + position, velocity, acceleration
 
     u, du, ddu = motion(late)
-    efforts = robot.inverse_dynamics(robot.close(u, du), ddu) + rng.normal(0.0, NOISE, (len(time), n))
+    efforts = robot.inverse_dynamics(robot.close(u, du), ddu) + rng.normal(
+        0.0, NOISE, (len(time), n)
+    )
     path = tmp_path_factory.mktemp("bodiless") / "rec"
-    write_trajectory(path, Trajectory(robot.active, time, u, du, efforts), "/js", {"robot": "excavator"})
+    write_trajectory(
+        path, Trajectory(robot.active, time, u, du, efforts), "/js", {"robot": "excavator"}
+    )
     return path
 
 
@@ -64,14 +68,20 @@ def test_what_no_bodies_can_have_is_not_determined(found: Found) -> None:
 
 def test_the_physical_values_are_nearer_to_the_truth(found: Found) -> None:
     names = found.result.base.names
-    estimate, physical = np.abs(found.result.estimate - found.described), np.abs(found.physical - found.described)
+    estimate, physical = (
+        np.abs(found.result.estimate - found.described),
+        np.abs(found.physical - found.described),
+    )
     for name in found.bodiless:
         assert physical[names.index(name)] < 0.1 * estimate[names.index(name)]
 
 
 def test_the_command_says_so(bag: Path, found: Found) -> None:
     said = " ".join(CliRunner().invoke(app, ["bag", "identify", str(bag)]).stdout.split())
-    assert f"{len(found.bodiless)} more would be, but no bodies with positive masses can have them" in said
+    assert (
+        f"{len(found.bodiless)} more would be, but no bodies with positive masses can have them"
+        in said
+    )
     told = json.loads(CliRunner().invoke(app, ["bag", "identify", str(bag), "--json"]).stdout)
     assert told["bodiless"] == list(found.bodiless)
     assert told["base"][found.bodiless[0]]["physical"] == pytest.approx(

@@ -23,7 +23,14 @@ compiled = pytest.mark.skipif(bool(native.reason_against()), reason="there is no
 def blocks(rng, count):
     """Blocks of random columns: numbers of several sizes, views with steps, messages as they were."""
     log_ns = START + np.sort(rng.integers(0, 10**9, count))
-    template = Template().header("base").sequence("a", 3).slot("b", "<f8").sequence("c", 5, "u1").sequence("d", 1, "u1")
+    template = (
+        Template()
+        .header("base")
+        .sequence("a", 3)
+        .slot("b", "<f8")
+        .sequence("c", 5, "u1")
+        .sequence("d", 1, "u1")
+    )
     template.string("end")
     values = {
         "sec": log_ns // 10**9,
@@ -34,7 +41,9 @@ def blocks(rng, count):
         "d": rng.integers(0, 2, (count, 1)),
     }
     yield Block.filled(1, log_ns, template, values)
-    yield from Block.copies(2, messages_of([(int(t), rng.bytes(int(rng.choice([7, 30])))) for t in log_ns]))
+    yield from Block.copies(
+        2, messages_of([(int(t), rng.bytes(int(rng.choice([7, 30])))) for t in log_ns])
+    )
     yield from Block.copies(3, messages_of([(int(t), rng.bytes(16)) for t in log_ns]))
 
 
@@ -45,7 +54,11 @@ def test_compiled_code_and_numpy_write_the_same_records(count, monkeypatch):
     found = Packer().chunk(made)
     monkeypatch.setattr(compiled_rows, "writer", lambda: None)
     wanted = Packer().chunk(made)
-    assert (found.packed, found.size, found.checksum) == (wanted.packed, wanted.size, wanted.checksum)
+    assert (found.packed, found.size, found.checksum) == (
+        wanted.packed,
+        wanted.size,
+        wanted.checksum,
+    )
 
 
 @compiled
@@ -61,7 +74,9 @@ def test_a_bag_is_the_same_file_with_a_compiler_and_without(forging, tmp_path, m
 
 
 @compiled
-@pytest.mark.parametrize(("start", "rows", "width"), [(-1, 4, 8), (13, 4, 8), (0, 3, 8), (0, 4, 21)])
+@pytest.mark.parametrize(
+    ("start", "rows", "width"), [(-1, 4, 8), (13, 4, 8), (0, 3, 8), (0, 4, 21)]
+)
 def test_columns_that_do_not_fit_are_refused(start, rows, width):
     column, pattern = np.zeros((rows, width), dtype=np.uint8), np.zeros(20, dtype=np.uint8)
     with pytest.raises(ValueError, match="columns inside them"):
@@ -95,13 +110,19 @@ def test_messages_of_any_sizes_are_found_again(tmp_path):
     found = {"/a": [], "/b": []}
     with Source(tmp_path / "a.mcap") as source:
         for name, messages in source.read():
-            found[name] += [(int(messages.log_ns[k]), messages.message(k)) for k in range(len(messages))]
+            found[name] += [
+                (int(messages.log_ns[k]), messages.message(k)) for k in range(len(messages))
+            ]
         assert source.losses.told == []
     assert found == wanted
 
 
-@pytest.mark.parametrize("count", [1, 3, 20])  # the error comes back from close, or from a later write
-def test_what_goes_wrong_beside_the_caller_is_raised_and_leaves_no_bag(count, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    "count", [1, 3, 20]
+)  # the error comes back from close, or from a later write
+def test_what_goes_wrong_beside_the_caller_is_raised_and_leaves_no_bag(
+    count, tmp_path, monkeypatch
+):
     def full(_self, _blocks):
         raise OSError(28, "No space left on device")
 

@@ -29,7 +29,11 @@ JOINT_STATE = "sensor_msgs/msg/JointState"
 def read(path, topic=INPUT):
     """(log time, bytes) of all messages of a topic, and what was lost."""
     with Source(path) as source:
-        pairs = [(int(m.log_ns[k]), m.message(k)) for _, m in source.read(frozenset([topic])) for k in range(len(m))]
+        pairs = [
+            (int(m.log_ns[k]), m.message(k))
+            for _, m in source.read(frozenset([topic]))
+            for k in range(len(m))
+        ]
         return pairs, source.losses.told
 
 
@@ -58,7 +62,9 @@ def test_files_of_the_mcap_library_are_read(compression, chunked, forging, tmp_p
 
     pairs = recorded(forging, 40)
     with (tmp_path / "a.mcap").open("wb") as file:
-        writer = Writer(file, chunk_size=2000, compression=CompressionType[compression], use_chunking=chunked)
+        writer = Writer(
+            file, chunk_size=2000, compression=CompressionType[compression], use_chunking=chunked
+        )
         writer.start(profile="ros2")
         schema = writer.register_schema(JOINT_STATE, "ros2msg", b"")
         channel = writer.register_channel(INPUT, "cdr", schema)
@@ -77,8 +83,14 @@ def test_split_bags_are_one(forging, tmp_path):
     for k in range(2):
         (tmp_path / f"p{k}" / f"p{k}.mcap").rename(whole / f"whole_{k}.mcap")
     assert read(whole) == (pairs, [])
-    text = (tmp_path / "p0" / METADATA).read_text(encoding="utf-8").replace("message_count: 20", "message_count: 40")
-    (whole / METADATA).write_text(text.replace("- p0.mcap", "- whole_0.mcap\n  - whole_1.mcap"), encoding="utf-8")
+    text = (
+        (tmp_path / "p0" / METADATA)
+        .read_text(encoding="utf-8")
+        .replace("message_count: 20", "message_count: 40")
+    )
+    (whole / METADATA).write_text(
+        text.replace("- p0.mcap", "- whole_0.mcap\n  - whole_1.mcap"), encoding="utf-8"
+    )
     assert read(whole) == (pairs, [])
 
 
@@ -134,7 +146,9 @@ def assert_true_or_told(path, pairs):
 def test_damaged_bags_give_true_messages_and_tell_what_is_lost(whole, tmp_path):
     rng = np.random.default_rng(8)
     counts = [assert_true_or_told(*damage(whole, tmp_path / str(k), rng)) for k in range(60)]
-    assert 0 < np.count_nonzero(np.array(counts) < 400) < 60  # some are damaged where it counts, others not
+    assert (
+        0 < np.count_nonzero(np.array(counts) < 400) < 60
+    )  # some are damaged where it counts, others not
     assert max(counts) == 400
 
 
@@ -146,9 +160,13 @@ def test_thousands_of_lost_messages_are_told_in_a_thousand_lines_and_counted(for
     path = bag(tmp_path / "in", mixed)
     outcome = process(Job(path, tmp_path / "out", forging.name))
     assert len(outcome.losses) == MOST_LOSSES + 1
-    assert outcome.losses[0].startswith("message 0, logged at 1700000000000000000 ns: no JointState")
+    assert outcome.losses[0].startswith(
+        "message 0, logged at 1700000000000000000 ns: no JointState"
+    )
     assert outcome.losses[MOST_LOSSES - 1].startswith(f"message {2 * MOST_LOSSES - 2}, ")
-    told = re.fullmatch(r"\.\.\. and (\d+) more: message N, logged at N ns: no JointState.*", outcome.losses[-1])
+    told = re.fullmatch(
+        r"\.\.\. and (\d+) more: message N, logged at N ns: no JointState.*", outcome.losses[-1]
+    )
     assert told is not None
     assert int(told[1]) == LOST_MESSAGES - MOST_LOSSES
 
@@ -203,7 +221,11 @@ def test_a_truncated_bag_is_processed_as_far_as_it_goes(whole, tmp_path):
     cut.write_bytes(raw[: len(raw) // 2])
     command = ["bag", "process", str(cut), str(tmp_path / "out"), "--robot", "forging_chu2020"]
     done = subprocess.run(
-        [sys.executable, "-m", "hybrid_dynamics_cli", *command], capture_output=True, text=True, check=False, cwd=ROOT
+        [sys.executable, "-m", "hybrid_dynamics_cli", *command],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=ROOT,
     )
     assert done.returncode == 3, done.stderr
     assert "lost: cut.mcap: the record at byte" in done.stderr
@@ -234,7 +256,9 @@ def test_wrong_bags_are_told_in_words(forging, tmp_path):
         process(Job(path, tmp_path / "out", "forging_chu2020", topic="/other"))
     with pytest.raises(BagError, match="would replace"):
         process(Job(path, path, "forging_chu2020"))
-    assert process(Job(path, tmp_path / "out", "forging_chu2020")).samples == 5  # the only topic of the type
+    assert (
+        process(Job(path, tmp_path / "out", "forging_chu2020")).samples == 5
+    )  # the only topic of the type
     assert sorted(p.name for p in tmp_path.iterdir()) == ["in", "out"]
 
 
@@ -253,12 +277,18 @@ def test_ctrl_c_leaves_nothing_behind(forging, tmp_path):
         assert time.monotonic() < deadline
         time.sleep(0.01)
     done.send_signal(signal.SIGINT)
-    assert done.wait(30.0) in (1, -signal.SIGINT)  # Python may end itself by the signal, for the shell to see
+    assert done.wait(30.0) in (
+        1,
+        -signal.SIGINT,
+    )  # Python may end itself by the signal, for the shell to see
     assert [p.name for p in tmp_path.iterdir()] == ["in"]
 
 
 def test_bags_need_no_ros():
-    code = "import sys, hybrid_dynamics_ros.bags.process; sys.exit(bool({'rclpy', 'sensor_msgs'} & set(sys.modules)))"
+    code = (
+        "import sys, hybrid_dynamics_ros.bags.process; sys.exit(bool({'rclpy', 'sensor_msgs'} &"
+        " set(sys.modules)))"
+    )
     assert subprocess.run([sys.executable, "-c", code], check=False, cwd=ROOT).returncode == 0
 
 
@@ -275,5 +305,7 @@ def test_log_times_beyond_the_numbers_of_the_reader_are_told(forging, tmp_path):
 def test_a_loss_names_the_number_of_its_message(keep, forging, tmp_path):
     pairs = recorded(forging, 3000)
     pairs[2500] = (pairs[2500][0], pairs[2500][1][:20])
-    outcome = process(Job(bag(tmp_path / "in", pairs), tmp_path / "out", "forging_chu2020", keep=keep))
+    outcome = process(
+        Job(bag(tmp_path / "in", pairs), tmp_path / "out", "forging_chu2020", keep=keep)
+    )
     assert [told.split(",")[0] for told in outcome.losses] == ["message 2500"]

@@ -20,14 +20,29 @@ def told(*arguments: object, code: int = 0) -> dict[str, Any]:
 
 
 def make(path: Path, rate: int) -> dict[str, Any]:
-    return told("make", path, "--robot", "five_bar", "--seconds", 5, "--rate", rate, "--noise", "effort=0.01")
+    return told(
+        "make",
+        path,
+        "--robot",
+        "five_bar",
+        "--seconds",
+        5,
+        "--rate",
+        rate,
+        "--noise",
+        "effort=0.01",
+    )
 
 
 def test_what_is_made_processed_exported_and_reported_is_told(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     recording = tmp_path / "recording"
     answer = make(recording, 50)
-    assert answer == {"bag": str(recording), "topic": "/hybrid_dynamics/active_joint_states", "messages": 250}
+    assert answer == {
+        "bag": str(recording),
+        "topic": "/hybrid_dynamics/active_joint_states",
+        "messages": 250,
+    }
     results, tables, page = tmp_path / "results", tmp_path / "tables", tmp_path / "page.html"
     (bag,) = told("process", recording, results, "--robot", "five_bar")["bags"]
     assert bag["failed"] is None
@@ -43,7 +58,9 @@ def test_what_is_made_processed_exported_and_reported_is_told(tmp_path: Path) ->
 
 def test_a_bag_that_fails_is_told_with_1(tmp_path: Path) -> None:
     (tmp_path / "none.mcap").write_bytes(b"no recording")
-    (bag,) = told("process", tmp_path / "none.mcap", tmp_path / "results", "--robot", "excavator", code=1)["bags"]
+    (bag,) = told(
+        "process", tmp_path / "none.mcap", tmp_path / "results", "--robot", "excavator", code=1
+    )["bags"]
     assert "none.mcap" in bag["failed"]
 
 

@@ -21,13 +21,17 @@ def made(path: Path, *words: object, robot: str = "five_bar") -> Path:
     return path
 
 
-def test_a_name_that_is_no_joint_or_link_gets_a_hint_and_the_names_that_there_are(tmp_path: Path) -> None:
+def test_a_name_that_is_no_joint_or_link_gets_a_hint_and_the_names_that_there_are(
+    tmp_path: Path,
+) -> None:
     recording, robot = made(tmp_path / "a"), load("five_bar")
     joint = robot.active[0]
     said = run("identify", recording, "--friction", f"{joint}x", code=2).stderr
     assert f"'{joint}x' is not a joint (did you mean '{joint}'?); they are " in said
     assert all(name in said for name in robot.description.joints)
-    told = json.loads(run("identify", recording, "--friction", "none_such", "--json", code=2).stdout)
+    told = json.loads(
+        run("identify", recording, "--friction", "none_such", "--json", code=2).stdout
+    )
     assert told["error"]["kind"] == "InputError"
     said = run("identify", recording, "--links", f"nothing,{robot.description.base}", code=2).stderr
     assert "'nothing' is not a moving link" in said
@@ -38,8 +42,16 @@ def test_where_a_motion_shows_too_little_fewer_links_can_be_asked_for(tmp_path: 
     robot = load("excavator")
     u = np.tile(robot.reference, (200, 1))
     rng = np.random.default_rng(1)
-    effort = robot.inverse_dynamics(robot.close(u), np.zeros_like(u)) + rng.normal(0.0, 1.0, u.shape)
-    np.savez(tmp_path / "rest.npz", time=np.arange(200) * 0.01, position=u, velocity=0.0 * u, effort=effort)
+    effort = robot.inverse_dynamics(robot.close(u), np.zeros_like(u)) + rng.normal(
+        0.0, 1.0, u.shape
+    )
+    np.savez(
+        tmp_path / "rest.npz",
+        time=np.arange(200) * 0.01,
+        position=u,
+        velocity=0.0 * u,
+        effort=effort,
+    )
     run("make", tmp_path / "rest", "--robot", "excavator", "--trajectory", tmp_path / "rest.npz")
     said = run("identify", tmp_path / "rest", code=1).stderr
     assert "the motion shows" in said
@@ -55,7 +67,11 @@ def test_where_a_motion_shows_too_little_fewer_links_can_be_asked_for(tmp_path: 
 
 
 def test_tables_of_two_bags_do_not_mix_unless_that_is_said(tmp_path: Path) -> None:
-    first, second, tables = made(tmp_path / "a"), made(tmp_path / "b", "--seed", 4), tmp_path / "tables"
+    first, second, tables = (
+        made(tmp_path / "a"),
+        made(tmp_path / "b", "--seed", 4),
+        tmp_path / "tables",
+    )
     run("export", first, tables)
     before = (tables / TOPIC).read_bytes()
     assert "--overwrite" in run("export", second, tables, code=2).stderr
@@ -69,7 +85,9 @@ def test_tables_of_two_bags_do_not_mix_unless_that_is_said(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("smooth", ["causal", "spline"])
-def test_a_wrong_robot_ends_with_1_writes_nothing_and_does_not_block_the_right_one(tmp_path: Path, smooth: str) -> None:
+def test_a_wrong_robot_ends_with_1_writes_nothing_and_does_not_block_the_right_one(
+    tmp_path: Path, smooth: str
+) -> None:
     recording, out = made(tmp_path / "a"), tmp_path / "out"
     said = run("process", recording, out, "--robot", "excavator", "--smooth", smooth, code=1).stderr
     assert "none of 200 samples can be used" in said
@@ -86,7 +104,10 @@ def test_a_failure_names_its_bag_once(tmp_path: Path, monkeypatch: pytest.Monkey
     assert said.startswith("Error: nobag: there is no such file or folder; expected a recording")
     assert said.count("nobag") == 1
     Path("none.mcap").write_bytes(b"no recording")
-    assert run("process", "none.mcap", "out", "--robot", "five_bar", code=1).stderr.count("none.mcap") == 1
+    assert (
+        run("process", "none.mcap", "out", "--robot", "five_bar", code=1).stderr.count("none.mcap")
+        == 1
+    )
 
 
 def test_columns_that_count_for_nothing_are_counted_and_the_first_named(tmp_path: Path) -> None:
@@ -96,6 +117,8 @@ def test_columns_that_count_for_nothing_are_counted_and_the_first_named(tmp_path
         columns = file.readline().strip().split(",")
     used = [name for name in columns if name.split(".")[0] in ("time", *robot.active)]
     count = len(columns) - len([name for name in used if not name.endswith(".acceleration")])
-    said = run("make", tmp_path / "bag", "--robot", "five_bar", "--trajectory", tmp_path / "a.csv").stderr
+    said = run(
+        "make", tmp_path / "bag", "--robot", "five_bar", "--trajectory", tmp_path / "a.csv"
+    ).stderr
     assert f"{count} columns not used: {robot.active[0]}.acceleration, " in said
     assert said.rstrip().endswith(f"and {count - 4} more")

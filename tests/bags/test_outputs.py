@@ -25,7 +25,11 @@ def plain(message):
     if hasattr(message, "get_fields_and_field_types"):
         return tuple(plain(getattr(message, name)) for name in message.get_fields_and_field_types())
     if hasattr(message, "__dataclass_fields__"):
-        return tuple(plain(getattr(message, name)) for name in message.__dataclass_fields__ if name != "__msgtype__")
+        return tuple(
+            plain(getattr(message, name))
+            for name in message.__dataclass_fields__
+            if name != "__msgtype__"
+        )
     if isinstance(message, (list, tuple, np.ndarray, array.array)):
         return tuple(plain(entry) for entry in message)
     return repr(float(message)) if isinstance(message, (float, np.floating)) else message
@@ -41,7 +45,9 @@ def written(path):
     found = defaultdict(list)
     with Reader(path) as reader:
         for connection, log_ns, data in reader.messages():
-            found[connection.topic].append((log_ns, typestore().deserialize_cdr(data, connection.msgtype)))
+            found[connection.topic].append(
+                (log_ns, typestore().deserialize_cdr(data, connection.msgtype))
+            )
     return found
 
 
@@ -85,11 +91,18 @@ def test_a_bag_has_what_the_node_would_have_published(name, tmp_path):
     found = written(tmp_path / "out")
     del found[INPUT]
     pipeline, settings = Pipeline(robot, 10.0, 0.5), Settings()
-    fillers = [(o, o.filler(robot), rate, Pace()) for o, rate in zip(outputs.TABLE, RATES, strict=True)]
+    fillers = [
+        (o, o.filler(robot), rate, Pace()) for o, rate in zip(outputs.TABLE, RATES, strict=True)
+    ]
     for log_ns, data in pairs:
         told = typestore().deserialize_cdr(data, JOINT_STATE)
-        message = JointState(name=told.name, position=told.position.tolist(), velocity=told.velocity.tolist())
-        message.header.stamp.sec, message.header.stamp.nanosec = told.header.stamp.sec, told.header.stamp.nanosec
+        message = JointState(
+            name=told.name, position=told.position.tolist(), velocity=told.velocity.tolist()
+        )
+        message.header.stamp.sec, message.header.stamp.nanosec = (
+            told.header.stamp.sec,
+            told.header.stamp.nanosec,
+        )
         result = pipeline.process(sample_of_state(message))
         assert isinstance(result, MotionResult)
         for output, fill, rate, pace in fillers:
@@ -123,7 +136,12 @@ def test_transforms_are_written_where_they_are_asked_for(name, tmp_path):
     pipeline, fill = Pipeline(robot, 10.0, 0.5), tf_filler(robot)
     for (log_ns, data), (there_log, there) in zip(pairs, found, strict=True):
         told = typestore().deserialize_cdr(data, JOINT_STATE)
-        message = JointState(name=told.name, position=told.position.tolist(), velocity=told.velocity.tolist())
-        message.header.stamp.sec, message.header.stamp.nanosec = told.header.stamp.sec, told.header.stamp.nanosec
+        message = JointState(
+            name=told.name, position=told.position.tolist(), velocity=told.velocity.tolist()
+        )
+        message.header.stamp.sec, message.header.stamp.nanosec = (
+            told.header.stamp.sec,
+            told.header.stamp.nanosec,
+        )
         assert there_log == log_ns
         assert there == fill(pipeline.process(sample_of_state(message)))

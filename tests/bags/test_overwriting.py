@@ -40,7 +40,9 @@ def test_times_of_a_trajectory_are_its_own(folder: Path) -> None:
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+    return {
+        str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()
+    }
 
 
 @pytest.mark.parametrize(
@@ -92,4 +94,7 @@ def test_a_forgotten_out_is_told() -> None:
     assert "(read as IN: a, as OUT: b; is OUT missing?)" in words
     assert call(*MAKE, "c").exit_code == 0
     words = " ".join(call(*PROCESS, "a", "c", "b").output.split())
-    assert "b: is a bag, and expected is a folder for the new bags (read as IN: a, c, as OUT: b; is OUT miss" in words
+    assert (
+        "b: is a bag, and expected is a folder for the new bags (read as IN: a, c, as OUT: b; is"
+        " OUT miss" in words
+    )

@@ -12,7 +12,8 @@ MASS = "{}:\n  ros__parameters:\n    payload: {{mass: {}}}\n"
 
 
 @pytest.mark.parametrize(
-    "name", ["hybrid_dynamics", "/hybrid_dynamics", "/**", "/**/hybrid_dynamics", "/arm/hybrid_dynamics"]
+    "name",
+    ["hybrid_dynamics", "/hybrid_dynamics", "/**", "/**/hybrid_dynamics", "/arm/hybrid_dynamics"],
 )
 def test_a_section_for_the_node_is_read_wherever_it_stands(tmp_path, name):
     other = "/camera:\n  ros__parameters:\n    gravity: [0.0, 0.0, -1.0]\n"
@@ -24,12 +25,16 @@ def test_a_section_for_the_node_is_read_wherever_it_stands(tmp_path, name):
 
 
 def test_a_later_section_wins(tmp_path):
-    (tmp_path / "p.yaml").write_text(MASS.format("/**", 1.0) + MASS.format("/hybrid_dynamics", 2.0), encoding="utf-8")
+    (tmp_path / "p.yaml").write_text(
+        MASS.format("/**", 1.0) + MASS.format("/hybrid_dynamics", 2.0), encoding="utf-8"
+    )
     assert read_settings(tmp_path / "p.yaml")[PAYLOAD_MASS] == 2.0
 
 
 def test_a_file_for_other_nodes_is_refused(tmp_path):
-    (tmp_path / "p.yaml").write_text(MASS.format("/camera", 1.0) + MASS.format("/lidar", 2.0), encoding="utf-8")
+    (tmp_path / "p.yaml").write_text(
+        MASS.format("/camera", 1.0) + MASS.format("/lidar", 2.0), encoding="utf-8"
+    )
     with pytest.raises(BagError, match=r"camera, /lidar.*hybrid_dynamics"):
         read_settings(tmp_path / "p.yaml")
 

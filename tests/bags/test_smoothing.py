@@ -39,7 +39,9 @@ def test_a_sample_beyond_all_numbers_is_refused_and_leaves_its_neighbours_alone(
     rates = du.copy()
     rates[100] = 1e200
     stamps = [START + round(t * 1e9) for t in time]
-    pairs = [(t, joint_state(t, robot.active, p, v)) for t, p, v in zip(stamps, u, rates, strict=True)]
+    pairs = [
+        (t, joint_state(t, robot.active, p, v)) for t, p, v in zip(stamps, u, rates, strict=True)
+    ]
     path = bag(tmp_path / "in", pairs)
     track = collect(path, "ankle", smooth=smooth)
     assert (track.counts.accepted, track.counts.rejected.total()) == (399, 1)

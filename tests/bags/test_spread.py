@@ -27,7 +27,9 @@ def recording(tmp_path: Path, python_kernels: None) -> Path:  # noqa: ARG001
     assert motion.effort is not None
     effort = motion.effort.copy()
     effort[list(SPIKES), 0] += 1000.0
-    write_trajectory(tmp_path / "recording", replace(motion, effort=effort), INPUT, {"robot": "five_bar"})
+    write_trajectory(
+        tmp_path / "recording", replace(motion, effort=effort), INPUT, {"robot": "five_bar"}
+    )
     return tmp_path / "recording"
 
 
@@ -36,19 +38,25 @@ def test_what_is_far_off_is_counted_and_moves_the_rms_alone(recording: Path) -> 
     assert (first.far, first.joint) == (len(SPIKES), "q_L")
     assert [spread.far for spread in others] == [0] * len(others)
     for spread in (first, *others):
-        assert spread.median == pytest.approx(MEDIAN, rel=0.15)  # of 500 samples: three deviations of their median
+        assert spread.median == pytest.approx(
+            MEDIAN, rel=0.15
+        )  # of 500 samples: three deviations of their median
         assert spread.near == pytest.approx(1.96, rel=0.15)
     assert first.rms > 50.0
     assert max(spread.rms for spread in others) < 2.0
 
 
 @pytest.mark.parametrize("bag", ["recording", "recording/"])
-def test_the_page_is_named_as_the_bag_was(recording: Path, monkeypatch: pytest.MonkeyPatch, bag: str) -> None:
+def test_the_page_is_named_as_the_bag_was(
+    recording: Path, monkeypatch: pytest.MonkeyPatch, bag: str
+) -> None:
     pytest.importorskip("matplotlib")
     monkeypatch.chdir(recording.parent)
     assert call("bag", "report", bag).stdout.startswith("written: recording.html (report: ")
     monkeypatch.chdir(recording)
-    assert f"written: {recording.with_suffix('.html')} (" in call("bag", "report", ".").stdout  # it has no name here
+    assert (
+        f"written: {recording.with_suffix('.html')} (" in call("bag", "report", ".").stdout
+    )  # it has no name here
 
 
 def test_the_terminal_and_json_tell_it(recording: Path) -> None:
@@ -58,19 +66,27 @@ def test_the_terminal_and_json_tell_it(recording: Path) -> None:
     assert said.exit_code == 0
     assert f"{len(SPIKES)} of 5" in said.stdout
     assert "off the motion around" in said.stdout
-    assert all(word in page.read_text(encoding="utf-8") for word in ("50 % within", "95 % within", "far off"))
+    assert all(
+        word in page.read_text(encoding="utf-8")
+        for word in ("50 % within", "95 % within", "far off")
+    )
     told = json.loads(call("bag", "report", str(recording), "--json").stdout)["efforts"]
     assert told["q_L"]["far"] == len(SPIKES)
     assert np.isfinite(list(told["q_R"].values())).all()
 
 
-def test_a_bag_without_recorded_efforts_is_told_how_it_would_have_kept_them(recording: Path) -> None:
+def test_a_bag_without_recorded_efforts_is_told_how_it_would_have_kept_them(
+    recording: Path,
+) -> None:
     pytest.importorskip("matplotlib")
     results = recording.with_name("results")
-    assert call("bag", "process", str(recording), str(results), "--robot", "five_bar").exit_code == 0
+    assert (
+        call("bag", "process", str(recording), str(results), "--robot", "five_bar").exit_code == 0
+    )
     report = call("bag", "report", str(results))
     assert (
-        "no recorded efforts to compare with; `bag process --keep` takes those of the recording over" in report.stdout
+        "no recorded efforts to compare with; `bag process --keep` takes those of the recording"
+        " over" in report.stdout
     )
     page = results.with_suffix(".html").read_text(encoding="utf-8")
     assert "beside what was recorded" not in page

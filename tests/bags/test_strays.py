@@ -29,7 +29,11 @@ def waves(count=900, seed=0):
     time = STEP * np.arange(count)
     angle = np.array([2.0, 3.1]) * time[:, None]
     noise = rng.normal(size=(2, count, 2))
-    return time, np.sin(angle) + 1e-5 * noise[0], np.array([2.0, 3.1]) * np.cos(angle) + 1e-3 * noise[1]
+    return (
+        time,
+        np.sin(angle) + 1e-5 * noise[0],
+        np.array([2.0, 3.1]) * np.cos(angle) + 1e-3 * noise[1],
+    )
 
 
 def ns(time):
@@ -88,7 +92,9 @@ def corners(time):
 def test_what_is_no_fault_of_a_sample_is_none():
     time, position, velocity = waves()
     counts = np.round(position / 1e-3) * 1e-3  # an encoder's
-    still = np.zeros((900, 2)) + 1e-3 * (np.random.default_rng(2).random((900, 2)) < 0.02)  # a digit that flickers
+    still = np.zeros((900, 2)) + 1e-3 * (
+        np.random.default_rng(2).random((900, 2)) < 0.02
+    )  # a digit that flickers
     gap = np.delete(np.arange(900), np.arange(400, 413))
     assert not strays(ns(time), position, velocity)
     assert not strays(ns(time), position, None)
@@ -105,7 +111,9 @@ def test_what_is_no_fault_of_a_sample_is_none():
 def recording(folder: Path, change, seconds=10.0, noise=0.05) -> Path:
     """A bag of a motion with its efforts, changed."""
     robot = load(ROBOT)
-    motion = simulated(robot, seconds, 1.0 / STEP, 5).noisy({"effort": noise, "position": 1e-6, "velocity": 1e-5}, 3)
+    motion = simulated(robot, seconds, 1.0 / STEP, 5).noisy(
+        {"effort": noise, "position": 1e-6, "velocity": 1e-5}, 3
+    )
     write_trajectory(folder / "rec", change(motion), INPUT, {"robot": ROBOT})
     return folder / "rec"
 
@@ -132,10 +140,16 @@ def test_a_late_stamp_spoils_neither_efforts_nor_estimates_and_is_named(tmp_path
         track = collect(path, smooth=smooth)
         (stray,) = track.strays
         assert stray.at(track.start_ns) == 0.0
-        assert stray.late == pytest.approx(0.046, abs=0.003)  # a parabola through six samples, 46 ms before them
+        assert stray.late == pytest.approx(
+            0.046, abs=0.003
+        )  # a parabola through six samples, 46 ms before them
         assert np.isnan(track.efforts[0]).all()
-        assert track.errors.count.tolist() == [len(track.time) - 1] * 3 if smooth == "spline" else True
-        assert (track.errors.largest[:2] < 1.0).all()  # 20 deviations; the late stamp made some ten N m of it
+        assert (
+            track.errors.count.tolist() == [len(track.time) - 1] * 3 if smooth == "spline" else True
+        )
+        assert (
+            track.errors.largest[:2] < 1.0
+        ).all()  # 20 deviations; the late stamp made some ten N m of it
     told = json.loads(printed("identify", path, "--json"))
     assert told["worse_than_file"] == []
     first = told["left_out"][0]
@@ -143,11 +157,14 @@ def test_a_late_stamp_spoils_neither_efforts_nor_estimates_and_is_named(tmp_path
     assert first["what"] in ("position", "velocity")
     assert first["late"] == pytest.approx(0.046, abs=0.003)
     assert re.search(
-        r"0\.000 s +\w+ +(position|velocity) +-?[\d.]+ (rad|m)(/s)? +4[3-8][\d.]* ms late", printed("identify", path)
+        r"0\.000 s +\w+ +(position|velocity) +-?[\d.]+ (rad|m)(/s)? +4[3-8][\d.]* ms late",
+        printed("identify", path),
     )
     outcome = process(Job(path, tmp_path / "out", ROBOT, smooth="spline"))
     assert len(outcome.strays) == 1
-    assert "ms late" in printed("process", path, tmp_path / "again", "--robot", ROBOT, "--smooth", "spline")
+    assert "ms late" in printed(
+        "process", path, tmp_path / "again", "--robot", ROBOT, "--smooth", "spline"
+    )
 
 
 def test_spikes_of_efforts_are_left_out_counted_and_named(tmp_path):
@@ -159,15 +176,26 @@ def test_spikes_of_efforts_are_left_out_counted_and_named(tmp_path):
         return dataclasses.replace(motion, effort=effort)
 
     told = json.loads(printed("identify", recording(tmp_path, spiky), "--json"))
-    named = {round(entry["time"] / STEP): entry for entry in told["left_out"] if entry["what"] == "effort"}
+    named = {
+        round(entry["time"] / STEP): entry
+        for entry in told["left_out"]
+        if entry["what"] == "effort"
+    }
     assert set(rows) <= set(named)
     assert {named[row]["joint"] for row in rows} == {load(ROBOT).active[1]}
     assert named[333]["off"] == pytest.approx(-70.0, abs=1.0)
     assert told["worse_than_file"] == []
-    assert all(part["left_by_estimate"] < 0.1 for part in told["held_out"].values())  # noise of 0.05, and spikes of 55
+    assert all(
+        part["left_by_estimate"] < 0.1 for part in told["held_out"].values()
+    )  # noise of 0.05, and spikes of 55
     said = printed("identify", tmp_path / "rec")
-    assert f"{len(told['left_out'])} samples left out: {len(told['left_out'])} with efforts that noise does not" in said
-    assert re.search(r"^left out +joint +off in +by$", said, re.MULTILINE)  # of stamps there is nothing to tell
+    assert (
+        f"{len(told['left_out'])} samples left out: {len(told['left_out'])} with efforts that noise"
+        " does not" in said
+    )
+    assert re.search(
+        r"^left out +joint +off in +by$", said, re.MULTILINE
+    )  # of stamps there is nothing to tell
 
 
 def test_estimates_that_are_worse_than_the_file_say_so_first_and_cutting_mends_them(tmp_path):
@@ -194,7 +222,9 @@ def test_a_span_is_as_if_the_rest_were_not_there_and_times_stay_those_of_the_bag
     rows = np.searchsorted(whole.time, part.time + 1e-6) - 1
     assert np.array_equal(part.state.u, whole.state.u[rows])
     assert np.isnan(part.efforts[0]).all()  # the filter starts at 1 s
-    assert "no sample from 9 s to the end" in " ".join(run_error("identify", path, "--from", 9).split())
+    assert "no sample from 9 s to the end" in " ".join(
+        run_error("identify", path, "--from", 9).split()
+    )
     assert "is not after" in run_error("report", path, "--from", 2, "--to", 1, code=2)
 
 
@@ -226,18 +256,27 @@ def test_a_report_counts_every_interval_names_the_longest_and_says_what_a_gap_is
         effort = motion.effort.copy()
         effort[500, 0] += 80.0
         position, velocity = (getattr(motion, name) for name in ("position", "velocity"))
-        return dataclasses.replace(motion, time=time, position=position, velocity=velocity, effort=effort)
+        return dataclasses.replace(
+            motion, time=time, position=position, velocity=velocity, effort=effort
+        )
 
     path = recording(tmp_path, holed)
     track = collect(path, smooth="spline")
     bars, _ = sampling(track).axes
-    assert sum(bar.get_height() for bar in bars.patches) == 998  # of 999 intervals; the longest is beyond the axis
+    assert (
+        sum(bar.get_height() for bar in bars.patches) == 998
+    )  # of 999 intervals; the longest is beyond the axis
     assert bars.get_title() == "998 of 999 intervals; 1 longer, to 140 ms"
     left = efforts(track).axes[1]
     assert left.get_ylim()[1] < 5.0  # of noise of 0.05 N m: the spike of 80 does not flatten it
     assert any(re.search("beyond, to (79|80)", text.get_text()) for text in left.texts)
     told = json.loads(printed("report", path, "--json"))
-    assert told["stamps"] == {"nominal": 0.01, "longest": pytest.approx([0.14, 2.99]), "missing": 13, "gaps": 0}
+    assert told["stamps"] == {
+        "nominal": 0.01,
+        "longest": pytest.approx([0.14, 2.99]),
+        "missing": 13,
+        "gaps": 0,
+    }
     page = (tmp_path / "rec.html").read_text(encoding="utf-8")
     assert "the longest interval is 140 ms at 2.990 s" in page
     assert "<td>13, in intervals of more than 1.5 times the median, at 2.990 s</td>" in page

@@ -47,7 +47,10 @@ def in_bulk(pipeline, pairs, cuts=(), kind=JOINT_STATE):
     edges = [0, *cuts, len(pairs)]
     motions = []
     for start, end in itertools.pairwise(edges):
-        if end > start and (motion := bulk.process(decoder.decode(messages_of(pairs[start:end])))) is not None:
+        if (
+            end > start
+            and (motion := bulk.process(decoder.decode(messages_of(pairs[start:end])))) is not None
+        ):
             motions.append((start, motion))
     return motions, pipeline
 
@@ -92,7 +95,9 @@ def test_every_shipped_robot_gives_the_bits_of_the_stream(name, velocity):
 
 
 numbers = st.one_of(st.floats(0.08, 0.2), st.sampled_from([0.1, 0.9, 1e300, np.nan, np.inf, -0.0]))
-steps = st.sampled_from([10 * MS, 10 * MS, 9_999_999, 1, 0, -5 * MS, 600 * MS, 2 * MS])  # from the message before [ns]
+steps = st.sampled_from(
+    [10 * MS, 10 * MS, 9_999_999, 1, 0, -5 * MS, 600 * MS, 2 * MS]
+)  # from the message before [ns]
 NAMES = [ACTIVE, ACTIVE, ACTIVE[::-1], ("hose", *ACTIVE), ACTIVE[:3], (), (*ACTIVE, "q1")]
 
 
@@ -102,17 +107,25 @@ def sequences(draw):
     stamp, pairs = START, []
     for k in range(draw(st.integers(1, 40))):
         names = draw(
-            st.sampled_from([ACTIVE, ACTIVE, ACTIVE[::-1], ("hose", *ACTIVE), ACTIVE[:3], (), (*ACTIVE, "q1")])
+            st.sampled_from(
+                [ACTIVE, ACTIVE, ACTIVE[::-1], ("hose", *ACTIVE), ACTIVE[:3], (), (*ACTIVE, "q1")]
+            )
         )
         kind = draw(st.sampled_from(["good", "good", "good", "odd", "short", "none", "same"]))
         if kind == "same" and pairs:
             pairs.append(pairs[-1])
             continue
-        stamp = draw(st.sampled_from([5, START])) if draw(st.integers(0, 40)) == 0 else max(stamp + draw(steps), 0)
+        stamp = (
+            draw(st.sampled_from([5, START]))
+            if draw(st.integers(0, 40)) == 0
+            else max(stamp + draw(steps), 0)
+        )
         position = [GOOD[name] + 0.001 * (k % 7) for name in names]
         velocity = [] if kind == "none" else [0.01 * draw(st.integers(-3, 3)) for _ in names]
         if kind == "odd" and names:
-            (position if draw(st.booleans()) or not velocity else velocity)[draw(st.integers(0, 2))] = draw(numbers)
+            (position if draw(st.booleans()) or not velocity else velocity)[
+                draw(st.integers(0, 2))
+            ] = draw(numbers)
         if kind == "short":
             position = position[:-1]
         pairs.append((START + k, joint_state(stamp, names, position, velocity)))
@@ -129,7 +142,10 @@ def test_measured_joints_that_are_not_the_active_ones_give_the_bits_of_the_strea
     state = forging.close(forging.reference)
     measured = ("q1", "q2", "q3", "q4")
     at = [float(state.s[forging.coordinates.index(name)]) for name in measured]
-    pairs = [(k, joint_state(START + 10 * MS * k, measured, np.add(at, 1e-4 * k), [0.01] * 4)) for k in range(20)]
+    pairs = [
+        (k, joint_state(START + 10 * MS * k, measured, np.add(at, 1e-4 * k), [0.01] * 4))
+        for k in range(20)
+    ]
     assert assert_same(forging, pairs, (5,), measured)
 
 
@@ -158,7 +174,9 @@ def test_bytes_that_writers_leave_behind_a_message_are_no_damage(forging, count)
 
 @pytest.mark.parametrize("degree", [1, 2])
 @pytest.mark.parametrize("bandwidth", [1e-12, 1e-9, 0.01, 10.0, 1000.0])
-def test_the_filter_gives_the_same_bits_step_by_step_in_python_and_compiled(degree, bandwidth, monkeypatch):
+def test_the_filter_gives_the_same_bits_step_by_step_in_python_and_compiled(
+    degree, bandwidth, monkeypatch
+):
     rng = np.random.default_rng(6)
     short, long = rng.integers(1, 50, 150), rng.integers(1, 20 * MS, 150)
     stamps = START + np.cumsum(np.where(np.arange(150) % 2, short, long))

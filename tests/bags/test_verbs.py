@@ -47,7 +47,15 @@ def test_a_trajectory_file_becomes_a_bag_and_comes_back(forging, tmp_path):
     np.savetxt(tmp_path / "a.csv", table, fmt="%.17g", delimiter=",", header=head, comments="")
     np.savez(tmp_path / "a.npz", time=time, position=u, velocity=du)
     for name in ("a.csv", "a.npz"):
-        output("make", "--overwrite", tmp_path / "bag", "--robot", ROBOT, "--trajectory", tmp_path / name)
+        output(
+            "make",
+            "--overwrite",
+            tmp_path / "bag",
+            "--robot",
+            ROBOT,
+            "--trajectory",
+            tmp_path / name,
+        )
         output("export", tmp_path / "bag", tmp_path / "tables", "--format", "npz", "--overwrite")
         table = npz(tmp_path / "tables" / "hybrid_dynamics.active_joint_states.npz")
         for k, joint in enumerate(forging.active):
@@ -61,7 +69,9 @@ def test_a_trajectory_beyond_the_stamps_of_ros_is_refused(forging, tmp_path, las
     """20 years, or nanoseconds taken for seconds: the bag's stamps begin in 2020 and end in January 2038."""
     u = motion_of(forging, 3)[1]
     np.savez(tmp_path / "a.npz", time=[0.0, 1.0, lasts], position=u)
-    told = output("make", tmp_path / "bag", "--robot", ROBOT, "--trajectory", tmp_path / "a.npz", code=1)
+    told = output(
+        "make", tmp_path / "bag", "--robot", ROBOT, "--trajectory", tmp_path / "a.npz", code=1
+    )
     assert f"lasts {lasts:.10g} s, and stamps of ROS reach 569646847 s beyond the start" in told
     assert not (tmp_path / "bag").exists()
 
@@ -73,7 +83,12 @@ def test_a_saved_simulation_becomes_a_trajectory(name, tmp_path):
     motion.save(tmp_path / name)
     found = read_trajectory(tmp_path / name, robot)
     assert np.array_equal(found.time, motion.t)
-    for part, whole in (("position", "u"), ("velocity", "du"), ("acceleration", "ddu"), ("effort", "tau")):
+    for part, whole in (
+        ("position", "u"),
+        ("velocity", "du"),
+        ("acceleration", "ddu"),
+        ("effort", "tau"),
+    ):
         assert np.array_equal(getattr(found, part), getattr(motion, whole)), part
     done = run("make", tmp_path / "bag", "--robot", "five_bar", "--trajectory", tmp_path / name)
     assert f"{robot.active[0]}.acceleration" in done.stderr  # joint states hold none
@@ -88,7 +103,9 @@ def test_trajectories_of_earlier_versions_keep_their_rates(tmp_path):
     time, u = np.arange(5) * 0.1, np.tile(robot.reference, (5, 1))
     du, ddu = np.full_like(u, 0.25), np.full_like(u, 0.5)
     head = ",".join(["t", *robot.active, *(f"{name}.rate" for name in robot.active)])
-    np.savetxt(tmp_path / "a.csv", np.column_stack([time, u, du]), delimiter=",", header=head, comments="")
+    np.savetxt(
+        tmp_path / "a.csv", np.column_stack([time, u, du]), delimiter=",", header=head, comments=""
+    )
     np.savez(tmp_path / "a.npz", t=time, state_u=u, state_du=du, ddu=ddu)
     assert np.array_equal(read_trajectory(tmp_path / "a.csv", robot).velocity, du)
     found = read_trajectory(tmp_path / "a.npz", robot)
@@ -100,14 +117,19 @@ def test_trajectories_of_earlier_versions_keep_their_rates(tmp_path):
     ("columns", "told"),
     [
         (["q1.speed", "q12.speed"], "column q1.speed, q12.speed is not known"),
-        (["q1.velocity"], "no column q12.velocity, q22.velocity, q32.velocity; expected velocity of all"),
+        (
+            ["q1.velocity"],
+            "no column q12.velocity, q22.velocity, q32.velocity; expected velocity of all",
+        ),
         (["q1"], "two columns have the same name"),
     ],
 )
 def test_columns_of_active_joints_are_never_dropped_in_silence(columns, told, tmp_path):
     robot = load("excavator")
     names = ["time", *robot.active, *columns]
-    rows = np.column_stack([np.arange(3), np.tile(robot.reference, (3, 1)), np.zeros((3, len(columns)))])
+    rows = np.column_stack(
+        [np.arange(3), np.tile(robot.reference, (3, 1)), np.zeros((3, len(columns)))]
+    )
     np.savetxt(tmp_path / "a.csv", rows, delimiter=",", header=",".join(names), comments="")
     with pytest.raises(BagError, match=told):
         read_trajectory(tmp_path / "a.csv", robot)
@@ -119,7 +141,9 @@ def test_a_simulation_has_the_noise_that_was_asked_for(forging, tmp_path):
     assert (noisy.position - motion.position).std() == pytest.approx(1e-4, rel=0.05)
     assert (noisy.effort - motion.effort).std() == pytest.approx(3.0, rel=0.05)
     assert noisy.velocity is motion.velocity
-    told = output("make", tmp_path / "bag", "--robot", ROBOT, "--seconds", 1, "--noise", "weight=3", code=2)
+    told = output(
+        "make", tmp_path / "bag", "--robot", ROBOT, "--seconds", 1, "--noise", "weight=3", code=2
+    )
     assert "position, velocity, effort" in told
 
 
@@ -130,7 +154,13 @@ def test_exports_agree_whatever_the_format(forging, tmp_path):
     process(Job(bag(tmp_path / "in", recorded(forging, 20)), tmp_path / "out", ROBOT))
     for kind in ("csv", "npz", "parquet"):
         output(
-            "export", tmp_path / "out", tmp_path / kind, "--format", kind, "--topic", "/hybrid_dynamics/closed_state"
+            "export",
+            tmp_path / "out",
+            tmp_path / kind,
+            "--format",
+            kind,
+            "--topic",
+            "/hybrid_dynamics/closed_state",
         )
     name = "hybrid_dynamics.closed_state"
     with (tmp_path / "csv" / f"{name}.csv").open(encoding="utf-8") as file:
@@ -149,12 +179,15 @@ def test_smoothing_with_the_future_has_no_lag(smooth, least, forging, tmp_path):
     """Beside the causal filter's error, smoothing is at least `least` times smaller."""
     time, u, du, ddu = motion_of(forging, 400, 200.0)
     pairs = [
-        (round(t * 1e9), joint_state(round(t * 1e9), forging.active, p, v)) for t, p, v in zip(time, u, du, strict=True)
+        (round(t * 1e9), joint_state(round(t * 1e9), forging.active, p, v))
+        for t, p, v in zip(time, u, du, strict=True)
     ]
     track = collect(bag(tmp_path / "in", pairs), ROBOT, smooth=smooth)
     inner = (track.time > 0.4) & (track.time < 1.6)
     error = np.abs(track.acceleration[inner] - ddu[-len(track.time) :][inner]).max()
-    lag = np.abs(ddu).max() * 3.0 * 0.0205  # what a delay of the filter's lag does to the fastest sine
+    lag = (
+        np.abs(ddu).max() * 3.0 * 0.0205
+    )  # what a delay of the filter's lag does to the fastest sine
     assert error < lag / least
 
 
@@ -162,9 +195,13 @@ def test_identification_finds_base_parameters_within_its_confidence(forging, tmp
     motion = simulated(forging, 40.0, 100.0, seed=5).noisy({"effort": 0.5})
     write_trajectory(tmp_path / "rec", motion, INPUT, {"robot": ROBOT})
     found = identify_track(collect(tmp_path / "rec", smooth="spline"))
-    truth = found.result.base.values(described_parameters(forging.description).values(forging.description))
+    truth = found.result.base.values(
+        described_parameters(forging.description).values(forging.description)
+    )
     inside = (truth > found.result.interval[:, 0]) & (truth < found.result.interval[:, 1])
-    assert inside.mean() > 0.85  # of 43 independent 95 % intervals fewer are as good as never inside
+    assert (
+        inside.mean() > 0.85
+    )  # of 43 independent 95 % intervals fewer are as good as never inside
     assert found.noise == pytest.approx(0.5, rel=0.1)  # held out: nothing but the noise is left
     assert found.held == pytest.approx(1000, abs=20)
     told = json.loads(output("identify", tmp_path / "rec", "--json"))
@@ -179,8 +216,12 @@ def test_a_motion_that_shows_too_little_is_told(forging, tmp_path):
     motion = simulated(forging, 20.0, 100.0, seed=5).noisy({"effort": 1000.0})
     write_trajectory(tmp_path / "rec", motion, INPUT, {"robot": ROBOT})
     found = identify_track(collect(tmp_path / "rec", smooth="spline"))
-    true = found.result.base.values(described_parameters(forging.description).values(forging.description))
-    known = np.abs(found.result.estimate) > noise_limit(found.result.base.size) * found.result.deviation
+    true = found.result.base.values(
+        described_parameters(forging.description).values(forging.description)
+    )
+    known = (
+        np.abs(found.result.estimate) > noise_limit(found.result.base.size) * found.result.deviation
+    )
     meant = np.abs(true) > 1e-6  # zeros of the file are zero to rounding
     assert len(found.meant) == meant.sum() < found.result.base.size
     assert len(found.unsettled) == (meant & ~known).sum()
@@ -190,8 +231,21 @@ def test_a_motion_that_shows_too_little_is_told(forging, tmp_path):
 
 
 def test_identification_tells_what_is_determined_on_lines_that_fit(tmp_path):
-    output("make", tmp_path / "rec", "--robot", "excavator", "--seconds", 10, "--rate", 100, "--noise", "effort=50")
-    told = json.loads(output("identify", tmp_path / "rec", "--json", "--output", tmp_path / "all.csv"))
+    output(
+        "make",
+        tmp_path / "rec",
+        "--robot",
+        "excavator",
+        "--seconds",
+        10,
+        "--rate",
+        100,
+        "--noise",
+        "effort=50",
+    )
+    told = json.loads(
+        output("identify", tmp_path / "rec", "--json", "--output", tmp_path / "all.csv")
+    )
     base = told["base"]
     determined = told["determined"]
     assert {name for name in base if name in determined} < {
@@ -203,7 +257,9 @@ def test_identification_tells_what_is_determined_on_lines_that_fit(tmp_path):
     assert max(map(len, (*said.splitlines(), *every.splitlines()))) <= 80
     for text in (said, every):
         assert text.startswith(f"{len(determined)} of {len(base)} base parameters are determined")
-    leads = {name: re.split(r" (?=[+-] )", name)[0] for name in base}  # of two combinations no two begin alike
+    leads = {
+        name: re.split(r" (?=[+-] )", name)[0] for name in base
+    }  # of two combinations no two begin alike
     lines = said.split("base parameter, determined")[1].splitlines()[1:]
     place = lines[0].rindex(" ") + 1  # where the last column begins under its ruler
     listed = [re.split(r" (?=[+-] |\.\.\. )", line[place:])[0] for line in lines[1:]]
@@ -221,7 +277,9 @@ def test_the_pace_is_told_where_it_means_something():
 
 
 def test_a_short_bag_is_not_zero_times_real_time(forging, tmp_path):
-    told = output("process", bag(tmp_path / "in", recorded(forging, 5)), tmp_path / "out", "--robot", ROBOT)
+    told = output(
+        "process", bag(tmp_path / "in", recorded(forging, 5)), tmp_path / "out", "--robot", ROBOT
+    )
     assert "5 accepted" in told
     assert "real time" not in told
 
@@ -241,11 +299,17 @@ def test_a_wrong_robot_file_is_seen_in_the_held_out_part(forging, tmp_path):
 
 def test_a_report_stands_alone_and_tells_of_gaps_and_bad_samples(forging, tmp_path):
     pairs = recorded(forging, 60)
-    pairs[20] = (pairs[20][0], joint_state(pairs[20][0], forging.active, [0.0, 0.9, 0.1, 0.0], [0.0] * 4))
+    pairs[20] = (
+        pairs[20][0],
+        joint_state(pairs[20][0], forging.active, [0.0, 0.9, 0.1, 0.0], [0.0] * 4),
+    )
     time, u, du, _ = motion_of(forging, 30)
     start = pairs[-1][0] + 3000 * MS
     late = [
-        (start + round(t * 1e9), joint_state(start + round(t * 1e9), forging.active, p, v, [1.0] * 4))
+        (
+            start + round(t * 1e9),
+            joint_state(start + round(t * 1e9), forging.active, p, v, [1.0] * 4),
+        )
         for t, p, v in zip(time, u, du, strict=True)
     ]
     bag(tmp_path / "rec", pairs + late)
@@ -263,7 +327,9 @@ def test_a_report_stands_alone_and_tells_of_gaps_and_bad_samples(forging, tmp_pa
     assert len(set(re.findall(r' id="([^"]+)"', page))) == len(re.findall(r' id="([^"]+)"', page))
 
 
-def test_a_report_draws_ends_of_strokes_in_view_and_nothing_where_nothing_is_missing(forging, tmp_path):
+def test_a_report_draws_ends_of_strokes_in_view_and_nothing_where_nothing_is_missing(
+    forging, tmp_path
+):
     write_trajectory(tmp_path / "rec", simulated(forging, 2.0, 100.0), INPUT, {"robot": ROBOT})
     track = collect(tmp_path / "rec", ROBOT)
     strokes = margins(track).axes
@@ -271,7 +337,9 @@ def test_a_report_draws_ends_of_strokes_in_view_and_nothing_where_nothing_is_mis
     assert all(axes.get_ylim()[0] < 0.0 for axes in strokes)  # else the axis hides the line at zero
     noise = 1e-13 * np.random.default_rng(1).standard_normal(track.efforts.shape)
     calm = efforts(dataclasses.replace(track, recorded=track.efforts + noise)).axes[1::2]
-    assert all(axes.get_ylim()[0] < -0.01 < 0.01 < axes.get_ylim()[1] for axes in calm)  # rounding is a line
+    assert all(
+        axes.get_ylim()[0] < -0.01 < 0.01 < axes.get_ylim()[1] for axes in calm
+    )  # rounding is a line
     (intervals,) = sampling(track).axes
     assert sum(bar.get_height() for bar in intervals.patches) == len(track.time) - 1
     page = report(track, "rec")
@@ -282,7 +350,9 @@ def test_a_report_draws_ends_of_strokes_in_view_and_nothing_where_nothing_is_mis
     assert re.search(r"<td>q12</td><td>N</td><td class=n>", page)
 
 
-def test_a_report_says_where_accelerations_are_from_and_a_perfect_model_looks_perfect(forging, tmp_path):
+def test_a_report_says_where_accelerations_are_from_and_a_perfect_model_looks_perfect(
+    forging, tmp_path
+):
     write_trajectory(tmp_path / "rec", simulated(forging, 3.0, 200.0), INPUT, {"robot": ROBOT})
     said, left = {}, {}
     for smooth in ("spline", "savgol", "causal"):
@@ -291,12 +361,15 @@ def test_a_report_says_where_accelerations_are_from_and_a_perfect_model_looks_pe
         left[smooth] = track.errors.rms / track.recorded.std(axis=0)
     output("report", tmp_path / "rec")
     assert said["spline"] in (tmp_path / "rec.html").read_text(encoding="utf-8")
-    # two time constants of the filter, whose bandwidth is the node's 10 Hz: 2 sqrt(sqrt(2) - 1) / (2 pi 10)
+    # two time constants of the filter, whose bandwidth is the node's 10 Hz: 2 sqrt(sqrt(2) - 1) /
+    # (2 pi 10)
     assert "from the node's causal filter, which tells them 20.5 ms late" in said["causal"]
     assert "<code>--smooth spline</code>" in said["causal"]
     assert "from a spline through the samples before and after, which has no lag" in said["spline"]
     assert "from a Savitzky-Golay filter" in said["savgol"]
-    assert (left["spline"] < 0.1 * left["causal"]).all()  # exact rates at 200 Hz: the lag was all that the model left
+    assert (
+        left["spline"] < 0.1 * left["causal"]
+    ).all()  # exact rates at 200 Hz: the lag was all that the model left
 
 
 def test_a_processed_bag_is_reported_with_the_rates_that_it_was_made_with(forging, tmp_path):
@@ -311,7 +384,11 @@ def test_a_processed_bag_is_reported_with_the_rates_that_it_was_made_with(forgin
 @pytest.fixture
 def own_file(tmp_path):
     """The excavator in a file of one's own, under the same name: a robot that could be taken for the shipped one."""
-    text = resources.files("hybrid_dynamics_core").joinpath("robots", "excavator.yaml").read_text(encoding="utf-8")
+    text = (
+        resources.files("hybrid_dynamics_core")
+        .joinpath("robots", "excavator.yaml")
+        .read_text(encoding="utf-8")
+    )
     path = tmp_path / "own.yaml"
     path.write_text(text, encoding="utf-8")
     return path
@@ -340,7 +417,10 @@ def test_a_bag_knows_the_file_of_its_robot(verb, own_file, tmp_path, monkeypatch
 def test_a_bag_that_only_names_a_robot_of_its_own_asks_for_the_file(forging, tmp_path):
     write_trajectory(tmp_path / "rec", simulated(forging, 0.5, 100.0), INPUT, {"robot": "my_arm"})
     told = output("report", tmp_path / "rec", code=2)
-    assert "was made with 'my_arm', which is not a shipped robot, and does not tell its file; give --robot FILE" in told
+    assert (
+        "was made with 'my_arm', which is not a shipped robot, and does not tell its file; give"
+        " --robot FILE" in told
+    )
 
 
 def test_many_bags_give_the_same_in_processes_and_a_failed_one_is_told(forging, tmp_path):
@@ -362,8 +442,13 @@ def test_a_dask_cluster_gives_the_same(forging, tmp_path):
     source = bag(tmp_path / "in", recorded(forging, 30))
     one, two = (Job(source, tmp_path / name / "out", ROBOT) for name in ("one", "two"))
     assert isinstance(attempt(one), Outcome)
-    with distributed.LocalCluster(1, processes=False, dashboard_address=None, threads_per_worker=1) as cluster:
-        results = run_jobs([two, Job(tmp_path / "none", tmp_path / "o", ROBOT)], scheduler=cluster.scheduler_address)
+    with distributed.LocalCluster(
+        1, processes=False, dashboard_address=None, threads_per_worker=1
+    ) as cluster:
+        results = run_jobs(
+            [two, Job(tmp_path / "none", tmp_path / "o", ROBOT)],
+            scheduler=cluster.scheduler_address,
+        )
     assert isinstance(results[0], Outcome)
     assert "there is no such file or folder" in results[1]
     assert (one.target / "out.mcap").read_bytes() == (two.target / "out.mcap").read_bytes()
@@ -373,7 +458,8 @@ def test_parameters_of_the_node_count_here_too(forging, tmp_path):
     source = bag(tmp_path / "in", recorded(forging, 30))
     params = tmp_path / "p.yaml"
     params.write_text(
-        "/**:\n  ros__parameters:\n    payload: {mass: 50.0}\n    rates: {joint_states: -1}\n", encoding="utf-8"
+        "/**:\n  ros__parameters:\n    payload: {mass: 50.0}\n    rates: {joint_states: -1}\n",
+        encoding="utf-8",
     )
     output("process", source, tmp_path / "plain", "--robot", ROBOT)
     output("process", source, tmp_path / "laden", "--robot", ROBOT, "--params", params)

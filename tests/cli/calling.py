@@ -9,7 +9,9 @@ from click.testing import CliRunner
 
 from hybrid_dynamics_cli.app import app
 
-APART = {"mix_stderr": False} if "mix_stderr" in signature(CliRunner).parameters else {}  # until 8.1 they are mixed
+APART = (
+    {"mix_stderr": False} if "mix_stderr" in signature(CliRunner).parameters else {}
+)  # until 8.1 they are mixed
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def given(words: tuple[str, ...], robot: str, bag: str) -> list[str]:
     """The least that a verb has to be given."""
     if words[0] == "bag":
-        own = {"process": [bag, "out"], "export": [bag, "out"], "make": ["out"]}.get(words[1], [bag])
+        own = {"process": [bag, "out"], "export": [bag, "out"], "make": ["out"]}.get(
+            words[1], [bag]
+        )
         return [*words, *own, *([] if words[1] == "export" else ["--robot", robot])]
     more = ["--position", "0", "0.3", "0"] if words == ("ik",) else []
     return [*words, *([] if words == ("benchmark",) else [robot]), *more]

@@ -29,7 +29,9 @@ main()
 )
 def test_what_is_missing_is_named(module: str, arguments: list[str], words: str) -> None:
     code = WITHOUT.format(module=module, arguments=arguments)
-    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    answer = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False
+    )
     assert answer.returncode == 1
     assert words in answer.stderr
     assert "Traceback" not in answer.stderr

@@ -59,7 +59,11 @@ def test_every_verb_has_help_with_examples_of_itself(words: tuple[str, ...]) -> 
         assert line in page.output  # as it was written, not wrapped
     for line in examples(words):
         assert shlex.split(line)[1 : len(words) + 1] == list(words)
-    assert all(param.help for param in command_of(words).params if isinstance(param, click.Option) and words != SPARE)
+    assert all(
+        param.help
+        for param in command_of(words).params
+        if isinstance(param, click.Option) and words != SPARE
+    )
 
 
 @pytest.mark.parametrize("words", [(), *ALL], ids="-".join)
@@ -73,7 +77,9 @@ def test_help_fits_a_terminal(words: tuple[str, ...], monkeypatch: pytest.Monkey
 SPARE = ("export",)  # its output is for programs as it is
 
 
-@pytest.mark.parametrize("words", [words for words in ALL if words not in (SPARE, ("view",))], ids="-".join)
+@pytest.mark.parametrize(
+    "words", [words for words in ALL if words not in (SPARE, ("view",))], ids="-".join
+)
 def test_every_verb_has_a_form_for_programs(words: tuple[str, ...]) -> None:
     assert "--json" in {name for param in command_of(words).params for name in param.opts}
 
@@ -83,13 +89,22 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """What the examples name."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("HYBRID_DYNAMICS_KERNELS", "python")
-    text = resources.files("hybrid_dynamics_core").joinpath("robots/five_bar.yaml").read_text(encoding="utf-8")
+    text = (
+        resources.files("hybrid_dynamics_core")
+        .joinpath("robots/five_bar.yaml")
+        .read_text(encoding="utf-8")
+    )
     (tmp_path / "my_robot.yaml").write_text(text, encoding="utf-8")
     (tmp_path / "dig.csv").touch()
     return tmp_path
 
 
-RUN = [(words, line) for words in ALL for line in examples(words) if words[0] not in ("bag", "benchmark", "view")]
+RUN = [
+    (words, line)
+    for words in ALL
+    for line in examples(words)
+    if words[0] not in ("bag", "benchmark", "view")
+]
 
 
 @pytest.mark.parametrize("line", [line for _, line in RUN if "|" not in line])
@@ -101,7 +116,9 @@ def test_the_examples_run(line: str) -> None:
     assert result.exit_code == 0, result.output
 
 
-@pytest.mark.parametrize("words", [words for words in ALL if words[0] in ("bag", "benchmark")], ids="-".join)
+@pytest.mark.parametrize(
+    "words", [words for words in ALL if words[0] in ("bag", "benchmark")], ids="-".join
+)
 @pytest.mark.usefixtures("folder")
 def test_the_examples_of_long_runs_are_understood(words: tuple[str, ...]) -> None:
     for line in examples(words):
@@ -130,7 +147,9 @@ def test_exit_codes_stand_under_help() -> None:
         (["fk", "forging_chu2020", "-u"], "q1=0.1,q12=0.1,q2", "q1=0.1,q12=0.1,q22="),
     ],
 )
-def test_shells_complete_verbs_options_and_robots(words: list[str], incomplete: str, wanted: str) -> None:
+def test_shells_complete_verbs_options_and_robots(
+    words: list[str], incomplete: str, wanted: str
+) -> None:
     complete = ShellComplete(app, {}, "hybrid-dynamics", "_HYBRID_DYNAMICS_COMPLETE")
     assert [item.value for item in complete.get_completions(words, incomplete)] == [wanted]
 

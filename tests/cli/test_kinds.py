@@ -21,19 +21,35 @@ BAG = "a recording (a rosbag2 folder, a .mcap or .db3 file, or one of them with 
 
 
 def five_bar() -> str:
-    return resources.files("hybrid_dynamics_core").joinpath("robots/five_bar.yaml").read_text(encoding="utf-8")
+    return (
+        resources.files("hybrid_dynamics_core")
+        .joinpath("robots/five_bar.yaml")
+        .read_text(encoding="utf-8")
+    )
 
 
 FILES: dict[str, tuple[bytes | str, FileKind, str]] = {
     "reach.png": (PNG, FileKind.PICTURE, "a PNG picture"),
-    "drawing.svg": ('<?xml version="1.0"?>\n<!DOCTYPE svg>\n<svg/>', FileKind.PICTURE, "an SVG picture"),
+    "drawing.svg": (
+        '<?xml version="1.0"?>\n<!DOCTYPE svg>\n<svg/>',
+        FileKind.PICTURE,
+        "an SVG picture",
+    ),
     "page.html": ("<!DOCTYPE html>\n<html></html>", FileKind.PAGE, "an HTML page"),
     "empty.yaml": ("\n", FileKind.OTHER, "an empty file"),
     "some.bin": (bytes(range(256)), FileKind.OTHER, "a binary file"),
     "dig.csv": (CSV, FileKind.TRAJECTORY, "a table (CSV)"),
     "run.py": ("import math\n\nprint(math.pi)\n", FileKind.TEXT, "a program"),
-    "notes.txt": ("Look here: this is mine.\n", FileKind.TEXT, "a text file that describes no robot"),
-    "log.txt": ("Look at active:\nactive: none\n", FileKind.TEXT, "a text file that describes no robot"),
+    "notes.txt": (
+        "Look here: this is mine.\n",
+        FileKind.TEXT,
+        "a text file that describes no robot",
+    ),
+    "log.txt": (
+        "Look at active:\nactive: none\n",
+        FileKind.TEXT,
+        "a text file that describes no robot",
+    ),
     "node.yaml": (
         "/**:\n  ros__parameters:\n    rates: {tf: 1.0}\n",
         FileKind.SETTINGS,
@@ -58,7 +74,12 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (tmp_path / name).write_bytes(content.encode() if isinstance(content, str) else content)
     (tmp_path / "own.yaml").write_text(five_bar(), encoding="utf-8")
     np.savez(tmp_path / "dig.npz", time=np.arange(3.0))
-    for name, inside in (("bag", "metadata.yaml"), ("night/one", "metadata.yaml"), ("tables", "a.csv"), ("void", "")):
+    for name, inside in (
+        ("bag", "metadata.yaml"),
+        ("night/one", "metadata.yaml"),
+        ("tables", "a.csv"),
+        ("void", ""),
+    ):
         (tmp_path / name).mkdir(parents=True)
         if inside:
             (tmp_path / name / inside).write_text(METADATA, encoding="utf-8")
@@ -91,7 +112,14 @@ def test_every_shipped_robot_is_known_as_one(tmp_path: Path) -> None:
             assert look(tmp_path / file.name).kind is FileKind.ROBOT, file.name
 
 
-OF_A_ROBOT = ("check {}", "info {}", "fk {}", "export {}", "simulate {}", "bag make made --robot {}")
+OF_A_ROBOT = (
+    "check {}",
+    "info {}",
+    "fk {}",
+    "export {}",
+    "simulate {}",
+    "bag make made --robot {}",
+)
 OF_A_BAG = (
     "bag report {} --robot own.yaml",
     "bag identify {}",
@@ -115,7 +143,16 @@ HINTS = {
         (
             OF_A_ROBOT,
             ROBOT,
-            ("reach.png", "empty.yaml", "some.bin", "dig.csv", "tables", "bag", "night", "metadata.yaml"),
+            (
+                "reach.png",
+                "empty.yaml",
+                "some.bin",
+                "dig.csv",
+                "tables",
+                "bag",
+                "night",
+                "metadata.yaml",
+            ),
         ),
         (OF_A_BAG, BAG, ("reach.png", "empty.yaml", "own.yaml", "tables", "void", "dig.csv")),
     ],
@@ -139,8 +176,14 @@ def test_another_kind_is_told_with_what_was_expected_and_what_takes_it(
     [
         ("check owm.yaml", "owm.yaml: there is no such file or folder (did you mean 'own.yaml'?)"),
         ("bag report bog", "bog: there is no such file or folder (did you mean 'bag'?)"),
-        ("bag make made --robot own.yaml --trajectory own.yaml", "own.yaml: seems to be a robot description (YAML)"),
-        ("bag make made --robot own.yaml --trajectory bag", "bag: seems to be a recording (rosbag2)"),
+        (
+            "bag make made --robot own.yaml --trajectory own.yaml",
+            "own.yaml: seems to be a robot description (YAML)",
+        ),
+        (
+            "bag make made --robot own.yaml --trajectory bag",
+            "bag: seems to be a recording (rosbag2)",
+        ),
         ("bag report bag --robot own.yaml --params dig.csv", "dig.csv: seems to be a table (CSV)"),
     ],
 )
@@ -150,8 +193,12 @@ def test_names_and_other_files_are_told_in_the_same_way(line: str, told: str) ->
     assert told in result.stderr
 
 
-@pytest.mark.parametrize("make", [lambda text: text.replace("joints:", "joint:"), lambda text: text + "\n  - ["])
-def test_a_fault_inside_a_robot_is_no_wrong_kind(tmp_path: Path, make: Callable[[str], str]) -> None:
+@pytest.mark.parametrize(
+    "make", [lambda text: text.replace("joints:", "joint:"), lambda text: text + "\n  - ["]
+)
+def test_a_fault_inside_a_robot_is_no_wrong_kind(
+    tmp_path: Path, make: Callable[[str], str]
+) -> None:
     place = tmp_path / "own.yaml"
     place.write_text(make(five_bar()), encoding="utf-8")
     result = call("check", str(place))
@@ -163,6 +210,9 @@ def test_many_lines_of_comments_are_looked_at_at_once(tmp_path: Path) -> None:
     """Each line more must not double the work: a licence before a robot has dozens of them."""
     file = tmp_path / "a.xml"
     licence = "<!-- a line of a licence -->\n" * 400
-    for content, kind in (("<robot name='a'/>", FileKind.ROBOT), ("<launch/><!-- b --><robot/>", FileKind.TEXT)):
+    for content, kind in (
+        ("<robot name='a'/>", FileKind.ROBOT),
+        ("<launch/><!-- b --><robot/>", FileKind.TEXT),
+    ):
         file.write_text(f"<?xml version='1.0'?>\n{licence}{content}", encoding="utf-8")
         assert look(file).kind is kind

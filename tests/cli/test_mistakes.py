@@ -36,7 +36,9 @@ def test_so_does_a_verb_of_bag() -> None:
         (("chek", "forging_chu2020"), 2, "UsageError"),
     ],
 )
-def test_errors_are_json_where_json_is_asked_for(arguments: tuple[str, ...], code: int, kind: str) -> None:
+def test_errors_are_json_where_json_is_asked_for(
+    arguments: tuple[str, ...], code: int, kind: str
+) -> None:
     asked, plain = call(*arguments, "--json"), call(*arguments)
     told: dict[str, Any] = json.loads(asked.stdout)["error"]
     assert asked.exit_code == plain.exit_code == code
@@ -99,11 +101,26 @@ def flat(result: Answer) -> str:
             ("simulate", "excavator", "--tau", "weigth"),
             "'weigth' (did you mean 'weight'?); expected efforts",
         ),
-        (("workspace", "excavator", "--range", "q1=0"), "'q1=0': expected NAME=LOW:HIGH, as q12=0.1:0.5"),
-        (("workspace", "excavator", "--range", "q1"), "'q1': expected NAME=LOW:HIGH, as q12=0.1:0.5"),
-        (("workspace", "excavator", "--range", "q1=0:x"), "'x' is not a number, pi or deg; expected NAME=LOW:HIGH"),
-        (("workspace", "excavator", "--range", "q13=0:1"), "--range: 'q13' is not an active joint (did you mean 'q1"),
-        (("fk", "excavator", "-u", "q12=70mm"), "'70mm' has a unit; units are fixed: m, kg, s, N, rad (30*deg)"),
+        (
+            ("workspace", "excavator", "--range", "q1=0"),
+            "'q1=0': expected NAME=LOW:HIGH, as q12=0.1:0.5",
+        ),
+        (
+            ("workspace", "excavator", "--range", "q1"),
+            "'q1': expected NAME=LOW:HIGH, as q12=0.1:0.5",
+        ),
+        (
+            ("workspace", "excavator", "--range", "q1=0:x"),
+            "'x' is not a number, pi or deg; expected NAME=LOW:HIGH",
+        ),
+        (
+            ("workspace", "excavator", "--range", "q13=0:1"),
+            "--range: 'q13' is not an active joint (did you mean 'q1",
+        ),
+        (
+            ("fk", "excavator", "-u", "q12=70mm"),
+            "'70mm' has a unit; units are fixed: m, kg, s, N, rad (30*deg)",
+        ),
         (("fk", "excavator", "-u", "q12=0.7 m"), "'0.7 m' has a unit; units are fixed"),
         (("fk", "excavator", "-u", "q12=much"), "'much' is not a number, pi or deg"),
         (
@@ -112,10 +129,19 @@ def flat(result: Answer) -> str:
         ),
         (("fk", "five_bar", "-u", "0.1 2"), "deg); values are parted by commas: 0.1,2"),
         (("fk", "five_bar", "-u", "0.1;2"), "deg); values are parted by commas: 0.1,2"),
-        (("fk", "excavator", "-u", "q1=1 q12=2"), "'q1=1 q12=2'; values are parted by commas: q1=1,q12=2"),
-        (("simulate", "excavator", "--tau", "weight,q22=2100"), "a word such as 'weight' is taken, it stands alone"),
+        (
+            ("fk", "excavator", "-u", "q1=1 q12=2"),
+            "'q1=1 q12=2'; values are parted by commas: q1=1,q12=2",
+        ),
+        (
+            ("simulate", "excavator", "--tau", "weight,q22=2100"),
+            "a word such as 'weight' is taken, it stands alone",
+        ),
         (("fk", "excavator", "-u", "q12=1;2"), "numbers, pi and deg); values are parted by commas"),
-        (("fk", "excavator", "-u", "q12=1;2"), "neither a number nor an expression (+ - * / over numbers, pi and deg)"),
+        (
+            ("fk", "excavator", "-u", "q12=1;2"),
+            "neither a number nor an expression (+ - * / over numbers, pi and deg)",
+        ),
     ],
 )
 def test_slips_are_told_with_what_was_expected(arguments: tuple[str, ...], told: str) -> None:
@@ -128,14 +154,21 @@ def test_slips_are_told_with_what_was_expected(arguments: tuple[str, ...], told:
 def test_a_map_names_its_option(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     arguments = ("workspace", "five_bar", "--samples", "100", "--draw", str(tmp_path / "map.svg"))
-    assert "Error: --over: 'q_X' is not an active joint (did you mean" in flat(call(*arguments, "--over", "q_X,q_T"))
+    assert "Error: --over: 'q_X' is not an active joint (did you mean" in flat(
+        call(*arguments, "--over", "q_X,q_T")
+    )
 
 
 @pytest.mark.parametrize("words", ["view excavator", "bag make made --robot excavator"])
-def test_a_picture_is_no_trajectory(words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_picture_is_no_trajectory(
+    words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("rosbags" if words.startswith("bag") else "viser")
     monkeypatch.chdir(tmp_path)
     Path("reach.png").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
     text = flat(call(*words.split(), "--trajectory", "reach.png"))
-    assert "reach.png: seems to be a PNG picture; expected a trajectory (CSV with the columns time and JOINT" in text
+    assert (
+        "reach.png: seems to be a PNG picture; expected a trajectory (CSV with the columns time and"
+        " JOINT" in text
+    )
     assert "codec" not in text

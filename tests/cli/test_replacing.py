@@ -27,7 +27,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A robot of one's own."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("HYBRID_DYNAMICS_KERNELS", "python")
-    text = resources.files("hybrid_dynamics_core").joinpath("robots/five_bar.yaml").read_text(encoding="utf-8")
+    text = (
+        resources.files("hybrid_dynamics_core")
+        .joinpath("robots/five_bar.yaml")
+        .read_text(encoding="utf-8")
+    )
     (tmp_path / "own.yaml").write_text(text, encoding="utf-8")
     return tmp_path
 
@@ -57,7 +61,9 @@ def test_results_are_replaced_and_what_is_of_another_origin_is_not(name: str, fo
 
 
 @pytest.mark.parametrize("file", ["a.svg", "a.png", "a.pdf"])
-def test_a_picture_that_others_made_with_matplotlib_is_not_replaced(file: str, folder: Path) -> None:
+def test_a_picture_that_others_made_with_matplotlib_is_not_replaced(
+    file: str, folder: Path
+) -> None:
     figure = Figure()
     figure.add_subplot().plot([1.0, 2.0])
     figure.savefig(folder / file)

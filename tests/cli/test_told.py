@@ -71,7 +71,10 @@ def test_links_fixed_to_others_are_told(verb: str, lift: str) -> None:
     assert "6 links in 4 bodies" in output
     assert "bucket, cap (without a mass) are part of crank" in output
     parts = told(verb, lift)["parts"]
-    assert parts == {"bucket": {"part_of": "crank", "mass": 1.0}, "cap": {"part_of": "crank", "mass": 0.0}}
+    assert parts == {
+        "bucket": {"part_of": "crank", "mass": 1.0},
+        "cap": {"part_of": "crank", "mass": 0.0},
+    }
     assert "6 links," in call(verb, "five_bar").output
 
 
@@ -95,7 +98,11 @@ def test_which_links_a_joint_ties_and_inertias_are_told() -> None:
     assert (joints["q12"], joints["q2"]) == (("l11", "l12"), ("l1", "l2"))
     assert re.search(r"^q12 +l11 +l12$", said, re.MULTILINE)
     rod = 50.6 * 0.7**2 / 12  # l2, across its axis
-    assert answer["links"]["l2"]["inertia"] == [[0, 0, 0], [0, pytest.approx(rod), 0], [0, 0, pytest.approx(rod)]]
+    assert answer["links"]["l2"]["inertia"] == [
+        [0, 0, 0],
+        [0, pytest.approx(rod), 0],
+        [0, 0, pytest.approx(rod)],
+    ]
     assert re.search(rf"^l2 +0 +{rod:.6g} +{rod:.6g}$", said, re.MULTILINE)
     assert "Ixy" not in said  # all zero
     assert "inertia" not in call("info", "staicu2015").output
@@ -136,7 +143,10 @@ def test_modes_without_a_picture_are_refused(lift: str) -> None:
 
 def test_modes_tell_where_the_end_effector_is() -> None:
     robot = load("five_bar")
-    places = [robot.forward_kinematics(mode.state).position.tolist() for mode in robot.assembly_modes(robot.reference)]
+    places = [
+        robot.forward_kinematics(mode.state).position.tolist()
+        for mode in robot.assembly_modes(robot.reference)
+    ]
     assert [mode["position"] for mode in told("branches", "five_bar")["modes"]] == places
     assert "x, y, z of end_effector in base" in call("branches", "five_bar").output
 
@@ -145,7 +155,9 @@ def test_modes_tell_where_the_end_effector_is() -> None:
 def test_modes_name_the_loops_in_which_they_differ_and_fit_a_terminal(name: str) -> None:
     output = call("branches", name).output
     branches = [mode["branch"] for mode in told("branches", name)["modes"]]
-    head = [word for line in output.splitlines() if line.startswith("mode ") for word in line.split()]
+    head = [
+        word for line in output.splitlines() if line.startswith("mode ") for word in line.split()
+    ]
     assert "singularity" in head
     for loop in branches[0]:
         ways = {branch[loop] for branch in branches}
@@ -156,7 +168,10 @@ def test_modes_name_the_loops_in_which_they_differ_and_fit_a_terminal(name: str)
 
 def test_what_is_the_same_everywhere_is_told_once() -> None:
     """Across the plane of a planar mechanism there is one coordinate: no column and no rows of it."""
-    modes, reach = call("branches", "excavator").output, call("workspace", "five_bar", "--samples", "500").output
+    modes, reach = (
+        call("branches", "excavator").output,
+        call("workspace", "five_bar", "--samples", "500").output,
+    )
     assert "y [m]" not in modes
     assert "in all of them: y = 0 m" in modes
     assert "est z" not in reach
@@ -166,10 +181,20 @@ def test_what_is_the_same_everywhere_is_told_once() -> None:
 
 
 def test_a_wide_table_goes_on_below_beside_its_first_column() -> None:
-    head, row = ["name", *(f"column_{k}" for k in range(12))], ["first", *(float(k) for k in range(12))]
+    head, row = (
+        ["name", *(f"column_{k}" for k in range(12))],
+        [
+            "first",
+            *(float(k) for k in range(12)),
+        ],
+    )
     pieces = table(head, [row]).split("\n\n")
     assert len(pieces) > 1
-    assert all(line.split()[0] in {"name", "-----", "first"} for piece in pieces for line in piece.splitlines())
+    assert all(
+        line.split()[0] in {"name", "-----", "first"}
+        for piece in pieces
+        for line in piece.splitlines()
+    )
     assert all(len(line) <= 80 for piece in pieces for line in piece.splitlines())
     told_ = [word for piece in pieces for word in piece.splitlines()[0].split()[1:]]
     assert told_ == head[1:]
@@ -177,7 +202,14 @@ def test_a_wide_table_goes_on_below_beside_its_first_column() -> None:
 
 
 def test_what_goes_on_below_is_no_lone_unit() -> None:
-    head, row = ["name", *(f"column_{k}" for k in range(7)), "unit"], ["first", *(float(k) for k in range(7)), "N m"]
+    head, row = (
+        ["name", *(f"column_{k}" for k in range(7)), "unit"],
+        [
+            "first",
+            *(float(k) for k in range(7)),
+            "N m",
+        ],
+    )
     assert len(table([*head[:-1]], [row[:-1]]).split("\n\n")) == 1
     assert [piece.splitlines()[0].split() for piece in table(head, [row]).split("\n\n")] == [
         [*head[:-2]],
@@ -202,11 +234,16 @@ def test_efforts_and_their_parts_are_one_table(name: str) -> None:
         (("workspace", "--samples", "50", "--draw", "{}.svg"), "map"),
         (("simulate", "--seconds", "0.02", "--save", "{}.csv"), "the motion"),
         (("export", "-o", "{}.urdf"), "URDF"),
-        (("bag", "make", "{}", "--seconds", "0.02", "--robot"), "20 messages on /hybrid_dynamics/active_joint_states"),
+        (
+            ("bag", "make", "{}", "--seconds", "0.02", "--robot"),
+            "20 messages on /hybrid_dynamics/active_joint_states",
+        ),
     ],
     ids=lambda value: "-".join(value[:2]) if isinstance(value, tuple) else "",
 )
-def test_a_written_file_is_told_in_one_form(words: tuple[str, ...], what: str, tmp_path: Path) -> None:
+def test_a_written_file_is_told_in_one_form(
+    words: tuple[str, ...], what: str, tmp_path: Path
+) -> None:
     out = str(tmp_path / "out")
     verb, *more = [word.format(out) for word in words]
     told = call(verb, *more, "five_bar") if verb == "bag" else call(verb, "five_bar", *more)
@@ -234,14 +271,18 @@ def test_units_of_a_picture_are_those_of_the_joints(lift: str, tmp_path: Path) -
 
 
 def test_one_is_told_in_the_singular(lift: str) -> None:
-    Path(lift).write_text(LIFT.replace("active: [stroke]", "active: [stroke, q1]"), encoding="utf-8")
+    Path(lift).write_text(
+        LIFT.replace("active: [stroke]", "active: [stroke, q1]"), encoding="utf-8"
+    )
     assert "1 degree of freedom; name 1" in call("check", lift).output
 
 
 def test_branches_tell_where_and_which_is_the_own_one() -> None:
     machine = load("forging_chu2020")
     answer = told("branches", "forging_chu2020", "-u", "q12=0.2")
-    assert answer["u"] == dict(zip(machine.active, [*machine.reference[:1], 0.2, *machine.reference[2:]], strict=True))
+    assert answer["u"] == dict(
+        zip(machine.active, [*machine.reference[:1], 0.2, *machine.reference[2:]], strict=True)
+    )
     own = [mode for mode in answer["modes"] if mode["own"]]
     state = machine.close(list(answer["u"].values()))
     assert [mode["branch"] for mode in own] == [dict(state.branch)]
@@ -250,7 +291,10 @@ def test_branches_tell_where_and_which_is_the_own_one() -> None:
     (marked,) = (line for line in lines if line[1:2] == "*")
     assert "counterclockwise  counterclockwise" in marked
     assert [state.branch[loop] for loop in ("theta_1", "theta_2")] == ["counterclockwise"] * 2
-    assert any(line.startswith("*: the robot's own mode; x, y, z of end_effector in base") for line in lines)
+    assert any(
+        line.startswith("*: the robot's own mode; x, y, z of end_effector in base")
+        for line in lines
+    )
 
 
 @pytest.mark.parametrize("verb", ["fk", "id", "fd", "branches"])
@@ -265,11 +309,16 @@ def test_a_reference_far_from_where_the_named_mode_closes_is_told(lift: str) -> 
     path = Path(lift)
     angle = told("fk", lift)["coordinates"]["q1"]
     near, far = (path.with_name(f"{name}.yaml") for name in ("near", "far"))
-    near.write_text(LIFT.replace("{stroke: 0.1}", f"{{stroke: 0.1, q1: {angle + 0.5}}}"), encoding="utf-8")
-    far.write_text(LIFT.replace("{stroke: 0.1}", f"{{stroke: 0.1, q1: {angle + 1.5}}}"), encoding="utf-8")
+    near.write_text(
+        LIFT.replace("{stroke: 0.1}", f"{{stroke: 0.1, q1: {angle + 0.5}}}"), encoding="utf-8"
+    )
+    far.write_text(
+        LIFT.replace("{stroke: 0.1}", f"{{stroke: 0.1, q1: {angle + 1.5}}}"), encoding="utf-8"
+    )
     assert "another assembly mode" not in call("check", str(near)).output
     assert re.search(
-        r"note: q1 is .* rad in the reference, and its loop closes at .* rad: is another assembly mode",
+        r"note: q1 is .* rad in the reference, and its loop closes at .* rad: is another assembly"
+        r" mode",
         " ".join(call("check", str(far)).output.split()),
     )
 
@@ -277,14 +326,21 @@ def test_a_reference_far_from_where_the_named_mode_closes_is_told(lift: str) -> 
 def test_degrees_beyond_a_limit_are_told_as_they_are_written(lift: str) -> None:
     arm = Path(lift).with_name("arm.yaml")
     arm.write_text(PLAIN, encoding="utf-8")
-    assert "beyond its limit 2 rad; 30 degrees are written 30*deg" in call("fk", str(arm), "-u", "30").output
+    assert (
+        "beyond its limit 2 rad; 30 degrees are written 30*deg"
+        in call("fk", str(arm), "-u", "30").output
+    )
     assert "degrees" not in call("fk", str(arm), "-u", "3").output
 
 
 def test_a_robot_without_loops_is_not_said_to_close_them(lift: str) -> None:
     arm = Path(lift).with_name("arm.yaml")
     arm.write_text(PLAIN, encoding="utf-8")
-    assert call("check", str(arm)).output.rstrip().endswith("The description is right; it has no loops.")
+    assert (
+        call("check", str(arm))
+        .output.rstrip()
+        .endswith("The description is right; it has no loops.")
+    )
 
 
 def test_a_file_that_is_named_without_its_suffix_is_found_as_what_was_meant(
@@ -299,8 +355,14 @@ def test_a_file_that_is_named_without_its_suffix_is_found_as_what_was_meant(
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("id", "--ddu", "stroke=0,1"), "decimals are written with a point (did you mean 'stroke=0.1'?)"),
-        (("ik", "--position", "0,5", "0", "1"), "decimals are written with a point: 0.5, if 0,5 is one number"),
+        (
+            ("id", "--ddu", "stroke=0,1"),
+            "decimals are written with a point (did you mean 'stroke=0.1'?)",
+        ),
+        (
+            ("ik", "--position", "0,5", "0", "1"),
+            "decimals are written with a point: 0.5, if 0,5 is one number",
+        ),
     ],
 )
 def test_decimal_commas_are_told_as_such(arguments: tuple[str, ...], words: str, lift: str) -> None:

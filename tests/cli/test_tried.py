@@ -20,11 +20,18 @@ def test_loops_that_close_everywhere_are_told_with_their_count() -> None:
         f"loops close at all {TRIED} places tried within the limits of the active joints",
         "The description is right: every loop closes.",
     ]
-    assert json.loads(call("check", "five_bar", "--json").stdout)["tried"] == {"places": TRIED, "closed": TRIED}
+    assert json.loads(call("check", "five_bar", "--json").stdout)["tried"] == {
+        "places": TRIED,
+        "closed": TRIED,
+    }
 
 
 def test_loops_that_do_not_are_not_called_closing(tmp_path: Path) -> None:
-    text = resources.files("hybrid_dynamics_core").joinpath("robots/forging_chu2020.yaml").read_text(encoding="utf-8")
+    text = (
+        resources.files("hybrid_dynamics_core")
+        .joinpath("robots/forging_chu2020.yaml")
+        .read_text(encoding="utf-8")
+    )
     place = tmp_path / "wide.yaml"
     slide = "child: l12, origin: {xyz: [L11, 0, 0]}, axis: x"
     assert slide in text
@@ -41,8 +48,8 @@ def test_loops_that_do_not_are_not_called_closing(tmp_path: Path) -> None:
 def test_a_robot_without_loops_has_none_to_try(tmp_path: Path) -> None:
     place = tmp_path / "arm.yaml"
     place.write_text(
-        "format: 1\nname: arm\nlinks: {base: {}, a: {mass: 1}}\n"
-        "joints: {q: {type: revolute, parent: base, child: a, axis: z}}\nactive: [q]\nend_effector: {link: a}\n",
+        "format: 1\nname: arm\nlinks: {base: {}, a: {mass: 1}}\njoints: {q: {type: revolute,"
+        " parent: base, child: a, axis: z}}\nactive: [q]\nend_effector: {link: a}\n",
         encoding="utf-8",
     )
     said = call("check", str(place))
@@ -52,7 +59,11 @@ def test_a_robot_without_loops_has_none_to_try(tmp_path: Path) -> None:
 
 
 def test_loops_that_hardly_close_are_not_called_right(tmp_path: Path) -> None:
-    text = resources.files("hybrid_dynamics_core").joinpath("robots/forging_chu2020.yaml").read_text(encoding="utf-8")
+    text = (
+        resources.files("hybrid_dynamics_core")
+        .joinpath("robots/forging_chu2020.yaml")
+        .read_text(encoding="utf-8")
+    )
     place = tmp_path / "far.yaml"
     slide = "child: l12, origin: {xyz: [L11, 0, 0]}, axis: x"
     place.write_text(text.replace(slide, f"{slide}, limits: [0, 150]"), encoding="utf-8")

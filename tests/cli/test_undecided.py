@@ -17,7 +17,11 @@ from tests.cli.calling import call
 @pytest.fixture
 def excavator(tmp_path: Path) -> str:
     """The shipped excavator, its reference without the joints that tell the modes of two of its loops."""
-    text = resources.files("hybrid_dynamics_core").joinpath("robots", "excavator.yaml").read_text(encoding="utf-8")
+    text = (
+        resources.files("hybrid_dynamics_core")
+        .joinpath("robots", "excavator.yaml")
+        .read_text(encoding="utf-8")
+    )
     place = tmp_path / "open.yaml"
     place.write_text(re.sub(r"(q2|q3|q11|q21): -?[\d.]+, ", "", text), encoding="utf-8")
     return str(place)
@@ -59,7 +63,9 @@ def test_branches_lists_the_modes_without_one_of_its_own(excavator: str, tmp_pat
     told = json.loads(call("branches", excavator, "--json").stdout)
     assert len(told["undecided"]) == 2
     assert not any(mode["own"] for mode in told["modes"])
-    assert len(told["modes"]) == len(json.loads(call("branches", "excavator", "--json").stdout)["modes"])
+    assert len(told["modes"]) == len(
+        json.loads(call("branches", "excavator", "--json").stdout)["modes"]
+    )
 
 
 def test_check_draws_them_and_yet_ends_with_1(excavator: str, tmp_path: Path) -> None:

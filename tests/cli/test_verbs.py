@@ -65,7 +65,16 @@ def test_numbers_are_those_of_the_library(forging: Robot) -> None:
     efforts = told("id", forging.name, "-u", U, "--du", "q1=0.1,q22=0.02", "--ddu", "0,0.3,0,0")
     tau = forging.inverse_dynamics(state, ddu)
     assert list(efforts["tau"].values()) == tau.tolist()
-    back = told("fd", forging.name, "-u", U, "--du", "q1=0.1,q22=0.02", "--tau", ",".join(map(repr, tau.tolist())))
+    back = told(
+        "fd",
+        forging.name,
+        "-u",
+        U,
+        "--du",
+        "q1=0.1,q22=0.02",
+        "--tau",
+        ",".join(map(repr, tau.tolist())),
+    )
     assert list(back["ddu"].values()) == pytest.approx(ddu.tolist(), abs=1e-9)
 
 
@@ -86,8 +95,22 @@ def test_no_solution_ends_with_1() -> None:
 
 
 def test_what_is_left_to_a_target_has_its_units() -> None:
-    arguments = ("ik", "forging_chu2020", "--position", "9", "0", "0", "--quaternion", "0", "0", "0", "1")
-    assert re.search(r"the nearest found is [\d.]+ m and [\d.]+ rad \([\d.]+ deg\) away", call(*arguments).output)
+    arguments = (
+        "ik",
+        "forging_chu2020",
+        "--position",
+        "9",
+        "0",
+        "0",
+        "--quaternion",
+        "0",
+        "0",
+        "0",
+        "1",
+    )
+    assert re.search(
+        r"the nearest found is [\d.]+ m and [\d.]+ rad \([\d.]+ deg\) away", call(*arguments).output
+    )
     told = json.loads(call(*arguments, "--json").stdout)
     assert told["position_error"] > 1.0
     assert 0.0 < told["angle_error"] <= np.pi
@@ -98,7 +121,11 @@ def test_what_is_left_to_a_target_has_its_units() -> None:
 
 def test_the_columns_of_an_effort_add_up(tmp_path: Path) -> None:
     """With friction and a spring; both kinds of output."""
-    text = resources.files("hybrid_dynamics_core").joinpath("robots/forging_chu2020.yaml").read_text(encoding="utf-8")
+    text = (
+        resources.files("hybrid_dynamics_core")
+        .joinpath("robots/forging_chu2020.yaml")
+        .read_text(encoding="utf-8")
+    )
     data = yaml.safe_load(text)
     data["joints"]["q12"]["friction"] = {"viscous": 2000, "coulomb": 300}
     data["joints"]["q1"]["spring"] = {"stiffness": 50, "rest": 0.1}
@@ -107,11 +134,19 @@ def test_the_columns_of_an_effort_add_up(tmp_path: Path) -> None:
     answer = told(*arguments)
     parts = ("M_ddu", "C_du", "G", "passive")
     for name, tau in answer["tau"].items():
-        assert sum(answer[part][name] for part in parts) == pytest.approx(tau, rel=1e-12, abs=1e-9)  # rounding of sums
+        assert sum(answer[part][name] for part in parts) == pytest.approx(
+            tau, rel=1e-12, abs=1e-9
+        )  # rounding of sums
     assert all(list(answer[part]) == list(answer["tau"]) == list(answer["M"]) for part in parts)
     assert answer["M"]["q1"]["q12"] == answer["M"]["q12"]["q1"]
-    assert answer["passive"]["q12"] == pytest.approx(2000 * 0.05 + 300, rel=1e-2)  # Coulomb friction is smoothed
-    lines = {line.split()[0]: line.split() for line in call(*arguments).output.splitlines() if line.startswith("q")}
+    assert answer["passive"]["q12"] == pytest.approx(
+        2000 * 0.05 + 300, rel=1e-2
+    )  # Coulomb friction is smoothed
+    lines = {
+        line.split()[0]: line.split()
+        for line in call(*arguments).output.splitlines()
+        if line.startswith("q")
+    }
     effort, *columns = (float(word) for word in [lines["q12"][k] for k in (1, *range(3, 7))])
     assert sum(columns) == pytest.approx(effort, abs=1e-3 * abs(effort))  # six digits each
 
@@ -127,7 +162,16 @@ def test_frame_and_modes() -> None:
 def test_workspace_is_told_and_drawn(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     maps = [tmp_path / "plane.svg", tmp_path / "over.png"]
-    answer = told("workspace", "five_bar", "--samples", "2000", "--range", "q_T=0:30*deg", "--draw", str(maps[0]))
+    answer = told(
+        "workspace",
+        "five_bar",
+        "--samples",
+        "2000",
+        "--range",
+        "q_T=0:30*deg",
+        "--draw",
+        str(maps[0]),
+    )
     found = load("five_bar").workspace(2000, ranges={"q_T": (0.0, np.pi / 6)})
     assert list(answer["extents"].values()) == found.extents.tolist()
     assert answer["shares"] == {"OK": 1.0, "OPEN": 0.0, "SINGULAR": 0.0, "BEYOND": 0.0}
@@ -136,7 +180,9 @@ def test_workspace_is_told_and_drawn(tmp_path: Path) -> None:
     assert far["position"][1] == answer["extents"]["y"][1]
     assert far["limit"] == pytest.approx(0.0, abs=1e-3)  # with both cranks at their limits
     assert far["joint"] in ("q_L", "q_R", "q_T")
-    text = call("workspace", "five_bar", "--samples", "500", "--over", "q_L,q_R", "--draw", str(maps[1])).output
+    text = call(
+        "workspace", "five_bar", "--samples", "500", "--over", "q_L,q_R", "--draw", str(maps[1])
+    ).output
     assert "reachable                 100.0 %" in text
     assert "Of the map over q_L and q_R; all other active joints are held." in text
     assert all(place.stat().st_size > 10_000 for place in maps)
@@ -183,10 +229,20 @@ def test_a_twist_is_called_by_its_parts() -> None:
 
 
 def test_nothing_to_reach_ends_with_1(tmp_path: Path) -> None:
-    text = resources.files("hybrid_dynamics_core").joinpath("robots/five_bar.yaml").read_text(encoding="utf-8")
-    place = tmp_path / "held.yaml"  # the reference alone is within the limits of p_L, and it is no sample
+    text = (
+        resources.files("hybrid_dynamics_core")
+        .joinpath("robots/five_bar.yaml")
+        .read_text(encoding="utf-8")
+    )
+    place = (
+        tmp_path / "held.yaml"
+    )  # the reference alone is within the limits of p_L, and it is no sample
     place.write_text(
-        text.replace("xyz: [crank, 0, 0]}, axis: z}", "xyz: [crank, 0, 0]}, axis: z, limits: [-1.3931, -1.3925]}", 1),
+        text.replace(
+            "xyz: [crank, 0, 0]}, axis: z}",
+            "xyz: [crank, 0, 0]}, axis: z, limits: [-1.3931, -1.3925]}",
+            1,
+        ),
         encoding="utf-8",
     )
     result = call("workspace", str(place), "--samples", "20", "--json")
@@ -195,7 +251,10 @@ def test_nothing_to_reach_ends_with_1(tmp_path: Path) -> None:
     assert answer["shares"]["BEYOND"] == 1.0
     assert answer["extremes"] == {}
     assert answer["extents"]["x"] == [None, None]
-    assert "beyond a limit or stroke  100.0 %" in call("workspace", str(place), "--samples", "20").output
+    assert (
+        "beyond a limit or stroke  100.0 %"
+        in call("workspace", str(place), "--samples", "20").output
+    )
 
 
 def test_assembly_modes_are_drawn(tmp_path: Path) -> None:
@@ -222,7 +281,11 @@ def test_picture_is_drawn(tmp_path: Path) -> None:
         (("fk", "forging"), 2, "did you mean 'forging_chu2020'?"),
         (("fk", "missing.yaml"), 2, "missing.yaml"),
         (("fk", "forging_chu2020", "-u", "0,1"), 2, "2 values; expected 4, for q1, q12, q22, q4"),
-        (("fk", "forging_chu2020", "-u", "q99=1"), 2, "'q99' is not an active joint; they are q1, q12, q22, q4"),
+        (
+            ("fk", "forging_chu2020", "-u", "q99=1"),
+            2,
+            "'q99' is not an active joint; they are q1, q12, q22, q4",
+        ),
         (("fk", "forging_chu2020", "-u", "q12=much"), 2, "'q12=much'"),
         (("fk", "forging_chu2020", "-u", "q12=0.1,0.2"), 2, "either all values by name, or none"),
         (("fk", "forging_chu2020", "-u", "q12=3"), 1, "theta_1"),
@@ -230,7 +293,19 @@ def test_picture_is_drawn(tmp_path: Path) -> None:
         (("fk", "forging_chu2020", "-u", "q12=1e400"), 2, "q12 is inf"),
         (("ik", "forging_chu2020", "--position", "a", "0", "0"), 2, "'a'"),
         (
-            ("ik", "forging_chu2020", "--position", "0", "0", "1", "--quaternion", "1", "1", "0", "0"),
+            (
+                "ik",
+                "forging_chu2020",
+                "--position",
+                "0",
+                "0",
+                "1",
+                "--quaternion",
+                "1",
+                "1",
+                "0",
+                "0",
+            ),
             2,
             "1, 1, 0, 0 has the norm 1.41421; expected 1 to 0.001; divide it by 1.41421",
         ),
@@ -241,7 +316,11 @@ def test_picture_is_drawn(tmp_path: Path) -> None:
         (("workspace", "ankle", "--over", "q_L,q_R"), 2, "give --draw FILE too"),
         (("workspace", "ankle", "-u", "0,0", "--draw", "a.svg"), 2, "give --over A,B too"),
         (("workspace", "ankle", "--samples", "0"), 2, "0 is not in the range"),
-        (("workspace", "ankle", "--samples", "9", "--draw", "a.svg", "--over", "q_L"), 2, "expected two active joints"),
+        (
+            ("workspace", "ankle", "--samples", "9", "--draw", "a.svg", "--over", "q_L"),
+            2,
+            "expected two active joints",
+        ),
         (("chekc", "ankle"), 2, "No such command"),
     ],
 )
@@ -262,7 +341,11 @@ def test_a_wrong_file_is_told_with_its_line(tmp_path: Path) -> None:
 
 def test_links_without_a_mass_are_listed_and_no_fault(tmp_path: Path) -> None:
     """A forgotten mass is seen; the base, which does not move, needs none."""
-    text = resources.files("hybrid_dynamics_core").joinpath("robots/five_bar.yaml").read_text(encoding="utf-8")
+    text = (
+        resources.files("hybrid_dynamics_core")
+        .joinpath("robots/five_bar.yaml")
+        .read_text(encoding="utf-8")
+    )
     place = tmp_path / "five_bar.yaml"
     given = "bar_L: {mass: 0.25, com: [bar/2, 0, 0], inertia: {box: {size: [bar, 0.02, 0.015]}}}"
     assert given in text
@@ -289,7 +372,9 @@ def test_command_of_its_own() -> None:
 def test_simulation_is_told_saved_and_drawn(spelling: str, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     table, figure = tmp_path / "fall.csv", tmp_path / "fall.png"
-    answer = told("simulate", "five_bar", "--seconds", "0.2", "--save", str(table), spelling, str(figure))
+    answer = told(
+        "simulate", "five_bar", "--seconds", "0.2", "--save", str(table), spelling, str(figure)
+    )
     assert answer["relative_energy_error"] < 1e-6
     assert answer["residual"] < 1e-10
     assert table.read_text(encoding="utf-8").count("\n") == answer["samples"] + 1
@@ -318,14 +403,19 @@ def test_export_is_taken_back(form: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("more", [(), ("--overwrite",)])
-def test_export_never_replaces_what_the_robot_is_read_from(tmp_path: Path, more: tuple[str, ...]) -> None:
+def test_export_never_replaces_what_the_robot_is_read_from(
+    tmp_path: Path, more: tuple[str, ...]
+) -> None:
     """A file of one's own, the URDF that it names, and the URDF that is written beside a robot.yaml."""
     own, tree, over = tmp_path / "own.yaml", tmp_path / "tree.urdf", tmp_path / "over.yaml"
     source = resources.files("hybrid_dynamics_core").joinpath("robots/five_bar.yaml")
     own.write_text(source.read_text(encoding="utf-8"), encoding="utf-8")
     assert call("export", str(own), "-o", str(tree)).exit_code == 0
     active = ", ".join(load(tree).active)
-    over.write_text(f"format: 1\nname: o\nurdf: tree.urdf\nactive: [{active}]\nend_effector: {{link: end_effector}}\n")
+    over.write_text(
+        f"format: 1\nname: o\nurdf: tree.urdf\nactive: [{active}]\nend_effector: {{link:"
+        " end_effector}\n"
+    )
     before = [file.read_text(encoding="utf-8") for file in (own, tree, over)]
     (tmp_path / "link.yaml").symlink_to(own)
     for robot, form, output in (
@@ -336,28 +426,44 @@ def test_export_never_replaces_what_the_robot_is_read_from(tmp_path: Path, more:
     ):
         result = call("export", str(robot), "--format", form, "-o", str(output), *more)
         assert result.exit_code == 2
-        assert "the robot is read from this file, which is not replaced; name another one" in result.output
+        assert (
+            "the robot is read from this file, which is not replaced; name another one"
+            in result.output
+        )
     assert before == [file.read_text(encoding="utf-8") for file in (own, tree, over)]
     assert not (tmp_path / "tree.yaml").exists()  # all files, or none
 
 
 def test_export_replaces_files_where_that_is_asked_for(tmp_path: Path) -> None:
     urdf, pair = tmp_path / "a.urdf", tmp_path / "a.yaml"
-    assert call("export", "excavator", "--format", "urdf+", "-o", str(urdf)).output == f"written: {urdf} (URDF+)\n"
+    assert (
+        call("export", "excavator", "--format", "urdf+", "-o", str(urdf)).output
+        == f"written: {urdf} (URDF+)\n"
+    )
     text = urdf.read_text(encoding="utf-8")
     arguments = ("export", "excavator", "--format", "robot.yaml", "-o", str(pair))
     refused = call(*arguments)
     assert refused.exit_code == 2
-    assert f"{urdf}: there is a file already; name another one, or give --overwrite" in refused.output
+    assert (
+        f"{urdf}: there is a file already; name another one, or give --overwrite" in refused.output
+    )
     assert urdf.read_text(encoding="utf-8") == text
     assert not pair.exists()
-    assert call(*arguments, "--overwrite").output == f"written: {pair} (pairs of frames)\nwritten: {urdf} (URDF)\n"
+    assert (
+        call(*arguments, "--overwrite").output
+        == f"written: {pair} (pairs of frames)\nwritten: {urdf} (URDF)\n"
+    )
     assert "<loop" not in urdf.read_text(encoding="utf-8")
 
 
 def test_a_pair_of_files_needs_a_place(tmp_path: Path) -> None:
-    assert "comes with a URDF beside it" in call("export", "excavator", "--format", "robot.yaml").output
-    wrong = call("export", "excavator", "--format", "robot.yaml", "-o", str(tmp_path / "robot.urdf"))
+    assert (
+        "comes with a URDF beside it"
+        in call("export", "excavator", "--format", "robot.yaml").output
+    )
+    wrong = call(
+        "export", "excavator", "--format", "robot.yaml", "-o", str(tmp_path / "robot.urdf")
+    )
     assert "expected a name that ends in .yaml" in wrong.output
     assert not list(tmp_path.iterdir())
 
@@ -366,7 +472,9 @@ def test_a_pair_of_files_needs_a_place(tmp_path: Path) -> None:
 def test_degrees_without_a_sign_are_told_how_to_write(term: str) -> None:
     result = call("fk", "forging_chu2020", "-u", f"q4={term}")
     assert result.exit_code == 2
-    assert f"did you mean '{term.replace(' ', '').replace('60deg', '60*deg')}'?" in " ".join(result.output.split())
+    assert f"did you mean '{term.replace(' ', '').replace('60deg', '60*deg')}'?" in " ".join(
+        result.output.split()
+    )
 
 
 def test_branches_where_nothing_closes_tell_the_range() -> None:
@@ -385,9 +493,18 @@ def test_what_fk_prints_ik_takes() -> None:
     numbers = [f"{x:.6g}" for x in (*pose["position"], *pose["quaternion"])]
     result = call("ik", "forging_chu2020", "--position", *numbers[:3], "--quaternion", *numbers[3:])
     assert result.exit_code == 0, result.output
-    assert re.search(r"left to the target: \S+e-0[678] m and \S+e-0[678] rad", result.output), result.output
+    assert re.search(r"left to the target: \S+e-0[678] m and \S+e-0[678] rad", result.output), (
+        result.output
+    )
     strict = call(
-        "ik", "forging_chu2020", "--position", *numbers[:3], "--quaternion", *numbers[3:], "--tolerance", "1e-9"
+        "ik",
+        "forging_chu2020",
+        "--position",
+        *numbers[:3],
+        "--quaternion",
+        *numbers[3:],
+        "--tolerance",
+        "1e-9",
     )
     assert strict.exit_code == 1
     wrong = call("ik", "forging_chu2020", "--position", *numbers[:3], "--tolerance", "-1")

@@ -46,7 +46,12 @@ def test_computed_torque_makes_the_error_a_linear_one(name: str) -> None:
     offset = 0.01 * np.cos(np.arange(len(robot.active)))
     settings = Settings(rate=50.0)
     motion = simulate(
-        robot, trajectory.positions[0] - offset, None, ComputedTorque(robot, trajectory, kp, kd), (0, 1.2), settings
+        robot,
+        trajectory.positions[0] - offset,
+        None,
+        ComputedTorque(robot, trajectory, kp, kd),
+        (0, 1.2),
+        settings,
     )
     assert motion.completed
     flow = np.array([expm(np.array([[0.0, 1.0], [-kp, -kd]]) * t)[0, 0] for t in motion.t])
@@ -60,7 +65,9 @@ def test_computed_torque_forgets_a_payload_only_where_it_is_told(name: str) -> N
     runs = {}
     for told, loads in (("told", laden), ("not told", robot.loads)):
         controller = ComputedTorque(robot, trajectory, 100.0, 20.0, loads)
-        runs[told] = simulate(robot, trajectory.positions[0], None, controller, (0.0, 1.2), Settings(loads=laden))
+        runs[told] = simulate(
+            robot, trajectory.positions[0], None, controller, (0.0, 1.2), Settings(loads=laden)
+        )
     assert np.abs(errors(runs["told"], trajectory)).max() < 1e-7
     assert np.abs(errors(runs["not told"], trajectory)).max() > 1e-4
 
@@ -70,16 +77,30 @@ def test_gravity_compensation_leaves_the_arm_where_it_is(name: str) -> None:
     robot, trajectory = motion_of(name)
     laden = robot.loads.with_payload(Payload(5.0)).with_wrench([10.0, -20.0, 15.0, 1.0, 2.0, -1.0])
     start = trajectory.positions[0]
-    held = simulate(robot, start, None, GravityCompensation(robot, loads=laden), (0.0, 0.5), Settings(loads=laden))
+    held = simulate(
+        robot,
+        start,
+        None,
+        GravityCompensation(robot, loads=laden),
+        (0.0, 0.5),
+        Settings(loads=laden),
+    )
     assert np.abs(held.u - start).max() < 1e-9
-    fallen = simulate(robot, start, None, GravityCompensation(robot), (0.0, 0.5), Settings(loads=laden))
+    fallen = simulate(
+        robot, start, None, GravityCompensation(robot), (0.0, 0.5), Settings(loads=laden)
+    )
     assert np.abs(fallen.u - start).max() > 1e-5
 
 
 def test_gravity_compensation_moves_as_without_weight(forging: Robot) -> None:
     start = ([0.0, 0.2, 0.1, 0.0], [0.3, 0.1, 0.05, 0.5])
     here = simulate(forging, *start, GravityCompensation(forging), (0.0, 0.3))
-    space = simulate(forging, *start, t_span=(0.0, 0.3), settings=Settings(loads=forging.loads.with_gravity([0, 0, 0])))
+    space = simulate(
+        forging,
+        *start,
+        t_span=(0.0, 0.3),
+        settings=Settings(loads=forging.loads.with_gravity([0, 0, 0])),
+    )
     assert here.u == pytest.approx(space.u, abs=1e-8)
     assert np.ptp(space.energy.kinetic) < 1e-6 * space.energy.kinetic[0]  # it only coasts
 
@@ -96,7 +117,9 @@ def test_damping_brings_it_to_rest(forging: Robot) -> None:
 def test_feed_forward_follows_on_its_own(name: str) -> None:
     """On the trajectory from the start, without any feedback: only the integrator's error grows."""
     robot, trajectory = motion_of(name)
-    motion = simulate(robot, trajectory.positions[0], None, FeedForward(robot, trajectory), (0.0, 1.2))
+    motion = simulate(
+        robot, trajectory.positions[0], None, FeedForward(robot, trajectory), (0.0, 1.2)
+    )
     assert np.abs(errors(motion, trajectory)).max() < 1e-6
 
 
@@ -119,7 +142,9 @@ def test_digital_controller_is_worse_the_slower_it_is(forging: Robot) -> None:
     worst = []
     for hold in (0.02, 0.005):
         controller = ComputedTorque(forging, trajectory, 100.0, 20.0)
-        motion = simulate(forging, trajectory.positions[0], None, controller, (0.0, 1.2), Settings(hold=hold))
+        motion = simulate(
+            forging, trajectory.positions[0], None, controller, (0.0, 1.2), Settings(hold=hold)
+        )
         worst.append(np.abs(errors(motion, trajectory)).max())
     assert 1e-7 < worst[1] < 0.5 * worst[0] < 0.01
 
@@ -130,7 +155,9 @@ def test_efforts_along_a_trajectory_are_its_inverse_dynamics(forging: Robot) -> 
     tau = efforts_along(forging, trajectory, times)
     for t, row in zip(times, tau, strict=True):
         goal = trajectory(t)
-        assert row == pytest.approx(forging.inverse_dynamics(forging.close(goal.u, goal.du), goal.ddu), rel=1e-10)
+        assert row == pytest.approx(
+            forging.inverse_dynamics(forging.close(goal.u, goal.du), goal.ddu), rel=1e-10
+        )
     beyond = JointTrajectory.between([0, 0.3, 0.1, 0], [0, 0.8, 0.1, 0], 1.0)
     with pytest.raises(ClosureError) as caught:
         efforts_along(forging, beyond, np.linspace(0, 1, 11))
@@ -140,7 +167,9 @@ def test_efforts_along_a_trajectory_are_its_inverse_dynamics(forging: Robot) -> 
 def test_what_does_not_fit_the_robot_is_refused(forging: Robot) -> None:
     path, other = motion_of("forging_chu2020")[1], JointTrajectory.between([0.0], [1.0], 1.0)
     calls: dict[str, Callable] = {
-        r"damping has shape \(2,\); expected a number or \(4,\)": lambda: GravityCompensation(forging, [1.0, 2.0]),
+        r"damping has shape \(2,\); expected a number or \(4,\)": lambda: GravityCompensation(
+            forging, [1.0, 2.0]
+        ),
         r"kp has shape \(4, 4\)": lambda: ComputedTorque(forging, path, np.eye(4), 1.0),
         r"kd is -1\.0; expected finite numbers": lambda: ComputedTorque(forging, path, 1.0, -1.0),
         "kp is nan": lambda: FeedForward(forging, path, np.nan),

@@ -41,7 +41,9 @@ def test_the_pose_is_reached_without_iterations(robot: Robot, data: st.DataObjec
 def test_a_position_leaves_the_turns_at_the_seed(robot: Robot) -> None:
     slides = robot.pose_chain is not None and len(robot.pose_chain.slides) == 3
     state = robot.close(robot.reference)
-    target = robot.forward_kinematics(state).position + (0.01 if slides else 0.0)  # the ankle only turns
+    target = robot.forward_kinematics(state).position + (
+        0.01 if slides else 0.0
+    )  # the ankle only turns
     result = robot.inverse_kinematics(target)
     assert result.status is IKStatus.SOLVED
     assert result.iterations == 0

@@ -12,7 +12,9 @@ U = np.array([0.3, 0.15, 0.175, 0.4])
 DU = np.array([0.2, 0.03, -0.02, 0.5])
 DDU = np.array([-0.1, 0.2, 0.1, 0.3])
 
-INDEPENDENT = [  # any joint of a loop may be the given one: crank, cylinder, barrel angle, bars of the parallelograms
+# any joint of a loop may be the given one: crank, cylinder, barrel angle, bars of the
+# parallelograms
+INDEPENDENT = [
     ("q1", "q2", "q3", "q4"),
     ("q1", "q11", "q21", "q4"),
     ("q1", "q12", "q3", "q4"),
@@ -27,7 +29,9 @@ def test_any_independent_set_gives_the_same_state(forging: Robot, names: tuple[s
     state = forging.close(U, DU)
     dds = forging.accelerations(state, DDU)
     index = [forging.coordinates.index(name) for name in names]
-    values, rates, pushes = (dict(zip(names, part[index], strict=True)) for part in (state.s, state.ds, dds))
+    values, rates, pushes = (
+        dict(zip(names, part[index], strict=True)) for part in (state.s, state.ds, dds)
+    )
     found = forging.close_given(values, rates, pushes, near=forging.close(U + 0.01))
     assert found.u == pytest.approx(U, abs=1e-12)
     assert found.s == pytest.approx(state.s, abs=1e-12)
@@ -47,7 +51,9 @@ def test_any_independent_set_gives_the_same_state(forging: Robot, names: tuple[s
         (("q1", "q2", "q3", "q5"), "no coordinate 'q5'"),
     ],
 )
-def test_a_set_that_does_not_determine_the_rest_is_refused(forging: Robot, names: tuple[str, ...], words: str) -> None:
+def test_a_set_that_does_not_determine_the_rest_is_refused(
+    forging: Robot, names: tuple[str, ...], words: str
+) -> None:
     with pytest.raises(InputError, match=words):
         forging.close_given(dict.fromkeys(names, 0.1))
 
@@ -69,7 +75,9 @@ def test_a_path_is_the_states_one_by_one(forging: Robot) -> None:
 
 
 def test_a_path_names_the_first_row_out_of_reach(forging: Robot) -> None:
-    with pytest.raises(ClosureError, match=r"row 2: loop 'theta_1' cannot close: q12 = 0\.9") as caught:
+    with pytest.raises(
+        ClosureError, match=r"row 2: loop 'theta_1' cannot close: q12 = 0\.9"
+    ) as caught:
         forging.close_path([[0, 0.1, 0.1, 0], [0, 0.2, 0.1, 0], [0, 0.9, 0.1, 0], [0, 0.2, 0.1, 0]])
     assert caught.value.index == 2
 
@@ -95,7 +103,10 @@ def test_the_mode_of_the_state_before_is_kept(forging: Robot) -> None:
 
 @pytest.mark.parametrize(
     ("branch", "words"),
-    [({"theta_9": "clockwise"}, "no loop 'theta_9'"), ({"theta_1": "up"}, "no mode 'up'; known: counterclockwise")],
+    [
+        ({"theta_9": "clockwise"}, "no loop 'theta_9'"),
+        ({"theta_1": "up"}, "no mode 'up'; known: counterclockwise"),
+    ],
 )
 def test_unknown_modes_are_refused(forging: Robot, branch: dict[str, str], words: str) -> None:
     with pytest.raises(InputError, match=words):
@@ -105,6 +116,8 @@ def test_unknown_modes_are_refused(forging: Robot, branch: dict[str, str], words
 def test_the_limits_of_a_cylinder_are_told_beside_the_range_of_its_loop() -> None:
     """The two differ: a loop may close beyond the stroke that the file gives."""
     excavator = robot("excavator")
-    with pytest.raises(ClosureError, match=r"where the loop closes; the limits of q12 are \[0.05, 1.15\] m$") as caught:
+    with pytest.raises(
+        ClosureError, match=r"where the loop closes; the limits of q12 are \[0.05, 1.15\] m$"
+    ) as caught:
         excavator.close([0.0, 2.0, 0.7, 0.6])
     assert caught.value.allowed == pytest.approx(tuple(excavator.closing_range[1]))

@@ -13,15 +13,22 @@ from hybrid_dynamics_core import InputError, Pose, Robot, load
 U = [0.1, 0.12, 0.15, 0.2]
 
 
-@pytest.mark.parametrize("way", [copy.copy, copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])  # noqa: S301
+@pytest.mark.parametrize(
+    "way",
+    [copy.copy, copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))],  # noqa: S301
+)
 def test_a_copy_answers_the_same(forging: Robot, way) -> None:
     twin, state = way(forging), way(forging.close(U, U))
     assert twin.coordinates == forging.coordinates
     assert np.array_equal(state.s, forging.close(U, U).s)
     assert dict(state.branch) == dict(forging.close(U, U).branch)
-    assert np.array_equal(twin.inverse_dynamics(state, U), forging.inverse_dynamics(forging.close(U, U), U))
+    assert np.array_equal(
+        twin.inverse_dynamics(state, U), forging.inverse_dynamics(forging.close(U, U), U)
+    )
     loads = way(forging.loads)
-    assert np.array_equal(twin.inverse_dynamics(state, U, loads), forging.inverse_dynamics(forging.close(U, U), U))
+    assert np.array_equal(
+        twin.inverse_dynamics(state, U, loads), forging.inverse_dynamics(forging.close(U, U), U)
+    )
     with pytest.raises(ValueError, match="read-only"):
         state.s[0] = 1.0
 

@@ -27,7 +27,9 @@ FUNCTIONS = {
 
 
 def values(graph: Graph, outputs: list, inputs: list, point: list[float] = POINT) -> np.ndarray:
-    return np.array(evaluate(graph, outputs, {x.index: v for x, v in zip(inputs, point, strict=True)}))
+    return np.array(
+        evaluate(graph, outputs, {x.index: v for x, v in zip(inputs, point, strict=True)})
+    )
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
@@ -51,7 +53,9 @@ def test_inverse_and_determinant() -> None:
     entries = [graph.input(0, k) for k in range(16)]
     matrix = np.random.default_rng(0).normal(size=(4, 4)) + 3.0 * np.eye(4)
     rows = jacobian(invert(entries, 4), entries)
-    found = values(graph, [e for row in rows for e in row], entries, matrix.ravel().tolist()).reshape(17, 16)
+    found = values(
+        graph, [e for row in rows for e in row], entries, matrix.ravel().tolist()
+    ).reshape(17, 16)
     inverse = np.linalg.inv(matrix)
     expected = -np.einsum("ik,lj->ijkl", inverse, inverse).reshape(16, 16)
     assert found[:16] == pytest.approx(expected, rel=1e-12)
@@ -73,7 +77,9 @@ def test_iteration_is_differentiated_as_the_equations_it_solves() -> None:
     p = 1.5**2 + 0.4
     root, dp = np.sqrt(p), np.array([3.0, 1.0])
     assert found[0] == pytest.approx(dp / (2 * root), rel=1e-12)
-    assert found[1] == pytest.approx([0, np.cos(0.4) / root] - np.sin(0.4) * dp / (2 * p * root), rel=1e-12)
+    assert found[1] == pytest.approx(
+        [0, np.cos(0.4) / root] - np.sin(0.4) * dp / (2 * p * root), rel=1e-12
+    )
     assert found[2] == pytest.approx([0, 0])
     assert found[3] == pytest.approx([0, np.cos(0.4)], abs=1e-14)
 

@@ -12,7 +12,9 @@ import pytest
 from hybrid_dynamics_core import ClosedState, IKStatus, InputError, Pose, Robot
 from tests.robots import robot
 
-TILT = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(0.3), -np.sin(0.3)], [0.0, np.sin(0.3), np.cos(0.3)]])
+TILT = np.array(
+    [[1.0, 0.0, 0.0], [0.0, np.cos(0.3), -np.sin(0.3)], [0.0, np.sin(0.3), np.cos(0.3)]]
+)
 
 
 @pytest.mark.parametrize("name", ["five_bar", "forging_chu2020", "delta", "gough"])
@@ -30,7 +32,11 @@ def test_a_target_is_reached_on_the_modes_of_a_given_state(name: str) -> None:
 
 def test_the_other_mode_has_another_reach(forging: Robot) -> None:
     own = forging.close(forging.reference)
-    other = next(m.state for m in forging.assembly_modes(forging.reference) if dict(m.branch) != dict(own.branch))
+    other = next(
+        m.state
+        for m in forging.assembly_modes(forging.reference)
+        if dict(m.branch) != dict(own.branch)
+    )
     target = forging.forward_kinematics(other).position
     found = forging.inverse_kinematics(target, near=other)
     assert found.u == pytest.approx(other.u, abs=1e-6)
@@ -66,7 +72,10 @@ def rest(name: str) -> ClosedState:
 
 NOT_NEAR: dict[str, tuple[Callable[[Robot], Any], str]] = {
     "an array": (lambda machine: machine.reference, "got ndarray"),
-    "a batch": (lambda machine: machine.close(np.stack([machine.reference] * 2)), "got a batch of 2"),
+    "a batch": (
+        lambda machine: machine.close(np.stack([machine.reference] * 2)),
+        "got a batch of 2",
+    ),
     "of another robot": (lambda _: rest("five_bar"), "got a state of another robot"),
     "not closed": (
         lambda machine: machine.close(np.add(machine.reference, [0.0, 0.9, 0.0, 0.0]), check=False),
@@ -79,21 +88,28 @@ NOT_NEAR: dict[str, tuple[Callable[[Robot], Any], str]] = {
 def test_near_is_one_closed_state_of_the_robot_or_is_refused(forging: Robot, case: str) -> None:
     make, told = NOT_NEAR[case]
     at = forging.forward_kinematics(forging.close(forging.reference)).position
-    with pytest.raises(InputError, match=f"near: one closed state of this robot is expected.*{told}"):
+    with pytest.raises(
+        InputError, match=f"near: one closed state of this robot is expected.*{told}"
+    ):
         forging.inverse_kinematics(at, near=make(forging))
 
 
 @pytest.mark.parametrize(
-    ("name", "distances"), [("five_bar", (1e3, 1e9, 1e99)), ("gough", (1e9,)), ("staicu2015", (1e99,))]
+    ("name", "distances"),
+    [("five_bar", (1e3, 1e9, 1e99)), ("gough", (1e9,)), ("staicu2015", (1e99,))],
 )
-def test_however_far_a_target_is_it_is_told_as_out_of_reach(name: str, distances: tuple[float, ...]) -> None:
+def test_however_far_a_target_is_it_is_told_as_out_of_reach(
+    name: str, distances: tuple[float, ...]
+) -> None:
     machine = robot(name)
     turned = machine.forward_kinematics(rest(name)).rotation
     for far in distances:
         assert machine.inverse_kinematics([far, 0.0, 0.0]).status is IKStatus.OUT_OF_REACH
     for far in (1e160, -1e200, 1e308):
         for target in ([0.0, far, 0.0], Pose(np.array([0.0, far, 0.0]), turned)):
-            with pytest.raises(InputError, match=r"target: y is -?1e\+\d+ m: out of reach, and too far away"):
+            with pytest.raises(
+                InputError, match=r"target: y is -?1e\+\d+ m: out of reach, and too far away"
+            ):
                 machine.inverse_kinematics(target)
 
 
@@ -106,9 +122,15 @@ def test_what_is_left_to_a_target_is_told_in_metres_and_radians() -> None:
     assert result.state is not None
     found = five_bar.forward_kinematics(result.state)
     angle = np.arccos((np.trace(flipped.rotation @ found.rotation.T) - 1.0) / 2.0)
-    assert result.position_error == pytest.approx(np.linalg.norm(found.position - flipped.position), abs=1e-12)
-    assert result.angle_error == pytest.approx(angle, abs=1e-6)  # arccos near pi loses half of the digits
-    assert result.message.startswith("out of reach: the nearest found is ")  # rounding is told as 0 m
+    assert result.position_error == pytest.approx(
+        np.linalg.norm(found.position - flipped.position), abs=1e-12
+    )
+    assert result.angle_error == pytest.approx(
+        angle, abs=1e-6
+    )  # arccos near pi loses half of the digits
+    assert result.message.startswith(
+        "out of reach: the nearest found is "
+    )  # rounding is told as 0 m
     assert f" m and {result.angle_error:.3g} rad (180 deg) away" in result.message
     length = float(np.linalg.norm(here.position))
     together = np.hypot(result.position_error, length * result.angle_error)
@@ -134,8 +156,12 @@ def test_a_coordinate_that_no_joint_moves_is_named() -> None:
     assert result.status is IKStatus.OUT_OF_REACH
     assert result.message.endswith("no active joint moves z: the rest is reached")
     far = five_bar.inverse_kinematics([5.0, 0.3, 0.0])
-    plane = five_bar.inverse_kinematics([5.0, 0.3, 0.0], mask=[True, True, False, False, False, False])
-    assert far.message.endswith(f"no active joint moves z: of the rest {plane.residual:.3g} m are left")
+    plane = five_bar.inverse_kinematics(
+        [5.0, 0.3, 0.0], mask=[True, True, False, False, False, False]
+    )
+    assert far.message.endswith(
+        f"no active joint moves z: of the rest {plane.residual:.3g} m are left"
+    )
     assert "joint" not in plane.message  # it is too far, and that is all
 
 
@@ -144,7 +170,10 @@ def test_whether_the_position_alone_is_the_reason_is_told() -> None:
     here = forging.forward_kinematics(forging.close(forging.reference))
     tilt = np.array([[0.8, 0.0, 0.6], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]])
     turned = forging.inverse_kinematics(Pose(here.position, tilt @ here.rotation))
-    assert "the position alone can be reached; 4 active joints cannot meet every target of 6" in turned.message
+    assert (
+        "the position alone can be reached; 4 active joints cannot meet every target of 6"
+        in turned.message
+    )
     far = np.array([9.0, 0.0, 1.0])
     alone = forging.inverse_kinematics(far)
     both = forging.inverse_kinematics(Pose(far, tilt @ here.rotation))
@@ -159,13 +188,16 @@ def test_a_limit_is_told_with_the_value_that_would_be_needed() -> None:
         (r * np.cos(a), r * np.sin(a)) for r, a in ((0.60, -0.2), (0.40, 0.25 - np.pi / 3))
     )  # of leg A, in the file
     flat = np.hypot(foot[0] - head[0], foot[1] - head[1])
-    needed = np.hypot(flat, 2.0 - 0.015) - np.hypot(flat, 0.75)  # the tool is 0.015 m above the platform's joints
+    needed = np.hypot(flat, 2.0 - 0.015) - np.hypot(
+        flat, 0.75
+    )  # the tool is 0.015 m above the platform's joints
     told = [f"lambda_{leg} ({needed:.4g} m, limit 0.14 m)" for leg in "ABCDEF"]
     assert result.message == f"only reached beyond the limits of {', '.join(told)}"
 
 
 @pytest.mark.parametrize(
-    ("name", "why"), [("delta", "no active joint moves the rotation about x"), ("ankle", "2 active")]
+    ("name", "why"),
+    [("delta", "no active joint moves the rotation about x"), ("ankle", "2 active")],
 )
 def test_a_platform_of_fewer_freedoms_is_not_kept_back_by_limits(name: str, why: str) -> None:
     """The closed form places such a platform as far as it can be placed: that is no solution beyond the limits."""
@@ -180,11 +212,15 @@ def test_one_coordinate_that_no_joint_moves_is_named() -> None:
     """Of a target of one coordinate too, where nothing but rounding is left of the Jacobian."""
     delta = robot("delta")
     here = delta.forward_kinematics(delta.close(delta.reference))
-    result = delta.inverse_kinematics(Pose(here.position, TILT @ here.rotation), mask=[k == 3 for k in range(6)])
+    result = delta.inverse_kinematics(
+        Pose(here.position, TILT @ here.rotation), mask=[k == 3 for k in range(6)]
+    )
     assert result.message.endswith(" away; no active joint moves the rotation about x")
 
 
-@pytest.mark.parametrize(("name", "axis"), [("excavator", 3), ("forging_chu2020", 4), ("type_c", 3)])
+@pytest.mark.parametrize(
+    ("name", "axis"), [("excavator", 3), ("forging_chu2020", 4), ("type_c", 3)]
+)
 def test_one_rotation_alone_is_reached_by_turning_about_another(name: str, axis: int) -> None:
     """A column that turns about z changes which way the pitch joints turn, though it turns about neither x nor y."""
     machine = robot(name)
@@ -200,31 +236,51 @@ def test_one_rotation_alone_is_reached_by_turning_about_another(name: str, axis:
 def test_a_place_that_only_lies_beyond_a_limit_is_told_with_values_that_reach_it(name: str) -> None:
     machine, rng = robot(name), np.random.default_rng(1)
     ends, limits = machine.closing_range, machine.limits
-    lower, upper = (np.where(np.isfinite(ends[:, k]), ends[:, k], limits[:, k] + [-0.5, 0.5][k]) for k in (0, 1))
+    lower, upper = (
+        np.where(np.isfinite(ends[:, k]), ends[:, k], limits[:, k] + [-0.5, 0.5][k]) for k in (0, 1)
+    )
     told = 0
     while told < 4:
         u = rng.uniform(lower, upper)
         state = machine.close(u, check=False)
-        if state.status != 0 or state.singularity < 0.02 or ((limits[:, 0] <= u) & (u <= limits[:, 1])).all():
+        if (
+            state.status != 0
+            or state.singularity < 0.02
+            or ((limits[:, 0] <= u) & (u <= limits[:, 1])).all()
+        ):
             continue
         result = machine.inverse_kinematics(machine.forward_kinematics(state).position)
-        assert result.status in (IKStatus.LIMIT, IKStatus.SOLVED), result.message  # another way may be within them
+        assert result.status in (
+            IKStatus.LIMIT,
+            IKStatus.SOLVED,
+        ), result.message  # another way may be within them
         if result.status is IKStatus.LIMIT:
             told += 1
-            for joint, value, limit in re.findall(r"(\w+) \((\S+) \w+, limit (\S+) \w+\)", result.message):
+            for joint, value, limit in re.findall(
+                r"(\w+) \((\S+) \w+, limit (\S+) \w+\)", result.message
+            ):
                 k = machine.active.index(joint)
                 side = 0 if float(value) < float(limit) else 1
-                assert float(limit) == pytest.approx(limits[k, side], rel=1e-3)  # four digits are told
+                assert float(limit) == pytest.approx(
+                    limits[k, side], rel=1e-3
+                )  # four digits are told
 
 
-def test_a_pose_of_few_digits_is_reached_within_a_tolerance_and_told_as_it_is_without(forging: Robot) -> None:
+def test_a_pose_of_few_digits_is_reached_within_a_tolerance_and_told_as_it_is_without(
+    forging: Robot,
+) -> None:
     """Four active joints meet a pose of six coordinates no better than its digits."""
-    place = forging.forward_kinematics(forging.close(np.add(forging.reference, [0.2, 0.03, 0.02, 0.4])))
+    place = forging.forward_kinematics(
+        forging.close(np.add(forging.reference, [0.2, 0.03, 0.02, 0.4]))
+    )
     typed = Pose.from_quaternion(np.round(place.position, 6), np.round(place.quaternion, 6))
     result = forging.inverse_kinematics(typed)
     assert result.status is IKStatus.OUT_OF_REACH
     assert 1e-9 < result.residual < 1e-5
-    assert f"the nearest found is {result.position_error:.3g} m and {result.angle_error:.3g} rad" in result.message
+    assert (
+        f"the nearest found is {result.position_error:.3g} m and {result.angle_error:.3g} rad"
+        in result.message
+    )
     assert forging.inverse_kinematics(typed, tolerance=1e-5).status is IKStatus.SOLVED
     for wrong in (0.0, -1.0, np.nan, np.inf):
         with pytest.raises(InputError, match=r"tolerance: .*expected a length above zero"):

@@ -29,10 +29,16 @@ U = [0.3, 0.15, 0.175, 0.4]
         ([0.3, np.nan, 0.175, 0.4], "q12 is nan"),
         ([0.3, 0.15, np.inf, 0.4], "q22 is inf"),
         ([U, [0.3, 0.15, 0.175, np.nan]], "q4 in row 1 is nan"),
-        ("0,0,0,0", r"u is text \('0,0,0,0'\); expected a list of numbers in the order q1, q12, q22, q4"),
+        (
+            "0,0,0,0",
+            r"u is text \('0,0,0,0'\); expected a list of numbers in the order q1, q12, q22, q4",
+        ),
         (
             {"q1": 0},
-            "u is values by name; expected a list of numbers in the order q1, q12, q22, q4; .* for close_given",
+            (
+                "u is values by name; expected a list of numbers in the order q1, q12, q22, q4; .*"
+                " for close_given"
+            ),
         ),
         ([1j, 0, 0, 0], "not an array of numbers"),
         ([[U]], r"shape \(1, 1, 4\)"),
@@ -55,7 +61,9 @@ def test_bad_rates_and_accelerations_are_refused(forging: Robot) -> None:
         forging.inverse_dynamics(U, [0, 0, 0, 0])  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("name", "index", "lower", "upper"), [("q12", 1, -0.1, 0.7), ("q22", 2, -0.1, 0.3)])
+@pytest.mark.parametrize(
+    ("name", "index", "lower", "upper"), [("q12", 1, -0.1, 0.7), ("q22", 2, -0.1, 0.3)]
+)
 @pytest.mark.parametrize("side", [-1, 1])
 def test_cylinder_out_of_reach_names_loop_value_and_range(
     forging: Robot, name: str, index: int, lower: float, upper: float, side: int
@@ -101,12 +109,25 @@ def test_batch_names_the_first_bad_row(forging: Robot) -> None:
 
 
 def test_unchecked_batch_marks_bad_rows(forging: Robot) -> None:
-    state = toggle = 0.7 - 1e-13  # the end of the stroke to rounding: beyond, the loop does not close
+    state = toggle = (
+        0.7 - 1e-13
+    )  # the end of the stroke to rounding: beyond, the loop does not close
     state = forging.close([U, [0, 0.9, 0.1, 0], [0, toggle, 0.1, 0]], check=False)
-    assert list(state.status) == [ClosureStatus.OK, ClosureStatus.UNREACHABLE, ClosureStatus.SINGULAR]
+    assert list(state.status) == [
+        ClosureStatus.OK,
+        ClosureStatus.UNREACHABLE,
+        ClosureStatus.SINGULAR,
+    ]
     assert np.isfinite(state.s[0]).all()
     tau = forging.inverse_dynamics(state, np.zeros((3, 4)))
-    for array in (state.s, state.ds, state.R, tau, forging.jacobian(state), forging.minimal_form(state)[0]):
+    for array in (
+        state.s,
+        state.ds,
+        state.R,
+        tau,
+        forging.jacobian(state),
+        forging.minimal_form(state)[0],
+    ):
         assert np.isnan(array[1:]).all()
         assert np.isfinite(array[0]).all()
 
@@ -164,12 +185,16 @@ class TestInverseKinematics:
         result = forging.inverse_kinematics(target, all_solutions=True)
         assert len(result.solutions) == 2  # the arm may also reach over its back
         for u in result.solutions:
-            assert forging.forward_kinematics(forging.close(u)).position == pytest.approx(target, abs=1e-9)
+            assert forging.forward_kinematics(forging.close(u)).position == pytest.approx(
+                target, abs=1e-9
+            )
             assert (u >= forging.limits[:, 0]).all()
             assert (u <= forging.limits[:, 1]).all()
         assert abs(result.solutions[0][0] - result.solutions[1][0]) == pytest.approx(np.pi)
 
-    @pytest.mark.parametrize("target", [[3.0, 0.0, 0.0], [0.0, 0.0, 2.5], [0.0, 5.0, -5.0], [5.3, 5.0, 6.2]])
+    @pytest.mark.parametrize(
+        "target", [[3.0, 0.0, 0.0], [0.0, 0.0, 2.5], [0.0, 5.0, -5.0], [5.3, 5.0, 6.2]]
+    )
     def test_out_of_reach_is_told(self, forging: Robot, target: list[float]) -> None:
         result = forging.inverse_kinematics(target)
         assert result.status in (IKStatus.OUT_OF_REACH, IKStatus.LIMIT)
@@ -192,13 +217,17 @@ class TestInverseKinematics:
     def test_bad_rotation_is_refused(self, forging: Robot) -> None:
         with pytest.raises(InputError, match="orthonormal"):
             forging.inverse_kinematics(Pose(np.zeros(3), 2.0 * np.eye(3)))
-        with pytest.raises(InputError, match=r"0, 0, 0, 2 has the norm 2; expected 1 to 0\.001; divide it by 2"):
+        with pytest.raises(
+            InputError, match=r"0, 0, 0, 2 has the norm 2; expected 1 to 0\.001; divide it by 2"
+        ):
             Pose.from_quaternion([0, 0, 0], [0, 0, 0, 2])
 
     def test_masked_target_asks_for_some_coordinates_only(self, forging: Robot) -> None:
         pose = forging.forward_kinematics(forging.close(U))
         lifted = Pose(pose.position + np.array([9.0, 9.0, 0.05]), pose.rotation)
-        result = forging.inverse_kinematics(lifted, seed=U, mask=[False, False, True, False, False, False])
+        result = forging.inverse_kinematics(
+            lifted, seed=U, mask=[False, False, True, False, False, False]
+        )
         assert result.status is IKStatus.SOLVED
         reached = forging.forward_kinematics(forging.close(result.u))
         assert reached.position[2] == pytest.approx(pose.position[2] + 0.05, abs=1e-9)
@@ -212,7 +241,9 @@ class TestInverseKinematics:
 
 @pytest.mark.parametrize("what", [10, "10 kg", None])
 def test_a_payload_is_refused_where_it_is_given(forging: Robot, what: object) -> None:
-    with pytest.raises(InputError, match=r"expected a Payload, such as Payload\(10(\.0)?\), got \w+"):
+    with pytest.raises(
+        InputError, match=r"expected a Payload, such as Payload\(10(\.0)?\), got \w+"
+    ):
         forging.loads.with_payload(what)  # type: ignore[arg-type]
 
 
@@ -223,8 +254,12 @@ def test_reactions_name_what_there_is(forging: Robot) -> None:
             there.pins["fourbar"]
         assert isinstance(caught.value, InputError)
         known = ", ".join(there.pins)
-        assert re.fullmatch(rf"there is no pin 'fourbar'( \(did you mean .*\))?; known: {known}", str(caught.value))
-        with pytest.raises(KeyError, match=r"there is no joint 'q33' \(did you mean 'q3'\?\); known: q1, "):
+        assert re.fullmatch(
+            rf"there is no pin 'fourbar'( \(did you mean .*\))?; known: {known}", str(caught.value)
+        )
+        with pytest.raises(
+            KeyError, match=r"there is no joint 'q33' \(did you mean 'q3'\?\); known: q1, "
+        ):
             there.joints["q33"]
         assert "fourbar" not in there.pins
         assert there.pins.get("fourbar") is None

@@ -13,9 +13,15 @@ from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.kinematics import workspace
 from hybrid_dynamics_core.kinematics.workspace import find_workspace, margins_at
 
-FILE = resources.files("hybrid_dynamics_core").joinpath("robots/five_bar.yaml").read_text(encoding="utf-8")
+FILE = (
+    resources.files("hybrid_dynamics_core")
+    .joinpath("robots/five_bar.yaml")
+    .read_text(encoding="utf-8")
+)
 HALF, CRANK, BAR = 0.06, 0.18, 0.24  # of the five-bar's file [m]
-PASSIVE = "p_L: {type: revolute, parent: crank_L, child: bar_L, origin: {xyz: [crank, 0, 0]}, axis: z"
+PASSIVE = (
+    "p_L: {type: revolute, parent: crank_L, child: bar_L, origin: {xyz: [crank, 0, 0]}, axis: z"
+)
 
 
 @pytest.fixture(scope="module")
@@ -60,24 +66,32 @@ def test_extents_are_those_of_the_geometry(found: Workspace) -> None:
     assert found.extents[2] == pytest.approx(0.04, abs=1e-12)
 
 
-def test_the_nearest_singularity_is_where_the_bars_are_straightest(found: Workspace, five_bar: Robot) -> None:
+def test_the_nearest_singularity_is_where_the_bars_are_straightest(
+    found: Workspace, five_bar: Robot
+) -> None:
     k = found.nearest
     assert k is not None
     left, right = elbows(found.samples.u)
     spread = np.linalg.norm(right - left, axis=1)
     assert found.samples.u[k, :2] == pytest.approx([1.45, 1.69], abs=1e-4)
-    assert spread[k] < spread.min() + 1e-4  # the bars fold towards each other: that is the singularity near here
+    assert (
+        spread[k] < spread.min() + 1e-4
+    )  # the bars fold towards each other: that is the singularity near here
     assert found.samples.singularity[k] == five_bar.close(found.samples.u[k]).singularity
 
 
 def test_open_loops_are_told_apart() -> None:
     """With limits taken away, a sample closes exactly where geometry says so."""
-    wide = FILE.replace("limits: [1.45, 2.6]", "limits: [0, pi]").replace("limits: [0.54, 1.69]", "limits: [0, pi]")
+    wide = FILE.replace("limits: [1.45, 2.6]", "limits: [0, pi]").replace(
+        "limits: [0.54, 1.69]", "limits: [0, pi]"
+    )
     robot = Robot(parse_description(wide.replace("bar: 0.24", "bar: 0.20")))
     found = robot.workspace(5_000)
     left, right = elbows(found.samples.u)
     gap = np.linalg.norm(right - left, axis=1)
-    clear = (np.abs(gap - 0.40) > 1e-6) & (gap > 1e-5)  # stretched or folded bars: the sample is singular
+    clear = (np.abs(gap - 0.40) > 1e-6) & (
+        gap > 1e-5
+    )  # stretched or folded bars: the sample is singular
     closes = found.samples.reachable
     assert (closes == (gap < 0.40))[clear].all()
     assert (found.samples.status[~closes & clear] == SampleStatus.OPEN).all()
@@ -99,7 +113,9 @@ def test_passive_joints_beyond_their_limits_are_told_apart() -> None:
 
 def test_margins_to_limits_are_shares_of_half_a_range(five_bar: Robot) -> None:
     middle = np.array([2.025, 1.115, 0.0])
-    samples = margins_at(five_bar, middle + np.array([[0.0, 0.0, 0.0], [0.2875, 0.0, 0.0], [0.0, 0.6, 0.0]]))
+    samples = margins_at(
+        five_bar, middle + np.array([[0.0, 0.0, 0.0], [0.2875, 0.0, 0.0], [0.0, 0.6, 0.0]])
+    )
     assert samples.limit == pytest.approx([1.0, 0.5, 1.0 - 0.6 / 0.575])
     assert samples.status.tolist() == [SampleStatus.OK, SampleStatus.OK, SampleStatus.BEYOND]
     assert samples.joint[1:].tolist() == [0, 1]

@@ -35,4 +35,11 @@ def test_what_else_may_be_named_is_told(active: tuple[str, ...], words: str) -> 
 def test_each_that_is_offered_is_accepted() -> None:
     offered = refused("q1", "q22", "q32").rpartition("one of ")[2].split(", ")
     for name in offered:
-        assert len(Robot(replace(load("excavator").description, active=("q1", name, "q22", "q32"))).active) == 4
+        assert (
+            len(
+                Robot(
+                    replace(load("excavator").description, active=("q1", name, "q22", "q32"))
+                ).active
+            )
+            == 4
+        )

@@ -26,7 +26,10 @@ def expected():
 def series(names, stamp_ns, log_ns, **tables):
     empty = np.full((len(stamp_ns), len(names)), np.nan)
     return JointSeries(
-        tuple(names), stamp_ns, log_ns, *(tables.get(k, empty) for k in ("position", "velocity", "effort"))
+        tuple(names),
+        stamp_ns,
+        log_ns,
+        *(tables.get(k, empty) for k in ("position", "velocity", "effort")),
     )
 
 
@@ -40,8 +43,12 @@ def results(robot, expected):
     tau = robot.inverse_dynamics(state, np.zeros_like(motion.velocity))
     sent = expected.with_efforts
     return Results(
-        inputs=series(JOINTS, stamp_ns, stamp_ns, position=motion.position, velocity=motion.velocity),
-        states=series(robot.coordinates, stamp_ns, stamp_ns + DELAY_NS, position=state.s, velocity=state.ds),
+        inputs=series(
+            JOINTS, stamp_ns, stamp_ns, position=motion.position, velocity=motion.velocity
+        ),
+        states=series(
+            robot.coordinates, stamp_ns, stamp_ns + DELAY_NS, position=state.s, velocity=state.ds
+        ),
         efforts=series(
             robot.active,
             stamp_ns[sent],

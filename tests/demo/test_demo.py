@@ -24,7 +24,11 @@ DEADLINE = 120.0  # [s], for 7 s on an idle machine
 
 def start(*arguments, module="hybrid_dynamics_ros.demo", code=None):
     """The demo in a process group of its own."""
-    command = [sys.executable, "-c", code, *arguments] if code else [sys.executable, "-m", module, *arguments]
+    command = (
+        [sys.executable, "-c", code, *arguments]
+        if code
+        else [sys.executable, "-m", module, *arguments]
+    )
     environment = {key: value for key, value in os.environ.items() if not key.startswith("ROS_")}
     environment["PYTHONUNBUFFERED"] = "1"
     return subprocess.Popen(
@@ -94,7 +98,9 @@ def test_every_message_is_answered_once_and_in_order(received):
     assert len(stamps) == 1001
     np.testing.assert_array_equal(received.states.stamp_ns, stamps)
     np.testing.assert_array_equal(received.pose.stamp_ns, stamps)
-    np.testing.assert_array_equal(received.efforts.stamp_ns, stamps[-len(received.efforts.stamp_ns) :])
+    np.testing.assert_array_equal(
+        received.efforts.stamp_ns, stamps[-len(received.efforts.stamp_ns) :]
+    )
     assert len(received.efforts.stamp_ns) >= 990
 
 
@@ -102,7 +108,9 @@ def test_efforts_states_and_poses_are_those_of_the_model(received, robot):
     motion = paper_trajectory(100)
     state = robot.close(motion.position, motion.velocity)
     pose = robot.forward_kinematics(state)
-    tau = robot.inverse_dynamics(state, np.zeros_like(motion.velocity))[-len(received.efforts.stamp_ns) :]
+    tau = robot.inverse_dynamics(state, np.zeros_like(motion.velocity))[
+        -len(received.efforts.stamp_ns) :
+    ]
     assert received.efforts.names == robot.active
     assert received.states.names == robot.coordinates
     # rounding only; tau_4 is rounding itself: 1e-9 of the least torque that matters
@@ -148,7 +156,9 @@ def test_help_has_examples_and_needs_no_ros():
     assert "--rate 5" in out
 
 
-@pytest.mark.parametrize("arguments", [["--rate", "0"], ["--rate", "nan"], ["--rate", "fast"], ["--domain", "300"]])
+@pytest.mark.parametrize(
+    "arguments", [["--rate", "0"], ["--rate", "nan"], ["--rate", "fast"], ["--domain", "300"]]
+)
 def test_wrong_options_are_refused(arguments):
     code, _, err = finish(start(*arguments))
     assert code == 2

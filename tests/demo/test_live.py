@@ -36,8 +36,12 @@ def latest(results):
     """The messages at t = 5 s."""
     states, efforts, pose = results.states, results.efforts, results.pose
     types = typestore().types
-    point = types["geometry_msgs/msg/Point"](**dict(zip("xyz", pose.position[500].tolist(), strict=True)))
-    turn = types["geometry_msgs/msg/Quaternion"](**dict(zip("xyzw", pose.quaternion[500].tolist(), strict=True)))
+    point = types["geometry_msgs/msg/Point"](
+        **dict(zip("xyz", pose.position[500].tolist(), strict=True))
+    )
+    turn = types["geometry_msgs/msg/Quaternion"](
+        **dict(zip("xyzw", pose.quaternion[500].tolist(), strict=True))
+    )
     none = states.effort[0, :0]
     return {
         STATES: encode(
@@ -48,14 +52,23 @@ def latest(results):
             effort=none,
         ),
         EFFORTS: encode(
-            TYPES[EFFORTS], name=list(efforts.names), position=none, velocity=none, effort=efforts.effort[497]
+            TYPES[EFFORTS],
+            name=list(efforts.names),
+            position=none,
+            velocity=none,
+            effort=efforts.effort[497],
         ),
-        POSE: encode(TYPES[POSE], pose=types["geometry_msgs/msg/Pose"](position=point, orientation=turn)),
+        POSE: encode(
+            TYPES[POSE], pose=types["geometry_msgs/msg/Pose"](position=point, orientation=turn)
+        ),
     }
 
 
 def test_the_table_shows_all_coordinates_efforts_and_the_tool(latest, robot, results):
-    rows = [row.text for row in table(take_snapshot(latest), Progress(5.0, 10.0, COUNTS), PRISMATIC, "#-")]
+    rows = [
+        row.text
+        for row in table(take_snapshot(latest), Progress(5.0, 10.0, COUNTS), PRISMATIC, "#-")
+    ]
     text = "\n".join(rows)
     first_words = [row.split()[0] for row in rows if row]
     assert [word for word in first_words if word.startswith("q")] == list(robot.coordinates)
@@ -79,7 +92,9 @@ def test_without_a_terminal_it_writes_plain_lines_at_a_slow_rate(latest, expecte
     assert "\x1b" not in stream.getvalue()
 
 
-def test_in_a_terminal_it_draws_over_itself_and_gives_the_cursor_back(latest, expected, monkeypatch):
+def test_in_a_terminal_it_draws_over_itself_and_gives_the_cursor_back(
+    latest, expected, monkeypatch
+):
     for name, value in {"TERM": "xterm", "LINES": "40", "COLUMNS": "100"}.items():
         monkeypatch.setenv(name, value)
     stream = Terminal()

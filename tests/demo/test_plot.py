@@ -24,8 +24,12 @@ def test_each_effort_has_a_panel_with_what_was_received(results, robot):
     panels = figure.axes[:4]
     for joint, axes in zip(["q1", "q12", "q22", "q4"], panels, strict=True):
         (line,) = axes.lines
-        np.testing.assert_array_equal(line.get_ydata(), results.efforts.effort[:, results.efforts.names.index(joint)])
-        np.testing.assert_allclose(line.get_xdata(), np.arange(3, 1001) / 100, rtol=0, atol=1e-12)  # ns to s
+        np.testing.assert_array_equal(
+            line.get_ydata(), results.efforts.effort[:, results.efforts.names.index(joint)]
+        )
+        np.testing.assert_allclose(
+            line.get_xdata(), np.arange(3, 1001) / 100, rtol=0, atol=1e-12
+        )  # ns to s
     assert ["N m" in axes.get_ylabel() for axes in panels] == [True, False, False, True]
 
 

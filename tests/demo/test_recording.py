@@ -44,12 +44,16 @@ def test_the_shipped_recording_is_the_papers_trajectory_at_100_hz():
         assert message.name == ["q1", "q12", "q22", "q4"]
         position = [np.radians(10 * t), 0.1 + 0.01 * t, 0.15 + 0.005 * t, np.radians(5 * t)]
         np.testing.assert_allclose(message.position, position, rtol=0, atol=1e-15)  # one rounding
-        np.testing.assert_array_equal(message.velocity, [np.radians(10), 0.01, 0.005, np.radians(5)])
+        np.testing.assert_array_equal(
+            message.velocity, [np.radians(10), 0.01, 0.005, np.radians(5)]
+        )
         assert message.effort.size == 0
 
 
 def test_log_times_are_the_stamps():
-    assert [log_ns for log_ns, _ in shipped_messages()] == [START_NS + 10_000_000 * k for k in range(1001)]
+    assert [log_ns for log_ns, _ in shipped_messages()] == [
+        START_NS + 10_000_000 * k for k in range(1001)
+    ]
 
 
 def test_a_new_bag_takes_the_place_of_the_old_one(tmp_path):

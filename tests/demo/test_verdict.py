@@ -14,7 +14,9 @@ FILES = Files(Path("results"), Path("figure.png"), Path("figure.svg"))
 
 def rows(series, keep):
     """The rows of a series that are kept."""
-    fields = {name: table[keep] for name, table in vars(series).items() if isinstance(table, np.ndarray)}
+    fields = {
+        name: table[keep] for name, table in vars(series).items() if isinstance(table, np.ndarray)
+    }
     return replace(series, **fields)
 
 
@@ -56,7 +58,9 @@ def test_a_message_that_came_twice_does_not_stand_for_a_lost_one(expected, resul
 def test_a_wrong_effort_is_found(expected, results, robot):
     effort = results.efforts.effort.copy()
     effort[300, 2] *= 1.0 + 1e-6
-    verdict = judge(expected, replace(results, efforts=replace(results.efforts, effort=effort)), robot)
+    verdict = judge(
+        expected, replace(results, efforts=replace(results.efforts, effort=effort)), robot
+    )
     assert verdict.lost == 0
     assert not verdict.good
     np.testing.assert_allclose(verdict.difference, 1e-6 * abs(effort[300, 2]), rtol=1e-3)

@@ -31,7 +31,11 @@ def link_pose(robot: RobotDescription, link: str, s: Mapping[str, float]) -> np.
         return np.eye(4)
     joint = next(j for j in robot.joints.values() if j.child == link)
     q, still = s.get(joint.name, 0.0), np.zeros(3)
-    moved = matrix(turn(joint.axis, q), still) if joint.type == "revolute" else matrix(np.eye(3), joint.axis * q)
+    moved = (
+        matrix(turn(joint.axis, q), still)
+        if joint.type == "revolute"
+        else matrix(np.eye(3), joint.axis * q)
+    )
     return link_pose(robot, joint.parent, s) @ matrix(joint.rotation, joint.translation) @ moved
 
 
@@ -59,13 +63,16 @@ def gaps(robot: RobotDescription, s: Mapping[str, float]) -> np.ndarray:
 def jacobian(robot: RobotDescription, s: Mapping[str, float], names: Iterable[str]) -> np.ndarray:
     """Central differences of the gaps."""
     columns = [
-        (gaps(robot, {**s, n: s.get(n, 0.0) + STEP}) - gaps(robot, {**s, n: s.get(n, 0.0) - STEP})) / (2 * STEP)
+        (gaps(robot, {**s, n: s.get(n, 0.0) + STEP}) - gaps(robot, {**s, n: s.get(n, 0.0) - STEP}))
+        / (2 * STEP)
         for n in names
     ]
     return np.array(columns).T
 
 
-def close(robot: RobotDescription, given: Mapping[str, float], near: Mapping[str, float]) -> dict[str, float]:
+def close(
+    robot: RobotDescription, given: Mapping[str, float], near: Mapping[str, float]
+) -> dict[str, float]:
     """Values of all joints that close every loop, with the given ones kept, by Newton from `near`."""
     unknown = [name for name in robot.joints if name not in given]
     s = {**{name: near.get(name, 0.0) for name in unknown}, **given}

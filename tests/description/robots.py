@@ -23,10 +23,21 @@ def four_bar(letter: str) -> str:
     The roles: the crank is l_k1; a tool hangs on the link from which the arm goes on.
     """
     crank = "  q1: {type: revolute, parent: base, child: crank, axis: z}\n"
-    rocker = "  q3: {type: revolute, parent: base, child: rocker, origin: {xyz: [0.3, 0, 0]}, axis: z}\n"
-    on_crank = "  q2: {type: revolute, parent: crank, child: coupler, origin: {xyz: [0.1, 0, 0]}, axis: z}\n"
-    on_rocker = "  q2: {type: revolute, parent: rocker, child: coupler, origin: {xyz: [0.2, 0, 0]}, axis: z}\n"
-    to_rocker, to_crank = "{coupler: [0.3, 0, 0], rocker: [0.2, 0, 0]}", "{coupler: [0.3, 0, 0], crank: [0.1, 0, 0]}"
+    rocker = (
+        "  q3: {type: revolute, parent: base, child: rocker, origin: {xyz: [0.3, 0, 0]}, axis: z}\n"
+    )
+    on_crank = (
+        "  q2: {type: revolute, parent: crank, child: coupler, origin: {xyz: [0.1, 0, 0]}, axis:"
+        " z}\n"
+    )
+    on_rocker = (
+        "  q2: {type: revolute, parent: rocker, child: coupler, origin: {xyz: [0.2, 0, 0]}, axis:"
+        " z}\n"
+    )
+    to_rocker, to_crank = (
+        "{coupler: [0.3, 0, 0], rocker: [0.2, 0, 0]}",
+        "{coupler: [0.3, 0, 0], crank: [0.1, 0, 0]}",
+    )
     coupler, pin, arm, k2, output = {
         "A": (on_crank, to_rocker, "rocker", "coupler", "rocker"),
         "B": (on_rocker, to_crank, "rocker", "coupler", "coupler"),
@@ -40,8 +51,10 @@ def four_bar(letter: str) -> str:
         + crank
         + rocker
         + coupler
-        + f"  q4: {{type: revolute, parent: {output}, child: tool, origin: {{xyz: [0.25, 0, 0]}}, axis: x}}\n"
-        + f"loops:\n  bar: {{type: {letter}, base: base, arm: {arm}, k1: crank, k2: {k2}, pin: {pin}, "
+        + f"  q4: {{type: revolute, parent: {output}, child: tool, origin: {{xyz: [0.25, 0, 0]}},"
+        " axis: x}\n"
+        + f"loops:\n  bar: {{type: {letter}, base: base, arm: {arm}, k1: crank, k2: {k2}, pin:"
+        f" {pin}, "
         + "assembly: counterclockwise}\n"
         + "active: [q1, q4]\nend_effector: {link: tool}\nreference: {q1: 1}\n"
     )

@@ -14,18 +14,23 @@ GROUND = GROUND.replace("base: base", "base: ground")
 def test_another_name_needs_the_key() -> None:
     with pytest.raises(DescriptionError) as caught:
         parse(GROUND)
-    assert str(caught.value) == (
-        "small.yaml:5: links.ground: hangs on no joint, and no link is called 'base'; if it is what does not move, "
-        "write `base: ground`, or call it 'base'"
+    assert (
+        str(caught.value)
+        == "small.yaml:5: links.ground: hangs on no joint, and no link is called 'base'; if it is"
+        " what does not move, write `base: ground`, or call it 'base'"
     )
     assert parse(GROUND + "base: ground\n").base == "ground"
 
 
 def test_a_link_beside_a_base_lacks_its_joint() -> None:
-    with pytest.raises(DescriptionError, match=r"links\.spare: no joint has this link as its child; add the joint"):
+    with pytest.raises(
+        DescriptionError, match=r"links\.spare: no joint has this link as its child; add the joint"
+    ):
         parse(four_bar("A").replace("  tool: {mass", "  spare: {}\n  tool: {mass"))
 
 
 def test_of_two_loose_links_neither_is_taken_for_the_base() -> None:
-    with pytest.raises(DescriptionError, match="no joint has this link as its child; add the joint"):
+    with pytest.raises(
+        DescriptionError, match="no joint has this link as its child; add the joint"
+    ):
         parse(GROUND.replace("  tool: {mass", "  spare: {}\n  tool: {mass"))

@@ -24,7 +24,8 @@ ROWS = [  # type, a, alpha, d, theta: nothing special about them
 ]
 NAMES = [f"q{k}" for k in range(1, len(ROWS) + 1)]
 LINKS = "".join(
-    f"  l{k}: {{mass: {k}, com: [0.1, -0.02, 0.03], inertia: {{xx: 0.2, yy: 0.3, zz: 0.35, xy: 0.01, yz: -0.02}}}}\n"
+    f"  l{k}: {{mass: {k}, com: [0.1, -0.02, 0.03], inertia: {{xx: 0.2, yy: 0.3, zz: 0.35, xy:"
+    " 0.01, yz: -0.02}}\n"
     for k in range(1, len(ROWS) + 1)
 )
 
@@ -72,7 +73,9 @@ def test_frames_are_the_textbooks(convention: str, q: list[float]) -> None:
     s = dict(zip(NAMES, q, strict=True))
     for k, expected in enumerate(textbook(convention, q), 1):
         assert frame_pose(robot, f"l{k}", s) == pytest.approx(expected, abs=1e-14)
-    assert frame_pose(robot, "end_effector", s) == pytest.approx(textbook(convention, q)[-1], abs=1e-14)
+    assert frame_pose(robot, "end_effector", s) == pytest.approx(
+        textbook(convention, q)[-1], abs=1e-14
+    )
 
 
 @pytest.mark.parametrize("convention", ["standard", "modified"])
@@ -82,7 +85,9 @@ def test_joints_turn_about_or_slide_along_z(convention: str) -> None:
     assert all(np.array_equal(j.axis, [0, 0, 1]) for j in robot.joints.values())
 
 
-def bodies(robot: RobotDescription, s: dict[str, float]) -> list[tuple[float, np.ndarray, np.ndarray]]:
+def bodies(
+    robot: RobotDescription, s: dict[str, float]
+) -> list[tuple[float, np.ndarray, np.ndarray]]:
     """Mass, centre of mass and inertia of every body in base axes."""
     result = []
     for name, link in robot.links.items():
@@ -98,7 +103,9 @@ def test_masses_stand_in_the_denavit_hartenberg_frames(convention: str) -> None:
     s = dict(zip(NAMES, q, strict=True))
     found = bodies(parse(chain(convention)), s)
     local = np.array([[0.2, 0.01, 0], [0.01, 0.3, -0.02], [0, -0.02, 0.35]])
-    for k, (pose, (mass, com, inertia)) in enumerate(zip(textbook(convention, q), found, strict=True), 1):
+    for k, (pose, (mass, com, inertia)) in enumerate(
+        zip(textbook(convention, q), found, strict=True), 1
+    ):
         assert mass == k
         assert com == pytest.approx(pose @ [0.1, -0.02, 0.03, 1.0], abs=1e-14)
         assert inertia == pytest.approx(pose[:3, :3] @ local @ pose[:3, :3].T, abs=1e-14)
@@ -126,12 +133,18 @@ chain:
     - {joint: q2, child: l2, a: 0.1, alpha: pi/2}
     - {joint: q3, child: l3, a: 0.5, limits: [-1, 1]}
 """
-MIXED = AS_MODIFIED.replace("    - {joint: q2", "    # q2 is given below\n    - {joint: q2").replace(
+MIXED = AS_MODIFIED.replace(
+    "    - {joint: q2", "    # q2 is given below\n    - {joint: q2"
+).replace(
     "    # q2 is given below\n    - {joint: q2, child: l2, a: 0.1, alpha: pi/2}\n", ""
-).replace("{joint: q3,", "{joint: q3, parent: l2,") + AS_JOINTS.replace("  q1:", "  #").replace("  q3:", "  #")
+).replace("{joint: q3,", "{joint: q3, parent: l2,") + AS_JOINTS.replace("  q1:", "  #").replace(
+    "  q3:", "  #"
+)
 
 
-@pytest.mark.parametrize("way", [AS_STANDARD, AS_MODIFIED, MIXED], ids=["standard", "modified", "mixed"])
+@pytest.mark.parametrize(
+    "way", [AS_STANDARD, AS_MODIFIED, MIXED], ids=["standard", "modified", "mixed"]
+)
 def test_same_robot_in_every_way_of_writing(way: str) -> None:
     """Also as the tree that the solver takes: its poses at zero are those of the joint form."""
     links = "links: {l1: {}, l2: {}, l3: {mass: 1}}\n"
@@ -144,35 +157,59 @@ def test_same_robot_in_every_way_of_writing(way: str) -> None:
         assert a[0] == pytest.approx(b[0], abs=1e-15)
         assert a[1] == pytest.approx(b[1], abs=1e-15)
     s = {"q1": 0.4, "q2": 0.9, "q3": -0.7}
-    assert frame_pose(other, "end_effector", s) == pytest.approx(frame_pose(joints, "end_effector", s), abs=1e-15)
+    assert frame_pose(other, "end_effector", s) == pytest.approx(
+        frame_pose(joints, "end_effector", s), abs=1e-15
+    )
     assert other.joints["q3"].limits == joints.joints["q3"].limits == (-1, 1)
 
 
 def test_joints_loops_and_frames_stand_on_denavit_hartenberg_frames() -> None:
     """Whatever is put on a link of a standard row is put on its Denavit-Hartenberg frame."""
     text = HEAD + "links: {l1: {}, l2: {}, l3: {mass: 1}, side: {}}\n" + AS_STANDARD
-    text += "joints:\n  p: {type: prismatic, parent: l2, child: side, axis: x, origin: {xyz: [0, 0.2, 0]}}\n"
+    text += (
+        "joints:\n  p: {type: prismatic, parent: l2, child: side, axis: x, origin: {xyz: [0, 0.2,"
+        " 0]}}\n"
+    )
     text += "closures:\n  c: {kind: point, between: {l3: [0, 0.1, 0], side: [0, 0, 0]}}\n"
     text += "frames: {eye: {link: l2, xyz: [0, 0, 0.6]}}\n"
     text += "active: [q1, q2, q3]\nend_effector: {link: l3}\n"
     robot = parse(text)
     s = {"q1": 0.2, "q2": 0.5, "q3": -0.3, "p": 0.0}
     l2 = frame_pose(robot, "l2", s)
-    assert link_pose(robot, "side", s) == pytest.approx(l2 @ matrix(np.eye(3), np.array([0, 0.2, 0])))
-    assert frame_pose(robot, "eye", s) == pytest.approx(l2 @ matrix(np.eye(3), np.array([0, 0, 0.6])))
+    assert link_pose(robot, "side", s) == pytest.approx(
+        l2 @ matrix(np.eye(3), np.array([0, 0.2, 0]))
+    )
+    assert frame_pose(robot, "eye", s) == pytest.approx(
+        l2 @ matrix(np.eye(3), np.array([0, 0, 0.6]))
+    )
     assert robot.closures[0].point_a == pytest.approx([0.3, 0.1, 0])  # in the frame at the joint
 
 
 WRONG = {
-    "convention": ("convention: standard", "convention: dh", "chain.convention", "is 'dh'; expected one of standard"),
+    "convention": (
+        "convention: standard",
+        "convention: dh",
+        "chain.convention",
+        "is 'dh'; expected one of standard",
+    ),
     "missing child": (", child: l2", "", "chain.rows[1]", "missing 'child'"),
     "no such link": ("child: l2", "child: l9", "chain.rows[1].child", "no link 'l9'"),
     "no such base": ("  rows:", "  base: bas\n  rows:", "chain.base", "did you mean 'base'"),
-    "no such parent": ("child: l3", "parent: l22, child: l3", "chain.rows[2].parent", "did you mean 'l2'"),
+    "no such parent": (
+        "child: l3",
+        "parent: l22, child: l3",
+        "chain.rows[2].parent",
+        "did you mean 'l2'",
+    ),
     "slip in a": ("a: 0.5", "a: L2", "chain.rows[1].a", "'L2' is not one of the parameters"),
     "slip in alpha": ("alpha: pi/2", "alpha: 90 deg", "chain.rows[0].alpha", "neither a number"),
     "slip in d": ("d: 0.4", "d: .inf", "chain.rows[0].d", "expected a finite number"),
-    "name used twice": ("joint: q3", "joint: q1", "chain.rows[2]", "the name 'q1' is given twice in joints"),
+    "name used twice": (
+        "joint: q3",
+        "joint: q1",
+        "chain.rows[2]",
+        "the name 'q1' is given twice in joints",
+    ),
     "limits": ("[-1, 1]", "[1, -1]", "chain.rows[2].limits", "not below"),
     "unknown key": ("a: 0.5", "A: 0.5", "chain.rows[1].A", "known keys"),
 }

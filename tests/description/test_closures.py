@@ -50,7 +50,9 @@ def test_wrong_letter_is_refused_and_the_right_one_named(letter: str, claimed: s
 
 def test_arm_that_goes_on_from_another_link_is_refused() -> None:
     text = four_bar("A").replace("parent: rocker, child: tool", "parent: coupler, child: tool")
-    with pytest.raises(DescriptionError, match=r"loops\.bar\.type: .* goes on from 'rocker', but .* on 'coupler'"):
+    with pytest.raises(
+        DescriptionError, match=r"loops\.bar\.type: .* goes on from 'rocker', but .* on 'coupler'"
+    ):
         parse(text)
 
 
@@ -73,7 +75,10 @@ def with_closure(closure: str) -> str:
     return HEAD + FOUR_BAR_LINKS + JOINTS + f"closures:\n  bar: {closure}\n" + TAIL
 
 
-PLANAR = "{kind: planar, between: {coupler: [0.3, 0, 0], rocker: [0.2, 0, 0]}, assembly: counterclockwise}"
+PLANAR = (
+    "{kind: planar, between: {coupler: [0.3, 0, 0], rocker: [0.2, 0, 0]}, assembly:"
+    " counterclockwise}"
+)
 
 
 @pytest.mark.parametrize("kind", ["planar", "point", "axis"])
@@ -88,11 +93,14 @@ def test_every_kind_that_fits_a_pin_closes_it_alike(kind: str) -> None:
 
 def test_a_weld_takes_the_freedom_away() -> None:
     text = with_closure(
-        "{kind: frame, between: {coupler: {xyz: [0.3, 0, 0]}, rocker: {xyz: [0.2, 0, 0], rpy: [0, 0, a]}}}"
+        "{kind: frame, between: {coupler: {xyz: [0.3, 0, 0]}, rocker: {xyz: [0.2, 0, 0], rpy: [0,"
+        " 0, a]}}}"
     )
     shut = close(parse(with_closure(PLANAR)), {"q1": 1.0, "q4": 0.0}, NEAR)
     angle = shut["q1"] + shut["q2"] - shut["q3"]
-    robot = parse(text.replace("source: invented\n", f"source: invented\nparameters: {{a: {angle!r}}}\n"))
+    robot = parse(
+        text.replace("source: invented\n", f"source: invented\nparameters: {{a: {angle!r}}}\n")
+    )
     assert np.abs(gaps(robot, shut)).max() < 1e-12
     assert freedom(robot, shut) == 1
 
@@ -107,7 +115,10 @@ def test_loop_and_planar_closure_expand_to_the_same() -> None:
 
 def test_axis_gives_the_z_axis_of_the_tied_frame() -> None:
     robot = parse(
-        with_closure("{kind: axis, between: {coupler: {xyz: [0.3, 0, 0], axis: -y}, rocker: {axis: [3, 0, 4]}}}")
+        with_closure(
+            "{kind: axis, between: {coupler: {xyz: [0.3, 0, 0], axis: -y}, rocker: {axis: [3, 0,"
+            " 4]}}}"
+        )
     )
     closure = robot.closures[0]
     assert closure.rotation_a[:, 2] == pytest.approx([0, -1, 0])
@@ -119,27 +130,60 @@ def test_axis_gives_the_z_axis_of_the_tied_frame() -> None:
 
 def test_a_place_may_be_a_list_of_poses() -> None:
     robot = parse(
-        with_closure("{kind: point, between: {coupler: [{rpy: [0, 0, pi/2]}, {xyz: [0.3, 0, 0]}], rocker: {}}}")
+        with_closure(
+            "{kind: point, between: {coupler: [{rpy: [0, 0, pi/2]}, {xyz: [0.3, 0, 0]}], rocker:"
+            " {}}}"
+        )
     )
     assert robot.closures[0].point_a == pytest.approx([0, 0.3, 0])
 
 
 WRONG = {
-    "unknown kind": ("kind: planar", "kind: ball", "closures.bar.kind", "is 'ball'; expected one of planar"),
-    "missing link": ("rocker: [0.2", "rockr: [0.2", "closures.bar.between.rockr", "did you mean 'rocker'"),
-    "three links": ("{coupler:", "{crank: [0, 0, 0], coupler:", "closures.bar.between", "3 entries; expected 2"),
+    "unknown kind": (
+        "kind: planar",
+        "kind: ball",
+        "closures.bar.kind",
+        "is 'ball'; expected one of planar",
+    ),
+    "missing link": (
+        "rocker: [0.2",
+        "rockr: [0.2",
+        "closures.bar.between.rockr",
+        "did you mean 'rocker'",
+    ),
+    "three links": (
+        "{coupler:",
+        "{crank: [0, 0, 0], coupler:",
+        "closures.bar.between",
+        "3 entries; expected 2",
+    ),
     "one link": ("coupler: [0.3, 0, 0], ", "", "closures.bar.between", "1 entry; expected 2"),
-    "two numbers": ("rocker: [0.2, 0, 0]", "rocker: [0.2, 0]", "closures.bar.between.rocker", "2 entries; expected 3"),
+    "two numbers": (
+        "rocker: [0.2, 0, 0]",
+        "rocker: [0.2, 0]",
+        "closures.bar.between.rocker",
+        "2 entries; expected 3",
+    ),
     "rpy and axis": (
         "rocker: [0.2, 0, 0]",
         "rocker: {rpy: [0, 0, 1], axis: z}",
         "closures.bar.between.rocker",
         "exclude each other",
     ),
-    "unknown key": ("rocker: [0.2, 0, 0]", "rocker: {xzy: [0, 0, 1]}", "rocker.xzy", "did you mean 'xyz'"),
+    "unknown key": (
+        "rocker: [0.2, 0, 0]",
+        "rocker: {xzy: [0, 0, 1]}",
+        "rocker.xzy",
+        "did you mean 'xyz'",
+    ),
     "no axis": ("rocker: [0.2, 0, 0]", "rocker: {axis: [0, 0, 0]}", "rocker.axis", "no length"),
     "no kind": ("kind: planar, ", "", "closures.bar", "missing 'kind'"),
-    "slip in an expression": ("rocker: [0.2, 0, 0]", "rocker: [b3, 0, 0]", "rocker[0]", "'b3' is not one of the"),
+    "slip in an expression": (
+        "rocker: [0.2, 0, 0]",
+        "rocker: [b3, 0, 0]",
+        "rocker[0]",
+        "'b3' is not one of the",
+    ),
     "a joint that ties a link again": (
         "closures:",
         "  q5: {type: fixed, parent: base, child: tool}\nclosures:",
@@ -164,7 +208,8 @@ def test_wrong_closures(old: str, new: str, key: str, words: str) -> None:
 def test_name_of_loop_and_closure() -> None:
     text = four_bar("A").replace("active:", f"closures:\n  bar: {PLANAR}\nactive:")
     with pytest.raises(
-        DescriptionError, match=r"loops\.bar: the name 'bar' is given twice in closures \(first in line 18"
+        DescriptionError,
+        match=r"loops\.bar: the name 'bar' is given twice in closures \(first in line 18",
     ):
         parse(text)
 
@@ -172,7 +217,9 @@ def test_name_of_loop_and_closure() -> None:
 def test_both_ends_on_one_body() -> None:
     text = with_closure("{kind: point, between: {tip: [0, 0, 0], rocker: [0.2, 0, 0]}}")
     text = text.replace("active:", "frames: {tip: {link: rocker}}\nactive:")
-    with pytest.raises(DescriptionError, match=r"closures\.bar: both ends are on the link 'rocker'"):
+    with pytest.raises(
+        DescriptionError, match=r"closures\.bar: both ends are on the link 'rocker'"
+    ):
         parse(text)
 
 

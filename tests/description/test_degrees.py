@@ -46,10 +46,21 @@ def arm(key: str, value: str) -> RobotDescription:
         (
             "limits",
             "[-180, 180]",
-            "joints.motor.limits: -180 to 180 rad are 57.3 turns (did you mean '[-180*deg, 180*deg]'?)",
+            (
+                "joints.motor.limits: -180 to 180 rad are 57.3 turns (did you mean '[-180*deg,"
+                " 180*deg]'?)"
+            ),
         ),
-        ("limits", "[0, 3*30]", "joints.motor.limits: 0 to 90 rad are 14.3 turns (did you mean '[0, (3*30)*deg]'?)"),
-        ("rpy", "[90, 0, 0]", "joints.motor.origin.rpy[0]: 90 rad is 14.3 turns (did you mean '90*deg'?)"),
+        (
+            "limits",
+            "[0, 3*30]",
+            "joints.motor.limits: 0 to 90 rad are 14.3 turns (did you mean '[0, (3*30)*deg]'?)",
+        ),
+        (
+            "rpy",
+            "[90, 0, 0]",
+            "joints.motor.origin.rpy[0]: 90 rad is 14.3 turns (did you mean '90*deg'?)",
+        ),
         ("offset", "-45", "joints.motor.offset: -45 rad is 7.16 turns (did you mean '-45*deg'?)"),
         ("reference", "60", "reference.motor: 60 rad is 9.55 turns (did you mean '60*deg'?)"),
     ],
@@ -84,8 +95,13 @@ def test_lengths_are_not_doubted() -> None:
 
 
 def test_degrees_are_worth_what_they_say() -> None:
-    assert arm("limits", "[-180*deg, 2*deg]").joints["motor"].limits == (-math.pi, 2 * (math.pi / 180))
-    own = ARM.replace("links:", "parameters: {deg: 2}\nlinks:", 1).replace("motor: 0", "motor: 0.5*deg")
+    assert arm("limits", "[-180*deg, 2*deg]").joints["motor"].limits == (
+        -math.pi,
+        2 * (math.pi / 180),
+    )
+    own = ARM.replace("links:", "parameters: {deg: 2}\nlinks:", 1).replace(
+        "motor: 0", "motor: 0.5*deg"
+    )
     assert parse(own).reference["motor"] == 1.0  # a parameter of that name comes first
 
 
@@ -114,13 +130,21 @@ def test_check_does_not_call_it_right(tmp_path: Path) -> None:
     told = json.loads(CliRunner().invoke(app, ["check", str(path), "--json"]).stdout)
     assert len(told["warnings"]) == 1
     path.write_text(ARM, encoding="utf-8")
-    assert CliRunner().invoke(app, ["check", str(path)]).output.endswith("The description is right; it has no loops.\n")
+    assert (
+        CliRunner()
+        .invoke(app, ["check", str(path)])
+        .output.endswith("The description is right; it has no loops.\n")
+    )
 
 
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("motor: 0,", "motor: 45,", "reference.motor: 45 rad is 7.16 turns (did you mean '45*deg'?)"),
+        (
+            "motor: 0,",
+            "motor: 45,",
+            "reference.motor: 45 rad is 7.16 turns (did you mean '45*deg'?)",
+        ),
         (
             "axis: z}",
             "axis: z, origin: {rpy: [90, 0, 0]}}",
@@ -131,7 +155,9 @@ def test_check_does_not_call_it_right(tmp_path: Path) -> None:
 def test_an_error_tells_of_degrees_that_may_be_its_reason(old: str, new: str, told: str) -> None:
     """The slide's reference is beyond its limit, whatever the angles are: both are told, each with its line."""
     text = ARM.replace(old, new, 1).replace("limits: [-30, 30]", "limits: [-1, 1]")
-    with pytest.raises(DescriptionError, match=r"reference\.out: is 20 m, outside the limits \[-1, 1\] m") as caught:
+    with pytest.raises(
+        DescriptionError, match=r"reference\.out: is 20 m, outside the limits \[-1, 1\] m"
+    ) as caught:
         parse(text)
     assert "perhaps for this reason: small.yaml:" in str(caught.value)
     assert told in str(caught.value)

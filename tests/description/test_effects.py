@@ -14,7 +14,10 @@ from tests.description.robots import HEAD, parse
 from tests.description.test_legs import LEGS, NUMBERS, PLATFORM, TAIL
 from tests.description.test_modules import UPU, one
 
-EFFECTS = "friction: {viscous: 2*1.5, coulomb: 0.5}, drive: {rotor_inertia: 1e-4, gear_ratio: 100}, spring: {rest: 0.1}"
+EFFECTS = (
+    "friction: {viscous: 2*1.5, coulomb: 0.5}, drive: {rotor_inertia: 1e-4, gear_ratio: 100},"
+    " spring: {rest: 0.1}"
+)
 EXPECTED = JointEffect(viscous=3.0, coulomb=0.5, rotor_inertia=1e-4, gear_ratio=100.0, rest=0.1)
 ROWS = """\
 links:
@@ -42,14 +45,23 @@ def legs(effects: str = EFFECTS) -> str:
 
 
 def module(name: str = "lambda_<leg>", effects: str = EFFECTS) -> str:
-    return one("3-UPU", UPU).replace("    parameters:", f"    joints: {{{name}: {{{effects}}}}}\n    parameters:")
+    return one("3-UPU", UPU).replace(
+        "    parameters:", f"    joints: {{{name}: {{{effects}}}}}\n    parameters:"
+    )
 
 
 def urdf(folder: Path, dynamics: str) -> RobotDescription:
-    joint = '<joint name="q" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>'
-    text = f'<robot name="r"><link name="base"/><link name="arm"/>{joint}\n{dynamics}</joint></robot>'
+    joint = (
+        '<joint name="q" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0'
+        ' 1"/>'
+    )
+    text = (
+        f'<robot name="r"><link name="base"/><link name="arm"/>{joint}\n{dynamics}</joint></robot>'
+    )
     (folder / "r.urdf").write_text(text, encoding="utf-8")
-    (folder / "r.yaml").write_text(HEAD + "urdf: r.urdf\nactive: [q]\nend_effector: {link: arm}\n", encoding="utf-8")
+    (folder / "r.yaml").write_text(
+        HEAD + "urdf: r.urdf\nactive: [q]\nend_effector: {link: arm}\n", encoding="utf-8"
+    )
     return read_description(folder / "r.yaml")
 
 
@@ -89,14 +101,30 @@ def test_of_a_urdf(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "key", "words"),
     [
-        (rows(effects="friction: {viscous: -1}"), "chain.rows[1].friction.viscous", "is -1; expected zero or positive"),
+        (
+            rows(effects="friction: {viscous: -1}"),
+            "chain.rows[1].friction.viscous",
+            "is -1; expected zero or positive",
+        ),
         (rows(effects="frictions: {viscous: 1}"), "chain.rows[1].frictions", "unknown key"),
         (rows(effects="drive: {gear_ratio: 5}"), "chain.rows[1].drive", "missing 'rotor_inertia'"),
         (legs("friction: {smoothing: 0}"), "legs.leg_A.joints[2].friction.smoothing", "above zero"),
-        (module(effects="friction: {coulomb: -1}"), "modules.m.joints.lambda_<leg>.friction.coulomb", "is -1"),
-        (module(effects="spring: {stiffness: soft}"), "modules.m.joints.lambda_<leg>.spring.stiffness", "soft"),
+        (
+            module(effects="friction: {coulomb: -1}"),
+            "modules.m.joints.lambda_<leg>.friction.coulomb",
+            "is -1",
+        ),
+        (
+            module(effects="spring: {stiffness: soft}"),
+            "modules.m.joints.lambda_<leg>.spring.stiffness",
+            "soft",
+        ),
         (module(effects="limits: [0, 1]"), "modules.m.joints.lambda_<leg>.limits", "unknown key"),
-        (module("lambda_A"), "modules.m.joints.lambda_A", r"no joint 'lambda_A'.*known: .*lambda_<leg>"),
+        (
+            module("lambda_A"),
+            "modules.m.joints.lambda_A",
+            r"no joint 'lambda_A'.*known: .*lambda_<leg>",
+        ),
     ],
 )
 def test_wrong_entries_name_file_line_and_key(text: str, key: str, words: str) -> None:

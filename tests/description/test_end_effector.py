@@ -12,7 +12,8 @@ from hybrid_dynamics_core.export import to_sdf, to_urdf
 from tests.description.test_urdf import joint
 
 ARM = (
-    '<robot name="arm"><link name="base"/><link name="l1"/><link name="l2"/><link name="end_effector"/>'
+    '<robot name="arm"><link name="base"/><link name="l1"/><link name="l2"/><link'
+    ' name="end_effector"/>'
     + joint("a", "continuous", ("base", "l1"), "", '<axis xyz="0 1 0"/>')
     + joint("b", "continuous", ("l1", "l2"), "1 0 0", '<axis xyz="0 1 0"/>')
     + joint("tool", "fixed", ("l2", "end_effector"), "0.5 0 0")
@@ -45,7 +46,8 @@ def test_so_is_one_that_moves(folder: Path) -> None:
     moving = ARM.replace('name="tool" type="fixed"', 'name="tool" type="continuous"')
     (folder / "moving.urdf").write_text(
         moving.replace("</robot>", "<link name='more'/></robot>").replace(
-            "<link name='more'/>", "<link name='more'/>" + joint("c", "continuous", ("end_effector", "more"), "1 0 0")
+            "<link name='more'/>",
+            "<link name='more'/>" + joint("c", "continuous", ("end_effector", "more"), "1 0 0"),
         )
     )
     robot = load(folder / "moving.urdf")
@@ -54,24 +56,31 @@ def test_so_is_one_that_moves(folder: Path) -> None:
     assert robot.frames.count("end_effector") == 1
 
 
-@pytest.mark.parametrize("entry", ["{link: l1}", "{link: l2}", "{link: end_effector, xyz: [0.1, 0, 0]}"])
+@pytest.mark.parametrize(
+    "entry", ["{link: l1}", "{link: l2}", "{link: end_effector, xyz: [0.1, 0, 0]}"]
+)
 def test_another_place_of_that_name_is_refused(folder: Path, entry: str) -> None:
     file = folder / "over.yaml"
     file.write_text(f"{OVER}end_effector: {entry}\n")
     with pytest.raises(DescriptionError) as caught:
         load(file)
-    assert str(caught.value) == (
-        f"{file}:5: end_effector: a link called 'end_effector' stands at another place, and one name cannot mean both; "
-        "write `end_effector: {link: end_effector}` if it is meant (other places can be named under frames), or rename "
-        "that link"
+    assert (
+        str(caught.value)
+        == f"{file}:5: end_effector: a link called 'end_effector' stands at another place, and one"
+        " name cannot mean both; write `end_effector: {link: end_effector}` if it is meant"
+        " (other places can be named under frames), or rename that link"
     )
 
 
 def test_a_frame_of_that_name_is_no_other_place_either(folder: Path) -> None:
     (folder / "arm.urdf").write_text(ARM.replace("end_effector", "flange"))
     file = folder / "over.yaml"
-    file.write_text(f"{OVER}end_effector: {{link: l1}}\nframes: {{end_effector: {{link: flange}}}}\n")
-    with pytest.raises(DescriptionError, match="a frame called 'end_effector' stands at another place"):
+    file.write_text(
+        f"{OVER}end_effector: {{link: l1}}\nframes: {{end_effector: {{link: flange}}}}\n"
+    )
+    with pytest.raises(
+        DescriptionError, match="a frame called 'end_effector' stands at another place"
+    ):
         load(file)
 
 

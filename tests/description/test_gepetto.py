@@ -52,13 +52,17 @@ def test_whole_frames_on_a_planar_loop_need_a_free_end(tmp_path: Path) -> None:
     assert freedom(robot, s) == 1
 
 
-@pytest.mark.parametrize("text", ["closed_loop: [[end_A, end_B]]\nname_mot: [motor]\n", PAIR.replace("3d", "6d")])
+@pytest.mark.parametrize(
+    "text", ["closed_loop: [[end_A, end_B]]\nname_mot: [motor]\n", PAIR.replace("3d", "6d")]
+)
 def test_without_a_type_a_pair_is_6d(tmp_path: Path, text: str) -> None:
     assert read(tmp_path, text).closures[0].kind == "frame"
 
 
 def test_joints_of_other_types(tmp_path: Path) -> None:
-    robot = read(tmp_path, PAIR + "joint_name: ['knee', 'hinge']\njoint_type: ['SPHERICAL', 'UJOINT_YZ']\n")
+    robot = read(
+        tmp_path, PAIR + "joint_name: ['knee', 'hinge']\njoint_type: ['SPHERICAL', 'UJOINT_YZ']\n"
+    )
     assert list(robot.joints) == ["motor", "knee_X", "knee_Y", "knee_Z", "hinge_Y", "hinge_Z"]
     s = close(robot, {"motor": 1.0}, {})
     assert np.abs(gaps(robot, s)).max() < 1e-13
@@ -92,18 +96,33 @@ def test_the_only_urdf_of_the_folder_is_taken(tmp_path: Path) -> None:
     path = write(tmp_path, PAIR, "robot.yaml")
     assert read_description(path).name == "bars"
     write(tmp_path, BARS, "other.urdf")
-    with pytest.raises(DescriptionError, match=r"no robot\.urdf beside it, and 2 others \(model\.urdf, other\.urdf\)"):
+    with pytest.raises(
+        DescriptionError,
+        match=r"no robot\.urdf beside it, and 2 others \(model\.urdf, other\.urdf\)",
+    ):
         read_description(path)
 
 
 WRONG = {
-    "unicode slip": ("'end_A', ", "'end_Á', ", "closed_loop[0][0]", 1, "no frame 'end_Á' (did you mean 'end_A'?)"),
+    "unicode slip": (
+        "'end_A', ",
+        "'end_Á', ",
+        "closed_loop[0][0]",
+        1,
+        "no frame 'end_Á' (did you mean 'end_A'?)",
+    ),
     "one twice": ("'end_A', ", "'end_B', ", "closed_loop[0]", 1, "names one frame twice"),
     "three": ("'end_A', ", "'end_A', 'end_A', ", "closed_loop[0]", 1, "3 entries; expected 2"),
     "type": ("'3d'", "'4d'", "type[0]", 2, "is '4d'; expected one of 3d, 6d"),
     "types": ("['3d']", "['3d', '6d']", "type", 2, "has 2 entries for 1 pair of"),
     "motor": ("['motor']", "['motr']", "name_mot[0]", 3, "no joint 'motr' (did you mean 'motor'?)"),
-    "fixed motor": ("['motor']", "['A']", "name_mot[0]", 3, "'A' is a fixed joint; a motor moves one"),
+    "fixed motor": (
+        "['motor']",
+        "['A']",
+        "name_mot[0]",
+        3,
+        "'A' is a fixed joint; a motor moves one",
+    ),
     "motor twice": ("['motor']", "['motor', 'motor']", "name_mot[1]", 3, "named twice"),
     "no such joint": (
         "name_mot",
@@ -119,7 +138,13 @@ WRONG = {
         3,
         "is 'UJOINT_XX'",
     ),
-    "joint types": ("name_mot", "joint_name: [knee]\njoint_type: []\nname_mot", "joint_type", 4, "0 entries for 1"),
+    "joint types": (
+        "name_mot",
+        "joint_name: [knee]\njoint_type: []\nname_mot",
+        "joint_type",
+        4,
+        "0 entries for 1",
+    ),
     "joint twice": (
         "name_mot",
         "joint_name: [knee, knee]\njoint_type: [FIXED, FIXED]\nname_mot",
@@ -152,7 +177,9 @@ def test_frames_that_start_half_a_turn_apart_are_turned_together(tmp_path: Path)
     hinged = BARS.replace('name="A" type="fixed"', 'name="A" type="continuous"').replace(
         '<child link="end_A"/>', '<child link="end_A"/><axis xyz="0 0 1"/>'
     )
-    turned = hinged.replace('xyz="0.2 0 0" rpy="0 0 0"', 'xyz="0.2 0 0" rpy="0 3.141592653589793 0"')
+    turned = hinged.replace(
+        'xyz="0.2 0 0" rpy="0 0 0"', 'xyz="0.2 0 0" rpy="0 3.141592653589793 0"'
+    )
     assert turned != hinged
     write(tmp_path, turned)
     text = PAIR.replace("3d", "6d") + "joint_name: [A]\njoint_type: [SPHERICAL]\n"
@@ -166,7 +193,8 @@ HINGED = BARS.replace('name="A" type="fixed"', 'name="A" type="continuous"').rep
     '<child link="end_A"/>', '<child link="end_A"/><axis xyz="0 0 1"/>'
 )
 LIMITED = BARS.replace('name="hinge" type="continuous"', 'name="hinge" type="revolute"').replace(
-    '<child link="rocker"/>', '<child link="rocker"/><limit lower="-0.01" upper="0.01" effort="1" velocity="1"/>'
+    '<child link="rocker"/>',
+    '<child link="rocker"/><limit lower="-0.01" upper="0.01" effort="1" velocity="1"/>',
 )
 
 
@@ -187,7 +215,10 @@ def test_loops_that_close_beyond_a_limit_only_are_noted(tmp_path: Path) -> None:
     machine = load(_pair(tmp_path, LIMITED, PAIR))
     assert machine.close(machine.reference).residual < 1e-12
     (note,) = [note for note in machine.description.notes if note.startswith("hinge")]
-    assert "outside its limits [-0.01, 0.01]; within all limits no closed configuration was found" in note
+    assert (
+        "outside its limits [-0.01, 0.01]; within all limits no closed configuration was found"
+        in note
+    )
 
 
 def test_joints_outside_all_loops_stay_where_they_are(tmp_path: Path) -> None:
@@ -195,7 +226,10 @@ def test_joints_outside_all_loops_stay_where_they_are(tmp_path: Path) -> None:
     limit = '<limit lower="-0.1" upper="0.2" effort="1" velocity="1"/>'
     arm = body("hand", 1) + joint("wrist", "revolute", ("ground", "hand"), "", limit)
     text = PAIR.replace("['motor']", "['motor', 'wrist']")
-    assert load(_pair(tmp_path, LIMITED.replace("</robot>", f"{arm}</robot>"), text)).reference[1] == 0.0
+    assert (
+        load(_pair(tmp_path, LIMITED.replace("</robot>", f"{arm}</robot>"), text)).reference[1]
+        == 0.0
+    )
 
 
 def _pair(folder: Path, urdf: str, text: str) -> Path:

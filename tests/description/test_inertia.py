@@ -47,14 +47,18 @@ def test_a_shape_is_the_integral_over_the_body() -> None:
     y, z = np.meshgrid(grid, grid)
     inside = (y**2 + z**2 < 1.0) & (y**2 + z**2 > 0.25)
     about_axis = 6.0 * (y**2 + z**2)[inside].mean()
-    assert inertia("{cylinder: {axis: x, radius: 1, inner: 0.5, length: 3}}")[0, 0] == pytest.approx(
-        about_axis, rel=1e-3
-    )
+    assert inertia("{cylinder: {axis: x, radius: 1, inner: 0.5, length: 3}}")[
+        0, 0
+    ] == pytest.approx(about_axis, rel=1e-3)
 
 
 def test_products_are_entries_of_the_matrix() -> None:
-    assert inertia("{xx: 1, yy: 1, zz: 1, xy: 0.1, xz: -0.2, yz: 0.3}")[0] == pytest.approx([1, 0.1, -0.2])
-    assert inertia("{xx: 1, yy: 1, zz: 1, xy: 0.1, xz: -0.2, yz: 0.3}")[2] == pytest.approx([-0.2, 0.3, 1])
+    assert inertia("{xx: 1, yy: 1, zz: 1, xy: 0.1, xz: -0.2, yz: 0.3}")[0] == pytest.approx(
+        [1, 0.1, -0.2]
+    )
+    assert inertia("{xx: 1, yy: 1, zz: 1, xy: 0.1, xz: -0.2, yz: 0.3}")[2] == pytest.approx(
+        [-0.2, 0.3, 1]
+    )
 
 
 @given(st.tuples(*[st.floats(-3, 3)] * 3))
@@ -78,16 +82,48 @@ def test_mass_without_inertia_is_told() -> None:
 
 
 WRONG = {
-    "two shapes": ("{rod: {axis: x, length: 1}, sphere: {radius: 1}}", "inertia", "gives rod and sphere; give one of"),
-    "shape and components": ("{xx: 1, box: {size: [1, 1, 1]}}", "inertia", "gives box and components"),
-    "axes alone": ("{frame: {rpy: [0, 0, 1]}}", "inertia", "gives nothing; give one of: components"),
+    "two shapes": (
+        "{rod: {axis: x, length: 1}, sphere: {radius: 1}}",
+        "inertia",
+        "gives rod and sphere; give one of",
+    ),
+    "shape and components": (
+        "{xx: 1, box: {size: [1, 1, 1]}}",
+        "inertia",
+        "gives box and components",
+    ),
+    "axes alone": (
+        "{frame: {rpy: [0, 0, 1]}}",
+        "inertia",
+        "gives nothing; give one of: components",
+    ),
     "axes without angles": ("{xx: 1, frame: {}}", "inertia.frame", "missing 'rpy'"),
-    "triangle": ("{principal: [1, 2, 3.5]}", "inertia", "1, 2, 3.5: two of them must add up to at least the third"),
-    "triangle in other axes": ("{principal: [1, 1, 3], frame: {rpy: [1, 1, 1]}}", "inertia", "add up to at least"),
-    "negative": ("{principal: [-1, 2, 2]}", "inertia", "a principal moment of inertia is negative (-1 kg m^2)"),
+    "triangle": (
+        "{principal: [1, 2, 3.5]}",
+        "inertia",
+        "1, 2, 3.5: two of them must add up to at least the third",
+    ),
+    "triangle in other axes": (
+        "{principal: [1, 1, 3], frame: {rpy: [1, 1, 1]}}",
+        "inertia",
+        "add up to at least",
+    ),
+    "negative": (
+        "{principal: [-1, 2, 2]}",
+        "inertia",
+        "a principal moment of inertia is negative (-1 kg m^2)",
+    ),
     "not symmetric": ("[[1, 0, 0.1], [0, 1, 0], [0, 0, 1]]", "inertia", "not symmetric"),
-    "negative radius": ("{sphere: {radius: -1}}", "inertia.sphere.radius", "is -1 m; a dimension is positive"),
-    "no length": ("{rod: {axis: x, length: 0}}", "inertia.rod.length", "is 0 m; a dimension is positive"),
+    "negative radius": (
+        "{sphere: {radius: -1}}",
+        "inertia.sphere.radius",
+        "is -1 m; a dimension is positive",
+    ),
+    "no length": (
+        "{rod: {axis: x, length: 0}}",
+        "inertia.rod.length",
+        "is 0 m; a dimension is positive",
+    ),
     "thick tube": (
         "{cylinder: {axis: x, radius: 0.1, inner: 0.1, length: 1}}",
         "inertia.cylinder.inner",
@@ -98,7 +134,11 @@ WRONG = {
     "unknown shape": ("{cone: {radius: 1}}", "inertia.cone", "unknown key; known keys: frame, xx"),
     "no radius": ("{cylinder: {axis: x, length: 1}}", "inertia.cylinder", "missing 'radius'"),
     "a number": ("3", "inertia", "expected a mapping or a list (about the centre of mass"),
-    "axis in space": ("{rod: {axis: w, length: 1}}", "inertia.rod.axis", "is 'w'; expected one of x, y, z"),
+    "axis in space": (
+        "{rod: {axis: w, length: 1}}",
+        "inertia.rod.axis",
+        "is 'w'; expected one of x, y, z",
+    ),
 }
 
 
@@ -114,7 +154,9 @@ def test_impossible_inertia(entry: str, key: str, words: str) -> None:
 def test_inertia_without_mass() -> None:
     with pytest.raises(DescriptionError, match=r"links\.l1: inertia needs 'mass' beside it"):
         body("{inertia: {sphere: {radius: 1}}}")
-    with pytest.raises(DescriptionError, match=r"links\.l1: com and inertia need 'mass' beside them"):
+    with pytest.raises(
+        DescriptionError, match=r"links\.l1: com and inertia need 'mass' beside them"
+    ):
         body("{com: [0, 0, 0], inertia: {sphere: {radius: 1}}}")
     with pytest.raises(DescriptionError, match="has an inertia but no mass"):
         body("{mass: 0, inertia: {xx: 1, yy: 1}}")
@@ -122,19 +164,26 @@ def test_inertia_without_mass() -> None:
 
 def test_links_fixed_to_others_are_one_body() -> None:
     """Two half rods fixed end to end are one rod; the fixed link stays as a frame."""
-    text = HEAD + "links:\n  whole: {mass: 2, com: [0, 0.5, 0], inertia: {rod: {axis: y, length: 1}}}\n"
+    text = (
+        HEAD
+        + "links:\n  whole: {mass: 2, com: [0, 0.5, 0], inertia: {rod: {axis: y, length: 1}}}\n"
+    )
     text += "  a: {mass: 1, com: [0.25, 0, 0], inertia: {rod: {axis: x, length: 0.5}}}\n"
     text += "  b: {mass: 1, com: [0, 0, 0.25], inertia: {rod: {axis: z, length: 0.5}}}\n"
     text += "joints:\n  q1: {type: revolute, parent: base, child: whole, axis: z}\n"
     text += "  q2: {type: revolute, parent: base, child: a, origin: {rpy: [0, 0, pi/2]}, axis: z}\n"
-    text += "  f: {type: fixed, parent: a, child: b, origin: {xyz: [0.5, 0, 0], rpy: [0, pi/2, 0]}}\n"
+    text += (
+        "  f: {type: fixed, parent: a, child: b, origin: {xyz: [0.5, 0, 0], rpy: [0, pi/2, 0]}}\n"
+    )
     robot = parse(text + "active: [q1, q2]\nend_effector: {link: b}\n")
     whole, joined = robot.links["whole"], robot.links["a"]
     assert "b" not in robot.links
     assert "f" not in robot.joints
     assert joined.mass == whole.mass
     assert joined.com == pytest.approx([0.5, 0, 0], abs=1e-15)
-    assert np.linalg.eigvalsh(joined.inertia) == pytest.approx(np.linalg.eigvalsh(whole.inertia), abs=1e-15)
+    assert np.linalg.eigvalsh(joined.inertia) == pytest.approx(
+        np.linalg.eigvalsh(whole.inertia), abs=1e-15
+    )
     assert robot.frames["b"].translation == pytest.approx([0.5, 0, 0])
     assert robot.frames["end_effector"].link == "a"
 
@@ -144,7 +193,9 @@ def test_fixed_joints_in_a_circle() -> None:
     text += "  g: {type: fixed, parent: a, child: b}\nactive: [f]\nend_effector: {link: a}\n"
     with pytest.raises(DescriptionError, match="cycle"):
         parse(text)
-    frames = HEAD + "links: {a: {}}\njoints: {q: {type: revolute, parent: base, child: a, axis: z}}\n"
+    frames = (
+        HEAD + "links: {a: {}}\njoints: {q: {type: revolute, parent: base, child: a, axis: z}}\n"
+    )
     frames += "frames: {f: {link: g}, g: {link: f}}\nactive: [q]\nend_effector: {link: a}\n"
     with pytest.raises(DescriptionError, match=r"frames\.f: stands on itself: f on g on f"):
         parse(frames)

@@ -70,7 +70,11 @@ def test_legs_written_out_are_those_of_the_template() -> None:
 
 def test_names_bodies_and_limits() -> None:
     robot = parse(TEXT)
-    assert [n for n in robot.links if n.endswith("_A") or "_A_" in n] == ["leg_A_1", "barrel_A", "leg_A_3"]
+    assert [n for n in robot.links if n.endswith("_A") or "_A_" in n] == [
+        "leg_A_1",
+        "barrel_A",
+        "leg_A_3",
+    ]
     assert robot.links["barrel_A"].mass == 1
     assert robot.links["leg_A_1"].mass == 0
     assert robot.joints["lambda_A"].limits == (-0.2, 0.3)
@@ -81,7 +85,8 @@ def test_names_bodies_and_limits() -> None:
 def test_end_kind_and_assembly() -> None:
     text = TEXT.replace(
         "    to: {platform: [0.2*cos(0 ",
-        "    end: {xyz: [0.05, 0, 0], axis: y}\n    kind: axis\n    assembly: up\n    to: {platform: [0.2*cos(0 ",
+        "    end: {xyz: [0.05, 0, 0], axis: y}\n    kind: axis\n    assembly: up\n    to:"
+        " {platform: [0.2*cos(0 ",
     )
     closure = parse(text).closures[0]
     assert (closure.kind, closure.assembly) == ("axis", "up")
@@ -118,7 +123,12 @@ end_effector: {link: platform}
 
 
 WRONG = {
-    "no such link": ("to: {platform:", "to: {platfrom:", "legs.leg_A.to.platfrom", "did you mean 'platform'"),
+    "no such link": (
+        "to: {platform:",
+        "to: {platfrom:",
+        "legs.leg_A.to.platfrom",
+        "did you mean 'platform'",
+    ),
     "no such ground": ("on: base", "on: floor", "legs.leg_A.on", "no link 'floor'"),
     "no joints": (
         "axis: z\n        offset",
@@ -126,7 +136,12 @@ WRONG = {
         "legs.leg_A.joints[0].axsi",
         "did you mean 'axis'",
     ),
-    "name used twice": ("phi10_B", "phi10_A", "legs.leg_B.joints[0]", "given twice in joints (first in line"),
+    "name used twice": (
+        "phi10_B",
+        "phi10_A",
+        "legs.leg_B.joints[0]",
+        "given twice in joints (first in line",
+    ),
     "link used twice": (
         "link: barrel_B",
         "link: barrel_A",
@@ -141,8 +156,18 @@ WRONG = {
     ),
     "negative mass": ("mass: 1", "mass: -1", "legs.leg_A.joints[1].body.mass", "zero or positive"),
     "limits": ("[-0.2, 0.3]", "[0.3, -0.2]", "legs.leg_A.joints[2].limits", "not below"),
-    "two platforms": ("to: {platform:", "to: {base: [0, 0, 0], platform:", "legs.leg_A.to", "2 entries; expected 1"),
-    "kind": ("    to:", "    kind: ball\n    to:", "legs.leg_A.kind", "expected one of planar, point"),
+    "two platforms": (
+        "to: {platform:",
+        "to: {base: [0, 0, 0], platform:",
+        "legs.leg_A.to",
+        "2 entries; expected 1",
+    ),
+    "kind": (
+        "    to:",
+        "    kind: ball\n    to:",
+        "legs.leg_A.kind",
+        "expected one of planar, point",
+    ),
 }
 
 

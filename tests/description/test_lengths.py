@@ -30,11 +30,14 @@ def doubts(length: float, tip: float = 0.0) -> tuple[str, ...]:
 
 def test_millimetres_are_told_where_the_largest_length_stands() -> None:
     (told,) = doubts(1200.0, 300.0)
-    assert told == (
-        "small.yaml:11: joints.out.origin: 1200 m, and the robot reaches 1500 m from its base: are these millimetres? "
-        "Lengths are in metres: 1200 mm are written 1.2"
+    assert (
+        told
+        == "small.yaml:11: joints.out.origin: 1200 m, and the robot reaches 1500 m from its base:"
+        " are these millimetres? Lengths are in metres: 1200 mm are written 1.2"
     )
-    assert doubts(200.0, 300.0)[0].startswith("small.yaml:13: end_effector: 300 m, and the robot reaches 500 m")
+    assert doubts(200.0, 300.0)[0].startswith(
+        "small.yaml:13: end_effector: 300 m, and the robot reaches 500 m"
+    )
 
 
 @pytest.mark.parametrize(("length", "tip"), [(0.2, 0.1), (100.0, 125.0), (200.0, 49.0)])
@@ -50,14 +53,26 @@ def test_no_shipped_robot_is_doubted(name: str) -> None:
 
 @pytest.mark.parametrize(
     ("limits", "doubted"),
-    [("0, 150", True), ("-80, 0", True), ("0, 35", False), ("-1000, 1000", False), ("0, 0.5", False)],
+    [
+        ("0, 150", True),
+        ("-80, 0", True),
+        ("0, 35", False),
+        ("-1000, 1000", False),
+        ("0, 0.5", False),
+    ],
 )
 def test_strokes_in_millimetres_are_told(limits: str, doubted: bool) -> None:
     """A robot of a metre has no stroke of forty; one on a long track has."""
-    text = ARM.replace("LENGTH", "0.5").replace("TIP", "0.4").replace("axis: x}", f"axis: x, limits: [{limits}]}}")
+    text = (
+        ARM.replace("LENGTH", "0.5")
+        .replace("TIP", "0.4")
+        .replace("axis: x}", f"axis: x, limits: [{limits}]}}")
+    )
     told = parse(text).doubts
     assert bool(told) == doubted
     if doubted:
         number = max(abs(float(end)) for end in limits.split(","))
-        assert f"joints.out.limits: {number:g} m, and the robot reaches 0.9 m from its base" in told[0]
+        assert (
+            f"joints.out.limits: {number:g} m, and the robot reaches 0.9 m from its base" in told[0]
+        )
         assert f"{number:g} mm are written {number / 1000.0:g}" in told[0]

@@ -40,9 +40,10 @@ def doubts(upper: float, fore: float, hand: float, base: float = 0.0) -> tuple[s
 def test_grams_are_told_where_they_stand() -> None:
     (told,) = doubts(2.4, 1600.0, 0.7)
     line = 1 + (HEAD + ARM.removeprefix(HEAD)).split("fore:")[0].count("\n")
-    assert told == (
-        f"small.yaml:{line}: links.fore.mass: 1600 kg, and the median of the other links is 1.55 kg: are these grams? "
-        "Masses are in kilograms: 1600 g are written 1.6"
+    assert (
+        told
+        == f"small.yaml:{line}: links.fore.mass: 1600 kg, and the median of the other links is 1.55"
+        " kg: are these grams? Masses are in kilograms: 1600 g are written 1.6"
     )
 
 
@@ -68,7 +69,9 @@ def test_shipped_robots_stay_far_from_the_rule(name: str) -> None:
 @pytest.mark.parametrize("unit", [1e4, 1e6, 1e9])
 def test_inertias_in_other_units_are_told(unit: float) -> None:
     """In kg m^2 0.03, 0.04, 0.05: the hand reaches 0.1 m about its centre of mass, the arm 1 m."""
-    moments = ", ".join(f"{key}: {unit * value}" for key, value in (("xx", 0.03), ("yy", 0.04), ("zz", 0.05)))
+    moments = ", ".join(
+        f"{key}: {unit * value}" for key, value in (("xx", 0.03), ("yy", 0.04), ("zz", 0.05))
+    )
     text = ARM.replace("{mass: HAND}", f"{{mass: 5, inertia: {{{moments}}}}}")
     for name in ("BASE", "UPPER", "FORE"):
         text = text.replace(name, "5")

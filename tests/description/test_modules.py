@@ -25,9 +25,8 @@ GOUGH = (
 def one(template: str, parameters: str, legs: str = "A, B, C", on: str = "base") -> str:
     active = ", ".join(f"lambda_{leg}" for leg in legs.split(", "))
     return (
-        HEAD
-        + f"modules:\n  m:\n    template: {template}\n    on: {on}\n    legs: [{legs}]\n    parameters: {parameters}\n"
-        + f"active: [{active}]\nend_effector: {{link: m_platform}}\n"
+        HEAD + f"modules:\n  m:\n    template: {template}\n    on: {on}\n    legs: [{legs}]\n   "
+        f" parameters: {parameters}\n" + f"active: [{active}]\nend_effector: {{link: m_platform}}\n"
     )
 
 
@@ -43,7 +42,9 @@ KINDS = {
 
 
 @pytest.mark.parametrize(("text", "mobility", "pose"), KINDS.values(), ids=KINDS.keys())
-def test_module_closes_centrally_and_at_a_pose(text: str, mobility: int, pose: dict[str, float]) -> None:
+def test_module_closes_centrally_and_at_a_pose(
+    text: str, mobility: int, pose: dict[str, float]
+) -> None:
     robot = parse(text)
     assert np.abs(gaps(robot, {})).max() < 1e-15
     assert set(robot.reference) == set(robot.joints)
@@ -80,12 +81,15 @@ def test_a_module_may_stand_anywhere() -> None:
     moved = parse(one("3-UPU", UPU, on="{link: base, xyz: [1, 2, 3], rpy: [0, pi/2, 0]}"))
     s = close(moved, {"x": 0.1, "y": 0.0, "z": 0.05}, {})
     local = link_pose(still, "m_platform", s)[:3, 3]
-    assert link_pose(moved, "m_platform", s)[:3, 3] == pytest.approx([1 + local[2], 2 + local[1], 3 - local[0]])
+    assert link_pose(moved, "m_platform", s)[:3, 3] == pytest.approx(
+        [1 + local[2], 2 + local[1], 3 - local[0]]
+    )
 
 
 def test_masses_are_put_in() -> None:
     parameters = UPU.replace(
-        "}", ", platform_mass: 10, barrel_mass: 2, barrel_length: 0.3, rod_mass: 1, rod_length: 0.4}"
+        "}",
+        ", platform_mass: 10, barrel_mass: 2, barrel_length: 0.3, rod_mass: 1, rod_length: 0.4}",
     )
     for template, sign in (("3-UPU", 1), ("3-UPS/S", -1)):
         robot = parse(one(template, parameters))
@@ -98,9 +102,9 @@ def test_masses_are_put_in() -> None:
 
 def test_limits_of_the_legs() -> None:
     robot = parse(
-        one("3-UPU", UPU.replace("}", ", lambda_min: [-0.1, -0.2, -0.3], lambda_max: 0.4}")).replace(
-            "[-0.1, -0.2, -0.3]", "-0.1"
-        )
+        one(
+            "3-UPU", UPU.replace("}", ", lambda_min: [-0.1, -0.2, -0.3], lambda_max: 0.4}")
+        ).replace("[-0.1, -0.2, -0.3]", "-0.1")
     )
     assert robot.joints["lambda_A"].limits == (-0.1, 0.4)
     assert parse(one("3-UPU", UPU)).joints["lambda_A"].limits == (-np.inf, np.inf)
@@ -124,7 +128,9 @@ def test_modules_stack_and_carry_an_arm() -> None:
     robot = parse(STACK)
     assert np.abs(gaps(robot, {})).max() < 1e-15
     assert freedom(robot, {}) == 7
-    assert link_pose(robot, "tool", {"x": 0.1, "high_x": 0.2})[:3, 3] == pytest.approx([0.3, 0, 1.4])
+    assert link_pose(robot, "tool", {"x": 0.1, "high_x": 0.2})[:3, 3] == pytest.approx(
+        [0.3, 0, 1.4]
+    )
 
 
 def test_same_names_in_two_modules() -> None:
@@ -133,7 +139,8 @@ def test_same_names_in_two_modules() -> None:
     assert caught.value.key == "modules.high"
     assert caught.value.line == 6
     words = (
-        "the name 'x' is given twice in joints (first in line 5); give this module other leg names (legs) or a prefix"
+        "the name 'x' is given twice in joints (first in line 5); give this module other leg names"
+        " (legs) or a prefix"
     )
     assert words in str(caught.value)
     assert "(template 3-UPU: joints.x)" in str(caught.value)
@@ -161,9 +168,9 @@ legs:
   closures:
     c_<leg>: {kind: planar, between: {tube_<leg>: [0, reach, 0], car: [0, 0, 0]}}
 """
-USER = HEAD + (
-    "modules: {m: {template: %s, on: base, legs: [1, 2], parameters: {reach: 1, side: [-0.3, 0.4]}}}\n"
-    "active: [s]\nend_effector: {link: m_car}\n"
+USER = (
+    HEAD + "modules: {m: {template: %s, on: base, legs: [1, 2], parameters: {reach: 1, side: [-0.3,"
+    " 0.4]}}}\nactive: [s]\nend_effector: {link: m_car}\n"
 )
 
 
@@ -200,14 +207,27 @@ WRONG = {
         "modules.m.template",
         "no template '3-UPV' (did you mean",
     ),
-    "no such file": ("template: 3-UPU", "template: ./mine.yaml", "modules.m.template", "there is no file mine.yaml"),
+    "no such file": (
+        "template: 3-UPU",
+        "template: ./mine.yaml",
+        "modules.m.template",
+        "there is no file mine.yaml",
+    ),
     "no such link": ("on: base", "on: bass", "modules.m.on", "no link 'bass'"),
-    "unknown parameter": ("twist: 0.4", "twits: 0.4", "modules.m.parameters.twits", "did you mean 'twist'"),
+    "unknown parameter": (
+        "twist: 0.4",
+        "twits: 0.4",
+        "modules.m.parameters.twits",
+        "did you mean 'twist'",
+    ),
     "missing parameter": (
         "height: 0.7, ",
         "",
         "modules.m.parameters",
-        "missing 'height', platform above the base in the central configuration [m]; the template 3-UPU needs it",
+        (
+            "missing 'height', platform above the base in the central configuration [m]; the"
+            " template 3-UPU needs it"
+        ),
     ),
     "negative radius": (
         "platform_radius: 0.2",
@@ -221,19 +241,54 @@ WRONG = {
         "modules.m.parameters.rod_mass",
         "expected a number of at least 0",
     ),
-    "list for one": ("height: 0.7", "height: [0.7, 0.8, 0.9]", "modules.m.parameters.height", "is one number for the"),
+    "list for one": (
+        "height: 0.7",
+        "height: [0.7, 0.8, 0.9]",
+        "modules.m.parameters.height",
+        "is one number for the",
+    ),
     "list too short": (
         "twist: 0.4",
         "angle: [0, 2]",
         "modules.m.parameters.angle",
         "2 entries; expected one number, or 3",
     ),
-    "slip in a list": ("twist: 0.4", "angle: [0, 2, thr]", "modules.m.parameters.angle[2]", "'thr' is not one of the"),
-    "text": ("twist: 0.4", "twist: a bit", "modules.m.parameters.twist", "neither a number nor an expression"),
-    "nothing at all": ("twist: 0.4", "twist: ", "modules.m.parameters.twist", "is nothing; expected a number"),
-    "two legs": ("legs: [A, B, C]", "legs: [A, B]", "modules.m.legs", "has 2 names; the template 3-UPU has 3 legs"),
-    "legs of one name": ("legs: [A, B, C]", "legs: [A, B, A]", "modules.m.legs", "names one entry twice"),
-    "limits": ("twist: 0.4", "lambda_min: 1, lambda_max: 0", "modules.m", "joints.lambda_<leg>.limits)"),
+    "slip in a list": (
+        "twist: 0.4",
+        "angle: [0, 2, thr]",
+        "modules.m.parameters.angle[2]",
+        "'thr' is not one of the",
+    ),
+    "text": (
+        "twist: 0.4",
+        "twist: a bit",
+        "modules.m.parameters.twist",
+        "neither a number nor an expression",
+    ),
+    "nothing at all": (
+        "twist: 0.4",
+        "twist: ",
+        "modules.m.parameters.twist",
+        "is nothing; expected a number",
+    ),
+    "two legs": (
+        "legs: [A, B, C]",
+        "legs: [A, B]",
+        "modules.m.legs",
+        "has 2 names; the template 3-UPU has 3 legs",
+    ),
+    "legs of one name": (
+        "legs: [A, B, C]",
+        "legs: [A, B, A]",
+        "modules.m.legs",
+        "names one entry twice",
+    ),
+    "limits": (
+        "twist: 0.4",
+        "lambda_min: 1, lambda_max: 0",
+        "modules.m",
+        "joints.lambda_<leg>.limits)",
+    ),
     "unknown key": ("on: base", "onto: base", "modules.m.onto", "did you mean 'on'"),
 }
 
@@ -259,7 +314,8 @@ def test_parameters_that_do_not_fit_together() -> None:
     own = OWN.replace("low: reach/2", "low: sqrt(1 - reach*reach)")
     inside = "templates:\n  slider:\n" + "".join(f"    {line}\n" for line in own.splitlines())
     with pytest.raises(
-        DescriptionError, match=r"modules\.m\.parameters: these parameters do not fit: sqrt\(-3\) has no value"
+        DescriptionError,
+        match=r"modules\.m\.parameters: these parameters do not fit: sqrt\(-3\) has no value",
     ):
         parse((USER % "slider").replace("reach: 1", "reach: 2") + inside)
 
@@ -276,9 +332,14 @@ def test_slips_in_a_template_name_its_file(tmp_path: Path) -> None:
 
     assert "slider.yaml:9: joints.s.kind: unknown key" in error_of("s: {type:", "s: {kind:")
     assert "slider.yaml:1: missing 'template'" in error_of("template: slider\n", "")
-    assert "robot.yaml:4: modules.m: the template has no link 'cat' (did you mean 'car'?)" in error_of(
+    assert (
+        "robot.yaml:4: modules.m: the template has no link 'cat' (did you mean 'car'?)"
+        in error_of("car: [0", "cat: [0")
+    )
+    assert "(template slider: closures.c_<leg>); known: on, car, strut_<leg>" in error_of(
         "car: [0", "cat: [0"
     )
-    assert "(template slider: closures.c_<leg>); known: on, car, strut_<leg>" in error_of("car: [0", "cat: [0")
     assert "'rech' is not one of the parameters" in error_of("[0, reach, 0]", "[0, rech, 0]")
-    assert "(template slider: closures.c_<leg>.between.m_tube_1[1])" in error_of("[0, reach, 0]", "[0, rech, 0]")
+    assert "(template slider: closures.c_<leg>.between.m_tube_1[1])" in error_of(
+        "[0, reach, 0]", "[0, rech, 0]"
+    )

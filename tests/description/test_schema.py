@@ -27,7 +27,9 @@ TEMPLATES = sorted((PACKAGE / "templates").glob("*.yaml"))
 def properties(node: Any, path: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
     """Every property that the schema names, wherever it stands."""
     if isinstance(node, dict):
-        for name, sub in node.get("properties", {}).items() if isinstance(node.get("properties"), dict) else ():
+        for name, sub in (
+            node.get("properties", {}).items() if isinstance(node.get("properties"), dict) else ()
+        ):
             yield f"{path}.{name}", sub
         for key, sub in node.items():
             yield from properties(sub, f"{path}.{key}")
@@ -69,7 +71,9 @@ def test_shipped_robots_fit(path: Path) -> None:
 def test_shipped_templates_fit_and_are_found_by_their_name(path: Path) -> None:
     document = read_yaml(path.read_text(encoding="utf-8"))
     schema = robot_schema()
-    jsonschema.Draft202012Validator({"$defs": schema["$defs"], "$ref": "#/$defs/template"}).validate(document.data)
+    jsonschema.Draft202012Validator(
+        {"$defs": schema["$defs"], "$ref": "#/$defs/template"}
+    ).validate(document.data)
     name = document.data["template"]
     assert name in shipped_templates()
     assert find_template(read_yaml("{}"), name, ()).data == document.data
@@ -87,16 +91,36 @@ MESSAGES = {
         "origin: {xyz: [atan2(1, 2), 0, 0]}",
         "with a comma in quotes",
     ),
-    "two arguments": ("xyz: [0.3, 0, 0]}, axis: z}", 'xyz: ["sin(1, 2)", 0, 0]}, axis: z}', "sin() takes 1 value"),
-    "one argument": ("xyz: [0.3, 0, 0]}, axis: z}", 'xyz: ["atan2(1)", 0, 0]}, axis: z}', "atan2() takes 2 values"),
-    "outside a domain": ("xyz: [0.3, 0, 0]}, axis: z}", "xyz: [acos(2), 0, 0]}, axis: z}", "acos(2) has no value"),
-    "unknown function": ("xyz: [0.3, 0, 0]}, axis: z}", "xyz: [exp(2), 0, 0]}, axis: z}", "and sqrt, abs, sin, cos"),
+    "two arguments": (
+        "xyz: [0.3, 0, 0]}, axis: z}",
+        'xyz: ["sin(1, 2)", 0, 0]}, axis: z}',
+        "sin() takes 1 value",
+    ),
+    "one argument": (
+        "xyz: [0.3, 0, 0]}, axis: z}",
+        'xyz: ["atan2(1)", 0, 0]}, axis: z}',
+        "atan2() takes 2 values",
+    ),
+    "outside a domain": (
+        "xyz: [0.3, 0, 0]}, axis: z}",
+        "xyz: [acos(2), 0, 0]}, axis: z}",
+        "acos(2) has no value",
+    ),
+    "unknown function": (
+        "xyz: [0.3, 0, 0]}, axis: z}",
+        "xyz: [exp(2), 0, 0]}, axis: z}",
+        "and sqrt, abs, sin, cos",
+    ),
     "an attribute": (
         "xyz: [0.3, 0, 0]}, axis: z}",
         "xyz: [a.b, 0, 0]}, axis: z}",
         "something else than numbers, parameters",
     ),
-    "huge": ("xyz: [0.3, 0, 0]}, axis: z}", "xyz: [1e300, 0, 0]}, axis: z}", "expected a finite number"),
+    "huge": (
+        "xyz: [0.3, 0, 0]}, axis: z}",
+        "xyz: [1e300, 0, 0]}, axis: z}",
+        "expected a finite number",
+    ),
     "date": ("source: invented", "source: 2020-01-01", "expected text"),
     "no links": ("active: [q1, q4]", "active: []", "has 0 entries; expected 1"),
     "empty name": ("active: [q1, q4]", 'active: [q1, ""]', "is empty"),
@@ -114,7 +138,15 @@ def test_messages(old: str, new: str, words: str) -> None:
 
 
 def test_other_documents() -> None:
-    for text in ("", "3", "[1]", "a: &a [*a]", "? [1]\n: 2", "- " * 5000, HEAD + "x: !!python/name:os.system ''\n"):
+    for text in (
+        "",
+        "3",
+        "[1]",
+        "a: &a [*a]",
+        "? [1]\n: 2",
+        "- " * 5000,
+        HEAD + "x: !!python/name:os.system ''\n",
+    ):
         with pytest.raises(DescriptionError):
             parse(text)
 
@@ -172,6 +204,9 @@ def test_a_slip_anywhere_is_a_message_or_another_robot(path: Path) -> None:
     ],
 )
 def test_a_wrong_type_is_told_before_what_it_would_need(joint: str, words: str) -> None:
-    text = f"format: 1\nname: arm\nlinks: {{base: {{}}, arm: {{}}}}\njoints:\n  a: {joint}\nactive: [a]\n"
+    text = (
+        f"format: 1\nname: arm\nlinks: {{base: {{}}, arm: {{}}}}\njoints:\n  a: {joint}\nactive:"
+        " [a]\n"
+    )
     with pytest.raises(DescriptionError, match=words):
         parse_description(f"{text}end_effector: {{link: arm}}\n")

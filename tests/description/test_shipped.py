@@ -11,7 +11,15 @@ import pytest
 
 from hybrid_dynamics_core.description import RobotDescription
 from hybrid_dynamics_core.formats import read_description
-from tests.description.oracle import close, frame_pose, freedom, gaps, jacobian, link_pose, mass_matrix
+from tests.description.oracle import (
+    close,
+    frame_pose,
+    freedom,
+    gaps,
+    jacobian,
+    link_pose,
+    mass_matrix,
+)
 
 FOLDER = Path(str(resources.files("hybrid_dynamics_core"))) / "robots"
 NAMES = sorted(path.stem for path in FOLDER.glob("*.yaml"))
@@ -26,7 +34,9 @@ def robot_of(name: str) -> RobotDescription:
 
 def reference(robot: RobotDescription) -> dict[str, float]:
     """The closed configuration at the reference's active coordinates."""
-    return close(robot, {name: robot.reference.get(name, 0.0) for name in robot.active}, robot.reference)
+    return close(
+        robot, {name: robot.reference.get(name, 0.0) for name in robot.active}, robot.reference
+    )
 
 
 def passive(robot: RobotDescription) -> list[str]:

@@ -39,7 +39,9 @@ def told(text: str) -> str:
 @pytest.mark.parametrize(("name", "hint"), [("ground", "base"), ("bsae", "base")])
 def test_a_base_that_is_no_link_is_told_at_its_key(name: str, hint: str) -> None:
     text = told(four_bar("A") + f"base: {name}\n")
-    assert re.search(rf": base: there is no link '{name}' \(did you mean '{hint}'\?\); known: base, ", text)
+    assert re.search(
+        rf": base: there is no link '{name}' \(did you mean '{hint}'\?\); known: base, ", text
+    )
 
 
 def test_a_base_that_only_joints_name_is_a_link() -> None:
@@ -57,17 +59,25 @@ def test_a_base_that_only_joints_name_is_a_link() -> None:
         ("a:\n  - {x: 1}\n b: 2\n", 3, 2, (2, 3)),
     ],
 )
-def test_indentation_is_told_with_both_lines(text: str, line: int, column: int, above: tuple[int, int]) -> None:
-    assert told(text) == (
-        f"small.yaml:{line}: not valid YAML: the indentation does not fit: this line begins in column {column}, the "
-        f"entry above it (line {above[0]}) in column {above[1]}; entries that belong together begin in one column, "
-        "parts of an entry further right"
+def test_indentation_is_told_with_both_lines(
+    text: str, line: int, column: int, above: tuple[int, int]
+) -> None:
+    assert (
+        told(text)
+        == f"small.yaml:{line}: not valid YAML: the indentation does not fit: this line begins in"
+        f" column {column}, the entry above it (line {above[0]}) in column {above[1]}; entries"
+        " that belong together begin in one column, parts of an entry further right"
     )
 
 
 def test_tabs_and_second_colons_are_told_as_such() -> None:
-    assert "small.yaml:2: not valid YAML: a line is indented with a tab; indent with spaces" in told("a:\n\tx: 1\n")
-    assert "a second ':' in one line; put text that has one in quotes" in told("a: 1\nsource: of: somebody\n")
+    assert (
+        "small.yaml:2: not valid YAML: a line is indented with a tab; indent with spaces"
+        in told("a:\n\tx: 1\n")
+    )
+    assert "a second ':' in one line; put text that has one in quotes" in told(
+        "a: 1\nsource: of: somebody\n"
+    )
 
 
 def test_a_file_without_its_format_is_told_how_to_write_it() -> None:
@@ -77,13 +87,17 @@ def test_a_file_without_its_format_is_told_how_to_write_it() -> None:
 @pytest.mark.parametrize("value", ["18 kg", "70mm", "70 mm", "0.5 kg m^2", "1e3 N", "90°"])
 def test_units_are_fixed(value: str) -> None:
     text = told(four_bar("A").replace("tool: {mass: 0.5}", f"tool: {{mass: {value}}}"))
-    assert f"tool.mass: '{value}' has a unit; units are fixed: m, kg, s, N, rad (30*deg): write" in text
+    assert (
+        f"tool.mass: '{value}' has a unit; units are fixed: m, kg, s, N, rad (30*deg): write"
+        in text
+    )
 
 
 def test_a_type_that_does_not_fit_is_told_in_words_of_the_file() -> None:
     text = told(four_bar("A").replace("type: A", "type: B"))
     assert re.search(
-        r"in a loop of Type B the link of `k2` hangs on that of `arm`, but here '\w+' hangs on '\w+', not on '\w+'",
+        r"in a loop of Type B the link of `k2` hangs on that of `arm`, but here '\w+' hangs on"
+        r" '\w+', not on '\w+'",
         text,
     )
     assert "l_" not in text
@@ -93,10 +107,26 @@ def test_a_type_that_does_not_fit_is_told_in_words_of_the_file() -> None:
 @pytest.mark.parametrize(
     ("right", "wrong", "words"),
     [
-        ("tool: {mass: 0.5}", "tool: {mass: 3,2}", r"links\.tool\.2: unknown key; .* \(did you mean 'mass: 3\.2'\?\)"),
-        ("tool: {mass: 0.5}", "tool: {mass: '3,2'}", r"tool\.mass: '3,2' is no number; .* \(did you mean '3\.2'\?\)"),
-        ("tool: {mass: 0.5}", "tool: {mass: 1, com: [0,8, 0,1, 0]}", r"com: has 5 entries; expected 3; decimals are"),
-        ("format: 1\n", "format: 1\nparameters: {a: 0,65}\n", r"parameters: '65' is not a valid name.* as 0\.65"),
+        (
+            "tool: {mass: 0.5}",
+            "tool: {mass: 3,2}",
+            r"links\.tool\.2: unknown key; .* \(did you mean 'mass: 3\.2'\?\)",
+        ),
+        (
+            "tool: {mass: 0.5}",
+            "tool: {mass: '3,2'}",
+            r"tool\.mass: '3,2' is no number; .* \(did you mean '3\.2'\?\)",
+        ),
+        (
+            "tool: {mass: 0.5}",
+            "tool: {mass: 1, com: [0,8, 0,1, 0]}",
+            r"com: has 5 entries; expected 3; decimals are",
+        ),
+        (
+            "format: 1\n",
+            "format: 1\nparameters: {a: 0,65}\n",
+            r"parameters: '65' is not a valid name.* as 0\.65",
+        ),
     ],
     ids=["mapping", "text", "list", "parameter"],
 )
@@ -109,15 +139,22 @@ def test_decimal_commas_are_told_as_such(right: str, wrong: str, words: str) -> 
 def test_keys_and_lists_that_are_no_decimals_are_not_taken_for_some() -> None:
     text = four_bar("A")
     assert "decimals" not in told(text.replace("tool: {mass: 0.5}", "tool: {mass: 3, 2: 1}"))
-    assert "decimals" not in told(text.replace("tool: {mass: 0.5}", "tool: {mass: 1, com: [0.8, 0.1, 0, 0]}"))
+    assert "decimals" not in told(
+        text.replace("tool: {mass: 0.5}", "tool: {mass: 1, com: [0.8, 0.1, 0, 0]}")
+    )
 
 
 def test_a_link_among_the_active_joints_is_told_with_its_joint() -> None:
     text = told(re.sub(r"active: \[.*\]", "active: [tool]", four_bar("A")))
-    assert re.search(r"active\[0\]: 'tool' is a link; name the joint that moves it \(did you mean '\w+'\?\)", text)
+    assert re.search(
+        r"active\[0\]: 'tool' is a link; name the joint that moves it \(did you mean '\w+'\?\)",
+        text,
+    )
 
 
-@pytest.mark.parametrize(("key", "as_in"), [("active", "active: [q1, q2]"), ("end_effector", "end_effector: {link: ")])
+@pytest.mark.parametrize(
+    ("key", "as_in"), [("active", "active: [q1, q2]"), ("end_effector", "end_effector: {link: ")]
+)
 def test_what_is_missing_is_told_as_it_is_written(key: str, as_in: str) -> None:
     text = re.sub(rf"^{key}: .*\n", "", four_bar("A"), flags=re.MULTILINE)
     assert re.search(rf"missing '{key}'; name .*, as in `{re.escape(as_in)}", told(text))
@@ -125,7 +162,9 @@ def test_what_is_missing_is_told_as_it_is_written(key: str, as_in: str) -> None:
 
 def test_a_point_with_two_numbers_and_a_list_of_moments_are_told_with_the_form() -> None:
     text = four_bar("A")
-    assert "has 2 entries; expected 3, as in [x, y, z]" in told(re.sub(r"com: \[[^]]*\]", "com: [0.1, 0]", text))
+    assert "has 2 entries; expected 3, as in [x, y, z]" in told(
+        re.sub(r"com: \[[^]]*\]", "com: [0.1, 0]", text)
+    )
     moments = told(text.replace("tool: {mass: 0.5}", "tool: {mass: 0.5, inertia: [0.1, 0.1, 0.2]}"))
     assert "as in inertia: {xx: 0.1, yy: 0.1, zz: 0.1}" in moments
 
@@ -133,9 +172,15 @@ def test_a_point_with_two_numbers_and_a_list_of_moments_are_told_with_the_form()
 def test_two_pivots_about_different_axes_are_told_both() -> None:
     """Nothing tells which of the two is wrong."""
     text = told(LIFT.replace("barrel, origin: {rpy: [pi/2, 0, 0]}", "barrel, origin: {}"))
-    assert "joints turn about different axes, 'q2' about [0, 0, 1] and 'q1' about [0, -1, 0]; mend the rpy" in text
+    assert (
+        "joints turn about different axes, 'q2' about [0, 0, 1] and 'q1' about [0, -1, 0]; mend"
+        " the rpy" in text
+    )
 
 
 def test_a_loop_that_was_forgotten_is_thought_of() -> None:
     text = told(re.sub(r"loops:\n(  .*\n)+", "", LIFT))
-    assert "name 3: besides those named, q1, q2; or a loop is missing: nothing is tied to 'rod'" in text
+    assert (
+        "name 3: besides those named, q1, q2; or a loop is missing: nothing is tied to 'rod'"
+        in text
+    )

@@ -33,7 +33,8 @@ def joint(name: str, kind: str, ends: tuple[str, str], origin: str = "", more: s
 LIMITS = '<limit lower="-1.5" upper="2" effort="10" velocity="1"/>'
 NO_LIMITS = '<limit lower="0" upper="0" effort="10" velocity="1"/>'
 ARM = (
-    '<?xml version="1.0"?>\n<robot name="invented arm">\n  <material name="grey"/>\n  <link name="world"/>\n'
+    '<?xml version="1.0"?>\n<robot name="invented arm">\n  <material name="grey"/>\n  <link'
+    ' name="world"/>\n'
     + body("stand", 30)
     + body("upper-arm", 4, "0.1 0.02 -0.03", "0.3 -0.2 0.7", "<visual><geometry/></visual>")
     + body("plate", 1.5, "0 0 0.1")
@@ -41,7 +42,13 @@ ARM = (
     + '  <link name="massless"/>\n'
     + body("tool", 0.5)
     + joint("to_stand", "fixed", ("world", "stand"), "0 0 0.4 | 0 0 0.3")
-    + joint("shoulder", "revolute", ("stand", "upper-arm"), "0.1 0 0.2 | 0.1 0.2 0.3", f'<axis xyz="0 2 0"/>{LIMITS}')
+    + joint(
+        "shoulder",
+        "revolute",
+        ("stand", "upper-arm"),
+        "0.1 0 0.2 | 0.1 0.2 0.3",
+        f'<axis xyz="0 2 0"/>{LIMITS}',
+    )
     + joint("to_plate", "fixed", ("upper-arm", "plate"), "0.3 0 0 | 0 1 0")
     + joint("rail", "prismatic", ("plate", "slide"), "0 0.1 0", NO_LIMITS)
     + joint("wrist", "continuous", ("slide", "massless"), "", '<axis xyz="0 0.6 0.8"/>')
@@ -63,7 +70,9 @@ def pinocchio_state(text: str, s: dict[str, float]) -> tuple[pin.Model, pin.Data
     q = pin.neutral(model)
     for name, value in s.items():
         joint = model.joints[model.getJointId(name)]
-        q[joint.idx_q : joint.idx_q + joint.nq] = [value] if joint.nq == 1 else [np.cos(value), np.sin(value)]
+        q[joint.idx_q : joint.idx_q + joint.nq] = (
+            [value] if joint.nq == 1 else [np.cos(value), np.sin(value)]
+        )
     data = model.createData()
     pin.framesForwardKinematics(model, data, q)
     pin.crba(model, data, q)
@@ -162,10 +171,14 @@ def test_mimic_joints_follow(tmp_path: Path) -> None:
     assert robot.active == ("motor", "knee")
     follower = robot.mimics["hinge"]
     assert (follower.source, follower.multiplier, follower.offset) == ("motor", -2, 0.1)
-    with pytest.raises(DescriptionError, match=r"active\[1\]: 'hinge' follows 'motor', which is active too"):
+    with pytest.raises(
+        DescriptionError, match=r"active\[1\]: 'hinge' follows 'motor', which is active too"
+    ):
         read_urdf(tmp_path / "robot.urdf", active=["motor", "hinge"])
     write(tmp_path, text.replace('mimic joint="motor"', 'mimic joint="moter"'))
-    with pytest.raises(DescriptionError, match=r"robot\.urdf:10: joints\.hinge\.mimic\.joint: .* mean 'motor'"):
+    with pytest.raises(
+        DescriptionError, match=r"robot\.urdf:10: joints\.hinge\.mimic\.joint: .* mean 'motor'"
+    ):
         read_urdf(tmp_path / "robot.urdf")
     write(tmp_path, text.replace('mimic joint="motor"', 'mimic joint="hinge"'))
     with pytest.raises(DescriptionError, match="'hinge' follows itself"):
@@ -176,7 +189,9 @@ def test_spherical_universal_and_fixed_in_place_of_joints(tmp_path: Path) -> Non
     write(tmp_path, BARS)
     replace = "{file: robot.urdf, replace: {knee: SPHERICAL, hinge: UJOINT_ZX, motor: fixed}}"
     text = FORMAT.replace("urdf: robot.urdf", f"urdf: {replace}").replace("[motor]", "[knee_X]")
-    robot = read_description(write(tmp_path, text.replace("{motor: 1, knee: 0.3}", "{}"), "bars.yaml"))
+    robot = read_description(
+        write(tmp_path, text.replace("{motor: 1, knee: 0.3}", "{}"), "bars.yaml")
+    )
     assert list(robot.joints) == ["knee_X", "knee_Y", "knee_Z", "hinge_Z", "hinge_X"]
     assert [robot.joints[f"knee_{axis}"].child for axis in "XYZ"] == ["knee_X", "knee_Y", "coupler"]
     assert "crank" not in robot.links
@@ -199,8 +214,18 @@ CASES = {
         "has a document type",
     ),
     "not closed": ("</robot>", "", 13, "not valid XML: no element found"),
-    "floating": ('"motor" type="continuous"', '"motor" type="floating"', 8, "a base that moves freely is not covered"),
-    "ball": ('"motor" type="continuous"', '"motor" type="ball"', 8, "joints.motor.type: is 'ball'; expected one of"),
+    "floating": (
+        '"motor" type="continuous"',
+        '"motor" type="floating"',
+        8,
+        "a base that moves freely is not covered",
+    ),
+    "ball": (
+        '"motor" type="continuous"',
+        '"motor" type="ball"',
+        8,
+        "joints.motor.type: is 'ball'; expected one of",
+    ),
     "no parent": ('<parent link="crank"/>', "", 9, "joints.knee.parent: has no <parent link=...>"),
     "no such parent": (
         '<parent link="crank"/>',
@@ -220,13 +245,33 @@ CASES = {
         None,
         "are without a parent (ground, end_A)",
     ),
-    "name used twice": ('<link name="end_A"/>', '<link name="crank"/>', 6, "'crank' is given twice in links (first in"),
-    "joint twice": ('joint name="hinge"', 'joint name="knee"', 10, "'knee' is given twice in joints"),
+    "name used twice": (
+        '<link name="end_A"/>',
+        '<link name="crank"/>',
+        6,
+        "'crank' is given twice in links (first in",
+    ),
+    "joint twice": (
+        'joint name="hinge"',
+        'joint name="knee"',
+        10,
+        "'knee' is given twice in joints",
+    ),
     "no name": ('<link name="end_A"/>', "<link/>", 6, "a <link> has no name"),
     "negative mass": ('<mass value="1"/>', '<mass value="-1"/>', 3, "links.crank.mass: is -1 kg"),
     "no mass": ('<mass value="1"/>', "", 3, "<inertial> has no <mass>"),
-    "mass of text": ('<mass value="1"/>', '<mass value="one"/>', 3, '<mass> value="one"; expected a number'),
-    "two numbers": ('xyz="0.05 0 0"', 'xyz="0.05 0"', 3, '<origin> xyz="0.05 0"; expected 3 numbers'),
+    "mass of text": (
+        '<mass value="1"/>',
+        '<mass value="one"/>',
+        3,
+        '<mass> value="one"; expected a number',
+    ),
+    "two numbers": (
+        'xyz="0.05 0 0"',
+        'xyz="0.05 0"',
+        3,
+        '<origin> xyz="0.05 0"; expected 3 numbers',
+    ),
     "not finite": ('xyz="0.05 0 0"', 'xyz="0.05 0 nan"', 3, "expected 3 numbers"),
     "triangle": ('ixx="0.01"', 'ixx="9"', 3, "no rigid body has principal"),
     "axis without length": (
@@ -235,8 +280,18 @@ CASES = {
         8,
         "motor.axis: the axis has no length",
     ),
-    "xacro": ('<robot name="bars">', '<robot xmlns:xacro="x"><xacro:p/>', 1, "run it through xacro first"),
-    "loop joint": ("</robot>", '<loop_joint name="l"/></robot>', 13, "give the loop under closures"),
+    "xacro": (
+        '<robot name="bars">',
+        '<robot xmlns:xacro="x"><xacro:p/>',
+        1,
+        "run it through xacro first",
+    ),
+    "loop joint": (
+        "</robot>",
+        '<loop_joint name="l"/></robot>',
+        13,
+        "give the loop under closures",
+    ),
     "cycle": (
         '<parent link="ground"/><child link="crank"/>',
         '<parent link="end_A"/><child link="crank"/>',
@@ -271,9 +326,17 @@ def test_unknown_root_and_too_deep(tmp_path: Path) -> None:
 
 def test_wrong_names_beside_a_urdf(tmp_path: Path) -> None:
     path = write(tmp_path, BARS)
-    with pytest.raises(DescriptionError, match=r"closures\.pin\.between\.end_a: .* \(did you mean 'end_A'"):
-        read_urdf(path, {"pin": {"kind": "point", "between": {"end_a": [0, 0, 0], "end_B": [0, 0, 0]}}}, ["motor"])
-    with pytest.raises(DescriptionError, match=r"active\[0\]: there is no joint 'moter' \(did you mean 'motor'"):
+    with pytest.raises(
+        DescriptionError, match=r"closures\.pin\.between\.end_a: .* \(did you mean 'end_A'"
+    ):
+        read_urdf(
+            path,
+            {"pin": {"kind": "point", "between": {"end_a": [0, 0, 0], "end_B": [0, 0, 0]}}},
+            ["motor"],
+        )
+    with pytest.raises(
+        DescriptionError, match=r"active\[0\]: there is no joint 'moter' \(did you mean 'motor'"
+    ):
         read_urdf(path, PIN, ["moter"])
     with pytest.raises(DescriptionError, match="active: with closures, name the driven joints"):
         read_urdf(path, PIN)
@@ -281,19 +344,30 @@ def test_wrong_names_beside_a_urdf(tmp_path: Path) -> None:
         read_urdf(path, PIN, ["motor"], "tip")
     with pytest.raises(DescriptionError, match="unknown key"):
         read_urdf(path, PIN, ["motor"], referense={"motor": 1})
-    with pytest.raises(DescriptionError, match=r"bars\.yaml:3: urdf: there is no file .*robt\.urdf"):
+    with pytest.raises(
+        DescriptionError, match=r"bars\.yaml:3: urdf: there is no file .*robt\.urdf"
+    ):
         read_description(write(tmp_path, FORMAT.replace("robot.urdf", "robt.urdf"), "bars.yaml"))
-    wrong = FORMAT.replace("urdf: robot.urdf", "urdf: {file: robot.urdf, replace: {kne: SPHERICAL}}")
-    with pytest.raises(DescriptionError, match=r"urdf\.replace\.kne: there is no joint 'kne' .*mean 'knee'"):
+    wrong = FORMAT.replace(
+        "urdf: robot.urdf", "urdf: {file: robot.urdf, replace: {kne: SPHERICAL}}"
+    )
+    with pytest.raises(
+        DescriptionError, match=r"urdf\.replace\.kne: there is no joint 'kne' .*mean 'knee'"
+    ):
         read_description(write(tmp_path, wrong, "bars.yaml"))
     wrong = wrong.replace("kne: SPHERICAL", "knee: BALL")
-    with pytest.raises(DescriptionError, match=r"urdf\.replace\.knee: is 'BALL'; expected SPHERICAL, FIXED, UJOINT_XY"):
+    with pytest.raises(
+        DescriptionError,
+        match=r"urdf\.replace\.knee: is 'BALL'; expected SPHERICAL, FIXED, UJOINT_XY",
+    ):
         read_description(write(tmp_path, wrong, "bars.yaml"))
 
 
 def test_rounded_inertia_of_drawing_programs_passes(tmp_path: Path) -> None:
     plate = '<inertia ixx="0.0010" iyy="0.0010" izz="0.0020001"/>'
-    rounded = BARS.replace(BARS[BARS.index("<inertia ixx") : BARS.index("/>", BARS.index("<inertia ixx")) + 2], plate)
+    rounded = BARS.replace(
+        BARS[BARS.index("<inertia ixx") : BARS.index("/>", BARS.index("<inertia ixx")) + 2], plate
+    )
     assert read_urdf(write(tmp_path, rounded)).links["crank"].inertia[0, 1] == 0
 
 

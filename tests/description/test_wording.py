@@ -28,22 +28,27 @@ JOINT = ("joints", "a")
         ((), 3, ""),
     ],
 )
-def test_an_entry_is_shown_as_it_may_stand(path: tuple[str | int, ...], value: object, shown: str) -> None:
+def test_an_entry_is_shown_as_it_may_stand(
+    path: tuple[str | int, ...], value: object, shown: str
+) -> None:
     assert example(path, value) == shown
 
 
 def test_lines_told_in_one_are_parted() -> None:
     told = with_doubts("give a reference that closes", ["robot.yaml:3: 90 rad is 14.3 turns"])
-    assert one_line(told) == (
-        "give a reference that closes; perhaps for this reason: robot.yaml:3: 90 rad is 14.3 turns"
+    assert (
+        one_line(told)
+        == "give a reference that closes; perhaps for this reason: robot.yaml:3: 90 rad is 14.3"
+        " turns"
     )
     assert one_line("is wrong:\n   line 3,\n\n  line 4\n") == "is wrong: line 3, line 4"
     assert not one_line("")
 
 
 def test_a_name_that_there_is_not_is_told_with_those_that_there_are() -> None:
-    assert none_such("frame", "carier", ["base", "carrier"]) == (
-        "there is no frame 'carier' (did you mean 'carrier'?); known: base, carrier"
+    assert (
+        none_such("frame", "carier", ["base", "carrier"])
+        == "there is no frame 'carier' (did you mean 'carrier'?); known: base, carrier"
     )
     assert none_such("loop", "x", []) == "there is no loop 'x'; known: none"
     many = none_such("link", "x", (f"l{k}" for k in range(MANY + 1)))

@@ -1,13 +1,16 @@
 """The code blocks of a page, run in order as a reader would: in one folder, with one Python session and bash.
 
-* ```python: run; where lines begin with >>> the answers must be those that the page shows (... stands for anything).
+* ```python: run; where lines begin with >>> the answers must be those that the page shows (...
+  stands for anything).
 * ```bash: run line by line with `hybrid-dynamics` of this tree; every line must succeed.
-* ```console: lines after `$ ` are run; what the page shows must be what they print, in the same order.
+* ```console: lines after `$ ` are run; what the page shows must be what they print, in the same
+  order.
 * ```yaml: a robot is written to a file and loaded.
 * ```yaml and ```xml after a comment `<!-- file: NAME -->`: written to that file.
 
-A comment before a block says what else: `<!-- not run: REASON -->`; `<!-- needs LIBRARY -->`, run where there is that
-library; `<!-- beside the node -->`, which tests/ros/test_page_blocks.py runs beside the node that the page starts.
+A comment before a block says what else: `<!-- not run: REASON -->`; `<!-- needs LIBRARY -->`, run
+where there is that library; `<!-- beside the node -->`, which tests/ros/test_page_blocks.py runs
+beside the node that the page starts.
 """
 
 from __future__ import annotations
@@ -28,7 +31,8 @@ from hybrid_dynamics_core import load
 
 ROOT = Path(__file__).parents[2]
 FENCE = re.compile(
-    r"^(?:<!-- (?P<mark>[^\n]*?) -->\n+)?```(?P<language>\w+)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE
+    r"^(?:<!-- (?P<mark>[^\n]*?) -->\n+)?```(?P<language>\w+)\n(?P<text>.*?)^```$",
+    re.DOTALL | re.MULTILINE,
 )
 RUN = {"python", "bash", "console", "yaml", "xml"}
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
@@ -57,7 +61,9 @@ class Block:
 
     @property
     def lacks_a_library(self) -> bool:
-        return self.mark.startswith("needs ") and find_spec(self.mark.removeprefix("needs ")) is None
+        return (
+            self.mark.startswith("needs ") and find_spec(self.mark.removeprefix("needs ")) is None
+        )
 
     @property
     def starts_nodes(self) -> bool:
@@ -94,22 +100,34 @@ class Session:
         bin_folder = self.folder / ".bin"
         bin_folder.mkdir()
         for program, module in PROGRAMS.items():
-            (bin_folder / program).write_text(f'#!/bin/sh\nexec "{sys.executable}" {module} "$@"\n', encoding="utf-8")
+            (bin_folder / program).write_text(
+                f'#!/bin/sh\nexec "{sys.executable}" {module} "$@"\n', encoding="utf-8"
+            )
             (bin_folder / program).chmod(0o755)
-        paths = {"PATH": f"{bin_folder}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT), "COLUMNS": "120"}
+        paths = {
+            "PATH": f"{bin_folder}:{os.environ['PATH']}",
+            "PYTHONPATH": str(ROOT),
+            "COLUMNS": "120",
+        }
         self.environment = {**os.environ, **paths}
 
     def run(self, block: Block) -> None:
         """Run one block; blocks of other languages and those with a reason not to are passed over."""
-        if block.language in RUN and not (block.left_out or block.starts_nodes or block.lacks_a_library):
+        if block.language in RUN and not (
+            block.left_out or block.starts_nodes or block.lacks_a_library
+        ):
             getattr(self, f"_{block.language}")(block)
             self.ran.append(block)
 
     def _python(self, block: Block) -> None:
         if block.text.lstrip().startswith(">>>"):
-            example = doctest.DocTestParser().get_doctest(block.text, self.names, block.where, block.page, block.line)
+            example = doctest.DocTestParser().get_doctest(
+                block.text, self.names, block.where, block.page, block.line
+            )
             said: list[str] = []
-            doctest.DocTestRunner(optionflags=FLAGS, verbose=False).run(example, out=said.append, clear_globs=False)
+            doctest.DocTestRunner(optionflags=FLAGS, verbose=False).run(
+                example, out=said.append, clear_globs=False
+            )
             self.names.update(example.globs)
             assert not said, "".join(said)
         else:
@@ -126,7 +144,9 @@ class Session:
             got = self._shell(block, command, fails="Error:" in wanted)
             if wanted.strip():
                 same = doctest.OutputChecker().check_output(wanted, got, FLAGS)
-                assert same, f"{block.where}: {command}\nThe page shows:\n{wanted}\nIt prints:\n{got}"
+                assert same, (
+                    f"{block.where}: {command}\nThe page shows:\n{wanted}\nIt prints:\n{got}"
+                )
 
     def _shell(self, block: Block, script: str, *, fails: bool = False) -> str:
         if OWN.fullmatch(script.strip()):

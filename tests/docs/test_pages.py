@@ -12,7 +12,11 @@ import pytest
 
 from .blocks import ROOT, RUN, Session, blocks_of
 
-PAGES = ["README.md", "CONTRIBUTING.md", *sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("docs/**/*.md"))]
+PAGES = [
+    "README.md",
+    "CONTRIBUTING.md",
+    *sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("docs/**/*.md")),
+]
 MARKS = re.compile(r"not run: \w.+|beside the node|needs \w+|file: [\w.-]+|")
 OTHERS = {"text", "csv", "dockerfile", "json", "cmake"}  # languages of blocks that show something
 
@@ -32,11 +36,20 @@ def read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     return run
 
 
-LEFT = ("dynamics", "examples", "exchange", "figure_10", "performance", "view")  # pages tried with what they leave
+LEFT = (
+    "dynamics",
+    "examples",
+    "exchange",
+    "figure_10",
+    "performance",
+    "view",
+)  # pages tried with what they leave
 CHECKED = {"README.md", *(f"docs/{name}.md" for name in LEFT)}
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if page not in CHECKED and any(blocks_of(page))])
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if page not in CHECKED and any(blocks_of(page))]
+)
 def test_every_block_runs(read: Any, page: str) -> None:
     needs(page)
     read(page)
@@ -62,16 +75,25 @@ def needs(page: str) -> None:
 def test_every_block_is_run_or_says_why_not(page: str) -> None:
     for block in blocks_of(page):
         assert block.language in RUN | OTHERS, f"{block.where}: a block of {block.language}"
-        assert MARKS.fullmatch(block.mark) or block.language in OTHERS, f"{block.where}: what is '{block.mark}'?"
+        assert MARKS.fullmatch(block.mark) or block.language in OTHERS, (
+            f"{block.where}: what is '{block.mark}'?"
+        )
     fences = re.findall(r"^```\w+$", (ROOT / page).read_text(encoding="utf-8"), re.MULTILINE)
     assert len(fences) == len(list(blocks_of(page)))  # none is hidden by its form
 
 
 @pytest.mark.parametrize("page", PAGES)
 def test_links_to_files_lead_somewhere(page: str) -> None:
-    text = re.sub(r"^```.*?^```$", "", (ROOT / page).read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    text = re.sub(
+        r"^```.*?^```$",
+        "",
+        (ROOT / page).read_text(encoding="utf-8"),
+        flags=re.DOTALL | re.MULTILINE,
+    )
     links = re.findall(r"\]\(([^)\s#]+)[^)]*\)", text)
-    missing = [link for link in links if "://" not in link and not ((ROOT / page).parent / link).exists()]
+    missing = [
+        link for link in links if "://" not in link and not ((ROOT / page).parent / link).exists()
+    ]
     assert not missing
 
 
@@ -88,7 +110,9 @@ def test_python_of_the_readme_stands_alone() -> None:
     for block in blocks_of("README.md"):
         if block.language == "python" and " = load(" in block.text:
             names = [node for node in ast.walk(ast.parse(block.text)) if isinstance(node, ast.Name)]
-            made = {node.id for node in names if isinstance(node.ctx, ast.Store)} | set(dir(builtins))
+            made = {node.id for node in names if isinstance(node.ctx, ast.Store)} | set(
+                dir(builtins)
+            )
             made |= set(re.findall(r"\b\w+\b", " ".join(re.findall(r"import (.*)", block.text))))
             needed[block.where] = {node.id for node in names} - made
     assert len(needed) >= 5
@@ -106,7 +130,9 @@ def test_the_maps_of_the_examples_run(read: Any) -> None:
     needs("docs/examples.md")
     scope = read("docs/examples.md")
     assert scope["found"].extents.shape == (3, 2)
-    assert scope["found"].extents[2, 1] == pytest.approx(1.6, abs=0.01)  # b1 + L2 + L3 - b3, upright
+    assert scope["found"].extents[2, 1] == pytest.approx(
+        1.6, abs=0.01
+    )  # b1 + L2 + L3 - b3, upright
 
 
 def test_the_view_opens(read: Any) -> None:
@@ -150,4 +176,6 @@ def test_exchange_runs_and_does_what_it_says(read: Any) -> None:
     assert scope["efforts"][1] == pytest.approx(scope["efforts"][0], rel=1e-9)
     assert scope["drift"] < 1e-6
     assert len(scope["constraints"]) == 4
-    assert "plant" not in scope or scope["plant"].num_constraints() == 4  # Drake's block, where there is Drake
+    assert (
+        "plant" not in scope or scope["plant"].num_constraints() == 4
+    )  # Drake's block, where there is Drake

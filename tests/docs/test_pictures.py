@@ -14,7 +14,9 @@ pytest.importorskip("matplotlib")
 
 @pytest.fixture(scope="module")
 def tool() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("make_page_pictures", ROOT / "tools" / "make_page_pictures.py")
+    spec = importlib.util.spec_from_file_location(
+        "make_page_pictures", ROOT / "tools" / "make_page_pictures.py"
+    )
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -29,7 +31,9 @@ def test_every_robot_of_the_page_is_drawn_with_its_names(tool: ModuleType, tmp_p
     for name, robot in robots.items():
         assert f"images/own_robot/{name}.svg" in page
         drawn = (tool.ROBOTS / f"{name}.svg").read_text(encoding="utf-8")
-        missing = [joint for joint in robot.coordinates if not re.search(rf"[>, ]{joint}[<,]", drawn)]
+        missing = [
+            joint for joint in robot.coordinates if not re.search(rf"[>, ]{joint}[<,]", drawn)
+        ]
         assert not missing, f"{name}.svg lacks {missing}: run tools/make_page_pictures.py"
 
 
@@ -42,4 +46,6 @@ def test_the_lengths_drawn_are_those_of_the_file(tool: ModuleType, tmp_path: Pat
 
 
 def test_the_layers_drawn_are_those_that_are_held(tool: ModuleType) -> None:
-    assert tool.LAYERS.read_text(encoding="utf-8") == tool.layers_picture(), "run tools/make_page_pictures.py"
+    assert tool.LAYERS.read_text(encoding="utf-8") == tool.layers_picture(), (
+        "run tools/make_page_pictures.py"
+    )

@@ -4,7 +4,8 @@ from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.formats.reader import parse_description
 
 SHAPES = {
-    "wrist": """
+    "wrist": (
+        """
 links: {base: {}, a: {}, b: {}, c: {}, d: {}, e: {}, f: {}}
 joints:
   q1: {type: revolute, parent: base, child: a, axis: z}
@@ -16,8 +17,10 @@ joints:
 active: [q1, q2, q3, q4, q5, q6]
 end_effector: {link: f, xyz: [0.05, 0, 0]}
 reference: {q1: 0.5, q2: -0.3, q3: 0.5, q4: 0, q5: 0.5, q6: 0}
-""",
-    "gantry": """
+"""
+    ),
+    "gantry": (
+        """
 links: {base: {}, a: {mass: 1}, b: {mass: 1}, c: {mass: 1}}
 joints:
   x: {type: prismatic, parent: base, child: a, origin: {xyz: [0, 0, 1]}, axis: x, limits: [0, 1]}
@@ -26,8 +29,10 @@ joints:
 active: [x, y, z]
 end_effector: {link: c, xyz: [0, 0, -0.3]}
 reference: {x: 0.4, y: 0.3, z: -0.2}
-""",
-    "slider_crank": """
+"""
+    ),
+    "slider_crank": (
+        """
 links: {base: {}, crank: {}, rod: {}, piston: {}}
 joints:
   q1: {type: revolute, parent: base, child: crank, axis: y}
@@ -38,8 +43,10 @@ closures:
 active: [q1]
 end_effector: {link: piston, xyz: [0.05, 0, 0]}
 reference: {q1: -0.8, q2: 1.0, q3: 0.36}
-""",
-    "rssr": """
+"""
+    ),
+    "rssr": (
+        """
 links: {base: {}, crank: {}, cross: {}, rod: {}, rocker: {}}
 joints:
   q1: {type: revolute, parent: base, child: crank, axis: z}
@@ -51,8 +58,10 @@ closures:
 active: [q1]
 end_effector: {link: rocker, xyz: [0, 0, 0.3]}
 reference: {q1: 1.0, q2: 0.1, a: -1.2, b: -0.9}
-""",
-    "hinge_and_weld": """
+"""
+    ),
+    "hinge_and_weld": (
+        """
 links: {base: {}, a: {}, b: {}, c: {}}
 joints:
   q1: {type: revolute, parent: base, child: a, axis: z}
@@ -63,22 +72,27 @@ closures:
 active: [q1]
 end_effector: {link: c, xyz: [0.2, 0.1, 0]}
 reference: {q1: 1.0, q2: -0.5, q3: 1.6}
-""",
-    "pendulum": """
+"""
+    ),
+    "pendulum": (
+        """
 links: {base: {}, a: {}}
 joints:
   q: {type: revolute, parent: base, child: a, axis: y}
 active: [q]
 end_effector: {link: a, xyz: [0, 0, -1]}
 reference: {q: 0.3}
-""",
-    "point": """
+"""
+    ),
+    "point": (
+        """
 links: {base: {}, a: {}}
 joints:
   q: {type: revolute, parent: base, child: a, axis: y}
 active: [q]
 end_effector: {link: a}
-""",
+"""
+    ),
 }
 
 

@@ -15,11 +15,18 @@ from .shapes import SHAPES
 
 def test_a_shipped_robot_and_a_file_are_drawn(tmp_path) -> None:
     file = tmp_path / "pendulum.yaml"
-    file.write_text(f"format: 1\nname: pendulum\nsource: invented\n{SHAPES['pendulum']}", encoding="utf-8")
+    file.write_text(
+        f"format: 1\nname: pendulum\nsource: invented\n{SHAPES['pendulum']}", encoding="utf-8"
+    )
     main(["type_c", str(tmp_path / "type_c.svg")])
     main([str(file), str(tmp_path / "pendulum.png"), "--names", "all"])
     main(["type_c", str(tmp_path / "modes.svg"), "--modes"])
-    assert {path.name for path in tmp_path.iterdir()} == {"pendulum.yaml", "type_c.svg", "pendulum.png", "modes.svg"}
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "pendulum.yaml",
+        "type_c.svg",
+        "pendulum.png",
+        "modes.svg",
+    }
 
 
 @pytest.mark.parametrize(
@@ -43,7 +50,9 @@ def test_mistakes_end_with_one_message(arguments, words, tmp_path, monkeypatch, 
 def test_without_matplotlib_the_error_says_what_to_install(forging: Robot, monkeypatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     for function in (draw, draw_modes):
-        with pytest.raises(MissingPackageError, match=r"pip install matplotlib.*extra 'plot'") as raised:
+        with pytest.raises(
+            MissingPackageError, match=r"pip install matplotlib.*extra 'plot'"
+        ) as raised:
             function(forging)
         assert isinstance(raised.value, HybridDynamicsError)
         assert isinstance(raised.value, ImportError)

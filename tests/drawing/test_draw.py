@@ -30,7 +30,9 @@ def owners(found: set[str], kind: str) -> set[str]:
 
 
 def labels(figure: Figure) -> set[str]:
-    found = [artist for artist in figure.findobj(Text) if (artist.get_gid() or "").startswith("name:")]
+    found = [
+        artist for artist in figure.findobj(Text) if (artist.get_gid() or "").startswith("name:")
+    ]
     return {name for artist in found for name in artist.get_text().split(", ")}
 
 
@@ -46,7 +48,11 @@ def test_the_svg_holds_them_by_name_and_the_active_names_as_text(robot: Robot, t
     draw(robot, path=path)
     tree = ElementTree.parse(path)
     ids = {element.get("id") for element in tree.iter() if element.get("id")}
-    written = {"".join(element.itertext()).strip() for element in tree.iter() if element.tag.endswith("}text")}
+    written = {
+        "".join(element.itertext()).strip()
+        for element in tree.iter()
+        if element.tag.endswith("}text")
+    }
     assert owners(ids, "link") >= {robot.base_frame, *robot.description.links}
     assert owners(ids, "joint") >= set(robot.coordinates)
     assert written >= {*robot.active, robot.end_effector, robot.name}
@@ -78,7 +84,11 @@ def test_the_pin_of_the_key_looks_as_the_pins_of_the_picture(name: str, which: s
         if text.get_text() == f"pin that closes {which} loop"
     )
     closures = {f"closure:{closure.name}" for closure in robot_of(name).description.closures}
-    edges = {to_hex(artist.get_edgecolor()) for artist in figure.findobj(Polygon) if artist.get_gid() in closures}
+    edges = {
+        to_hex(artist.get_edgecolor())
+        for artist in figure.findobj(Polygon)
+        if artist.get_gid() in closures
+    }
     assert to_hex(handle.get_markeredgecolor()) in edges
 
 
@@ -90,14 +100,17 @@ def test_active_joints_and_no_others_have_the_colour_of_drives(robot: Robot) -> 
         if (patch.get_gid() or "").startswith("joint:") and to_hex(patch.get_facecolor()) == RED
     }
     assert red == set(robot.active)
-    assert owners(gids(figure), "drive") == {*robot.active, *(f"{name}.head" for name in robot.active)} | {
-        f"{name}.head.2" for name in robot.active if robot.joint_types[name] == "prismatic"
-    }
+    assert owners(gids(figure), "drive") == {
+        *robot.active,
+        *(f"{name}.head" for name in robot.active),
+    } | {f"{name}.head.2" for name in robot.active if robot.joint_types[name] == "prismatic"}
 
 
 def test_names_of_active_joints_do_not_hide_each_other(robot: Robot) -> None:
     figure = drawing_of(robot.name)
-    named = [artist for artist in figure.findobj(Text) if (artist.get_gid() or "").startswith("name:")]
+    named = [
+        artist for artist in figure.findobj(Text) if (artist.get_gid() or "").startswith("name:")
+    ]
     assert len(named) == len(robot.active) + 1
     boxes = [label.get_window_extent() for label in named]
     for one, other in combinations(boxes, 2):
@@ -109,13 +122,23 @@ def test_names_of_active_joints_do_not_hide_each_other(robot: Robot) -> None:
 
 def test_letters_of_axes_stand_on_no_joint_and_no_arrow(robot: Robot) -> None:
     figure = drawing_of(robot.name)
-    letters = [artist for artist in figure.findobj(Text) if (artist.get_gid() or "").startswith("letter:")]
-    assert len(letters) >= 2  # of the end effector's frame; an axis along the view has a mark instead
-    symbols = [patch for patch in figure.findobj(Polygon) if (patch.get_gid() or "").startswith(("joint:", "drive:"))]
+    letters = [
+        artist for artist in figure.findobj(Text) if (artist.get_gid() or "").startswith("letter:")
+    ]
+    assert (
+        len(letters) >= 2
+    )  # of the end effector's frame; an axis along the view has a mark instead
+    symbols = [
+        patch
+        for patch in figure.findobj(Polygon)
+        if (patch.get_gid() or "").startswith(("joint:", "drive:"))
+    ]
     for letter in letters:
         middle = np.mean(letter.get_window_extent().get_points(), axis=0)
         for symbol in symbols:
-            assert not symbol.get_path().transformed(symbol.get_transform()).contains_point(middle), symbol.get_gid()
+            assert (
+                not symbol.get_path().transformed(symbol.get_transform()).contains_point(middle)
+            ), symbol.get_gid()
 
 
 @pytest.mark.parametrize("direction", np.linspace(0.0, 2.0 * np.pi, 25))
@@ -130,8 +153,12 @@ WALL = np.array([[4.6, 0.0], [4.9, 0.0], [4.9, 10.0], [4.6, 10.0]])
 FULL = np.array([[5.2, 0.0], [10.0, 0.0], [10.0, 10.0], [5.2, 10.0]])
 
 
-@pytest.mark.parametrize(("walls", "leaders"), [([FULL], 0), ([FULL, WALL], 1)], ids=["free", "behind a body"])
-def test_a_name_behind_a_body_has_a_line_to_what_it_names(walls: list[np.ndarray], leaders: int) -> None:
+@pytest.mark.parametrize(
+    ("walls", "leaders"), [([FULL], 0), ([FULL, WALL], 1)], ids=["free", "behind a body"]
+)
+def test_a_name_behind_a_body_has_a_line_to_what_it_names(
+    walls: list[np.ndarray], leaders: int
+) -> None:
     figure = Figure(figsize=(4.0, 4.0))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set(xlim=(0.0, 10.0), ylim=(0.0, 10.0))
@@ -147,8 +174,17 @@ def test_a_name_stands_on_no_outline_however_long_that_is(reach: float) -> None:
     axes = Figure(figsize=(5, 5)).add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set(xlim=(0.0, 10.0), ylim=(0.0, 10.0))
     edge = 5.25
-    body = np.array([[5.0 - reach, edge], [5.0 + reach, edge], [5.0 + reach, 4.0 * reach], [5.0 - reach, 4.0 * reach]])
-    label = Label("a longer name", np.array([5.0, 5.0]), 0.05, {"fontsize": 8}, "name:link:rod", RED)
+    body = np.array(
+        [
+            [5.0 - reach, edge],
+            [5.0 + reach, edge],
+            [5.0 + reach, 4.0 * reach],
+            [5.0 - reach, 4.0 * reach],
+        ]
+    )
+    label = Label(
+        "a longer name", np.array([5.0, 5.0]), 0.05, {"fontsize": 8}, "name:link:rod", RED
+    )
     Labeller(axes, [(body, 0.0)]).place([label])  # its ground is no reason to stand elsewhere
     (text,) = axes.texts
     box = text.get_window_extent()
@@ -162,7 +198,9 @@ def test_the_name_of_the_base_keeps_off_the_axis_of_the_column(name: str) -> Non
     figure = draw(robot, names="all")
     (axes,) = figure.axes
     figure.canvas.draw()
-    (box,) = (t.get_window_extent() for t in axes.texts if t.get_gid() == f"name:link:{robot.base_frame}")
+    (box,) = (
+        t.get_window_extent() for t in axes.texts if t.get_gid() == f"name:link:{robot.base_frame}"
+    )
     dashed = [line for line in axes.lines if line.get_linestyle() not in ("-", "None")]
     assert dashed
     for line in dashed:
@@ -176,7 +214,11 @@ def test_no_line_to_a_name_runs_under_another_name(name: str) -> None:
     (axes,) = figure.axes[:1]
     figure.canvas.draw()
     names = [text for text in axes.texts if (text.get_gid() or "").startswith("name:")]
-    leaders = [axes.transData.transform(line.get_xydata()) for line in axes.lines if line.get_zorder() == 19]
+    leaders = [
+        axes.transData.transform(line.get_xydata())
+        for line in axes.lines
+        if line.get_zorder() == 19
+    ]
     assert names
     for ends in leaders:
         inner = np.linspace(*ends, 50)[:-2]  # its end touches its own name

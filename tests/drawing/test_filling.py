@@ -25,14 +25,21 @@ active: [q1, q2]
 end_effector: {link: fore, xyz: [0.6, 0, 0]}
 reference: {q2: 1}
 """
-INNER, OUTER = (np.sqrt(1.36 + 1.2 * np.cos(q2)) for q2 in (np.pi / 2, 0.5))  # [m] what q2 lets the arm reach
+INNER, OUTER = (
+    np.sqrt(1.36 + 1.2 * np.cos(q2)) for q2 in (np.pi / 2, 0.5)
+)  # [m] what q2 lets the arm reach
 
 
 @cache
 def map_of(name: str, count: int) -> tuple[Robot, Map]:
     robot = Robot(parse_description(ARM)) if name == "two_links" else robot_of(name)
     (plane,) = choose_planes(robot)
-    return robot, filled(robot, robot.workspace(count), [plane.points], lambda s: values_of(s, "singularity"))[0]
+    return (
+        robot,
+        filled(
+            robot, robot.workspace(count), [plane.points], lambda s: values_of(s, "singularity")
+        )[0],
+    )
 
 
 def test_the_outline_is_that_of_the_workspace() -> None:
@@ -52,7 +59,9 @@ def test_no_cell_inside_is_far_from_a_place_that_was_reached() -> None:
     """Of an arm with concave edges, where closing gaps could invent reach: cells against a grid of the cylinders."""
     robot, drawn = map_of("excavator", 8_000)
     low, high = robot.limits[1:].T
-    grid = np.stack(np.meshgrid(*np.linspace(low, high, 60).T, indexing="ij"), axis=-1).reshape(-1, 3)
+    grid = np.stack(np.meshgrid(*np.linspace(low, high, 60).T, indexing="ij"), axis=-1).reshape(
+        -1, 3
+    )
     (plane,) = choose_planes(robot)
     samples = margins_at(robot, np.column_stack([np.full(len(grid), robot.reference[0]), grid]))
     points = plane.points(samples)[samples.reachable]
@@ -85,6 +94,8 @@ def test_values_are_the_least_that_is_found_behind_a_point() -> None:
 def test_the_same_call_gives_the_same_map() -> None:
     robot, drawn = map_of("two_links", 4_000)
     (plane,) = choose_planes(robot)
-    again = filled(robot, robot.workspace(4_000), [plane.points], lambda s: values_of(s, "singularity"))[0]
+    again = filled(
+        robot, robot.workspace(4_000), [plane.points], lambda s: values_of(s, "singularity")
+    )[0]
     assert np.array_equal(again.inside, drawn.inside)
     assert again.values == pytest.approx(drawn.values, nan_ok=True, abs=0.0)

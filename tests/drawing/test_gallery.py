@@ -12,7 +12,9 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @pytest.fixture(scope="module")
 def pictures():
-    spec = importlib.util.spec_from_file_location("make_pictures", ROOT / "tools" / "make_pictures.py")
+    spec = importlib.util.spec_from_file_location(
+        "make_pictures", ROOT / "tools" / "make_pictures.py"
+    )
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -25,6 +27,8 @@ def test_the_page_is_up_to_date(pictures) -> None:
 
 def test_every_picture_of_the_page_is_there_and_small(pictures) -> None:
     folder = ROOT / "docs" / pictures.IMAGES
-    wanted = {f"{name}.svg" for name in shipped_robots()} | {f"{name}_modes.svg" for name in pictures.MODES}
+    wanted = {f"{name}.svg" for name in shipped_robots()} | {
+        f"{name}_modes.svg" for name in pictures.MODES
+    }
     assert {path.name for path in folder.iterdir()} == wanted
     assert all(path.stat().st_size < pictures.LARGEST for path in folder.iterdir())

@@ -61,7 +61,10 @@ def test_panels_have_room_for_all_names() -> None:
 def test_modes_may_be_fewer_and_are_written(tmp_path) -> None:
     path = tmp_path / "modes.svg"
     written = titles(draw_modes(robot_of("excavator"), path=path, most=2))
-    assert [text.split()[1] for text in written] == ["1", "9"]  # the first, and the robot's own under its own number
+    assert [text.split()[1] for text in written] == [
+        "1",
+        "9",
+    ]  # the first, and the robot's own under its own number
     assert "the robot's own" in written[1]
     text = path.read_text(encoding="utf-8")
     assert "assembly modes" in text
@@ -76,7 +79,9 @@ def test_where_no_loop_closes_there_is_nothing_to_draw(forging: Robot) -> None:
 def unlimited() -> Robot:
     """A slider-crank whose slide has no limits: its rail is as long as it is needed."""
     text = re.sub(r", limits: [^}]*", "", SHAPES["slider_crank"])
-    return Robot(parse_description(f"format: 1\nname: slider_crank\n{text}", file="slider_crank.yaml"))
+    return Robot(
+        parse_description(f"format: 1\nname: slider_crank\n{text}", file="slider_crank.yaml")
+    )
 
 
 STANDING = {  # robots whose modes lie on both sides of what holds them
@@ -100,16 +105,28 @@ def test_ground_is_the_same_in_every_mode_and_where_the_base_holds_joints(make) 
             np.testing.assert_allclose(points, panels[0][name], atol=1e-12)
     for axes, mode in zip(draw_modes(mechanism).axes, modes, strict=True):
         scene = make_scene(mechanism, mode.state, make_scene(mechanism, None))
-        radius = 1.8 * scene.unit  # marks are larger where modes take more room than the reference, by this at most
+        radius = (
+            1.8 * scene.unit
+        )  # marks are larger where modes take more room than the reference, by this at most
         skeleton = place(mechanism, mode.state)
-        held = [scene.view.flat(j.start) for j in skeleton.joints if j.parent == skeleton.base and j.type == "revolute"]
-        rails = [scene.view.flat(rail(j)) for j in skeleton.joints if j.parent == "base" and j.type == "prismatic"]
+        held = [
+            scene.view.flat(j.start)
+            for j in skeleton.joints
+            if j.parent == skeleton.base and j.type == "revolute"
+        ]
+        rails = [
+            scene.view.flat(rail(j))
+            for j in skeleton.joints
+            if j.parent == "base" and j.type == "prismatic"
+        ]
         places = [np.mean(points, axis=0) for points in _ground(axes).values()]
         assert len(places) == len(held) + len(rails)
         for at in held:
             assert min(np.linalg.norm(at - place_) for place_ in places) < 5.0 * radius
         for low, high in rails:
-            inside = [p for p in places if low[0] <= p[0] <= high[0] and abs(p[1] - low[1]) < 3.0 * radius]
+            inside = [
+                p for p in places if low[0] <= p[0] <= high[0] and abs(p[1] - low[1]) < 3.0 * radius
+            ]
             assert inside
 
 
@@ -138,7 +155,9 @@ def test_long_names_of_loops_go_on_in_the_next_line() -> None:
     for text in titles(figure_of("gough")):
         lines = text.splitlines()
         assert max(map(len, lines)) <= 34  # letters of 0.07 in, in panels of 2.4 in
-        assert "".join(lines[1:]).replace(" ", "").startswith("leg_A+leg_B+leg_C+leg_D+leg_E+leg_F:")
+        assert (
+            "".join(lines[1:]).replace(" ", "").startswith("leg_A+leg_B+leg_C+leg_D+leg_E+leg_F:")
+        )
 
 
 def test_the_key_tells_what_occurs_in_any_of_the_modes() -> None:

@@ -44,9 +44,13 @@ def test_planes_are_chosen_for_the_robot(name, tmp_path) -> None:
     figure = draw_workspace(robot, found, path)
     assert [axes.get_title(loc="left") for axes in figure.axes[:-1]] == PANELS[name]
     *panels, key = (axes.get_position() for axes in figure.axes)
-    assert len({(round(panel.y0, 9), round(panel.y1, 9)) for panel in panels}) == 1  # their titles stand in one line
+    assert (
+        len({(round(panel.y0, 9), round(panel.y1, 9)) for panel in panels}) == 1
+    )  # their titles stand in one line
     assert key.x0 == pytest.approx(panels[0].x0)
-    assert key.x1 == pytest.approx(panels[-1].x1) or key.width * figure.get_figwidth() == pytest.approx(5.2)
+    assert key.x1 == pytest.approx(
+        panels[-1].x1
+    ) or key.width * figure.get_figwidth() == pytest.approx(5.2)
     text = path.read_text(encoding="utf-8")
     for link in robot.description.links:  # the robot's own skeleton is in the picture
         if link != robot.base_frame and robot.description.links[link].mass:
@@ -70,8 +74,16 @@ def test_a_turning_arm_is_turned_back() -> None:
 
 
 def test_a_column_that_does_not_turn_round_is_seen_from_above_too() -> None:
-    text = resources.files("hybrid_dynamics_core").joinpath("robots/type_d.yaml").read_text(encoding="utf-8")
-    robot = Robot(parse_description(text.replace("axis: z, limits: [-pi, pi]}", "axis: z, limits: [-1, 1]}", 1)))
+    text = (
+        resources.files("hybrid_dynamics_core")
+        .joinpath("robots/type_d.yaml")
+        .read_text(encoding="utf-8")
+    )
+    robot = Robot(
+        parse_description(
+            text.replace("axis: z, limits: [-pi, pi]}", "axis: z, limits: [-1, 1]}", 1)
+        )
+    )
     assert robot.limits[0].tolist() == [-1.0, 1.0]
     titles = [plane.title for plane in choose_planes(robot)]
     assert titles == ["in the plane of the arm, at any q1", "seen from above"]
@@ -86,10 +98,20 @@ def test_values_are_those_of_reachable_samples() -> None:
 
 @pytest.mark.parametrize(
     ("largest", "top"),
-    [(0.236, 0.25), (0.25, 0.25), (0.0103, 0.015), (0.62, 0.65), (0.97, 1.0), (1.0, 1.0), (0.0, 1.0)],
+    [
+        (0.236, 0.25),
+        (0.25, 0.25),
+        (0.0103, 0.015),
+        (0.62, 0.65),
+        (0.97, 1.0),
+        (1.0, 1.0),
+        (0.0, 1.0),
+    ],
 )
 def test_colours_end_at_the_largest_value_rounded_up(largest: float, top: float) -> None:
-    assert top_of([np.array([np.nan, 0.0]), np.array([largest, largest / 2.0])]) == pytest.approx(top)
+    assert top_of([np.array([np.nan, 0.0]), np.array([largest, largest / 2.0])]) == pytest.approx(
+        top
+    )
     assert top_of([np.array([np.nan])]) == 1.0
 
 
@@ -101,7 +123,9 @@ def test_the_bar_says_where_the_colours_end() -> None:
     top = bar.get_xlim()[1]
     assert 0.5 < drawn <= top < 1.0
     assert bar.get_title(loc="left").endswith(f"1 best; colours up to {top:.3g})")
-    assert {panel.collections[0].get_clim() for panel in figure.axes[:-1]} == {(0.0, top)}  # one scale for all
+    assert {panel.collections[0].get_clim() for panel in figure.axes[:-1]} == {
+        (0.0, top)
+    }  # one scale for all
 
 
 def test_one_active_joint_gives_a_line_in_the_colours_of_its_margin() -> None:
@@ -114,7 +138,9 @@ def test_one_active_joint_gives_a_line_in_the_colours_of_its_margin() -> None:
     ends = np.array(coloured.get_segments())
     places = robot.forward_kinematics(robot.close(found.samples.first(found.spread).u)).position
     assert len(ends) == len(places) - 1
-    assert np.hypot(*np.diff(ends, axis=1)[:, 0].T).max() < 0.02  # neighbours of that joint, not as they were drawn
+    assert (
+        np.hypot(*np.diff(ends, axis=1)[:, 0].T).max() < 0.02
+    )  # neighbours of that joint, not as they were drawn
     assert np.linalg.norm(ends - [0.3, 0.0], axis=2) == pytest.approx(0.2, abs=1e-12)
     assert np.ptp(ends[:, 0, 0]) > 0.1
     margin = np.sort(found.samples.first(found.spread).singularity)
@@ -125,9 +151,9 @@ def test_one_active_joint_gives_a_line_in_the_colours_of_its_margin() -> None:
 
 
 def test_a_line_has_gaps_where_nothing_closes() -> None:
-    limited = ROCKER.replace("[0.3, 0, 0]}, axis: z", "[0.3, 0, 0]}, axis: z, limits: [1.5, 3]").replace(
-        "q1: 1}", "q1: 2}"
-    )
+    limited = ROCKER.replace(
+        "[0.3, 0, 0]}, axis: z", "[0.3, 0, 0]}, axis: z, limits: [1.5, 3]"
+    ).replace("q1: 1}", "q1: 2}")
     robot = Robot(parse_description(limited))
     found = robot.workspace(400)
     samples = found.samples.first(found.spread)
@@ -145,7 +171,11 @@ def test_a_map_over_two_joints_shows_ends(tmp_path) -> None:
     figure = draw_margins(robot, ("q2", "p3"), path=path)
     axes = figure.axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("q2 [m]", "p3 [rad]")
-    ends = {round(float(line.get_xdata()[0]), 6) for line in axes.lines if len(set(line.get_xdata())) == 1}
+    ends = {
+        round(float(line.get_xdata()[0]), 6)
+        for line in axes.lines
+        if len(set(line.get_xdata())) == 1
+    }
     assert {0.02, 0.32} <= ends
     assert path.read_bytes().startswith(b"\x89PNG")
     words = [text.get_text() for text in figure.legends[0].get_texts()]
@@ -155,7 +185,9 @@ def test_a_map_over_two_joints_shows_ends(tmp_path) -> None:
 
 
 def test_toggle_points_are_told_from_limits() -> None:
-    figure = draw_margins(robot_of("forging_chu2020"), ("q12", "q22"), [0.0, 0.2, 0.1, 0.0], colour="singularity")
+    figure = draw_margins(
+        robot_of("forging_chu2020"), ("q12", "q22"), [0.0, 0.2, 0.1, 0.0], colour="singularity"
+    )
     words = [text.get_text() for text in figure.legends[0].get_texts()]
     assert "toggle point of a loop" in words
     assert "stroke end or limit" not in words
@@ -190,13 +222,21 @@ def test_letters_of_axes_stand_on_no_part_of_the_robot() -> None:
     assert len(bars) >= 2
     assert {text.get_text() for text in letters} >= {"x"}
     for text in letters:
-        middle = above.transData.inverted().transform(text.get_window_extent().get_points().mean(axis=0))
+        middle = above.transData.inverted().transform(
+            text.get_window_extent().get_points().mean(axis=0)
+        )
         assert not any(bar.get_path().contains_point(middle) for bar in bars)
 
 
-def test_colours_change_in_steps_that_are_not_seen_and_drawings_of_lines_stay_light(tmp_path) -> None:
+def test_colours_change_in_steps_that_are_not_seen_and_drawings_of_lines_stay_light(
+    tmp_path,
+) -> None:
     robot, path = robot_of("excavator"), tmp_path / "map.svg"
     figure = draw_workspace(robot, robot.workspace(3_000), path, colour="limits")
-    levels = next(areas.levels for areas in figure.axes[0].collections if len(getattr(areas, "levels", ())) > 2)
+    levels = next(
+        areas.levels
+        for areas in figure.axes[0].collections
+        if len(getattr(areas, "levels", ())) > 2
+    )
     assert np.diff(levels).max() < _STEP * np.ptp(levels)
     assert path.stat().st_size < 600_000  # [bytes]; 4 MB where every step is an outline

@@ -9,12 +9,21 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import InputError, MassSingularityError, Payload, Robot
-from hybrid_dynamics_core.control import ComputedTorque, FeedForward, GravityCompensation, JointTrajectory
+from hybrid_dynamics_core.control import (
+    ComputedTorque,
+    FeedForward,
+    GravityCompensation,
+    JointTrajectory,
+)
 from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.simulation import Settings, simulate
 from tests.mechanisms import mechanism
 
-FILE = resources.files("hybrid_dynamics_core").joinpath("robots/forging_chu2020.yaml").read_text(encoding="utf-8")
+FILE = (
+    resources.files("hybrid_dynamics_core")
+    .joinpath("robots/forging_chu2020.yaml")
+    .read_text(encoding="utf-8")
+)
 U = [0.3, 0.15, 0.175, 0.4]
 
 
@@ -28,7 +37,9 @@ def slender() -> Robot:
 
 def test_gripper_without_axial_inertia_is_refused_with_evidence(slender: Robot) -> None:
     state = slender.close(U)
-    with pytest.raises(MassSingularityError, match=r"accelerating q4 \(\+1\) takes no force") as caught:
+    with pytest.raises(
+        MassSingularityError, match=r"accelerating q4 \(\+1\) takes no force"
+    ) as caught:
         slender.forward_dynamics(state, np.ones(4))
     error = caught.value
     assert error.joint == "q4"
@@ -42,9 +53,14 @@ def test_so_is_every_other_call_that_needs_the_inverse(slender: Robot) -> None:
     path = JointTrajectory.between(U, np.add(U, [0.1, 0.01, 0.01, 0.1]), 1.0)
     calls = [
         lambda: slender.forward_dynamics_derivatives(state, still),
-        lambda: slender.forward_dynamics(state, slender.generalised_forces(state, {"q12": 1e3, "q22": -2e3})),
+        lambda: slender.forward_dynamics(
+            state, slender.generalised_forces(state, {"q12": 1e3, "q22": -2e3})
+        ),
         lambda: slender.motion_near(state)(state.u, state.du, still),
-        *(lambda m=m: simulate(slender, U, settings=Settings(method=m)) for m in ("DOP853", "RK45", "Radau", "LSODA")),
+        *(
+            lambda m=m: simulate(slender, U, settings=Settings(method=m))
+            for m in ("DOP853", "RK45", "Radau", "LSODA")
+        ),
         lambda: simulate(slender, U, settings=Settings(hold=0.01)),
         lambda: simulate(slender, U, None, ComputedTorque(slender, path, 10.0, 5.0)),
         lambda: simulate(slender, U, None, GravityCompensation(slender)),
@@ -69,8 +85,12 @@ def test_row_that_does_not_close_is_not_taken_for_it(slender: Robot) -> None:
 
 def test_rotor_mends_it(slender: Robot) -> None:
     state = slender.close(U)
-    loads = slender.loads.with_effects(armature=[0.01 if name == "q4" else 0.0 for name in slender.coordinates])
-    assert slender.forward_dynamics(state, [0, 0, 0, 1.0], loads)[3] == pytest.approx(100.0, rel=1e-9)
+    loads = slender.loads.with_effects(
+        armature=[0.01 if name == "q4" else 0.0 for name in slender.coordinates]
+    )
+    assert slender.forward_dynamics(state, [0, 0, 0, 1.0], loads)[3] == pytest.approx(
+        100.0, rel=1e-9
+    )
 
 
 def test_tilted_axes_hide_no_singularity() -> None:
@@ -126,12 +146,16 @@ class TestBadLoads:
     def test_names_and_rows(self, forging: Robot) -> None:
         state = forging.close(U)
         with pytest.raises(InputError, match="no frame 'l99'"):
-            forging.inverse_dynamics(state, np.zeros(4), forging.loads.with_wrench(np.ones(6), "l99"))
+            forging.inverse_dynamics(
+                state, np.zeros(4), forging.loads.with_wrench(np.ones(6), "l99")
+            )
         with pytest.raises(InputError, match="3 rows; it acts on 1 state"):
             forging.inverse_dynamics(state, np.zeros(4), forging.loads.with_wrench(np.ones((3, 6))))
         many = forging.close([U] * 3)
         with pytest.raises(InputError, match="2 rows; it acts on 3 states"):
-            forging.inverse_dynamics(many, np.zeros((3, 4)), forging.loads.with_wrench(np.ones((2, 6))))
+            forging.inverse_dynamics(
+                many, np.zeros((3, 4)), forging.loads.with_wrench(np.ones((2, 6)))
+            )
         with pytest.raises(InputError, match=r"tau has shape \(3,\)"):
             forging.forward_dynamics(state, np.zeros(3))
 
@@ -139,7 +163,8 @@ class TestBadLoads:
         state = forging.close(U)
         loads = forging.loads.with_wrench(np.ones(6), "base").with_payload(Payload(5.0), "base")
         assert np.array_equal(
-            forging.inverse_dynamics(state, np.ones(4), loads), forging.inverse_dynamics(state, np.ones(4))
+            forging.inverse_dynamics(state, np.ones(4), loads),
+            forging.inverse_dynamics(state, np.ones(4)),
         )
 
 

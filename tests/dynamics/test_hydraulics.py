@@ -23,7 +23,9 @@ from hybrid_dynamics_core import (
 )
 from tests.mechanisms import changed, mechanism
 
-BOOM = HydraulicCylinder("q12", bore=0.08, rod=0.05, stroke=(-0.05, 0.6), return_pressure=3e5, supply_pressure=2.5e7)
+BOOM = HydraulicCylinder(
+    "q12", bore=0.08, rod=0.05, stroke=(-0.05, 0.6), return_pressure=3e5, supply_pressure=2.5e7
+)
 STICK = HydraulicCylinder("q22", bore=0.06, rod=0.04, stroke=(-0.05, 0.25), sign=-1.0, count=2)
 U = [0.3, 0.15, 0.175, 0.4]
 
@@ -65,10 +67,14 @@ def test_oil_brings_in_the_power_of_the_joint(oiled: Robot) -> None:
     for k, name in ((1, "q12"), (2, "q22")):
         c = cylinders[name]
         assert float(c.force) == pytest.approx(tau[k])
-        assert c.cap_pressure * c.cap_flow + c.rod_pressure * c.rod_flow == pytest.approx(tau[k] * state.du[k])
+        assert c.cap_pressure * c.cap_flow + c.rod_pressure * c.rod_flow == pytest.approx(
+            tau[k] * state.du[k]
+        )
         assert c.power == pytest.approx(tau[k] * state.du[k])
     assert cylinders["q12"].demand == pytest.approx(0.05 * BOOM.cap_area)
-    assert cylinders["q22"].demand == pytest.approx(0.04 * STICK.cap_area)  # it extends as the coordinate shrinks
+    assert cylinders["q22"].demand == pytest.approx(
+        0.04 * STICK.cap_area
+    )  # it extends as the coordinate shrinks
     assert (cylinders["q12"].to_lower, cylinders["q12"].to_upper) == pytest.approx((0.2, 0.45))
     assert not cylinders["q12"].overloaded
 
@@ -112,8 +118,12 @@ def test_cylinder_on_a_passive_joint_drives_the_crank(forging: Robot) -> None:
     for name, force in forces.items():
         assert float(force) == pytest.approx(expected[name], rel=1e-9)
     assert arm.generalised_forces(there, forces) == pytest.approx(tau, rel=1e-9)
-    assert arm.forward_dynamics(there, arm.generalised_forces(there, forces)) == pytest.approx(pushes, rel=1e-8)
-    assert float(arm.hydraulics(there, tau)["q12"].force) == pytest.approx(expected["q12"], rel=1e-9)
+    assert arm.forward_dynamics(there, arm.generalised_forces(there, forces)) == pytest.approx(
+        pushes, rel=1e-8
+    )
+    assert float(arm.hydraulics(there, tau)["q12"].force) == pytest.approx(
+        expected["q12"], rel=1e-9
+    )
 
 
 def test_wrong_forces_are_refused(oiled: Robot) -> None:
@@ -127,15 +137,21 @@ def test_wrong_forces_are_refused(oiled: Robot) -> None:
 def test_drive_at_its_dead_centre_is_refused_with_evidence() -> None:
     """A cylinder that pushes a crank by its rod: with both in line no force turns it."""
     robot = mechanism("slider_crank")
-    robot = changed(robot, actuators=MappingProxyType({"s": HydraulicCylinder("s", bore=0.05, rod=0.03)}))
+    robot = changed(
+        robot, actuators=MappingProxyType({"s": HydraulicCylinder("s", bore=0.05, rod=0.03)})
+    )
     assert robot.drives == ("t", "s")
     k = robot.coordinates.index("s")
     dead = brentq(lambda a: robot.close([0.0, a]).R[k, 1], -1.0, 1.0, xtol=1e-15)
     assert robot.close([0.0, dead]).singularity > 0.5  # the loop itself closes well
     for u in ([0.0, dead], [[0.0, 0.6], [0.0, dead]]):
         state = robot.close(u)
-        with pytest.raises(SingularityError, match=r"moving a \(\+1\) moves none of them") as caught:
+        with pytest.raises(
+            SingularityError, match=r"moving a \(\+1\) moves none of them"
+        ) as caught:
             robot.drive_forces(state, np.ones_like(state.u))
         assert caught.value.index == (None if state.u.ndim == 1 else 1)
         assert caught.value.distance < 1e-9
-    assert np.isfinite(robot.drive_forces(robot.close([[0.0, 0.6], [0.0, 0.6]]), np.ones((2, 2)))["s"]).all()
+    assert np.isfinite(
+        robot.drive_forces(robot.close([[0.0, 0.6], [0.0, 0.6]]), np.ones((2, 2)))["s"]
+    ).all()

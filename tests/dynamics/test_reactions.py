@@ -14,7 +14,9 @@ from tests.mechanisms import changed, mechanism
 
 
 def massless(robot: Robot, *links: str) -> Robot:
-    return changed(robot, links=MappingProxyType({**robot.description.links, **{n: Link(n) for n in links}}))
+    return changed(
+        robot, links=MappingProxyType({**robot.description.links, **{n: Link(n) for n in links}})
+    )
 
 
 def along(robot: Robot, u: list[float], link: str, pin: str) -> tuple[np.ndarray, np.ndarray]:

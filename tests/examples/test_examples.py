@@ -41,7 +41,9 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
     figures: list[Any] = []
     save = page.save
-    monkeypatch.setattr(page, "save", lambda figure, path: (figures.append(figure), save(figure, path)))
+    monkeypatch.setattr(
+        page, "save", lambda figure, path: (figures.append(figure), save(figure, path))
+    )
     return figures
 
 
@@ -52,7 +54,11 @@ def check_look(figure: Any) -> None:
 
     from hybrid_dynamics_core.scene import style
 
-    ours = {getattr(style, name) for name in dir(style) if name.isupper() and isinstance(getattr(style, name), str)}
+    ours = {
+        getattr(style, name)
+        for name in dir(style)
+        if name.isupper() and isinstance(getattr(style, name), str)
+    }
     FigureCanvasAgg(figure).draw()  # in pixels of the screen, not of the file
     title, about = figure.texts[:2]
     assert (title.get_fontsize(), title.get_weight()) == (12, "bold")
@@ -68,7 +74,14 @@ def check_look(figure: Any) -> None:
         assert keys
         for key in keys:
             assert not key.get_window_extent().overlaps(axes.patch.get_window_extent())
-        for text in (axes.title, axes._left_title, axes.xaxis.label, axes.yaxis.label, title, about):
+        for text in (
+            axes.title,
+            axes._left_title,
+            axes.xaxis.label,
+            axes.yaxis.label,
+            title,
+            about,
+        ):
             box = text.get_window_extent()
             assert -1.0 <= box.x0 <= box.x1 <= figure.bbox.x1 + 1.0  # nothing runs out of the page
             assert -1.0 <= box.y0 <= box.y1 <= figure.bbox.y1 + 1.0
@@ -135,9 +148,17 @@ def test_ankle_torques_do_the_same_power_on_both_sides() -> None:
     assert result["motor_power"] == pytest.approx(result["foot_power"], rel=1e-12)
     assert np.abs(result["foot_power"]).min() > 10.0
     h = 1e-6
-    near = [load("ankle").close_given({"pitch": p + s * h, "roll": 0.0}).u for p in pitches for s in (-1, 1)]
-    cranks = np.diff(np.array(near).reshape(3, 2, 2), axis=1)[:, 0] / (2 * h)  # d(q_L, q_R)/d pitch, by differences
-    assert np.linalg.inv(result["jacobian"])[:, :, 0] == pytest.approx(cranks, abs=1e-7)  # h^2 and rounding / h
+    near = [
+        load("ankle").close_given({"pitch": p + s * h, "roll": 0.0}).u
+        for p in pitches
+        for s in (-1, 1)
+    ]
+    cranks = np.diff(np.array(near).reshape(3, 2, 2), axis=1)[:, 0] / (
+        2 * h
+    )  # d(q_L, q_R)/d pitch, by differences
+    assert np.linalg.inv(result["jacobian"])[:, :, 0] == pytest.approx(
+        cranks, abs=1e-7
+    )  # h^2 and rounding / h
     corners = example["available"](result["jacobian"][1])
     back = corners @ result["jacobian"][1]  # J^T m: motor torques
     assert np.abs(back) == pytest.approx(np.full((5, 2), example["LARGEST"]), rel=1e-12)
@@ -149,7 +170,9 @@ def test_computed_torque_dies_out_as_its_gains_say() -> None:
     errors = example["errors"]
     t, root = known.t, 20.0
     wanted = 0.01 * (1.0 + root * t) * np.exp(-root * t)  # [m]: a double root
-    assert errors(known)[:, 1] == pytest.approx(wanted, abs=4e-4)  # efforts are held for 4 ms: half of it at 0.15 m/s
+    assert errors(known)[:, 1] == pytest.approx(
+        wanted, abs=4e-4
+    )  # efforts are held for 4 ms: half of it at 0.15 m/s
     assert np.abs(errors(known)[-1]).max() < 1e-6
     assert np.abs(errors(unknown)[-1, 1:3]).max() > 5e-3
     assert np.abs(errors(springs)[-1, 1:3]).max() > 3e-3
@@ -160,7 +183,12 @@ def test_staicus_robot_tracks_its_path() -> None:
     example = run("staicu_path")
     result = example["follow"](13)
     assert np.abs(result["found"] - result["wanted"]).max() < 1e-10
-    rates = np.array([[example["pose"](float(t))[1].get(name, 0.0) for name in example["POSE"]] for t in result["t"]])
+    rates = np.array(
+        [
+            [example["pose"](float(t))[1].get(name, 0.0) for name in example["POSE"]]
+            for t in result["t"]
+        ]
+    )
     assert np.abs(result["speeds"] - rates).max() < 1e-10
     assert result["legs"][0] == pytest.approx(result["legs"][-1], abs=1e-12)  # a closed path
     assert result["singularity"].min() > 0.1
@@ -171,7 +199,9 @@ def test_a_bag_tells_what_the_robot_weighs(
 ) -> None:
     pytest.importorskip("rosbags")
     bag, figure = tmp_path / "recording", tmp_path / "figure.png"
-    monkeypatch.setattr(sys, "argv", ["identify_from_bag", "--bag", str(bag), "--plot", str(figure)])
+    monkeypatch.setattr(
+        sys, "argv", ["identify_from_bag", "--bag", str(bag), "--plot", str(figure)]
+    )
     example = run("identify_from_bag", name="__main__")
     assert PRINTS["identify_from_bag"] in capsys.readouterr().out
     assert figure.read_bytes().startswith(b"\x89PNG")
@@ -179,7 +209,9 @@ def test_a_bag_tells_what_the_robot_weighs(
     found = example["identified"](bag)
     truth, interval = example["truth"](found), found.result.interval
     assert ((truth >= interval[:, 0]) & (truth <= interval[:, 1])).mean() > 0.85
-    assert found.noise == pytest.approx(5.0, rel=0.1)  # nothing but the noise of the efforts is left
+    assert found.noise == pytest.approx(
+        5.0, rel=0.1
+    )  # nothing but the noise of the efforts is left
     assert found.before[2] > 100.0  # the file alone leaves much more
     described = found.result.base
     told = described.values(described.parameters.values(load("forging_chu2020").description))
@@ -192,7 +224,9 @@ def test_a_step_of_mpc_gains_within_its_limits() -> None:
     result = example["solve"]()
     assert (result["cost"] < 0.5 * result["cost_held"]).all()
     assert (np.abs(result["efforts"]) <= example["LIMITS"] * (1.0 + 1e-9)).all()
-    assert result["cost"] == pytest.approx(result["cost_predicted"], rel=0.1)  # so far the motion is linear
+    assert result["cost"] == pytest.approx(
+        result["cost_predicted"], rel=0.1
+    )  # so far the motion is linear
     assert np.abs(result["efforts"] / example["LIMITS"]).max() > 0.99  # the limits do bind
 
 
@@ -207,4 +241,6 @@ def test_the_linearised_step_is_that_of_the_full_model() -> None:
     ends = [example["rolled"](robot, x, (tau + s * push)[None])[1] for s in (-1.0, 1.0)]
     slope = 0.5 * (ends[1] - ends[0])
     linear = np.einsum("nij,j->ni", Bd, push)
-    assert slope == pytest.approx(linear, rel=0.02, abs=2e-3 * np.abs(linear).max())  # A changes over the step
+    assert slope == pytest.approx(
+        linear, rel=0.02, abs=2e-3 * np.abs(linear).max()
+    )  # A changes over the step

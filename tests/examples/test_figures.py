@@ -19,7 +19,14 @@ from tests.published.test_staicu2015 import TOLERANCE
 mpl = pytest.importorskip("matplotlib")
 FOLDER = Path(__file__).parents[2] / "examples" / "figures"
 SCRIPTS = sorted(path.stem for path in FOLDER.glob("*_figure_*.py"))
-STAICU_FIGURES = {5: ("ABC", 0), 6: ("DEF", 0), 7: ("ABC", 1), 8: ("DEF", 1), 9: ("ABC", 2), 10: ("DEF", 2)}
+STAICU_FIGURES = {
+    5: ("ABC", 0),
+    6: ("DEF", 0),
+    7: ("ABC", 1),
+    8: ("DEF", 1),
+    9: ("ABC", 2),
+    10: ("DEF", 2),
+}
 WHOLE = np.array([row["t"] for row in CHU["trajectory"]])
 
 
@@ -38,7 +45,9 @@ def curves(script: str) -> Callable[[np.ndarray], np.ndarray]:
 
 
 def test_every_figure_has_its_script() -> None:
-    wanted = [f"chu2020_figure_{k}" for k in (8, 9, 10)] + [f"staicu2015_figure_{k}" for k in STAICU_FIGURES]
+    wanted = [f"chu2020_figure_{k}" for k in (8, 9, 10)] + [
+        f"staicu2015_figure_{k}" for k in STAICU_FIGURES
+    ]
     assert sorted(wanted) == SCRIPTS
 
 
@@ -83,7 +92,9 @@ def test_staicu_figures_5_to_10_legs(number: int) -> None:
 
 
 @pytest.mark.parametrize("script", SCRIPTS)
-def test_scripts_write_their_figure(script: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+def test_scripts_write_their_figure(
+    script: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
     place = tmp_path / "figure.svg"
     monkeypatch.setattr(sys, "argv", [script, str(place)])
     run(script, name="__main__")
@@ -95,7 +106,9 @@ def test_scripts_write_their_figure(script: str, tmp_path: Path, monkeypatch: py
     assert str(place) in capsys.readouterr().out
 
 
-def test_without_a_name_the_figure_is_named_after_its_script(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_name_the_figure_is_named_after_its_script(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", ["script"])
     run("chu2020_figure_8", name="__main__")

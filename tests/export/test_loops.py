@@ -34,7 +34,9 @@ def test_pairs_close_in_pinocchio_where_the_robot_does(name: str) -> None:
         one, other = (model.getFrameId(end) for end in ends)
         assert data.oMf[one].translation == pytest.approx(data.oMf[other].translation, abs=1e-9)
         around = pinocchio.LOCAL_WORLD_ALIGNED
-        apart = np.subtract(*(pinocchio.getFrameJacobian(model, data, end, around) for end in (one, other)))
+        apart = np.subtract(
+            *(pinocchio.getFrameJacobian(model, data, end, around) for end in (one, other))
+        )
         rows.append(apart[: 3 if kind == "3d" else 6])
     jacobian = np.vstack(rows)
     sizes = np.linalg.svd(jacobian, compute_uv=False)
@@ -49,7 +51,9 @@ def test_pairs_close_in_pinocchio_where_the_robot_does(name: str) -> None:
 @pytest.mark.parametrize("name", ["forging_chu2020", "gough"])
 def test_urdf_plus_is_a_urdf_to_others(name: str) -> None:
     machine = robot(name)
-    plus, plain = (pinocchio.buildModelFromXML(f(machine.description)) for f in (to_urdf_plus, to_urdf))
+    plus, plain = (
+        pinocchio.buildModelFromXML(f(machine.description)) for f in (to_urdf_plus, to_urdf)
+    )
     assert list(plus.names) == list(plain.names)
     assert [i.mass for i in plus.inertias] == [i.mass for i in plain.inertias]
 
@@ -58,7 +62,13 @@ def test_a_plain_urdf_says_what_is_not_in_it() -> None:
     text = to_urdf(robot("forging_chu2020").description)
     told = text[text.index("<!--") : text.index("-->")]
     assert "Loops that are cut: theta_1, theta_2, theta_3, theta_4" in told
-    for words in ("gravity", "types of loops", "the active joints", "the end effector", "the reference configuration"):
+    for words in (
+        "gravity",
+        "types of loops",
+        "the active joints",
+        "the end effector",
+        "the reference configuration",
+    ):
         assert words in told
 
 
@@ -101,7 +111,12 @@ def test_loops_and_couplings_of_others_are_read(tmp_path: Path) -> None:
 
 
 WRONG = {
-    "type": ('type="revolute">\n    <pred', 'type="prismatic">\n    <pred', "is a loop of type 'prismatic'", 1),
+    "type": (
+        'type="revolute">\n    <pred',
+        'type="prismatic">\n    <pred',
+        "is a loop of type 'prismatic'",
+        1,
+    ),
     "no end": (
         '    <successor link="rocker"><origin xyz="0.2 0 0"/></successor>\n',
         "",
@@ -115,8 +130,18 @@ WRONG = {
         2,
     ),
     "ratio": ('<ratio value="6"/>', '<ratio value="six"/>', 'value="six"; expected a number', 9),
-    "two joints": ('<predecessor link="crank"/>', '<predecessor link="coupler"/>', "couples knee, motor to spin", 6),
-    "nothing drives": ('independent="true"', 'independent="false"', 'no joint is independent="true"', None),
+    "two joints": (
+        '<predecessor link="crank"/>',
+        '<predecessor link="coupler"/>',
+        "couples knee, motor to spin",
+        6,
+    ),
+    "nothing drives": (
+        'independent="true"',
+        'independent="false"',
+        'no joint is independent="true"',
+        None,
+    ),
 }
 
 
@@ -145,7 +170,9 @@ def test_a_follower_becomes_a_coupling_where_there_is_a_word_for_it() -> None:
         active: [a]
         end_effector: {link: three}
     """
-    root = ElementTree.fromstring(to_urdf_plus(parse_description(textwrap.dedent(text))).split("?>", 1)[1])
+    root = ElementTree.fromstring(
+        to_urdf_plus(parse_description(textwrap.dedent(text))).split("?>", 1)[1]
+    )
     (coupling,) = root.findall("coupling")
     ends = [coupling.find(tag).get("link") for tag in ("predecessor", "successor")]
     assert (*ends, coupling.find("ratio").get("value")) == ("one", "two", "-2.0")

@@ -49,7 +49,9 @@ class TestEveryRobot:
         expected = machine.accelerations(state, machine.forward_dynamics(state, tau))
         rigid, soft = Model(machine).hard(state.s, tau)
         size = np.abs(expected).max()
-        assert np.abs(rigid - expected).max() < 1e-5 * size  # bodies without mass have 1e-9 kg, and least squares
+        assert (
+            np.abs(rigid - expected).max() < 1e-5 * size
+        )  # bodies without mass have 1e-9 kg, and least squares
         assert (
             np.abs(soft - expected).max() < 0.2 * size
         )  # MuJoCo's loops give way: 1e-4 of their inertia, as it guesses

@@ -16,7 +16,9 @@ from tests.export.bars import LIMITED, PAIR
 from tests.robots import random_states, robot
 
 FORMS = ["urdf+", "robot.yaml", "sdf", "mjcf"]
-NEAR = 1e-11  # relative: poses become angles or quaternions of 17 digits and back, in SDFormat through the whole tree
+# relative: poses become angles or quaternions of 17 digits and back, in SDFormat through the whole
+# tree
+NEAR = 1e-11
 
 
 def write(machine: Robot, form: str, folder: Path) -> Path:
@@ -36,16 +38,25 @@ def write(machine: Robot, form: str, folder: Path) -> Path:
 def assert_the_same(machine: Robot, back: Robot) -> None:
     """Everything that a description says."""
     one, other = machine.description, back.description
-    assert (other.name, other.base, other.active, other.active_set) == (one.name, one.base, one.active, one.active_set)
+    assert (other.name, other.base, other.active, other.active_set) == (
+        one.name,
+        one.base,
+        one.active,
+        one.active_set,
+    )
     assert set(other.joints) == set(one.joints)
     assert set(one.frames) <= set(other.frames)
     for name, joint in one.joints.items():
         assert (other.joints[name].parent, other.joints[name].child) == (joint.parent, joint.child)
-        assert other.joints[name].limits == pytest.approx(joint.limits, abs=1e-14)  # of SDFormat from the reference
+        assert other.joints[name].limits == pytest.approx(
+            joint.limits, abs=1e-14
+        )  # of SDFormat from the reference
     assert [(c.name, c.kind, c.assembly) for c in sorted(other.closures, key=lambda c: c.name)] == [
         (c.name, c.kind, c.assembly) for c in sorted(one.closures, key=lambda c: c.name)
     ]
-    assert {name: vars(loop) for name, loop in other.loops.items()} == {n: vars(loop) for n, loop in one.loops.items()}
+    assert {name: vars(loop) for name, loop in other.loops.items()} == {
+        n: vars(loop) for n, loop in one.loops.items()
+    }
     assert other.reference == one.reference
     np.testing.assert_array_equal(other.gravity, one.gravity)
 
@@ -56,10 +67,14 @@ def assert_they_move_alike(machine: Robot, back: Robot, states: tuple) -> None:
     for state in states:
         found = back.close(state.u, state.du)
         assert found.s[order] == pytest.approx(state.s, abs=NEAR)
-        assert found.ds[order] == pytest.approx(state.ds, rel=1e-9, abs=1e-9)  # over the distance to a singularity
+        assert found.ds[order] == pytest.approx(
+            state.ds, rel=1e-9, abs=1e-9
+        )  # over the distance to a singularity
         assert dict(found.branch) == dict(state.branch)
         for one, other in zip(machine.minimal_form(state), back.minimal_form(found), strict=True):
-            assert other == pytest.approx(one, rel=1e-8, abs=1e-8 * max(1.0, float(np.abs(one).max())))
+            assert other == pytest.approx(
+                one, rel=1e-8, abs=1e-8 * max(1.0, float(np.abs(one).max()))
+            )
         pose = machine.forward_kinematics(state)
         assert back.forward_kinematics(found).position == pytest.approx(pose.position, abs=1e-9)
         assert back.forward_kinematics(found).rotation == pytest.approx(pose.rotation, abs=1e-9)
@@ -145,7 +160,11 @@ def test_files_without_what_their_format_cannot_say_are_read_too(form: str, tmp_
     machine = robot("five_bar")
     file = write(machine, form, tmp_path)
     text = file.read_text(encoding="utf-8")
-    cut = {"urdf+": "<hybrid_dynamics>", "sdf": "<hybrid_dynamics:hybrid_dynamics>", "mjcf": "<custom>"}
+    cut = {
+        "urdf+": "<hybrid_dynamics>",
+        "sdf": "<hybrid_dynamics:hybrid_dynamics>",
+        "mjcf": "<custom>",
+    }
     if form == "robot.yaml":
         text = text[: text.index("hybrid_dynamics:\n")]
     else:
@@ -168,7 +187,9 @@ def test_a_robot_that_closes_beyond_a_limit_only_comes_back(form: str, tmp_path:
     folder = tmp_path / "out"
     folder.mkdir()
     back = load(write(machine, form, folder))
-    assert back.close(back.reference).s == pytest.approx(machine.close(machine.reference).s, abs=NEAR)
+    assert back.close(back.reference).s == pytest.approx(
+        machine.close(machine.reference).s, abs=NEAR
+    )
     assert any("hinge: the loops close at" in note for note in back.description.notes)
 
 
@@ -184,12 +205,20 @@ WRONG = {
 
 
 @pytest.mark.parametrize(("old", "new", "words"), WRONG.values(), ids=WRONG.keys())
-def test_wrong_entries_are_told_with_their_line(old: str, new: str, words: str, tmp_path: Path) -> None:
+def test_wrong_entries_are_told_with_their_line(
+    old: str, new: str, words: str, tmp_path: Path
+) -> None:
     file = write(robot("five_bar"), "urdf+", tmp_path)
-    text = file.read_text(encoding="utf-8").replace("active: [q_L, q_R, q_T]", "active:\n- q_L\n- q_R\n- q_T")
+    text = file.read_text(encoding="utf-8").replace(
+        "active: [q_L, q_R, q_T]", "active:\n- q_L\n- q_R\n- q_T"
+    )
     assert old in text
     file.write_text(text.replace(old, new), encoding="utf-8")
-    line = file.read_text(encoding="utf-8").splitlines().index(new.splitlines()[-1]) + 1 if new[:3] != "top" else None
+    line = (
+        file.read_text(encoding="utf-8").splitlines().index(new.splitlines()[-1]) + 1
+        if new[:3] != "top"
+        else None
+    )
     with pytest.raises(DescriptionError) as caught:
         load(file)
     assert words in str(caught.value)

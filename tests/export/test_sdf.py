@@ -13,7 +13,8 @@ from hybrid_dynamics_core.export import to_sdf
 from hybrid_dynamics_core.formats.reader import parse_description
 from tests.robots import robot
 
-MASSLESS = 1e-6  # what links of 1e-9 kg, which stand for massless ones, may change of the smallest shipped robot
+# what links of 1e-9 kg, which stand for massless ones, may change of the smallest shipped robot
+MASSLESS = 1e-6
 
 
 def zero_places(root: ElementTree.Element) -> dict[str, float]:
@@ -25,9 +26,14 @@ def zero_places(root: ElementTree.Element) -> dict[str, float]:
     return {name: float(value) for name, value in pairs}
 
 
-@pytest.mark.parametrize("name", [name for name in shipped_robots() if name != "staicu2015"])  # which has no masses
+@pytest.mark.parametrize(
+    "name", [name for name in shipped_robots() if name != "staicu2015"]
+)  # which has no masses
 def test_another_engine_finds_the_same_tree(name: str) -> None:
-    """Drake reads no loops: their joints are taken out. Poses, masses and weights away from the drawn configuration."""
+    """Drake reads no loops: their joints are taken out.
+
+    Poses, masses and weights away from the drawn configuration.
+    """
     parsing = pytest.importorskip("pydrake.multibody.parsing")
     from pydrake.multibody.plant import MultibodyPlant
 
@@ -47,14 +53,19 @@ def test_another_engine_finds_the_same_tree(name: str) -> None:
         q[plant.GetJointByName(joint).position_start()] = value - zero.get(joint, 0.0)
     plant.SetPositions(context, q)
     for frame in machine.frames:
-        pose, found = machine.forward_kinematics(state, frame), plant.GetFrameByName(frame).CalcPoseInWorld(context)
+        pose, found = (
+            machine.forward_kinematics(state, frame),
+            plant.GetFrameByName(frame).CalcPoseInWorld(context),
+        )
         assert found.translation() == pytest.approx(pose.position, abs=1e-12)
         assert found.rotation().matrix() == pytest.approx(pose.rotation, abs=1e-12)
     order = [plant.GetJointByName(joint).velocity_start() for joint in machine.coordinates]
     expected = machine.spanning_terms(state)
     mass = plant.CalcMassMatrix(context)[np.ix_(order, order)]
     assert np.abs(mass - expected.M).max() < MASSLESS * np.abs(expected.M).max()
-    weight = -plant.CalcGravityGeneralizedForces(context)[order]  # at 9.81 m/s^2, as every shipped robot
+    weight = -plant.CalcGravityGeneralizedForces(context)[
+        order
+    ]  # at 9.81 m/s^2, as every shipped robot
     assert np.abs(weight - expected.g).max() < MASSLESS * max(1.0, float(np.abs(expected.g).max()))
 
 
@@ -66,10 +77,17 @@ def test_every_loop_joint_is_at_rest_where_the_model_is_drawn(name: str) -> None
     (model,) = ElementTree.fromstring(to_sdf(machine)).iter("model")
     for closure in machine.description.closures:
         joint = next(joint for joint in model.findall("joint") if joint.get("name") == closure.name)
-        assert {joint.findtext("parent"), joint.findtext("child")} == {closure.link_a, closure.link_b}
+        assert {joint.findtext("parent"), joint.findtext("child")} == {
+            closure.link_a,
+            closure.link_b,
+        }
         ends = [
-            machine.forward_kinematics(state, link).position + machine.forward_kinematics(state, link).rotation @ point
-            for link, point in ((closure.link_a, closure.point_a), (closure.link_b, closure.point_b))
+            machine.forward_kinematics(state, link).position
+            + machine.forward_kinematics(state, link).rotation @ point
+            for link, point in (
+                (closure.link_a, closure.point_a),
+                (closure.link_b, closure.point_b),
+            )
         ]
         assert ends[0] == pytest.approx(ends[1], abs=1e-9)
 
@@ -108,7 +126,11 @@ def read(folder: Path, text: str = FOUR_BAR) -> Robot:
 def test_a_file_of_others_closes_where_it_is_drawn(tmp_path: Path) -> None:
     """Frames, joints off their links' frames, axes given elsewhere, degrees and quaternions."""
     machine = read(tmp_path)
-    assert (machine.name, machine.description.base, machine.active) == ("bars", "ground", ("motor",))
+    assert (machine.name, machine.description.base, machine.active) == (
+        "bars",
+        "ground",
+        ("motor",),
+    )
     state = machine.close([0.0])
     assert state.s == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
     turn = np.array([[np.cos(0.3), -np.sin(0.3), 0], [np.sin(0.3), np.cos(0.3), 0], [0, 0, 1]])
@@ -116,23 +138,35 @@ def test_a_file_of_others_closes_where_it_is_drawn(tmp_path: Path) -> None:
     assert coupler.position == pytest.approx(turn @ [0.2, 0.1, 0.0], abs=1e-12)
     moved = machine.close([0.2])
     knee = machine.forward_kinematics(moved, "coupler")
-    own = knee.rotation @ [0.1, 0.0, 0.0] + knee.position  # the knee's axis, seen from the coupler's frame
+    own = (
+        knee.rotation @ [0.1, 0.0, 0.0] + knee.position
+    )  # the knee's axis, seen from the coupler's frame
     crank = machine.forward_kinematics(moved, "crank")
     assert own == pytest.approx(crank.rotation @ [0.2, 0, 0] + crank.position, abs=1e-12)
     assert machine.limits[0] == pytest.approx([-1, np.inf])
     assert machine.description.effects["motor"].viscous == 0.5
-    assert "coupler: no inertial given; SDFormat takes 1 kg and 1 kg m^2" in machine.description.notes
+    assert (
+        "coupler: no inertial given; SDFormat takes 1 kg and 1 kg m^2" in machine.description.notes
+    )
     assert any("SDFormat does not say what is driven" in note for note in machine.description.notes)
 
 
 WRONG = {
-    "screw": ('name="hinge" type="revolute"', 'name="hinge" type="screw"', "joints.hinge.type: is 'screw'"),
+    "screw": (
+        'name="hinge" type="revolute"',
+        'name="hinge" type="screw"',
+        "joints.hinge.type: is 'screw'",
+    ),
     "loop": (
         'name="pin" type="revolute"',
         'name="pin" type="universal"',
         "closes a loop with a joint of type 'universal'",
     ),
-    "link": ("<child>crank", "<child>cranc", "there is no link, joint or frame 'cranc' (did you mean 'crank'?)"),
+    "link": (
+        "<child>crank",
+        "<child>cranc",
+        "there is no link, joint or frame 'cranc' (did you mean 'crank'?)",
+    ),
     "number": ("0.1 0.3 0 0 0 0", "0.1 0.3 0 0", "expected 6 numbers"),
     "round": ('<pose relative_to="motor"/>', '<pose relative_to="knee"/>', "its pose goes round"),
     "roots": ("<parent>crank</parent>", "<parent>crank</parent><!--", "not valid XML"),
@@ -151,15 +185,24 @@ def test_what_is_not_covered_is_told(old: str, new: str, words: str, tmp_path: P
 
 MODEL, PIN = '<model name="bars">', '<joint name="pin" type="revolute">'
 CRANK, MASS, AXIS = '<link name="crank">', "<mass>2</mass>", '<axis><xyz expressed_in="floor">'
-CHANGED = {  # the robot is another one, or the axes are: (what stands there, what is put behind or before it, words)
+# the robot is another one, or the axes are: (what stands there, what is put behind or before it,
+# words)
+CHANGED = {
     "version 1.4": ('version="1.9"', 'version="1.4"', "version: is '1.4'; expected 1.7 or later"),
-    "version 1.6": ('version="1.9"', 'version="1.6"', "'gz sdf -p FILE' prints a file in the newest version"),
+    "version 1.6": (
+        'version="1.9"',
+        'version="1.6"',
+        "'gz sdf -p FILE' prints a file in the newest version",
+    ),
     "no version": (' version="1.9"', "", "version: is ''; expected 1.7 or later"),
     "no number": ('version="1.9"', 'version="new"', "version: is 'new'; expected 1.7 or later"),
     "axis in the model": (
         AXIS,
         f"<axis><use_parent_model_frame>1</use_parent_model_frame>{AXIS[6:]}",
-        "joints.motor: <use_parent_model_frame> of <axis> is '1', which is not covered; expected 'false'",
+        (
+            "joints.motor: <use_parent_model_frame> of <axis> is '1', which is not covered;"
+            " expected 'false'"
+        ),
     ),
     "no weight": (
         CRANK,
@@ -167,7 +210,11 @@ CHANGED = {  # the robot is another one, or the axes are: (what stands there, wh
         "links.crank: <gravity> of <link> is 'false', which is not covered; expected 'true'",
     ),
     "static": (MODEL, f"{MODEL}<static>1</static>", "models.bars: <static> of <model> is '1'"),
-    "kinematic": (CRANK, f"{CRANK}<kinematic>true</kinematic>", "links.crank: <kinematic> of <link> is 'true'"),
+    "kinematic": (
+        CRANK,
+        f"{CRANK}<kinematic>true</kinematic>",
+        "links.crank: <kinematic> of <link> is 'true'",
+    ),
     "floating": (
         CRANK,
         f"{CRANK}<must_be_base_link>true</must_be_base_link>",
@@ -184,20 +231,36 @@ CHANGED = {  # the robot is another one, or the axes are: (what stands there, wh
         f"{MASS}<fluid_added_mass><xx>100</xx></fluid_added_mass>",
         "links.crank: <xx> of <fluid_added_mass> is '100', which is not covered; expected '0'",
     ),
-    "mass of shapes": ("<inertial>", '<inertial auto="true">', "links.crank: auto of <inertial> is 'true'"),
+    "mass of shapes": (
+        "<inertial>",
+        '<inertial auto="true">',
+        "links.crank: auto of <inertial> is 'true'",
+    ),
     "place of a mass": (
         f"{MASS}<pose>",
         f'{MASS}<pose relative_to="floor">',
         "links.crank: relative_to of <pose> is 'floor'",
     ),
-    "place of the model": (MODEL, f'{MODEL}<pose relative_to="hill">0 0 0 1 0 0</pose>', "relative_to of <pose>"),
-    "place of a frame of it": (MODEL, '<model name="bars" placement_frame="crank">', "placement_frame of <model>"),
+    "place of the model": (
+        MODEL,
+        f'{MODEL}<pose relative_to="hill">0 0 0 1 0 0</pose>',
+        "relative_to of <pose>",
+    ),
+    "place of a frame of it": (
+        MODEL,
+        '<model name="bars" placement_frame="crank">',
+        "placement_frame of <model>",
+    ),
     "no such carrier": (
         MODEL,
         '<model name="bars" canonical_link="grund"><frame name="f"/>',
         "(did you mean 'ground'?)",
     ),
-    "unknown": (CRANK, f"{CRANK}<buoyancy>1</buoyancy>", "links.crank: <buoyancy> is not covered; it may change"),
+    "unknown": (
+        CRANK,
+        f"{CRANK}<buoyancy>1</buoyancy>",
+        "links.crank: <buoyancy> is not covered; it may change",
+    ),
     "welded in the world": (
         MODEL,
         f'<world name="w"><joint name="weld" type="fixed"/>{MODEL}',
@@ -207,7 +270,9 @@ CHANGED = {  # the robot is another one, or the axes are: (what stands there, wh
 
 
 @pytest.mark.parametrize(("old", "new", "words"), CHANGED.values(), ids=CHANGED.keys())
-def test_what_would_change_the_robot_is_refused_with_its_line(old: str, new: str, words: str, tmp_path: Path) -> None:
+def test_what_would_change_the_robot_is_refused_with_its_line(
+    old: str, new: str, words: str, tmp_path: Path
+) -> None:
     assert old in FOUR_BAR
     text = FOUR_BAR.replace(old, new, 1)
     if "<world" in new:
@@ -219,11 +284,20 @@ def test_what_would_change_the_robot_is_refused_with_its_line(old: str, new: str
 
 
 HARMLESS = {  # what others write beside a robot, and words that say what is so anyway
-    MODEL: f'{MODEL}<static>0</static><self_collide>true</self_collide><plugin name="p" filename="f"><x/></plugin>',
-    '<link name="ground"/>': '<link name="ground"><gravity/><visual name="v"><anything/></visual></link>',
-    CRANK: f"{CRANK}<gravity>true</gravity><kinematic>false</kinematic><others:word>1</others:word>"
-    '<velocity_decay><linear>0.0</linear></velocity_decay><sensor name="s" type="imu"/><collision name="c"/>',
-    "<inertial>": '<inertial auto="false"><fluid_added_mass><xx>0</xx><qr>0.0</qr></fluid_added_mass>',
+    MODEL: (
+        f'{MODEL}<static>0</static><self_collide>true</self_collide><plugin name="p"'
+        ' filename="f"><x/></plugin>'
+    ),
+    '<link name="ground"/>': (
+        '<link name="ground"><gravity/><visual name="v"><anything/></visual></link>'
+    ),
+    CRANK: (
+        f"{CRANK}<gravity>true</gravity><kinematic>false</kinematic><others:word>1</others:word><velocity_decay><linear>0.0</linear></velocity_decay><sensor"
+        ' name="s" type="imu"/><collision name="c"/>'
+    ),
+    "<inertial>": (
+        '<inertial auto="false"><fluid_added_mass><xx>0</xx><qr>0.0</qr></fluid_added_mass>'
+    ),
     "<lower>-1</lower>": "<lower>-1</lower><effort>5</effort><velocity>-1</velocity>",
 }
 
@@ -236,7 +310,9 @@ def test_what_changes_no_robot_is_passed_over(tmp_path: Path) -> None:
     machine, other = read(tmp_path), read(tmp_path, text)
     state, found = machine.close([0.2], [0.5]), other.close([0.2], [0.5])
     np.testing.assert_array_equal(found.s, state.s)
-    np.testing.assert_array_equal(other.inverse_dynamics(found, [1.0]), machine.inverse_dynamics(state, [1.0]))
+    np.testing.assert_array_equal(
+        other.inverse_dynamics(found, [1.0]), machine.inverse_dynamics(state, [1.0])
+    )
 
 
 def on_the_pin(words: str) -> str:
@@ -252,7 +328,8 @@ def test_limits_of_a_joint_that_closes_a_loop_are_noted(tmp_path: Path) -> None:
 
 def test_friction_of_a_joint_that_closes_a_loop_is_refused(tmp_path: Path) -> None:
     with pytest.raises(
-        DescriptionError, match=r"joints\.pin: has friction, which a joint that closes a loop cannot"
+        DescriptionError,
+        match=r"joints\.pin: has friction, which a joint that closes a loop cannot",
     ) as caught:
         read(tmp_path, on_the_pin("<dynamics><damping>1</damping></dynamics>"))
     assert caught.value.line == FOUR_BAR[: FOUR_BAR.index('name="pin"')].count("\n") + 1
@@ -268,7 +345,8 @@ def test_a_frame_of_the_model_moves_with_its_canonical_link(tmp_path: Path) -> N
 def test_names_that_the_format_keeps_are_refused() -> None:
     text = "format: 1\nname: r\nlinks: {base: {}, world: {mass: 1}}\n"
     text += (
-        "joints: {q: {type: revolute, parent: base, child: world, axis: z}}\nactive: [q]\nend_effector: {link: world}\n"
+        "joints: {q: {type: revolute, parent: base, child: world, axis: z}}\nactive:"
+        " [q]\nend_effector: {link: world}\n"
     )
     with pytest.raises(InputError, match="'world' is a name that SDFormat keeps for itself"):
         to_sdf(Robot(parse_description(text)))
@@ -276,8 +354,13 @@ def test_names_that_the_format_keeps_are_refused() -> None:
 
 def test_a_name_of_two_things_is_refused_with_both() -> None:
     text = "format: 1\nname: r\nlinks: {base: {}, crank: {mass: 1}}\n"
-    text += "joints: {crank: {type: revolute, parent: base, child: crank, axis: z}}\nactive: [crank]\n"
+    text += (
+        "joints: {crank: {type: revolute, parent: base, child: crank, axis: z}}\nactive: [crank]\n"
+    )
     text += "end_effector: {link: crank}\n"
-    said = "'crank' names two things, a link and a joint, which SDFormat refuses; rename one of them in the robot"
+    said = (
+        "'crank' names two things, a link and a joint, which SDFormat refuses; rename one of them"
+        " in the robot"
+    )
     with pytest.raises(InputError, match=said):
         to_sdf(Robot(parse_description(text)))

@@ -22,7 +22,9 @@ def configuration(model: pinocchio.Model, values: dict[str, float]) -> np.ndarra
     q = pinocchio.neutral(model)
     for name, value in values.items():
         joint = model.joints[model.getJointId(name)]
-        q[joint.idx_q : joint.idx_q + joint.nq] = [value] if joint.nq == 1 else [np.cos(value), np.sin(value)]
+        q[joint.idx_q : joint.idx_q + joint.nq] = (
+            [value] if joint.nq == 1 else [np.cos(value), np.sin(value)]
+        )
     return q
 
 
@@ -34,7 +36,9 @@ def test_an_independent_parser_finds_every_frame_where_it_is(name: str) -> None:
     assert set(model.names[1:]) == set(robot.coordinates)
     state = robot.close(robot.reference)
     pinocchio.framesForwardKinematics(
-        model, data, configuration(model, dict(zip(robot.coordinates, state.s.tolist(), strict=True)))
+        model,
+        data,
+        configuration(model, dict(zip(robot.coordinates, state.s.tolist(), strict=True))),
     )
     for frame in robot.frames:
         pose, found = robot.forward_kinematics(state, frame), data.oMf[model.getFrameId(frame)]
@@ -67,7 +71,10 @@ def test_the_tree_is_read_back(name: str, tmp_path: Path) -> None:
     far = [name for name, value in zip(tree.active, expected, strict=True) if value]
     notes = tree.description.notes
     assert len(notes) == len(far)
-    assert all(f"{name}: no reference is given; taken: " in note for name, note in zip(far, notes, strict=True))
+    assert all(
+        f"{name}: no reference is given; taken: " in note
+        for name, note in zip(far, notes, strict=True)
+    )
 
 
 @pytest.mark.parametrize("pitch", [0.0, 0.3, -1.2, np.pi / 2, -np.pi / 2, np.pi / 2 - 1e-7])
@@ -81,7 +88,9 @@ def test_names_with_hyphens_leave_the_comment_valid(hyphens: str) -> None:
     """XML forbids two hyphens side by side in a comment: a parser has to find the name there, hyphens set apart."""
     description = load("five_bar").description
     first, *others = description.closures
-    machine = replace(description, closures=(replace(first, name=f"tip{hyphens}x{hyphens}"), *others))
+    machine = replace(
+        description, closures=(replace(first, name=f"tip{hyphens}x{hyphens}"), *others)
+    )
     builder = ElementTree.TreeBuilder(insert_comments=True)
     root = ElementTree.fromstring(to_urdf(machine), ElementTree.XMLParser(target=builder))
     (comment,) = (element.text or "" for element in root if element.tag is ElementTree.Comment)

@@ -34,14 +34,19 @@ def frame_with_normal(normal: np.ndarray, rng: np.random.Generator | None) -> np
     """A rotation whose third column is the normal; turned at random about it if a generator is given."""
     first = unit(np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]))
     frame = np.column_stack([first, np.cross(normal, first), normal])
-    return frame if rng is None else frame @ turn(np.array([0.0, 0.0, 1.0]), rng.uniform(-np.pi, np.pi))
+    return (
+        frame
+        if rng is None
+        else frame @ turn(np.array([0.0, 0.0, 1.0]), rng.uniform(-np.pi, np.pi))
+    )
 
 
 @dataclass
 class Assembly:
     """Links at their poses in the base frame, and joints between them with their values there.
 
-    tidy: link frames and directions along the axes of the base, as people write robots; otherwise all tilted.
+    tidy: link frames and directions along the axes of the base, as people write robots; otherwise
+    all tilted.
     """
 
     rng: np.random.Generator
@@ -75,7 +80,13 @@ class Assembly:
         return frame[:, int(self.rng.integers(2))]
 
     def hang(
-        self, parent: str, kind: str, axis: np.ndarray, point: np.ndarray, value: float | None = None, name: str = ""
+        self,
+        parent: str,
+        kind: str,
+        axis: np.ndarray,
+        point: np.ndarray,
+        value: float | None = None,
+        name: str = "",
     ) -> str:
         """Hang a new link on a joint whose axis passes through the point; returns the link's name."""
         child = name or self.fresh("l")
@@ -95,7 +106,9 @@ class Assembly:
         here = self.local_pose(parent, rotation, origin)
         joint = f"q_{child}"
         zero = here[0] @ back[0], here[1] + here[0] @ back[1]
-        self.joints[joint] = Joint(joint, kind, parent, child, frozen(zero[0]), frozen(zero[1]), frozen(own))
+        self.joints[joint] = Joint(
+            joint, kind, parent, child, frozen(zero[0]), frozen(zero[1]), frozen(own)
+        )
         self.reference[joint] = value
         self.axes[joint] = axis
         return child
@@ -114,17 +127,32 @@ class Assembly:
         return self.local_pose(link, np.eye(3), point)[1]
 
     def tie(
-        self, a: str, b: str, point: np.ndarray, kind: str = "planar", axis: np.ndarray | None = None, **more: str
+        self,
+        a: str,
+        b: str,
+        point: np.ndarray,
+        kind: str = "planar",
+        axis: np.ndarray | None = None,
+        **more: str,
     ) -> str:
         """Close a loop: what lies at the point on both links stays together."""
         name = more.pop("name", "") or self.fresh("c")
-        frame = turn(self.direction(), 0.0 if self.tidy else 0.7) if axis is None else frame_with_normal(axis, self.rng)
+        frame = (
+            turn(self.direction(), 0.0 if self.tidy else 0.7)
+            if axis is None
+            else frame_with_normal(axis, self.rng)
+        )
         (ra, pa), (rb, pb) = (self.local_pose(link, frame, point) for link in (a, b))
         if kind == "axis":
             rb = rb @ turn(np.array([0.0, 0.0, 1.0]), 1.0)  # only the z axes need to agree
         elif kind in ("planar", "point"):
             ra, rb = np.eye(3), np.eye(3)
-        ends = {"point_a": frozen(pa), "point_b": frozen(pb), "rotation_a": frozen(ra), "rotation_b": frozen(rb)}
+        ends = {
+            "point_a": frozen(pa),
+            "point_b": frozen(pb),
+            "rotation_a": frozen(ra),
+            "rotation_b": frozen(rb),
+        }
         self.closures.append(Closure(name, link_a=a, link_b=b, kind=kind, **ends, **more))
         return name
 
@@ -138,18 +166,28 @@ class Assembly:
         inertia = axes @ np.diag(spread.sum() - spread) @ axes.T
         mass = float(rng.uniform(0.5, 3.0))
         made = (
-            Link(name) if name in self.massless else Link(name, mass, frozen(0.2 * rng.normal(size=3)), frozen(inertia))
+            Link(name)
+            if name in self.massless
+            else Link(name, mass, frozen(0.2 * rng.normal(size=3)), frozen(inertia))
         )
         return self.links.setdefault(name, made)
 
-    def description(self, active: tuple[str, ...], end_effector: str, name: str = "generated") -> RobotDescription:
+    def description(
+        self, active: tuple[str, ...], end_effector: str, name: str = "generated"
+    ) -> RobotDescription:
         """The robot; its reference names every joint."""
         links = {link: self.link(link) for link in self.poses if link != BASE}
-        tool = Frame(end_effector, frozen(turn(unit(self.rng.normal(size=3)), 0.5)), frozen(self.rng.normal(size=3)))
+        tool = Frame(
+            end_effector,
+            frozen(turn(unit(self.rng.normal(size=3)), 0.5)),
+            frozen(self.rng.normal(size=3)),
+        )
         return RobotDescription(
             name=name,
             source="generated",
-            gravity=frozen(9.81 * (np.array([0.0, 0.0, -1.0]) if self.tidy else unit(self.rng.normal(size=3)))),
+            gravity=frozen(
+                9.81 * (np.array([0.0, 0.0, -1.0]) if self.tidy else unit(self.rng.normal(size=3)))
+            ),
             base=BASE,
             links=links,
             joints=dict(self.joints),

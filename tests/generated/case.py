@@ -48,15 +48,17 @@ class Case:
     def somewhere(self, seed: int, size: float = 0.6, floor: float = 0.5) -> np.ndarray:
         """A closed configuration (n_s,) reached smoothly from the reference, by the oracle.
 
-        size: length of the straight way of the active joints; it ends early where the margin of the passive
-        Jacobian has fallen to the share `floor` of what it is at the reference.
+        size: length of the straight way of the active joints; it ends early where the margin of the
+        passive Jacobian has fallen to the share `floor` of what it is at the reference.
         """
         rng = np.random.default_rng(seed)
         way = rng.normal(size=self.n)
         way *= size * rng.uniform() / max(float(np.linalg.norm(way)), 1e-9)
         active = range(self.n)
         least = floor * self.space.margin(self.start, active)
-        return self.space.follow(self.start, active, way, least, far=2.5)[1]  # less than half a turn
+        return self.space.follow(self.start, active, way, least, far=2.5)[
+            1
+        ]  # less than half a turn
 
     def rates(self, seed: int) -> np.ndarray:
         """Active rates or accelerations (n,)."""

@@ -32,8 +32,9 @@ EXTRA = ("pair", "pair", "pair", "span", "leg", "rod", "frame")  # what an addit
 class Plan:
     """What a robot is made of; the geometry follows from the seed.
 
-    arm: per joint of the arm 'R', 'P', a FourBar, or the letter of the second of two loops, one hung on the other.
-    extra: additional loops: (kind, place, FourBar), the place a number that picks a pair of links.
+    arm: per joint of the arm 'R', 'P', a FourBar, or the letter of the second of two loops, one
+    hung on the other. extra: additional loops: (kind, place, FourBar), the place a number that
+    picks a pair of links.
     """
 
     arm: tuple[str | FourBar, ...]
@@ -44,7 +45,9 @@ class Plan:
     @property
     def loops(self) -> int:
         """Number of loops."""
-        return sum(1 if isinstance(j, FourBar) else 2 * (j in ("A", "B")) for j in self.arm) + len(self.extra)
+        return sum(1 if isinstance(j, FourBar) else 2 * (j in ("A", "B")) for j in self.arm) + len(
+            self.extra
+        )
 
 
 @lru_cache(maxsize=64)
@@ -82,7 +85,10 @@ def add_loop(a: Assembly, tool: str, kind: str, place: int, bar: FourBar) -> Non
     pairs = [(j.parent, j.child) for j in a.joints.values()]
     if kind == "span":
         far = [
-            (base, link) for base, middle in pairs for up, link in pairs if up == middle and _parallel(a, middle, link)
+            (base, link)
+            for base, middle in pairs
+            for up, link in pairs
+            if up == middle and _parallel(a, middle, link)
         ]
         if far:
             base, link = far[place % len(far)]

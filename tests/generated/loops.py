@@ -1,7 +1,8 @@
 """Loops of Type A to D on an assembly, in planes tilted in space: each link and joint where the posture has it.
 
-All four types are one linkage: a stub S on the base, a first link F on the base, a second one c on F, and the pin
-between c and S. Type A: arm S, k1 F, k2 c; B: k1 S, arm F, k2 c; C: k1 S, k2 F, arm c; D: k2 S, k1 F, arm c.
+All four types are one linkage: a stub S on the base, a first link F on the base, a second one c on
+F, and the pin between c and S. Type A: arm S, k1 F, k2 c; B: k1 S, arm F, k2 c; C: k1 S, k2 F, arm
+c; D: k2 S, k1 F, arm c.
 """
 
 from __future__ import annotations
@@ -13,10 +14,23 @@ import numpy as np
 from hybrid_dynamics_core.description import Loop
 from tests.generated.assembly import Assembly, frame_with_normal, unit
 
-ROLES = {"A": ("S", "F", "c"), "B": ("F", "S", "c"), "C": ("c", "S", "F"), "D": ("c", "F", "S")}  # arm, k1, k2
+ROLES = {
+    "A": ("S", "F", "c"),
+    "B": ("F", "S", "c"),
+    "C": ("c", "S", "F"),
+    "D": ("c", "F", "S"),
+}  # arm, k1, k2
 GOES_ON = {"A": "S", "B": "c", "C": "c", "D": "S"}
 KIND = {"R": "revolute", "P": "prismatic"}
-MIXES = ("RRR", "RRP", "RPR", "PRR", "PPR", "PRP", "RPP")  # joints of S, F and c; the pin is the fourth
+MIXES = (
+    "RRR",
+    "RRP",
+    "RPR",
+    "PRR",
+    "PPR",
+    "PRP",
+    "RPP",
+)  # joints of S, F and c; the pin is the fourth
 
 
 @dataclass(frozen=True)
@@ -49,7 +63,9 @@ class Plane:
         rng = self.assembly.rng
         if kind == "revolute":
             return self.normal * rng.choice([-1.0, 1.0])
-        angle = rng.uniform(-np.pi, np.pi) if not self.assembly.tidy else rng.integers(4) * np.pi / 2.0
+        angle = (
+            rng.uniform(-np.pi, np.pi) if not self.assembly.tidy else rng.integers(4) * np.pi / 2.0
+        )
         return self.basis[:, :2] @ np.array([np.cos(angle), np.sin(angle)])
 
 
@@ -71,7 +87,9 @@ def corner(rng: np.random.Generator, size: float = 0.5) -> np.ndarray:
     return size * rng.uniform(0.4, 1.2) * np.array([np.cos(angle), np.sin(angle)])
 
 
-def new_four_bar(a: Assembly, base: str, at: np.ndarray, normal: np.ndarray, bar: FourBar) -> dict[str, str]:
+def new_four_bar(
+    a: Assembly, base: str, at: np.ndarray, normal: np.ndarray, bar: FourBar
+) -> dict[str, str]:
     """A four-bar with three new links on the base: link by 'S', 'F', 'c'."""
     plane = Plane(a, at, normal)
     s = a.hang(base, KIND[bar.mix[0]], plane.axis(KIND[bar.mix[0]]), plane.space(np.zeros(2)))
@@ -107,7 +125,8 @@ def _rest(a: Assembly, base: str, stub: str, plane: Plane, bar: FourBar) -> dict
 def hung_four_bars(a: Assembly, base: str, at: np.ndarray, normal: np.ndarray, letter: str) -> str:
     """Two loops as the forging robot's parallelograms: the second stands on the coupler of the first.
 
-    The next link of the arm turns on the pivot of that coupler. Returns the link that carries the arm on.
+    The next link of the arm turns on the pivot of that coupler. Returns the link that carries the
+    arm on.
     """
     first = new_four_bar(a, base, at, normal, FourBar("B"))
     pivot = joint_point(a, first["c"])
@@ -164,7 +183,11 @@ def leg(a: Assembly, on: str, to: str, foot: np.ndarray, tip: np.ndarray, kind: 
     link, at, driven = on, foot, ""
     along = unit(tip - foot)
     if kind != "UPS":
-        axis = unit(np.cross(along, rng.normal(size=3))) if kind == "RUS" else unit(along + 0.3 * rng.normal(size=3))
+        axis = (
+            unit(np.cross(along, rng.normal(size=3)))
+            if kind == "RUS"
+            else unit(along + 0.3 * rng.normal(size=3))
+        )
         at = foot + (0.3 * np.cross(axis, along) if kind == "RUS" else np.zeros(3))
         link = a.hang(link, KIND[kind[0]], axis, foot)
         driven = f"q_{link}"
@@ -172,7 +195,10 @@ def leg(a: Assembly, on: str, to: str, foot: np.ndarray, tip: np.ndarray, kind: 
     first = unit(np.cross(along, rng.normal(size=3)))
     second = np.cross(along, first)
     if not a.tidy:
-        first, second = unit(first + 0.2 * rng.normal(size=3)), unit(second + 0.2 * rng.normal(size=3))
+        first, second = (
+            unit(first + 0.2 * rng.normal(size=3)),
+            unit(second + 0.2 * rng.normal(size=3)),
+        )
     link = a.hang(link, "revolute", first, at)
     link = a.hang(link, "revolute", second, at)
     if kind == "UPS":

@@ -19,11 +19,14 @@ Pose = tuple[np.ndarray, np.ndarray]
 def other_cuts(robot: RobotDescription) -> list[tuple[str, str]]:
     """(closure, joint) wherever a loop may as well be cut: turning joints that are not active, in loops of one pin.
 
-    Not where bars of another loop turn round that is named a parallelogram: it is told by its four bars.
+    Not where bars of another loop turn round that is named a parallelogram: it is told by its four
+    bars.
     """
     cuts = []
     for c in robot.closures:
-        named = [_loop(robot, o) for o in robot.closures if o is not c and o.assembly == "parallelogram"]
+        named = [
+            _loop(robot, o) for o in robot.closures if o is not c and o.assembly == "parallelogram"
+        ]
         for name in _loop(robot, c) if c.kind in CUTTABLE else ():
             turns = {name, *turned_by(robot, c, name)}
             if robot.joints[name].type == "revolute" and name not in robot.active:
@@ -57,7 +60,8 @@ def rerooted(
 ) -> RobotDescription:
     """The robot with a pin as a joint of the tree, named after the closure, and the joint `cut` as the closure.
 
-    s: a closed configuration in the order `names`. The links between both turn round: each hangs on what hung on it.
+    s: a closed configuration in the order `names`. The links between both turn round: each hangs on
+    what hung on it.
     """
     poses = Space(robot, names).poses(s)
     values = dict(zip(names, s.tolist(), strict=True))
@@ -71,7 +75,9 @@ def rerooted(
     across = axes[cut] if pin.kind == "planar" else poses[pin.link_a][0] @ pin.rotation_a[:, 2]
     made = {closure: ("revolute", pin.link_b, pin.link_a, across, 0.0)}
     origins = {pin.link_a: here}
-    for name in turned:  # a joint between the same links, seen from the other one: its axis turns round
+    for (
+        name
+    ) in turned:  # a joint between the same links, seen from the other one: its axis turns round
         j = robot.joints[name]
         made[name] = (j.type, j.child, j.parent, -axes[name], values[name])
         origins[j.parent] = places[name]
@@ -81,18 +87,28 @@ def rerooted(
         if name in made:
             joints[name] = _joint(name, *made[name], new_poses)
         elif name != cut:
-            joints[name] = _joint(name, j.type, j.parent, j.child, axes[name], values[name], new_poses)
+            joints[name] = _joint(
+                name, j.type, j.parent, j.child, axes[name], values[name], new_poses
+            )
     old = robot.joints[cut]
     ends = [_local(new_poses[link], places[cut]) for link in (old.parent, old.child)]
     axle = frame_with_normal(unit(axes[cut]), None)
     turns = [new_poses[link][0].T @ axle for link in (old.parent, old.child)]
     kept = [_moved_closure(c, poses, new_poses) for c in robot.closures if c.name != closure]
     mode = pin.assembly if pin.assembly == "parallelogram" else None
-    more = {"kind": pin.kind, "rotation_a": frozen(turns[0]), "rotation_b": frozen(turns[1]), "assembly": mode}
+    more = {
+        "kind": pin.kind,
+        "rotation_a": frozen(turns[0]),
+        "rotation_b": frozen(turns[1]),
+        "assembly": mode,
+    }
     kept.append(Closure(cut, old.parent, frozen(ends[0]), old.child, frozen(ends[1]), **more))
     return replace(
         robot,
-        links={n: replace(k, com=frozen(k.com - _shift(n, poses, new_poses))) for n, k in robot.links.items()},
+        links={
+            n: replace(k, com=frozen(k.com - _shift(n, poses, new_poses)))
+            for n, k in robot.links.items()
+        },
         joints=joints,
         closures=tuple(kept),
         loops={},
@@ -143,7 +159,9 @@ def _joint(
 def _moved_closure(c: Closure, poses: dict[str, Pose], new_poses: dict[str, Pose]) -> Closure:
     """The closure on links whose frames have moved; its mode, unless a parallelogram, is that of the reference."""
     ends = {
-        f"point_{end}": frozen(getattr(c, f"point_{end}") - _shift(getattr(c, f"link_{end}"), poses, new_poses))
+        f"point_{end}": frozen(
+            getattr(c, f"point_{end}") - _shift(getattr(c, f"link_{end}"), poses, new_poses)
+        )
         for end in "ab"
     }
     return replace(c, **ends, assembly=c.assembly if c.assembly == "parallelogram" else None)

@@ -18,12 +18,19 @@ from tests.generated.stacks import stacks
 STATES = st.integers(0, 99)  # seeds of random states
 
 
-MORE = int(os.environ.get("MORE_EXAMPLES", "1"))  # times as many robots, and others at each run: to search for faults
+MORE = int(
+    os.environ.get("MORE_EXAMPLES", "1")
+)  # times as many robots, and others at each run: to search for faults
 
 
 def examples(number: int) -> settings:
-    """So many robots. None is shrunk: a plan is short as it stands, and building hundreds of robots takes minutes."""
-    return settings(max_examples=number * MORE, derandomize=MORE == 1, phases=(Phase.explicit, Phase.generate))
+    """So many robots.
+
+    None is shrunk: a plan is short as it stands, and building hundreds of robots takes minutes.
+    """
+    return settings(
+        max_examples=number * MORE, derandomize=MORE == 1, phases=(Phase.explicit, Phase.generate)
+    )
 
 
 def robots() -> st.SearchStrategy[Case]:
@@ -64,9 +71,15 @@ def swapped(c: Closure) -> Closure:
 def moved(robot: RobotDescription, rotation: np.ndarray, offset: np.ndarray) -> RobotDescription:
     """The robot mounted elsewhere on the world, gravity turned with it."""
     joints = {
-        name: replace(j, rotation=frozen(rotation @ j.rotation), translation=frozen(rotation @ j.translation + offset))
-        if j.parent == robot.base
-        else j
+        name: (
+            replace(
+                j,
+                rotation=frozen(rotation @ j.rotation),
+                translation=frozen(rotation @ j.translation + offset),
+            )
+            if j.parent == robot.base
+            else j
+        )
         for name, j in robot.joints.items()
     }
     closures = []
@@ -76,10 +89,15 @@ def moved(robot: RobotDescription, rotation: np.ndarray, offset: np.ndarray) -> 
                 point, turned = getattr(c, f"point_{end}"), getattr(c, f"rotation_{end}")
                 c = replace(  # noqa: PLW2901
                     c,
-                    **{f"point_{end}": frozen(rotation @ point + offset), f"rotation_{end}": frozen(rotation @ turned)},
+                    **{
+                        f"point_{end}": frozen(rotation @ point + offset),
+                        f"rotation_{end}": frozen(rotation @ turned),
+                    },
                 )
         closures.append(c)
-    return replace(robot, joints=joints, closures=tuple(closures), gravity=frozen(rotation @ robot.gravity))
+    return replace(
+        robot, joints=joints, closures=tuple(closures), gravity=frozen(rotation @ robot.gravity)
+    )
 
 
 def scaled(robot: RobotDescription, factor: float) -> RobotDescription:
@@ -87,11 +105,18 @@ def scaled(robot: RobotDescription, factor: float) -> RobotDescription:
     strokes = {name for name, j in robot.joints.items() if j.type == "prismatic"}
     return replace(
         robot,
-        joints={n: replace(j, translation=frozen(factor * j.translation)) for n, j in robot.joints.items()},
+        joints={
+            n: replace(j, translation=frozen(factor * j.translation))
+            for n, j in robot.joints.items()
+        },
         closures=tuple(
-            replace(c, point_a=frozen(factor * c.point_a), point_b=frozen(factor * c.point_b)) for c in robot.closures
+            replace(c, point_a=frozen(factor * c.point_a), point_b=frozen(factor * c.point_b))
+            for c in robot.closures
         ),
-        frames={n: Frame(f.link, f.rotation, frozen(factor * f.translation)) for n, f in robot.frames.items()},
+        frames={
+            n: Frame(f.link, f.rotation, frozen(factor * f.translation))
+            for n, f in robot.frames.items()
+        },
         reference={n: factor * v if n in strokes else v for n, v in robot.reference.items()},
     )
 
@@ -101,14 +126,26 @@ def as_text(robot: RobotDescription) -> str:
     lines = ["format: 1", f"name: {robot.name}", f"gravity: {_list(robot.gravity)}", "links:"]
     for link in robot.links.values():
         i = link.inertia
-        parts = ("xx", i[0, 0]), ("yy", i[1, 1]), ("zz", i[2, 2]), ("xy", i[0, 1]), ("xz", i[0, 2]), ("yz", i[1, 2])
+        parts = (
+            ("xx", i[0, 0]),
+            ("yy", i[1, 1]),
+            ("zz", i[2, 2]),
+            ("xy", i[0, 1]),
+            ("xz", i[0, 2]),
+            ("yz", i[1, 2]),
+        )
         inertia = ", ".join(f"{key}: {float(value)!r}" for key, value in parts)
-        body = f"mass: {link.mass!r}, com: {_list(link.com)}, inertia: {{{inertia}}}" if link.mass else ""
+        body = (
+            f"mass: {link.mass!r}, com: {_list(link.com)}, inertia: {{{inertia}}}"
+            if link.mass
+            else ""
+        )
         lines.append(f"  {link.name}: {{{body}}}")
     lines.append("joints:")
     lines += [
-        f"  {j.name}: {{type: {j.type}, parent: {j.parent}, child: {j.child}, axis: {_list(j.axis)}, "
-        f"origin: {{xyz: {_list(j.translation)}, rpy: {_list(_rpy(j.rotation))}}}}}"
+        f"  {j.name}: {{type: {j.type}, parent: {j.parent}, child: {j.child}, axis:"
+        f" {_list(j.axis)}, origin: {{xyz: {_list(j.translation)}, rpy:"
+        f" {_list(_rpy(j.rotation))}}}}}"
         for j in robot.joints.values()
     ]
     for section, tied in (("loops", True), ("closures", False)):
@@ -131,12 +168,15 @@ def _closure(robot: RobotDescription, c: Closure) -> str:
         loop = robot.loops[c.name]
         pin = f"{c.link_a}: {_list(c.point_a)}, {c.link_b}: {_list(c.point_b)}"
         return (
-            f"  {c.name}: {{type: {loop.type}, base: {loop.base}, arm: {loop.arm}, k1: {loop.k1}, k2: {loop.k2}, "
-            f"pin: {{{pin}}}{assembly}}}"
+            f"  {c.name}: {{type: {loop.type}, base: {loop.base}, arm: {loop.arm}, k1: {loop.k1},"
+            f" k2: {loop.k2}, pin: {{{pin}}}{assembly}}}"
         )
     ends = ", ".join(
         f"{link}: {{xyz: {_list(point)}, rpy: {_list(_rpy(rotation))}}}"
-        for link, point, rotation in ((c.link_a, c.point_a, c.rotation_a), (c.link_b, c.point_b, c.rotation_b))
+        for link, point, rotation in (
+            (c.link_a, c.point_a, c.rotation_a),
+            (c.link_b, c.point_b, c.rotation_b),
+        )
     )
     return f"  {c.name}: {{kind: {c.kind}, between: {{{ends}}}{assembly}}}"
 

@@ -1,7 +1,7 @@
 """Poses, loop equations in space and their Jacobian from a description alone, and Newton on them.
 
-Written to share nothing with the library: geometric Jacobians of all links, every closure as equations in space
-(more than a planar loop needs), least squares for the redundant ones.
+Written to share nothing with the library: geometric Jacobians of all links, every closure as
+equations in space (more than a planar loop needs), least squares for the redundant ones.
 """
 
 from __future__ import annotations
@@ -40,7 +40,11 @@ class Space:
             j = self.robot.joints[name]
             r, p = result[j.parent]
             r, p = r @ j.rotation, p + r @ j.translation
-            moved = (r @ turn(j.axis, value[name]), p) if j.type == "revolute" else (r, p + r @ j.axis * value[name])
+            moved = (
+                (r @ turn(j.axis, value[name]), p)
+                if j.type == "revolute"
+                else (r, p + r @ j.axis * value[name])
+            )
             result[j.child] = moved
         return result
 
@@ -67,7 +71,10 @@ class Space:
 
     def _closure(self, poses: dict, c: Closure) -> tuple[np.ndarray, np.ndarray]:
         ends = []
-        for link, point, rotation in ((c.link_a, c.point_a, c.rotation_a), (c.link_b, c.point_b, c.rotation_b)):
+        for link, point, rotation in (
+            (c.link_a, c.point_a, c.rotation_a),
+            (c.link_b, c.point_b, c.rotation_b),
+        ):
             r, p = poses[link]
             where = p + r @ point
             ends.append((where, r @ rotation, *self.columns(poses, link, where)))
@@ -91,7 +98,10 @@ class Space:
         poses = self.poses(s)
         for c in self.robot.closures:
             for k in {"axis": [2], "frame": [0, 1, 2]}.get(c.kind, []):
-                a, b = (poses[c.link_a][0] @ c.rotation_a)[:, k], (poses[c.link_b][0] @ c.rotation_b)[:, k]
+                a, b = (
+                    (poses[c.link_a][0] @ c.rotation_a)[:, k],
+                    (poses[c.link_b][0] @ c.rotation_b)[:, k],
+                )
                 worst = max(worst, 0.0 if a @ b > 0.0 else 2.0)
         return worst
 
@@ -141,8 +151,8 @@ class Space:
     ) -> tuple[float, np.ndarray]:
         """Go along `move` of the fixed coordinates in small steps: (share of the way, s) where it ended.
 
-        Stops before the margin falls below the floor, and before any coordinate has gone as far as `far` [rad or m].
-        shortest: step, as a share of the way, that is given up.
+        Stops before the margin falls below the floor, and before any coordinate has gone as far as
+        `far` [rad or m]. shortest: step, as a share of the way, that is given up.
         """
         fixed = list(fixed)
         start, done, length = s.copy(), 0.0, 0.25
@@ -153,7 +163,12 @@ class Space:
             guess[fixed] = start[fixed] + ahead * move
             after = self.close(guess, fixed, 8)
             small = np.abs(guess - s).max() < 0.15
-            if after is None or not small or np.abs(after - guess).max() > 0.02 or self.margin(after, fixed) < floor:
+            if (
+                after is None
+                or not small
+                or np.abs(after - guess).max() > 0.02
+                or self.margin(after, fixed) < floor
+            ):
                 length /= 2.0
                 continue
             if np.abs(after - start).max() > far:

@@ -13,7 +13,8 @@ from tests.generated.case import Case, complete
 from tests.generated.class_three import EXTRAS, JOINTS, SEEDS, TRIES, add_loop, build_arm, built
 from tests.generated.loops import KIND, FourBar, joint_point, leg
 
-PLATFORMS = {  # joints that hold the platform to its base: slides along x, y, z, turns about a, b, c
+# joints that hold the platform to its base: slides along x, y, z, turns about a, b, c
+PLATFORMS = {
     "translation": "xyz",
     "rotation": "abc",
     "planar": "xyc",
@@ -65,7 +66,11 @@ def build_stack(stack: Stack) -> Case | None:
 def add_module(a: Assembly, on: str, module: Module, active: str) -> str:
     """A module on a link; returns its platform."""
     rng = a.rng
-    frame = np.eye(3) if a.tidy else turn(unit(rng.normal(size=3)), rng.uniform(0.0, 0.5)) @ a.poses[on][0]
+    frame = (
+        np.eye(3)
+        if a.tidy
+        else turn(unit(rng.normal(size=3)), rng.uniform(0.0, 0.5)) @ a.poses[on][0]
+    )
     foot = joint_point(a, on) + 0.1 * rng.normal(size=3)
     centre = foot + frame @ np.array([0.0, 0.0, 0.8])
     freedoms = PLATFORMS[module.platform]
@@ -74,13 +79,16 @@ def add_module(a: Assembly, on: str, module: Module, active: str) -> str:
     angles = [np.sort(rng.uniform(0.0, 2.0 * np.pi / len(freedoms), 2)) for _ in freedoms]
     ring = [
         [
-            radius * turn(np.array([0.0, 0.0, 1.0]), angle[i] + 2.0 * np.pi * k / len(freedoms))[:, 0]
+            radius
+            * turn(np.array([0.0, 0.0, 1.0]), angle[i] + 2.0 * np.pi * k / len(freedoms))[:, 0]
             for i, radius in enumerate(size)
         ]
         for k, angle in enumerate(angles)
     ]
     lift = np.zeros(3) if planar else foot - centre
-    tips = [centre + frame @ (near + (0.0 if planar else 0.05) * rng.normal(size=3)) for near, _ in ring]
+    tips = [
+        centre + frame @ (near + (0.0 if planar else 0.05) * rng.normal(size=3)) for near, _ in ring
+    ]
     feet = [centre + lift + frame @ far for _, far in ring]
     if module.carried and module.leg == "UPS" and module.platform == "free":
         platform = _carried_platform(a, on, feet[0], tips[0], frame)
@@ -116,7 +124,9 @@ def _platform(a: Assembly, on: str, centre: np.ndarray, frame: np.ndarray, freed
     return link
 
 
-def _carried_platform(a: Assembly, on: str, foot: np.ndarray, tip: np.ndarray, frame: np.ndarray) -> str:
+def _carried_platform(
+    a: Assembly, on: str, foot: np.ndarray, tip: np.ndarray, frame: np.ndarray
+) -> str:
     """A platform on the end of a leg, by a ball of three revolute joints."""
     along = unit(tip - foot)
     first = unit(np.cross(along, frame[:, 0]))
@@ -134,7 +144,13 @@ def _carried_platform(a: Assembly, on: str, foot: np.ndarray, tip: np.ndarray, f
 
 
 def _planar_leg(
-    a: Assembly, on: str, platform: str, foot: np.ndarray, tip: np.ndarray, normal: np.ndarray, kind: str
+    a: Assembly,
+    on: str,
+    platform: str,
+    foot: np.ndarray,
+    tip: np.ndarray,
+    normal: np.ndarray,
+    kind: str,
 ) -> str:
     """A leg of two joints in the plane of the platform and a pin; returns its first joint."""
     along = unit(tip - foot)
@@ -150,16 +166,23 @@ def _planar_leg(
     return driven
 
 
-MODULES = st.builds(Module, st.sampled_from(sorted(PLATFORMS)), st.sampled_from(LEGS), st.booleans())
+MODULES = st.builds(
+    Module, st.sampled_from(sorted(PLATFORMS)), st.sampled_from(LEGS), st.booleans()
+)
 
 
 @st.composite
 def stacks(draw: st.DrawFn, max_modules: int = 3) -> Case:
-    """1 to 3 modules in series; alone, under an arm, or under an arm with a loop. At most one has six legs."""
+    """1 to 3 modules in series; alone, under an arm, or under an arm with a loop.
+
+    At most one has six legs.
+    """
     modules: list[Module] = draw(st.lists(MODULES, min_size=1, max_size=max_modules))
     six = [m for m in modules if m.platform == "free"]
     modules = [m for m in modules if m not in six[1:]]
     arm = tuple(draw(st.lists(JOINTS, max_size=2)))
     extra = tuple(draw(st.lists(EXTRAS, max_size=1 if arm else 0)))
     active = draw(st.sampled_from(("legs", "pose", "any")))
-    return built(build_stack(Stack(tuple(modules), arm, extra, active, draw(st.booleans()), draw(SEEDS))))
+    return built(
+        build_stack(Stack(tuple(modules), arm, extra, active, draw(st.booleans()), draw(SEEDS)))
+    )

@@ -1,8 +1,9 @@
 """Laws of closure, rates and accelerations, on robots and stacks nobody has seen.
 
-Tolerances: an error e in the loop equations, of rounding size, moves the coordinates by e / margin, where the margin
-is the smallest singular value of the passive Jacobian [m or rad], and R by about e / margin^2. Robots are built with a
-margin of at least 0.02, and states keep half of it, so these bounds stay below 1e-8.
+Tolerances: an error e in the loop equations, of rounding size, moves the coordinates by e / margin,
+where the margin is the smallest singular value of the passive Jacobian [m or rad], and R by about e
+/ margin^2. Robots are built with a margin of at least 0.02, and states keep half of it, so these
+bounds stay below 1e-8.
 """
 
 from __future__ import annotations
@@ -38,8 +39,9 @@ def close_to(value: np.ndarray, expected: np.ndarray, tolerance: float | np.ndar
 def derivative(f: Callable[[float], np.ndarray], noise: float) -> tuple[np.ndarray, np.ndarray]:
     """d/dt f at 0 and its uncertainty.
 
-    Central differences of two steps, extrapolated. Their difference is three times the error of the finer one, so a
-    tenth of it bounds the error of the extrapolated value where the series converges; `noise` is the error of f.
+    Central differences of two steps, extrapolated. Their difference is three times the error of the
+    finer one, so a tenth of it bounds the error of the extrapolated value where the series
+    converges; `noise` is the error of f.
     """
     h = 1e-4
     fine, coarse = ((f(step) - f(-step)) / (2.0 * step) for step in (h, 2.0 * h))
@@ -54,7 +56,10 @@ def test_every_closure_holds_in_space_by_the_poses_of_its_links(case: Case, seed
     expected = case.space.poses(state.s)
     for c in case.description.closures:
         ends = []
-        for link, point, rotation in ((c.link_a, c.point_a, c.rotation_a), (c.link_b, c.point_b, c.rotation_b)):
+        for link, point, rotation in (
+            (c.link_a, c.point_a, c.rotation_a),
+            (c.link_b, c.point_b, c.rotation_b),
+        ):
             pose = case.robot.forward_kinematics(state, frame=link) if link != "base" else None
             r, p = (pose.rotation, pose.position) if pose else (np.eye(3), np.zeros(3))
             assert close_to(r, expected[link][0], ROUNDING)
@@ -109,7 +114,11 @@ def test_accelerations_are_the_derivative_of_the_rates(case: Case, seed: int) ->
 
     numeric, tolerance = derivative(rates, ROUNDING / margin(case, s) ** 2)
     assert close_to(case.robot.accelerations(state, ddu), numeric, tolerance + 1e-8)
-    assert close_to(state.R @ ddu + state.bias, case.robot.accelerations(state, ddu), 1e-11 / margin(case, s) ** 3)
+    assert close_to(
+        state.R @ ddu + state.bias,
+        case.robot.accelerations(state, ddu),
+        1e-11 / margin(case, s) ** 3,
+    )
 
 
 @examples(18)
@@ -120,7 +129,9 @@ def test_closures_do_no_work(case: Case, seed: int) -> None:
     state = case.robot.close(s[: case.n])
     _, jacobian = case.space.equations(state.s)
     assert np.abs(jacobian @ state.R).max(initial=0.0) < 1e-12 / margin(case, s)
-    assert close_to(state.R, case.space.velocity_map(state.s, range(case.n)), 1e-11 / margin(case, s) ** 2)
+    assert close_to(
+        state.R, case.space.velocity_map(state.s, range(case.n)), 1e-11 / margin(case, s) ** 2
+    )
 
 
 @examples(9)
@@ -153,13 +164,17 @@ def test_order_in_the_file_does_not_matter(case: Case, seed: int) -> None:
     assert close_to(one.s, two.s[same], 1e-11 / m)
     assert close_to(one.ds, two.ds[same], 1e-11 / m**2)
     assert close_to(one.bias, two.bias[same], 1e-10 / m**3)
-    a, b = (robot.inverse_dynamics(state, ddu) for robot, state in ((case.robot, one), (other, two)))
+    a, b = (
+        robot.inverse_dynamics(state, ddu) for robot, state in ((case.robot, one), (other, two))
+    )
     assert close_to(a, b, 1e-11 / m**3 * max(1.0, np.abs(a).max()))
 
 
 @examples(12)
 @given(robots(), STATES)
-def test_robot_mounted_elsewhere_with_its_gravity_needs_the_same_efforts(case: Case, seed: int) -> None:
+def test_robot_mounted_elsewhere_with_its_gravity_needs_the_same_efforts(
+    case: Case, seed: int
+) -> None:
     rng = np.random.default_rng(seed)
     rotation, offset = turn(unit(rng.normal(size=3)), rng.uniform(-3, 3)), rng.normal(size=3)
     s, du, ddu = case.somewhere(seed), case.rates(seed), case.rates(seed + 1)
@@ -167,7 +182,9 @@ def test_robot_mounted_elsewhere_with_its_gravity_needs_the_same_efforts(case: C
     one, two = (robot.close(s[: case.n], du) for robot in (case.robot, other))
     m = margin(case, s)
     assert close_to(one.s, two.s, 1e-11 / m)
-    a, b = (robot.inverse_dynamics(state, ddu) for robot, state in ((case.robot, one), (other, two)))
+    a, b = (
+        robot.inverse_dynamics(state, ddu) for robot, state in ((case.robot, one), (other, two))
+    )
     assert close_to(a, b, 1e-11 / m**3 * max(1.0, np.abs(a).max()))
     here, there = case.robot.forward_kinematics(one), other.forward_kinematics(two)
     assert close_to(there.position, rotation @ here.position + offset, 1e-11 / m)
@@ -176,7 +193,9 @@ def test_robot_mounted_elsewhere_with_its_gravity_needs_the_same_efforts(case: C
 
 @examples(9)
 @given(robots(), STATES, st.sampled_from([1e-3, 30.0]))
-def test_size_does_not_change_angles_nor_the_distance_to_a_singularity(case: Case, seed: int, factor: float) -> None:
+def test_size_does_not_change_angles_nor_the_distance_to_a_singularity(
+    case: Case, seed: int, factor: float
+) -> None:
     s = case.somewhere(seed)
     other = Robot(scaled(case.description, factor))
     turning = np.array([kind == "revolute" for kind in case.robot.joint_types.values()])
@@ -195,8 +214,12 @@ def test_robot_written_as_a_file_is_the_same(case: Case, seed: int) -> None:
     assert other.coordinates == case.robot.coordinates
     one, two = (robot.close(s[: case.n], du) for robot in (case.robot, other))
     m = margin(case, s)
-    assert close_to(one.s, two.s, 1e-10 / m)  # angles of rotations are written with 1e-16, near +-90 degrees less
-    a, b = (robot.inverse_dynamics(state, ddu) for robot, state in ((case.robot, one), (other, two)))
+    assert close_to(
+        one.s, two.s, 1e-10 / m
+    )  # angles of rotations are written with 1e-16, near +-90 degrees less
+    a, b = (
+        robot.inverse_dynamics(state, ddu) for robot, state in ((case.robot, one), (other, two))
+    )
     assert close_to(a, b, 1e-10 / m**3 * max(1.0, np.abs(a).max()))
 
 
@@ -204,7 +227,10 @@ def test_robot_written_as_a_file_is_the_same(case: Case, seed: int) -> None:
 @given(robots(), STATES)
 def test_a_state_in_a_batch_is_the_state_alone(case: Case, seed: int) -> None:
     rows = np.array([case.somewhere(seed + k) for k in range(3)])
-    u, du, ddu = rows[:, : case.n], *(np.array([case.rates(seed + k) for k in ks]) for ks in ((0, 1, 2), (3, 4, 5)))
+    u, du, ddu = (
+        rows[:, : case.n],
+        *(np.array([case.rates(seed + k) for k in ks]) for ks in ((0, 1, 2), (3, 4, 5))),
+    )
     batch = case.robot.close(u, du)
     tau = case.robot.inverse_dynamics(batch, ddu)
     followed = case.robot.close(u, du, near=case.robot.close(case.start[: case.n]))

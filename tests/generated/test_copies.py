@@ -36,7 +36,11 @@ def test_random_robots_cut_open_elsewhere(case: Case, seed: int) -> None:
     cuts = other_cuts(case.description)
     assume(cuts)
     closure, joint = cuts[seed % len(cuts)]
-    generated_alike(case, Robot(rerooted(case.description, case.start, case.robot.coordinates, closure, joint)), seed)
+    generated_alike(
+        case,
+        Robot(rerooted(case.description, case.start, case.robot.coordinates, closure, joint)),
+        seed,
+    )
 
 
 @examples(8)
@@ -47,7 +51,9 @@ def test_names_of_modes_mean_the_same_in_another_order(case: Case, seed: int) ->
     branch = case.robot.close(s[: case.n]).branch
     named = {loop: mode for loop, mode in branch.items() if mode in NAMED}
     assume(named)
-    closures = [replace(c, assembly=named.get(c.name, c.assembly)) for c in case.description.closures]
+    closures = [
+        replace(c, assembly=named.get(c.name, c.assembly)) for c in case.description.closures
+    ]
     other = Robot(shuffled(replace(case.description, closures=tuple(closures)), seed))
     twin = other.close(s[: case.n])
     apart = twin.s[[other.coordinates.index(name) for name in case.robot.coordinates]] - s

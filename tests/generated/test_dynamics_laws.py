@@ -1,8 +1,8 @@
 """Laws of the dynamics, on robots and states nobody has seen, with everything acting that can act.
 
-Tolerances: R is good to 1e-13 / margin^2 and R' to 1e-13 / margin^3, where the margin is the smallest singular value of
-the passive Jacobian (at least 0.01 here, see test_closure_laws), relative to terms that may cancel; differences say
-their own.
+Tolerances: R is good to 1e-13 / margin^2 and R' to 1e-13 / margin^3, where the margin is the
+smallest singular value of the passive Jacobian (at least 0.01 here, see test_closure_laws),
+relative to terms that may cancel; differences say their own.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ from tests.generated.robots import STATES, examples, robots
 from tests.laws.test_loads import heavy_loads
 from tests.robots import scaled
 
-H = 1e-4  # step of central differences of fourth order: they leave H^4 of the fifth derivative, and 1e-12 of rounding
+# step of central differences of fourth order: they leave H^4 of the fifth derivative, and 1e-12 of
+# rounding
+H = 1e-4
 
 
 def at(case: Case, seed: int) -> ClosedState:
@@ -37,7 +39,9 @@ def efforts(case: Case, seed: int) -> np.ndarray:
 def slope(function: Callable[[float], np.ndarray]) -> tuple[np.ndarray, float]:
     """The derivative at 0, by differences of fourth order, and how far two steps of it disagree."""
     fine, coarse = (
-        (8.0 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12.0 * h) for f in (function,) for h in (H, 2 * H)
+        (8.0 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12.0 * h)
+        for f in (function,)
+        for h in (H, 2 * H)
     )
     return fine, float(np.abs(fine - coarse).max(initial=0.0))
 
@@ -47,20 +51,27 @@ def slope(function: Callable[[float], np.ndarray]) -> tuple[np.ndarray, float]:
 def test_inverse_of_forward_dynamics(case: Case, seed: int) -> None:
     state, tau = at(case, seed), efforts(case, seed)
     for loads in (case.robot.loads, heavy_loads(case.robot)):
-        again = case.robot.inverse_dynamics(state, case.robot.forward_dynamics(state, tau, loads), loads)
+        again = case.robot.inverse_dynamics(
+            state, case.robot.forward_dynamics(state, tau, loads), loads
+        )
         rest = case.robot.inverse_dynamics(state, np.zeros(case.n), loads)
         assert scaled(again - tau, tau, rest) < 1e-9
 
 
 @examples(8)
 @given(robots(), STATES)
-def test_mass_matrix_is_positive_definite_and_its_rate_less_twice_coriolis_skew(case: Case, seed: int) -> None:
+def test_mass_matrix_is_positive_definite_and_its_rate_less_twice_coriolis_skew(
+    case: Case, seed: int
+) -> None:
     state, robot = at(case, seed), case.robot
     mass, bias, _ = robot.minimal_form(state)
     assert np.array_equal(mass, mass.T)
     assert np.linalg.eigvalsh(mass)[0] > 0.0
     matrix = robot.coriolis_matrix(state)
-    assert scaled(matrix @ state.du - bias, np.abs(matrix) @ np.abs(state.du), bias, np.ones(1)) < 1e-10
+    assert (
+        scaled(matrix @ state.du - bias, np.abs(matrix) @ np.abs(state.du), bias, np.ones(1))
+        < 1e-10
+    )
 
     def later(t: float) -> np.ndarray:
         return robot.minimal_form(robot.close(state.u + t * state.du, near=state))[0]
@@ -116,7 +127,9 @@ def test_energy_changes_by_the_power_put_in(case: Case, seed: int) -> None:
     loads = heavy_loads(robot)
 
     def energy(t: float) -> np.ndarray:
-        there = robot.close(state.u + t * state.du + 0.5 * t * t * ddu, state.du + t * ddu, near=state)
+        there = robot.close(
+            state.u + t * state.du + 0.5 * t * t * ddu, state.du + t * ddu, near=state
+        )
         return np.array([robot.energy(there, loads).total])
 
     kept = _springs_and_rotors_only(loads)
@@ -129,7 +142,9 @@ def test_energy_changes_by_the_power_put_in(case: Case, seed: int) -> None:
 def _springs_and_rotors_only(loads: Loads) -> Loads:
     """The same without what takes energy out or brings it in."""
     still = np.zeros_like(loads.effects.viscous)
-    return Loads(loads.gravity, loads.with_effects(viscous=still, coulomb=still).effects, loads.payloads)
+    return Loads(
+        loads.gravity, loads.with_effects(viscous=still, coulomb=still).effects, loads.payloads
+    )
 
 
 @examples(5)
@@ -137,10 +152,14 @@ def _springs_and_rotors_only(loads: Loads) -> Loads:
 def test_energy_along_a_simulated_motion_is_the_work_done(case: Case, seed: int) -> None:
     """Pushed, loaded and rubbing, as far as it goes in a fifth of a second; loops closed throughout."""
     robot, state = case.robot, at(case, seed)
-    assume(float(state.singularity) > 0.05)  # others meet a singular place at once, where a simulation ends
+    assume(
+        float(state.singularity) > 0.05
+    )  # others meet a singular place at once, where a simulation ends
     loads = heavy_loads(robot)
     tau = robot.inverse_dynamics(state, np.zeros(case.n), loads) + efforts(case, seed)
-    motion = simulate(robot, state.u, 0.3 * state.du, tau, (0.0, 0.2), Settings(loads=loads, rate=200.0))
+    motion = simulate(
+        robot, state.u, 0.3 * state.du, tau, (0.0, 0.2), Settings(loads=loads, rate=200.0)
+    )
     assume(len(motion.t) > 5)
     assert abs(motion.work[-1]) > 0.0
     assert motion.relative_energy_error < 1e-6

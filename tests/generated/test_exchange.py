@@ -26,6 +26,8 @@ def test_a_robot_comes_back(form: str, case: Case, seed: int) -> None:
     one, two = case.robot.close(s[: case.n], du), back.close(s[: case.n], du)
     order = [back.coordinates.index(name) for name in case.robot.coordinates]
     m = margin(case, s)
-    assert close_to(one.s, two.s[order], 1e-9 / m)  # angles of rotations are written with 1e-16, near +-90 degrees less
+    assert close_to(
+        one.s, two.s[order], 1e-9 / m
+    )  # angles of rotations are written with 1e-16, near +-90 degrees less
     a, b = (robot.inverse_dynamics(state, ddu) for robot, state in ((case.robot, one), (back, two)))
     assert close_to(a, b, 1e-9 / m**3 * max(1.0, abs(a).max()))

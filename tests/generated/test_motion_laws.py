@@ -16,7 +16,9 @@ from tests.generated.robots import STATES, examples, robots
 def apart(case: Case, a: np.ndarray, b: np.ndarray) -> float:
     """Largest difference of two configurations; whole turns are none."""
     turning = np.array([kind == "revolute" for kind in case.robot.joint_types.values()])
-    return float(np.abs(np.where(turning, np.remainder(a - b + np.pi, 2.0 * np.pi) - np.pi, a - b)).max())
+    return float(
+        np.abs(np.where(turning, np.remainder(a - b + np.pi, 2.0 * np.pi) - np.pi, a - b)).max()
+    )
 
 
 @examples(9)
@@ -32,7 +34,9 @@ def test_one_long_step_ends_where_small_steps_do(case: Case, seed: int) -> None:
     for _ in range(2):
         way = rng.normal(size=case.n)
         way *= rng.uniform(0.3, 1.5) / np.linalg.norm(way)
-        done, s = case.space.follow(near.s, active, way, 0.3 * case.space.margin(near.s, active), far=2.5)
+        done, s = case.space.follow(
+            near.s, active, way, 0.3 * case.space.margin(near.s, active), far=2.5
+        )
         try:
             state = case.robot.close(near.u + way, near=near)
         except StateError:
@@ -71,7 +75,9 @@ def test_step_that_is_not_refused_has_a_smooth_way(case: Case, seed: int) -> Non
 @given(robots(), STATES)
 def test_path_is_its_steps(case: Case, seed: int) -> None:
     ends = np.array([case.somewhere(seed + k) for k in range(2)])[:, : case.n]
-    u = np.concatenate([np.linspace(case.start[: case.n], ends[0], 4), np.linspace(ends[0], ends[1], 4)[1:]])
+    u = np.concatenate(
+        [np.linspace(case.start[: case.n], ends[0], 4), np.linspace(ends[0], ends[1], 4)[1:]]
+    )
     du = np.array([case.rates(seed + k) for k in range(len(u))])
     steps = []
     try:
@@ -117,9 +123,14 @@ def test_any_independent_coordinates_give_the_rest(case: Case, seed: int) -> Non
     assert np.abs(state.ds - slopes @ rates).max() < 1e-10 / margin**2
     assert state.dds is not None
     assert np.abs(state.dds[given_ones] - push).max() < 1e-8
-    # the accelerations are those of the robot's own active joints, which other laws hold to be derivatives
-    size = max(1.0, np.abs(state.dds).max(), np.abs(state.R).max() * np.abs(state.dds[: case.n]).max())
-    assert np.abs(state.R @ state.dds[: case.n] + state.bias - state.dds).max() < 1e-8 * size / margin
+    # the accelerations are those of the robot's own active joints, which other laws hold to be
+    # derivatives
+    size = max(
+        1.0, np.abs(state.dds).max(), np.abs(state.R).max() * np.abs(state.dds[: case.n]).max()
+    )
+    assert (
+        np.abs(state.R @ state.dds[: case.n] + state.bias - state.dds).max() < 1e-8 * size / margin
+    )
 
 
 @examples(9)
@@ -129,12 +140,20 @@ def test_what_passive_ones_give_gives_them_back(case: Case, seed: int) -> None:
     s = case.somewhere(seed)
     given_ones = another_set(case, seed)
     margin = case.space.margin(s, given_ones)
-    assume(len(given_ones) == case.n and margin > 0.05 and case.space.margin(case.start, given_ones) > 0.02)
+    assume(
+        len(given_ones) == case.n
+        and margin > 0.05
+        and case.space.margin(case.start, given_ones) > 0.02
+    )
     state = case.robot.close(s[: case.n], case.rates(seed))
     acceleration = case.robot.accelerations(state, case.rates(seed + 1))
     names = [case.robot.coordinates[k] for k in given_ones]
     back = case.robot.close_given(
-        *(dict(zip(names, v[given_ones].tolist(), strict=True)) for v in (state.s, state.ds, acceleration)), near=state
+        *(
+            dict(zip(names, v[given_ones].tolist(), strict=True))
+            for v in (state.s, state.ds, acceleration)
+        ),
+        near=state,
     )
     assert apart(case, back.s, state.s) < 1e-9
     assert back.ds == pytest.approx(state.ds, abs=1e-8 * max(1.0, np.abs(state.ds).max()))
@@ -160,7 +179,9 @@ def test_too_few_or_too_many_coordinates_are_refused(case: Case, seed: int) -> N
     degrees = f"{case.n} degree" + "s" * (case.n != 1) + " of freedom"
     for number in {case.n - 1, case.n + 1} & set(range(1, len(names) + 1)):
         with pytest.raises(InputError, match=degrees):
-            case.robot.close_given({name: case.description.reference[name] for name in names[:number]})
+            case.robot.close_given(
+                {name: case.description.reference[name] for name in names[:number]}
+            )
 
 
 @examples(15)
@@ -172,7 +193,9 @@ def test_a_mode_named_is_kept(case: Case, seed: int) -> None:
     for loop, mode in own.branch.items():
         named = case.robot.close(u, branch={loop: mode})
         assert np.array_equal(named.s, own.s)
-        modes = [m.branch[loop] for m in case.robot.assembly_modes(u)] if len(own.branch) < 4 else []
+        modes = (
+            [m.branch[loop] for m in case.robot.assembly_modes(u)] if len(own.branch) < 4 else []
+        )
         for other in set(modes) - {mode, "reference"}:
             if "mode_" in other:  # of an iteration: listed, but not to be asked for by name
                 continue

@@ -24,33 +24,33 @@ def four_bar(
 ) -> str:
     """Type A: crank q1 and coupler q2 on it, rocker q3; all angles counterclockwise, q2 from the crank."""
     named = f", assembly: {assembly}" if assembly else ""
-    return HEAD + (
-        "links: {base: {}, crank: {mass: 1}, coupler: {mass: 1, com: [0.1, 0, 0]}, rocker: {mass: 1}}\n"
-        "joints:\n"
-        "  q1: {type: revolute, parent: base, child: crank, axis: z}\n"
-        f"  q2: {{type: revolute, parent: crank, child: coupler, origin: {{xyz: [{crank!r}, 0, 0]}}, axis: z}}\n"
-        f"  q3: {{type: revolute, parent: base, child: rocker, origin: {{xyz: [{ground!r}, 0, 0]}}, axis: z}}\n"
-        "loops:\n"
-        "  bar: {type: A, base: base, arm: rocker, k1: crank, k2: coupler, "
-        f"pin: {{coupler: [{coupler!r}, 0, 0], rocker: [{rocker!r}, 0, 0]}}{named}}}\n"
-        f"active: [{active}]\nend_effector: {{link: rocker}}\nreference: {{{reference}}}\n"
+    return (
+        HEAD + "links: {base: {}, crank: {mass: 1}, coupler: {mass: 1, com: [0.1, 0, 0]},"
+        " rocker: {mass: 1}}\njoints:\n  q1: {type: revolute, parent: base, child: crank,"
+        " axis: z}\n  q2: {type: revolute, parent: crank, child: coupler, origin: {xyz:"
+        f" [{crank!r}, 0, 0]}}, axis: z}}\n  q3: {{type: revolute, parent: base, child: rocker,"
+        f" origin: {{xyz: [{ground!r}, 0, 0]}}, axis: z}}\nloops:\n  bar: {{type: A, base: base,"
+        f" arm: rocker, k1: crank, k2: coupler, pin: {{coupler: [{coupler!r}, 0, 0], rocker:"
+        f" [{rocker!r}, 0, 0]}}{named}}}\nactive: [{active}]\nend_effector: {{link:"
+        f" rocker}}\nreference: {{{reference}}}\n"
     )
 
 
-def cylinder(distance: float, radius: float, active: str = "stroke", assembly: str = "counterclockwise") -> str:
+def cylinder(
+    distance: float, radius: float, active: str = "stroke", assembly: str = "counterclockwise"
+) -> str:
     """A cylinder that turns a lever of some radius; its foot stands at a distance to the left of the lever's pivot.
 
-    stroke: distance from foot to pin; lever: its angle from straight ahead, tilt: that of the cylinder.
+    stroke: distance from foot to pin; lever: its angle from straight ahead, tilt: that of the
+    cylinder.
     """
-    return HEAD + (
-        "links: {base: {}, barrel: {mass: 1}, rod: {mass: 1}, lever: {mass: 1, com: [0.1, 0, 0]}}\n"
-        "joints:\n"
-        f"  tilt: {{type: revolute, parent: base, child: barrel, origin: {{xyz: [{-distance!r}, 0, 0]}}, axis: z}}\n"
-        "  stroke: {type: prismatic, parent: barrel, child: rod, axis: x}\n"
-        "  lever: {type: revolute, parent: base, child: lever, axis: z}\n"
-        "loops:\n"
-        "  lift: {type: A, base: base, arm: lever, k1: barrel, k2: rod, "
-        f"pin: {{rod: [0, 0, 0], lever: [{radius!r}, 0, 0]}}, assembly: {assembly}}}\n"
-        f"active: [{active}]\nend_effector: {{link: lever}}\n"
-        f"reference: {{stroke: {distance!r}, lever: 1.2, tilt: 0.4}}\n"
+    return (
+        HEAD + "links: {base: {}, barrel: {mass: 1}, rod: {mass: 1}, lever: {mass: 1, com:"
+        " [0.1, 0, 0]}}\njoints:\n  tilt: {type: revolute, parent: base, child: barrel,"
+        f" origin: {{xyz: [{-distance!r}, 0, 0]}}, axis: z}}\n  stroke: {{type: prismatic,"
+        " parent: barrel, child: rod, axis: x}\n  lever: {type: revolute, parent: base, child:"
+        " lever, axis: z}\nloops:\n  lift: {type: A, base: base, arm: lever, k1: barrel, k2:"
+        f" rod, pin: {{rod: [0, 0, 0], lever: [{radius!r}, 0, 0]}}, assembly:"
+        f" {assembly}}}\nactive: [{active}]\nend_effector: {{link: lever}}\nreference: {{stroke:"
+        f" {distance!r}, lever: 1.2, tilt: 0.4}}\n"
     )

@@ -12,7 +12,8 @@ def platform_poses(
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """Every (R, t) found with |t + R tips[i] - feet[i]| = lengths[i]; feet, tips (6, 3), lengths (6,).
 
-    Newton from random rotations and places, each step a small turn and shift; no step is longer than 0.5.
+    Newton from random rotations and places, each step a small turn and shift; no step is longer
+    than 0.5.
     """
     rng = np.random.default_rng(seed)
     r = np.array([rotation(q) for q in rng.normal(size=(starts, 4))])

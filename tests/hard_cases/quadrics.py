@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 
-def rotations_at_distances(feet: np.ndarray, tips: np.ndarray, lengths: np.ndarray) -> list[np.ndarray]:
+def rotations_at_distances(
+    feet: np.ndarray, tips: np.ndarray, lengths: np.ndarray
+) -> list[np.ndarray]:
     """Every R with |R tips[i] - feet[i]| = lengths[i] for three pairs of points (about the centre of rotation).
 
-    feet . R tips = c is a quadric in the quaternion (1, x, y, z), with z hidden in the coefficients. Three conics in
-    (x, y, 1) and the three derivatives of their Jacobian determinant are six combinations of the six monomials of
-    degree two; their determinant, of degree eight in z, vanishes where the conics meet (Salmon, Higher Algebra).
+    feet . R tips = c is a quadric in the quaternion (1, x, y, z), with z hidden in the
+    coefficients. Three conics in (x, y, 1) and the three derivatives of their Jacobian determinant
+    are six combinations of the six monomials of degree two; their determinant, of degree eight in
+    z, vanishes where the conics meet (Salmon, Higher Algebra).
     """
     squares = (feet**2).sum(axis=1) + (tips**2).sum(axis=1) - lengths**2
     quadrics = [_quadric(a, b, 0.5 * c) for a, b, c in zip(feet, tips, squares, strict=True)]
@@ -23,7 +26,9 @@ def rotations_at_distances(feet: np.ndarray, tips: np.ndarray, lengths: np.ndarr
             continue
         null = np.linalg.svd(_six(quadrics, float(z.real)))[2][-1]
         square, cross_x, cross_y = null[2], null[4], null[5]  # of w w, x w, y w
-        quaternion = _polished(quadrics, np.array([1.0, cross_x / square, cross_y / square, z.real]).real)
+        quaternion = _polished(
+            quadrics, np.array([1.0, cross_x / square, cross_y / square, z.real]).real
+        )
         if quaternion is not None:
             found.append(rotation(quaternion))
     return found
@@ -52,7 +57,9 @@ def _quadric(a: np.ndarray, b: np.ndarray, c: float) -> np.ndarray:
     matrix = np.diag([form(e) for e in basis])
     for i in range(4):
         for j in range(i):
-            matrix[i, j] = matrix[j, i] = 0.5 * (form(basis[i] + basis[j]) - matrix[i, i] - matrix[j, j])
+            matrix[i, j] = matrix[j, i] = 0.5 * (
+                form(basis[i] + basis[j]) - matrix[i, i] - matrix[j, j]
+            )
     return matrix
 
 
@@ -64,11 +71,20 @@ def _six(quadrics: list[np.ndarray], z: complex) -> np.ndarray:
         xw, yw = m[0, 1] + m[1, 3] * z, m[0, 2] + m[2, 3] * z
         conics.append(np.array([[m[1, 1], m[1, 2], xw], [m[1, 2], m[2, 2], yw], [xw, yw, ww]]))
     rows = [_monomials(c) for c in conics]
-    cubic = np.zeros((3, 3, 3), dtype=complex)  # J(v) = det of the gradients 2 C_k v, trilinear in v
+    cubic = np.zeros(
+        (3, 3, 3), dtype=complex
+    )  # J(v) = det of the gradients 2 C_k v, trilinear in v
     for i, j, k in np.ndindex(3, 3, 3):
-        cubic[i, j, k] = 8.0 * np.linalg.det(np.array([conics[0][:, i], conics[1][:, j], conics[2][:, k]]))
-    symmetric = sum(np.transpose(cubic, p) for p in ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)))
-    rows += [_monomials(0.5 * symmetric[k]) for k in range(3)]  # dJ/dv_k = 3 sym_k(v, v), sym = symmetric / 6
+        cubic[i, j, k] = 8.0 * np.linalg.det(
+            np.array([conics[0][:, i], conics[1][:, j], conics[2][:, k]])
+        )
+    symmetric = sum(
+        np.transpose(cubic, p)
+        for p in ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0))
+    )
+    rows += [
+        _monomials(0.5 * symmetric[k]) for k in range(3)
+    ]  # dJ/dv_k = 3 sym_k(v, v), sym = symmetric / 6
     return np.array(rows)
 
 

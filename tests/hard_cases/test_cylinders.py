@@ -18,7 +18,9 @@ def lift() -> Robot:
 
 class TestToggle:
     def test_range_is_between_the_toggle_points(self, lift: Robot) -> None:
-        assert lift.closing_range[0] == pytest.approx([DISTANCE - RADIUS, DISTANCE + RADIUS], abs=1e-12)
+        assert lift.closing_range[0] == pytest.approx(
+            [DISTANCE - RADIUS, DISTANCE + RADIUS], abs=1e-12
+        )
 
     @pytest.mark.parametrize("edge", [DISTANCE - RADIUS, DISTANCE + RADIUS])
     def test_toggle_is_singular_and_beyond_is_out_of_reach(self, lift: Robot, edge: float) -> None:
@@ -29,7 +31,9 @@ class TestToggle:
         with pytest.raises(ClosureError) as beyond:
             lift.close([edge + 1e-6 * outward])
         assert (beyond.value.loop, beyond.value.coordinate) == ("lift", "stroke")
-        assert beyond.value.allowed == pytest.approx((DISTANCE - RADIUS, DISTANCE + RADIUS), abs=1e-12)
+        assert beyond.value.allowed == pytest.approx(
+            (DISTANCE - RADIUS, DISTANCE + RADIUS), abs=1e-12
+        )
 
     @pytest.mark.parametrize("left", [1e-2, 1e-4, 1e-6])
     def test_distance_goes_with_the_root_of_the_stroke_left(self, lift: Robot, left: float) -> None:
@@ -57,7 +61,9 @@ class TestToggle:
         u = np.array([0.5, 0.7, 0.71, 0.6, 0.3])[:, None]
         state = lift.close(u, check=False)
         assert [int(s) for s in state.status[[0, 2, 3]]] == [0, 1, 0]
-        assert np.all(state.status[[1, 4]] != 0)  # at the toggle itself, rounding decides whether it is still reached
+        assert np.all(
+            state.status[[1, 4]] != 0
+        )  # at the toggle itself, rounding decides whether it is still reached
         assert np.isnan(state.s[1:3]).all()
         assert state.s[3] == pytest.approx(lift.close([0.6]).s, abs=1e-13)
 
@@ -82,7 +88,9 @@ class TestPinThroughTheFoot:
         crank = robot(cylinder(RADIUS, RADIUS, active="lever", assembly="extended"))
         with pytest.raises(SingularityError):
             crank.close([np.pi])
-        assert crank.close([np.pi - 1e-3]).s[crank.coordinates.index("stroke")] == pytest.approx(2e-4, rel=1e-3)
+        assert crank.close([np.pi - 1e-3]).s[crank.coordinates.index("stroke")] == pytest.approx(
+            2e-4, rel=1e-3
+        )
 
     def test_no_step_passes_it(self) -> None:
         """Beyond it the cylinder would have to turn about at once."""
@@ -96,15 +104,14 @@ class TestPinThroughTheFoot:
             robot(cylinder(DISTANCE, 0.0))
 
 
-SLIDER = HEAD + (
-    "links: {base: {}, crank: {mass: 1}, rod: {mass: 1}, slider: {mass: 1}}\n"
-    "joints:\n"
-    "  turn: {type: revolute, parent: base, child: crank, axis: z}\n"
-    "  swing: {type: revolute, parent: crank, child: rod, origin: {xyz: [0.1, 0, 0]}, axis: z}\n"
-    "  slide: {type: prismatic, parent: base, child: slider, axis: x}\n"
-    "loops:\n"
-    "  engine: {type: A, base: base, arm: slider, k1: crank, k2: rod, pin: {rod: [0.3, 0, 0], slider: [0, 0, 0]}}\n"
-    "active: [ACTIVE]\nend_effector: {link: slider}\nreference: {turn: 1, swing: -1.28, slide: 0.34}\n"
+SLIDER = (
+    HEAD
+    + "links: {base: {}, crank: {mass: 1}, rod: {mass: 1}, slider: {mass: 1}}\njoints:\n  turn:"
+    " {type: revolute, parent: base, child: crank, axis: z}\n  swing: {type: revolute, parent:"
+    " crank, child: rod, origin: {xyz: [0.1, 0, 0]}, axis: z}\n  slide: {type: prismatic, parent:"
+    " base, child: slider, axis: x}\nloops:\n  engine: {type: A, base: base, arm: slider, k1:"
+    " crank, k2: rod, pin: {rod: [0.3, 0, 0], slider: [0, 0, 0]}}\nactive:"
+    " [ACTIVE]\nend_effector: {link: slider}\nreference: {turn: 1, swing: -1.28, slide: 0.34}\n"
 )
 
 
@@ -125,4 +132,6 @@ class TestSliderCrank:
         u = np.linspace(0.0, 8 * np.pi, 120)
         path = engine.close_path(u[:, None])
         slide = path.s[:, engine.coordinates.index("slide")]
-        assert slide == pytest.approx(0.1 * np.cos(u) + np.sqrt(0.3**2 - (0.1 * np.sin(u)) ** 2), abs=1e-13)
+        assert slide == pytest.approx(
+            0.1 * np.cos(u) + np.sqrt(0.3**2 - (0.1 * np.sin(u)) ** 2), abs=1e-13
+        )

@@ -20,13 +20,19 @@ def crank_rocker() -> Robot:
 
 @pytest.fixture(scope="module")
 def parallelogram() -> Robot:
-    return robot(four_bar(GROUND, CRANK, GROUND, CRANK, assembly="parallelogram", reference="q1: 1, q2: -1, q3: 1"))
+    return robot(
+        four_bar(
+            GROUND, CRANK, GROUND, CRANK, assembly="parallelogram", reference="q1: 1, q2: -1, q3: 1"
+        )
+    )
 
 
 @pytest.fixture(scope="module")
 def general() -> Robot:
     """The same bars, not named a parallelogram."""
-    return robot(four_bar(GROUND, CRANK, GROUND, CRANK, assembly="", reference="q1: 1, q2: -1, q3: 1"))
+    return robot(
+        four_bar(GROUND, CRANK, GROUND, CRANK, assembly="", reference="q1: 1, q2: -1, q3: 1")
+    )
 
 
 class TestFolded:
@@ -39,8 +45,12 @@ class TestFolded:
         assert driven.closing_range[0, 0 if sign > 0 else 1] == pytest.approx(edge, abs=1e-12)
         outward = -float(sign)
         inside, outside = edge - 1e-4 * outward, edge + 1e-4 * outward
-        assert 0.0 < float(driven.close([inside]).singularity) < 0.03  # goes down with the root of the way left
-        with pytest.raises(ClosureError, match=r"outside of \[.*\] rad, where the loop closes$") as caught:
+        assert (
+            0.0 < float(driven.close([inside]).singularity) < 0.03
+        )  # goes down with the root of the way left
+        with pytest.raises(
+            ClosureError, match=r"outside of \[.*\] rad, where the loop closes$"
+        ) as caught:
             driven.close([outside])
         assert caught.value.allowed == pytest.approx(tuple(driven.closing_range[0]), abs=1e-12)
         with pytest.raises(SingularityError):
@@ -52,7 +62,15 @@ class TestFolded:
         """Ground + crank = coupler + rocker: the linkage folds flat at q1 = pi."""
         for active, flat in (("q1", np.pi), ("q3", np.pi)):
             folding = robot(
-                four_bar(0.4, 0.1, 0.3, 0.2, active=active, reference="q1: 2.9, q2: -0.5, q3: 2.5", assembly="")
+                four_bar(
+                    0.4,
+                    0.1,
+                    0.3,
+                    0.2,
+                    active=active,
+                    reference="q1: 2.9, q2: -0.5, q3: 2.5",
+                    assembly="",
+                )
             )
             with pytest.raises(SingularityError):
                 folding.close([flat])
@@ -68,10 +86,16 @@ class TestFolded:
         way = float(np.hypot(ground - 0.1 * np.cos(reference), 0.1 * np.sin(reference)))
         with pytest.raises(DescriptionError, match=r"loops\.bar: does not close") as caught:
             robot(four_bar(ground, 0.1, 0.3, 0.2, reference=f"q1: {reference}"))
-        assert f"open by {way - 0.5:.3g} m at best, at q1 = {reference:g} rad; mend the geometry" in str(caught.value)
+        assert (
+            f"open by {way - 0.5:.3g} m at best, at q1 = {reference:g} rad; mend the geometry"
+            in str(caught.value)
+        )
 
     def test_millimetres_are_told(self) -> None:
-        with pytest.raises(DescriptionError, match=r"open by 300 m at best.*lengths are in metres: 300 m .* 0\.1 m;"):
+        with pytest.raises(
+            DescriptionError,
+            match=r"open by 300 m at best.*lengths are in metres: 300 m .* 0\.1 m;",
+        ):
             robot(four_bar(0.3, 0.1, 300, 0.2))
 
 
@@ -102,11 +126,15 @@ class TestRoundAndRound:
         state = crank_rocker.close([0.7])
         for u in 0.7 + np.arange(1, 201) * np.pi / 10:
             state = crank_rocker.close([u], near=state)
-            assert state.s[2] == pytest.approx(crank_rocker.close([np.remainder(u, 2 * np.pi)]).s[2], abs=1e-12)
+            assert state.s[2] == pytest.approx(
+                crank_rocker.close([np.remainder(u, 2 * np.pi)]).s[2], abs=1e-12
+            )
         far = crank_rocker.close([0.7 + 20 * np.pi], near=crank_rocker.close([0.7]))
         assert far.s[2] == pytest.approx(state.s[2], abs=1e-12)
 
-    def test_parallelogram_turns_ten_times_through_its_change_points(self, parallelogram: Robot) -> None:
+    def test_parallelogram_turns_ten_times_through_its_change_points(
+        self, parallelogram: Robot
+    ) -> None:
         """q2 = -q1, q3 = q1, everywhere, with unit rates and nothing near singular."""
         u = np.linspace(1.0, 1.0 + 20 * np.pi, 200)
         path = parallelogram.close_path(u[:, None], np.ones((200, 1)))
@@ -114,10 +142,14 @@ class TestRoundAndRound:
         assert path.ds == pytest.approx(np.tile([1.0, -1.0, 1.0], (200, 1)), abs=1e-15)
         assert np.min(path.singularity) == 1.0
         for flat in (0.0, np.pi, -np.pi):
-            assert parallelogram.close([flat], near=parallelogram.close([1.0])).s == pytest.approx([flat, -flat, flat])
+            assert parallelogram.close([flat], near=parallelogram.close([1.0])).s == pytest.approx(
+                [flat, -flat, flat]
+            )
 
     @pytest.mark.parametrize("given", ["q2", "q3"])
-    def test_parallelogram_is_regular_from_any_joint(self, parallelogram: Robot, given: str) -> None:
+    def test_parallelogram_is_regular_from_any_joint(
+        self, parallelogram: Robot, given: str
+    ) -> None:
         for value in np.linspace(-4.0, 4.0, 17):
             state = parallelogram.close_given({given: value})
             u = -value if given == "q2" else value
@@ -135,7 +167,8 @@ class TestChangePoints:
     def test_no_step_crosses_a_change_point(self, general: Robot) -> None:
         """Two hundred steps over q1 = 0 or pi, long and short, from all distances: every one is refused.
 
-        Just beyond, the coordinates are nearly where they were foretold; only their rates have jumped.
+        Just beyond, the coordinates are nearly where they were foretold; only their rates have
+        jumped.
         """
         rng = np.random.default_rng(4)
         for _ in range(200):
@@ -150,7 +183,9 @@ class TestChangePoints:
         rng = np.random.default_rng(5)
         for start, end in rng.uniform(0.01, np.pi - 0.01, size=(100, 2)):
             state = general.close([end], near=general.close([start]))
-            assert state.s == pytest.approx([end, -end, end], abs=1e-9)  # the parallelogram, near its change points
+            assert state.s == pytest.approx(
+                [end, -end, end], abs=1e-9
+            )  # the parallelogram, near its change points
 
     def test_path_over_a_change_point_names_the_row(self, general: Robot) -> None:
         u = np.linspace(1.0, -1.0, 12)[:, None]  # steps of 0.18: the seventh lies beyond zero
@@ -171,7 +206,10 @@ class TestChangePoints:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"active": "q1, q2"}, "2 joints are named, .* 1 degree of freedom; name 1: bar would be fixed more than once"),
+        (
+            {"active": "q1, q2"},
+            "2 joints are named, .* 1 degree of freedom; name 1: bar would be fixed more than once",
+        ),
         ({"active": "q1, q2, q3"}, "3 joints are named, .* 1 degree of freedom; name 1"),
         ({"assembly": ""}, "closes in more than one way: counterclockwise \\("),
         ({"assembly": "open"}, "is 'open'; this loop has counterclockwise and clockwise"),
@@ -187,7 +225,8 @@ def test_wrong_files_are_refused_with_the_reason(change: dict[str, str], words: 
 def test_too_many_active_joints_are_refused_even_where_they_agree(crank_rocker: Robot) -> None:
     """With a reference that closes the surplus equations hold there, and nowhere else."""
     closed = ", ".join(
-        f"{n}: {float(v)!r}" for n, v in zip(crank_rocker.coordinates, crank_rocker.close([1.0]).s, strict=True)
+        f"{n}: {float(v)!r}"
+        for n, v in zip(crank_rocker.coordinates, crank_rocker.close([1.0]).s, strict=True)
     )
     for assembly in ("", "counterclockwise"):
         for active, count in (("q1, q2", 2), ("q1, q2, q3", 3)):
@@ -196,7 +235,9 @@ def test_too_many_active_joints_are_refused_even_where_they_agree(crank_rocker: 
 
 
 @pytest.mark.parametrize(("turn", "hinted"), [("1.57", True), ("1.4", False)])
-def test_an_angle_of_few_digits_is_thought_of_where_ends_do_not_meet(turn: str, hinted: bool) -> None:
+def test_an_angle_of_few_digits_is_thought_of_where_ends_do_not_meet(
+    turn: str, hinted: bool
+) -> None:
     """All joints lean alike: the loop is planar, and its ends are beside each other by what the angle is off."""
     text = f"""\
 format: 1
@@ -228,5 +269,7 @@ loops: {bars: {type: A, base: base, arm: a, k1: b, k2: c, pin: {c: [0.3, 0, 0], 
 active: [q1]
 end_effector: {link: a}
 """
-    with pytest.raises(DescriptionError, match=r"joint 'q1' does not move in the plane of 'q2' and 'q3', with axes"):
+    with pytest.raises(
+        DescriptionError, match=r"joint 'q1' does not move in the plane of 'q2' and 'q3', with axes"
+    ):
         Robot(parse_description(text))

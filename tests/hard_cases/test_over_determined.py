@@ -26,7 +26,8 @@ X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 def bennett(kind: str, seed: int, spoilt: float = 0.0) -> RobotDescription:
     """Bennett's linkage: four skew revolute axes, which move only because length / sin(twist) is one for all links.
 
-    kind 'axis': cut at the third joint; 'frame': cut through the link behind it. spoilt: [m] one pivot is off.
+    kind 'axis': cut at the third joint; 'frame': cut through the link behind it. spoilt: [m] one
+    pivot is off.
     """
     first, second = TWISTS
     links = ((LENGTH, first), (LENGTH * np.sin(second) / np.sin(first), second)) * 2
@@ -76,13 +77,19 @@ class TestBennettLinkage:
             assert space.gap(near.s) < 1e-11
             assert near.residual < 1e-11
             turned = near.s[index] - start.s[index]
-            assert turned == pytest.approx(bennett_angles(START + u)[1] - bennett_angles(START)[1], abs=1e-10)
+            assert turned == pytest.approx(
+                bennett_angles(START + u)[1] - bennett_angles(START)[1], abs=1e-10
+            )
 
     def test_a_pivot_off_by_a_tenth_of_a_millimetre_holds_it_fast(self, kind: str) -> None:
         with pytest.raises(DescriptionError, match=r"nothing can move|does not close"):
             Robot(bennett(kind, seed=1, spoilt=1e-4))
 
-    @pytest.mark.xfail(reason="a fixed choice of equations is singular at places where all of them together are not")
+    @pytest.mark.xfail(
+        reason=(
+            "a fixed choice of equations is singular at places where all of them together are not"
+        )
+    )
     def test_singular_only_where_the_whole_jacobian_is(self, kind: str) -> None:
         """The linkage is regular all along this way: which of its equations are solved must not matter."""
         for seed in range(4):
@@ -104,8 +111,8 @@ def framed(rpy: str, other: str) -> str:
     head = head.replace("rocker: {mass: 1}}", "rocker: {mass: 1}, half: {mass: 1}}")
     ends = f"{{coupler: {{xyz: [0.3, 0, 0], rpy: {rpy}}}, half: {{rpy: {other}}}}}"
     return (
-        f"{head}  q4: {{type: revolute, parent: rocker, child: half, origin: {{xyz: [0.2, 0, 0]}}, axis: z}}\n"
-        f"closures:\n  bar: {{kind: frame, between: {ends}}}\n{tail}"
+        f"{head}  q4: {{type: revolute, parent: rocker, child: half, origin: {{xyz: [0.2, 0, 0]}},"
+        f" axis: z}}\nclosures:\n  bar: {{kind: frame, between: {ends}}}\n{tail}"
     )
 
 
@@ -131,41 +138,46 @@ class TestPlanarLoopClosedByAFrame:
 class TestLoopsThatDoNotClose:
     def test_a_leg_that_does_not_reach_is_told(self) -> None:
         text = (
-            "format: 1\nname: leg\nlinks: {base: {}, foot: {mass: 1}, leg: {mass: 1}, arm: {mass: 1}}\njoints:\n"
-            "  a: {type: revolute, parent: base, child: foot, axis: x}\n"
-            "  b: {type: revolute, parent: foot, child: leg, axis: y}\n"
-            "  c: {type: prismatic, parent: base, child: arm, origin: {xyz: [2, 0, 0]}, axis: y}\n"
-            "closures:\n  ball: {kind: point, between: {leg: [0, 0, 0.5], arm: [0.1, 0, 0.2]}}\n"
-            "active: [a]\nend_effector: {link: arm}\n"
+            "format: 1\nname: leg\nlinks: {base: {}, foot: {mass: 1}, leg: {mass: 1}, arm: {mass:"
+            " 1}}\njoints:\n  a: {type: revolute, parent: base, child: foot, axis: x}\n  b: {type:"
+            " revolute, parent: foot, child: leg, axis: y}\n  c: {type: prismatic, parent: base,"
+            " child: arm, origin: {xyz: [2, 0, 0]}, axis: y}\nclosures:\n  ball: {kind: point,"
+            " between: {leg: [0, 0, 0.5], arm: [0.1, 0, 0.2]}}\nactive: [a]\nend_effector: {link:"
+            " arm}\n"
         )
         with pytest.raises(DescriptionError) as caught:
             robot(text)
         assert caught.value.key == "closures.ball"
         assert caught.value.line is not None
-        assert f"its ends on leg and arm stay {np.hypot(2.1, 0.2) - 0.5:.3g} m apart" in str(caught.value)
+        assert f"its ends on leg and arm stay {np.hypot(2.1, 0.2) - 0.5:.3g} m apart" in str(
+            caught.value
+        )
 
     def test_motors_that_cannot_close_are_told_the_same(self) -> None:
         """The foot's pin is 0.3 m from the wall, whose slide keeps 0.5 m away: 0.2 m are missing."""
         text = (
-            "format: 1\nname: leg\nlinks: {base: {}, foot: {mass: 1}, arm: {mass: 1}}\njoints:\n"
-            "  a: {type: revolute, parent: base, child: foot, axis: z}\n"
-            "  c: {type: prismatic, parent: base, child: arm, origin: {xyz: [0.5, 0, 0]}, axis: y}\n"
-            "closures:\n  pin: {kind: planar, between: {foot: [0.3, 0, 0], arm: [0, 0, 0]}}\n"
-            "active: [a]\nend_effector: {link: arm}\n"
+            "format: 1\nname: leg\nlinks: {base: {}, foot: {mass: 1}, arm: {mass: 1}}\njoints:\n "
+            " a: {type: revolute, parent: base, child: foot, axis: z}\n  c: {type: prismatic,"
+            " parent: base, child: arm, origin: {xyz: [0.5, 0, 0]}, axis: y}\nclosures:\n  pin:"
+            " {kind: planar, between: {foot: [0.3, 0, 0], arm: [0, 0, 0]}}\nactive:"
+            " [a]\nend_effector: {link: arm}\n"
         )
         description = replace(parse_description(text, file="leg.yaml"), active_set="motors")
-        with pytest.raises(DescriptionError, match=r"closures\.pin: does not close: .* stay 0\.2 m apart") as caught:
+        with pytest.raises(
+            DescriptionError, match=r"closures\.pin: does not close: .* stay 0\.2 m apart"
+        ) as caught:
             Robot(description)
         assert caught.value.line == 8
 
     def test_a_truss_is_told(self) -> None:
         """Two bars pinned together and to the ground: a triangle, which moves nowhere."""
         text = (
-            "format: 1\nname: truss\nlinks: {base: {}, left: {mass: 1}, right: {mass: 1}}\njoints:\n"
-            "  a: {type: revolute, parent: base, child: left, axis: z}\n"
-            "  b: {type: revolute, parent: base, child: right, origin: {xyz: [1, 0, 0]}, axis: z}\n"
-            "closures:\n  top: {kind: planar, between: {left: [1, 0, 0], right: [1, 0, 0]}}\n"
-            "active: [a]\nend_effector: {link: left}\nreference: {a: 1.0471975511965976, b: 2.0943951023931953}\n"
+            "format: 1\nname: truss\nlinks: {base: {}, left: {mass: 1}, right: {mass:"
+            " 1}}\njoints:\n  a: {type: revolute, parent: base, child: left, axis: z}\n  b: {type:"
+            " revolute, parent: base, child: right, origin: {xyz: [1, 0, 0]}, axis: z}\nclosures:\n"
+            "  top: {kind: planar, between: {left: [1, 0, 0], right: [1, 0, 0]}}\nactive:"
+            " [a]\nend_effector: {link: left}\nreference: {a: 1.0471975511965976, b:"
+            " 2.0943951023931953}\n"
         )
         description = replace(parse_description(text, file="truss.yaml"), active_set="motors")
         with pytest.raises(DescriptionError, match="the loops hold every joint fast"):
@@ -173,7 +185,9 @@ class TestLoopsThatDoNotClose:
 
     def test_a_tilt_is_told_in_radians(self) -> None:
         """Two frames of a planar loop, tilted by 0.1 rad against each other; least squares leave metres too."""
-        with pytest.raises(DescriptionError, match=r"its ends on coupler and half stay .* m and 0\.1 rad apart"):
+        with pytest.raises(
+            DescriptionError, match=r"its ends on coupler and half stay .* m and 0\.1 rad apart"
+        ):
             robot(framed("[0, 0, 0]", "[0.1, 0, 0]"))
 
     def test_a_follower_off_its_course_is_told_in_its_unit(self) -> None:
@@ -181,7 +195,10 @@ class TestLoopsThatDoNotClose:
         text = four_bar(0.3, 0.1, 0.3, 0.2).replace(origin, f"{origin}, mimic: {{joint: q1}}")
         description = parse_description(text)
         tree = build_tree(description)
-        values = {tree.coordinates.index(name): value for name, value in (("q1", 1.0), ("q2", 0.3), ("q3", 1.25))}
+        values = {
+            tree.coordinates.index(name): value
+            for name, value in (("q1", 1.0), ("q2", 0.3), ("q3", 1.25))
+        }
         told = gap_of(tree, description, "q3", given_posture(tree, values))
         assert told == "it stays 0.25 rad off what it follows, q1"
 
@@ -201,12 +218,11 @@ class TestLoopsThatDoNotClose:
     def test_three_slides_are_no_planar_loop(self) -> None:
         """Nothing tells the plane of a loop without a revolute joint: the message says so."""
         text = (
-            "format: 1\nname: wedge\nlinks: {base: {}, one: {mass: 1}, two: {mass: 1}, three: {mass: 1}}\njoints:\n"
-            "  a: {type: prismatic, parent: base, child: one, axis: x}\n"
-            "  b: {type: prismatic, parent: one, child: two, axis: y}\n"
-            "  c: {type: prismatic, parent: base, child: three, axis: [1, 1, 0]}\n"
-            "closures:\n  wedge: {kind: planar, between: {two: [0, 0, 0], three: [0, 0, 0]}}\n"
-            "active: [a]\nend_effector: {link: three}\n"
+            "format: 1\nname: wedge\nlinks: {base: {}, one: {mass: 1}, two: {mass: 1}, three:"
+            " {mass: 1}}\njoints:\n  a: {type: prismatic, parent: base, child: one, axis: x}\n  b:"
+            " {type: prismatic, parent: one, child: two, axis: y}\n  c: {type: prismatic, parent:"
+            " base, child: three, axis: [1, 1, 0]}\nclosures:\n  wedge: {kind: planar, between:"
+            " {two: [0, 0, 0], three: [0, 0, 0]}}\nactive: [a]\nend_effector: {link: three}\n"
         )
         with pytest.raises(DescriptionError, match=r"closures\.wedge: .*no revolute joint"):
             robot(text)

@@ -41,7 +41,8 @@ class TestSphericalPlatform:
     def test_eight_modes_known_in_closed_form_are_all_found(self) -> None:
         """Feet and tips on three axes at right angles: the legs give the diagonal of R, and with a quaternion
 
-        4 w^2 = 1 + R11 + R22 + R33, 4 x^2 = 1 + R11 - R22 - R33 and so on: sixteen choices of signs, eight rotations.
+        4 w^2 = 1 + R11 + R22 + R33, 4 x^2 = 1 + R11 - R22 - R33 and so on: sixteen choices of
+        signs, eight rotations.
         """
         start = turn(unit(np.array([1.0, -2.0, 0.5])), 1.9)
         w, x, y, z = (
@@ -51,7 +52,12 @@ class TestSphericalPlatform:
         expected = []
         for sx, sy, sz in np.ndindex(2, 2, 2):
             vector = np.array([x, y, z]) * (1.0 - 2.0 * np.array([sx, sy, sz]))
-            expected.append((turn(unit(vector), 2.0 * np.arctan2(float(np.linalg.norm(vector)), w)), np.zeros(3)))
+            expected.append(
+                (
+                    turn(unit(vector), 2.0 * np.arctan2(float(np.linalg.norm(vector)), w)),
+                    np.zeros(3),
+                )
+            )
         feet, tips = 0.8 * np.eye(3), 0.3 * np.eye(3)
         robot, legs, link = platform(feet, tips, (start, np.zeros(3)), freedoms="abc")
         found = poses_of_modes(robot, link, legs, (start, np.zeros(3)))
@@ -75,7 +81,10 @@ class TestSphericalPlatform:
         robot = load("staicu2015")
         radius, height = 0.75 / np.sqrt(3.0), np.sqrt(1.5**2 - 0.75**2 / 3.0)
         angles = np.array([0.0, 2.0, -2.0]) * np.pi / 3.0
-        ring = [np.column_stack([np.cos(angles + t), np.sin(angles + t), 0 * angles]) for t in (0.0, np.pi / 3.0)]
+        ring = [
+            np.column_stack([np.cos(angles + t), np.sin(angles + t), 0 * angles])
+            for t in (0.0, np.pi / 3.0)
+        ]
         feet, tips = radius * ring[0] - [0.0, 0.0, height], radius * ring[1]
         u = robot.reference.copy()
         u[3:] += [0.01, 0.02, -0.015]  # off the symmetric place, where modes fall together
@@ -83,7 +92,9 @@ class TestSphericalPlatform:
         expected = rotations_at_distances(feet, tips, np.asarray(lengths))
         modes = robot.assembly_modes(u)
         frames = [robot.forward_kinematics(m.state, frame="upper_platform").rotation for m in modes]
-        upper = [f for k, f in enumerate(frames) if all(np.abs(f - g).max() > SAME for g in frames[:k])]
+        upper = [
+            f for k, f in enumerate(frames) if all(np.abs(f - g).max() > SAME for g in frames[:k])
+        ]
         assert len(upper) == len(expected)
         assert len(modes) == 2 * len(expected)  # the lower platform above or below
 
@@ -108,14 +119,30 @@ SIXTEEN = (
     [1.72, 1.25, 1.21, 1.21, 2.3, 1.58],
 )
 TWELVE = (
-    [[0.86, 0.5, 0], [-0.73, 0.29, 0], [-0.63, -0.86, 0], [0.21, -0.98, 0], [-0.89, -0.22, 0], [-0.64, 0.33, 0]],
-    [[-0.44, -0.52, 0], [0.1, 0.05, 0], [0.69, 0.64, 0], [0.87, -0.78, 0], [-0.89, 0.5, 0], [-0.2, -0.89, 0]],
+    [
+        [0.86, 0.5, 0],
+        [-0.73, 0.29, 0],
+        [-0.63, -0.86, 0],
+        [0.21, -0.98, 0],
+        [-0.89, -0.22, 0],
+        [-0.64, 0.33, 0],
+    ],
+    [
+        [-0.44, -0.52, 0],
+        [0.1, 0.05, 0],
+        [0.69, 0.64, 0],
+        [0.87, -0.78, 0],
+        [-0.89, 0.5, 0],
+        [-0.2, -0.89, 0],
+    ],
     [1.5, 1.04, 1.73, 1.31, 2.11, 1.45],
 )
 
 
 class TestGoughPlatform:
-    @pytest.mark.parametrize(("geometry", "count"), [(SIXTEEN, 16), (TWELVE, 12)], ids=["in space", "flat"])
+    @pytest.mark.parametrize(
+        ("geometry", "count"), [(SIXTEEN, 16), (TWELVE, 12)], ids=["in space", "flat"]
+    )
     def test_modes_are_those_of_brute_force(self, geometry: tuple, count: int) -> None:
         """Six thousand starts of another iteration, on rotations and not on angles."""
         feet, tips, lengths = (np.array(part) for part in geometry)
@@ -140,7 +167,9 @@ class TestGoughPlatform:
         rng = np.random.default_rng(2)
         near = None
         for _ in range(10):
-            values, rates, push = (dict(zip(place, 0.08 * rng.uniform(-1, 1, 6), strict=True)) for _ in range(3))
+            values, rates, push = (
+                dict(zip(place, 0.08 * rng.uniform(-1, 1, 6), strict=True)) for _ in range(3)
+            )
             state = robot.close_given(values, rates, push, near=near)
             back = robot.close(state.u, state.du, near=near)
             index = [robot.coordinates.index(n) for n in place]
@@ -186,9 +215,15 @@ class TestGoughPlatform:
             distances.append(float(state.singularity))
             assert "c" in state.singular_loop  # the block of six legs, not one of their joints
         assert np.all(np.diff(distances) < 0.0)
-        assert distances[-1] == pytest.approx(distances[-2] / 3.0, rel=0.1)  # in proportion to what is left
+        assert distances[-1] == pytest.approx(
+            distances[-2] / 3.0, rel=0.1
+        )  # in proportion to what is left
         with pytest.raises((DescriptionError, SingularityError), match="singular"):
-            self.closed(feet, tips, (turn(np.array([0.0, 0.0, 1.0]), np.pi / 2.0), np.array([0.0, 0.0, 0.7])))
+            self.closed(
+                feet,
+                tips,
+                (turn(np.array([0.0, 0.0, 1.0]), np.pi / 2.0), np.array([0.0, 0.0, 0.7])),
+            )
 
 
 def test_way_of_a_platform_is_the_same_there_and_back() -> None:

@@ -12,7 +12,12 @@ from hypothesis import strategies as st
 from hybrid_dynamics_core import InputError, Parameters, Robot, load
 from hybrid_dynamics_core.control import ComputedTorque, JointTrajectory
 from hybrid_dynamics_core.dynamics.parameters import described_parameters
-from hybrid_dynamics_core.identification import Identification, base_parameters, identify, random_motion
+from hybrid_dynamics_core.identification import (
+    Identification,
+    base_parameters,
+    identify,
+    random_motion,
+)
 from hybrid_dynamics_core.identification.consistency import consistent, pseudo_inertia
 from hybrid_dynamics_core.simulation import Settings, simulate
 from tests.mechanisms import changed, describe, random_link
@@ -32,7 +37,11 @@ class TestBaseParameters:
         values = np.random.default_rng(5).uniform(-1, 1, len(base.parameters.names))
         whole = regressor @ values
         assert (
-            scaled(regressor[..., base.kept] @ base.values(values) - whole, np.abs(regressor) @ np.abs(values)) < 1e-7
+            scaled(
+                regressor[..., base.kept] @ base.values(values) - whole,
+                np.abs(regressor) @ np.abs(values),
+            )
+            < 1e-7
         )
 
     def test_none_is_a_combination_of_the_others(self, name: str) -> None:
@@ -45,7 +54,10 @@ class TestBaseParameters:
 
 def test_base_parameters_of_a_plane_arm_are_the_known_six() -> None:
     """Two links in a vertical plane, the second joint at 0.5 m: what every textbook finds by hand."""
-    rows = [("a", "revolute", "base", "l1", (0, 0, 0), "y"), ("b", "revolute", "l1", "l2", (0.5, 0, 0), "y")]
+    rows = [
+        ("a", "revolute", "base", "l1", (0, 0, 0), "y"),
+        ("b", "revolute", "l1", "l2", (0.5, 0, 0), "y"),
+    ]
     base = base_parameters(Robot(describe("plane_arm", rows, [], ["a", "b"], {})))
     by_hand = [{"l1.Jyy": 1, "l2.m": 0.25}, {"l1.mx": 1, "l2.m": 0.5}]
     by_hand += [{name: 1} for name in ("l1.mz", "l2.Jyy", "l2.mx", "l2.mz")]
@@ -62,19 +74,29 @@ def noisy(machine: Robot, count: int, noise: float, seed: int) -> tuple:
     truth = machine.loads.with_effects(smoothing=np.full(size, 0.01), **effects)
     tau = machine.inverse_dynamics(state, ddu, truth)
     deviation = noise * np.sqrt((tau**2).mean(axis=0))
-    return state, ddu, tau + deviation * np.random.default_rng(seed + 1).normal(size=tau.shape), truth
+    return (
+        state,
+        ddu,
+        tau + deviation * np.random.default_rng(seed + 1).normal(size=tau.shape),
+        truth,
+    )
 
 
 def parameters_of(machine: Robot) -> Parameters:
-    return Parameters(described_parameters(machine.description).links, machine.active, machine.active)
+    return Parameters(
+        described_parameters(machine.description).links, machine.active, machine.active
+    )
 
 
-def estimated(machine: Robot, count: int, noise: float, seed: int) -> tuple[Identification, np.ndarray]:
+def estimated(
+    machine: Robot, count: int, noise: float, seed: int
+) -> tuple[Identification, np.ndarray]:
     """The estimate, from a description with other masses and no friction, and the true values."""
     state, ddu, tau, truth = noisy(machine, count, noise, seed)
     rng = np.random.default_rng(3)
     links = {
-        name: random_link(name, rng, 0.2) if link.mass else link for name, link in machine.description.links.items()
+        name: random_link(name, rng, 0.2) if link.mass else link
+        for name, link in machine.description.links.items()
     }
     wrong = changed(machine, links=MappingProxyType(links))
     known = wrong.loads.with_effects(smoothing=truth.effects.smoothing)
@@ -139,7 +161,14 @@ class TestEstimate:
         points = excavator.reference + rng.uniform(-1, 1, (13, 4)) * [0.6, 0.2, 0.2, 0.2]
         points[0] = excavator.reference
         follow = ComputedTorque(excavator, JointTrajectory(times, points), 100.0, 20.0, truth)
-        log = simulate(excavator, excavator.reference, None, follow, (0.0, 12.0), Settings(loads=truth, rtol=1e-7))
+        log = simulate(
+            excavator,
+            excavator.reference,
+            None,
+            follow,
+            (0.0, 12.0),
+            Settings(loads=truth, rtol=1e-7),
+        )
         assert log.completed
         deviation = 0.01 * log.tau.std(axis=0)
         tau = log.tau + deviation * rng.normal(size=log.tau.shape)
@@ -176,12 +205,16 @@ class TestBadInput:
                 spoilt = values.copy()
                 spoilt[7, 2] = bad
                 told = {"tau": tau, "ddu": ddu} | {name: spoilt}
-                with pytest.raises(InputError, match=rf"{name}: q22 in row 7 is {bad}; expected finite numbers"):
+                with pytest.raises(
+                    InputError, match=rf"{name}: q22 in row 7 is {bad}; expected finite numbers"
+                ):
                     identify(forging, state, told["ddu"], told["tau"])
         u = state.u.copy()
         u[3], u[12] = [0, 0.9, 0.1, 0], [0, 0.7, 0.1, 0]
         torn = forging.close(u, state.du, check=False)
-        with pytest.raises(InputError, match=r"2 of 20 states do not close, row 3 the first \(unreachable\)"):
+        with pytest.raises(
+            InputError, match=r"2 of 20 states do not close, row 3 the first \(unreachable\)"
+        ):
             identify(forging, torn, ddu, tau)
 
     def test_motion_that_shows_nothing_is_refused(self, forging: Robot) -> None:
@@ -199,7 +232,9 @@ class TestConsistency:
         rng = np.random.default_rng(0)
         points, masses = rng.normal(size=(5, 3)), rng.uniform(1, 2, 5)
         ones = np.hstack([points, np.ones((5, 1))])
-        about = sum(m * (c @ c * np.eye(3) - np.outer(c, c)) for m, c in zip(masses, points, strict=True))
+        about = sum(
+            m * (c @ c * np.eye(3) - np.outer(c, c)) for m, c in zip(masses, points, strict=True)
+        )
         values = np.array([masses.sum(), *(masses @ points), *about[np.triu_indices(3)]])
         assert pseudo_inertia(values) == pytest.approx(ones.T @ (masses[:, None] * ones), rel=1e-12)
 
@@ -228,7 +263,9 @@ class TestConsistency:
 
     @settings(deadline=None, max_examples=60)
     @given(st.integers(0, 2**32 - 1), st.integers(5, 24), st.integers(0, 7))
-    def test_bodies_stay_physical_however_sharp_the_measurements(self, seed: int, rank: int, sharpness: int) -> None:
+    def test_bodies_stay_physical_however_sharp_the_measurements(
+        self, seed: int, rank: int, sharpness: int
+    ) -> None:
         """Of masses and inertias that no body has, weighted by up to 1e7; the prior is never better."""
         rng = np.random.default_rng(seed)
         prior = np.tile([2.0, 0.0, 0.0, 0.2, 0.05, 0.0, 0.0, 0.06, 0.0, 0.05], 3)
@@ -241,11 +278,16 @@ class TestConsistency:
 
     @pytest.mark.parametrize("noise", [0.0, 3.0, 30.0, 300.0])
     def test_nothing_near_by_costs_less(self, noise: float) -> None:
-        """The problem is convex: a local minimum is the minimum. From 30 on the best fit is no body."""
+        """The problem is convex: a local minimum is the minimum.
+
+        From 30 on the best fit is no body.
+        """
         rng = np.random.default_rng(0)
         prior = np.tile([2.0, 0.0, 0.0, 0.2, 0.05, 0.0, 0.0, 0.06, 0.0, 0.05], 3)
         matrix = 10.0 * rng.normal(size=(40, 24)) @ rng.normal(size=(24, 30))
-        target = matrix @ (prior * np.where(np.arange(30) == 0, 1.3, 1.0)) + noise * rng.normal(size=40)
+        target = matrix @ (prior * np.where(np.arange(30) == 0, 1.3, 1.0)) + noise * rng.normal(
+            size=40
+        )
         at_prior = np.linalg.inv(pseudo_inertia(prior[:10]))
 
         def cost(values: np.ndarray) -> float:
@@ -255,10 +297,14 @@ class TestConsistency:
 
         found = consistent(matrix, target, prior, 3, 1e-3)
         least = cost(found)
-        # Newton's decrement, half of it what is left to gain, is below 1e-6 of the weight, or 1e-5 of the misfit
+        # Newton's decrement, half of it what is left to gain, is below 1e-6 of the weight, or 1e-5
+        # of the misfit
         slack = 1e-5 * max(1e-3, least)
         for size in (1e-2, 1e-4, 1e-6):
             for direction in rng.normal(size=(50, 30)):
                 step = size * direction
-                physical = all(np.linalg.eigvalsh(pseudo_inertia(b))[0] > 0.0 for b in (found + step).reshape(3, 10))
+                physical = all(
+                    np.linalg.eigvalsh(pseudo_inertia(b))[0] > 0.0
+                    for b in (found + step).reshape(3, 10)
+                )
                 assert not physical or cost(found + step) >= least - slack

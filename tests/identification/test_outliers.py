@@ -23,7 +23,8 @@ def problem(seed, samples=300, size=6):
 
 def test_of_clean_recordings_one_in_twenty_loses_a_sample():
     lost = [int(outlying_samples(*problem(seed)[1:3], FLOOR).sum()) for seed in range(200)]
-    # binomial, 200 cases of 5 %: mean 10, deviation 3; 5 deviations above. As many lose two of their 300 as never.
+    # binomial, 200 cases of 5 %: mean 10, deviation 3; 5 deviations above. As many lose two of
+    # their 300 as never.
     assert np.count_nonzero(lost) <= 200 * CASES + 15
     assert max(lost) <= 3
 
@@ -34,7 +35,9 @@ def test_spikes_are_found_and_nothing_else(share):
     bad = rng.choice(len(target), max(1, round(share * len(target))), replace=False)
     joint = rng.integers(2, size=len(bad))
     target[bad, joint] += (
-        rng.choice([-1.0, 1.0], len(bad)) * np.array([0.01, 30.0])[joint] * rng.uniform(15, 1e4, len(bad))
+        rng.choice([-1.0, 1.0], len(bad))
+        * np.array([0.01, 30.0])[joint]
+        * rng.uniform(15, 1e4, len(bad))
     )
     out = outlying_samples(columns, target, FLOOR)
     assert set(np.flatnonzero(out)) >= set(bad)
@@ -59,17 +62,23 @@ def test_identification_from_a_recording_with_spikes_keeps_its_confidence():
         tau = clean + rng.normal(0.0, 0.05, clean.shape)
         alone = identify(robot, state, ddu, tau)
         bad = rng.choice(400, 12, replace=False)
-        tau[bad, rng.integers(clean.shape[1], size=12)] += rng.choice([-1.0, 1.0], 12) * rng.uniform(3.0, 300.0, 12)
+        tau[bad, rng.integers(clean.shape[1], size=12)] += rng.choice(
+            [-1.0, 1.0], 12
+        ) * rng.uniform(3.0, 300.0, 12)
         found = identify(robot, state, ddu, tau)
         assert set(np.flatnonzero(found.outlying)) >= set(bad)
         assert found.outlying.sum() <= 13
-        assert np.abs(found.residual[bad]).max(axis=1).min() > 2.0  # of at least 3 N m, less what 40 deviations move
+        assert (
+            np.abs(found.residual[bad]).max(axis=1).min() > 2.0
+        )  # of at least 3 N m, less what 40 deviations move
         value = found.base.values(truth)
         inside.append((value > found.interval[:, 0]) & (value < found.interval[:, 1]))
         width.append(np.median(found.deviation / alone.deviation))
     # of 6 b intervals of 95 %, dependent within a fit, fewer than 85 % inside are as good as never
     assert np.mean(inside) > 0.85
-    assert np.mean(width) == pytest.approx(1.0, abs=0.05)  # 3 % of the samples are worth 1.5 % of a deviation
+    assert np.mean(width) == pytest.approx(
+        1.0, abs=0.05
+    )  # 3 % of the samples are worth 1.5 % of a deviation
 
 
 def test_efforts_without_noise_lose_no_sample():

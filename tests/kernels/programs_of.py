@@ -15,7 +15,18 @@ from hybrid_dynamics_core.programs import Program
 from tests.robots import robot
 
 BACKENDS = ("python",) if native.reason_against() else ("python", "native")
-PROGRAMS = ("close", "motion", "accelerations", "pose", "jacobian", "both", "inverse", "closed", "minimal", "forward")
+PROGRAMS = (
+    "close",
+    "motion",
+    "accelerations",
+    "pose",
+    "jacobian",
+    "both",
+    "inverse",
+    "closed",
+    "minimal",
+    "forward",
+)
 
 
 @cache
@@ -62,13 +73,19 @@ def plain(name: str, which: str, arguments: list[np.ndarray]) -> tuple[list[floa
     """Flat outputs and status of the program run on floats, no graph between."""
     results = kernel(name, which, BACKENDS[0])._program(*(a.tolist() for a in arguments))
     values, checks = flat_results(results)
-    return [float(v) for v in values], next((c.code for c in checks if not c.value > c.threshold), 0)
+    return [float(v) for v in values], next(
+        (c.code for c in checks if not c.value > c.threshold), 0
+    )
 
 
-def split(flat: list[float], layout: tuple[tuple[str, tuple[int, ...]], ...]) -> dict[str, np.ndarray]:
+def split(
+    flat: list[float], layout: tuple[tuple[str, tuple[int, ...]], ...]
+) -> dict[str, np.ndarray]:
     sizes = [int(np.prod(shape)) for _, shape in layout]
     places = pairwise(np.cumsum([0, *sizes]))
-    return {n: np.reshape(flat[a:b], shape) for (n, shape), (a, b) in zip(layout, places, strict=True)}
+    return {
+        n: np.reshape(flat[a:b], shape) for (n, shape), (a, b) in zip(layout, places, strict=True)
+    }
 
 
 def worst(found: dict[str, np.ndarray], expected: dict[str, np.ndarray]) -> float:

@@ -8,7 +8,8 @@ import pytest
 from tests.kernels.programs_of import BACKENDS, PROGRAMS, inputs, kernel, plain, split, worst
 from tests.robots import ROBOTS, random_states
 
-# rounding of order 1e-16 times the cancellation in sums of large terms, and 1 / distance to a singularity, squared
+# rounding of order 1e-16 times the cancellation in sums of large terms, and 1 / distance to a
+# singularity, squared
 EXACT = 1e-12
 
 

@@ -29,7 +29,9 @@ def test_a_quick_report_holds_every_part(monkeypatch: pytest.MonkeyPatch) -> Non
         assert words in text.replace("hybrid_dynamics, no compiler", "hybrid_dynamics"), text
 
 
-@pytest.mark.parametrize("module", ["c_extension", "pinocchio", "mujoco", "drake", "casadi", "jax", "plain_numpy"])
+@pytest.mark.parametrize(
+    "module", ["c_extension", "pinocchio", "mujoco", "drake", "casadi", "jax", "plain_numpy"]
+)
 def test_every_side_that_is_installed_agrees(module: str) -> None:
     notes: list[str] = []
     robot = run.forging()
@@ -37,7 +39,9 @@ def test_every_side_that_is_installed_agrees(module: str) -> None:
     if notes:
         assert module != "c_extension" or not shutil.which("cc")
         pytest.skip(notes[0])
-    agree.check(robot, sides, [work for work in run.WORKS if any(work in side.calls for side in sides[2:])])
+    agree.check(
+        robot, sides, [work for work in run.WORKS if any(work in side.calls for side in sides[2:])]
+    )
 
 
 def test_a_side_with_other_numbers_is_found_out() -> None:
@@ -49,7 +53,13 @@ def test_a_side_with_other_numbers_is_found_out() -> None:
 
 
 def test_goals_are_ratios() -> None:
-    times = {"id": {goals.OURS: Timing(1.0, 1.0), goals.BY_HAND: Timing(7.0, 7.0), goals.FLOOR: Timing(0.5, 0.5)}}
+    times = {
+        "id": {
+            goals.OURS: Timing(1.0, 1.0),
+            goals.BY_HAND: Timing(7.0, 7.0),
+            goals.FLOOR: Timing(0.5, 0.5),
+        }
+    }
     lines = goals.table(times)
     assert "| 8 times faster | 7 | not reached |" in lines[2]
     assert "| within 6 times | 2 | reached |" in lines[3]

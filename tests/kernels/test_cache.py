@@ -51,7 +51,9 @@ def entries(folder: Path) -> list[Path]:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_a_second_start_needs_no_tracing(folder: Path, backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_second_start_needs_no_tracing(
+    folder: Path, backend: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     first = inverse_kernel(backend)
     expected = tau(first)
     assert entries(folder)
@@ -66,7 +68,9 @@ def test_a_second_start_needs_no_tracing(folder: Path, backend: str, monkeypatch
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-@pytest.mark.parametrize("damage", ["empty", "short", "one bit of the code", "one bit of the facts", "noise", "longer"])
+@pytest.mark.parametrize(
+    "damage", ["empty", "short", "one bit of the code", "one bit of the facts", "noise", "longer"]
+)
 def test_a_damaged_entry_is_made_anew(folder: Path, backend: str, damage: str) -> None:
     expected = tau(inverse_kernel(backend))
     for path in entries(folder):
@@ -96,7 +100,9 @@ def test_an_entry_under_another_name_is_not_used(folder: Path) -> None:
 
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.usefixtures("folder")
-def test_everything_that_code_depends_on_is_in_its_key(backend: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_everything_that_code_depends_on_is_in_its_key(
+    backend: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     made = inverse_kernel(backend)
 
     def key(form: str = "one", sizes: tuple[int, ...] = made._sizes) -> str:
@@ -148,7 +154,9 @@ def test_digest_tells_types_orders_and_places_apart() -> None:
 
 def test_what_has_no_digest_is_not_kept(folder: Path) -> None:
     scale = np.float64(2.0)
-    kernel = Kernel(lambda x: run.trace and _doubled(x, scale), [1])  # a function of this test, not of the package
+    kernel = Kernel(
+        lambda x: run.trace and _doubled(x, scale), [1]
+    )  # a function of this test, not of the package
     values, _ = kernel(np.array([3.0]))
     assert values["y"] == 6.0
     assert not entries(folder)
@@ -225,4 +233,7 @@ def test_many_processes_may_start_at_once(folder: Path) -> None:
     assert len(answers) == 1
     assert len(entries(folder)) == 2
     assert not list(folder.glob("*.new"))
-    assert subprocess.run(command, env=environment, stdout=subprocess.PIPE, check=True).stdout in answers
+    assert (
+        subprocess.run(command, env=environment, stdout=subprocess.PIPE, check=True).stdout
+        in answers
+    )

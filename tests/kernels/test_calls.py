@@ -31,7 +31,13 @@ def machine(request: pytest.FixtureRequest, forging: Robot) -> Robot:
         patch.setattr(run, "default_backend", lambda: request.param)
         made = Robot(forging.description)
         for kernels in (made.kernels, made.kernels.at("l3"), made.kernels.under(_laden(made))):
-            for name in ("close", "forward_kinematics", "jacobian", "inverse_dynamics", "minimal_form"):
+            for name in (
+                "close",
+                "forward_kinematics",
+                "jacobian",
+                "inverse_dynamics",
+                "minimal_form",
+            ):
                 getattr(kernels, name)
         made.close(U)
     assert {kernel.backend for kernel in made._kernels.values()} == {request.param}
@@ -52,8 +58,14 @@ def test_fused_calls_are_the_thorough_calls(name: str) -> None:
         pairs: list[tuple[Any, Any]] = [
             (kernels.close(state.u, state.du, **guess), (state.s, state.ds)),
             (kernels.jacobian(state.u, **guess), machine.jacobian(state)),
-            (kernels.inverse_dynamics(state.u, state.du, ddu, **guess), machine.inverse_dynamics(state, ddu)),
-            (kernels.forward_dynamics(state.u, state.du, tau, **guess), machine.forward_dynamics(state, tau)),
+            (
+                kernels.inverse_dynamics(state.u, state.du, ddu, **guess),
+                machine.inverse_dynamics(state, ddu),
+            ),
+            (
+                kernels.forward_dynamics(state.u, state.du, tau, **guess),
+                machine.forward_dynamics(state, tau),
+            ),
             (kernels.minimal_form(state.u, state.du, **guess), machine.minimal_form(state)),
         ]
         pose = machine.forward_kinematics(state)
@@ -65,7 +77,9 @@ def test_fused_calls_are_the_thorough_calls(name: str) -> None:
 
 @pytest.mark.parametrize("laden", [False, True])
 @pytest.mark.parametrize("name", [name for name in ROBOTS if not robot(name).follows])
-def test_closure_and_efforts_in_one_call_are_those_of_two_to_the_last_bit(name: str, laden: bool) -> None:
+def test_closure_and_efforts_in_one_call_are_those_of_two_to_the_last_bit(
+    name: str, laden: bool
+) -> None:
     """Recordings are computed by batches of two calls, the node's stream by one: they must agree."""
     machine = robot(name)
     loads = _laden(machine) if laden else machine.loads
@@ -77,11 +91,17 @@ def test_closure_and_efforts_in_one_call_are_those_of_two_to_the_last_bit(name: 
         made = machine.closed_state(state.u, state.du, closed)
         for part in ("u", "du", "s", "ds", "R", "bias", "residual", "distances", "signs"):
             assert np.array_equal(getattr(made, part), getattr(state, part)), part
-        assert (made.branch, made.status, made.iterations) == (state.branch, state.status, state.iterations)
+        assert (made.branch, made.status, made.iterations) == (
+            state.branch,
+            state.status,
+            state.iterations,
+        )
 
 
 def _each(found: Any, expected: Any) -> list[tuple[np.ndarray, np.ndarray]]:
-    return list(zip(found, expected, strict=True)) if isinstance(found, tuple) else [(found, expected)]
+    return (
+        list(zip(found, expected, strict=True)) if isinstance(found, tuple) else [(found, expected)]
+    )
 
 
 def test_fused_calls_and_simulations_do_not_take_each_others_kernels() -> None:
@@ -99,7 +119,9 @@ def test_a_link_may_be_called_none() -> None:
     """Kernels are told apart by frames: no name is the end effector."""
     text = "format: 1\nname: odd\nlinks: {base: {}, None: {mass: 1}}\njoints:\n"
     text += "  a: {type: revolute, parent: base, child: None, axis: z}\n"
-    machine = Robot(parse_description(text + "active: [a]\nend_effector: {link: None, xyz: [1, 0, 0]}\n"))
+    machine = Robot(
+        parse_description(text + "active: [a]\nend_effector: {link: None, xyz: [1, 0, 0]}\n")
+    )
     state = machine.close([0.0])
     assert machine.forward_kinematics(state).position == pytest.approx([1.0, 0.0, 0.0])
     assert machine.forward_kinematics(state, "None").position == pytest.approx([0.0, 0.0, 0.0])
@@ -161,7 +183,9 @@ def test_any_array_of_numbers_will_do(machine: Robot, kind: Any) -> None:
     expected = machine.kernels.inverse_dynamics(u, u, u)
     assert np.array_equal(machine.kernels.inverse_dynamics(kind(u), u, kind(u)), expected)
     many = np.tile(u, (3, 1))
-    assert np.array_equal(machine.kernels.inverse_dynamics(np.asfortranarray(many), u, many)[2], expected)
+    assert np.array_equal(
+        machine.kernels.inverse_dynamics(np.asfortranarray(many), u, many)[2], expected
+    )
 
 
 @pytest.mark.parametrize(
@@ -172,12 +196,18 @@ def test_any_array_of_numbers_will_do(machine: Robot, kind: Any) -> None:
         ((U, DU[:2], DDU), r"du has shape \(2,\)"),
         ((U[None, None], DU, DDU), r"u has shape \(1, 1, 4\)"),
         ((None, DU, DDU), "u is not an array of numbers: it holds object"),
-        (("up", DU, DDU), r"u is text \('up'\); expected a list of numbers in the order q1, q12, q22, q4"),
+        (
+            ("up", DU, DDU),
+            r"u is text \('up'\); expected a list of numbers in the order q1, q12, q22, q4",
+        ),
         ((U * 1j, DU, DDU), "u is not an array of numbers: it holds complex128"),
         ((np.array([0.3, np.nan, 0.175, 0.4]), DU, DDU), "u: q12 is nan"),
         ((U, DU, DDU * [1, 1, np.inf, 1]), "ddu: q22 is inf"),
         ((U, DU, np.tile(DDU, (2, 1))), r"ddu has shape \(2, 4\); expected \(4,\)"),
-        ((np.tile(U, (3, 1)), np.tile(DU, (2, 1)), DDU), r"du has shape \(2, 4\); expected \(3, 4\)"),
+        (
+            (np.tile(U, (3, 1)), np.tile(DU, (2, 1)), DDU),
+            r"du has shape \(2, 4\); expected \(3, 4\)",
+        ),
         (([U, U, U * np.nan], DU, DDU), "u: q1 in row 2 is nan"),
     ],
 )
@@ -233,7 +263,9 @@ def test_bad_parameters_are_refused(machine: Robot) -> None:
 
 
 def test_states_that_do_not_close_are_refused_with_evidence(machine: Robot) -> None:
-    with pytest.raises(ClosureError, match=r"loop 'theta_1' cannot close: q12 = 0\.9 m is outside") as caught:
+    with pytest.raises(
+        ClosureError, match=r"loop 'theta_1' cannot close: q12 = 0\.9 m is outside"
+    ) as caught:
         machine.kernels.inverse_dynamics(OUT_OF_REACH, DU, DDU)
     assert caught.value.index is None
     with pytest.raises(SingularityError):
@@ -291,7 +323,10 @@ def test_what_closing_refuses_is_refused_though_efforts_have_a_number(name: str)
 
 
 def test_a_robot_without_inertia_has_no_forward_dynamics(forging: Robot) -> None:
-    links = {name: replace(link, inertia=np.zeros((3, 3))) for name, link in forging.description.links.items()}
+    links = {
+        name: replace(link, inertia=np.zeros((3, 3)))
+        for name, link in forging.description.links.items()
+    }
     thin = changed(forging, links=links)
     with pytest.raises(MassSingularityError):
         thin.kernels.forward_dynamics(U, DU, DDU)
@@ -302,7 +337,9 @@ def test_gravity_and_loads_are_arguments_of_the_same_code(machine: Robot) -> Non
     kernels = machine.kernels
     state = machine.close(U, DU)
     assert kernels.inverse_dynamics(U, DU, DDU, gravity=np.zeros(3)) == pytest.approx(
-        machine.inverse_dynamics(state, DDU, replace(machine.loads, gravity=np.zeros(3))), rel=1e-12, abs=1e-12
+        machine.inverse_dynamics(state, DDU, replace(machine.loads, gravity=np.zeros(3))),
+        rel=1e-12,
+        abs=1e-12,
     )
     made = len(machine._kernels)
     for mass in (10.0, 20.0):

@@ -34,21 +34,33 @@ def run_both(kernel: Kernel, *arguments: np.ndarray) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_sine_and_cosine_to_the_last_digits(backend: str) -> None:
     rng = np.random.default_rng(0)
-    near = (np.arange(-40, 41)[:, None] * (math.pi / 4) + np.array([-1e-9, -1e-17, 0.0, 1e-12, 1e-5])).ravel()
-    far = [*(s * 10.0 ** rng.uniform(-300, 9, 300) for s in (-1, 1)), rng.uniform(-1e5, 1e5, 800), [1e5, 99999.9, 1e22]]
+    near = (
+        np.arange(-40, 41)[:, None] * (math.pi / 4) + np.array([-1e-9, -1e-17, 0.0, 1e-12, 1e-5])
+    ).ravel()
+    far = [
+        *(s * 10.0 ** rng.uniform(-300, 9, 300) for s in (-1, 1)),
+        rng.uniform(-1e5, 1e5, 800),
+        [1e5, 99999.9, 1e22],
+    ]
     x = np.concatenate([near, rng.uniform(-4, 4, 800), *far])
     kernel = Kernel(lambda a: Results({"s": sin(a[0]), "c": cos(a[0])}, []), [1], backend)
     found = run_both(kernel, x[:, None])
     for name, exact in (("s", np.sin(x)), ("c", np.cos(x))):
         error = np.abs(found[name] - exact)
-        assert (error <= 1.01 * ULP * np.maximum(np.abs(exact), 1e-300)).all(), x[np.argmax(error / np.abs(exact))]
+        assert (error <= 1.01 * ULP * np.maximum(np.abs(exact), 1e-300)).all(), x[
+            np.argmax(error / np.abs(exact))
+        ]
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_what_is_not_finite_has_a_status(backend: str) -> None:
-    kernel = Kernel(lambda a: Results({"s": sin(a[0]), "r": 1.0 / a[1], "q": sqrt(a[2])}, []), [3], backend)
+    kernel = Kernel(
+        lambda a: Results({"s": sin(a[0]), "r": 1.0 / a[1], "q": sqrt(a[2])}, []), [3], backend
+    )
     good = [0.5, 2.0, 4.0]
-    rows = np.array([good, [np.nan, 2, 4], [np.inf, 2, 4], [0.5, 0, 4], [0.5, 2, -4], [0.5, 2, np.inf], good])
+    rows = np.array(
+        [good, [np.nan, 2, 4], [np.inf, 2, 4], [0.5, 0, 4], [0.5, 2, -4], [0.5, 2, np.inf], good]
+    )
     found = run_both(kernel, rows)
     _, codes = kernel(rows)
     assert codes.tolist() == [0, -2, -2, -2, -2, -2, 0]
@@ -60,14 +72,32 @@ def test_what_is_not_finite_has_a_status(backend: str) -> None:
 def test_the_other_functions(backend: str) -> None:
     def run(a: Any) -> Results:
         x, y = a
-        parts = [atan2(x, y), atan2(x, 2.0), atan2(-3.0, y), absolute(x), x / y, 2.0 / y, -x - y, x - (-y)]
+        parts = [
+            atan2(x, y),
+            atan2(x, 2.0),
+            atan2(-3.0, y),
+            absolute(x),
+            x / y,
+            2.0 / y,
+            -x - y,
+            x - (-y),
+        ]
         return Results({"v": parts, "same": [x, 0.0, -1.5, x]}, [])
 
     rng = np.random.default_rng(2)
     rows = rng.uniform(-2, 2, (50, 2))
     found = run_both(Kernel(run, [2], backend), rows)
     x, y = rows.T
-    exact = [np.arctan2(x, y), np.arctan2(x, 2.0), np.arctan2(-3.0, y), np.abs(x), x / y, 2.0 / y, -x - y, x + y]
+    exact = [
+        np.arctan2(x, y),
+        np.arctan2(x, 2.0),
+        np.arctan2(-3.0, y),
+        np.abs(x),
+        x / y,
+        2.0 / y,
+        -x - y,
+        x + y,
+    ]
     assert found["v"] == pytest.approx(np.stack(exact, axis=1), rel=4 * ULP)
     assert np.array_equal(found["same"], np.stack([x, 0 * x, 0 * x - 1.5, x], axis=1))
 
@@ -75,7 +105,9 @@ def test_the_other_functions(backend: str) -> None:
 @pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("size", [4, 5, 7])
 def test_inverse_needs_pivots(backend: str, size: int) -> None:
-    kernel = Kernel(lambda a: Results({"inverse": invert(list(a), size)}, []), [size * size], backend)
+    kernel = Kernel(
+        lambda a: Results({"inverse": invert(list(a), size)}, []), [size * size], backend
+    )
     rng = np.random.default_rng(size)
     matrices = rng.uniform(-1, 1, (20, size, size))
     matrices[0] = np.eye(size)[::-1]  # nothing on the diagonal
@@ -84,7 +116,10 @@ def test_inverse_needs_pivots(backend: str, size: int) -> None:
     found = run_both(kernel, matrices.reshape(20, -1))["inverse"]
     for matrix, entries in zip(matrices, found, strict=True):
         inverse, condition = np.linalg.inv(matrix), np.linalg.cond(matrix)
-        assert np.abs(entries[:-1].reshape(size, size) - inverse).max() < 20 * ULP * condition * np.abs(inverse).max()
+        assert (
+            np.abs(entries[:-1].reshape(size, size) - inverse).max()
+            < 20 * ULP * condition * np.abs(inverse).max()
+        )
         assert entries[-1] == pytest.approx(np.linalg.det(matrix), rel=1e-12)
 
 
@@ -101,12 +136,21 @@ def test_singular_matrix_has_determinant_zero(backend: str) -> None:
 
 def circle_and_line(x: Any, p: Any) -> list[Any]:
     """x0^2 + x1^2 = p0, x0 = p1 x1; residuals, then the Jacobian."""
-    return [x[0] * x[0] + x[1] * x[1] - p[0], x[0] - p[1] * x[1], 2.0 * x[0], 2.0 * x[1], 1.0, -p[1]]
+    return [
+        x[0] * x[0] + x[1] * x[1] - p[0],
+        x[0] - p[1] * x[1],
+        2.0 * x[0],
+        2.0 * x[1],
+        1.0,
+        -p[1],
+    ]
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_newton_converges_or_says_that_it_did_not(backend: str) -> None:
-    kernel = Kernel(lambda g, p: Results({"x": newton(circle_and_line, list(g), list(p))}, []), [2, 2], backend)
+    kernel = Kernel(
+        lambda g, p: Results({"x": newton(circle_and_line, list(g), list(p))}, []), [2, 2], backend
+    )
     guess = np.array([[1.0, 1.0], [3.0, 0.5], [1.0, 1.0], [0.0, 0.0], [1e3, 1e3]])
     known = np.array([[2.0, 0.5], [1.0, 2.0], [-1.0, 0.5], [1.0, 0.5], [1.0, 1.0]])
     for k, (x, p) in enumerate(zip(guess, known, strict=True)):
@@ -127,13 +171,17 @@ def test_blocks_inside_what_newton_iterates(backend: str) -> None:
     """The body may itself invert a matrix: residuals A(x)^-1 b - c for a matrix of size 4."""
 
     def body(x: Any, p: Any) -> list[Any]:
-        entries = [4.0 + x[0] if i == j else p[0] / (1.0 + i + j) for i in range(4) for j in range(4)]
+        entries = [
+            4.0 + x[0] if i == j else p[0] / (1.0 + i + j) for i in range(4) for j in range(4)
+        ]
         inverse = invert(entries, 4)
         row = sum(inverse[k] * (k + 1.0) for k in range(4))
         squared = [sum(inverse[k] * inverse[4 * k + j] for k in range(4)) for j in range(4)]
         return [row - 0.1, -sum(squared[j] * (j + 1.0) for j in range(4))]
 
-    kernel = Kernel(lambda g, p: Results({"x": newton(body, list(g), list(p))}, []), [1, 1], backend)
+    kernel = Kernel(
+        lambda g, p: Results({"x": newton(body, list(g), list(p))}, []), [1, 1], backend
+    )
     found = run_both(kernel, np.array([[1.0], [0.5], [0.0]]), np.array([[0.5], [0.4], [0.3]]))
     for (x, count), p in zip(found["x"], (0.5, 0.4, 0.3), strict=True):
         assert count > 0

@@ -34,13 +34,20 @@ HOSTILE = 'x")\nimport os; os.abort()  # %s {0} ; ret void }'
 def renamed(robot: Robot) -> Robot:
     """The robot with names that no loader would let through."""
     d = robot.description
-    name = {n: f"{HOSTILE}{k}" for k, n in enumerate([*d.joints, *d.links, *(c.name for c in d.closures)])}
+    name = {
+        n: f"{HOSTILE}{k}"
+        for k, n in enumerate([*d.joints, *d.links, *(c.name for c in d.closures)])
+    }
     name[d.base] = d.base
     joints = {
-        name[n]: replace(j, name=name[n], parent=name[j.parent], child=name[j.child]) for n, j in d.joints.items()
+        name[n]: replace(j, name=name[n], parent=name[j.parent], child=name[j.child])
+        for n, j in d.joints.items()
     }
     links = {name[n]: replace(link, name=name[n]) for n, link in d.links.items()}
-    closures = tuple(replace(c, name=name[c.name], link_a=name[c.link_a], link_b=name[c.link_b]) for c in d.closures)
+    closures = tuple(
+        replace(c, name=name[c.name], link_a=name[c.link_a], link_b=name[c.link_b])
+        for c in d.closures
+    )
     frames = {n: replace(f, link=name[f.link]) for n, f in d.frames.items()}
     return Robot(
         replace(
@@ -61,7 +68,9 @@ def test_no_name_of_a_description_reaches_the_code(monkeypatch: pytest.MonkeyPat
     hostile, plain = renamed(load("forging_chu2020")), load("forging_chu2020")
     written: list[Any] = []
     compiled = builtins.compile
-    monkeypatch.setattr(builtins, "compile", lambda source, *rest: written.append(source) or compiled(source, *rest))
+    monkeypatch.setattr(
+        builtins, "compile", lambda source, *rest: written.append(source) or compiled(source, *rest)
+    )
     for robot in (hostile, plain):
         call = robot.kernels.inverse_dynamics
         u = np.array([0.3, 0.15, 0.175, 0.4])
@@ -80,13 +89,35 @@ def test_no_name_of_a_description_reaches_the_code(monkeypatch: pytest.MonkeyPat
 @pytest.mark.parametrize("name", ["forging_chu2020", "seven_bar"])
 def test_generated_python_is_names_with_numbers(name: str) -> None:
     trace = kernel(name, "inverse", "python").trace
-    functions = {"sin", "cos", "sqrt", "fabs", "atan2", "invert", "newton", "absolute", "arctan2", "divide"}
-    functions |= {"add", "subtract", "multiply", "negative", "greater", "logical_not", "kernel", "ROWS"}
+    functions = {
+        "sin",
+        "cos",
+        "sqrt",
+        "fabs",
+        "atan2",
+        "invert",
+        "newton",
+        "absolute",
+        "arctan2",
+        "divide",
+    }
+    functions |= {
+        "add",
+        "subtract",
+        "multiply",
+        "negative",
+        "greater",
+        "logical_not",
+        "kernel",
+        "ROWS",
+    }
     keywords = {"def", "return", "if", "not", "status", "scratch", "out", "inf", "nan"}
     for source in (emit_scalar(trace), emit_columns(trace)):
         words = set(re.findall(r"[A-Za-z_]\w*", re.sub(r"\d+\.?\d*e[-+]?\d+", "0", source)))
         strange = words - functions - keywords
-        assert all(re.fullmatch(r"(v|s|o|b|a\d+_|a|body_0_|_)\d*(_\d+)*", word) for word in strange), strange
+        assert all(
+            re.fullmatch(r"(v|s|o|b|a\d+_|a|body_0_|_)\d*(_\d+)*", word) for word in strange
+        ), strange
 
 
 def test_callers_take_names_only() -> None:
@@ -140,7 +171,9 @@ def test_equal_operations_are_done_once() -> None:
         a, b = x
         negative = -a
         same = [sin(a) * cos(b) + 2.0 * a, cos(b) * sin(a) + a * 2.0, (a / b) * b, a / b, 3.0 / b]
-        return Results({"y": [*same, 0.0 * a, a - a, -negative, 1.0 * b, (a * 2.0) * 3.0]}, [Check(a, 0.0, 1)])
+        return Results(
+            {"y": [*same, 0.0 * a, a - a, -negative, 1.0 * b, (a * 2.0) * 3.0]}, [Check(a, 0.0, 1)]
+        )
 
     trace = Kernel(run_, [2]).trace
     operations = [trace.graph.nodes[i][0] for i in trace.live]
@@ -166,10 +199,14 @@ print({kernel.backend for kernel in robot._kernels.values()}, "llvmlite.binding"
 
 def test_it_works_without_a_compiler() -> None:
     root = Path(__file__).resolve().parents[2]
-    answer = subprocess.run([sys.executable, "-c", WITHOUT], cwd=root, capture_output=True, text=True, check=True)
+    answer = subprocess.run(
+        [sys.executable, "-c", WITHOUT], cwd=root, capture_output=True, text=True, check=True
+    )
     values, backends = answer.stdout.splitlines()
     u = np.array([0.3, 0.15, 0.175, 0.4])
-    assert eval(values) == pytest.approx(load("forging_chu2020").kernels.inverse_dynamics(u, u, u), rel=1e-12)  # noqa: S307
+    assert eval(values) == pytest.approx(  # noqa: S307
+        load("forging_chu2020").kernels.inverse_dynamics(u, u, u), rel=1e-12
+    )
     assert backends == "{'python'} False"
 
 

@@ -36,18 +36,24 @@ class Terminal(io.StringIO):
 @pytest.fixture
 def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
     made = Terminal()
-    monkeypatch.setattr(waiting, "sys", SimpleNamespace(stderr=made))  # pytest puts its own sys.stderr into its place
+    monkeypatch.setattr(
+        waiting, "sys", SimpleNamespace(stderr=made)
+    )  # pytest puts its own sys.stderr into its place
     return made
 
 
-def test_long_compiling_is_told_on_a_terminal(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_compiling_is_told_on_a_terminal(
+    terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(waiting, "PATIENCE", 0.0)
     with waiting.Waiting().during("motion of arm (once; kept in the cache)"):
         assert terminal.written.wait(DEADLINE)
     assert terminal.getvalue() == "compiling motion of arm (once; kept in the cache) ...\n"
 
 
-def test_parts_of_one_thing_are_told_once(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_parts_of_one_thing_are_told_once(
+    terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(waiting, "PATIENCE", 0.0)
     word = waiting.Waiting()
     for label in ("reactions of arm", "reactions of arm", "motion of arm"):
@@ -70,7 +76,9 @@ def test_short_compiling_is_not_told(terminal: Terminal, monkeypatch: pytest.Mon
     assert threading.active_count() <= before  # nobody waits on
 
 
-def test_many_short_ones_are_told_together_and_then_not_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_short_ones_are_told_together_and_then_not_for_a_while(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Three programs of 0.4 s: the third is told, in whose time the second runs out; the next three begin anew."""
     delays: list[float] = []
     clock = iter([x for k in range(9) for x in (10.0 * k, 10.0 * k + 0.4)])
@@ -104,7 +112,9 @@ def test_whoever_listens_to_the_log_gets_it_there(
     monkeypatch.setattr(waiting, "PATIENCE", 0.0)
     heard = threading.Event()
     caplog.set_level(logging.INFO, waiting.__name__)
-    monkeypatch.setattr(caplog.handler, "emit", lambda record: (caplog.records.append(record), heard.set()))
+    monkeypatch.setattr(
+        caplog.handler, "emit", lambda record: (caplog.records.append(record), heard.set())
+    )
     with waiting.Waiting().during("motion of arm"):
         assert heard.wait(DEADLINE)
     assert [record.getMessage() for record in caplog.records] == ["compiling motion of arm"]
@@ -136,14 +146,20 @@ def torques(robot: Robot) -> None:
     robot.inverse_dynamics(robot.close(robot.reference), [0.0] * len(robot.active))
 
 
-def test_only_what_is_compiled_is_told(labels: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_what_is_compiled_is_told(
+    labels: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """With the robot and the program in words; from the cache nothing is told; without one, that it will come again."""
     monkeypatch.setenv("HYBRID_DYNAMICS_CACHE", str(tmp_path))
     torques(load("five_bar"))
-    assert set(labels) == {f"{what} of five_bar (once; kept in the cache)" for what in ("close", "inverse_dynamics")}
+    assert set(labels) == {
+        f"{what} of five_bar (once; kept in the cache)" for what in ("close", "inverse_dynamics")
+    }
     labels.clear()
     torques(load("five_bar"))
     assert labels == []
     monkeypatch.setenv("HYBRID_DYNAMICS_CACHE", "off")
     torques(load("five_bar"))
-    assert set(labels) == {f"{what} of five_bar (not kept: no cache)" for what in ("close", "inverse_dynamics")}
+    assert set(labels) == {
+        f"{what} of five_bar (not kept: no cache)" for what in ("close", "inverse_dynamics")
+    }

@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 from hybrid_dynamics_core import ClosedState, Robot, load, shipped_robots
 from tests.strategies import positions, rates
 
-H = 1e-6  # step of central differences: truncation ~H^2, rounding ~1e-16/H, so they agree to about 1e-8 of the scale
+# step of central differences: truncation ~H^2, rounding ~1e-16/H, so they agree to about 1e-8 of
+# the scale
+H = 1e-6
 EXAMPLES = 10  # states a robot and law
 REGULAR = 0.05  # states nearer to a singularity are left out: derivatives grow there without bound
 
@@ -27,7 +29,9 @@ def robot(request: pytest.FixtureRequest) -> Robot:
     return shipped(request.param)
 
 
-def regular(robot: Robot, data: st.DataObject) -> tuple[np.ndarray, np.ndarray, np.ndarray, ClosedState, float]:
+def regular(
+    robot: Robot, data: st.DataObject
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, ClosedState, float]:
     """A random regular state: u, u', u'', the closed state, and how derivatives may grow there."""
     u, du, ddu = data.draw(positions(robot)), data.draw(rates(robot)), data.draw(rates(robot))
     state = robot.close(u, du, check=False)
@@ -53,7 +57,9 @@ def law(function):
 def test_every_closure_closes_in_space(robot: Robot, data: st.DataObject) -> None:
     _, _, _, state, _ = regular(robot, data)
     reach = max(1.0, float(np.abs(robot.forward_kinematics(state).position).max()))
-    assert np.abs(pin_gaps(robot, state)).max() < 1e-12 * reach  # rounding of coordinates of that size
+    assert (
+        np.abs(pin_gaps(robot, state)).max() < 1e-12 * reach
+    )  # rounding of coordinates of that size
     assert state.residual < 1e-12
 
 
@@ -69,7 +75,9 @@ def test_rates_are_the_derivative_of_the_closure(robot: Robot, data: st.DataObje
 @law
 def test_accelerations_are_the_derivative_of_the_rates(robot: Robot, data: st.DataObject) -> None:
     u, du, ddu, state, grow = regular(robot, data)
-    ahead, behind = (robot.close(u + t * du + t * t / 2 * ddu, du + t * ddu, near=state) for t in (H, -H))
+    ahead, behind = (
+        robot.close(u + t * du + t * t / 2 * ddu, du + t * ddu, near=state) for t in (H, -H)
+    )
     numeric = (ahead.ds - behind.ds) / (2 * H)
     assert numeric == pytest.approx(robot.accelerations(state, ddu), abs=1e-6 * grow**6)
 
@@ -77,10 +85,14 @@ def test_accelerations_are_the_derivative_of_the_rates(robot: Robot, data: st.Da
 @law
 def test_jacobian_is_the_derivative_of_the_pose(robot: Robot, data: st.DataObject) -> None:
     u, du, _, state, grow = regular(robot, data)
-    ahead, behind = (robot.forward_kinematics(robot.close(u + sign * H * du, near=state)) for sign in (1, -1))
+    ahead, behind = (
+        robot.forward_kinematics(robot.close(u + sign * H * du, near=state)) for sign in (1, -1)
+    )
     twist = robot.jacobian(state) @ du
     scale = grow**4 * max(1.0, float(np.abs(ahead.position).max()))
-    assert (ahead.position - behind.position) / (2 * H) == pytest.approx(twist[:3], abs=1e-6 * scale)
+    assert (ahead.position - behind.position) / (2 * H) == pytest.approx(
+        twist[:3], abs=1e-6 * scale
+    )
     spin = (ahead.rotation - behind.rotation) / (2 * H) @ robot.forward_kinematics(state).rotation.T
     assert [spin[2, 1], spin[0, 2], spin[1, 0]] == pytest.approx(twist[3:], abs=1e-6 * scale)
 
@@ -125,7 +137,9 @@ def energy(robot: Robot, u: np.ndarray, du: np.ndarray, near: ClosedState) -> fl
     potential = 0.0
     for link in robot.description.links.values():
         pose = robot.forward_kinematics(state, frame=link.name)
-        potential -= link.mass * float(robot.description.gravity @ (pose.position + pose.rotation @ link.com))
+        potential -= link.mass * float(
+            robot.description.gravity @ (pose.position + pose.rotation @ link.com)
+        )
     return float(0.5 * du @ mass @ du + potential)
 
 
@@ -133,11 +147,15 @@ def energy(robot: Robot, u: np.ndarray, du: np.ndarray, near: ClosedState) -> fl
 def test_power_in_is_the_change_of_energy(robot: Robot, data: st.DataObject) -> None:
     u, du, ddu, state, grow = regular(robot, data)
     step = 1e-4
-    ahead, behind = (energy(robot, u + t * du + t * t / 2 * ddu, du + t * ddu, state) for t in (step, -step))
+    ahead, behind = (
+        energy(robot, u + t * du + t * t / 2 * ddu, du + t * ddu, state) for t in (step, -step)
+    )
     power = float(robot.inverse_dynamics(state, ddu) @ du)
     weight = sum(link.mass for link in robot.description.links.values()) * 9.81
     # truncation ~ step^2 times a third derivative of the energy [weight times a few m/s]
-    assert (ahead - behind) / (2 * step) == pytest.approx(power, rel=1e-5, abs=1e-6 * weight * grow**5)
+    assert (ahead - behind) / (2 * step) == pytest.approx(
+        power, rel=1e-5, abs=1e-6 * weight * grow**5
+    )
 
 
 @law
@@ -149,12 +167,19 @@ def test_a_state_in_a_batch_is_the_state_alone(robot: Robot, data: st.DataObject
     batch = robot.close(many_u, many_du)
     assert batch.s[row] == pytest.approx(single.s, rel=1e-12, abs=1e-12 * grow**4)
     assert batch.R[row] == pytest.approx(single.R, rel=1e-11, abs=1e-11 * grow**4)
-    tau, alone = robot.inverse_dynamics(batch, np.tile(ddu, (5, 1)))[row], robot.inverse_dynamics(single, ddu)
-    assert tau == pytest.approx(alone, rel=1e-9, abs=1e-10 * grow**4 * max(1.0, float(np.abs(alone).max())))
+    tau, alone = (
+        robot.inverse_dynamics(batch, np.tile(ddu, (5, 1)))[row],
+        robot.inverse_dynamics(single, ddu),
+    )
+    assert tau == pytest.approx(
+        alone, rel=1e-9, abs=1e-10 * grow**4 * max(1.0, float(np.abs(alone).max()))
+    )
 
 
 @law
-def test_given_passive_coordinates_bring_the_active_ones_back(robot: Robot, data: st.DataObject) -> None:
+def test_given_passive_coordinates_bring_the_active_ones_back(
+    robot: Robot, data: st.DataObject
+) -> None:
     """close_given of an active set is close itself, with rates and accelerations."""
     _, du, ddu, state, grow = regular(robot, data)
     names = robot.active

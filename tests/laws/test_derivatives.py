@@ -72,14 +72,24 @@ class TestDerivatives:
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_one_undoes_the_other(name: str) -> None:
-    """With u'' = FD(u, u', ID(u, u', u'')):  d FD/du + d FD/d tau d ID/du = 0, and for u' alike. No differences."""
+    """With u'' = FD(u, u', ID(u, u', u'')):  d FD/du + d FD/d tau d ID/du = 0, and for u' alike.
+
+    No differences.
+    """
     machine, ddu = robot(name), random_vector(robot(name), 3)
     for state in random_states(name):
         tau = machine.inverse_dynamics(state, ddu)
         of_tau = machine.inverse_dynamics_derivatives(state, ddu)
         of_ddu = machine.forward_dynamics_derivatives(state, tau)
         for k in (0, 1):
-            assert scaled(of_ddu[k] + of_ddu[2] @ of_tau[k], of_ddu[k], np.abs(of_ddu[2]) @ np.abs(of_tau[k])) < 1e-9
+            assert (
+                scaled(
+                    of_ddu[k] + of_ddu[2] @ of_tau[k],
+                    of_ddu[k],
+                    np.abs(of_ddu[2]) @ np.abs(of_tau[k]),
+                )
+                < 1e-9
+            )
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -89,5 +99,7 @@ def test_a_batch_is_its_states(name: str) -> None:
     ddu = np.ones_like(batch.u)
     many = machine.inverse_dynamics_derivatives(batch, ddu)
     for k, state in enumerate(states):
-        for rows, single in zip(many, machine.inverse_dynamics_derivatives(state, ddu[k]), strict=True):
+        for rows, single in zip(
+            many, machine.inverse_dynamics_derivatives(state, ddu[k]), strict=True
+        ):
             assert scaled(rows[k] - single, single, many[2][k]) < 1e-9

@@ -56,7 +56,9 @@ class TestLoads:
             d = c - middle
             inertia = inertia + m * (d @ d * np.eye(3) - np.outer(d, d))
         joined = Link(frame.link, mass, frozen(middle), frozen(inertia))
-        other = changed(machine, links=MappingProxyType({**machine.description.links, frame.link: joined}))
+        other = changed(
+            machine, links=MappingProxyType({**machine.description.links, frame.link: joined})
+        )
         for state in random_states(name):
             tau = machine.inverse_dynamics(state, ddu, machine.loads.with_payload(TOOL))
             expected = other.inverse_dynamics(other.close(state.u, state.du), ddu)
@@ -74,7 +76,9 @@ class TestLoads:
                 assert scaled(tau - (bare - work), bare, work) < TIGHT
                 rotation = machine.forward_kinematics(state, frame).rotation
                 turned = np.concatenate([rotation.T @ wrench[:3], rotation.T @ wrench[3:]])
-                same = machine.inverse_dynamics(state, ddu, machine.loads.with_wrench(turned, frame, "frame"))
+                same = machine.inverse_dynamics(
+                    state, ddu, machine.loads.with_wrench(turned, frame, "frame")
+                )
                 assert scaled(same - tau, bare, work) < TIGHT
 
     def test_held_payload_is_a_force_at_its_centre(self, name: str) -> None:
@@ -87,8 +91,12 @@ class TestLoads:
             moment = np.cross(rotation @ weight.com, force)
             zero = np.zeros(state.n)
             held = machine.inverse_dynamics(still, zero, machine.loads.with_payload(weight))
-            pushed = machine.inverse_dynamics(still, zero, machine.loads.with_wrench([*force, *moment]))
-            assert scaled(held - pushed, held, machine.jacobian(still).T @ [*force, *moment]) < TIGHT
+            pushed = machine.inverse_dynamics(
+                still, zero, machine.loads.with_wrench([*force, *moment])
+            )
+            assert (
+                scaled(held - pushed, held, machine.jacobian(still).T @ [*force, *moment]) < TIGHT
+            )
 
     def test_joint_effects_are_projected_with_R(self, name: str) -> None:
         machine, ddu = robot(name), random_vector(robot(name), 3)
@@ -99,8 +107,14 @@ class TestLoads:
             rate, push = state.ds, machine.accelerations(state, ddu)
             along = e.viscous * rate + e.coulomb * rate / np.sqrt(rate**2 + e.smoothing**2)
             along += e.armature * push + e.stiffness * (state.s - e.rest) + e.preload
-            bare, tau = machine.inverse_dynamics(state, ddu), machine.inverse_dynamics(state, ddu, only)
-            assert scaled(tau - bare - state.R.T @ along, bare, np.abs(state.R.T) @ np.abs(along)) < TIGHT
+            bare, tau = (
+                machine.inverse_dynamics(state, ddu),
+                machine.inverse_dynamics(state, ddu, only),
+            )
+            assert (
+                scaled(tau - bare - state.R.T @ along, bare, np.abs(state.R.T) @ np.abs(along))
+                < TIGHT
+            )
 
     def test_minimal_form_and_forces_of_the_loads_make_up_tau(self, name: str) -> None:
         machine, ddu = robot(name), random_vector(robot(name), 4)
@@ -109,8 +123,12 @@ class TestLoads:
             mass, bias, gravity = machine.minimal_form(state, loads)
             rest = machine.passive_forces(state, loads)
             tau = machine.inverse_dynamics(state, ddu, loads)
-            assert scaled(mass @ ddu + bias + gravity + rest - tau, mass, bias, gravity, rest) < TIGHT
-            assert scaled(machine.coriolis_matrix(state, loads) @ state.du - bias, bias, mass) < TIGHT
+            assert (
+                scaled(mass @ ddu + bias + gravity + rest - tau, mass, bias, gravity, rest) < TIGHT
+            )
+            assert (
+                scaled(machine.coriolis_matrix(state, loads) @ state.du - bias, bias, mass) < TIGHT
+            )
 
     def test_forward_dynamics_with_everything(self, name: str) -> None:
         machine = robot(name)
@@ -136,8 +154,14 @@ class TestLoads:
         batch = machine.close(np.array([s.u for s in states]), np.array([s.du for s in states]))
         wrenches, turning = rng.uniform(-9, 9, (2, len(states), 6))
         ddu = rng.uniform(-1, 1, batch.u.shape)
-        loads = heavy_loads(machine).with_wrench(wrenches).with_wrench(turning, machine.frames[-1], "frame")
+        loads = (
+            heavy_loads(machine)
+            .with_wrench(wrenches)
+            .with_wrench(turning, machine.frames[-1], "frame")
+        )
         tau = machine.inverse_dynamics(batch, ddu, loads)
         for k, state in enumerate(states):
-            alone = loads.with_wrench(wrenches[k]).with_wrench(turning[k], machine.frames[-1], "frame")
+            alone = loads.with_wrench(wrenches[k]).with_wrench(
+                turning[k], machine.frames[-1], "frame"
+            )
             assert scaled(tau[k] - machine.inverse_dynamics(state, ddu[k], alone), tau[k]) < 1e-10

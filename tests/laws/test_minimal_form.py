@@ -23,16 +23,24 @@ class TestMinimalForm:
         state, machine = state_of(name, k), robot(name)
         _, bias, _ = machine.minimal_form(state)
         matrix = machine.coriolis_matrix(state)
-        assert scaled(matrix @ state.du - bias, np.abs(matrix) @ np.abs(state.du), np.ones(1)) < ROUNDING
+        assert (
+            scaled(matrix @ state.du - bias, np.abs(matrix) @ np.abs(state.du), np.ones(1))
+            < ROUNDING
+        )
 
     def test_rate_of_the_velocity_map_gives_the_bias_acceleration(self, name: str, k: int) -> None:
         state, machine = state_of(name, k), robot(name)
-        assert scaled(machine.velocity_map_rate(state) @ state.du - state.bias, state.bias, np.ones(1)) < 1e-11
+        assert (
+            scaled(machine.velocity_map_rate(state) @ state.du - state.bias, state.bias, np.ones(1))
+            < 1e-11
+        )
 
     def test_mass_rate_less_twice_coriolis_is_skew(self, name: str, k: int) -> None:
         """M-bar' along the motion is a central difference; the law itself is exact."""
         state, machine = state_of(name, k), robot(name)
-        ahead, behind = (machine.minimal_form(machine.close(state.u + s * H * state.du))[0] for s in (1, -1))
+        ahead, behind = (
+            machine.minimal_form(machine.close(state.u + s * H * state.du))[0] for s in (1, -1)
+        )
         rate = (ahead - behind) / (2 * H)
         matrix = machine.coriolis_matrix(state)
         twist = rate - 2 * matrix
@@ -43,11 +51,15 @@ class TestMinimalForm:
         state, machine = state_of(name, k), robot(name)
         slopes = []
         for unit in np.eye(len(state.u)):
-            ahead, behind = (machine.minimal_form(machine.close(state.u + s * H * unit))[0] for s in (1, -1))
+            ahead, behind = (
+                machine.minimal_form(machine.close(state.u + s * H * unit))[0] for s in (1, -1)
+            )
             slopes.append((ahead - behind) / (2 * H))
         slope, du = np.array(slopes), state.du  # (k, i, j)
         symbols = 0.5 * (
-            np.einsum("kij,k->ij", slope, du) + np.einsum("jik,k->ij", slope, du) - np.einsum("ijk,k->ij", slope, du)
+            np.einsum("kij,k->ij", slope, du)
+            + np.einsum("jik,k->ij", slope, du)
+            - np.einsum("ijk,k->ij", slope, du)
         )
         matrix = machine.coriolis_matrix(state)
         assert scaled(matrix - symbols, matrix, slope) < 1e-7 / float(state.singularity) ** 2
@@ -63,7 +75,9 @@ class TestMinimalForm:
         ddu = random_vector(machine, k)
         rest = machine.passive_forces(state)
         tau = machine.inverse_dynamics(state, ddu)
-        assert scaled(mass @ ddu + bias + gravity + rest - tau, mass, bias, gravity, rest) < ROUNDING
+        assert (
+            scaled(mass @ ddu + bias + gravity + rest - tau, mass, bias, gravity, rest) < ROUNDING
+        )
 
     def test_inverse_of_forward_dynamics(self, name: str, k: int) -> None:
         state, machine = state_of(name, k), robot(name)

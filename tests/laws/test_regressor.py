@@ -34,7 +34,11 @@ class TestRegressor:
         others = {link: random_link(link, rng, 0.2) for link in links}
         other = changed(machine, links=MappingProxyType({**machine.description.links, **others}))
         size = len(joints)
-        friction, coulomb, rotors = rng.uniform(0, 3, size), rng.uniform(0, 3, size), rng.uniform(0, 2, size)
+        friction, coulomb, rotors = (
+            rng.uniform(0, 3, size),
+            rng.uniform(0, 3, size),
+            rng.uniform(0, 2, size),
+        )
         coulomb[2:], rotors[:1] = 0.0, 0.0
         loads = other.loads.with_effects(viscous=friction, coulomb=coulomb, armature=rotors)
         values = parameters.values(other.description, loads.effects)
@@ -78,4 +82,6 @@ def test_links_come_back_from_their_parameters(name: str) -> None:
         again, own = link_of(link, values[10 * k : 10 * k + 10]), description.links[link]
         assert again.mass == own.mass
         assert again.com == pytest.approx(own.com, abs=1e-12)
-        assert again.inertia == pytest.approx(own.inertia, rel=1e-9, abs=1e-9 * max(own.inertia.max(), 1.0))
+        assert again.inertia == pytest.approx(
+            own.inertia, rel=1e-9, abs=1e-9 * max(own.inertia.max(), 1.0)
+        )

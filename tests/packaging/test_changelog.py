@@ -45,7 +45,9 @@ def test_the_files_that_are_there_are_made_from_the_markdown(package: str) -> No
     assert file.read_text(encoding="utf-8") == made, "run python tools/changelog_rst.py"
 
 
-@pytest.mark.filterwarnings("ignore:nodes.Node.traverse:DeprecationWarning")  # catkin_pkg with a newer docutils
+@pytest.mark.filterwarnings(
+    "ignore:nodes.Node.traverse:DeprecationWarning"
+)  # catkin_pkg with a newer docutils
 def test_every_release_is_read_as_bloom_reads_it() -> None:
     changelog = pytest.importorskip("catkin_pkg.changelog")
     text = tool.changelog_of("hybrid_dynamics_ros", MARKDOWN)
@@ -54,7 +56,10 @@ def test_every_release_is_read_as_bloom_reads_it() -> None:
         version: (str(date.date()), "\n".join(part.as_txt() for part in content))
         for version, date, content in made.foreach_version()
     }
-    assert {version: date for version, (date, _) in found.items()} == {"0.2.0": "2031-05-04", "0.1.0": "2030-01-02"}
+    assert {version: date for version, (date, _) in found.items()} == {
+        "0.2.0": "2031-05-04",
+        "0.1.0": "2030-01-02",
+    }
     assert found["0.2.0"][1].splitlines() == [
         "* Added: A method ``close_path(u)`` for motions, row by row: the page <docs/dynamics.md>.",
         "* Added: R = [E; -J_z] and 2 * 3.",

@@ -66,17 +66,33 @@ def machine(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("machine")
     venv.create(folder, with_pip=False)
     python = folder / "bin" / "python"
-    pip = [sys.executable, "-m", "pip", "--python", str(python), "install", "--quiet", "--no-deps", "--no-index"]
+    pip = [
+        sys.executable,
+        "-m",
+        "pip",
+        "--python",
+        str(python),
+        "install",
+        "--quiet",
+        "--no-deps",
+        "--no-index",
+    ]
     subprocess.run([*pip, str(wheel)], check=True, capture_output=True, env=plain())
     (packages,) = folder.glob("lib/python*/site-packages")
-    beneath = "; ".join(f"site.addsitedir({path!r})" for path in dict.fromkeys(site.getsitepackages()))
+    beneath = "; ".join(
+        f"site.addsitedir({path!r})" for path in dict.fromkeys(site.getsitepackages())
+    )
     (packages / "beneath.pth").write_text(f"import site; {beneath}\n", encoding="utf-8")
     return folder
 
 
 def plain() -> dict[str, str]:
     """The environment without what leads to the repository: pip takes a package that it finds there for installed."""
-    return {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    return {
+        name: value
+        for name, value in os.environ.items()
+        if name not in ("PYTHONPATH", "VIRTUAL_ENV")
+    }
 
 
 def run(machine: Path, *command: str) -> str:
@@ -86,7 +102,12 @@ def run(machine: Path, *command: str) -> str:
     settings["HYBRID_DYNAMICS_CACHE"] = str(machine / "cache")
     program = str(machine / "bin" / command[0])
     done = subprocess.run(
-        [program, *command[1:]], cwd=machine, env=settings, check=True, capture_output=True, text=True
+        [program, *command[1:]],
+        cwd=machine,
+        env=settings,
+        check=True,
+        capture_output=True,
+        text=True,
     )
     return done.stdout
 
@@ -94,12 +115,25 @@ def run(machine: Path, *command: str) -> str:
 def test_the_wheel_holds_every_file_of_its_packages(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     for package in ("hybrid_dynamics_cli", "hybrid_dynamics_core", "hybrid_dynamics_ros"):
-        files = [path for path in (ROOT / package).rglob("*") if path.is_file() and "__pycache__" not in path.parts]
+        files = [
+            path
+            for path in (ROOT / package).rglob("*")
+            if path.is_file() and "__pycache__" not in path.parts
+        ]
         assert {str(path.relative_to(ROOT)) for path in files} <= names
-    assert {f"hybrid_dynamics_ros/interfaces/{path.name}" for path in ROOT.glob("msg_defs/msg/*.msg")} <= names
+    assert {
+        f"hybrid_dynamics_ros/interfaces/{path.name}" for path in ROOT.glob("msg_defs/msg/*.msg")
+    } <= names
     shared = {name.partition("/data/share/hybrid_dynamics_ros/")[2] for name in names}
-    for folder, pattern in (("launch", "*.launch.py"), ("config", "*"), ("rviz", "*"), ("security", "*")):
-        assert {f"{folder}/{path.name}" for path in (ROOT / folder).glob(pattern) if path.is_file()} <= shared
+    for folder, pattern in (
+        ("launch", "*.launch.py"),
+        ("config", "*"),
+        ("rviz", "*"),
+        ("security", "*"),
+    ):
+        assert {
+            f"{folder}/{path.name}" for path in (ROOT / folder).glob(pattern) if path.is_file()
+        } <= shared
     assert any(name.endswith("resource_index/packages/hybrid_dynamics_ros") for name in names)
     assert any(name.endswith("licenses/LICENSE") for name in names)
 
@@ -133,5 +167,9 @@ def test_the_sdist_of_the_interfaces_holds_what_its_build_reads(tmp_path: Path) 
     source = copied(ROOT / "msg_defs", tmp_path / "source")
     sdist = built(source, tmp_path / "dist", "sdist")
     there = unpacked(tmp_path / "dist" / sdist, tmp_path / "unpacked")
-    needed = {path.relative_to(source) for path in source.rglob("*") if path.is_file() and "egg-info" not in str(path)}
+    needed = {
+        path.relative_to(source)
+        for path in source.rglob("*")
+        if path.is_file() and "egg-info" not in str(path)
+    }
     assert needed - {Path("MANIFEST.in")} <= {path.relative_to(there) for path in there.rglob("*")}

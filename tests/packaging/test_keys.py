@@ -11,7 +11,8 @@ from xml.etree import ElementTree
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-# Keys of rosdep's python.yaml and packages of jazzy/distribution.yaml in ros/rosdistro, looked up there one by one.
+# Keys of rosdep's python.yaml and packages of jazzy/distribution.yaml in ros/rosdistro, looked up
+# there one by one.
 SYSTEM = {
     "python3-click": "click",
     "python3-hypothesis": "hypothesis",
@@ -42,7 +43,12 @@ JAZZY = {
     "tf2_msgs",
     "trajectory_msgs",
 }
-OWN = {"hybrid_dynamics_benchmarks", "hybrid_dynamics_cli", "hybrid_dynamics_core", "hybrid_dynamics_ros"}
+OWN = {
+    "hybrid_dynamics_benchmarks",
+    "hybrid_dynamics_cli",
+    "hybrid_dynamics_core",
+    "hybrid_dynamics_ros",
+}
 OPTIONAL = {  # extras: imported where they are used, with a message that says what to install
     "backports",
     "compression",
@@ -63,7 +69,11 @@ def manifest(folder: str) -> ElementTree.Element:
 
 def keys(folder: str, *kinds: str) -> set[str]:
     """What the manifest of a package names."""
-    found = {(element.tag, element.text or "") for element in manifest(folder) if element.tag.endswith("depend")}
+    found = {
+        (element.tag, element.text or "")
+        for element in manifest(folder)
+        if element.tag.endswith("depend")
+    }
     return {key for tag, key in found if not kinds or tag in kinds}
 
 
@@ -93,7 +103,9 @@ def imported(folder: Path) -> Iterator[str]:
             yield from (name.partition(".")[0] for name in names)
 
 
-@pytest.mark.parametrize("folder", ["hybrid_dynamics_cli", "hybrid_dynamics_core", "hybrid_dynamics_ros", "launch"])
+@pytest.mark.parametrize(
+    "folder", ["hybrid_dynamics_cli", "hybrid_dynamics_core", "hybrid_dynamics_ros", "launch"]
+)
 def test_what_is_imported_is_named(folder: str) -> None:
     named = {SYSTEM.get(key, key) for key in keys(".", "depend", "exec_depend")}
     others = set(imported(ROOT / folder)) - set(sys.stdlib_module_names) - OWN - OPTIONAL

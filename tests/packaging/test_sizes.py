@@ -14,6 +14,9 @@ LONGEST = 400  # lines, as docs/architecture.md says
 @pytest.mark.parametrize("package", PACKAGES)
 def test_no_module_is_too_long(package: str) -> None:
     modules = sorted((ROOT / package).rglob("*.py"))
-    lengths = {str(path.relative_to(ROOT)): len(path.read_text(encoding="utf-8").splitlines()) for path in modules}
+    lengths = {
+        str(path.relative_to(ROOT)): len(path.read_text(encoding="utf-8").splitlines())
+        for path in modules
+    }
     assert lengths, f"no modules in {package}"
     assert {name: lines for name, lines in lengths.items() if lines > LONGEST} == {}

@@ -1,7 +1,8 @@
 """Chu et al. (2020), Figure 10: the four efforts along the paper's motion, and what each assumption is worth.
 
-The print shows curves without numbers. Compared are the reference values at whole seconds, the paper's own full DAE
-with multipliers, and what docs/figure_10.md says of every assumption and misprint.
+The print shows curves without numbers. Compared are the reference values at whole seconds, the
+paper's own full DAE with multipliers, and what docs/figure_10.md says of every assumption and
+misprint.
 """
 
 from __future__ import annotations
@@ -20,7 +21,11 @@ from hybrid_dynamics_core.control import JointTrajectory, efforts_along
 from hybrid_dynamics_core.formats.reader import parse_description
 from tests.published.test_forging_chu2020 import REFERENCE, close_to
 
-FILE = resources.files("hybrid_dynamics_core").joinpath("robots/forging_chu2020.yaml").read_text(encoding="utf-8")
+FILE = (
+    resources.files("hybrid_dynamics_core")
+    .joinpath("robots/forging_chu2020.yaml")
+    .read_text(encoding="utf-8")
+)
 PAGE = (Path(__file__).parents[2] / "docs/figure_10.md").read_text(encoding="utf-8")
 RATES = np.array([np.deg2rad(10), 0.01, 0.005, np.deg2rad(5)])
 START = np.array([0.0, 0.1, 0.15, 0.0])
@@ -66,11 +71,15 @@ def test_curves_are_those_of_the_full_dae(forging: Robot, tau: np.ndarray) -> No
 
 
 def test_page_prints_the_curves(tau: np.ndarray) -> None:
-    rows = re.findall(r"^\| ([\d.]+) \| ([-\d.]+) \| ([-\d.]+) \| ([-\d.]+) \| ([-\d.]+) \|$", PAGE, re.MULTILINE)
+    rows = re.findall(
+        r"^\| ([\d.]+) \| ([-\d.]+) \| ([-\d.]+) \| ([-\d.]+) \| ([-\d.]+) \|$", PAGE, re.MULTILINE
+    )
     assert len(rows) == 5
     for t, *printed in rows:
         here = tau[round(10 * float(t))]
-        assert [float(x) for x in printed] == pytest.approx([round(here[0], 4), *np.round(here[1:3], 2), 0.0], abs=1e-9)
+        assert [float(x) for x in printed] == pytest.approx(
+            [round(here[0], 4), *np.round(here[1:3], 2), 0.0], abs=1e-9
+        )
 
 
 def test_no_torque_turns_the_level_gripper(tau: np.ndarray) -> None:
@@ -78,16 +87,24 @@ def test_no_torque_turns_the_level_gripper(tau: np.ndarray) -> None:
 
 
 CHANGES: dict[str, tuple[Callable[[Robot], Robot], list[float]]] = {
-    "l41 at L3/2": (lambda _: written("com: [(L3 - b3)/2, 0, 0]", "com: [L3/2, 0, 0]"), [0.019, 0.010, 0.008]),
+    "l41 at L3/2": (
+        lambda _: written("com: [(L3 - b3)/2, 0, 0]", "com: [L3/2, 0, 0]"),
+        [0.019, 0.010, 0.008],
+    ),
     "rods of 0.2 m": (
-        lambda _: Robot(parse_description(FILE.replace("L12: 0.4", "L12: 0.2").replace("L22: 0.4", "L22: 0.2"))),
+        lambda _: Robot(
+            parse_description(FILE.replace("L12: 0.4", "L12: 0.2").replace("L22: 0.4", "L22: 0.2"))
+        ),
         [0.007, 0.010, 0.0012],
     ),
     "point masses": (
         lambda forging: Robot(
             replace(
                 forging.description,
-                links={n: replace(k, inertia=np.zeros((3, 3))) for n, k in forging.description.links.items()},
+                links={
+                    n: replace(k, inertia=np.zeros((3, 3)))
+                    for n, k in forging.description.links.items()
+                },
             )
         ),
         [0.080, 0.0000353, 0.0000558],
@@ -96,9 +113,13 @@ CHANGES: dict[str, tuple[Callable[[Robot], Robot], list[float]]] = {
 
 
 @pytest.mark.parametrize("name", CHANGES)
-def test_assumptions_are_worth_what_the_page_says(name: str, forging: Robot, tau: np.ndarray) -> None:
+def test_assumptions_are_worth_what_the_page_says(
+    name: str, forging: Robot, tau: np.ndarray
+) -> None:
     robot, parts = CHANGES[name]
-    assert change(robot(forging), tau) == pytest.approx(parts, rel=0.07)  # the page gives two digits
+    assert change(robot(forging), tau) == pytest.approx(
+        parts, rel=0.07
+    )  # the page gives two digits
 
 
 def test_axial_inertia_of_the_gripper_plays_no_part(tau: np.ndarray) -> None:
@@ -129,7 +150,10 @@ def test_errata_centre_of_mass_of_the_upper_arm(forging: Robot, tau: np.ndarray)
         y = np.sin(q1) * (np.sin(q2) if printed else np.cos(q2))
         return half * np.stack([np.cos(q1) * np.cos(q2), y, np.sin(q2)], axis=-1)
 
-    angles = [forging.close(START + np.multiply.outer(T + k * h, RATES)).s[:, [0, 4]].T for k in (-1, 0, 1)]
+    angles = [
+        forging.close(START + np.multiply.outer(T + k * h, RATES)).s[:, [0, 4]].T
+        for k in (-1, 0, 1)
+    ]
     R = forging.close(MOTION(T).u).R[:, [0, 4], :]
 
     steps = 1e-5 * np.eye(2)[:, :, None]
@@ -137,7 +161,10 @@ def test_errata_centre_of_mass_of_the_upper_arm(forging: Robot, tau: np.ndarray)
     def efforts(printed: bool) -> np.ndarray:
         behind, here, ahead = (place(printed, *q) for q in angles)
         push = m2 * (ahead - 2.0 * here + behind) / h**2
-        slopes = [(place(printed, *(angles[1] + step)) - place(printed, *(angles[1] - step))) / 2e-5 for step in steps]
+        slopes = [
+            (place(printed, *(angles[1] + step)) - place(printed, *(angles[1] - step))) / 2e-5
+            for step in steps
+        ]
         along = np.stack([np.einsum("ki,ki->k", push, slope) for slope in slopes], axis=-1)
         return np.einsum("kij,ki->kj", R, along)
 

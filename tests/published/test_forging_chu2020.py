@@ -1,7 +1,7 @@
 """Chu et al. (2020), the forging robot: every row of the reference values, single and as a batch.
 
-The file beside this test holds values that four independent computations agree on to 1e-11 (see its `about`);
-the paper's own print differs where docs/errata.md says so.
+The file beside this test holds values that four independent computations agree on to 1e-11 (see its
+`about`); the paper's own print differs where docs/errata.md says so.
 """
 
 from __future__ import annotations
@@ -35,12 +35,18 @@ def test_names_and_order_are_the_papers(forging: Robot) -> None:
 def test_masses_and_inertias_are_the_papers(forging: Robot) -> None:
     links = forging.description.links
     assert [links[name].mass for name in REFERENCE["body"]] == REFERENCE["mass"]
-    for name, inertia in zip(REFERENCE["body"], REFERENCE["inertia_link_frame"]["slender"], strict=True):
-        ours = np.linalg.eigvalsh(links[name].inertia)  # the frames of l1 and l32 lie otherwise on the rod
+    for name, inertia in zip(
+        REFERENCE["body"], REFERENCE["inertia_link_frame"]["slender"], strict=True
+    ):
+        ours = np.linalg.eigvalsh(
+            links[name].inertia
+        )  # the frames of l1 and l32 lie otherwise on the rod
         assert ours == pytest.approx(np.linalg.eigvalsh(inertia), rel=1e-12, abs=1e-15)
 
 
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"t={row['t']}" if "t" in row else f"random {row['index']}")
+@pytest.mark.parametrize(
+    "row", ROWS, ids=lambda row: f"t={row['t']}" if "t" in row else f"random {row['index']}"
+)
 class TestEveryRow:
     def test_passive_coordinates(self, forging: Robot, row: dict) -> None:
         state = forging.close(row["u"], row["ud"])
@@ -59,11 +65,15 @@ class TestEveryRow:
         assert close_to(gravity, row["Gbar"])
 
     def test_inverse_dynamics(self, forging: Robot, row: dict) -> None:
-        assert close_to(forging.inverse_dynamics(forging.close(row["u"], row["ud"]), row["udd"]), row["tau"])
+        assert close_to(
+            forging.inverse_dynamics(forging.close(row["u"], row["ud"]), row["udd"]), row["tau"]
+        )
 
 
 def test_all_rows_as_one_batch(forging: Robot) -> None:
-    u, du, ddu, z, eef, tau = (np.array([row[key] for row in ROWS]) for key in ("u", "ud", "udd", "z", "eef", "tau"))
+    u, du, ddu, z, eef, tau = (
+        np.array([row[key] for row in ROWS]) for key in ("u", "ud", "udd", "z", "eef", "tau")
+    )
     state = forging.close(u, du)
     for got, expected in zip(state.z, z, strict=True):
         assert close_to(got, expected)
@@ -76,7 +86,10 @@ def test_all_rows_as_one_batch(forging: Robot) -> None:
 def test_figure_9_inverse_kinematics_of_the_forward_kinematics(forging: Robot) -> None:
     """The joints come back to 1e-10, each point started from the one before."""
     time = np.linspace(0.0, 10.0, 101)
-    u = np.stack([np.deg2rad(10) * time, 0.1 + 0.01 * time, 0.15 + 0.005 * time, np.deg2rad(5) * time], axis=1)
+    u = np.stack(
+        [np.deg2rad(10) * time, 0.1 + 0.01 * time, 0.15 + 0.005 * time, np.deg2rad(5) * time],
+        axis=1,
+    )
     poses = forging.forward_kinematics(forging.close(u))
     seed = u[0]
     for expected, position, rotation in zip(u, poses.position, poses.rotation, strict=True):

@@ -1,6 +1,7 @@
 """Staicu (2015): the described robot holds the published joint values, every leg closed at every row.
 
-The file beside this test gives the inverse kinematics of the paper's horizontal example; see its `about`.
+The file beside this test gives the inverse kinematics of the paper's horizontal example; see its
+`about`.
 """
 
 from __future__ import annotations
@@ -26,13 +27,22 @@ TOLERANCE = 1e-12  # [m]: what the reference values are computed to, times lengt
 
 @pytest.fixture(scope="module")
 def robot() -> RobotDescription:
-    return read_description(Path(str(resources.files("hybrid_dynamics_core"))) / "robots" / "staicu2015.yaml")
+    return read_description(
+        Path(str(resources.files("hybrid_dynamics_core"))) / "robots" / "staicu2015.yaml"
+    )
 
 
 def pose(t: float) -> dict[str, float]:
     """The example's motion law, relative to the central configuration."""
     s = 1.0 - cos(pi * t / 3.0)
-    return {"x": 0.05 * s, "y": 0.05 * s, "z": 0.0, "alpha_1": pi / 12.0 * s, "alpha_2": 0.0, "alpha_3": 0.0}
+    return {
+        "x": 0.05 * s,
+        "y": 0.05 * s,
+        "z": 0.0,
+        "alpha_1": pi / 12.0 * s,
+        "alpha_2": 0.0,
+        "alpha_3": 0.0,
+    }
 
 
 def values(row: dict) -> dict[str, float]:
@@ -44,7 +54,9 @@ def test_coordinates_are_the_papers(robot: RobotDescription) -> None:
     assert robot.active == tuple(f"lambda_{leg}" for leg in "ABCDEF")
     assert all(robot.joints[f"lambda_{leg}"].type == "prismatic" for leg in "ABCDEF")
     assert len(robot.closures) == 6
-    assert {closure.kind for closure in robot.closures} == {"point"}  # 24 coordinates less 18 equations
+    assert {closure.kind for closure in robot.closures} == {
+        "point"
+    }  # 24 coordinates less 18 equations
     assert freedom(robot, {}) == 6
 
 
@@ -55,7 +67,9 @@ def test_central_configuration_is_closed_at_zero(robot: RobotDescription) -> Non
         assert np.abs(gap(robot, closure, {})).max() < TOLERANCE
     geometry = REFERENCE["geometry"]
     assert link_pose(robot, "lower_platform", {})[:3, 3] == pytest.approx([0, 0, geometry["h1"]])
-    assert frame_pose(robot, "end_effector", {})[:3, 3] == pytest.approx([0, 0, geometry["h1"] + geometry["h2"]])
+    assert frame_pose(robot, "end_effector", {})[:3, 3] == pytest.approx(
+        [0, 0, geometry["h1"] + geometry["h2"]]
+    )
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: f"t={row['t']}")
@@ -72,7 +86,9 @@ def test_inverse_kinematics_gives_the_published_values(robot: RobotDescription, 
 
 
 @pytest.mark.parametrize("row", ROWS[1::4], ids=lambda row: f"t={row['t']}")
-def test_published_rates_satisfy_the_derivative_of_the_closures(robot: RobotDescription, row: dict) -> None:
+def test_published_rates_satisfy_the_derivative_of_the_closures(
+    robot: RobotDescription, row: dict
+) -> None:
     s, h = values(row), 1e-6
     ahead, behind = (np.array([pose(row["t"] + d)[name] for name in POSES]) for d in (h, -h))
     rates = np.concatenate([[row[name][1] for name in JOINTS], (ahead - behind) / (2 * h)])

@@ -145,7 +145,9 @@ class Client:
             )
         }
         self._subscriptions = {
-            name: self._node.create_subscription(kind, f"{namespace}/{name}", self._collector(name), 500)
+            name: self._node.create_subscription(
+                kind, f"{namespace}/{name}", self._collector(name), 500
+            )
             for name, kind in (
                 *((output.topic, output.kind) for output in outputs.TABLE),
                 ("active_joint_trajectory", JointTrajectory),
@@ -154,7 +156,9 @@ class Client:
         self.diagnostics = []
         self._node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         self._services = {
-            name: self._node.create_client(kind, f"{namespace}/{name}", qos_profile=QoSProfile(depth=500))
+            name: self._node.create_client(
+                kind, f"{namespace}/{name}", qos_profile=QoSProfile(depth=500)
+            )
             for name, kind in (
                 *((service.name, service.kind) for service in SERVICES),
                 ("change_state", ChangeState),
@@ -197,7 +201,13 @@ class Client:
         def round_trip():
             self.publish("active_joint_motions", probe, self.new_stamp())
             time.sleep(0.05)
-            wanted = ("joint_states", "required_efforts", "closed_state", "end_effector_pose", "end_effector_twist")
+            wanted = (
+                "joint_states",
+                "required_efforts",
+                "closed_state",
+                "end_effector_pose",
+                "end_effector_twist",
+            )
             return all(self._received[name] for name in wanted)
 
         wait_until(round_trip, "an answer on every topic")
@@ -209,13 +219,17 @@ class Client:
         if name not in self._answered:
             assert service.wait_for_service(DEADLINE), f"no service {name}"
             question = service.srv_type.Request()
-            if name not in CHANGING:  # a first answer is lost where the node has not found its reader yet
+            if (
+                name not in CHANGING
+            ):  # a first answer is lost where the node has not found its reader yet
                 wait_until(lambda: service.call(question, timeout_sec=5.0), f"an answer of {name}")
             self._answered.add(name)
         return service
 
     def _on_diagnostics(self, message):
-        self.diagnostics += [status for status in message.status if status.name.startswith(self._name.lstrip("/"))]
+        self.diagnostics += [
+            status for status in message.status if status.name.startswith(self._name.lstrip("/"))
+        ]
 
     def change(self, transition):
         """Asks for a transition by name; whether it was done."""
@@ -228,7 +242,9 @@ class Client:
 
     def set_parameter(self, name, value):
         """Sets a parameter; why not, or an empty text."""
-        request = SetParameters.Request(parameters=[rclpy.Parameter(name, value=value).to_parameter_msg()])
+        request = SetParameters.Request(
+            parameters=[rclpy.Parameter(name, value=value).to_parameter_msg()]
+        )
         (result,) = self.call("set_parameters", request).results
         return "" if result.successful else result.reason
 
@@ -263,7 +279,10 @@ class Client:
 
     def node_names(self):
         """Full names of the nodes in the graph."""
-        return {f"{space.rstrip('/')}/{name}" for name, space in self._node.get_node_names_and_namespaces()}
+        return {
+            f"{space.rstrip('/')}/{name}"
+            for name, space in self._node.get_node_names_and_namespaces()
+        }
 
     def topic_names(self):
         """Full names of the topics in the graph."""

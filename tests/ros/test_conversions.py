@@ -73,7 +73,9 @@ def test_a_state_without_velocities_has_none():
 
 
 def test_a_state_keeps_velocities_of_any_length_for_the_check():
-    sample = conversions.sample_of_state(JointState(name=["a", "b"], position=[1.0, 2.0], velocity=[3.0]))
+    sample = conversions.sample_of_state(
+        JointState(name=["a", "b"], position=[1.0, 2.0], velocity=[3.0])
+    )
     assert np.array_equal(sample.velocity, [3.0])
 
 
@@ -85,7 +87,9 @@ def test_a_motion_keeps_empty_arrays_for_the_check():
 
 
 def test_a_joint_state_holds_what_is_known_and_leaves_the_rest_empty():
-    message = conversions.joint_state(HEADER, ("a", "b"), np.array([1.0, 2.0]), effort=np.array([5.0, 6.0]))
+    message = conversions.joint_state(
+        HEADER, ("a", "b"), np.array([1.0, 2.0]), effort=np.array([5.0, 6.0])
+    )
     assert message.header == HEADER
     assert message.name == ["a", "b"]
     assert list(message.position) == [1.0, 2.0]
@@ -106,7 +110,9 @@ def test_poses_keep_their_order_x_y_z_w():
 @pytest.mark.parametrize("seed", range(40))
 def test_quaternions_are_those_of_an_independent_library(seed):
     random = np.random.default_rng(seed)
-    wanted = Rotation.from_quat(random.normal(size=4) * np.where(random.random(4) < 0.3, 0.0, 1.0) + [0, 0, 1e-9, 0])
+    wanted = Rotation.from_quat(
+        random.normal(size=4) * np.where(random.random(4) < 0.3, 0.0, 1.0) + [0, 0, 1e-9, 0]
+    )
     found = quaternion(wanted.as_matrix())
     np.testing.assert_allclose(np.abs(np.dot(found, wanted.as_quat())), 1.0, atol=1e-14)
     np.testing.assert_allclose(np.linalg.norm(found), 1.0, atol=1e-15)
@@ -118,4 +124,8 @@ def test_a_name_with_a_nul_is_read_up_to_it_live_and_from_recordings():
     data = joint_state(START, ["q1\0xx"], [2.5])
     assert [list(reader(data).names) for _ in range(3)] == [["q1"]] * 3
     samples = decoder.decode(messages_of([(START + k, data) for k in range(8)]))
-    assert (samples.position[:, 0].tolist(), samples.rejected, samples.broken) == ([2.5] * 8, {}, {})
+    assert (samples.position[:, 0].tolist(), samples.rejected, samples.broken) == (
+        [2.5] * 8,
+        {},
+        {},
+    )

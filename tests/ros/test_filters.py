@@ -83,8 +83,11 @@ def test_sines_pass_as_the_documented_transfer_function_says(degree, dt):
     filt = PolynomialFilter(degree, bandwidth=10.0, max_gap=0.5)
     for frequency in (0.5, 2.0, 5.0, 10.0, 20.0, 40.0):
         omega = 2 * np.pi * frequency
-        expected = (filt.rate / (1j * omega + filt.rate)) ** (degree + 1) * np.exp(0.5j * omega * dt)
-        # The discrete filter is the continuous one half a sample earlier, up to terms of second order in dt.
+        expected = (filt.rate / (1j * omega + filt.rate)) ** (degree + 1) * np.exp(
+            0.5j * omega * dt
+        )
+        # The discrete filter is the continuous one half a sample earlier, up to terms of second
+        # order in dt.
         slack = 1e-6 + (degree + 1) * filt.rate * omega * dt**2 / 10 + (omega * dt) ** 2 / 10
         assert abs(response(filt, frequency, dt) - expected) < slack
 
@@ -93,7 +96,9 @@ def test_sines_pass_as_the_documented_transfer_function_says(degree, dt):
 @pytest.mark.parametrize("bandwidth", [2.0, 10.0, 50.0])
 def test_the_bandwidth_is_where_3_db_are_lost(degree, bandwidth):
     filt = PolynomialFilter(degree, bandwidth, max_gap=0.5)
-    assert abs(response(filt, bandwidth, dt=0.01 / bandwidth)) == pytest.approx(np.sqrt(0.5), rel=0.01)
+    assert abs(response(filt, bandwidth, dt=0.01 / bandwidth)) == pytest.approx(
+        np.sqrt(0.5), rel=0.01
+    )
 
 
 @DEGREES
@@ -140,7 +145,9 @@ def test_a_bandwidth_above_the_sample_rate_gives_difference_quotients(degree):
     rng = np.random.default_rng(6)
     samples = rng.standard_normal(50)
     dt = 0.05
-    states = run(PolynomialFilter(degree, bandwidth=1000.0, max_gap=0.5), np.arange(50) * 50 * MS, samples)
+    states = run(
+        PolynomialFilter(degree, bandwidth=1000.0, max_gap=0.5), np.arange(50) * 50 * MS, samples
+    )
     quotient = np.diff(samples, degree) / dt**degree
     found = np.array([s.derivatives[degree, 0] for s in states])[degree:]
     # A tenth of the weight stays with older samples, so it is not quite the quotient.
@@ -209,11 +216,15 @@ def test_stamps_that_almost_coincide_do_not_blow_up(degree):
     assert len(ready) > 700
     # Noise over the time in which it became ready, blown up by the start: 5 sigma and more.
     np.testing.assert_allclose([s.derivatives[1, 0] for s in ready], 0.7, atol=2e-3)
-    np.testing.assert_allclose([s.derivatives[degree, 0] for s in ready], [0.7, 0.0][degree - 1], atol=0.2)
+    np.testing.assert_allclose(
+        [s.derivatives[degree, 0] for s in ready], [0.7, 0.0][degree - 1], atol=0.2
+    )
 
 
 @pytest.mark.parametrize("apart_ns", [1, 2, 5, 20])
-def test_a_third_stamp_that_almost_coincides_with_the_second_says_nothing_about_a_curvature(apart_ns):
+def test_a_third_stamp_that_almost_coincides_with_the_second_says_nothing_about_a_curvature(
+    apart_ns,
+):
     rng = np.random.default_rng(9)
     stamps = np.array([0, 10 * MS, 10 * MS + apart_ns, *range(20 * MS, 100 * MS, 10 * MS)])
     samples = 0.7 * stamps * 1e-9 + 1e-6 * rng.standard_normal(stamps.size)
@@ -234,7 +245,9 @@ def test_nonsense_settings_are_refused(name, value):
 @DEGREES
 @pytest.mark.parametrize("bandwidth", [1e-12, 1e-9, 1e-6])
 @pytest.mark.parametrize("apart_ns", [1, 10 * MS])
-def test_the_slowest_filters_and_the_shortest_steps_give_the_polynomial(degree, bandwidth, apart_ns):
+def test_the_slowest_filters_and_the_shortest_steps_give_the_polynomial(
+    degree, bandwidth, apart_ns
+):
     """The weight of a sample is far below the rounding of 1, and counts all the same."""
     stamps = apart_ns * np.arange(20)
     t = stamps / stamps[-1]
@@ -243,7 +256,8 @@ def test_the_slowest_filters_and_the_shortest_steps_give_the_polynomial(degree, 
     assert last.degree == degree
     scale = (stamps[-1] * 1e-9) ** np.arange(degree + 1)
     expected = [samples[-1], -0.2 + (1.0 if degree == 2 else 0.0), 1.0][: degree + 1]
-    # Rounding of the samples (1e-16) over squares of 1/19, and the condition of a fit over equal weights.
+    # Rounding of the samples (1e-16) over squares of 1/19, and the condition of a fit over equal
+    # weights.
     np.testing.assert_allclose(last.derivatives[:, 0] * scale, expected, rtol=0, atol=1e-9)
 
 
@@ -260,7 +274,9 @@ def test_a_degree_it_does_not_have_is_refused():
 def feed(estimator, times, position, velocity=None):
     state, estimates = None, []
     for t in times:
-        state, estimate = estimator.step(state, round(t * 1e9), position(t), None if velocity is None else velocity(t))
+        state, estimate = estimator.step(
+            state, round(t * 1e9), position(t), None if velocity is None else velocity(t)
+        )
         estimates.append(estimate)
     return state, estimates
 
@@ -268,7 +284,9 @@ def feed(estimator, times, position, velocity=None):
 def test_measured_velocities_pass_unchanged_and_give_the_acceleration():
     estimator = MotionEstimator(bandwidth=10.0, max_gap=0.5)
     times = np.arange(0, 0.1, 0.01)
-    _, estimates = feed(estimator, times, lambda t: np.array([t, 0.0]), lambda t: np.array([1.0, 3 * t]))
+    _, estimates = feed(
+        estimator, times, lambda t: np.array([t, 0.0]), lambda t: np.array([1.0, 3 * t])
+    )
     assert [e.acceleration is not None for e in estimates] == [t >= 0.0204 for t in times]
     for t, estimate in zip(times, estimates, strict=True):
         assert np.array_equal(estimate.velocity, [1.0, 3 * t])
@@ -287,7 +305,9 @@ def test_without_velocities_both_come_from_the_positions():
 
 def test_a_change_of_what_messages_carry_starts_anew():
     estimator = MotionEstimator(bandwidth=10.0, max_gap=0.5)
-    state, _ = feed(estimator, np.arange(0, 0.1, 0.01), lambda t: np.array([t]), lambda _: np.array([1.0]))
+    state, _ = feed(
+        estimator, np.arange(0, 0.1, 0.01), lambda t: np.array([t]), lambda _: np.array([1.0])
+    )
     state, estimate = estimator.step(state, 110 * MS, np.array([0.11]), None)
     assert estimate.event is StampEvent.FIRST
     assert estimate.velocity is None

@@ -16,7 +16,10 @@ def test_a_bag_has_what_the_running_node_answers(client, tmp_path):
     rng = np.random.default_rng(2)
     pairs, answers = [], []
     for k in range(30):
-        position, velocity = np.add([0.1, 0.1, 0.15, 0.2], rng.normal(0, 1e-3, 4)), rng.normal(0, 0.01, 4)
+        position, velocity = (
+            np.add([0.1, 0.1, 0.15, 0.2], rng.normal(0, 1e-3, 4)),
+            rng.normal(0, 0.01, 4),
+        )
         stamp = first if k == 0 else client.new_stamp(0.01)
         message = JointState(name=ACTIVE, position=position.tolist(), velocity=velocity.tolist())
         client.publish("active_joint_states", message, stamp)
@@ -27,5 +30,9 @@ def test_a_bag_has_what_the_running_node_answers(client, tmp_path):
         assert np.array_equal(answer.position, track.state.s[k])
         assert np.array_equal(answer.velocity, track.state.ds[k])
         efforts = np.array(answer.effort)[:4]
-        assert np.array_equal(efforts, track.efforts[k]) if len(efforts) else np.isnan(track.efforts[k]).all()
+        assert (
+            np.array_equal(efforts, track.efforts[k])
+            if len(efforts)
+            else np.isnan(track.efforts[k]).all()
+        )
     assert np.isfinite(track.efforts[-20:]).all()

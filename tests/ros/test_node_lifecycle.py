@@ -35,11 +35,18 @@ RATES = [0.17453292519943295, 0.01, 0.005, 0.08726646259971647]
 
 
 def state(position=POSITION, velocity=RATES, effort=()):
-    return JointState(name=ACTIVE, position=list(position), velocity=list(velocity), effort=list(effort))
+    return JointState(
+        name=ACTIVE, position=list(position), velocity=list(velocity), effort=list(effort)
+    )
 
 
 def motion(position=POSITION, velocity=RATES, acceleration=(0.0,) * 4):
-    return JointMotion(name=ACTIVE, position=list(position), velocity=list(velocity), acceleration=list(acceleration))
+    return JointMotion(
+        name=ACTIVE,
+        position=list(position),
+        velocity=list(velocity),
+        acceleration=list(acceleration),
+    )
 
 
 def efforts_now(client):
@@ -73,10 +80,14 @@ def test_twist_and_reactions_are_those_of_the_library(client, robot):
     told, pins = client.wait_for("loop_reactions", stamp), robot.reactions(closed, np.zeros(4)).pins
     assert list(told.pins) == list(pins)
     for wrench, pin in zip(told.wrenches, pins.values(), strict=True):
-        np.testing.assert_allclose([wrench.force.x, wrench.force.y, wrench.force.z], pin.force, atol=1e-6)
+        np.testing.assert_allclose(
+            [wrench.force.x, wrench.force.y, wrench.force.z], pin.force, atol=1e-6
+        )
 
 
-def test_forward_dynamics_inverts_inverse_dynamics_with_the_payload_that_was_set(client, robot, node):
+def test_forward_dynamics_inverts_inverse_dynamics_with_the_payload_that_was_set(
+    client, robot, node
+):
     bare = efforts_now(client)
     request = SetPayload.Request()
     request.inertia.m, request.inertia.com.x = 25.0, 0.1
@@ -86,9 +97,13 @@ def test_forward_dynamics_inverts_inverse_dynamics_with_the_payload_that_was_set
         laden = efforts_now(client)
         closed = robot.close(POSITION, RATES)
         loads = robot.loads.with_payload(Payload(25.0, [0.1, 0.0, 0.0]), robot.end_effector)
-        np.testing.assert_allclose(laden, robot.inverse_dynamics(closed, np.zeros(4), loads), rtol=1e-12)
+        np.testing.assert_allclose(
+            laden, robot.inverse_dynamics(closed, np.zeros(4), loads), rtol=1e-12
+        )
         assert np.abs(laden - bare).max() > 1.0
-        answer = client.call("forward_dynamics", ForwardDynamics.Request(active_joints=state(effort=laden)))
+        answer = client.call(
+            "forward_dynamics", ForwardDynamics.Request(active_joints=state(effort=laden))
+        )
         assert answer.error_code == ErrorCode.OK, answer.error_text
         np.testing.assert_allclose(answer.motion.acceleration[:4], np.zeros(4), atol=1e-9)
     finally:
@@ -136,7 +151,9 @@ def test_jacobian_and_minimal_form_are_those_of_the_library(client, robot):
     closed = robot.close(POSITION, RATES)
     jacobian = client.call("compute_jacobian", ComputeJacobian.Request(active_joints=state()))
     assert list(jacobian.joints) == ACTIVE
-    np.testing.assert_allclose(np.reshape(jacobian.jacobian, (6, 4)), robot.jacobian(closed), atol=1e-12)
+    np.testing.assert_allclose(
+        np.reshape(jacobian.jacobian, (6, 4)), robot.jacobian(closed), atol=1e-12
+    )
     form, (M, h, g) = (
         client.call("minimal_form", MinimalForm.Request(active_joints=state())),
         robot.minimal_form(closed),
@@ -150,13 +167,17 @@ def test_any_independent_joints_close_the_loops(client, robot):
     closed = robot.close(POSITION, RATES)
     names = ["q1", "q2", "q3", "q4"]
     places = [robot.coordinates.index(name) for name in names]
-    given = JointMotion(name=names, position=closed.s[places].tolist(), velocity=closed.ds[places].tolist())
+    given = JointMotion(
+        name=names, position=closed.s[places].tolist(), velocity=closed.ds[places].tolist()
+    )
     answer = client.call("close_loops", CloseLoops.Request(given=given))
     assert answer.error_code == ErrorCode.OK, answer.error_text
     np.testing.assert_allclose(answer.motion.position, closed.s, atol=1e-9)
     np.testing.assert_allclose(answer.motion.velocity, closed.ds, atol=1e-9)
     assert answer.closed_state.residual < 1e-9
-    few = client.call("close_loops", CloseLoops.Request(given=JointMotion(name=["q1"], position=[0.0])))
+    few = client.call(
+        "close_loops", CloseLoops.Request(given=JointMotion(name=["q1"], position=[0.0]))
+    )
     assert few.error_code == ErrorCode.BAD_INPUT
     assert "4 degrees of freedom" in few.error_text
 
@@ -164,7 +185,10 @@ def test_any_independent_joints_close_the_loops(client, robot):
 def test_a_target_in_part_of_its_coordinates_is_reached(client, robot):
     tool = robot.forward_kinematics(robot.close(POSITION)).position
     request = SolveIK.Request(mask=[True, False, True, False, False, False])
-    request.target.pose.position.x, request.target.pose.position.z = float(tool[0]) + 0.01, float(tool[2])
+    request.target.pose.position.x, request.target.pose.position.z = (
+        float(tool[0]) + 0.01,
+        float(tool[2]),
+    )
     answer = client.call("solve_ik", request)
     assert answer.error_code == ErrorCode.OK, answer.error_text
     found = robot.forward_kinematics(robot.close(np.array(answer.solution.position[:4]))).position
@@ -176,7 +200,11 @@ def test_a_target_in_part_of_its_coordinates_is_reached(client, robot):
 def test_the_robot_describes_itself(client, robot):
     told = client.call("describe_robot", DescribeRobot.Request())
     assert told.error_code == ErrorCode.OK
-    assert (told.name, list(told.joints), list(told.active)) == (robot.name, list(robot.coordinates), ACTIVE)
+    assert (told.name, list(told.joints), list(told.active)) == (
+        robot.name,
+        list(robot.coordinates),
+        ACTIVE,
+    )
     np.testing.assert_allclose(np.array([told.lower, told.upper]).T[:4], robot.limits)
 
 
@@ -201,7 +229,9 @@ def test_modes_are_listed_and_switched_only_while_the_robot_stands(client, robot
     try:
         answer = client.call("switch_assembly_mode", switch)
         assert answer.error_code == ErrorCode.OK, answer.error_text
-        modes = ", ".join(f"{loop} {branch}" for loop, branch in zip(other.loops, other.branches, strict=True))
+        modes = ", ".join(
+            f"{loop} {branch}" for loop, branch in zip(other.loops, other.branches, strict=True)
+        )
         node.wait_for(rf"\[INFO\].*: switch_assembly_mode: {re.escape(modes)}\n")
         np.testing.assert_allclose(positions(), other.joint_state.position, atol=1e-9)
         pose = client.call("solve_fk", SolveFK.Request(active_joints=state())).poses[0]
@@ -211,9 +241,14 @@ def test_modes_are_listed_and_switched_only_while_the_robot_stands(client, robot
             zip(other.loops, other.branches, strict=True)
         )
     finally:
-        client.call("switch_assembly_mode", SwitchAssemblyMode.Request(loops=own.loops, branches=own.branches))
+        client.call(
+            "switch_assembly_mode",
+            SwitchAssemblyMode.Request(loops=own.loops, branches=own.branches),
+        )
     np.testing.assert_allclose(positions(), own.joint_state.position, atol=1e-9)
-    wrong = client.call("switch_assembly_mode", SwitchAssemblyMode.Request(loops=["knee"], branches=["up"]))
+    wrong = client.call(
+        "switch_assembly_mode", SwitchAssemblyMode.Request(loops=["knee"], branches=["up"])
+    )
     assert wrong.error_code == ErrorCode.BAD_INPUT
     assert "knee" in wrong.error_text
 
@@ -240,7 +275,9 @@ def test_a_trajectory_of_serial_joints_becomes_one_of_active_joints_with_efforts
     np.testing.assert_allclose([p.positions for p in points], u, atol=1e-8)
     np.testing.assert_allclose(points[0].velocities, 0.0, atol=1e-9)
     middle = points[4]
-    wanted = robot.inverse_dynamics(robot.close(middle.positions, middle.velocities), middle.accelerations)
+    wanted = robot.inverse_dynamics(
+        robot.close(middle.positions, middle.velocities), middle.accelerations
+    )
     np.testing.assert_allclose(middle.effort, wanted, rtol=1e-6)
     stamp = client.new_stamp()
     client.publish("joint_trajectory", request.joints, stamp)
@@ -269,7 +306,9 @@ def test_a_path_of_the_end_effector_becomes_a_trajectory(client, robot):
         request.path.append(pose)
     answer = client.call("convert_trajectory", request)
     assert answer.error_code == ErrorCode.OK, answer.error_text
-    found = robot.forward_kinematics(robot.close(np.array([p.positions for p in answer.trajectory.points]))).position
+    found = robot.forward_kinematics(
+        robot.close(np.array([p.positions for p in answer.trajectory.points]))
+    ).position
     np.testing.assert_allclose(found, tool, atol=1e-7)
     request.path[3].pose.position.z = 50.0
     answer = client.call("convert_trajectory", request)
@@ -285,7 +324,10 @@ def test_parameters_are_checked_before_they_are_taken_and_work_at_once(client, r
     assert "cleanup" in client.set_parameter("robot", "excavator")
     assert "elbow" in client.set_parameter("payload.frame", "elbow")
     bare = efforts_now(client)
-    for frame in ("", robot.description.frames[robot.end_effector].link):  # the payload moves with its frame
+    for frame in (
+        "",
+        robot.description.frames[robot.end_effector].link,
+    ):  # the payload moves with its frame
         assert client.set_parameter("payload.frame", frame) == ""
         assert client.set_parameter("payload.mass", 3) == ""
         loads = robot.loads.with_payload(Payload(3.0), frame or robot.end_effector)
@@ -294,9 +336,13 @@ def test_parameters_are_checked_before_they_are_taken_and_work_at_once(client, r
     assert client.set_parameter("payload.mass", 0) == ""
     assert client.set_parameter("payload.frame", "") == ""
     assert client.set_parameter("gravity", [0.0, 0.0, 0.0]) == ""
-    weightless = robot.inverse_dynamics(robot.close(POSITION, RATES), np.zeros(4), robot.loads.with_gravity([0, 0, 0]))
+    weightless = robot.inverse_dynamics(
+        robot.close(POSITION, RATES), np.zeros(4), robot.loads.with_gravity([0, 0, 0])
+    )
     np.testing.assert_allclose(efforts_now(client), weightless, rtol=1e-9, atol=1e-9)
-    assert client.set_parameter("gravity", [float(value) for value in robot.description.gravity]) == ""
+    assert (
+        client.set_parameter("gravity", [float(value) for value in robot.description.gravity]) == ""
+    )
     np.testing.assert_allclose(efforts_now(client), bare, rtol=1e-12)
     assert client.set_parameter("sensors.q12.offset", 0.02) == ""
     stamp = client.new_stamp()
@@ -331,14 +377,21 @@ def test_the_description_is_there_for_those_who_come_late(client, robot):
 def test_reports_go_out(client, robot):
     client.wait_until(lambda: client.diagnostics, "a report")
     values = {entry.key: entry.value for entry in client.diagnostics[-1].values}
-    assert {"rate [Hz]", "age of the stamp [s]", "residual", "singularity margin", "stroke margin"} <= set(values)
+    assert {
+        "rate [Hz]",
+        "age of the stamp [s]",
+        "residual",
+        "singularity margin",
+        "stroke margin",
+    } <= set(values)
     assert client.diagnostics[-1].hardware_id == robot.name
 
 
 def test_another_robot_is_configured_in_the_same_process(start_node, connect):
     node = start_node("-p", "autostart:=false", "-r", "__ns:=/second")
     client = connect(
-        "/second/hybrid_dynamics", only=("get_state", "solve_fk", "describe_robot", "change_state", "set_parameters")
+        "/second/hybrid_dynamics",
+        only=("get_state", "solve_fk", "describe_robot", "change_state", "set_parameters"),
     )
     assert client.state() == "unconfigured"
     assert client.call("solve_fk", SolveFK.Request()).error_code == ErrorCode.NOT_READY
@@ -368,7 +421,14 @@ def test_another_robot_is_configured_in_the_same_process(start_node, connect):
 
 
 def test_serial_joints_may_be_measured_in_place_of_cylinders(start_node, connect, robot):
-    arguments = ("-p", "measured:=[q1, q2, q3, q4]", "-p", "sensors.q2.scale:=0.001", "-r", "__ns:=/third")
+    arguments = (
+        "-p",
+        "measured:=[q1, q2, q3, q4]",
+        "-p",
+        "sensors.q2.scale:=0.001",
+        "-r",
+        "__ns:=/third",
+    )
     start_node(*arguments).wait_for("measured joints")
     client = connect("/third/hybrid_dynamics", only=("get_state",))
     closed = robot.close(POSITION, RATES)
@@ -377,7 +437,9 @@ def test_serial_joints_may_be_measured_in_place_of_cylinders(start_node, connect
 
     def told():
         stamp = client.new_stamp()
-        client.publish("active_joint_states", JointState(name=names, position=reading.tolist()), stamp)
+        client.publish(
+            "active_joint_states", JointState(name=names, position=reading.tolist()), stamp
+        )
         time.sleep(0.05)
         return client.received("joint_states", stamp)
 

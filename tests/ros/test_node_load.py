@@ -54,7 +54,9 @@ def memory(node):
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-def test_a_flood_of_calls_is_answered_busy_beyond_the_queue_and_the_node_goes_on(start_node, connect):
+def test_a_flood_of_calls_is_answered_busy_beyond_the_queue_and_the_node_goes_on(
+    start_node, connect
+):
     node = start_node("-p", "services.queue:=4")
     client = connect()
     calls = [client.call_async("solve_ik", far_target()) for _ in range(60)]
@@ -74,15 +76,18 @@ def test_clients_that_vanish_leave_the_others_their_answers(start_node, connect)
     node = start_node()
     client = connect()
     code = (
-        "import os, rclpy; from hybrid_dynamics_msgs.srv import SolveIK; rclpy.init(); n = rclpy.create_node('gone');"
-        "c = n.create_client(SolveIK, '/hybrid_dynamics/solve_ik'); c.wait_for_service();"
-        "q = SolveIK.Request(position_only=True); q.target.pose.position.x = 100.0;"
-        "[c.call_async(q) for _ in range(5)]; rclpy.spin_once(n, timeout_sec=0.1); os._exit(0)"
+        "import os, rclpy; from hybrid_dynamics_msgs.srv import SolveIK; rclpy.init(); n ="
+        " rclpy.create_node('gone');c = n.create_client(SolveIK, '/hybrid_dynamics/solve_ik');"
+        " c.wait_for_service();q = SolveIK.Request(position_only=True); q.target.pose.position.x ="
+        " 100.0;[c.call_async(q) for _ in range(5)]; rclpy.spin_once(n, timeout_sec=0.1);"
+        " os._exit(0)"
     )
     for _ in range(3):
         subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
     assert client.call("solve_ik", far_target()).error_code == ErrorCode.OUT_OF_REACH
-    assert client.call("solve_fk", SolveFK.Request(active_joints=state())).error_code == ErrorCode.OK
+    assert (
+        client.call("solve_fk", SolveFK.Request(active_joints=state())).error_code == ErrorCode.OK
+    )
     assert node.stop() == 0
     assert "Traceback" not in node.output()
 
@@ -90,11 +95,17 @@ def test_clients_that_vanish_leave_the_others_their_answers(start_node, connect)
 def test_a_call_that_takes_too_long_is_ended_and_the_next_one_answered(start_node, connect):
     node = start_node()
     client = connect(only=("solve_fk",))
-    assert client.call("solve_fk", SolveFK.Request(active_joints=state())).error_code == ErrorCode.OK
+    assert (
+        client.call("solve_fk", SolveFK.Request(active_joints=state())).error_code == ErrorCode.OK
+    )
     assert client.set_parameter("services.timeout", 0.01) == ""
-    client.wait_until(lambda: client.call("solve_ik", far_target()).error_code == ErrorCode.TIMEOUT, "a timeout")
+    client.wait_until(
+        lambda: client.call("solve_ik", far_target()).error_code == ErrorCode.TIMEOUT, "a timeout"
+    )
     assert client.set_parameter("services.timeout", 60.0) == ""
-    assert client.call("solve_fk", SolveFK.Request(active_joints=state())).error_code == ErrorCode.OK
+    assert (
+        client.call("solve_fk", SolveFK.Request(active_joints=state())).error_code == ErrorCode.OK
+    )
     assert node.stop() == 0
 
 
@@ -110,12 +121,19 @@ def test_a_killed_worker_is_replaced_and_a_killed_node_leaves_no_process(start_n
     for worker in workers:
         os.kill(worker, signal.SIGKILL)
     client.wait_until(
-        lambda: client.call("solve_fk", SolveFK.Request(active_joints=state())).error_code == ErrorCode.OK, "an answer"
+        lambda: (
+            client.call("solve_fk", SolveFK.Request(active_joints=state())).error_code
+            == ErrorCode.OK
+        ),
+        "an answer",
     )
     workers = children(node.process.pid)
     node.process.kill()
     node.process.wait()
-    client.wait_until(lambda: not any(Path(f"/proc/{pid}/exe").exists() for pid in workers), "the end of all workers")
+    client.wait_until(
+        lambda: not any(Path(f"/proc/{pid}/exe").exists() for pid in workers),
+        "the end of all workers",
+    )
     again = start_node()  # after SIGKILL a new one has the same names at once
     again.wait_for("active joints")
     client.connect()
@@ -190,6 +208,9 @@ def test_numbers_at_the_end_of_their_range_never_come_back_as_numbers(start_node
 @pytest.mark.soak
 def test_a_flood_leaves_memory_flat_and_the_latency_recovers():
     told = benchmark("--flood", "--seconds", "10")
-    early, late = (float(x) for x in re.search(r"([\d.]+) MB 2 s into the flood, ([\d.]+) MB at", told).groups())
+    early, late = (
+        float(x)
+        for x in re.search(r"([\d.]+) MB 2 s into the flood, ([\d.]+) MB at", told).groups()
+    )
     assert late < early + 2.0, told  # queues fill at first, and stay full
     assert int(re.search(r"usual again (\d+) ms", told)[1]) <= 100, told

@@ -36,7 +36,9 @@ def test_a_signal_ends_the_idle_node_cleanly(start_node, number):
     node = start_node(*(["-p", "robot:=forging_chu2020"] if chosen else []))
     node.wait_for(READY)
     first = node.output().splitlines()[0]  # which robot it is, and whether anybody chose it
-    assert first.endswith("robot forging_chu2020" if chosen else "the default, -p robot:=NAME_OR_FILE takes another")
+    assert first.endswith(
+        "robot forging_chu2020" if chosen else "the default, -p robot:=NAME_OR_FILE takes another"
+    )
     assert node.stop(number) == 0
     assert "stopped: 0 received" in node.output()
     assert "Traceback" not in node.output()
@@ -52,7 +54,9 @@ def test_a_signal_repeated_while_messages_flow_ends_the_node_cleanly(start_node,
         client.publish("active_joint_states", state(), client.new_stamp(0.005))
         if k in (100, 110, 120):
             node.process.send_signal(number)
-    while node.process.poll() is None:  # while it cleans up, too; the test's own time limit guards this
+    while (
+        node.process.poll() is None
+    ):  # while it cleans up, too; the test's own time limit guards this
         node.process.send_signal(number)
         time.sleep(0.01)
     assert node.finish() == 0
@@ -61,7 +65,10 @@ def test_a_signal_repeated_while_messages_flow_ends_the_node_cleanly(start_node,
 
 
 def test_the_installed_command_is_this_node(start_node):
-    installed = [Path(str(d.locate_file(""))) for d in importlib.metadata.distributions(name="hybrid_dynamics_ros")]
+    installed = [
+        Path(str(d.locate_file("")))
+        for d in importlib.metadata.distributions(name="hybrid_dynamics_ros")
+    ]
     if not any(path.is_relative_to(sys.prefix) for path in installed):
         pytest.skip("the package is not installed in this environment")
     command = shutil.which("hybrid_dynamics_node", path=str(Path(sys.executable).parent))
@@ -89,7 +96,9 @@ def test_an_unknown_robot_leaves_the_node_unconfigured_with_the_reason(start_nod
 def test_a_wrong_robot_file_is_told_with_its_line_and_a_mended_one_works_in_the_same_process(
     start_node, tmp_path, robot, connect
 ):
-    shipped = Path(sys.modules["hybrid_dynamics_core"].__file__).parent / "robots" / f"{robot.name}.yaml"
+    shipped = (
+        Path(sys.modules["hybrid_dynamics_core"].__file__).parent / "robots" / f"{robot.name}.yaml"
+    )
     lines = shipped.read_text().splitlines(keepends=True)
     number = next(k for k, line in enumerate(lines) if line.startswith("gravity:"))
     lines[number] = "gravity: [0, 0, down]\n"
@@ -118,7 +127,9 @@ def test_a_wrong_robot_file_is_told_with_its_line_and_a_mended_one_works_in_the_
 
 
 def test_a_copied_robot_file_starts(start_node, tmp_path, robot):
-    shipped = Path(sys.modules["hybrid_dynamics_core"].__file__).parent / "robots" / f"{robot.name}.yaml"
+    shipped = (
+        Path(sys.modules["hybrid_dynamics_core"].__file__).parent / "robots" / f"{robot.name}.yaml"
+    )
     shutil.copy(shipped, tmp_path / "robot.yaml")
     node = start_node("-p", f"robot:={tmp_path / 'robot.yaml'}")
     node.wait_for(READY)
@@ -157,7 +168,9 @@ def test_names_follow_the_namespace_and_the_node_name(start_node, connect):
     stamp = client.new_stamp()
     client.publish("active_joint_states", state(), stamp)
     assert len(client.wait_for("joint_states", stamp).position) == 12
-    client.wait_until(lambda: "/forge/left_arm" in client.node_names(), "the node's name in the graph")
+    client.wait_until(
+        lambda: "/forge/left_arm" in client.node_names(), "the node's name in the graph"
+    )
     assert not [name for name in client.topic_names() if name.startswith("/hybrid_dynamics")]
 
 
@@ -218,8 +231,13 @@ def test_best_effort_input_connects_to_a_best_effort_publisher(start_node, conne
 
 
 def test_without_ros_the_command_says_how_to_get_it():
-    code = "import sys; sys.modules['rclpy'] = None; from hybrid_dynamics_ros.node.entry import main; sys.exit(main(['node']))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
+    code = (
+        "import sys; sys.modules['rclpy'] = None; from hybrid_dynamics_ros.node.entry import main;"
+        " sys.exit(main(['node']))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60
+    )
     assert done.returncode == 1
     assert "the Python module rclpy is not there" in done.stderr
     assert "pip install" in done.stderr
@@ -230,7 +248,9 @@ def test_without_ros_the_command_says_how_to_get_it():
 def test_help_is_printed_with_ros_and_without(word):
     program = "from hybrid_dynamics_ros.node.entry import main"
     code = f"import sys; sys.modules['rclpy'] = None; {program}; sys.exit(main(['node', '{word}']))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60
+    )
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith("usage: hybrid_dynamics_node --ros-args [-p robot:=NAME_OR_FILE]")
 
@@ -249,7 +269,11 @@ def test_with_simulated_time_ages_are_by_that_clock(start_node, connect):
         def age():
             clock.publish(Clock(clock=Time(sec=stamp // 10**9 + 3, nanosec=stamp % 10**9)))
             client.publish("active_joint_states", state(), stamp)
-            values = {entry.key: entry.value for status in client.diagnostics[-1:] for entry in status.values}
+            values = {
+                entry.key: entry.value
+                for status in client.diagnostics[-1:]
+                for entry in status.values
+            }
             return float(values.get("age of the stamp [s]", "nan")) == 3.0
 
         client.wait_until(age, "an age of 3 s by /clock")

@@ -20,7 +20,12 @@ EFFORTS = [0.1783183547256898, 846.5280575553463, -4032.4362202954067, 0.0]
 
 
 def joints(position, velocity=(), names=ACTIVE):
-    return JointState(header=Header(stamp=STAMP), name=list(names), position=list(position), velocity=list(velocity))
+    return JointState(
+        header=Header(stamp=STAMP),
+        name=list(names),
+        position=list(position),
+        velocity=list(velocity),
+    )
 
 
 def target(position, quaternion=(0.0, 0.0, 0.0, 1.0), frame=""):
@@ -61,7 +66,9 @@ def test_solve_fk_gives_the_full_state_and_the_pose(client, robot):
 
 def test_solve_ik_inverts_solve_fk(client, robot):
     seed = joints([0.8, 0.14, 0.18, POSITION[3]])
-    request = SolveIK.Request(target=target(TOOL), position_only=True, seed=seed, all_solutions=True)
+    request = SolveIK.Request(
+        target=target(TOOL), position_only=True, seed=seed, all_solutions=True
+    )
     response = client.call("solve_ik", request)
     assert response.error_code == ErrorCode.OK, response.error_text
     assert tuple(response.solution.name) == robot.coordinates
@@ -167,7 +174,9 @@ BAD_CALLS = {
     ),
     "id, duplicate joint": (
         "inverse_dynamics",
-        InverseDynamics.Request(motion=motion([*POSITION, 0.1], [0.0] * 5, [0.0] * 5, names=[*ACTIVE, "q1"])),
+        InverseDynamics.Request(
+            motion=motion([*POSITION, 0.1], [0.0] * 5, [0.0] * 5, names=[*ACTIVE, "q1"])
+        ),
         ErrorCode.BAD_INPUT,
         "q1",
     ),

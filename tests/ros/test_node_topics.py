@@ -40,7 +40,10 @@ def state(position, velocity=(), names=ACTIVE):
 
 def motion(position, velocity, acceleration, names=ACTIVE):
     return JointMotion(
-        name=list(names), position=list(position), velocity=list(velocity), acceleration=list(acceleration)
+        name=list(names),
+        position=list(position),
+        velocity=list(velocity),
+        acceleration=list(acceleration),
     )
 
 
@@ -81,26 +84,42 @@ def test_the_pose_is_that_of_the_core_in_the_base_frame(client, robot):
 def test_efforts_follow_as_soon_as_the_filter_has_its_samples(client):
     """10 Hz bandwidth: the lag is 20.5 ms, so of samples every 10 ms the fourth is the first with efforts."""
     times = 5.0 + 0.01 * np.arange(-3, 1)
-    stamps = [send(client, state(trajectory(t), RATES), after_s=10.0 if k == 0 else 0.01) for k, t in enumerate(times)]
+    stamps = [
+        send(client, state(trajectory(t), RATES), after_s=10.0 if k == 0 else 0.01)
+        for k, t in enumerate(times)
+    ]
     efforts = client.wait_for("required_efforts", stamps[-1])
     assert list(efforts.name) == ACTIVE
     np.testing.assert_allclose(efforts.effort, AT_5S["efforts"], rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(efforts.position, AT_5S["position"], rtol=1e-14)
     np.testing.assert_allclose(efforts.velocity, RATES, rtol=1e-14)
-    assert [client.received("required_efforts", s) is not None for s in stamps] == [False, False, False, True]
+    assert [client.received("required_efforts", s) is not None for s in stamps] == [
+        False,
+        False,
+        False,
+        True,
+    ]
 
 
-def test_efforts_of_a_moving_robot_are_those_of_the_core_with_the_estimated_acceleration(client, robot):
+def test_efforts_of_a_moving_robot_are_those_of_the_core_with_the_estimated_acceleration(
+    client, robot
+):
     estimator, before = MotionEstimator(bandwidth=10.0, max_gap=0.5), None
     expected = {}
     for k in range(40):
         t = 0.008 * k
-        position = np.array([0.3 * np.sin(4 * t), 0.15 + 0.02 * np.sin(6 * t), 0.18 - 0.01 * np.sin(5 * t), t * t])
-        velocity = np.array([1.2 * np.cos(4 * t), 0.12 * np.cos(6 * t), -0.05 * np.cos(5 * t), 2 * t])
+        position = np.array(
+            [0.3 * np.sin(4 * t), 0.15 + 0.02 * np.sin(6 * t), 0.18 - 0.01 * np.sin(5 * t), t * t]
+        )
+        velocity = np.array(
+            [1.2 * np.cos(4 * t), 0.12 * np.cos(6 * t), -0.05 * np.cos(5 * t), 2 * t]
+        )
         stamp = send(client, state(position, velocity), after_s=10.0 if k == 0 else 0.008)
         before, estimate = estimator.step(before, stamp, position, velocity)
         if estimate.acceleration is not None:
-            expected[stamp] = robot.inverse_dynamics(robot.close(position, velocity), estimate.acceleration)
+            expected[stamp] = robot.inverse_dynamics(
+                robot.close(position, velocity), estimate.acceleration
+            )
     assert len(expected) == 37
     for stamp, efforts in expected.items():
         found = client.wait_for("required_efforts", stamp)
@@ -110,22 +129,31 @@ def test_efforts_of_a_moving_robot_are_those_of_the_core_with_the_estimated_acce
 def test_positions_alone_are_enough(client):
     """Velocities stay empty until they are known, and are right once they are."""
     times = 5.0 + 0.01 * np.arange(-9, 1)
-    stamps = [send(client, state(trajectory(t)), after_s=10.0 if k == 0 else 0.01) for k, t in enumerate(times)]
+    stamps = [
+        send(client, state(trajectory(t)), after_s=10.0 if k == 0 else 0.01)
+        for k, t in enumerate(times)
+    ]
     efforts = client.wait_for("required_efforts", stamps[-1])
     first, last = (client.wait_for("joint_states", stamp) for stamp in (stamps[0], stamps[-1]))
     assert len(first.position) == 12
     assert not first.velocity
     np.testing.assert_allclose(last.velocity, RATES + AT_5S["passive_rates"], rtol=1e-9)
-    # Second differences over squares of 10 ms make 1e-16 of an angle some 1e-11 rad/s^2, times 40 kg m^2.
+    # Second differences over squares of 10 ms make 1e-16 of an angle some 1e-11 rad/s^2, times 40
+    # kg m^2.
     np.testing.assert_allclose(efforts.effort, AT_5S["efforts"], rtol=1e-7, atol=1e-7)
 
 
 def test_any_order_and_extra_joints_give_the_same_answer(client):
     plain = send(client, state(AT_5S["position"], RATES))
     mixed = ["gripper", "q4", "q22", "wheel", "q1", "q12"]
-    values = dict(zip(ACTIVE, AT_5S["position"], strict=True)) | {"gripper": np.nan, "wheel": np.inf}
+    values = dict(zip(ACTIVE, AT_5S["position"], strict=True)) | {
+        "gripper": np.nan,
+        "wheel": np.inf,
+    }
     rates = dict(zip(ACTIVE, RATES, strict=True)) | {"gripper": np.nan, "wheel": -1.0}
-    permuted = send(client, state([values[n] for n in mixed], [rates[n] for n in mixed], names=mixed))
+    permuted = send(
+        client, state([values[n] for n in mixed], [rates[n] for n in mixed], names=mixed)
+    )
     one, two = (client.wait_for("joint_states", stamp) for stamp in (plain, permuted))
     assert one.name == two.name
     assert one.position == two.position
@@ -151,11 +179,16 @@ def test_a_motion_with_accelerations_is_taken_as_it_is(client):
 
 
 def test_backward_stamps_start_the_filter_anew(client, node):
-    stamps = [send(client, state(trajectory(0.01 * k), RATES), after_s=10.0 if k == 0 else 0.01) for k in range(6)]
+    stamps = [
+        send(client, state(trajectory(0.01 * k), RATES), after_s=10.0 if k == 0 else 0.01)
+        for k in range(6)
+    ]
     client.wait_for("required_efforts", stamps[-1])
     back = stamps[0] - 5000 * MS
     for k in range(4):
-        client.publish("active_joint_states", state(trajectory(0.01 * k), RATES), back + 10 * k * MS)
+        client.publish(
+            "active_joint_states", state(trajectory(0.01 * k), RATES), back + 10 * k * MS
+        )
     client.wait_for("required_efforts", back + 30 * MS)
     assert client.received("joint_states", back)
     assert client.received("required_efforts", back) is None
@@ -169,12 +202,21 @@ BAD_STATES = {
         "missing joint: q4 not named; named are q1, q12, q22",
     ),
     "duplicate joint": (state([*GOOD, 0.1], names=[*ACTIVE, "q12"]), "duplicate joint: joint q12"),
-    "NaN position": (state([GOOD[0], np.nan, *GOOD[2:]], RATES), "not finite: position of joint q12 is nan"),
-    "infinite velocity": (state(GOOD, [*RATES[:3], np.inf]), "not finite: velocity of joint q4 is inf"),
+    "NaN position": (
+        state([GOOD[0], np.nan, *GOOD[2:]], RATES),
+        "not finite: position of joint q12 is nan",
+    ),
+    "infinite velocity": (
+        state(GOOD, [*RATES[:3], np.inf]),
+        "not finite: velocity of joint q4 is inf",
+    ),
     "empty message": (JointState(), "empty: no joint is named"),
     "positions too few": (state(GOOD[:3], RATES), "wrong length: position has 3 values for 4"),
     "positions none": (state([], RATES), "wrong length: position has 0 values for 4"),
-    "velocities too many": (state(GOOD, [*RATES, 0.0]), "wrong length: velocity has 5 values for 4"),
+    "velocities too many": (
+        state(GOOD, [*RATES, 0.0]),
+        "wrong length: velocity has 5 values for 4",
+    ),
     "cylinder too long": (state([0.0, 0.9, 0.15, 0.0], RATES), r"unreachable: .*q12.*0\.9"),
     "cylinder too short": (state([0.0, 0.1, -0.35, 0.0], RATES), r"unreachable: .*q22.*-0\.35"),
 }
@@ -189,7 +231,10 @@ def test_a_bad_state_is_logged_and_not_answered_and_the_node_goes_on(client, nod
     found = client.wait_for("joint_states", good)
     np.testing.assert_allclose(found.position[4:], AT_5S["passive"], rtol=1e-9)
     client.wait_for("end_effector_pose", good)
-    assert all(client.received(t, bad) is None for t in ("joint_states", "required_efforts", "end_effector_pose"))
+    assert all(
+        client.received(t, bad) is None
+        for t in ("joint_states", "required_efforts", "end_effector_pose")
+    )
 
 
 BAD_MOTIONS = {
@@ -199,7 +244,10 @@ BAD_MOTIONS = {
         motion([0.1], [0.0], [0.0], names=["q12"]),
         "missing joint: q1, q22, q4 not named; named are q12",
     ),
-    "NaN acceleration": (motion(GOOD, RATES, [0.0, 0.0, 0.0, np.nan]), "not finite: acceleration of joint q4"),
+    "NaN acceleration": (
+        motion(GOOD, RATES, [0.0, 0.0, 0.0, np.nan]),
+        "not finite: acceleration of joint q4",
+    ),
     "empty message": (JointMotion(), "empty: no joint is named"),
     "huge numbers": (motion(GOOD, [1e300] * 4, [0.0] * 4), "overflow: "),
     "out of reach": (motion([0.0, 5.0, 0.15, 0.0], RATES, [0.0] * 4), r"unreachable: .*q12"),
@@ -233,6 +281,8 @@ def test_a_rejected_sample_does_not_reach_the_filter(client):
         stamps.append(client.new_stamp(10.0 if k == 0 else 0.01))
         client.publish("active_joint_states", state(position, RATES), stamps[-1])
         if k == 5:
-            client.publish("active_joint_states", state([0.0, 9.0, 0.15, 0.0], [50.0] * 4), stamps[-1] + 5 * MS)
+            client.publish(
+                "active_joint_states", state([0.0, 9.0, 0.15, 0.0], [50.0] * 4), stamps[-1] + 5 * MS
+            )
     efforts = client.wait_for("required_efforts", stamps[-1])
     np.testing.assert_allclose(efforts.effort, AT_5S["efforts"], rtol=1e-9, atol=1e-9)

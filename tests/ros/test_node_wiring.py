@@ -90,7 +90,10 @@ def test_a_reader_with_a_bug_is_counted_as_a_rejection_of_what_was_received(ros_
 
 @pytest.mark.parametrize(
     ("error", "code"),
-    [(ZeroDivisionError("a bug"), RejectionCode.INTERNAL), (InputError("too large"), RejectionCode.OVERFLOW)],
+    [
+        (ZeroDivisionError("a bug"), RejectionCode.INTERNAL),
+        (InputError("too large"), RejectionCode.OVERFLOW),
+    ],
 )
 def test_efforts_that_cannot_be_told_are_not_counted(ros_node, error, code):
     def broken(_):
@@ -100,7 +103,9 @@ def test_efforts_that_cannot_be_told_are_not_counted(ros_node, error, code):
     publisher, _, rate, pace = ros_node._stream._outputs[0]
     ros_node._stream._outputs[0] = publisher, broken, rate, pace
     listener = ros_node.create_subscription(JointState, "~/joint_states", lambda _: None, 1)
-    motion = JointMotion(name=MESSAGE.name, position=MESSAGE.position, velocity=[0.0] * 4, acceleration=[0.0] * 4)
+    motion = JointMotion(
+        name=MESSAGE.name, position=MESSAGE.position, velocity=[0.0] * 4, acceleration=[0.0] * 4
+    )
     end = time.monotonic() + 5.0
     counts = ros_node._runtime.pipeline.counts
     while not counts.rejected.total() and time.monotonic() < end:  # until the listener is known
@@ -116,7 +121,9 @@ def test_a_bug_in_the_model_is_answered_and_logged_by_services(ros_node, capfd):
     ros_node._runtime.robot = None  # any use of it fails
     answered = []
     service = next(service for service in TABLE if service.name == "describe_robot")
-    ros_node._calls._call(service, DescribeRobot.Request(), DescribeRobot.Response(), answered.append)
+    ros_node._calls._call(
+        service, DescribeRobot.Request(), DescribeRobot.Response(), answered.append
+    )
     assert answered[0].error_code == ErrorCode.INTERNAL
     assert "AttributeError" in answered[0].error_text
     assert "describe_robot: fault of the node: AttributeError" in capfd.readouterr().err
@@ -153,7 +160,11 @@ def fails(topic):
     def make(self, kind, name, *args, **options):
         if name == topic:
             raise RuntimeError(f"no {topic}")
-        own = LifecycleNode.create_subscription if topic.endswith("motions") else LifecycleNode.create_publisher
+        own = (
+            LifecycleNode.create_subscription
+            if topic.endswith("motions")
+            else LifecycleNode.create_publisher
+        )
         return own(self, kind, name, *args, **options)
 
     return make
@@ -172,23 +183,31 @@ def test_a_configure_that_fails_leaves_no_topics(ros_node, monkeypatch):
         assert ros_node.set_parameters([Parameter("rates.tf", value=10.0)])[0].successful
         assert [configured() for _ in range(3)] == [(False, True)] * 3
     assert ros_node.set_parameters([Parameter("rates.tf", value=-1.0)])[0].successful
-    for maker, topic in (("publisher", "~/cylinder_states"), ("subscription", "~/active_joint_motions")):
+    for maker, topic in (
+        ("publisher", "~/cylinder_states"),
+        ("subscription", "~/active_joint_motions"),
+    ):
         with monkeypatch.context() as broken:
             broken.setattr(HybridDynamicsNode, f"create_{maker}", fails(topic), raising=False)
             assert configured() == (False, True), topic
     assert configured() == (True, False)
 
 
-POLICY = ElementTree.parse(Path(__file__).resolve().parents[2] / "security" / "hybrid_dynamics.policy.xml")
+POLICY = ElementTree.parse(
+    Path(__file__).resolve().parents[2] / "security" / "hybrid_dynamics.policy.xml"
+)
 OPTIONAL = {"/clock", "/tf"}  # by use_sim_time and rates.tf
 
 
 def allowed(kind, right):
     """Names that the policy gives the node, as they are without remapping."""
     profile = POLICY.find("./enclaves/enclave[@path='/hybrid_dynamics']/profiles/profile")
-    names = {entry.text for block in profile.findall(f"{kind}[@{right}='ALLOW']") for entry in block}
+    names = {
+        entry.text for block in profile.findall(f"{kind}[@{right}='ALLOW']") for entry in block
+    }
     return {
-        name.replace("~/", "/hybrid_dynamics/") if name.startswith("~") else f"/{name.lstrip('/')}" for name in names
+        name.replace("~/", "/hybrid_dynamics/") if name.startswith("~") else f"/{name.lstrip('/')}"
+        for name in names
     }
 
 
@@ -208,8 +227,14 @@ def test_the_policy_allows_exactly_what_the_node_needs():
         while names(node.get_service_names_and_types_by_node) != needed and time.monotonic() < end:
             time.sleep(0.05)  # the graph is told step by step
         assert names(node.get_service_names_and_types_by_node) == needed
-        assert names(node.get_publisher_names_and_types_by_node) == allowed("topics", "publish") - OPTIONAL
-        assert names(node.get_subscriber_names_and_types_by_node) == allowed("topics", "subscribe") - OPTIONAL
+        assert (
+            names(node.get_publisher_names_and_types_by_node)
+            == allowed("topics", "publish") - OPTIONAL
+        )
+        assert (
+            names(node.get_subscriber_names_and_types_by_node)
+            == allowed("topics", "subscribe") - OPTIONAL
+        )
         assert not names(node.get_client_names_and_types_by_node)
     finally:
         node.discard()

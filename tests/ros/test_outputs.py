@@ -14,7 +14,13 @@ from hybrid_dynamics_core import load
 from hybrid_dynamics_ros.messages import layouts
 from hybrid_dynamics_ros.messages.interfaces import typestore
 from hybrid_dynamics_ros.messages.joint_samples import JointSample
-from hybrid_dynamics_ros.parameters import LEAST_RATE, STROKE_WARN, TF_RATE, ParameterError, Settings
+from hybrid_dynamics_ros.parameters import (
+    LEAST_RATE,
+    STROKE_WARN,
+    TF_RATE,
+    ParameterError,
+    Settings,
+)
 from hybrid_dynamics_ros.stream import outputs
 from hybrid_dynamics_ros.stream.monitor import Level, Monitor
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
@@ -27,7 +33,9 @@ TWO = np.ones(2)
 
 def result_of(robot, velocity=0.01):
     n = len(robot.active)
-    sample = JointSample(3 * 10**9 + 4, robot.active, robot.reference.copy(), np.full(n, velocity), np.zeros(n))
+    sample = JointSample(
+        3 * 10**9 + 4, robot.active, robot.reference.copy(), np.full(n, velocity), np.zeros(n)
+    )
     pipeline = Pipeline(robot, bandwidth=10.0, max_gap=0.5)
     return pipeline, pipeline.process(sample)
 
@@ -44,12 +52,17 @@ def test_transforms_put_every_link_where_forward_kinematics_does(name):
             if told.header.frame_id in poses and link not in poses:
                 q, p = told.transform.rotation, told.transform.translation
                 local = np.eye(4)
-                local[:3, :3], local[:3, 3] = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix(), [p.x, p.y, p.z]
+                local[:3, :3], local[:3, 3] = (
+                    Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix(),
+                    [p.x, p.y, p.z],
+                )
                 poses[link] = poses[told.header.frame_id] @ local
     assert len(transforms) == len(robot.coordinates)
     for link, told in transforms.items():
         assert (told.header.stamp.sec, told.header.stamp.nanosec) == (3, 4)
-        np.testing.assert_allclose(poses[link], robot.forward_kinematics(result.state, link).matrix, atol=1e-12)
+        np.testing.assert_allclose(
+            poses[link], robot.forward_kinematics(result.state, link).matrix, atol=1e-12
+        )
 
 
 def test_tf_without_its_package_is_refused_with_what_to_do():
@@ -68,7 +81,10 @@ def test_tf_without_its_package_is_refused_with_what_to_do():
     [
         ([TWO, TWO], "shorter"),
         ([TWO, TWO, TWO, TWO], "longer"),
-        ([TWO, TWO.astype(np.float32), TWO], "slot velocity: 8 bytes of float32; expected 16 of float64"),
+        (
+            [TWO, TWO.astype(np.float32), TWO],
+            "slot velocity: 8 bytes of float32; expected 16 of float64",
+        ),
         ([np.ones(3), TWO, TWO], "slot position: 24 bytes of float64; expected 16 of float64"),
         ([TWO, TWO, np.ones(2, dtype=np.int64)], "slot effort: 16 bytes of int64"),
         ([TWO, TWO, 1.0], "slot effort: 8 bytes of float64; expected 16"),
@@ -78,20 +94,29 @@ def test_a_message_with_values_missing_or_of_another_kind_is_refused(wrong, word
     """Bytes that go out for every input: what does not fit would shift all behind it."""
     template = layouts.joint_state(["a", "b"], velocity=True, effort=True)
     told = deserialize_message(template.message(7, [TWO, TWO, TWO]), JointState)
-    assert [told.header.stamp.nanosec, *told.position, *told.velocity, *told.effort] == [7] + [1.0] * 6
+    assert [told.header.stamp.nanosec, *told.position, *told.velocity, *told.effort] == [7] + [
+        1.0
+    ] * 6
     with pytest.raises(ValueError, match=words):
         template.message(7, wrong)
 
 
-@pytest.mark.parametrize(("sec", "fits"), [(2**31 - 1, True), (2**31, False), (-(2**31), True), (-(2**31) - 1, False)])
+@pytest.mark.parametrize(
+    ("sec", "fits"), [(2**31 - 1, True), (2**31, False), (-(2**31), True), (-(2**31) - 1, False)]
+)
 def test_a_stamp_beyond_what_messages_hold_is_told(sec, fits):
     template = layouts.joint_state(["a"], velocity=False, effort=False)
     stamp_ns = sec * 10**9 + 5
     if fits:
-        told = deserialize_message(template.message(stamp_ns, [np.ones(1)]), JointState).header.stamp
+        told = deserialize_message(
+            template.message(stamp_ns, [np.ones(1)]), JointState
+        ).header.stamp
         assert (told.sec, told.nanosec) == (sec, 5)
     else:
-        with pytest.raises(ValueError, match=rf"the stamp {stamp_ns} ns is {sec} s.* to 2147483647 \(January 2038\)"):
+        with pytest.raises(
+            ValueError,
+            match=rf"the stamp {stamp_ns} ns is {sec} s.* to 2147483647 \(January 2038\)",
+        ):
             template.message(stamp_ns, [np.ones(1)])
 
 
@@ -105,18 +130,27 @@ def test_messages_filled_in_as_bytes_are_those_that_rclpy_writes(name):
     expected = [
         (
             states,
-            JointState(name=list(robot.coordinates), position=result.position, velocity=result.velocity, effort=along),
+            JointState(
+                name=list(robot.coordinates),
+                position=result.position,
+                velocity=result.velocity,
+                effort=along,
+            ),
         ),
         (
             efforts,
-            JointState(name=list(robot.active), position=state.u, velocity=state.du, effort=result.efforts),
+            JointState(
+                name=list(robot.active), position=state.u, velocity=state.du, effort=result.efforts
+            ),
         ),
         (closed, outputs.closed_state_message(robot, state, STAMP)),
     ]
     for data, message in expected:
         message.header.stamp = STAMP
         assert deserialize_message(data, type(message)) == message
-        assert 0 <= len(serialize_message(message)) - len(data) <= 16  # padding, which rclpy leaves unset
+        assert (
+            0 <= len(serialize_message(message)) - len(data) <= 16
+        )  # padding, which rclpy leaves unset
     assert isinstance(expected[-1][1], ClosedState)
 
 
@@ -133,7 +167,9 @@ def test_cylinder_states_are_those_of_the_library():
     told = deserialize_message(outputs.joint_states(robot)(result), JointState)
     efforts = dict(zip(told.name, told.effort, strict=True))
     forces = robot.drive_forces(result.state, result.efforts)
-    assert {name: efforts[name] for name in forces} == {name: float(force) for name, force in forces.items()}
+    assert {name: efforts[name] for name in forces} == {
+        name: float(force) for name, force in forces.items()
+    }
     assert all(efforts[name] == 0.0 for name in told.name if name not in forces)
 
 
@@ -150,7 +186,9 @@ def test_the_monitor_tells_levels_by_its_thresholds(robot):
     assert levels(Settings({STROKE_WARN.name: 10.0}))["stroke margin"] is Level.WARN
     assert levels(Settings({LEAST_RATE.name: 1e6}))["rate [Hz]"] is Level.WARN
     assert levels(Settings(), result.stamp_ns + 5 * 10**9)["age of the stamp [s]"] is Level.WARN
-    assert levels(Settings(), result.stamp_ns - 5 * 10**9)["age of the stamp [s]"] is Level.WARN  # from the future
+    assert (
+        levels(Settings(), result.stamp_ns - 5 * 10**9)["age of the stamp [s]"] is Level.WARN
+    )  # from the future
     assert levels(Settings())["received"] is Level.STALE  # nothing new since the last report
 
 
@@ -175,7 +213,9 @@ def test_a_joint_beyond_its_limit_is_told(robot):
     assert monitor.beyond(dataclasses.replace(result, position=far)) == told
 
 
-@pytest.mark.parametrize(("rate", "wanted"), [(0.0, 1000), (-1.0, 0), (100.0, 100), (300.0, 300), (1e5, 1000)])
+@pytest.mark.parametrize(
+    ("rate", "wanted"), [(0.0, 1000), (-1.0, 0), (100.0, 100), (300.0, 300), (1e5, 1000)]
+)
 def test_a_pace_lets_its_rate_through_whatever_the_jitter(rate, wanted):
     pace, random = Pace(), np.random.default_rng(0)
     stamps = 10**12 + np.arange(1000) * 10**6 + random.integers(0, 400_000, 1000)
@@ -184,4 +224,9 @@ def test_a_pace_lets_its_rate_through_whatever_the_jitter(rate, wanted):
 
 def test_a_pace_starts_anew_where_stamps_go_back():
     pace = Pace()
-    assert [pace.due(stamp, 1.0) for stamp in (10**10, 10**10 + 1, 5, 6)] == [True, False, True, False]
+    assert [pace.due(stamp, 1.0) for stamp in (10**10, 10**10 + 1, 5, 6)] == [
+        True,
+        False,
+        True,
+        False,
+    ]

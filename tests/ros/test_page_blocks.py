@@ -9,7 +9,9 @@ from tests.docs.blocks import blocks_of, commands
 from tests.docs.test_pages import PAGES
 
 READY = "active joints "
-LINES = sorted({line for page in PAGES for b in blocks_of(page) if b.starts_nodes for line in commands(b.text)})
+LINES = sorted(
+    {line for page in PAGES for b in blocks_of(page) if b.starts_nodes for line in commands(b.text)}
+)
 
 
 def start(start_node, line):
@@ -27,7 +29,9 @@ def test_every_line_starts_a_node(start_node):
     assert [node.stop() for node in nodes] == [0] * len(LINES)
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if any(b.beside_the_node for b in blocks_of(page))])
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if any(b.beside_the_node for b in blocks_of(page))]
+)
 def test_blocks_beside_the_node_run(start_node, robot, page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     blocks = list(blocks_of(page))
@@ -45,7 +49,9 @@ def test_blocks_beside_the_node_run(start_node, robot, page, tmp_path, monkeypat
     state = robot.close([0.0, 0.10, 0.15, 0.0], [0.17, 0.01, 0.005, 0.09])
     expected = robot.inverse_dynamics(state, [0.0] * 4)
     got = [names["efforts"][name] for name in robot.active]
-    assert got == pytest.approx(expected, rel=1e-9, abs=1e-9)  # the process may have other code for one state
+    assert got == pytest.approx(
+        expected, rel=1e-9, abs=1e-9
+    )  # the process may have other code for one state
     check_stream(robot, names)
     check_recording(tmp_path / "recording")
 
@@ -54,7 +60,9 @@ def check_stream(robot, names):
     """Many messages at rest: the efforts that hold the robot."""
     weight = robot.inverse_dynamics(robot.close([0.0, 0.10, 0.15, 0.0]), [0.0] * 4)
     holding = [names["holding"][name] for name in robot.active]
-    assert holding == pytest.approx(weight, rel=1e-9, abs=1e-9)  # at rest the estimated accelerations are zero
+    assert holding == pytest.approx(
+        weight, rel=1e-9, abs=1e-9
+    )  # at rest the estimated accelerations are zero
     assert len(names["heard"]) > 25  # of 100 published; a loaded machine takes its time
 
 
@@ -63,6 +71,9 @@ def check_recording(path):
     reader = pytest.importorskip("rosbags.rosbag2")
     with reader.Reader(path) as bag:
         counts = {connection.topic: connection.msgcount for connection in bag.connections}
-    topics = {f"/hybrid_dynamics/{name}" for name in ("active_joint_states", "joint_states", "required_efforts")}
+    topics = {
+        f"/hybrid_dynamics/{name}"
+        for name in ("active_joint_states", "joint_states", "required_efforts")
+    }
     assert set(counts) == topics
     assert min(counts.values()) > 25

@@ -38,14 +38,19 @@ def test_descriptors_say_range_unit_choices_and_read_only():
     assert "cleanup" in descriptor(ROBOT).additional_constraints
     assert [(r.from_value, r.to_value) for r in bandwidth.floating_point_range] == [(0.01, 1000.0)]
     assert not bandwidth.integer_range
-    assert [(r.from_value, r.to_value) for r in descriptor(INPUT_DEPTH).integer_range] == [(1, 100000)]
+    assert [(r.from_value, r.to_value) for r in descriptor(INPUT_DEPTH).integer_range] == [
+        (1, 100000)
+    ]
     assert descriptor(INPUT_QOS).additional_constraints.startswith("one of: reliable, best_effort,")
     assert not descriptor(ROBOT).floating_point_range
 
 
 @pytest.mark.parametrize(
     ("name", "reliability"),
-    [("reliable", QoSReliabilityPolicy.RELIABLE), ("best_effort", QoSReliabilityPolicy.BEST_EFFORT)],
+    [
+        ("reliable", QoSReliabilityPolicy.RELIABLE),
+        ("best_effort", QoSReliabilityPolicy.BEST_EFFORT),
+    ],
 )
 def test_profiles_do_what_they_are_called(name, reliability):
     profile = qos.profile(name, depth=7)

@@ -26,25 +26,43 @@ def pipeline(robot):
     return Pipeline(robot, bandwidth=10.0, max_gap=0.5)
 
 
-def sample(stamp_ms=0.0, position=POSITION, velocity=RATES, acceleration=None, names=("q1", "q12", "q22", "q4")):
+def sample(
+    stamp_ms=0.0,
+    position=POSITION,
+    velocity=RATES,
+    acceleration=None,
+    names=("q1", "q12", "q22", "q4"),
+):
     return JointSample(round(stamp_ms * MS), names, np.asarray(position), velocity, acceleration)
 
 
 def wavy(k, *, with_velocity=True):
     """Sample k of a moving robot, every 8 ms with some jitter."""
     t = 0.008 * k + 0.001 * (k % 3)
-    position = np.array([0.3 * np.sin(4 * t), 0.15 + 0.02 * np.sin(6 * t), 0.18 - 0.01 * np.sin(5 * t), t * t])
+    position = np.array(
+        [0.3 * np.sin(4 * t), 0.15 + 0.02 * np.sin(6 * t), 0.18 - 0.01 * np.sin(5 * t), t * t]
+    )
     velocity = np.array([1.2 * np.cos(4 * t), 0.12 * np.cos(6 * t), -0.05 * np.cos(5 * t), 2 * t])
     return sample(1e3 * t, position, velocity if with_velocity else None)
 
 
 def arrays(result):
     """All numbers of a result, for comparison to the last bit."""
-    return [result.position, result.velocity, *result.active, result.efforts, result.distances, result.pose.matrix]
+    return [
+        result.position,
+        result.velocity,
+        *result.active,
+        result.efforts,
+        result.distances,
+        result.pose.matrix,
+    ]
 
 
 def same(one, two):
-    return all((a is None and b is None) or np.array_equal(a, b) for a, b in zip(arrays(one), arrays(two), strict=True))
+    return all(
+        (a is None and b is None) or np.array_equal(a, b)
+        for a, b in zip(arrays(one), arrays(two), strict=True)
+    )
 
 
 def test_one_sample_gives_the_full_state_and_the_pose(pipeline, robot):
@@ -68,7 +86,10 @@ def test_efforts_come_with_the_filter(pipeline):
 
 
 def test_without_velocities_there_are_none_until_the_filter_has_its_samples(pipeline):
-    results = [pipeline.process(sample(10.0 * k, POSITION + RATES * 0.01 * (k - 5), velocity=None)) for k in range(6)]
+    results = [
+        pipeline.process(sample(10.0 * k, POSITION + RATES * 0.01 * (k - 5), velocity=None))
+        for k in range(6)
+    ]
     assert [r.velocity is not None for r in results] == [False] * 3 + [True] * 3
     assert [r.efforts is not None for r in results] == [False] * 3 + [True] * 3
     np.testing.assert_allclose(results[-1].active.velocity, RATES, rtol=1e-9)
@@ -82,7 +103,9 @@ def test_given_accelerations_are_taken_as_they_are_and_leave_the_filter_alone(ro
         one, two = plain.process(wavy(k)), mixed.process(wavy(k))
         assert same(one, two)
         between = mixed.process(sample(999.0, acceleration=acceleration))
-        assert np.array_equal(between.efforts, robot.inverse_dynamics(robot.close(POSITION, RATES), acceleration))
+        assert np.array_equal(
+            between.efforts, robot.inverse_dynamics(robot.close(POSITION, RATES), acceleration)
+        )
         assert between.event is None
 
 
@@ -91,7 +114,8 @@ def test_equal_samples_give_equal_bits(robot, with_velocity):
     one, two = (Pipeline(robot, bandwidth=10.0, max_gap=0.5) for _ in range(2))
     for k in range(50):
         assert same(
-            one.process(wavy(k, with_velocity=with_velocity)), two.process(wavy(k, with_velocity=with_velocity))
+            one.process(wavy(k, with_velocity=with_velocity)),
+            two.process(wavy(k, with_velocity=with_velocity)),
         )
 
 
@@ -110,7 +134,10 @@ def test_the_order_of_joints_and_extra_ones_do_not_change_a_bit(robot):
 BAD = {
     "empty": (sample(names=(), position=[], velocity=None), RejectionCode.EMPTY),
     "missing": (sample(names=("q1", "q12", "q22", "x")), RejectionCode.MISSING_JOINT),
-    "duplicate": (sample(names=("q1", "q12", "q22", "q4", "q4"), position=[0.0] * 5), RejectionCode.DUPLICATE_JOINT),
+    "duplicate": (
+        sample(names=("q1", "q12", "q22", "q4", "q4"), position=[0.0] * 5),
+        RejectionCode.DUPLICATE_JOINT,
+    ),
     "length": (sample(position=POSITION[:3]), RejectionCode.WRONG_LENGTH),
     "nan": (sample(position=[np.nan, 0.1, 0.1, 0.0]), RejectionCode.NOT_FINITE),
     "infinite": (sample(velocity=np.array([0.0, np.inf, 0.0, 0.0])), RejectionCode.NOT_FINITE),
@@ -118,7 +145,10 @@ BAD = {
     "long cylinder": (sample(position=[0.0, 0.9, 0.15, 0.0]), RejectionCode.UNREACHABLE),
     "short cylinder": (sample(position=[0.0, 0.1, -0.35, 0.0]), RejectionCode.UNREACHABLE),
     "no velocity": (sample(velocity=None, acceleration=np.zeros(4)), RejectionCode.WRONG_LENGTH),
-    "overflow": (sample(velocity=np.full(4, 1e300), acceleration=np.zeros(4)), RejectionCode.OVERFLOW),
+    "overflow": (
+        sample(velocity=np.full(4, 1e300), acceleration=np.zeros(4)),
+        RejectionCode.OVERFLOW,
+    ),
     "huge rate": (sample(velocity=np.array([0.0, 0.0, 0.0, -1.7e308])), RejectionCode.OVERFLOW),
     "huge place": (sample(position=[1e12, 0.1, 0.15, 0.0]), RejectionCode.OVERFLOW),
 }

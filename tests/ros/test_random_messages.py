@@ -28,9 +28,17 @@ any_number = st.one_of(
     st.sampled_from([0.0, 0.1, 0.15, 1e300, -1e300, 1e-320]),
 )
 good = st.fixed_dictionaries(
-    {"q1": st.floats(-3, 3), "q12": st.floats(0.05, 0.2), "q22": st.floats(0.1, 0.2), "q4": st.floats(-3, 3)}
+    {
+        "q1": st.floats(-3, 3),
+        "q12": st.floats(0.05, 0.2),
+        "q22": st.floats(0.1, 0.2),
+        "q4": st.floats(-3, 3),
+    }
 )
-names = st.one_of(st.permutations(ACTIVE), st.lists(st.sampled_from([*ACTIVE, "", "hose", "q2", "\u00e9"]), max_size=7))
+names = st.one_of(
+    st.permutations(ACTIVE),
+    st.lists(st.sampled_from([*ACTIVE, "", "hose", "q2", "\u00e9"]), max_size=7),
+)
 stamps = st.one_of(
     st.integers(0, 10**6).map(lambda k: (k // 100, 10**7 * (k % 100))),
     st.tuples(st.integers(-(2**31), 2**31 - 1), st.integers(0, 2**32 - 1)),
@@ -47,14 +55,23 @@ def messages(draw):
     else:
         order = draw(names)
         size = st.integers(max(0, len(order) - 1), len(order) + 1)
-        parts = [draw(size.flatmap(lambda n: st.lists(any_number, min_size=n, max_size=n))) for _ in range(2)]
+        parts = [
+            draw(size.flatmap(lambda n: st.lists(any_number, min_size=n, max_size=n)))
+            for _ in range(2)
+        ]
     sec, nanosec = draw(stamps)
     header = Header(stamp=Time(sec=sec, nanosec=nanosec))
     position, velocity = (array.array("d", part) for part in parts)
     if draw(st.booleans()):
         return JointState(header=header, name=list(order), position=position, velocity=velocity)
     acceleration = array.array("d", draw(st.lists(any_number, max_size=4)))
-    return JointMotion(header=header, name=list(order), position=position, velocity=velocity, acceleration=acceleration)
+    return JointMotion(
+        header=header,
+        name=list(order),
+        position=position,
+        velocity=velocity,
+        acceleration=acceleration,
+    )
 
 
 def numbers(message):
@@ -76,7 +93,9 @@ def as_message(sent, kind):
 
 @pytest.fixture(scope="module")
 def fillers(robot):
-    table = [output for output in outputs.TABLE if output.topic != "loop_reactions"]  # NaN is an answer there
+    table = [
+        output for output in outputs.TABLE if output.topic != "loop_reactions"
+    ]  # NaN is an answer there
     return [(output.kind, output.filler(robot)) for output in table]
 
 
@@ -87,9 +106,13 @@ def test_random_streams_give_true_numbers_or_reasons(robot, fillers, stream):
     for message in stream:
         before = copy.deepcopy(message)
         is_motion = isinstance(message, JointMotion)
-        sample = (conversions.sample_of_motion if is_motion else conversions.sample_of_state)(message)
+        sample = (conversions.sample_of_motion if is_motion else conversions.sample_of_state)(
+            message
+        )
         result = pipeline.process(sample)
-        assert message == before or not np.isfinite(list(numbers(before))).all()  # NaN is not itself
+        assert (
+            message == before or not np.isfinite(list(numbers(before))).all()
+        )  # NaN is not itself
         if isinstance(result, Rejection):
             assert result.text
             continue
@@ -112,14 +135,24 @@ def test_a_running_node_survives_random_messages_and_is_right_after_them(client,
     @settings(max_examples=100, database=None)
     @given(message=messages())
     def flood(message):
-        topic = "active_joint_motions" if isinstance(message, JointMotion) else "active_joint_states"
+        topic = (
+            "active_joint_motions" if isinstance(message, JointMotion) else "active_joint_states"
+        )
         client.publish_as_it_is(topic, message)
 
     flood()
     stamp = client.new_stamp(10_000.0)
     u = [0.0, 0.1, 0.15, 0.0]
-    client.publish("active_joint_motions", JointMotion(
-        name=list(ACTIVE), position=u, velocity=[0.0] * 4, acceleration=[0.0] * 4), stamp)  # fmt: skip
+    client.publish(
+        "active_joint_motions",
+        JointMotion(
+            name=list(ACTIVE),
+            position=u,
+            velocity=[0.0] * 4,
+            acceleration=[0.0] * 4,
+        ),
+        stamp,
+    )
     assert np.array_equal(client.wait_for("joint_states", stamp).position, robot.close(u).s)
     wanted = robot.inverse_dynamics(robot.close(u), np.zeros(4))
     assert np.array_equal(client.wait_for("required_efforts", stamp).effort, wanted)

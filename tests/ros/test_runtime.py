@@ -22,7 +22,8 @@ def at_rest(runtime, count, start=0):
     """Results of a robot that stands, told by positions alone."""
     robot = runtime.robot
     return [
-        runtime.process(JointSample((start + k) * 10 * MS, robot.active, robot.reference.copy())) for k in range(count)
+        runtime.process(JointSample((start + k) * 10 * MS, robot.active, robot.reference.copy()))
+        for k in range(count)
     ]
 
 
@@ -37,14 +38,18 @@ def test_a_new_calibration_is_no_motion(runtime):
     assert result.efforts is not None
     assert result.active.position[1] == before.active.position[1] - 0.02
     runtime.take(runtime.settings)
-    assert at_rest(runtime, 1, start=60)[0].efforts is not None  # nothing changed, nothing starts anew
+    assert (
+        at_rest(runtime, 1, start=60)[0].efforts is not None
+    )  # nothing changed, nothing starts anew
 
 
 def test_changes_of_calls_do_not_undo_each_other(runtime):
     robot = runtime.robot
     mode = robot.assembly_modes(robot.reference)[1].state
     switch = NewMode(mode)  # asked for, and worked on while
-    runtime.change(NewPayload("end_effector", Mass(5.0, (0.0, 0.0, 0.0), (0.0,) * 6)))  # this call is answered
+    runtime.change(
+        NewPayload("end_effector", Mass(5.0, (0.0, 0.0, 0.0), (0.0,) * 6))
+    )  # this call is answered
     runtime.change(switch)
     assert runtime.conditions.mode is mode
     assert runtime.conditions.payloads["end_effector"].mass == 5.0

@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core.errors import ClosureError, HybridDynamicsError, InputError, SingularityError
+from hybrid_dynamics_core.errors import (
+    ClosureError,
+    HybridDynamicsError,
+    InputError,
+    SingularityError,
+)
 from hybrid_dynamics_ros.messages.joint_samples import (
     JointOrder,
     JointSample,
@@ -24,7 +29,9 @@ def sample(names=NAMES, position=(1.0, 2.0, 3.0), velocity=None, acceleration=No
 
 
 def test_joints_come_out_in_the_robots_order_whatever_order_they_come_in():
-    motion = JointOrder(NAMES).arrange(sample(["c", "x", "a", "b"], [3, np.nan, 1, 2], [30, 0, 10, 20]))
+    motion = JointOrder(NAMES).arrange(
+        sample(["c", "x", "a", "b"], [3, np.nan, 1, 2], [30, 0, 10, 20])
+    )
     assert np.array_equal(motion.position, [1, 2, 3])
     assert np.array_equal(motion.velocity, [10, 20, 30])
     assert motion.acceleration is None
@@ -32,7 +39,13 @@ def test_joints_come_out_in_the_robots_order_whatever_order_they_come_in():
 
 def test_a_change_of_order_within_a_stream_is_followed():
     order = JointOrder(NAMES)
-    for names in (["a", "b", "c"], ["b", "a", "c"], ["b", "a", "c"], ["c", "b", "x", "a"], ["a", "b", "c"]):
+    for names in (
+        ["a", "b", "c"],
+        ["b", "a", "c"],
+        ["b", "a", "c"],
+        ["c", "b", "x", "a"],
+        ["a", "b", "c"],
+    ):
         motion = order.arrange(sample(names, [ord(name) for name in names]))
         assert np.array_equal(motion.position, [97, 98, 99])
 
@@ -56,7 +69,11 @@ def test_the_motion_does_not_share_memory_with_the_sample():
         (sample(acceleration=[]), RejectionCode.WRONG_LENGTH, "acceleration has 0 values for 3"),
         (sample(position=[1, np.nan, 3]), RejectionCode.NOT_FINITE, "position of joint b is nan"),
         (sample(velocity=[1, 2, -np.inf]), RejectionCode.NOT_FINITE, "velocity of joint c is -inf"),
-        (sample(acceleration=[np.inf, 2, 3]), RejectionCode.NOT_FINITE, "acceleration of joint a is inf"),
+        (
+            sample(acceleration=[np.inf, 2, 3]),
+            RejectionCode.NOT_FINITE,
+            "acceleration of joint a is inf",
+        ),
     ],
 )
 def test_what_is_wrong_is_named(bad, code, text):
@@ -107,11 +124,15 @@ def test_a_throttle_without_a_period_lets_everything_through():
 @pytest.mark.parametrize("rate", [-1.0, 0.0, 100.0, 333.3])
 def test_many_messages_are_due_as_one_after_the_other(rate):
     rng = np.random.default_rng(1)
-    steps = rng.choice([0, 10**6, 3 * 10**6, 10**7, 10**9, -(10**7)], 2000, p=[0.1, 0.5, 0.2, 0.18, 0.01, 0.01])
+    steps = rng.choice(
+        [0, 10**6, 3 * 10**6, 10**7, 10**9, -(10**7)], 2000, p=[0.1, 0.5, 0.2, 0.18, 0.01, 0.01]
+    )
     stamps = 10**10 + np.cumsum(steps)
     one, many = Pace(), Pace()
     expected = [k for k, stamp in enumerate(stamps.tolist()) if one.due(stamp, rate)]
-    found = [start + many.due_rows(stamps[start : start + 50], rate) for start in range(0, 2000, 50)]
+    found = [
+        start + many.due_rows(stamps[start : start + 50], rate) for start in range(0, 2000, 50)
+    ]
     assert np.concatenate(found).tolist() == expected
 
 
@@ -122,7 +143,9 @@ def test_many_messages_without_a_gap_are_due_as_one_after_the_other(rate, jitter
     stamps = 10**18 + 10**6 * np.arange(2000) + noise
     one, many = Pace(), Pace()
     expected = [k for k, stamp in enumerate(stamps.tolist()) if one.due(stamp, rate)]
-    found = [start + many.due_rows(stamps[start : start + 300], rate) for start in range(0, 2000, 300)]
+    found = [
+        start + many.due_rows(stamps[start : start + 300], rate) for start in range(0, 2000, 300)
+    ]
     assert np.concatenate(found).tolist() == expected
 
 

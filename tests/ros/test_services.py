@@ -5,11 +5,22 @@ import dataclasses
 import numpy as np
 import pytest
 from hybrid_dynamics_msgs.msg import ErrorCode
-from hybrid_dynamics_msgs.srv import InverseDynamics, ListAssemblyModes, SolveFK, SolveIK, SwitchAssemblyMode
+from hybrid_dynamics_msgs.srv import (
+    InverseDynamics,
+    ListAssemblyModes,
+    SolveFK,
+    SolveIK,
+    SwitchAssemblyMode,
+)
 from sensor_msgs.msg import JointState
 
 from hybrid_dynamics_core import IKStatus, load
-from hybrid_dynamics_core.errors import ClosureError, HybridDynamicsError, InputError, SingularityError
+from hybrid_dynamics_core.errors import (
+    ClosureError,
+    HybridDynamicsError,
+    InputError,
+    SingularityError,
+)
 from hybrid_dynamics_ros.messages.joint_samples import RejectedError, RejectionCode
 from hybrid_dynamics_ros.services.answers import guarded
 from hybrid_dynamics_ros.services.dynamics import inverse_dynamics
@@ -38,7 +49,9 @@ POSITION = [0.8726646259971648, 0.15000000000000002, 0.175, 0.4363323129985824]
     ],
 )
 @pytest.mark.parametrize("kind", [service.kind for service in TABLE])
-def test_whatever_fails_the_client_gets_a_code_a_text_and_nothing_half_done(robot, kind, error, code):
+def test_whatever_fails_the_client_gets_a_code_a_text_and_nothing_half_done(
+    robot, kind, error, code
+):
     def answer(_context, _request, response):
         if hasattr(response, "joint_state"):
             response.joint_state.name = ["half done"]
@@ -90,7 +103,9 @@ def test_the_statuses_of_the_solver_become_codes_beside_the_nearest_joints(robot
     assert 0.0 <= response.residual < 1e-6  # how near the solver came
     assert list(response.solution.name) == list(robot.coordinates)
     state = robot.close(np.array(response.solution.position)[: len(robot.active)])
-    distance = np.linalg.norm(robot.forward_kinematics(state).position - [point.x, point.y, point.z])
+    distance = np.linalg.norm(
+        robot.forward_kinematics(state).position - [point.x, point.y, point.z]
+    )
     assert abs(distance - response.residual) < 1e-12  # rounding of one sum
     assert not response.solutions
 
@@ -102,12 +117,15 @@ def test_every_failure_of_the_solver_has_a_code_of_its_own():
 
 def test_frames_come_in_the_order_asked_for(robot):
     request = SolveFK.Request(
-        active_joints=JointState(name=ACTIVE, position=POSITION), frames=[robot.end_effector, robot.base_frame]
+        active_joints=JointState(name=ACTIVE, position=POSITION),
+        frames=[robot.end_effector, robot.base_frame],
     )
     response, _ = guarded(solve_fk, Context(robot), request, SolveFK.Response())
     assert response.error_code == ErrorCode.OK, response.error_text
     tool, base = (pose.pose.position for pose in response.poses)
-    np.testing.assert_allclose([tool.x, tool.y, tool.z], [0.3226478557853928, 0.38451674127506036, 1.1179125884719605])
+    np.testing.assert_allclose(
+        [tool.x, tool.y, tool.z], [0.3226478557853928, 0.38451674127506036, 1.1179125884719605]
+    )
     assert [base.x, base.y, base.z] == [0.0, 0.0, 0.0]
     assert not response.joint_state.velocity
 
@@ -129,7 +147,12 @@ def test_quaternions_near_unit_length_are_taken(robot):
     target = request.target.pose
     target.position.x, target.position.y, target.position.z = pose.position.tolist()
     x, y, z, w = (1.0005 * pose.quaternion).tolist()
-    target.orientation.x, target.orientation.y, target.orientation.z, target.orientation.w = x, y, z, w
+    target.orientation.x, target.orientation.y, target.orientation.z, target.orientation.w = (
+        x,
+        y,
+        z,
+        w,
+    )
     response, _ = guarded(solve_ik, Context(robot), request, SolveIK.Response())
     assert response.error_code == ErrorCode.OK, response.error_text
     np.testing.assert_allclose(response.solution.position[:4], POSITION, atol=1e-9)
@@ -139,11 +162,18 @@ def test_quaternions_near_unit_length_are_taken(robot):
 @pytest.mark.parametrize(
     ("loop", "mode", "said"),
     [
-        ("theta_11", "clockwise", "there is no loop 'theta_11' (did you mean 'theta_1'?); known: theta_1, theta_2, "),
+        (
+            "theta_11",
+            "clockwise",
+            "there is no loop 'theta_11' (did you mean 'theta_1'?); known: theta_1, theta_2, ",
+        ),
         (
             "theta_1",
             "clockwis",
-            "loop 'theta_1' has no mode 'clockwis' (did you mean 'clockwise'?); known: counterclockwise, clockwise",
+            (
+                "loop 'theta_1' has no mode 'clockwis' (did you mean 'clockwise'?); known:"
+                " counterclockwise, clockwise"
+            ),
         ),
         ("theta_3", "clockwise", "loop 'theta_3' has no mode 'clockwise'; known: parallelogram"),
     ],
@@ -151,7 +181,10 @@ def test_quaternions_near_unit_length_are_taken(robot):
 def test_unknown_loops_and_modes_are_told_before_all_else(robot, newest, loop, mode, said):
     request = SwitchAssemblyMode.Request(loops=[loop], branches=[mode])
     response, change = guarded(
-        switch_assembly_mode, Context(robot, Situation(newest=newest)), request, SwitchAssemblyMode.Response()
+        switch_assembly_mode,
+        Context(robot, Situation(newest=newest)),
+        request,
+        SwitchAssemblyMode.Response(),
     )
     assert (response.error_code, change) == (ErrorCode.BAD_INPUT, None)
     assert response.error_text.startswith(said)
@@ -169,12 +202,20 @@ def test_a_mode_that_a_loop_may_have_and_has_not_here_is_told_with_those_it_has(
 
 def test_before_any_input_each_service_says_what_can_be_done_there(robot):
     request = SwitchAssemblyMode.Request(loops=["theta_1"], branches=["clockwise"])
-    switched, _ = guarded(switch_assembly_mode, Context(robot), request, SwitchAssemblyMode.Response())
-    listed, _ = guarded(list_assembly_modes, Context(robot), ListAssemblyModes.Request(), ListAssemblyModes.Response())
+    switched, _ = guarded(
+        switch_assembly_mode, Context(robot), request, SwitchAssemblyMode.Response()
+    )
+    listed, _ = guarded(
+        list_assembly_modes,
+        Context(robot),
+        ListAssemblyModes.Request(),
+        ListAssemblyModes.Response(),
+    )
     assert switched.error_code == listed.error_code == ErrorCode.NOT_READY
-    assert switched.error_text == (
-        "no input has come yet: send joint states to ~/active_joint_states, which say where the robot stands; "
-        "the assembly modes to begin with stand in the robot file"
+    assert (
+        switched.error_text
+        == "no input has come yet: send joint states to ~/active_joint_states, which say where the"
+        " robot stands; the assembly modes to begin with stand in the robot file"
     )
     assert listed.error_text.endswith(
         "send joint states to ~/active_joint_states, or name the active joints in the call"
@@ -186,4 +227,7 @@ def test_arrays_that_are_missing_are_told_with_what_is_expected(robot):
     request.motion.name, request.motion.position = ACTIVE, POSITION
     response, _ = guarded(inverse_dynamics, Context(robot), request, InverseDynamics.Response())
     assert response.error_code == ErrorCode.BAD_INPUT
-    assert response.error_text == "velocity has 0 values for 4 joint names; expected 4, zeros for a robot at rest"
+    assert (
+        response.error_text
+        == "velocity has 0 values for 4 joint names; expected 4, zeros for a robot at rest"
+    )

@@ -14,7 +14,16 @@ from hybrid_dynamics_core.simulation import Settings, Simulation, load_simulatio
 from tests.mechanisms import describe, mechanism
 from tests.robots import random_states, robot
 
-SWINGING = ("forging_chu2020", "palletizer", "ankle", "gough", "serial", "three_rrr", "rssr", "parallelogram")
+SWINGING = (
+    "forging_chu2020",
+    "palletizer",
+    "ankle",
+    "gough",
+    "serial",
+    "three_rrr",
+    "rssr",
+    "parallelogram",
+)
 
 
 def held_by_springs(machine: Robot, stiffness: list[float]) -> Settings:
@@ -32,7 +41,13 @@ def test_excavator_swings_for_a_minute() -> None:
     """On the springs of its oil columns: energy to 1e-6 of what swings, loops to 1e-10."""
     excavator = load("excavator")
     settings = held_by_springs(excavator, [2e5, 1.5e6, 6e5, 5e5])
-    motion = simulate(excavator, excavator.reference, [0.3, 0.15, -0.15, 0.1], t_span=(0.0, 60.0), settings=settings)
+    motion = simulate(
+        excavator,
+        excavator.reference,
+        [0.3, 0.15, -0.15, 0.1],
+        t_span=(0.0, 60.0),
+        settings=settings,
+    )
     assert motion.completed
     assert np.ptp(motion.u, axis=0).min() > 0.02  # every joint swings
     assert motion.relative_energy_error < 1e-6
@@ -46,7 +61,10 @@ def test_energy_changes_by_what_is_put_in(name: str) -> None:
     start = random_states(name, regular=0.1)[0]
     size = len(machine.coordinates)
     loads = machine.loads.with_wrench([5.0, -3.0, 2.0, 0.1, 0.2, 0.3]).with_effects(
-        viscous=np.full(size, 0.05), coulomb=np.full(size, 0.03), smoothing=np.full(size, 0.1), stiffness=np.ones(size)
+        viscous=np.full(size, 0.05),
+        coulomb=np.full(size, 0.03),
+        smoothing=np.full(size, 0.1),
+        stiffness=np.ones(size),
     )
     settings = Settings(loads=loads, rate=200.0)
 
@@ -144,7 +162,9 @@ class TestEvents:
 class TestEfforts:
     def test_constant_efforts_lift(self, forging: Robot) -> None:
         weight = forging.minimal_form(forging.close([0, 0.3, 0.1, 0]))[2]
-        motion = simulate(forging, [0, 0.3, 0.1, 0], tau=np.add(weight, [0, 500.0, 0, 0]), t_span=(0.0, 0.1))
+        motion = simulate(
+            forging, [0, 0.3, 0.1, 0], tau=np.add(weight, [0, 500.0, 0, 0]), t_span=(0.0, 0.1)
+        )
         assert motion.du[-1, 1] > 0.0
         assert (motion.tau == motion.tau[0]).all()
 
@@ -155,7 +175,9 @@ class TestEfforts:
             asked.append(t)
             return forging.minimal_form(state)[2] + 10.0 * t
 
-        motion = simulate(forging, [0, 0.3, 0.1, 0], None, tau, (0.0, 0.1), Settings(hold=0.01, rate=1000.0))
+        motion = simulate(
+            forging, [0, 0.3, 0.1, 0], None, tau, (0.0, 0.1), Settings(hold=0.01, rate=1000.0)
+        )
         assert asked == pytest.approx(np.arange(10) * 0.01)
         assert len(np.unique(motion.tau[:, 0])) == 10
         assert motion.relative_energy_error < 1e-7
@@ -169,7 +191,11 @@ class TestEfforts:
 class TestArguments:
     @pytest.mark.parametrize(
         ("settings", "words"),
-        [({"method": "Euler"}, "no method 'Euler'"), ({"rtol": 0.0}, "rtol is 0"), ({"hold": -1.0}, "hold is -1")],
+        [
+            ({"method": "Euler"}, "no method 'Euler'"),
+            ({"rtol": 0.0}, "rtol is 0"),
+            ({"hold": -1.0}, "hold is -1"),
+        ],
     )
     def test_bad_settings(self, settings: dict, words: str) -> None:
         with pytest.raises(InputError, match=words):
@@ -212,7 +238,15 @@ class TestRecord:
             assert np.array_equal(getattr(again, name), getattr(motion, name))
         assert np.array_equal(again.state.s, motion.state.s)
         assert again.events == motion.events
-        for name in ("message", "robot", "names", "coordinates", "completed", "steps", "evaluations"):
+        for name in (
+            "message",
+            "robot",
+            "names",
+            "coordinates",
+            "completed",
+            "steps",
+            "evaluations",
+        ):
             assert getattr(again, name) == getattr(motion, name)
         assert dict(again.state.branch) == dict(motion.state.branch)
         assert np.array_equal(again.energy.total, motion.energy.total)
@@ -235,7 +269,9 @@ class TestRecord:
         rows = np.genfromtxt(tmp_path / "fall.csv", delimiter=",", names=True, deletechars="")
         assert np.array_equal(rows["time"], motion.t)
         assert np.array_equal(rows["q12.effort"], motion.tau[:, 1])
-        assert np.array_equal(rows["q3.velocity"], motion.state.ds[:, motion.coordinates.index("q3")])
+        assert np.array_equal(
+            rows["q3.velocity"], motion.state.ds[:, motion.coordinates.index("q3")]
+        )
         assert np.array_equal(rows["q22.acceleration"], motion.ddu[:, 2])
         assert np.array_equal(rows["energy.kinetic"], motion.energy.kinetic)
         assert len(rows.dtype.names or ()) == 1 + 12 + 12 + 4 + 4 + 3 + 1
@@ -296,7 +332,9 @@ class TestRecord:
         small = next(ax for ax in apart.axes if ax.get_legend_handles_labels()[1] == ["q22"])
         assert small.get_ylabel() == "u [m]"
 
-    def test_rounding_is_a_straight_line_and_no_exponent_stands_on_a_legend(self, motion: Simulation) -> None:
+    def test_rounding_is_a_straight_line_and_no_exponent_stands_on_a_legend(
+        self, motion: Simulation
+    ) -> None:
         """A torque of rounding is zero beside the weight of the robot; millions of N have their numbers in full."""
         pytest.importorskip("matplotlib")
         from hybrid_dynamics_core.drawing import draw_simulation
@@ -314,11 +352,15 @@ class TestRecord:
 
 
 class TestProgress:
-    def test_nothing_where_no_one_watches(self, forging: Robot, capsys: pytest.CaptureFixture[str]) -> None:
+    def test_nothing_where_no_one_watches(
+        self, forging: Robot, capsys: pytest.CaptureFixture[str]
+    ) -> None:
         simulate(forging, [0, 0.3, 0.1, 0], t_span=(0.0, 0.05))
         assert capsys.readouterr().err == ""
 
-    def test_a_long_run_is_shown(self, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def test_a_long_run_is_shown(
+        self, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    ) -> None:
         from hybrid_dynamics_core.ground import progress
 
         now = iter([0.0, 0.5, 2.0, 2.05, 3.0])

@@ -29,7 +29,16 @@ PATIENCE = 60_000  # [ms] a machine may be loaded; nothing waits for this where 
 def served(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """`hybrid-dynamics view` of the forging robot in a process of its own, and its address."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "hybrid_dynamics_cli", "view", "forging_chu2020", "--port", "0", "--no-browser"],
+        [
+            sys.executable,
+            "-m",
+            "hybrid_dynamics_cli",
+            "view",
+            "forging_chu2020",
+            "--port",
+            "0",
+            "--no-browser",
+        ],
         cwd=tmp_path,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         stdout=subprocess.PIPE,
@@ -113,7 +122,9 @@ def look_and_move(page, forging: Robot, place: Path) -> None:
     page.keyboard.press("End")  # where the loop has its toggle point
     page.get_by_text("The last pose stays.").wait_for(timeout=PATIENCE)
     assert page.get_by_text("theta_1", exact=False).count() > 1
-    page.get_by_text(tip(u)).wait_for(timeout=PATIENCE)  # the panel may be between two of its states
+    page.get_by_text(tip(u)).wait_for(
+        timeout=PATIENCE
+    )  # the panel may be between two of its states
     page.screenshot(path=place, timeout=PATIENCE)
     assert place.stat().st_size > 10_000  # bytes: a picture, not an empty page
 
@@ -125,7 +136,9 @@ def type_numbers(page, tip, u: np.ndarray) -> None:
         before = box.input_value()
         box.click()
         page.keyboard.press("Control+a")
-        page.keyboard.type("0.9", delay=150)  # [ms] three times what the page waits between two updates
+        page.keyboard.type(
+            "0.9", delay=150
+        )  # [ms] three times what the page waits between two updates
         assert page.get_by_text(tip(u)).count() == 1  # not at 0
         page.keyboard.press(leave)
         page.get_by_text("q12 = 0.9 m is beyond").wait_for(timeout=PATIENCE)

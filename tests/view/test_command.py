@@ -46,7 +46,11 @@ def test_mistakes_are_told(tmp_path: Path) -> None:
         (["five_bar", "--topic", "/joint_states"], 2, "give --bag too"),
         (["five_bar", "--port", "99999"], 2, "--port"),
         (["five_bar", "--trajectory", file], 1, "no column"),
-        (["five_bar", "--trajectory", bag], 2, "seems to be an empty folder; expected a trajectory"),
+        (
+            ["five_bar", "--trajectory", bag],
+            2,
+            "seems to be an empty folder; expected a trajectory",
+        ),
         (["five_bar", "--bag", bag], 2, "seems to be an empty folder; expected a recording"),
         (["five_bar", "--host", "nowhere.invalid"], 2, "nowhere.invalid"),
     ):
@@ -82,7 +86,9 @@ def test_a_trajectory_file_is_played(forging: Robot, tmp_path: Path, rates: bool
     session.show_sample(motion.index(0.3))
     exact = curve(0.3)
     needed = forging.inverse_dynamics(forging.close(exact.u, exact.du), exact.ddu)
-    assert session.efforts().values == pytest.approx(needed, rel=1e-2, abs=1.0)  # cubics: accelerations to 1 %
+    assert session.efforts().values == pytest.approx(
+        needed, rel=1e-2, abs=1.0
+    )  # cubics: accelerations to 1 %
 
 
 @pytest.mark.parametrize("name", ["swing.csv", "swing.npz"])
@@ -101,8 +107,8 @@ def test_a_saved_simulation_is_played_with_the_efforts_that_made_it(
     assert motion is not None
     assert motion.recorded is not None
     told = robot.inverse_dynamics(motion.state, motion.ddu)
-    # quintics through exact rates and accelerations every 10 ms: what is left is the file's samples brought onto the
-    # player's times, below 1e-4 of the largest effort
+    # quintics through exact rates and accelerations every 10 ms: what is left is the file's samples
+    # brought onto the player's times, below 1e-4 of the largest effort
     assert np.abs(told - motion.recorded).max() < 1e-4 * np.abs(motion.recorded).max()
     assert " not used: " in capsys.readouterr().err
 
@@ -110,17 +116,24 @@ def test_a_saved_simulation_is_played_with_the_efforts_that_made_it(
 def test_positions_alone_are_not_made_to_start_from_rest(forging: Robot, tmp_path: Path) -> None:
     time = np.linspace(0.0, 1.0, 101)[:, None]
     rise = np.array([0.1, 0.02, -0.02, 0.2])
-    np.savez(tmp_path / "a.npz", time=time[:, 0], position=forging.reference + rise * (time + time**2 - time**3))
+    np.savez(
+        tmp_path / "a.npz",
+        time=time[:, 0],
+        position=forging.reference + rise * (time + time**2 - time**3),
+    )
     motion = what_to_show(forging.name, tmp_path / "a.npz", None, None)[1]
     assert motion is not None
     at = motion.time[:, None]
-    # a cubic is its own spline; second differences of points 10 ms apart blow their rounding up 1e4 times
+    # a cubic is its own spline; second differences of points 10 ms apart blow their rounding up 1e4
+    # times
     assert motion.state.du == pytest.approx(rise * (1.0 + 2.0 * at - 3.0 * at**2), abs=1e-10)
     assert motion.ddu == pytest.approx(rise * (2.0 - 6.0 * at), abs=1e-8)
 
 
 def test_a_recording_is_played_with_its_efforts(forging: Robot, tmp_path: Path) -> None:
-    make = pytest.importorskip("hybrid_dynamics_ros.bags.make", reason="rosbags, of the extra `bag`, is missing")
+    make = pytest.importorskip(
+        "hybrid_dynamics_ros.bags.make", reason="rosbags, of the extra `bag`, is missing"
+    )
     bag = tmp_path / "recording"
     trajectory = make.simulated(forging, 1.0, 200.0)
     make.write_trajectory(bag, trajectory, "/joint_states", {"robot": forging.name})
@@ -132,7 +145,8 @@ def test_a_recording_is_played_with_its_efforts(forging: Robot, tmp_path: Path) 
     session = Session(robot, motion)
     session.show_sample(100)
     efforts = session.efforts()
-    # a spline through samples 5 ms apart, of a motion of some rad/s: to 1e-4 of the largest effort, a few kN
+    # a spline through samples 5 ms apart, of a motion of some rad/s: to 1e-4 of the largest effort,
+    # a few kN
     assert efforts.values == pytest.approx(efforts.recorded, rel=1e-4, abs=0.5)
     assert "a spline through the recording: no lag" in motion.note
     track = SimpleNamespace(smooth="causal", causal_lag=0.0204)
@@ -140,13 +154,30 @@ def test_a_recording_is_played_with_its_efforts(forging: Robot, tmp_path: Path) 
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_lossy_recording_is_played_and_the_loss_told(forging: Robot, tmp_path: Path, number: int) -> None:
-    make = pytest.importorskip("hybrid_dynamics_ros.bags.make", reason="rosbags, of the extra `bag`, is missing")
+def test_a_lossy_recording_is_played_and_the_loss_told(
+    forging: Robot, tmp_path: Path, number: int
+) -> None:
+    make = pytest.importorskip(
+        "hybrid_dynamics_ros.bags.make", reason="rosbags, of the extra `bag`, is missing"
+    )
     bag = tmp_path / "recording"
-    make.write_trajectory(bag, make.simulated(forging, 1.0, 200.0), "/joint_states", {"robot": forging.name})
+    make.write_trajectory(
+        bag, make.simulated(forging, 1.0, 200.0), "/joint_states", {"robot": forging.name}
+    )
     told = (bag / "metadata.yaml").read_text(encoding="utf-8")
-    (bag / "metadata.yaml").write_text(told.replace("message_count: 200", "message_count: 300"), encoding="utf-8")
-    arguments = [forging.name, "--bag", str(bag), "--topic", "/joint_states", "--port", "0", "--no-browser"]
+    (bag / "metadata.yaml").write_text(
+        told.replace("message_count: 200", "message_count: 300"), encoding="utf-8"
+    )
+    arguments = [
+        forging.name,
+        "--bag",
+        str(bag),
+        "--topic",
+        "/joint_states",
+        "--port",
+        "0",
+        "--no-browser",
+    ]
     process = subprocess.Popen(
         [sys.executable, "-m", "hybrid_dynamics_cli", "view", *arguments],
         cwd=tmp_path,

@@ -43,10 +43,13 @@ def test_scene_and_panel_share_a_narrow_window() -> None:
             assert boxes["panel"] == pytest.approx([0.0, 0.5 * HEIGHT, WIDTH, HEIGHT], abs=1.0)
             assert 0.0 < boxes["rightmost"] <= WIDTH  # readouts are not cut off
             (client,) = viewer.server.get_clients().values()
-            assert client.camera.position == pytest.approx(viewer.stage.camera.position, rel=1e-4)  # wide enough for it
+            assert client.camera.position == pytest.approx(
+                viewer.stage.camera.position, rel=1e-4
+            )  # wide enough for it
             page.get_by_text("gough", exact=True).click()  # folds the panel: the scene has the rest
             page.wait_for_function(
-                "height => document.querySelector('canvas').getBoundingClientRect().height > height",
+                "height => document.querySelector('canvas').getBoundingClientRect().height >"
+                " height",
                 arg=0.9 * HEIGHT,
                 timeout=PATIENCE,
             )
@@ -87,7 +90,10 @@ def test_what_stands_in_the_corner_is_seen_and_hides_nothing(name: str) -> None:
 
     def picture(points: np.ndarray) -> np.ndarray:
         seen = points - camera.position
-        flat = np.stack([seen @ right, seen @ np.cross(right, forward)], axis=1) / (seen @ forward)[:, None]
+        flat = (
+            np.stack([seen @ right, seen @ np.cross(right, forward)], axis=1)
+            / (seen @ forward)[:, None]
+        )
         return flat / np.tan(0.5 * camera.field)
 
     assert np.abs(picture(ends)).max() < 0.9  # a name above the arrow has room too
@@ -131,7 +137,8 @@ def test_the_camera_follows_the_window_until_somebody_moves_it() -> None:
 
     met: dict[str, Any] = {}
     server = SimpleNamespace(
-        on_client_connect=lambda act: met.update(come=act), on_client_disconnect=lambda act: met.update(gone=act)
+        on_client_connect=lambda act: met.update(come=act),
+        on_client_disconnect=lambda act: met.update(gone=act),
     )
     camera = Camera(np.array([3.0, 4.0, 12.0]), np.zeros(3), 2.0)
     fitting, page = Fitting(server, camera), Page(camera, 0.5)  # type: ignore[arg-type]
@@ -165,13 +172,18 @@ def test_the_camera_follows_what_leaves_its_picture_unless_a_person_moved_it() -
     for page in (stays, turned):
         met["come"](page)
     turned.camera.position = np.array([0.0, -20.0, 1.0])
-    near, far = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]), np.array([[12.0, 0.0, -9.0], [13.0, 0.0, -3.0]])
+    near, far = (
+        np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]),
+        np.array([[12.0, 0.0, -9.0], [13.0, 0.0, -3.0]]),
+    )
     fitting.follow(near)
     assert fitting.camera is camera  # all of them see it: nothing moves
     fitting.follow(far)
     eye = stays.camera
     assert sees(eye, far)
-    assert np.cross(eye.position - eye.look_at, (3.0, 4.0, 12.0)) == pytest.approx(np.zeros(3), abs=1e-9)
+    assert np.cross(eye.position - eye.look_at, (3.0, 4.0, 12.0)) == pytest.approx(
+        np.zeros(3), abs=1e-9
+    )
     assert turned.camera.position == pytest.approx([0.0, -20.0, 1.0])
     assert fitting.camera.sees(far, 1.0)
     assert not camera.sees(far, 1.0)
@@ -181,7 +193,9 @@ def test_the_camera_follows_what_leaves_its_picture_unless_a_person_moved_it() -
     assert np.array_equal(eye.position, there)  # what goes to and fro does not shake the picture
     fitting.show(near, turned)  # type: ignore[arg-type]  # who asks for it is shown it
     assert sees(turned.camera, near)
-    assert np.cross(turned.camera.position - turned.camera.look_at, (0.0, -20.0, 1.0)) == pytest.approx(np.zeros(3))
+    assert np.cross(
+        turned.camera.position - turned.camera.look_at, (0.0, -20.0, 1.0)
+    ) == pytest.approx(np.zeros(3))
     turned.turned(2.0)  # and follows its window again,
     assert sees(turned.camera, near)
     fitting.follow(far)  # and the robot
@@ -228,7 +242,9 @@ def test_an_arm_that_slews_out_of_the_picture_is_followed(opened: Opened) -> Non
     assert viewer.stage._gravity.position == pytest.approx(viewer.fitting.camera.corner)
 
 
-def test_in_a_mode_below_the_floor_the_floor_goes_down_and_gravity_comes_along(opened: Opened) -> None:
+def test_in_a_mode_below_the_floor_the_floor_goes_down_and_gravity_comes_along(
+    opened: Opened,
+) -> None:
     robot = load("excavator")
     viewer = opened(robot)
     stage, start = viewer.stage, viewer.stage.camera

@@ -19,7 +19,9 @@ from tests.drawing.shapes import SHAPES, shape
 
 from .conftest import Opened
 
-SENT = 2e-5  # relative: viser does not send a pose that differs by less than 1e-5 from the one before
+SENT = (
+    2e-5  # relative: viser does not send a pose that differs by less than 1e-5 from the one before
+)
 FLOAT = 1e-6  # of the size of the robot: rounding of meshes, which is far below what a screen shows
 
 
@@ -34,7 +36,10 @@ def moved(name: str, seed: int = 0) -> ClosedState:
     robot, rng = loaded(name), np.random.default_rng(seed)
     home = robot.close(robot.reference)
     for reach in 0.3 * 0.7 ** np.arange(20):
-        low, high = np.maximum(robot.limits[:, 0], home.u - reach), np.minimum(robot.limits[:, 1], home.u + reach)
+        low, high = (
+            np.maximum(robot.limits[:, 0], home.u - reach),
+            np.minimum(robot.limits[:, 1], home.u + reach),
+        )
         state = robot.close(rng.uniform(low, high), near=home, check=False)
         if state.status is ClosureStatus.OK:
             return state
@@ -73,7 +78,9 @@ def test_links_stand_where_forward_kinematics_says(robot: Robot, opened: Opened)
             pose = robot.forward_kinematics(state, link)
             handle = viewer.stage.links[link]
             assert handle.position == pytest.approx(pose.position, rel=SENT, abs=1e-7)
-            turned = Rotation.from_quat(handle.wxyz[[1, 2, 3, 0]]).inv() * Rotation.from_matrix(pose.rotation)
+            turned = Rotation.from_quat(handle.wxyz[[1, 2, 3, 0]]).inv() * Rotation.from_matrix(
+                pose.rotation
+            )
             assert turned.magnitude() < 1e-4  # [rad] four components, each to SENT
 
 
@@ -103,7 +110,9 @@ def test_rods_slide_in_their_barrels(robot: Robot) -> None:
     for span in (span for span in shape.spans if span.kind == "link"):
         k = robot.coordinates.index(slides[span.names[0]])
         before, after = (span_pose(span, shape.poses(s))[2] for s in (home, state))
-        assert abs(after - before) == pytest.approx(abs(state.s[k] - home.s[k]), abs=FLOAT * shape.size)
+        assert abs(after - before) == pytest.approx(
+            abs(state.s[k] - home.s[k]), abs=FLOAT * shape.size
+        )
         rotation, origin = shape.poses(state)[span.links[1]]
         turned, start, length = span_pose(span, shape.poses(state))
         end = rotation @ span.points[1] + origin
@@ -133,7 +142,9 @@ def test_the_camera_sees_the_whole_robot(any_robot: Robot) -> None:
 
 @pytest.mark.parametrize("name", ["palletizer", "ankle"])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_the_ring_of_a_torque_is_open_where_the_link_is_that_it_turns(name: str, sign: float, opened: Opened) -> None:
+def test_the_ring_of_a_torque_is_open_where_the_link_is_that_it_turns(
+    name: str, sign: float, opened: Opened
+) -> None:
     """In another state too: seen along the axis, 0.5 rad to either side of the link stay free."""
     from hybrid_dynamics_core.view.scene_view import RING, reach
 
@@ -151,9 +162,16 @@ def test_the_ring_of_a_torque_is_open_where_the_link_is_that_it_turns(name: str,
         rotation, origin = poses[joint.child]
         handle = stage.arrows[joint.name].handle
         turned = rotation @ Rotation.from_quat(handle.wxyz[[1, 2, 3, 0]]).as_matrix()
-        ring = handle.scale * turn_arrow(RING).vertices @ turned.T + rotation @ handle.position + origin - joint.point
+        ring = (
+            handle.scale * turn_arrow(RING).vertices @ turned.T
+            + rotation @ handle.position
+            + origin
+            - joint.point
+        )
         ahead = ring @ joint.axis
-        assert (np.abs(ahead) > stage.shape.unit).all()  # the radius of the joint: the ring is before it
+        assert (
+            np.abs(ahead) > stage.shape.unit
+        ).all()  # the radius of the joint: the ring is before it
         across = ring - np.outer(ahead, joint.axis)
         cosines = across @ arm / np.linalg.norm(across, axis=1) / np.linalg.norm(arm)
         angles = np.arccos(np.clip(cosines, -1.0, 1.0))

@@ -13,7 +13,13 @@ from hybrid_dynamics_core import InputError, Payload, Robot, load
 from hybrid_dynamics_core.control import JointTrajectory
 from hybrid_dynamics_core.description.actuators import HydraulicCylinder
 from hybrid_dynamics_core.view.motion import motion_of
-from hybrid_dynamics_core.view.page import efforts_html, mode_labels, modes_html, problem_html, state_html
+from hybrid_dynamics_core.view.page import (
+    efforts_html,
+    mode_labels,
+    modes_html,
+    problem_html,
+    state_html,
+)
 from hybrid_dynamics_core.view.ranges import Range, on_round_steps, on_step, slider_ranges
 from hybrid_dynamics_core.view.scale import EffortScale
 from hybrid_dynamics_core.view.session import Efforts, Session
@@ -32,10 +38,14 @@ EXACT = 1e-12  # the same computation twice, in another order at most
 def swing(robot: Robot) -> JointTrajectory:
     """Half a second there."""
     way = 0.1 * (robot.closing_range[:, 1] - robot.closing_range[:, 0])
-    return JointTrajectory.between(robot.reference, robot.reference + np.where(np.isfinite(way), way, 0.2), 0.5)
+    return JointTrajectory.between(
+        robot.reference, robot.reference + np.where(np.isfinite(way), way, 0.2), 0.5
+    )
 
 
-def test_a_move_that_does_not_close_leaves_the_pose_and_says_why(forging: Robot, opened: Opened) -> None:
+def test_a_move_that_does_not_close_leaves_the_pose_and_says_why(
+    forging: Robot, opened: Opened
+) -> None:
     viewer = opened(forging)
     session, before = viewer.session, np.array(viewer.session.state.s)
     assert not session.move(np.add(forging.reference, [0.0, 0.9, 0.0, 0.0]))
@@ -69,7 +79,9 @@ def test_every_assembly_mode_can_be_chosen_and_is_told_from_the_others(name: str
     for k, mode in enumerate(modes):
         session.take_mode(mode)
         assert session.present(modes) == k
-        assert float(np.asarray(session.state.residual)) < 1e-9  # closed to what Newton's iteration ends with
+        assert (
+            float(np.asarray(session.state.residual)) < 1e-9
+        )  # closed to what Newton's iteration ends with
 
 
 def test_efforts_are_those_of_the_model(forging: Robot) -> None:
@@ -80,7 +92,9 @@ def test_efforts_are_those_of_the_model(forging: Robot) -> None:
         dict(zip(forging.active, rest, strict=True)), rel=EXACT, abs=1e-9
     )
     session.payload = 20.0
-    laden = forging.inverse_dynamics(session.state, np.zeros(4), forging.loads.with_payload(Payload(20.0)))
+    laden = forging.inverse_dynamics(
+        session.state, np.zeros(4), forging.loads.with_payload(Payload(20.0))
+    )
     assert session.efforts().values == pytest.approx(laden, rel=EXACT, abs=1e-9)
     assert f"{laden[1]:,.0f}" in efforts_html(forging, session.efforts())
 
@@ -124,7 +138,9 @@ def test_sliders_reach_as_far_as_the_loops_close(name: str) -> None:
             assert session.move(target), session.problem
 
 
-@pytest.mark.parametrize(("low", "high"), [(-np.pi, np.pi), (0.0321098, 0.7), (-0.1, 0.3), (0.0, 1e-3), (-6.28, 6.28)])
+@pytest.mark.parametrize(
+    ("low", "high"), [(-np.pi, np.pi), (0.0321098, 0.7), (-0.1, 0.3), (0.0, 1e-3), (-6.28, 6.28)]
+)
 def test_sliders_have_round_steps_up_to_the_ends_of_the_range(low: float, high: float) -> None:
     first, last, step = on_round_steps(low, high)
     assert abs(first - low) <= 0.5001 * step  # half a step, and rounding
@@ -132,18 +148,28 @@ def test_sliders_have_round_steps_up_to_the_ends_of_the_range(low: float, high: 
     assert np.log10(step) == pytest.approx(round(np.log10(step)))
     assert 1000 <= round((last - first) / step) + 1 <= 10001
     scope = Range("q", "rad", low, high)
-    assert (scope.take(first, 0.5 * step), scope.take(last, 0.5 * step)) == (low, high)  # the very ends
+    assert (scope.take(first, 0.5 * step), scope.take(last, 0.5 * step)) == (
+        low,
+        high,
+    )  # the very ends
     assert scope.take(first + 3.0 * step, 0.5 * step) == first + 3.0 * step
 
 
 def test_what_is_beyond_the_range_is_refused_with_its_end_and_a_word_on_degrees() -> None:
     lift = Range("lift", "m", 0.0, 0.15, (0.0, 0.15))
-    with pytest.raises(InputError, match=r"lift = 0\.5 m is beyond its limit 0\.15 m; it goes from 0 to 0\.15 m$"):
+    with pytest.raises(
+        InputError, match=r"lift = 0\.5 m is beyond its limit 0\.15 m; it goes from 0 to 0\.15 m$"
+    ):
         lift.take(0.5, 0.0)
     with pytest.raises(InputError, match=r"lift = -0\.01 m is beyond its limit 0 m"):
         lift.take(-0.01, 0.0)
-    crank = Range("crank", "rad", np.pi / 6, 5 * np.pi / 6, (np.pi / 6, 3.0))  # the loop ends before the upper limit
-    with pytest.raises(InputError, match=r"beyond the end of its slider.*\(30 to 150 deg\).*90 deg are 1\.5708 rad$"):
+    crank = Range(
+        "crank", "rad", np.pi / 6, 5 * np.pi / 6, (np.pi / 6, 3.0)
+    )  # the loop ends before the upper limit
+    with pytest.raises(
+        InputError,
+        match=r"beyond the end of its slider.*\(30 to 150 deg\).*90 deg are 1\.5708 rad$",
+    ):
         crank.take(90.0, 0.0)
     with pytest.raises(InputError, match=r"beyond its limit 0\.523599 rad.*\(30 to 150 deg\)$"):
         crank.take(-90.0, 0.0)
@@ -151,7 +177,9 @@ def test_what_is_beyond_the_range_is_refused_with_its_end_and_a_word_on_degrees(
         crank.take(np.nan, 0.0)
 
 
-def test_a_number_beyond_a_slider_moves_nothing_and_the_slider_goes_back(forging: Robot, opened: Opened) -> None:
+def test_a_number_beyond_a_slider_moves_nothing_and_the_slider_goes_back(
+    forging: Robot, opened: Opened
+) -> None:
     viewer = opened(forging)
     before, payload = viewer.session.state, viewer.panel._payload
 
@@ -164,7 +192,8 @@ def test_a_number_beyond_a_slider_moves_nothing_and_the_slider_goes_back(forging
     typed(cylinder, 3.0, lambda value: viewer.panel._move(1, value))
     assert viewer.session.state is before
     assert (
-        "q12 = 3 m is beyond the end of its slider, 0.7 m; it goes from -0.1 to 0.7 m" in viewer.panel._problem.content
+        "q12 = 3 m is beyond the end of its slider, 0.7 m; it goes from -0.1 to 0.7 m"
+        in viewer.panel._problem.content
     )
     assert cylinder.slider.value == pytest.approx(forging.reference[1])
     typed(payload, 1e4, viewer.session.lift)
@@ -233,16 +262,26 @@ def test_full_bars_of_cylinders_are_what_they_give_at_their_supply_pressure(forg
     assert "width:25.0%" in told  # half of the right half
 
 
-def test_sliders_begin_on_their_steps_whatever_the_reference(forging: Robot, opened: Opened) -> None:
+def test_sliders_begin_on_their_steps_whatever_the_reference(
+    forging: Robot, opened: Opened
+) -> None:
     """Their number boxes have no room for more digits."""
-    robot = changed(forging, reference={**forging.description.reference, "q1": 10.0 * np.pi / 180.0})
+    robot = changed(
+        forging, reference={**forging.description.reference, "q1": 10.0 * np.pi / 180.0}
+    )
     assert on_step(0.1745329, 0.001) == 0.175
     for dial, value in zip(opened(robot).panel.dials, robot.reference, strict=True):
         slider = dial.slider
-        assert slider.value == on_step(slider.value, slider.step) == pytest.approx(value, abs=0.5 * slider.step)
+        assert (
+            slider.value
+            == on_step(slider.value, slider.step)
+            == pytest.approx(value, abs=0.5 * slider.step)
+        )
 
 
-def test_playback_shows_the_motion_with_the_efforts_that_it_takes(forging: Robot, opened: Opened) -> None:
+def test_playback_shows_the_motion_with_the_efforts_that_it_takes(
+    forging: Robot, opened: Opened
+) -> None:
     curve = swing(forging)
     viewer = opened(forging, motion_of(forging, curve, "swing"))
     playback, session = viewer.panel.playback, viewer.session
@@ -257,7 +296,9 @@ def test_playback_shows_the_motion_with_the_efforts_that_it_takes(forging: Robot
         assert session.state.u == pytest.approx(told.u, abs=EXACT)
         state = forging.close(told.u, told.du)
         needed = forging.inverse_dynamics(state, told.ddu)
-        assert session.efforts().values == pytest.approx(needed, rel=1e-9, abs=1e-6)  # rates scale the last digits
+        assert session.efforts().values == pytest.approx(
+            needed, rel=1e-9, abs=1e-6
+        )  # rates scale the last digits
     assert playback.playing
     playback.tick(0.2)
     assert not playback.playing  # its end
@@ -279,7 +320,9 @@ def test_the_picture_glides_to_where_a_slider_was_moved(forging: Robot, opened: 
     shown = []
     while glide.moving:
         shown.append(float(glide.state.u[1]))
-        assert float(np.asarray(glide.state.residual)) < 1e-12  # closed at every moment, in closed form
+        assert (
+            float(np.asarray(glide.state.residual)) < 1e-12
+        )  # closed at every moment, in closed form
         viewer._frame(SPAN / 4)
     assert shown == pytest.approx([0.1, 0.125, 0.15, 0.175])
     assert glide.state is viewer.session.state
@@ -304,7 +347,13 @@ def test_what_a_person_does_in_the_page_moves_the_robot(forging: Robot, opened: 
     before = {name: np.array(link.wxyz) for name, link in viewer.stage.links.items()}
     assert viewer.step(0.0)
     assert viewer.session.present(viewer.panel.modes) == wanted
-    assert max(float(np.abs(link.wxyz - before[name]).max()) for name, link in viewer.stage.links.items()) > 0.1
+    assert (
+        max(
+            float(np.abs(link.wxyz - before[name]).max())
+            for name, link in viewer.stage.links.items()
+        )
+        > 0.1
+    )
     assert not viewer.step(0.0)
 
 
@@ -337,7 +386,9 @@ def test_what_the_robot_refuses_is_said_in_the_panel_and_the_view_goes_on(
 
 
 @pytest.mark.usefixtures("needs_viser")
-def test_a_viewer_that_cannot_be_made_leaves_its_port(forging: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_viewer_that_cannot_be_made_leaves_its_port(
+    forging: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from hybrid_dynamics_core.view import open_viewer, viewer
 
     def broken(*_: object) -> None:

@@ -18,7 +18,9 @@ from .conftest import Opened
 pytestmark = pytest.mark.usefixtures("needs_viser")
 PATIENCE = 60_000  # [ms] a machine may be loaded; nothing waits for this where all is well
 SLEW, LOAD = 1, 5  # of the number boxes of an excavator with a motion
-ANGLE, LENGTH, MASS = (Range(name, unit, -100.0, 100.0) for name, unit in (("q", "rad"), ("x", "m"), ("load", "kg")))
+ANGLE, LENGTH, MASS = (
+    Range(name, unit, -100.0, 100.0) for name, unit in (("q", "rad"), ("x", "m"), ("load", "kg"))
+)
 
 
 @pytest.mark.parametrize(
@@ -35,7 +37,9 @@ ANGLE, LENGTH, MASS = (Range(name, unit, -100.0, 100.0) for name, unit in (("q",
         ("pi/4", ANGLE, np.pi / 4.0),
     ],
 )
-def test_numbers_are_read_as_the_command_line_reads_them(text: str, scope: Range, value: float) -> None:
+def test_numbers_are_read_as_the_command_line_reads_them(
+    text: str, scope: Range, value: float
+) -> None:
     from hybrid_dynamics_core.view.number_input import number_typed
 
     assert number_typed(text, scope) == pytest.approx(value, rel=1e-15)
@@ -80,7 +84,9 @@ def test_a_long_text_is_told_in_part() -> None:
         number_typed("a" * 1000, LENGTH)
 
 
-@pytest.mark.parametrize(("value", "count"), [(1e-3, 3), (0.1, 1), (1.0, 0), (100.0, 0), (0.05, 2), (-12.345, 3)])
+@pytest.mark.parametrize(
+    ("value", "count"), [(1e-3, 3), (0.1, 1), (1.0, 0), (100.0, 0), (0.05, 2), (-12.345, 3)]
+)
 def test_decimals_of_a_number(value: float, count: int) -> None:
     assert decimals(value) == count
 
@@ -94,7 +100,12 @@ def test_the_very_number_that_was_typed_counts_and_is_shown(forging: Robot, open
         dial.typed(lambda _: value)
         assert viewer.step(0.0)
 
-    for value, shown in ((0.12345678, 0.12346), (0.1231, 0.1231), (np.pi / 6.0, 0.5236), (np.pi - 1e-5, 3.1416)):
+    for value, shown in (
+        (0.12345678, 0.12346),
+        (0.1231, 0.1231),
+        (np.pi / 6.0, 0.5236),
+        (np.pi - 1e-5, 3.1416),
+    ):
         typed(value)
         assert robot.state.u[0] == value
         viewer.show()
@@ -132,8 +143,12 @@ def test_a_notice_is_about_the_latest_entry(forging: Robot, opened: Opened) -> N
     assert np.array_equal(session.state.u, before)
 
 
-def test_who_goes_to_a_box_pauses_the_motion_which_would_write_into_it(forging: Robot, opened: Opened) -> None:
-    motion = motion_of(forging, JointTrajectory.between(forging.reference, forging.reference + 0.01, 1.0), "there")
+def test_who_goes_to_a_box_pauses_the_motion_which_would_write_into_it(
+    forging: Robot, opened: Opened
+) -> None:
+    motion = motion_of(
+        forging, JointTrajectory.between(forging.reference, forging.reference + 0.01, 1.0), "there"
+    )
     viewer = opened(forging, motion)
     playback = viewer.panel.playback
     assert playback is not None
@@ -153,7 +168,9 @@ def page_of_an_excavator() -> Iterator[tuple]:
     pytest.importorskip("viser", reason="viser, the extra `view`, is not installed")
     try:
         robot = load("excavator")
-        motion = motion_of(robot, JointTrajectory.between(robot.reference, robot.reference + 0.1, 1.0), "there")
+        motion = motion_of(
+            robot, JointTrajectory.between(robot.reference, robot.reference + 0.1, 1.0), "there"
+        )
         with running(robot, motion) as viewer, opened_page(viewer.url, 1280, 420) as page:
             boxes(page).nth(LOAD).wait_for(timeout=PATIENCE)
             yield viewer, page
@@ -180,7 +197,9 @@ def shows(page, k: int, text: str) -> None:
     page.wait_for_function("([box, text]) => box.value === text", arg=arg, timeout=PATIENCE)
 
 
-def test_boxes_of_the_page_take_numbers_as_they_stand_and_refuse_the_rest(page_of_an_excavator) -> None:
+def test_boxes_of_the_page_take_numbers_as_they_stand_and_refuse_the_rest(
+    page_of_an_excavator,
+) -> None:
     viewer, page = page_of_an_excavator
     session, notice = viewer.session, page.get_by_role("alert")
     for text, shown, value in (("5e-2", "0.05", 0.05), ("1e-1", "0.1", 0.1), ("300", "300", 300.0)):
@@ -220,14 +239,18 @@ def test_a_box_of_the_page_that_somebody_goes_to_pauses_the_motion(page_of_an_ex
     assert viewer.session.state.u[0] == 1.25
 
 
-def test_the_page_follows_the_arm_until_somebody_turns_it_and_keys_of_sliders_do_not(page_of_an_excavator) -> None:
+def test_the_page_follows_the_arm_until_somebody_turns_it_and_keys_of_sliders_do_not(
+    page_of_an_excavator,
+) -> None:
     viewer, page = page_of_an_excavator
     (client,) = viewer.server.get_clients().values()
 
     def slew(text: str) -> None:
         enter(page, SLEW, text)
         shows(page, SLEW, text)
-        page.wait_for_timeout(300)  # [ms] six times what a browser waits before it tells of its camera
+        page.wait_for_timeout(
+            300
+        )  # [ms] six times what a browser waits before it tells of its camera
 
     slew("0")
     before = np.array(client.camera.position)

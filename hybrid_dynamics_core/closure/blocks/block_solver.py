@@ -15,14 +15,17 @@ ONLY = ("only",)
 class Step(ABC):
     """Solves `unknowns` from coordinates already known.
 
-    `equations` give its part of J_z; `modes` are its assembly modes: the branch sign +1 is the first, -1 the second.
+    `equations` give its part of J_z; `modes` are its assembly modes: the branch sign +1 is the
+    first, -1 the second.
     """
 
     equations: tuple[Equation, ...]
     unknowns: tuple[int, ...]
     modes: tuple[str, ...] = ONLY
     iterates = False  # whether the margin is a number of iterations
-    needs_mode = False  # whether the file must tell the mode; otherwise the one nearest zero is taken
+    needs_mode = (
+        False  # whether the file must tell the mode; otherwise the one nearest zero is taken
+    )
 
     @property
     def loops(self) -> tuple[str, ...]:
@@ -44,5 +47,6 @@ class Step(ABC):
     def solve(self, posture: Posture, branch: Scalar, guess: Sequence[Scalar]) -> Scalar:
         """Fill in the unknowns on the branch (+1 or -1); `guess`: per coordinate, where an iteration starts.
 
-        Returns the margin, dimensionless: positive where the block closes, negative or NaN where it cannot.
+        Returns the margin, dimensionless: positive where the block closes, negative or NaN where it
+        cannot.
         """

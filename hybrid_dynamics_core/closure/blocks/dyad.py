@@ -1,6 +1,7 @@
 """Planar loops with two unknown joints: closed by a triangle (circle intersection) or, for two slides, linearly.
 
-Notation of the module: the loop closes when  P1 + R1 (v + R2 w) = C  (both unknowns on one chain) or
+Notation of the module: the loop closes when  P1 + R1 (v + R2 w) = C  (both unknowns on one chain)
+or
 P1 + R1 w1 = P2 + R2 w2  (one on each). Directions are found as (cos, sin); angles only afterwards.
 """
 
@@ -24,7 +25,9 @@ class PlanarStep(Step):
 
     needs_mode = True
 
-    def __init__(self, pin: PlanarPin, unknowns: tuple[PlanarJoint, PlanarJoint], near: Mapping[int, float]) -> None:
+    def __init__(
+        self, pin: PlanarPin, unknowns: tuple[PlanarJoint, PlanarJoint], near: Mapping[int, float]
+    ) -> None:
         self.pin = pin
         self.equations = (Equation(pin, 0), Equation(pin, 1))
         self.joints = unknowns
@@ -33,7 +36,9 @@ class PlanarStep(Step):
 
     def place(self, joint: PlanarJoint, c: Scalar, s: Scalar, posture: Posture) -> None:
         """Set an unknown revolute joint from its turn about the loop's normal."""
-        posture.set_direction(joint.coordinate, c, joint.sign * s, self.near.get(joint.coordinate, 0.0))
+        posture.set_direction(
+            joint.coordinate, c, joint.sign * s, self.near.get(joint.coordinate, 0.0)
+        )
 
 
 class _Cut:
@@ -108,7 +113,9 @@ class TurnAndSlide(PlanarStep):
         cut = _Cut(self, posture)
         turn_index = 0 if self.joints[0].revolute else 1
         pivot, slide = cut.where[turn_index], cut.where[1 - turn_index]
-        if cut.same_chain and turn_index == 0:  # |v + q e| = |C - P1|: the slide turns with the joint
+        if (
+            cut.same_chain and turn_index == 0
+        ):  # |v + q e| = |C - P1|: the slide turns with the joint
             start, radius = sub(cut.ends[0], pivot), sub(cut.target, pivot)
         elif cut.same_chain:  # |C - P2 - q e| = |w|: the joint rides on the slide
             start, radius = sub(pivot, cut.target), sub(cut.ends[0], pivot)
@@ -122,7 +129,11 @@ class TurnAndSlide(PlanarStep):
         posture.set_length(self.joints[1 - turn_index].coordinate, stroke)
         if cut.same_chain and turn_index == 1:
             reached = scale(-1.0, reached)
-        c, s = _between(reached, radius) if cut.same_chain and turn_index == 0 else _between(radius, reached)
+        c, s = (
+            _between(reached, radius)
+            if cut.same_chain and turn_index == 0
+            else _between(radius, reached)
+        )
         self.place(self.joints[turn_index], c, s, posture)
         return margin
 
@@ -144,7 +155,9 @@ class TwoSlides(PlanarStep):
         return det * det
 
 
-def dyad(pin: PlanarPin, unknowns: tuple[PlanarJoint, PlanarJoint], near: Mapping[int, float]) -> PlanarStep:
+def dyad(
+    pin: PlanarPin, unknowns: tuple[PlanarJoint, PlanarJoint], near: Mapping[int, float]
+) -> PlanarStep:
     """The block that closes a planar loop for two unknown joints."""
     turns = sum(j.revolute for j in unknowns)
     return (TwoSlides, TurnAndSlide, TwoTurns)[turns](pin, unknowns, near)

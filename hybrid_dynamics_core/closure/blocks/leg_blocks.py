@@ -42,7 +42,11 @@ class DistanceStep(Step):
         """
         origin, leg, target = self.distance.ends(_at_zero(posture, self.unknowns))
         gap = sub(target.end, origin.end)
-        for x, y, state in ((leg.end, gap, leg), (gap, leg.end, target), (scale(-1.0, gap), leg.end, origin)):
+        for x, y, state in (
+            (leg.end, gap, leg),
+            (gap, leg.end, target),
+            (scale(-1.0, gap), leg.end, origin),
+        ):
             for i, body in enumerate(state.chain.bodies):
                 if body.coordinate == self.unknowns[0]:
                     return x, y, i, state
@@ -107,16 +111,24 @@ class PivotDirection(Step):
         before, after = pivot.before.at(posture), pivot.after.at(posture)
         gap = sub(self.direction.target.at(posture).end, before.end)
         leg = sub(after.end, pivot.centre)
-        wanted = transposed_matvec(pivot.first.rotation, transposed_matvec(before.rotation, gap))  # at q1 = 0
+        wanted = transposed_matvec(
+            pivot.first.rotation, transposed_matvec(before.rotation, gap)
+        )  # at q1 = 0
         axis = pivot.first.axis
         c2, s2, margin = _turn_to_height(pivot.second, leg, axis, dot(axis, wanted), branch)
         k1, k2 = self.unknowns
         posture.set_direction(k2, c2, s2, self.near.get(k2, 0.0))
         reached = _turned(pivot.second, leg, c2, s2)
-        flat, goal = sub(reached, scale(dot(axis, reached), axis)), sub(wanted, scale(dot(axis, wanted), axis))
+        flat, goal = (
+            sub(reached, scale(dot(axis, reached), axis)),
+            sub(wanted, scale(dot(axis, wanted), axis)),
+        )
         squared = dot(goal, goal)
         posture.set_direction(
-            k1, dot(flat, goal) / squared, dot(axis, cross(flat, goal)) / squared, self.near.get(k1, 0.0)
+            k1,
+            dot(flat, goal) / squared,
+            dot(axis, cross(flat, goal)) / squared,
+            self.near.get(k1, 0.0),
         )
         return margin
 
@@ -178,7 +190,9 @@ class ThreeSpheres(Step):
 
 
 def _axis(state: ChainState, coordinate: int) -> Vector:
-    return next(a for a, b in zip(state.axes, state.chain.bodies, strict=True) if b.coordinate == coordinate)
+    return next(
+        a for a, b in zip(state.axes, state.chain.bodies, strict=True) if b.coordinate == coordinate
+    )
 
 
 def slides_only(chain: Chain, unknowns: Sequence[int]) -> bool:

@@ -17,7 +17,9 @@ class NewtonStep(Step):
     modes = ("reference",)
     iterates = True
 
-    def __init__(self, equations: Sequence[Equation], unknowns: Sequence[int], revolute: Mapping[int, bool]) -> None:
+    def __init__(
+        self, equations: Sequence[Equation], unknowns: Sequence[int], revolute: Mapping[int, bool]
+    ) -> None:
         self.equations = tuple(equations)
         self.unknowns = tuple(unknowns)
         self._revolute = revolute
@@ -27,7 +29,9 @@ class NewtonStep(Step):
         """The margin is the number of iterations, negative if they did not converge."""
         parameters: list[Scalar] = []
         for k in self._known:
-            parameters += [posture.q[k], posture.c[k], posture.s[k]] if self._revolute[k] else [posture.q[k]]
+            parameters += (
+                [posture.q[k], posture.c[k], posture.s[k]] if self._revolute[k] else [posture.q[k]]
+            )
         *values, converged = newton(self.body, [guess[k] for k in self.unknowns], parameters)
         for k, value in zip(self.unknowns, values, strict=True):
             put = posture.set_angle if self._revolute[k] else posture.set_length

@@ -1,7 +1,7 @@
 """Parallelograms: opposite bars stay parallel, so the angles are linear in each other and regular everywhere.
 
-Solved as a general four-bar the same loop has a change point where all bars are in line; Newton or a circle
-intersection can leave it on the anti-parallelogram. The linear relations cannot.
+Solved as a general four-bar the same loop has a change point where all bars are in line; Newton or
+a circle intersection can leave it on the anti-parallelogram. The linear relations cannot.
 """
 
 from __future__ import annotations
@@ -32,10 +32,15 @@ class _Side(NamedTuple):
 
 
 def parallelogram_equations(pin: PlanarPin) -> list[AngleSum]:
-    """Opposite bars are parallel, twice. ValueError with the reason where the loop is not a parallelogram."""
+    """Opposite bars are parallel, twice.
+
+    ValueError with the reason where the loop is not a parallelogram.
+    """
     if not all(j.revolute for j in pin.geometry.joints):
         raise ValueError("a parallelogram has revolute joints only")
-    sides = [side for side in _sides(pin.geometry) if np.linalg.norm(side.vector) > EQUAL * pin.length]
+    sides = [
+        side for side in _sides(pin.geometry) if np.linalg.norm(side.vector) > EQUAL * pin.length
+    ]
     if len(sides) != 4:
         raise ValueError(f"it has {len(sides)} bars, not four")
     return [_opposite(pin, sides[k], sides[k + 2]) for k in (0, 1)]
@@ -44,10 +49,15 @@ def parallelogram_equations(pin: PlanarPin) -> list[AngleSum]:
 def _sides(geometry: PlanarGeometry) -> list[_Side]:
     """Around the loop: out along chain a to the pin, back along chain b, and across the link where they part."""
     out = _bars(geometry.chain_a, geometry.point_a)
-    back = [_Side(-bar.vector, bar.turns) for bar in reversed(_bars(geometry.chain_b, geometry.point_b))]
+    back = [
+        _Side(-bar.vector, bar.turns) for bar in reversed(_bars(geometry.chain_b, geometry.point_b))
+    ]
     starts = [
         np.array(chain[0].place if chain else point)
-        for chain, point in ((geometry.chain_a, geometry.point_a), (geometry.chain_b, geometry.point_b))
+        for chain, point in (
+            (geometry.chain_a, geometry.point_a),
+            (geometry.chain_b, geometry.point_b),
+        )
     ]
     return [*out, *back, _Side(starts[0] - starts[1], ())]
 
@@ -64,7 +74,9 @@ def _opposite(pin: PlanarPin, one: _Side, other: _Side) -> AngleSum:
     lengths = float(np.linalg.norm(one.vector)), float(np.linalg.norm(other.vector))
     if abs(lengths[0] - lengths[1]) > EQUAL * pin.length:
         raise ValueError(f"its opposite bars are {lengths[0]:.9g} m and {lengths[1]:.9g} m long")
-    offset = math.atan2(one.vector[1], one.vector[0]) - math.atan2(-other.vector[1], -other.vector[0])
+    offset = math.atan2(one.vector[1], one.vector[0]) - math.atan2(
+        -other.vector[1], -other.vector[0]
+    )
     return AngleSum(pin.name, (*one.turns, *((k, -sign) for k, sign in other.turns)), offset)
 
 
@@ -83,7 +95,9 @@ class AngleStep(Step):
     def near(self, posture: Posture, near: Mapping[int, float]) -> None:
         """Shift the constant by whole turns so that the angle at this posture (floats) lies within pi of `near`."""
         here = self._offset + sum(sign * posture.q[k] for k, sign in self._others)
-        self._offset -= 2.0 * math.pi * round((here - near.get(self.unknowns[0], 0.0)) / (2.0 * math.pi))
+        self._offset -= (
+            2.0 * math.pi * round((here - near.get(self.unknowns[0], 0.0)) / (2.0 * math.pi))
+        )
 
     def solve(self, posture: Posture, branch: Scalar, guess: Sequence[Scalar]) -> Scalar:  # noqa: ARG002
         """Always closes."""

@@ -28,7 +28,9 @@ class Context:
     tree: Tree
     closures: Mapping[str, Closure]
     near: Mapping[int, float]
-    named: bool = True  # whether the modes that the file names are meant: for the active coordinates only
+    named: bool = (
+        True  # whether the modes that the file names are meant: for the active coordinates only
+    )
 
     def revolute(self, coordinate: int) -> bool:
         """Whether a coordinate is an angle."""

@@ -21,7 +21,10 @@ class Linearised(NamedTuple):
 
 
 class LoopEquations(ABC):
-    """Some scalar equations of one loop. `involved`: per equation, the coordinates it can depend on."""
+    """Some scalar equations of one loop.
+
+    `involved`: per equation, the coordinates it can depend on.
+    """
 
     name: str
     length: float  # [m], makes the equations dimensionless

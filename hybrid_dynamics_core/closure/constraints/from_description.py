@@ -14,7 +14,9 @@ from .planar import PlanarPin, planar_equations
 from .spatial import Chain, SpatialClosure, closure_chains
 
 
-def loop_equations(tree: Tree, robot: RobotDescription, unknowns: frozenset[int]) -> list[LoopEquations]:
+def loop_equations(
+    tree: Tree, robot: RobotDescription, unknowns: frozenset[int]
+) -> list[LoopEquations]:
     """Every closure and every follower as equations, in the form that splits best for the unknown coordinates."""
     seen: dict[int, int] = {}
     chains = {c.name: closure_chains(tree, c) for c in robot.closures}
@@ -30,7 +32,11 @@ def loop_equations(tree: Tree, robot: RobotDescription, unknowns: frozenset[int]
             if closure.kind == "planar":
                 raise robot.error(robot.closure_key(closure.name), str(error)) from error
             equations = _spatial(closure, chains[closure.name], private)
-        loops += _as_parallelogram(robot, closure, equations) if closure.assembly == PARALLELOGRAM else equations
+        loops += (
+            _as_parallelogram(robot, closure, equations)
+            if closure.assembly == PARALLELOGRAM
+            else equations
+        )
     return loops + [_follower(tree, robot, name) for name in robot.mimics]
 
 
@@ -47,12 +53,17 @@ def _as_parallelogram(
         raise robot.error(key, f"is not a parallelogram: {error}") from error
 
 
-def _spatial(closure: Closure, chains: tuple[Chain, Chain], private: frozenset[int]) -> list[LoopEquations]:
+def _spatial(
+    closure: Closure, chains: tuple[Chain, Chain], private: frozenset[int]
+) -> list[LoopEquations]:
     if closure.kind == "point":
         for leg, target in (chains, chains[::-1]):
             pivot = find_pivot(leg, private)
             if pivot is not None:
-                return [Distance(closure.name, pivot, target), Direction(closure.name, pivot, leg, target)]
+                return [
+                    Distance(closure.name, pivot, target),
+                    Direction(closure.name, pivot, leg, target),
+                ]
     return [SpatialClosure(closure.name, closure.kind, *chains)]
 
 

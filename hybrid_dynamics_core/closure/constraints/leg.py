@@ -1,7 +1,8 @@
 """A leg on a universal joint: two revolute joints in a row whose axes meet, then what carries the leg's end.
 
-The distance from the meeting point to the end does not depend on the two angles. So a point closure splits into one
-equation of distance, without them, and two of direction: platform and legs then close one after the other.
+The distance from the meeting point to the end does not depend on the two angles. So a point closure
+splits into one equation of distance, without them, and two of direction: platform and legs then
+close one after the other.
 """
 
 from __future__ import annotations
@@ -39,7 +40,10 @@ class Pivot:
 def find_pivot(chain: Chain, only: frozenset[int]) -> Pivot | None:
     """The first pair of neighbouring revolute joints of the chain, both in `only`, whose axes meet in a point."""
     for k, (first, second) in enumerate(zip(chain.bodies, chain.bodies[1:], strict=False)):
-        if not {first.coordinate, second.coordinate} <= only or not first.type == second.type == "revolute":
+        if (
+            not {first.coordinate, second.coordinate} <= only
+            or not first.type == second.type == "revolute"
+        ):
             continue
         meeting = _meeting(first, second)
         if meeting is not None:
@@ -85,7 +89,11 @@ class Distance(LoopEquations):
         gap = sub(target.end, origin.end)
         unit = 1.0 / self.length**2
         row: Row = {}
-        for sign, vector, state in ((unit, gap, target), (-unit, gap, origin), (-unit, leg.end, leg)):
+        for sign, vector, state in (
+            (unit, gap, target),
+            (-unit, gap, origin),
+            (-unit, leg.end, leg),
+        ):
             for k, (linear, _) in state.columns().items():
                 row[k] = sign * dot(vector, linear)
         return Linearised([row], [0.5 * unit * (dot(gap, gap) - dot(leg.end, leg.end))])

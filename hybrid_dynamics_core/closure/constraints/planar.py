@@ -1,7 +1,8 @@
 """A planar loop: two chains of parallel revolute and in-plane prismatic joints that meet in a pin.
 
-Everything is written in the plane of the loop, in the frame of the link where the two chains part. A joint is
-kept as it stands with all coordinates at zero (pivot or direction), so a chain is a product of plane motions.
+Everything is written in the plane of the loop, in the frame of the link where the two chains part.
+A joint is kept as it stands with all coordinates at zero (pivot or direction), so a chain is a
+product of plane motions.
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ from .equations import Linearised, LoopEquations, Row
 _End = tuple[int, Array, Array]  # body, point and rotation on it
 Turns = tuple[tuple[int, float], ...]  # (coordinate, +1 or -1)
 FEW_DIGITS = 5e-3  # [rad] 1.57 and 3.14 are nearer than this to what they stand for
-APART = 1e-6  # [m] along the loop's axis up to which two points count as one: printed numbers are rounded
+# [m] along the loop's axis up to which two points count as one: printed numbers are rounded
+APART = 1e-6
 PARALLEL = 1e-9  # sine of the angle up to which two constant axes count as parallel
 
 
@@ -107,7 +109,9 @@ class ChainKinematics:
         return total if last is None else sub(total, scale(omega * omega, sub(self.end, last)))
 
 
-def chain_kinematics(joints: Sequence[PlanarJoint], point: Vector, posture: Posture) -> ChainKinematics:
+def chain_kinematics(
+    joints: Sequence[PlanarJoint], point: Vector, posture: Posture
+) -> ChainKinematics:
     """Pivots, directions and end point of one chain."""
     motion = PlanarMotion()
     pivots: list[Vector | None] = []
@@ -124,14 +128,19 @@ class PlanarPin(LoopEquations):
 
     def __init__(self, name: str, geometry: PlanarGeometry) -> None:
         self.name, self.geometry = name, geometry
-        places = [j.place for j in geometry.joints if j.revolute] + [geometry.point_a, geometry.point_b]
+        places = [j.place for j in geometry.joints if j.revolute] + [
+            geometry.point_a,
+            geometry.point_b,
+        ]
         self.length = float(np.max(np.ptp(np.array(places), axis=0))) or 1.0
         self.involved = (frozenset(j.coordinate for j in geometry.joints),) * 2
 
     def chains(self, posture: Posture) -> tuple[ChainKinematics, ChainKinematics]:
         """Both chains at a posture."""
         g = self.geometry
-        return chain_kinematics(g.chain_a, g.point_a, posture), chain_kinematics(g.chain_b, g.point_b, posture)
+        return chain_kinematics(g.chain_a, g.point_a, posture), chain_kinematics(
+            g.chain_b, g.point_b, posture
+        )
 
     def linearise(self, posture: Posture) -> Linearised:
         """Difference of the end points."""
@@ -151,7 +160,13 @@ class PlanarPin(LoopEquations):
 
     def marks(self, posture: Posture) -> list[Scalar]:
         """Pivots and ends."""
-        return [x for chain in self.chains(posture) for p in (*chain.pivots, chain.end) if p is not None for x in p]
+        return [
+            x
+            for chain in self.chains(posture)
+            for p in (*chain.pivots, chain.end)
+            if p is not None
+            for x in p
+        ]
 
 
 class AngleSum(LoopEquations):
@@ -197,7 +212,10 @@ class AngleSum(LoopEquations):
 
 
 def planar_equations(tree: Tree, closure: Closure) -> list[LoopEquations]:
-    """The equations of a closure whose loop is planar. ValueError with the reason where it is not."""
+    """The equations of a closure whose loop is planar.
+
+    ValueError with the reason where it is not.
+    """
     one, other = _ordered_ends(tree, closure)
     path_a, path_b, ancestor = tree.branches(one[0], other[0])
     basis = plane_basis(tree, path_a + path_b, ancestor)
@@ -209,7 +227,11 @@ def planar_equations(tree: Tree, closure: Closure) -> list[LoopEquations]:
     gap = abs(float(end_a[2] - end_b[2]))
     if gap > APART:
         size = max(float(np.linalg.norm(end)) for end in (end_a, end_b))
-        hint = " (angles of few digits do that: 1.57 in place of pi/2)" if gap < FEW_DIGITS * size else ""
+        hint = (
+            " (angles of few digits do that: 1.57 in place of pi/2)"
+            if gap < FEW_DIGITS * size
+            else ""
+        )
         raise ValueError(f"its ends are {gap:.3g} m apart along the loop's axis{hint}")
     geometry = PlanarGeometry(
         tuple(_planar_joint(tree, i, ancestor, basis) for i in path_a),
@@ -236,8 +258,8 @@ def planar_equations(tree: Tree, closure: Closure) -> list[LoopEquations]:
 def _ordered_ends(tree: Tree, closure: Closure) -> tuple[_End, _End]:
     """The end with more joints before it first; of equal ones, that with the earlier coordinate.
 
-    The first joint's axis and the order of the ends say what counterclockwise is: that must not depend on the order
-    in which a file names the ends, keys of a mapping.
+    The first joint's axis and the order of the ends say what counterclockwise is: that must not
+    depend on the order in which a file names the ends, keys of a mapping.
     """
     a: _End = (tree.body_index(closure.link_a), closure.point_a, closure.rotation_a)
     b: _End = (tree.body_index(closure.link_b), closure.point_b, closure.rotation_b)
@@ -254,16 +276,25 @@ def _outside(axes: Sequence[tuple[Body, Array]], normal: Array) -> list[str]:
     return [
         body.joint
         for body, axis in axes
-        if (np.linalg.norm(np.cross(normal, axis)) if body.type == "revolute" else abs(normal @ axis)) > PARALLEL
+        if (
+            np.linalg.norm(np.cross(normal, axis))
+            if body.type == "revolute"
+            else abs(normal @ axis)
+        )
+        > PARALLEL
     ]
 
 
-def _require_one_direction(axes: Sequence[tuple[Body, Array]], outside: Sequence[Sequence[str]]) -> None:
+def _require_one_direction(
+    axes: Sequence[tuple[Body, Array]], outside: Sequence[Sequence[str]]
+) -> None:
     """Raise where two joints turn about different axes and nothing tells which of them is the wrong one."""
     turning = [(body.joint, axis) for body, axis in axes if body.type == "revolute"]
     if len(turning) == 2 and [*outside[0], *outside[1]] == [turning[1][0], turning[0][0]]:
         ways = " and ".join(f"'{name}' about [{_told(axis)}]" for name, axis in turning)
-        raise ValueError(f"joints turn about different axes, {ways}; mend the rpy of one's origin, or its axis")
+        raise ValueError(
+            f"joints turn about different axes, {ways}; mend the rpy of one's origin, or its axis"
+        )
 
 
 def _told(axis: Array) -> str:
@@ -287,11 +318,15 @@ def plane_basis(tree: Tree, bodies: list[int], ancestor: int) -> Array:
         inside = [body.joint for body, _ in axes if body.joint not in outside[most]]
         does = "joint {} does" if len(outside[most]) == 1 else "joints {} do"
         raise ValueError(
-            f"{does.format(_and(outside[most]))} not move in the plane of {_and(inside)}, with axes "
-            f"[{_told(normals[most])}]; mend the rpy of its origin, or its axis"
+            f"{does.format(_and(outside[most]))} not move in the plane of {_and(inside)}, with axes"
+            f" [{_told(normals[most])}]; mend the rpy of its origin, or its axis"
         )
     normal = normals[0]
-    first = np.eye(3)[int(np.argmin(np.abs(normal)))] if max(abs(normal)) < 1.0 else np.roll(np.abs(normal), 1)
+    first = (
+        np.eye(3)[int(np.argmin(np.abs(normal)))]
+        if max(abs(normal)) < 1.0
+        else np.roll(np.abs(normal), 1)
+    )
     first = first - (first @ normal) * normal
     first /= np.linalg.norm(first)
     return np.array([first, np.cross(normal, first), normal])
@@ -302,5 +337,7 @@ def _planar_joint(tree: Tree, index: int, ancestor: int, basis: Array) -> Planar
     rotation, origin = tree.zero_pose(index, ancestor)
     axis = basis @ rotation @ np.array(body.axis)
     if body.type == "revolute":
-        return PlanarJoint(body.coordinate, True, 1.0 if axis[2] > 0 else -1.0, constant((basis @ origin)[:2]))
+        return PlanarJoint(
+            body.coordinate, True, 1.0 if axis[2] > 0 else -1.0, constant((basis @ origin)[:2])
+        )
     return PlanarJoint(body.coordinate, False, 1.0, constant(axis[:2]))

@@ -60,7 +60,11 @@ class Chain:
                 origin = add(origin, scale(posture.q[k], axes[-1]))
             origins.append(origin)
         return ChainState(
-            self, axes, origins, add(origin, matvec(rotation, self.point)), matmul(rotation, self.rotation)
+            self,
+            axes,
+            origins,
+            add(origin, matvec(rotation, self.point)),
+            matmul(rotation, self.rotation),
         )
 
 
@@ -79,7 +83,9 @@ class ChainState:
         result = {}
         for body, axis, origin in zip(self.chain.bodies, self.axes, self.origins, strict=True):
             turn = body.type == "revolute"
-            result[body.coordinate] = (cross(axis, sub(self.end, origin)), axis) if turn else (axis, ZERO3)
+            result[body.coordinate] = (
+                (cross(axis, sub(self.end, origin)), axis) if turn else (axis, ZERO3)
+            )
         return result
 
     def velocity(self, rates: Sequence[Scalar]) -> tuple[Vector, Vector]:
@@ -126,7 +132,9 @@ def chains_length(*chains: Chain) -> float:
     """A length [m] typical of the loop: the farthest any origin or end is from the start, at zero."""
     sizes = [1e-3]
     for chain in chains:
-        total = sum(float(np.linalg.norm(np.array(b.translation, dtype=float))) for b in chain.bodies)
+        total = sum(
+            float(np.linalg.norm(np.array(b.translation, dtype=float))) for b in chain.bodies
+        )
         sizes.append(total + float(np.linalg.norm(np.array(chain.point, dtype=float))))
     return max(sizes)
 
@@ -170,20 +178,26 @@ class SpatialClosure(LoopEquations):
         a, b = self.a.at(posture), self.b.at(posture)
         (accel_a, alpha_a), (accel_b, alpha_b) = a.bias(rates), b.bias(rates)
         result: list[Scalar] = list(scale(1.0 / self.length, sub(accel_a, accel_b)))
-        if self.kind == "frame":  # at a closed posture the frames turn together, so no other term is left
+        if (
+            self.kind == "frame"
+        ):  # at a closed posture the frames turn together, so no other term is left
             result += sub(alpha_a, alpha_b)
         if self.pairs:
             omega_a, omega_b = a.velocity(rates)[1], b.velocity(rates)[1]
             for i, j in self.pairs:
                 x, y = transpose(a.rotation)[i], transpose(b.rotation)[j]
                 turning = add(cross(cross(omega_a, x), y), cross(x, cross(omega_b, y)))
-                result.append(dot(sub(alpha_a, alpha_b), cross(x, y)) + dot(sub(omega_a, omega_b), turning))
+                result.append(
+                    dot(sub(alpha_a, alpha_b), cross(x, y)) + dot(sub(omega_a, omega_b), turning)
+                )
         return result
 
     def marks(self, posture: Posture) -> list[Scalar]:
         """Joint origins and ends of both chains, and how the ends lie."""
         states = [chain.at(posture) for chain in (self.a, self.b)]
-        return [x for state in states for v in (*state.origins, state.end, *state.rotation) for x in v]
+        return [
+            x for state in states for v in (*state.origins, state.end, *state.rotation) for x in v
+        ]
 
     def guards(self, posture: Posture) -> list[Scalar]:
         """Axes that the equations make parallel must not be opposed."""
@@ -196,8 +210,11 @@ class SpatialClosure(LoopEquations):
 def _turn_between(a: Rotation, b: Rotation) -> Vector:
     """2 tan(angle / 2) times the axis of the turn from b to a: its rate is the difference of angular velocities at 0.
 
-    Unlike sines and cosines of single axes it vanishes for no other turn, so Newton does not end half round.
+    Unlike sines and cosines of single axes it vanishes for no other turn, so Newton does not end
+    half round.
     """
     turn = matmul(a, transpose(b))
     factor = 2.0 / (1.0 + turn[0][0] + turn[1][1] + turn[2][2])
-    return scale(factor, (turn[2][1] - turn[1][2], turn[0][2] - turn[2][0], turn[1][0] - turn[0][1]))
+    return scale(
+        factor, (turn[2][1] - turn[1][2], turn[0][2] - turn[2][0], turn[1][0] - turn[0][1])
+    )

@@ -29,13 +29,19 @@ def example(path: Path_, value: Any) -> str:
 
 
 def _number(value: Any, otherwise: float) -> float:
-    return float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else otherwise
+    return (
+        float(value)
+        if isinstance(value, (int, float)) and not isinstance(value, bool)
+        else otherwise
+    )
 
 
 def _told(value: Any, otherwise: str) -> str:
     """A number or an expression as it was written."""
     if isinstance(value, str):
-        return value if any(letter.isdigit() for letter in value) and "," not in value else otherwise
+        return (
+            value if any(letter.isdigit() for letter in value) and "," not in value else otherwise
+        )
     return f"{_number(value, float(otherwise)):g}"
 
 

@@ -42,7 +42,9 @@ def check_loop_names(document: Document) -> None:
                 raise document.error(path, problem)
             other = next(r for r in ROLES if entry[r] == link)
             if other != role:
-                raise document.error(path, f"'{link}' is also {other}; a four-bar loop has four links")
+                raise document.error(
+                    path, f"'{link}' is also {other}; a four-bar loop has four links"
+                )
 
 
 def check_loops(document: Document, robot: RobotDescription) -> None:
@@ -74,17 +76,29 @@ class _Check:
         wanted = TYPES[letter]
         for role, on in (("k1", "base"), ("k2", wanted.k2_on), ("arm", wanted.arm_on)):
             if not self.hangs(role, on):
-                found = self.joint_of[self.links[role]].parent if self.links[role] in self.joint_of else "nothing"
-                return role, (
-                    f"in a loop of Type {letter} the link of `{role}` hangs on that of `{on}`, but here "
-                    f"'{self.links[role]}' hangs on '{found}', not on '{self.links[on]}'"
+                found = (
+                    self.joint_of[self.links[role]].parent
+                    if self.links[role] in self.joint_of
+                    else "nothing"
+                )
+                return (
+                    role,
+                    (
+                        f"in a loop of Type {letter} the link of `{role}` hangs on that of `{on}`,"
+                        f" but here '{self.links[role]}' hangs on '{found}', not on"
+                        f" '{self.links[on]}'"
+                    ),
                 )
         tied = {self.links[role] for role in wanted.pin}
         if self.pin != tied:
-            return "pin", (
-                f"in a loop of Type {letter} the pin ties the links of `{wanted.pin[0]}` and `{wanted.pin[1]}` "
-                f"('{self.links[wanted.pin[0]]}' and '{self.links[wanted.pin[1]]}'), but here it ties "
-                f"{' and '.join(repr(x) for x in sorted(self.pin))}"
+            return (
+                "pin",
+                (
+                    f"in a loop of Type {letter} the pin ties the links of `{wanted.pin[0]}` and"
+                    f" `{wanted.pin[1]}` ('{self.links[wanted.pin[0]]}' and"
+                    f" '{self.links[wanted.pin[1]]}'), but here it ties"
+                    f" {' and '.join(repr(x) for x in sorted(self.pin))}"
+                ),
             )
         return None
 
@@ -113,9 +127,9 @@ class _Check:
             return
         raise self.document.error(
             (*self.path, "type"),
-            f"in a loop of Type {self.loop.type} the arm goes on from '{claimed}', but the end effector hangs on "
-            f"'{on_the_way[0]}' and '{claimed}' carries nothing; choose another type, or hang the next link on "
-            f"'{claimed}'",
+            f"in a loop of Type {self.loop.type} the arm goes on from '{claimed}', but the end"
+            f" effector hangs on '{on_the_way[0]}' and '{claimed}' carries nothing; choose another"
+            f" type, or hang the next link on '{claimed}'",
         )
 
     def _to_end_effector(self) -> list[str]:
@@ -129,6 +143,11 @@ class _Check:
 
     def _carries(self, link: str) -> bool:
         members = set(self.links.values())
-        hung = any(joint.parent == link and joint.child not in members for joint in self.robot.joints.values())
-        tied = any(link in (c.link_a, c.link_b) for c in self.robot.closures if c.name != self.loop.name)
+        hung = any(
+            joint.parent == link and joint.child not in members
+            for joint in self.robot.joints.values()
+        )
+        tied = any(
+            link in (c.link_a, c.link_b) for c in self.robot.closures if c.name != self.loop.name
+        )
         return hung or tied

@@ -20,16 +20,20 @@ def check_values(document: Document, robot: RobotDescription) -> None:
     """Raise a DescriptionError at the first built value that contradicts another one."""
     for name, value in robot.reference.items():
         lower, upper = robot.joints[name].limits
-        if robot.active_set == "exact" and not lower <= value <= upper:  # from motors a reference is looked for
+        if (
+            robot.active_set == "exact" and not lower <= value <= upper
+        ):  # from motors a reference is looked for
             kind = unit(robot.joints[name].type)
             raise document.error(
                 ("reference", name),
-                f"is {value:g} {kind}, outside the limits [{lower:g}, {upper:g}] {kind} of the joint",
+                f"is {value:g} {kind}, outside the limits [{lower:g}, {upper:g}] {kind} of the"
+                " joint",
             )
     for closure in robot.closures:
         if closure.link_a == closure.link_b:
             raise document.error(
-                ("closures", closure.name), f"both ends are on the link '{closure.link_a}', which cannot move in itself"
+                ("closures", closure.name),
+                f"both ends are on the link '{closure.link_a}', which cannot move in itself",
             )
 
 
@@ -46,7 +50,9 @@ class _Names:
 
     def check(self) -> None:
         if not self.joints:
-            raise self.document.error((), "there are no joints; give joints, chain, legs, modules or urdf")
+            raise self.document.error(
+                (), "there are no joints; give joints, chain, legs, modules or urdf"
+            )
         self._frames()
         self._joints()
         self._base()
@@ -62,7 +68,12 @@ class _Names:
                 problem = f"'{name}' follows '{source}', which is active too; leave one out"
                 raise self.document.error(("active", k), problem)
         for name, payload in self.document.data.get("payloads", {}).items():
-            self._require(payload["on"], [*self.places, "end_effector"], ("payloads", name, "on"), "link or frame")
+            self._require(
+                payload["on"],
+                [*self.places, "end_effector"],
+                ("payloads", name, "on"),
+                "link or frame",
+            )
         for name in self.document.data.get("reference", {}):
             self._require(name, moving, ("reference", name), "joint")
 
@@ -70,7 +81,9 @@ class _Names:
         """A joint that moves; a link's name is a slip of its own."""
         if name in self.links and name not in self.joints:
             joint = self.parent_joint.get(name)
-            problem = f"'{name}' is a link; name the joint that moves it{meant(joint) if joint else ''}"
+            problem = (
+                f"'{name}' is a link; name the joint that moves it{meant(joint) if joint else ''}"
+            )
             raise self.document.error(path, problem)
         self._require(name, moving, path, "joint")
 
@@ -83,12 +96,18 @@ class _Names:
         for name, frame in self.frames.items():
             if (name in self.links or name == self.base) and name != frame["link"]:
                 raise self.document.error(
-                    ("frames", name), f"'{name}' is also the name of a link; frames need names of their own"
+                    ("frames", name),
+                    f"'{name}' is also the name of a link; frames need names of their own",
                 )
             self._require(frame["link"], self.places, ("frames", name, "link"), "link or frame")
         for name in self.frames:
             self._carrier(name)
-        self._require(self.document.data["end_effector"]["link"], self.places, ("end_effector", "link"), "link")
+        self._require(
+            self.document.data["end_effector"]["link"],
+            self.places,
+            ("end_effector", "link"),
+            "link",
+        )
 
     def _joints(self) -> None:
         links = list(dict.fromkeys([self.base, *self.links]))
@@ -99,13 +118,15 @@ class _Names:
             self._require(child, links, (*path, "child"), "link")
             if child == self.base:
                 raise self.document.error(
-                    (*path, "child"), f"the base '{self.base}' cannot be a child; swap parent and child"
+                    (*path, "child"),
+                    f"the base '{self.base}' cannot be a child; swap parent and child",
                 )
             if child in self.parent_joint:
                 raise self.document.error(
                     (*path, "child"),
-                    f"link '{child}' already hangs on joint '{self.parent_joint[child]}'; a link has one joint to its "
-                    "parent: close the second connection with a loop or a closure",
+                    f"link '{child}' already hangs on joint '{self.parent_joint[child]}'; a link"
+                    " has one joint to its parent: close the second connection with a loop or a"
+                    " closure",
                 )
             self.parent_joint[child] = name
             if "mimic" in joint:
@@ -118,7 +139,9 @@ class _Names:
         seen = [name]
         while "mimic" in self.joints[source]:
             if source in seen:
-                raise self.document.error(path, f"'{name}' follows itself ({' -> '.join([*seen, source])})")
+                raise self.document.error(
+                    path, f"'{name}' follows itself ({' -> '.join([*seen, source])})"
+                )
             seen.append(source)
             source = self.joints[source]["mimic"]["joint"]
             if source not in self.joints:
@@ -138,8 +161,14 @@ class _Names:
     def _base(self) -> None:
         """One link that hangs on nothing, where no other is the base, is the base under another name."""
         named = "base" in self.document.data or self.base in self.links
-        tied = {link for entry in self.document.data.get("closures", {}).values() for link in entry["between"]}
-        hung = {joint["parent"] for joint in self.joints.values()} | {frame["link"] for frame in self.frames.values()}
+        tied = {
+            link
+            for entry in self.document.data.get("closures", {}).values()
+            for link in entry["between"]
+        }
+        hung = {joint["parent"] for joint in self.joints.values()} | {
+            frame["link"] for frame in self.frames.values()
+        }
         loose = [link for link in self.links if link not in self.parent_joint]
         if named and self.base not in {*self.links, *hung, *tied}:
             hint = nearest(self.base, loose or self.links)
@@ -147,13 +176,19 @@ class _Names:
             problem = f"there is no link '{self.base}'{hint}; known: {', '.join(self.links)}"
             raise self.document.error(("base",), problem)
         if not named and self.base not in hung and len(loose) == 1:
-            problem = f"hangs on no joint, and no link is called '{self.base}'; if it is what does not move, write"
-            raise self.document.error(("links", loose[0]), f"{problem} `base: {loose[0]}`, or call it '{self.base}'")
+            problem = (
+                f"hangs on no joint, and no link is called '{self.base}'; if it is what does not"
+                " move, write"
+            )
+            raise self.document.error(
+                ("links", loose[0]), f"{problem} `base: {loose[0]}`, or call it '{self.base}'"
+            )
 
     def _reaches_base(self, link: str) -> None:
         if link != self.base and link not in self.parent_joint:
             raise self.document.error(
-                ("links", link), "no joint has this link as its child; add the joint or remove the link"
+                ("links", link),
+                "no joint has this link as its child; add the joint or remove the link",
             )
         seen = [link]
         while seen[-1] != self.base:

@@ -13,7 +13,9 @@ SLIDE = (
     20.0,
 )  # [m] a stroke that long, and so many times longer than the robot reaches, is written in millimetres
 OUTSIDE = 4.0  # times the reach of the robot, that no link's mass is from its centre of mass
-LONGEST = 250.0  # [m] the longest machine that moves on land, a bucket-wheel excavator, is 225 m long
+LONGEST = (
+    250.0  # [m] the longest machine that moves on land, a bucket-wheel excavator, is 225 m long
+)
 Part = tuple[float, Path_]  # a length [m], and where it is written
 
 
@@ -25,8 +27,13 @@ def doubt_lengths(document: Document, robot: RobotDescription) -> None:
     _doubt_inertias(document, robot, reach)
     if reach > LONGEST:
         length, path = max(farthest, key=lambda part: part[0])
-        told = f"{length:.4g} m, and the robot reaches {reach:.4g} m from its base: are these millimetres?"
-        document.doubt(path, f"{told} Lengths are in metres: {length:.4g} mm are written {length / 1000.0:.4g}")
+        told = (
+            f"{length:.4g} m, and the robot reaches {reach:.4g} m from its base: are these"
+            " millimetres?"
+        )
+        document.doubt(
+            path, f"{told} Lengths are in metres: {length:.4g} mm are written {length / 1000.0:.4g}"
+        )
 
 
 def _farthest(robot: RobotDescription) -> list[Part]:
@@ -42,7 +49,9 @@ def _farthest(robot: RobotDescription) -> list[Part]:
             link = joint.parent
         return parts
 
-    ends = [[_part(link.com, ("links", name, "com")), *way(name)] for name, link in robot.links.items()]
+    ends = [
+        [_part(link.com, ("links", name, "com")), *way(name)] for name, link in robot.links.items()
+    ]
     for name, frame in robot.frames.items():
         path: Path_ = ("end_effector",) if name == robot.end_effector else ("frames", name)
         ends.append([_part(frame.translation, path), *way(frame.link)])
@@ -58,14 +67,19 @@ def _doubt_inertias(document: Document, robot: RobotDescription, reach: float) -
     for name, link in robot.links.items():
         moment = float(np.trace(link.inertia)) / 2.0
         away = np.sqrt(moment / link.mass) if link.mass else 0.0
-        if reach > 0.0 and away > OUTSIDE * reach and "inertia" in (document.data["links"].get(name) or {}):
+        if (
+            reach > 0.0
+            and away > OUTSIDE * reach
+            and "inertia" in (document.data["links"].get(name) or {})
+        ):
             told = (
-                f"its {link.mass:.4g} kg would have to be {away:.3g} m from its centre of mass, and the robot reaches"
+                f"its {link.mass:.4g} kg would have to be {away:.3g} m from its centre of mass, and"
+                " the robot reaches"
             )
             document.doubt(
                 ("links", name, "inertia"),
-                f"{told} {reach:.3g} m: are these g mm^2 or kg mm^2? Inertias are in kg m^2: 1 kg mm^2 is 1e-6, "
-                "1 g mm^2 is 1e-9",
+                f"{told} {reach:.3g} m: are these g mm^2 or kg mm^2? Inertias are in kg m^2: 1 kg"
+                " mm^2 is 1e-6, 1 g mm^2 is 1e-9",
             )
 
 
@@ -74,9 +88,19 @@ def _doubt_strokes(document: Document, robot: RobotDescription, reach: float) ->
     least, times = SLIDE
     for name, joint in robot.joints.items():
         limit = max((abs(end) for end in joint.limits if np.isfinite(end)), default=0.0)
-        if joint.type == "prismatic" and limit >= least and limit > times * reach and not _stands_for_none(limit):
-            told = f"{limit:g} m, and the robot reaches {reach:.4g} m from its base: are these millimetres?"
-            document.doubt(("joints", name, "limits"), f"{told} {limit:g} mm are written {limit / 1000.0:g}")
+        if (
+            joint.type == "prismatic"
+            and limit >= least
+            and limit > times * reach
+            and not _stands_for_none(limit)
+        ):
+            told = (
+                f"{limit:g} m, and the robot reaches {reach:.4g} m from its base: are these"
+                " millimetres?"
+            )
+            document.doubt(
+                ("joints", name, "limits"), f"{told} {limit:g} mm are written {limit / 1000.0:g}"
+            )
 
 
 def _stands_for_none(limit: float) -> bool:

@@ -8,8 +8,12 @@ from ..document import Document, Path_
 from ..places import Places
 from ..values import Numbers
 
-MANY_TIMES = 500.0  # of the median of the others: grams make a link a thousand times as heavy as it is
-NEXT = 50.0  # of the next heaviest: a platform on light rods and crosses is not ten times as heavy as the next link
+MANY_TIMES = (
+    500.0  # of the median of the others: grams make a link a thousand times as heavy as it is
+)
+# of the next heaviest: a platform on light rods and crosses is not ten times as heavy as the next
+# link
+NEXT = 50.0
 OTHERS = 2  # links with a mass that there have to be beside it
 
 
@@ -29,5 +33,9 @@ def doubt_masses(document: Document, numbers: Numbers, places: Places, base: str
     *others, (mass, path) = sorted(found, key=lambda part: part[0])
     usual = median(other for other, _ in others)
     if mass > MANY_TIMES * usual and mass > NEXT * others[-1][0]:
-        told = f"{mass:.4g} kg, and the median of the other links is {usual:.3g} kg: are these grams?"
-        document.doubt(path, f"{told} Masses are in kilograms: {mass:.4g} g are written {mass / 1000.0:.4g}")
+        told = (
+            f"{mass:.4g} kg, and the median of the other links is {usual:.3g} kg: are these grams?"
+        )
+        document.doubt(
+            path, f"{told} Masses are in kilograms: {mass:.4g} g are written {mass / 1000.0:.4g}"
+        )

@@ -21,7 +21,11 @@ from .examples import example
 @cache
 def robot_schema() -> dict[str, Any]:
     """The JSON Schema of format 1, as shipped beside this module."""
-    text = resources.files("hybrid_dynamics_core.description").joinpath("robot.schema.json").read_text(encoding="utf-8")
+    text = (
+        resources.files("hybrid_dynamics_core.description")
+        .joinpath("robot.schema.json")
+        .read_text(encoding="utf-8")
+    )
     schema: dict[str, Any] = json.loads(text)
     return schema
 
@@ -32,7 +36,9 @@ def check_schema(document: Document, part: str = "") -> None:
     if part:
         schema = {"$defs": schema["$defs"], **schema["$defs"][part]}
     if not isinstance(document.data, dict):
-        raise document.error((), f"expected a mapping with the keys {', '.join(list(schema['properties'])[:6])}, ...")
+        raise document.error(
+            (), f"expected a mapping with the keys {', '.join(list(schema['properties'])[:6])}, ..."
+        )
     validator = jsonschema.Draft202012Validator(schema)
     error = best_match(validator.iter_errors(document.data), key=_relevance)
     if error is None:
@@ -43,11 +49,17 @@ def check_schema(document: Document, part: str = "") -> None:
 
 
 def _relevance(error: Any) -> Any:
-    return (-len(error.absolute_path), error.validator == "additionalProperties")  # a slip in a key explains the rest
+    return (
+        -len(error.absolute_path),
+        error.validator == "additionalProperties",
+    )  # a slip in a key explains the rest
 
 
 def _extra_key(error: Any) -> str | None:
-    if error.validator != "additionalProperties" or error.schema.get("additionalProperties") is not False:
+    if (
+        error.validator != "additionalProperties"
+        or error.schema.get("additionalProperties") is not False
+    ):
         return None
     return next(str(key) for key in error.instance if key not in error.schema.get("properties", {}))
 
@@ -69,7 +81,9 @@ OTHER_WORDS = {  # what other formats and people call the keys
 _MISSING = {  # how they are written
     "format": "write `format: 1`, the version of this format",
     "active": "name the driven joints, as in `active: [q1, q2]`",
-    "end_effector": "name the link that carries the tool, as in `end_effector: {link: hand, xyz: [0.1, 0, 0]}`",
+    "end_effector": (
+        "name the link that carries the tool, as in `end_effector: {link: hand, xyz: [0.1, 0, 0]}`"
+    ),
     "axis": "the direction along which it moves or about which it turns, as in `axis: z`",
 }
 _KINDS = {"object": "a mapping", "array": "a list", "string": "text", "number": "a number"}
@@ -79,7 +93,10 @@ def _words(error: Any, extra: str | None) -> str:
     if extra is not None:
         known = list(error.schema.get("properties", {}))
         if {"type", "k1"} <= {*known} and extra in ("kind", "between"):  # a closure among the loops
-            return "unknown key of a loop of Type A to D; a closure, with kind and between, stands under 'closures'"
+            return (
+                "unknown key of a loop of Type A to D; a closure, with kind and between, stands"
+                " under 'closures'"
+            )
         comma = comma_in_mapping(error.instance, extra)
         if comma:
             return f"unknown key{comma}"
@@ -88,7 +105,9 @@ def _words(error: Any, extra: str | None) -> str:
         return f"unknown key{hint}; known keys: {', '.join(known)}"
     told = error.absolute_path and "description" in error.schema
     hint = f" ({error.schema['description']})" if told else ""
-    say = _SAY.get(error.validator, lambda e: f"is {_short(e.instance)}; expected something else: {e.message}")
+    say = _SAY.get(
+        error.validator, lambda e: f"is {_short(e.instance)}; expected something else: {e.message}"
+    )
     shown = example(tuple(error.absolute_path), error.instance) if error.validator == "type" else ""
     return say(error) + hint + shown
 
@@ -100,13 +119,20 @@ def _say_missing(error: Any) -> str:
 
 
 def _say_type(error: Any) -> str:
-    wanted = error.schema["type"] if isinstance(error.schema["type"], list) else [error.schema["type"]]
-    return f"is {_short(error.instance)}; expected {' or '.join(_KINDS.get(str(kind), str(kind)) for kind in wanted)}"
+    wanted = (
+        error.schema["type"] if isinstance(error.schema["type"], list) else [error.schema["type"]]
+    )
+    return (
+        f"is {_short(error.instance)}; expected"
+        f" {' or '.join(_KINDS.get(str(kind), str(kind)) for kind in wanted)}"
+    )
 
 
 def _say_size(error: Any) -> str:
     wanted = error.schema.get("minItems", error.schema.get("minProperties"))
-    split = isinstance(error.instance, list) and any(str(v).count("(") != str(v).count(")") for v in error.instance)
+    split = isinstance(error.instance, list) and any(
+        str(v).count("(") != str(v).count(")") for v in error.instance
+    )
     hint = "; put an expression with a comma in quotes" if split else ""
     if isinstance(error.instance, list) and not hint:
         hint = comma_in_list(error.instance, wanted)
@@ -117,8 +143,14 @@ def _say_size(error: Any) -> str:
 
 def _say_beside(error: Any) -> str:
     given = [key for key in error.schema["dependentRequired"] if key in error.instance]
-    wanted = {other for key in given for other in error.schema["dependentRequired"][key]} - {*error.instance}
-    told, verb, them = " and ".join(given), agreed(len(given), "needs", "need"), agreed(len(given), "it", "them")
+    wanted = {other for key in given for other in error.schema["dependentRequired"][key]} - {
+        *error.instance
+    }
+    told, verb, them = (
+        " and ".join(given),
+        agreed(len(given), "needs", "need"),
+        agreed(len(given), "it", "them"),
+    )
     return f"{told} {verb} {', '.join(repr(key) for key in sorted(wanted))} beside {them}"
 
 
@@ -130,7 +162,11 @@ def _say_choice(error: Any) -> str:
 
 def _say_name(error: Any) -> str:
     name = str(error.instance)
-    hint = f"; if it is part of a number, decimals are written with a point, as 0.{name}" if name.isdigit() else ""
+    hint = (
+        f"; if it is part of a number, decimals are written with a point, as 0.{name}"
+        if name.isdigit()
+        else ""
+    )
     return f"'{name}' is not a valid name: letters, digits and _, a letter first, at most 64{hint}"
 
 
@@ -146,7 +182,9 @@ _SAY: dict[str, Callable[[Any], str]] = {
     "const": lambda e: f"is {e.instance!r}; expected {e.schema['const']!r}",
     "not": lambda e: f"has keys that exclude each other: {', '.join(e.instance)}",
     "minLength": lambda _: "is empty; expected a name",
-    "maxLength": lambda e: f"{_short(e.instance)} is longer than {e.schema['maxLength']} characters",
+    "maxLength": lambda e: (
+        f"{_short(e.instance)} is longer than {e.schema['maxLength']} characters"
+    ),
     "minimum": lambda e: f"is {e.instance}; expected {e.schema['minimum']} or more",
     "oneOf": lambda e: f"is {_short(e.instance)}; expected another form",
     "uniqueItems": lambda e: f"names one entry twice: {_short(e.instance)}",

@@ -1,7 +1,9 @@
 """Denavit-Hartenberg rows -> joints, in both conventions.
 
-Standard:  T = Rz(theta) Tz(d) Tx(a) Rx(alpha). The joint moves about or along z of the link before, so its constant
-part behind the joint, Tx(a) Rx(alpha), becomes the frame in which the link's data are given: the link's frame stays the
+Standard:  T = Rz(theta) Tz(d) Tx(a) Rx(alpha). The joint moves about or along z of the link before,
+so its constant
+part behind the joint, Tx(a) Rx(alpha), becomes the frame in which the link's data are given: the
+link's frame stays the
 Denavit-Hartenberg frame.
 Modified (Craig):  T = Rx(alpha) Tx(a) Rz(theta) Tz(d). The link's frame stands at its own joint.
 """
@@ -22,11 +24,19 @@ def expand_chain(document: Document) -> None:
         return
     parent = chain.get("base", document.data.get("base", "base"))
     for k, row in enumerate(chain["rows"]):
-        _expand_row(document, row, row.get("parent", parent), ("chain", "rows", k), chain["convention"] == "standard")
+        _expand_row(
+            document,
+            row,
+            row.get("parent", parent),
+            ("chain", "rows", k),
+            chain["convention"] == "standard",
+        )
         parent = row["child"]
 
 
-def _expand_row(document: Document, row: dict[str, Any], parent: str, written: Path_, standard: bool) -> None:
+def _expand_row(
+    document: Document, row: dict[str, Any], parent: str, written: Path_, standard: bool
+) -> None:
     theta, d, a, alpha = (row.get(key, 0) for key in ("theta", "d", "a", "alpha"))
     about_z = {"xyz": [0, 0, d], "rpy": [0, 0, theta]}
     about_x = {"xyz": [a, 0, 0], "rpy": [alpha, 0, 0]}
@@ -40,7 +50,9 @@ def _expand_row(document: Document, row: dict[str, Any], parent: str, written: P
     joint |= {key: row[key] for key in COPIED if key in row}
     path = ("joints", row["joint"])
     document.add(path, joint, written)
-    document.alias((*path, "parent"), (*written, "parent") if "parent" in row else (*written[:1], "base"))
+    document.alias(
+        (*path, "parent"), (*written, "parent") if "parent" in row else (*written[:1], "base")
+    )
     about_z_path = (*path, "origin", 0 if standard else 1)
     document.alias((*about_z_path, "xyz", 2), (*written, "d"))
     document.alias((*about_z_path, "rpy", 2), (*written, "theta"))

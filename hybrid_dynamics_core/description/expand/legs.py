@@ -21,7 +21,9 @@ def expand_legs(document: Document) -> None:
         _add_closure(document, name, leg, parent)
 
 
-def _add_joint(document: Document, entry: dict[str, Any], parent: str, child: str, written: Path_) -> None:
+def _add_joint(
+    document: Document, entry: dict[str, Any], parent: str, child: str, written: Path_
+) -> None:
     body = ("links", child)
     document.add(body, entry.get("body", {}), written)
     for key in entry.get("body", {}):

@@ -1,7 +1,8 @@
 """Modules: a template with numbers put in, standing on a link or frame of the robot.
 
-Names of a template are its own. In the robot its links and frames are called MODULE_NAME, its joints and closures
-PREFIX + NAME (no prefix unless one is given), and <leg> is the label of a leg; `on` is what the module stands on.
+Names of a template are its own. In the robot its links and frames are called MODULE_NAME, its
+joints and closures PREFIX + NAME (no prefix unless one is given), and <leg> is the label of a leg;
+`on` is what the module stands on.
 """
 
 from __future__ import annotations
@@ -33,7 +34,12 @@ def expand_modules(document: Document) -> None:
 
 class _Module:
     def __init__(
-        self, document: Document, numbers: Numbers, name: str, entry: Mapping[str, Any], template: Template
+        self,
+        document: Document,
+        numbers: Numbers,
+        name: str,
+        entry: Mapping[str, Any],
+        template: Template,
     ) -> None:
         self.document, self.numbers, self.name, self.entry = document, numbers, name, entry
         self.template = template
@@ -48,7 +54,8 @@ class _Module:
         labels = [str(label) for label in self.entry.get("legs", told)]
         if len(labels) != len(told):
             problem = (
-                f"has {counted(len(labels), 'name')}; the template {self.template.name} has {counted(len(told), 'leg')}"
+                f"has {counted(len(labels), 'name')}; the template {self.template.name} has"
+                f" {counted(len(told), 'leg')}"
             )
             raise self.document.error((*self.path, "legs"), problem)
         return labels
@@ -62,7 +69,8 @@ class _Module:
         self.document.add(("frames", name), on, (*self.path, "on"))
         return name
 
-    # -- numbers -----------------------------------------------------------------------------------------------
+    # -- numbers
+    # -----------------------------------------------------------------------------------------------
 
     def expand(self) -> None:
         scope: dict[str, float] = {}
@@ -73,9 +81,13 @@ class _Module:
         for label in self._scopes(scope):
             self._sections(*label)
 
-    def _scopes(self, scope: dict[str, float]) -> list[tuple[Mapping[str, Any], dict[str, float], str | None]]:
+    def _scopes(
+        self, scope: dict[str, float]
+    ) -> list[tuple[Mapping[str, Any], dict[str, float], str | None]]:
         """What is added: once for the module, then for each leg; with the names its expressions may use."""
-        parts: list[tuple[Mapping[str, Any], dict[str, float], str | None]] = [(self.template.data, scope, None)]
+        parts: list[tuple[Mapping[str, Any], dict[str, float], str | None]] = [
+            (self.template.data, scope, None)
+        ]
         for index, label in enumerate(self.labels):
             own = {**scope, "index": float(index), "count": float(len(self.labels))}
             self._parameters(own, self.legs.get("parameters", {}), index)
@@ -89,23 +101,38 @@ class _Module:
         for name, value in self.entry.get("parameters", {}).items():
             path = (*self.path, "parameters", name)
             if name not in known:
-                problem = f"the template {self.template.name} has no parameter '{name}'{nearest(name, known)}"
+                problem = (
+                    f"the template {self.template.name} has no parameter"
+                    f" '{name}'{nearest(name, known)}"
+                )
                 raise self.document.error(path, f"{problem}; known: {', '.join(known)}")
             if isinstance(value, list) and name in own:
-                raise self.document.error(path, "is a list; this parameter is one number for the whole module")
+                raise self.document.error(
+                    path, "is a list; this parameter is one number for the whole module"
+                )
             if isinstance(value, list) and len(value) != len(self.labels):
                 count = counted(len(value), "entry", "entries")
-                problem = f"has {count}; expected one number, or {len(self.labels)}: one for each leg"
+                problem = (
+                    f"has {count}; expected one number, or {len(self.labels)}: one for each leg"
+                )
                 raise self.document.error(path, problem)
 
     def _check_joints(self) -> None:
-        known = [name for part in (self.template.data, self.legs) for name in part.get("joints", {})]
+        known = [
+            name for part in (self.template.data, self.legs) for name in part.get("joints", {})
+        ]
         for name in self.entry.get("joints", {}):
             if name not in known:
-                problem = f"the template {self.template.name} has no joint '{name}'{nearest(name, known)}"
-                raise self.document.error((*self.path, "joints", name), f"{problem}; known: {', '.join(known)}")
+                problem = (
+                    f"the template {self.template.name} has no joint '{name}'{nearest(name, known)}"
+                )
+                raise self.document.error(
+                    (*self.path, "joints", name), f"{problem}; known: {', '.join(known)}"
+                )
 
-    def _parameters(self, scope: dict[str, float], parameters: Mapping[str, Any], leg: int | None) -> None:
+    def _parameters(
+        self, scope: dict[str, float], parameters: Mapping[str, Any], leg: int | None
+    ) -> None:
         given = self.entry.get("parameters", {})
         for name, told in parameters.items():
             path = (*self.path, "parameters", name)
@@ -117,7 +144,9 @@ class _Module:
             elif "default" in told:
                 scope[name] = self._evaluate(told["default"], scope, f"default of {name}")
             else:
-                problem = f"missing '{name}', {told['about']}; the template {self.template.name} needs it"
+                problem = (
+                    f"missing '{name}', {told['about']}; the template {self.template.name} needs it"
+                )
                 raise self.document.error((*self.path, "parameters"), problem)
             self._check_range(scope[name], told, path)
 
@@ -138,12 +167,17 @@ class _Module:
         try:
             return evaluate(value, scope) if isinstance(value, str) else float(value)
         except (ValueError, OverflowError) as error:
-            problem = f"these parameters do not fit: {error} (template {self.template.name}: {what})"
+            problem = (
+                f"these parameters do not fit: {error} (template {self.template.name}: {what})"
+            )
             raise self.document.error((*self.path, "parameters"), problem) from error
 
-    # -- entries -----------------------------------------------------------------------------------------------
+    # -- entries
+    # -----------------------------------------------------------------------------------------------
 
-    def _sections(self, part: Mapping[str, Any], scope: Mapping[str, float], label: str | None) -> None:
+    def _sections(
+        self, part: Mapping[str, Any], scope: Mapping[str, float], label: str | None
+    ) -> None:
         for section in SECTIONS:
             for name, entry in part.get(section, {}).items():
                 self._add(section, name, _filled(entry, label), scope, label)
@@ -154,7 +188,9 @@ class _Module:
                 if name not in reference and own not in self.document.section("reference"):
                     self._add("reference", name, 0, scope, label)
 
-    def _add(self, section: str, name: str, entry: Any, scope: Mapping[str, float], label: str | None) -> None:
+    def _add(
+        self, section: str, name: str, entry: Any, scope: Mapping[str, float], label: str | None
+    ) -> None:
         local = _filled(name, label)
         full = f"{self.name}_{local}" if section in ("links", "frames") else self._joint(local)
         if section == "reference" and full in self.document.section("reference"):
@@ -164,7 +200,9 @@ class _Module:
         mend = "give this module other leg names (legs) or a prefix"
         if section == "joints":
             entry = {**entry, **self._told(name, full)}
-        self.document.add((section, full), self._renamed(section, entry, origin), origin, scope, mend)
+        self.document.add(
+            (section, full), self._renamed(section, entry, origin), origin, scope, mend
+        )
         if section == "joints" and entry["parent"] == "on":
             self.document.alias((section, full, "parent"), (*self.path, "on"))
 
@@ -181,9 +219,16 @@ class _Module:
     def _renamed(self, section: str, entry: Any, origin: Origin) -> Any:
         """The entry with the template's names of links replaced by the robot's."""
         if section == "joints":
-            return {**entry, "parent": self._link(entry["parent"], origin), "child": self._link(entry["child"], origin)}
+            return {
+                **entry,
+                "parent": self._link(entry["parent"], origin),
+                "child": self._link(entry["child"], origin),
+            }
         if section == "closures":
-            return {**entry, "between": {self._link(k, origin): v for k, v in entry["between"].items()}}
+            return {
+                **entry,
+                "between": {self._link(k, origin): v for k, v in entry["between"].items()},
+            }
         if section == "frames":
             return {**entry, "link": self._link(entry["link"], origin)}
         return entry
@@ -193,9 +238,16 @@ class _Module:
             return self.on
         known = [name for part in ("links", "frames") for name in self.template.data.get(part, {})]
         of_legs = [name for part in ("links", "frames") for name in self.legs.get(part, {})]
-        if local not in known and not any(local == _filled(name, label) for name in of_legs for label in self.labels):
-            problem = f"the template has no link '{local}'{nearest(local, [*known, *of_legs])} ({origin.note}); "
-            raise self.document.error(origin.path, f"{problem}known: on, {', '.join([*known, *of_legs])}")
+        if local not in known and not any(
+            local == _filled(name, label) for name in of_legs for label in self.labels
+        ):
+            problem = (
+                f"the template has no link '{local}'{nearest(local, [*known, *of_legs])}"
+                f" ({origin.note}); "
+            )
+            raise self.document.error(
+                origin.path, f"{problem}known: on, {', '.join([*known, *of_legs])}"
+            )
         return f"{self.name}_{local}"
 
 

@@ -27,7 +27,9 @@ class Template:
 
 def shipped_templates() -> tuple[str, ...]:
     """Names that need no path."""
-    return tuple(sorted(_shipped(f.name).name for f in _FOLDER.iterdir() if f.name.endswith(".yaml")))
+    return tuple(
+        sorted(_shipped(f.name).name for f in _FOLDER.iterdir() if f.name.endswith(".yaml"))
+    )
 
 
 def find_template(document: Document, name: str, path: Path_) -> Template:
@@ -38,11 +40,17 @@ def find_template(document: Document, name: str, path: Path_) -> Template:
     if name.endswith((".yaml", ".yml")):
         folder = Path(document.file).parent if document.file else Path()
         if not (folder / name).is_file():
-            raise document.error(path, f"there is no file {folder / name}; the path starts at the folder of this file")
+            raise document.error(
+                path,
+                f"there is no file {folder / name}; the path starts at the folder of this file",
+            )
         return _parse(read_text(folder / name), folder / name)
     if name not in shipped_templates():
         known = [*own, *shipped_templates()]
-        problem = f"there is no template '{name}'{nearest(name, known)}; known: {', '.join(known)}, or a path to a file"
+        problem = (
+            f"there is no template '{name}'{nearest(name, known)}; known: {', '.join(known)}, or a"
+            " path to a file"
+        )
         raise document.error(path, problem)
     return _shipped(name.replace("/", "-") + ".yaml")
 

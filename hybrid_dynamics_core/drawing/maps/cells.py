@@ -1,7 +1,7 @@
 """Cells of a map: each keeps the sample that counts there, and steps from those kept find samples for their neighbours.
 
-The idea is that of illumination by elites, Mouret and Clune 2015 (arXiv 1504.04909). A cell is known only where a
-sample was closed within all limits: a map shows nothing that was not reached.
+The idea is that of illumination by elites, Mouret and Clune 2015 (arXiv 1504.04909). A cell is
+known only where a sample was closed within all limits: a map shows nothing that was not reached.
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 from ...ground.arrays import Array
 from ...kinematics.workspace import Margins
 
-Judge = Callable[[Margins], Array]  # (N,) of which a cell keeps the least; NaN for samples that do not count
+Judge = Callable[
+    [Margins], Array
+]  # (N,) of which a cell keeps the least; NaN for samples that do not count
 Place = Callable[[Margins], Array]  # (N, 2) where samples are on the map [m]
 
 _PATIENCE: Final = 20  # rounds in which nothing better is found about a cell, before it is left
@@ -85,14 +87,19 @@ class Cells:
         """Keep what is better than what its cell has."""
         values = self._judge(samples)
         index = np.floor((self._place(samples) - self.grid.low) / self.grid.size)
-        rows = np.flatnonzero(np.isfinite(values) & ((index >= 0.0) & (index < self.grid.shape)).all(axis=1))
+        rows = np.flatnonzero(
+            np.isfinite(values) & ((index >= 0.0) & (index < self.grid.shape)).all(axis=1)
+        )
         cells = index[rows].astype(np.int64) @ np.array([self.grid.shape[1], 1])
         order = np.lexsort((values[rows], cells))
         cells, first = np.unique(cells[order], return_index=True)
         rows = rows[order][first]
         self._left[cells[values[rows] < self._best[cells] - self._gain]] = _PATIENCE
         better = values[rows] < self._best[cells]
-        self._best[cells[better]], self._u[cells[better]] = values[rows[better]], samples.u[rows[better]]
+        self._best[cells[better]], self._u[cells[better]] = (
+            values[rows[better]],
+            samples.u[rows[better]],
+        )
 
     def leave(self, which: NDArray[np.bool_]) -> None:
         """No more steps from these cells (shape)."""
@@ -101,8 +108,9 @@ class Cells:
     def about(self, box: Array, most: int, rng: np.random.Generator) -> Array:
         """(M, n) new samples within a box (n, 2), one from each cell that is not left yet, M at most `most`.
 
-        A third of the steps goes along the line through a neighbour's sample, a third into any direction, with some
-        coordinates kept so that what lies on a limit stays there, and a third is the sum of two such.
+        A third of the steps goes along the line through a neighbour's sample, a third into any
+        direction, with some coordinates kept so that what lies on a limit stays there, and a third
+        is the sum of two such.
         """
         cells = np.flatnonzero(self._left > 0)
         if len(cells) > most:
@@ -117,7 +125,9 @@ class Cells:
 
     def _beside(self, cells: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np.int64]:
         """A known cell near each of these, or itself."""
-        near = np.stack(np.divmod(cells, self.grid.shape[1])) + rng.integers(-_NEAR, _NEAR + 1, (2, len(cells)))
+        near = np.stack(np.divmod(cells, self.grid.shape[1])) + rng.integers(
+            -_NEAR, _NEAR + 1, (2, len(cells))
+        )
         rows, columns = (np.clip(near[k], 0, self.grid.shape[k] - 1) for k in (0, 1))
         others = rows * self.grid.shape[1] + columns
         return np.where(np.isfinite(self._best[others]), others, cells)

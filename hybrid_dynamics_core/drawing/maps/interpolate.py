@@ -18,14 +18,17 @@ from .cells import Cells, Grid, Judge, Place
 
 _LONGER: Final = (40, 240)  # cells over the longer side of a map
 _FINER: Final = 3  # cells of the outline over one of the map
-# Samples at most for colours and for the outline, of those spread evenly. Following loops is slow: what is spread
-# evenly shows much of the colours, and the outline far worse. First what cells are sized for.
+# Samples at most for colours and for the outline, of those spread evenly. Following loops is slow:
+# what is spread evenly shows much of the colours, and the outline far worse. First what cells are
+# sized for.
 _EFFORT: Final = {False: (8.0, 8.0, 8.0), True: (1.0, 0.4, 0.6)}
 _EACH: Final = 5.0  # samples for a cell of the square about a map, on average
 _AT_ONCE: Final = 20_000  # samples in a round
 _DEEP: Final = 2  # cells of the outline: known ones farther inside are no place to look from
 _RIM: Final = 2  # cells at the edge in which the outline is looked for
-_GAPS: Final = 2  # cells: half the width of the gaps between known ones that are taken as missed by chance
+_GAPS: Final = (
+    2  # cells: half the width of the gaps between known ones that are taken as missed by chance
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +51,8 @@ class Map:
 def filled(robot: Robot, workspace: Workspace, places: Sequence[Place], judge: Judge) -> list[Map]:
     """Maps of a workspace that has something reachable, with samples of their own beside those of the workspace.
 
-    Rounds end when no cell gets better, or with a number of samples in proportion to those of the workspace. The same
-    call gives the same maps.
+    Rounds end when no cell gets better, or with a number of samples in proportion to those of the
+    workspace. The same call gives the same maps.
     """
     most, *shares = _EFFORT[robot.follows]
     colours, outline = (int(share * workspace.count) for share in shares)
@@ -58,7 +61,9 @@ def filled(robot: Robot, workspace: Workspace, places: Sequence[Place], judge: J
     reached = samples.reachable
     with Progress(f"map of {robot.name}", colours + outline) as progress:
 
-        def search(maps: Sequence[Cells], cores: Sequence[NDArray[np.bool_]], before: int, budget: int) -> None:
+        def search(
+            maps: Sequence[Cells], cores: Sequence[NDArray[np.bool_]], before: int, budget: int
+        ) -> None:
             taken = 0
             while taken < budget:
                 most = min(_AT_ONCE, budget - taken) // len(maps) + 1
@@ -74,9 +79,14 @@ def filled(robot: Robot, workspace: Workspace, places: Sequence[Place], judge: J
                 progress.update(before + taken)
 
         grids = [Grid.about(place(samples)[reached], longer) for place in places]
-        maps = [Cells(grid, place, judge, samples) for grid, place in zip(grids, places, strict=True)]
+        maps = [
+            Cells(grid, place, judge, samples) for grid, place in zip(grids, places, strict=True)
+        ]
         search(maps, [np.zeros(grid.shape, dtype=np.bool_) for grid in grids], 0, colours)
-        fine = [Cells(grid.finer(_FINER), place, _reached, samples) for grid, place in zip(grids, places, strict=True)]
+        fine = [
+            Cells(grid.finer(_FINER), place, _reached, samples)
+            for grid, place in zip(grids, places, strict=True)
+        ]
         if colours:
             found = margins_at(robot, np.concatenate([cells.u for cells in maps]), workspace.frame)
             for cells in fine:
@@ -84,7 +94,12 @@ def filled(robot: Robot, workspace: Workspace, places: Sequence[Place], judge: J
         cores = [_core(cells.known) for cells in maps]
         search(fine, cores, colours, outline)
     return [
-        Map(cells.grid, cells.kept, rim.grid, binary_closing(core | rim.known, iterations=_GAPS) | core)
+        Map(
+            cells.grid,
+            cells.kept,
+            rim.grid,
+            binary_closing(core | rim.known, iterations=_GAPS) | core,
+        )
         for cells, rim, core in zip(maps, fine, cores, strict=True)
     ]
 

@@ -18,7 +18,13 @@ from ...ground.arrays import Array
 from ...ground.check_arrays import vectors
 from ...ground.suggestions import nearest
 from ...ground.wording import unit
-from ...kinematics.workspace import Margins, SampleStatus, limited_joints, margins_at, sampled_ranges
+from ...kinematics.workspace import (
+    Margins,
+    SampleStatus,
+    limited_joints,
+    margins_at,
+    sampled_ranges,
+)
 from ...robot.robot import Robot
 from ...scene.style import BLUE, INK, QUIET, STEEL, STYLE
 from ..options import Colour
@@ -38,7 +44,9 @@ _DOT: Final[dict[str, Any]] = {
 _BOX: Final = (0.8, 1.52, 5.9, 3.75)  # [in] of the axes
 
 
-def over_figure(robot: Robot, over: tuple[str, str], u: ArrayLike | None, colour: Colour, title: str | None) -> Figure:
+def over_figure(
+    robot: Robot, over: tuple[str, str], u: ArrayLike | None, colour: Colour, title: str | None
+) -> Figure:
     """The map over two active coordinates; the others stay at u (n,), the reference if None."""
     base = robot.reference if u is None else vectors("u", u, robot.active, -1)
     ranges, axes_of = _ranges(robot, over)
@@ -57,9 +65,18 @@ def over_figure(robot: Robot, over: tuple[str, str], u: ArrayLike | None, colour
         top = _margin(axes, lines, samples, colour)
         kinds = _ends(axes, robot, over, ranges)
         axes.plot(*base[k], **_DOT, zorder=3.0)
-        axes.set(xlim=axes_of[0], ylim=axes_of[1], xlabel=_label(robot, over[0]), ylabel=_label(robot, over[1]))
+        axes.set(
+            xlim=axes_of[0],
+            ylim=axes_of[1],
+            xlabel=_label(robot, over[0]),
+            ylabel=_label(robot, over[1]),
+        )
         colour_bar(figure, WORDS[colour], top, _BOX[0] + _BOX[2])
-        taken = "reference configuration" if np.array_equal(base, robot.reference) else "configuration given"
+        taken = (
+            "reference configuration"
+            if np.array_equal(base, robot.reference)
+            else "configuration given"
+        )
         _key(figure, samples, kinds, taken)
     return figure
 
@@ -69,7 +86,9 @@ def _ranges(robot: Robot, over: tuple[str, str]) -> tuple[Array, Array]:
     for name in over:
         if name not in robot.active:
             hint = nearest(name, robot.active)
-            raise InputError(f"over: '{name}' is not an active joint{hint}; they are {', '.join(robot.active)}")
+            raise InputError(
+                f"over: '{name}' is not an active joint{hint}; they are {', '.join(robot.active)}"
+            )
     if over[0] == over[1]:
         raise InputError(f"over: expected two different active joints, got {over[0]} twice")
     box = sampled_ranges(robot, None)[0][[robot.active.index(name) for name in over]]
@@ -84,14 +103,23 @@ def _margin(axes: Axes, lines: list[Array], samples: Margins, colour: Colour) ->
     height = np.where(closed, np.clip(values.reshape(shape), 0.0, 1.0), np.nan)
     top = top_of([height])
     shade(axes, lines, np.minimum(height, top), top, 1.0)
-    inside = [level for level in _LINES if np.nanmin(height) < level < np.nanmax(height)] if closed.any() else []
+    inside = (
+        [level for level in _LINES if np.nanmin(height) < level < np.nanmax(height)]
+        if closed.any()
+        else []
+    )
     if inside:
         drawn = axes.contour(*lines, height, levels=inside, colors=INK, linewidths=0.7, zorder=1.4)
         _name_lines(axes, drawn, lines)
     beyond = (samples.status == SampleStatus.BEYOND).reshape(shape)
     if beyond.any():
         area = axes.contourf(
-            *lines, beyond.astype(float), levels=[0.5, 2.0], colors="none", hatches=["////"], zorder=1.6
+            *lines,
+            beyond.astype(float),
+            levels=[0.5, 2.0],
+            colors="none",
+            hatches=["////"],
+            zorder=1.6,
         )
         area.set(edgecolor=QUIET, linewidth=0.0)
     return top
@@ -100,7 +128,9 @@ def _margin(axes: Axes, lines: list[Array], samples: Margins, colour: Colour) ->
 def _name_lines(axes: Axes, drawn: ContourSet, lines: list[Array]) -> None:
     """The level of each line, where it is farthest from the ends of the ranges."""
     low, span = np.array([line[0] for line in lines]), np.array([np.ptp(line) for line in lines])
-    least = _CLEAR + _BEYOND / (1.0 + 2.0 * _BEYOND)  # of what is shown, with what lies outside of the ranges
+    least = _CLEAR + _BEYOND / (
+        1.0 + 2.0 * _BEYOND
+    )  # of what is shown, with what lies outside of the ranges
     for level, path in zip(drawn.levels, drawn.get_paths(), strict=True):
         places = np.asarray(path.vertices, dtype=float)
         share = (places - low) / span
@@ -126,7 +156,11 @@ def _ends(axes: Axes, robot: Robot, over: tuple[str, str], ranges: Array) -> set
 
 
 def _held(robot: Robot, over: tuple[str, str], base: Array) -> str:
-    held = [f"{name} = {value:.3g}" for name, value in zip(robot.active, base, strict=True) if name not in over]
+    held = [
+        f"{name} = {value:.3g}"
+        for name, value in zip(robot.active, base, strict=True)
+        if name not in over
+    ]
     return f"held: {', '.join(held)}" if held else "all active joints"
 
 
@@ -148,5 +182,12 @@ def _key(figure: Figure, samples: Margins, kinds: set[str], taken: str) -> None:
         entries.append((Patch(facecolor="white", edgecolor=QUIET, hatch="////"), "beyond a limit"))
     handles, texts = zip(*entries, strict=True)
     figure.legend(
-        handles, texts, loc="lower left", bbox_to_anchor=(0.11, 0.11), ncols=3, fontsize=8, frameon=False, borderpad=0.0
+        handles,
+        texts,
+        loc="lower left",
+        bbox_to_anchor=(0.11, 0.11),
+        ncols=3,
+        fontsize=8,
+        frameon=False,
+        borderpad=0.0,
     )

@@ -30,7 +30,12 @@ _SHAPES: Final = (0.5, 1.5)  # least and greatest height of a panel over its wid
 
 
 def modes_figure(
-    robot: Robot, modes: Sequence[AssemblyMode], own: Mapping[str, str], names: Names, title: str | None, most: int
+    robot: Robot,
+    modes: Sequence[AssemblyMode],
+    own: Mapping[str, str],
+    names: Names,
+    title: str | None,
+    most: int,
 ) -> Figure:
     """The first `most` modes in one view and scale, each under its number and the names of what differs.
 
@@ -52,13 +57,20 @@ def modes_figure(
         rows = math.ceil(len(shown) / columns)
         size = (columns * panel, rows * pitch)
         line = _line(len(shown), len(modes))
-        figure, key = framed(size, scenes, robot.description, title or f"{robot.name}: assembly modes", line)
+        figure, key = framed(
+            size, scenes, robot.description, title or f"{robot.name}: assembly modes", line
+        )
         for place, (k, scene, text) in enumerate(zip(shown, scenes, texts, strict=True)):
             row, column = divmod(place, columns)
             left, bottom = column * panel + _SIDES[0], key + (rows - 1 - row) * pitch + below
             axes = axes_at(figure, (left, bottom, width, height))
             chosen = modes[k].branch == own
-            axes.set_title(text, fontsize=8, color=INK if chosen else QUIET, fontweight="bold" if chosen else "normal")
+            axes.set_title(
+                text,
+                fontsize=8,
+                color=INK if chosen else QUIET,
+                fontweight="bold" if chosen else "normal",
+            )
             paint_scene(axes, scene, names, limits)
             if column:
                 axes.set_ylabel("")
@@ -90,7 +102,10 @@ def _line(count: int, all_: int) -> str:
     """What is shown, and what the names above the panels are."""
     every = f"the {all_} ways" if count == all_ > 1 else f"{count} of the {all_} ways"
     ways = "the one way" if all_ == 1 else every
-    return f"{ways} in which the loops close with the same active joints, as the verb branches numbers and names them"
+    return (
+        f"{ways} in which the loops close with the same active joints, as the verb branches numbers"
+        " and names them"
+    )
 
 
 def _columns(count: int, shape: float) -> int:
@@ -98,7 +113,9 @@ def _columns(count: int, shape: float) -> int:
 
     def unsuited(columns: int) -> float:
         rows = math.ceil(count / columns)
-        return abs(math.log(columns / (rows * (shape + 0.2)) / 1.5)) + 0.4 * (rows * columns - count)
+        return abs(math.log(columns / (rows * (shape + 0.2)) / 1.5)) + 0.4 * (
+            rows * columns - count
+        )
 
     return min(_WIDTHS, key=unsuited)
 

@@ -53,13 +53,18 @@ class Plane:
 def choose_planes(robot: Robot) -> list[Plane]:
     """The plane of a planar robot, that of an arm on a turning column, else three views.
 
-    Of a turning arm every sample is turned back into the plane of the reference: what is shown holds for every angle
-    of the column. Where the column does not turn all round, there is a view from above too.
+    Of a turning arm every sample is turned back into the plane of the reference: what is shown
+    holds for every angle of the column. Where the column does not turn all round, there is a view
+    from above too.
     """
     skeleton = place(robot, robot.close(robot.reference))
     view = choose_view(skeleton)
     if not view.planar:
-        told = (("seen from the front", FRONT), ("seen from the side", SIDE), ("seen from above", TOP))
+        told = (
+            ("seen from the front", FRONT),
+            ("seen from the side", SIDE),
+            ("seen from above", TOP),
+        )
         return [_plane(robot, skeleton, title, plane) for title, plane in told]
     column = _column(skeleton)
     if column is None:
@@ -69,19 +74,31 @@ def choose_planes(robot: Robot) -> list[Plane]:
     k = robot.active.index(column.name)
 
     def turned(samples: Margins) -> Array:
-        back = Rotation.from_rotvec(np.multiply.outer(robot.reference[k] - samples.u[:, k], column.axis))
+        back = Rotation.from_rotvec(
+            np.multiply.outer(robot.reference[k] - samples.u[:, k], column.axis)
+        )
         return np.asarray(column.point + back.apply(samples.position - column.point))
 
-    planes = [_plane(robot, skeleton, f"in the plane of the arm, at any {column.name}", view, turned)]
+    planes = [
+        _plane(robot, skeleton, f"in the plane of the arm, at any {column.name}", view, turned)
+    ]
     if np.ptp(robot.limits[k]) < ROUND:
         planes.append(_plane(robot, skeleton, "seen from above", TOP))
     return planes
 
 
 def _plane(
-    robot: Robot, skeleton: Skeleton, title: str, view: View, positions: Callable[[Margins], Array] | None = None
+    robot: Robot,
+    skeleton: Skeleton,
+    title: str,
+    view: View,
+    positions: Callable[[Margins], Array] | None = None,
 ) -> Plane:
-    return Plane(title, build_scene(robot.description, skeleton, view), positions or (lambda samples: samples.position))
+    return Plane(
+        title,
+        build_scene(robot.description, skeleton, view),
+        positions or (lambda samples: samples.position),
+    )
 
 
 def _column(skeleton: Skeleton) -> PlacedJoint | None:

@@ -33,10 +33,20 @@ WORDS: Final = {
     "singularity": "distance to the nearest singularity of a loop (0 singular, 1 best)",
     "limits": "distance to the nearest limit of a joint (0 there, 1 mid-range)",
 }
-_BEHIND: Final = {"singularity": "least", "limits": "largest"}  # of what lies behind a point of the map
-_GROUND: Final = {"boxstyle": "round,pad=0.1", "facecolor": "white", "alpha": 0.7, "edgecolor": "none"}  # of letters
+_BEHIND: Final = {
+    "singularity": "least",
+    "limits": "largest",
+}  # of what lies behind a point of the map
+_GROUND: Final = {
+    "boxstyle": "round,pad=0.1",
+    "facecolor": "white",
+    "alpha": 0.7,
+    "edgecolor": "none",
+}  # of letters
 _SOFT: Final = 0.8  # [cells] over which values and outline are smoothed
-_BEYOND: Final = 4.0  # [cells] outside of the known ones that get colours, which the outline cuts off
+_BEYOND: Final = (
+    4.0  # [cells] outside of the known ones that get colours, which the outline cuts off
+)
 _HEIGHTS: Final = {1: 4.8, 2: 4.0, 3: 3.6}  # [in] of the panels' axes, at most, by their number
 _WIDTHS: Final = {1: 7.2, 2: 9.0, 3: 11.0}  # [in] of the figure, at most
 _LOWEST: Final = 1e-6  # largest value of a map that is all zero but for rounding
@@ -61,7 +71,9 @@ def values_of(samples: Margins, colour: Colour) -> Array:
     return np.where(samples.reachable, np.clip(value, 0.0, 1.0), np.nan)
 
 
-def workspace_figure(robot: Robot, workspace: Workspace, colour: Colour, title: str | None) -> Figure:
+def workspace_figure(
+    robot: Robot, workspace: Workspace, colour: Colour, title: str | None
+) -> Figure:
     """One panel a plane, in one scale, with the robot in its reference configuration on top."""
     with mpl.rc_context(STYLE):
         planes = choose_planes(robot)
@@ -73,7 +85,10 @@ def workspace_figure(robot: Robot, workspace: Workspace, colour: Colour, title: 
         widths, tallest = sizes[:, 0] * scale, float(sizes[:, 1].max())
         told = _told(workspace)
         above = _ABOVE + _HEAD + _LINE * told.count("\n")
-        size = float(widths.sum()) + len(planes) * sum(_SIDES), tallest * scale + _BELOW + _BAR + above
+        size = (
+            float(widths.sum()) + len(planes) * sum(_SIDES),
+            tallest * scale + _BELOW + _BAR + above,
+        )
         figure = Figure(figsize=(max(size[0], _LEAST), size[1]))
         top = top_of([drawn.values for drawn in panels])
         head(figure, title or f"{robot.name}: workspace", told)
@@ -98,7 +113,10 @@ def _told(workspace: Workspace) -> str:
         if high - low > _FLAT
     )
     chosen = f"; no limits: {', '.join(workspace.assumed)}" if workspace.assumed else ""
-    return fill(f"{', '.join(spans)} m; {100 * workspace.share():.0f} % of the samples reachable{chosen}", 108)
+    return fill(
+        f"{', '.join(spans)} m; {100 * workspace.share():.0f} % of the samples reachable{chosen}",
+        108,
+    )
 
 
 def head(figure: Figure, title: str, line: str) -> None:
@@ -122,7 +140,9 @@ def colour_bar(figure: Figure, text: str, top: float, right: float) -> None:
     text = text if top == 1.0 else f"{text.removesuffix(')')}; colours up to {top:.3g})"
     width = float(figure.get_size_inches()[0])
     axes = axes_at(figure, (_SIDES[0], 0.3, max(min(width - 1.0, _SHORT), right - _SIDES[0]), 0.12))
-    figure.colorbar(ScalarMappable(Normalize(0.0, top), COLOURS), cax=axes, orientation="horizontal")
+    figure.colorbar(
+        ScalarMappable(Normalize(0.0, top), COLOURS), cax=axes, orientation="horizontal"
+    )
     axes.set_title(text, fontsize=8.5, pad=4)
     axes.tick_params(labelsize=8)
 
@@ -138,16 +158,24 @@ def _panel(axes: Axes, plane: Plane, box: Array, drawn: Path | Map, top: float) 
     painter = Painter(axes, plane.scene, sheer=True)
     painter.paint()
     axes.set(xlim=box[:, 0], ylim=box[:, 1], aspect="equal")
-    letters = [replace(letter, style={**letter.style, "bbox": _GROUND}) for letter in painter.letters]
+    letters = [
+        replace(letter, style={**letter.style, "bbox": _GROUND}) for letter in painter.letters
+    ]
     Labeller(axes, painter.covered).place(letters)
 
 
-def _drawn(robot: Robot, workspace: Workspace, planes: Sequence[Plane], colour: Colour) -> Sequence[Path | Map]:
+def _drawn(
+    robot: Robot, workspace: Workspace, planes: Sequence[Plane], colour: Colour
+) -> Sequence[Path | Map]:
     """What each plane shows: a path where one joint is active, else a map."""
     if len(robot.active) == 1 or not workspace.samples.reachable.any():
-        return [_along(plane, workspace.samples.first(workspace.spread), colour) for plane in planes]
+        return [
+            _along(plane, workspace.samples.first(workspace.spread), colour) for plane in planes
+        ]
     sign = 1.0 if colour == "singularity" else -1.0
-    maps = filled(robot, workspace, [plane.points for plane in planes], lambda s: sign * values_of(s, colour))
+    maps = filled(
+        robot, workspace, [plane.points for plane in planes], lambda s: sign * values_of(s, colour)
+    )
     return [replace(each, values=sign * each.values) for each in maps]
 
 
@@ -162,8 +190,13 @@ def _line(axes: Axes, path: Path, top: float) -> None:
     segments = np.stack([path.places[:-1], path.places[1:]], axis=1)
     middle = (path.values[:-1] + path.values[1:]) / 2.0
     good = np.isfinite(middle) & np.isfinite(segments).all(axis=(1, 2))
-    for width, colours in ((6.0, {"colors": INK}), (4.5, {"cmap": COLOURS, "norm": Normalize(0.0, top)})):
-        line = LineCollection(list(segments[good]), linewidths=width, capstyle="round", zorder=0.6, **colours)
+    for width, colours in (
+        (6.0, {"colors": INK}),
+        (4.5, {"cmap": COLOURS, "norm": Normalize(0.0, top)}),
+    ):
+        line = LineCollection(
+            list(segments[good]), linewidths=width, capstyle="round", zorder=0.6, **colours
+        )
         if "cmap" in colours:
             line.set_array(middle[good])
         axes.add_collection(line, autolim=False)
@@ -173,16 +206,22 @@ def _paint(axes: Axes, drawn: Map, top: float) -> None:
     """Filled contours, cut off along the outline."""
     known = np.isfinite(drawn.values)
     weight = np.maximum(gaussian_filter(known.astype(float), _SOFT), 1e-9)
-    values = np.where(known, gaussian_filter(np.where(known, drawn.values, 0.0), _SOFT) / weight, np.nan)
+    values = np.where(
+        known, gaussian_filter(np.where(known, drawn.values, 0.0), _SOFT) / weight, np.nan
+    )
     shade(axes, drawn.grid.middles, np.clip(_spread(values), 0.0, top).T, top, 0.6)
     inside = gaussian_filter(drawn.inside.astype(float), _SOFT).T
     axes.contourf(*drawn.outline.middles, inside, levels=[-1.0, 0.5], colors="white", zorder=0.7)
-    axes.contour(*drawn.outline.middles, inside, levels=[0.5], colors=INK, linewidths=0.9, zorder=0.8)
+    axes.contour(
+        *drawn.outline.middles, inside, levels=[0.5], colors=INK, linewidths=0.9, zorder=0.8
+    )
 
 
 def shade(axes: Axes, middles: Sequence[Array], values: Array, top: float, order: float) -> None:
     """Values (N, M) in [0, top] in their colours; as an image within drawings of lines, which else grow heavy."""
-    areas = axes.contourf(*middles, values, levels=top * LEVELS, cmap=COLOURS, vmin=0.0, vmax=top, zorder=order)
+    areas = axes.contourf(
+        *middles, values, levels=top * LEVELS, cmap=COLOURS, vmin=0.0, vmax=top, zorder=order
+    )
     areas.set_rasterized(True)
 
 

@@ -35,10 +35,19 @@ def draw_ground(axes: Axes, scene: Scene) -> None:
         gid = owner if k == 0 else f"{owner}.{k + 1}"
         if _is_pivot(scene, point):
             corners = [[x, y], [x - 1.8 * unit, foot], [x + 1.8 * unit, foot]]
-            stand = Polygon(corners, facecolor=STEEL, edgecolor=INK, linewidth=1.0, zorder=1.6, joinstyle="round")
+            stand = Polygon(
+                corners,
+                facecolor=STEEL,
+                edgecolor=INK,
+                linewidth=1.0,
+                zorder=1.6,
+                joinstyle="round",
+            )
             stand.set_gid(f"{gid}.stand")
             axes.add_patch(stand)
-        ticks = [[[t, foot], [t - 0.9 * unit, low]] for t in np.linspace(left + 0.7 * unit, right, 8)]
+        ticks = [
+            [[t, foot], [t - 0.9 * unit, low]] for t in np.linspace(left + 0.7 * unit, right, 8)
+        ]
         lines = [[[left, foot], [right, foot]], *ticks]
         hatch = LineCollection(lines, colors=INK, linewidths=[1.5] + [0.8] * len(ticks), zorder=1.5)
         hatch.set_gid(gid)
@@ -47,7 +56,9 @@ def draw_ground(axes: Axes, scene: Scene) -> None:
 
 def _hinges(scene: Scene, point: Array) -> list[Array]:
     """Axes of the hinges that stand at a place of the base."""
-    own = [j for j in scene.skeleton.joints if j.parent == scene.skeleton.base and j.type == "revolute"]
+    own = [
+        j for j in scene.skeleton.joints if j.parent == scene.skeleton.base and j.type == "revolute"
+    ]
     return [j.axis for j in own if np.linalg.norm(j.start - point) < scene.unit]
 
 

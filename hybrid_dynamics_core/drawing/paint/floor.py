@@ -30,8 +30,13 @@ def floor_corners(scene: Scene) -> Array:
     home, tile = _points(scene.standing), tile_side(scene)
     points = np.vstack([home, _points(scene)])
     low, high = points.min(axis=0), points.max(axis=0)
-    (x0, y0), (x1, y1) = tile * np.floor(low[:2] / tile - 0.3), tile * np.ceil(high[:2] / tile + 0.3)
-    level = float(home[:, 2].min()) - (0.0 if any(part.role == "base" for part in scene.parts) else scene.unit)
+    (x0, y0), (x1, y1) = (
+        tile * np.floor(low[:2] / tile - 0.3),
+        tile * np.ceil(high[:2] / tile + 0.3),
+    )
+    level = float(home[:, 2].min()) - (
+        0.0 if any(part.role == "base" for part in scene.parts) else scene.unit
+    )
     return np.array([[x0, y0, level], [x1, y0, level], [x1, y1, level], [x0, y1, level]])
 
 
@@ -41,7 +46,10 @@ def base_axes(scene: Scene) -> list[Stroke]:
     left = corners[int(np.argmin(scene.view.flat(corners)[:, 0]))]
     inward = np.sign(corners.mean(axis=0) - left) * (1.0, 1.0, 0.0)
     place = left + 0.0 * inward
-    return [Stroke(s.owner, "base axes", s.points) for s in triad("base axes", place, np.eye(3), 4.6 * scene.unit)]
+    return [
+        Stroke(s.owner, "base axes", s.points)
+        for s in triad("base axes", place, np.eye(3), 4.6 * scene.unit)
+    ]
 
 
 def draw_floor(axes: Axes, scene: Scene) -> None:
@@ -74,4 +82,6 @@ def _points(scene: Scene) -> Array:
 def _disc(scene: Scene, radius: float) -> Array:
     """(n, 2) a horizontal disc as it is seen."""
     angles = np.linspace(0.0, 2.0 * np.pi, 17)[:-1]
-    return scene.view.flat(radius * np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1))
+    return scene.view.flat(
+        radius * np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
+    )

@@ -19,7 +19,10 @@ _DISTANCES = (2.0, 6.0, 12.0, 20.0, 30.0, 44.0, 60.0, 80.0, 110.0)  # [pt] beyon
 _EDGE = 2.0  # weight of an outline: a line through a name is worse than a ground behind it
 _UNDER = 0.5  # that of an outline under a name on a ground of its own, which hides it
 _ABOVE = 0.2  # of the cost: what a place above is better than one beside
-_PILL, _AIR = 2.5, 2.0  # [pt] around a name that stands on a ground of its own, and around one that does not
+_PILL, _AIR = (
+    2.5,
+    2.0,
+)  # [pt] around a name that stands on a ground of its own, and around one that does not
 _CROSSED = 0.05  # weight of what lies between a name and what it names
 _BODY = 3.0  # of that, more than of what is named itself: something stands between
 _NEAR, _FAR = 0.05, 3e-4  # weights of the distance [1/pt, 1/pt^2]
@@ -86,20 +89,29 @@ class Labeller:
         pad = (_PILL if pill else _AIR) * self.point
         half = np.array([box.width, box.height]) / 2.0 + pad
         anchor = self.axes.transData.transform(label.at)
-        clear = float(np.linalg.norm(self.axes.transData.transform(label.at + np.array([label.clear, 0.0])) - anchor))
+        clear = float(
+            np.linalg.norm(
+                self.axes.transData.transform(label.at + np.array([label.clear, 0.0])) - anchor
+            )
+        )
         best, lead = self._best(anchor, half, clear, _UNDER if pill else _EDGE, label.inside)
         text.set_position((best - anchor) / self.point)
         if lead:
             self._lead(label, _between(anchor, best, half, clear))
         self._remember(best, half)
 
-    def _best(self, anchor: Array, half: Array, clear: float, edge: float, inside: bool) -> tuple[Array, bool]:
+    def _best(
+        self, anchor: Array, half: Array, clear: float, edge: float, inside: bool
+    ) -> tuple[Array, bool]:
         """Centre of the free place nearest to an anchor, and whether a line leads there: far, or across a body.
 
         `edge`: weight of an outline under this name.
         """
         best, lead = anchor, False
-        own = min(self._crossed(anchor, _beside(anchor, way, clear, half), half, clear) for way in _DIRECTIONS)
+        own = min(
+            self._crossed(anchor, _beside(anchor, way, clear, half), half, clear)
+            for way in _DIRECTIONS
+        )
         least = self._cost(anchor, half, edge) - _ABOVE if inside else np.inf
         for distance in _DISTANCES:
             for direction in _DIRECTIONS:
@@ -123,12 +135,19 @@ class Labeller:
 
     def _lead(self, label: Label, ends: Array) -> None:
         self.grid[self._on(ends)] = _LINE
-        self.axes.plot(*self.axes.transData.inverted().transform(ends).T, color=label.colour, linewidth=0.7, zorder=19)
+        self.axes.plot(
+            *self.axes.transData.inverted().transform(ends).T,
+            color=label.colour,
+            linewidth=0.7,
+            zorder=19,
+        )
 
     def _on(self, ends: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Cells, rows and columns, on a line between two points [px], in its order."""
         count = 2 + int(np.linalg.norm(ends[1] - ends[0]) / (0.5 * _CELL))
-        cells = np.floor((np.linspace(ends[0], ends[1], count) - self.origin) / _CELL).astype(np.int64)
+        cells = np.floor((np.linspace(ends[0], ends[1], count) - self.origin) / _CELL).astype(
+            np.int64
+        )
         cells = cells[((cells >= 0) & (cells < self.grid.shape[::-1])).all(axis=1)]
         cells = cells[np.any(np.diff(cells, axis=0, prepend=-1) != 0, axis=1)]
         return cells[:, 1], cells[:, 0]

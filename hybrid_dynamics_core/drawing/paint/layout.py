@@ -17,7 +17,11 @@ _EDGE = 0.16  # [in] left of the text
 
 
 def framed(
-    size: tuple[float, float], scenes: Sequence[Scene], description: RobotDescription, title: str, line: str
+    size: tuple[float, float],
+    scenes: Sequence[Scene],
+    description: RobotDescription,
+    title: str,
+    line: str,
 ) -> tuple[Figure, float]:
     """A figure with room of a size [in] between title and key; the height of the key [in]."""
     width, height = size

@@ -67,7 +67,16 @@ def _loops(scene: Scene, description: RobotDescription) -> list[Entry]:
 
 
 def _disc(face: str, edge: str, size: float = 8.0, width: float = 1.1) -> Line2D:
-    return Line2D([], [], marker="o", linestyle="", markersize=size, color=edge, markerfacecolor=face, mew=width)
+    return Line2D(
+        [],
+        [],
+        marker="o",
+        linestyle="",
+        markersize=size,
+        color=edge,
+        markerfacecolor=face,
+        mew=width,
+    )
 
 
 def _dot(colour: str) -> Line2D:
@@ -85,7 +94,9 @@ def _symbols(scenes: Sequence[Scene]) -> list[Entry]:
     pin, which = _closing(scene, "pin")
     weld, other = _closing(scene, "weld")
     ball, _ = _closing(scene, "ball")
-    cross = Line2D([], [], marker="P", linestyle="", markersize=8, color=INK, markerfacecolor="white", mew=1.0)
+    cross = Line2D(
+        [], [], marker="P", linestyle="", markersize=8, color=INK, markerfacecolor="white", mew=1.0
+    )
     tube = (
         Line2D([], [], color=mix(STEEL, INK, 0.35), linewidth=6.0, solid_capstyle="butt"),
         Line2D([], [], color=INK, linewidth=1.2, solid_capstyle="butt"),
@@ -96,7 +107,11 @@ def _symbols(scenes: Sequence[Scene]) -> list[Entry]:
         (_disc("white", INK), "passive joint", passive),
         (cross, "universal joint", "universal" in kinds),
         ((_disc(ball, deep(ball), 8.5), _dot(pale(ball))), "spherical joint", "ball" in roles),
-        ((_disc("white", deep(pin), 8.0, 2.0), _dot(deep(pin))), f"pin that closes {which} loop", "pin" in roles),
+        (
+            (_disc("white", deep(pin), 8.0, 2.0), _dot(deep(pin))),
+            f"pin that closes {which} loop",
+            "pin" in roles,
+        ),
         (_disc(deep(weld), deep(weld)), f"weld that closes {other} loop", "weld" in roles),
         (tube, "cylinder", "barrel" in roles),
         (carrier, "coordinates of a platform", seen),
@@ -119,7 +134,10 @@ def subtitle(scene: Scene) -> str:
     plane = f"; {plane_of(scene)}" if plane_of(scene) else ""
     if not passive:
         return f"{active} active joint{'s' * (active != 1)}{plane}"
-    return f"{active} active and {passive} passive joint{'s' * (passive != 1)}, {loops} loop{'s' * (loops != 1)}{plane}"
+    return (
+        f"{active} active and {passive} passive joint{'s' * (passive != 1)}, {loops}"
+        f" loop{'s' * (loops != 1)}{plane}"
+    )
 
 
 def plane_of(scene: Scene) -> str:

@@ -22,7 +22,12 @@ from .labels import Label
 
 _CAPPED = ("hinge", "barrel", "block", "collar", "pin", "weld", "rod")
 _LINES = {"axis": (QUIET, (0, (7, 2, 1.2, 2)), 0.7), "carrier": (SHADOW, (0, (1, 2.2)), 1.2)}
-_ARROWS = {"turn": (RED, 1.8), "travel": (RED, 1.8), "triad": (PURPLE, 1.5), "base axes": (QUIET, 1.0)}
+_ARROWS = {
+    "turn": (RED, 1.8),
+    "travel": (RED, 1.8),
+    "triad": (PURPLE, 1.5),
+    "base axes": (QUIET, 1.0),
+}
 _SHEER = 0.2  # how much of a sheer plate is seen
 _HEAD = np.array([1.35, 0.55])  # length and half width of an arrow's head, in radii of a joint
 
@@ -30,7 +35,8 @@ _HEAD = np.array([1.35, 0.55])  # length and half width of an arrow's head, in r
 class Painter:
     """Paints a scene; `sheer`: plates and base let through what is behind them.
 
-    For the labels `covered` collects what was painted, (m, 2) polygons with a weight, and `letters` the names of axes.
+    For the labels `covered` collects what was painted, (m, 2) polygons with a weight, and `letters`
+    the names of axes.
     """
 
     def __init__(self, axes: Axes, scene: Scene, *, sheer: bool = False) -> None:
@@ -53,7 +59,8 @@ class Painter:
             if stroke.role in _ARROWS:
                 self.arrow(stroke)
 
-    # -- parts -----------------------------------------------------------------------------------------------------
+    # -- parts
+    # -----------------------------------------------------------------------------------------------------
 
     def _part(self, part: Part) -> None:
         active = part.owner in self._active
@@ -65,13 +72,22 @@ class Painter:
         self._add(part.owner, outline, body, edge, width, "//////" if part.role == "base" else None)
         self.covered.append((outline, 0.02 if broad else 1.0))
         if part.role == "ball":
-            self._add(f"{part.owner}.light", _shrunk(outline, 0.3, 0.28), mix(face, WHITE, 0.75), "none")
+            self._add(
+                f"{part.owner}.light", _shrunk(outline, 0.3, 0.28), mix(face, WHITE, 0.75), "none"
+            )
         if cap is None or part.role not in _CAPPED:
             return
-        if part.axis is not None and abs(part.axis @ self.view.toward) < 0.999:  # otherwise it is the outline
+        if (
+            part.axis is not None and abs(part.axis @ self.view.toward) < 0.999
+        ):  # otherwise it is the outline
             self._add(f"{part.owner}.cap", cap, mix(face, WHITE, 0.35), edge, 0.8 * width)
         if part.role == "pin" or (part.role == "hinge" and active):
-            self._add(f"{part.owner}.dot", _shrunk(cap, 0.34, 0.0), edge if part.role == "pin" else WHITE, "none")
+            self._add(
+                f"{part.owner}.dot",
+                _shrunk(cap, 0.34, 0.0),
+                edge if part.role == "pin" else WHITE,
+                "none",
+            )
 
     def _add(
         self,
@@ -82,12 +98,15 @@ class Painter:
         width: float = 0.0,
         hatch: str | None = None,
     ) -> None:
-        patch = Polygon(outline, closed=True, facecolor=face, edgecolor=edge, linewidth=width, hatch=hatch)
+        patch = Polygon(
+            outline, closed=True, facecolor=face, edgecolor=edge, linewidth=width, hatch=hatch
+        )
         patch.set_joinstyle("round")
         self._keep(patch, owner)
         self.axes.add_patch(patch)
 
-    # -- strokes ---------------------------------------------------------------------------------------------------
+    # -- strokes
+    # ---------------------------------------------------------------------------------------------------
 
     def _line(self, stroke: Stroke) -> None:
         flat = self.view.flat(stroke.points)
@@ -123,15 +142,21 @@ class Painter:
             self._name_axis(stroke.owner, flat, colour)
 
     def _name_axis(self, owner: str, flat: Array, colour: str) -> None:
-        at = flat[1] + 1.5 * self.scene.unit * (flat[1] - flat[0]) / np.linalg.norm(flat[1] - flat[0])
+        at = flat[1] + 1.5 * self.scene.unit * (flat[1] - flat[0]) / np.linalg.norm(
+            flat[1] - flat[0]
+        )
         style = {"color": colour, "fontsize": 7.5}
-        self.letters.append(Label(owner[-1], at, 0.0, style, f"letter:{owner}", colour, inside=True))
+        self.letters.append(
+            Label(owner[-1], at, 0.0, style, f"letter:{owner}", colour, inside=True)
+        )
 
     def _end_on(self, stroke: Stroke, at: Array, colour: str) -> None:
         """An axis along the view: a circle with a dot (toward the viewer) or a cross (away)."""
         toward = float((stroke.points[1] - stroke.points[0]) @ self.view.toward) > 0.0
         for marker, size, face in (("o", 5.0, WHITE), ("." if toward else "x", 3.0, colour)):
-            (line,) = self.axes.plot(*at, marker, markersize=size, color=colour, markerfacecolor=face)
+            (line,) = self.axes.plot(
+                *at, marker, markersize=size, color=colour, markerfacecolor=face
+            )
             self._keep(line, stroke.owner)
 
     def _keep(self, artist: Artist, owner: str) -> None:

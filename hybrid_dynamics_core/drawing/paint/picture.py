@@ -56,16 +56,24 @@ def _fill(axes: Axes, limits: Array) -> None:
     scale = max(width / axes.bbox.width, height / axes.bbox.height)
     middle, half = limits.mean(axis=0), 0.5 * scale * np.array([axes.bbox.width, axes.bbox.height])
     axes.set_aspect("equal", adjustable="box")
-    axes.set(xlim=(middle[0] - half[0], middle[0] + half[0]), ylim=(middle[1] - half[1], middle[1] + half[1]))
+    axes.set(
+        xlim=(middle[0] - half[0], middle[0] + half[0]),
+        ylim=(middle[1] - half[1], middle[1] + half[1]),
+    )
     axes.apply_aspect()
 
 
 def limits_of(scene: Scene) -> Array:
     """(2, 2) smallest and largest of everything painted, with a margin for names [m]."""
-    corners = [part.outline(scene.view) for part in scene.parts] + [scene.view.flat(s.points) for s in scene.strokes]
+    corners = [part.outline(scene.view) for part in scene.parts] + [
+        scene.view.flat(s.points) for s in scene.strokes
+    ]
     corners += ground_outlines(scene)
     if not scene.view.planar:
-        corners += [scene.view.flat(floor_corners(scene)), *(scene.view.flat(s.points) for s in base_axes(scene))]
+        corners += [
+            scene.view.flat(floor_corners(scene)),
+            *(scene.view.flat(s.points) for s in base_axes(scene)),
+        ]
     points = np.vstack(corners)
     margin = scene.unit * (np.array([4.0, 3.0]) if scene.view.planar else np.array([1.5, 3.0]))
     return np.array([points.min(axis=0) - margin, points.max(axis=0) + margin])

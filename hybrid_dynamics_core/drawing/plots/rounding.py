@@ -14,16 +14,20 @@ from ...scene.attach import extent
 from ...scene.skeleton import place
 
 ROUNDING: Final = 1e-9  # of the natural size of a quantity: what differs less does not differ
-_ROOM: Final = 0.05  # of a constant, on both sides of it: as Matplotlib has it, which knows no sizes
-_SLOW: Final = 1.0  # [s] a natural rate goes through the natural size in this time, or in that of a longer motion
+_ROOM: Final = (
+    0.05  # of a constant, on both sides of it: as Matplotlib has it, which knows no sizes
+)
+# [s] a natural rate goes through the natural size in this time, or in that of a longer motion
+_SLOW: Final = 1.0
 
 
 @dataclass(frozen=True)
 class Sizes:
     """How large the quantities of a motion are by nature: `length` [m], `time` [s], `weight` [N] of the robot's links.
 
-    A turn is of the size of one radian, a torque of the weight at the robot's length, an energy of the weight raised
-    by that; a robot without weight has efforts as large as its largest one, and no other size for them.
+    A turn is of the size of one radian, a torque of the weight at the robot's length, an energy of
+    the weight raised by that; a robot without weight has efforts as large as its largest one, and
+    no other size for them.
     """
 
     length: float
@@ -57,7 +61,10 @@ def sizes_of(robot: Robot, seconds: float) -> Sizes:
 
 
 def least(natural: float, values: Array) -> float:
-    """What is rounding among values (N, ...) of a natural size; all of them zero: 0. NaN are passed over."""
+    """What is rounding among values (N, ...) of a natural size; all of them zero: 0.
+
+    NaN are passed over.
+    """
     return ROUNDING * max(natural, float(np.nanmax(np.abs(values), initial=0.0)))
 
 

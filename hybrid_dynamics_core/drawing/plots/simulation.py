@@ -57,7 +57,10 @@ def simulation_figure(robot: Robot, motion: Simulation, title: str | None) -> Fi
         axes = figure.subplots(count, 1, sharex=True)
         for ax, panel in zip(axes, panels, strict=False):
             for k in panel.joints:
-                look = {"color": CURVES[k % len(CURVES)], "linestyle": _STYLES[k // len(CURVES) % len(_STYLES)]}
+                look = {
+                    "color": CURVES[k % len(CURVES)],
+                    "linestyle": _STYLES[k // len(CURVES) % len(_STYLES)],
+                }
                 ax.plot(motion.t, panel.values[:, k], label=motion.names[k], **look)
             ax.set_ylabel(panel.label)
             calm(ax, panel.size)
@@ -85,7 +88,9 @@ def _panels(robot: Robot, motion: Simulation, sizes: Sizes) -> Iterator[_Panel]:
         for kind in _KINDS:
             own = [k for k, name in enumerate(motion.names) if robot.joint_types[name] == kind]
             for joints in _readable(values, own, natural(kind)):
-                yield _Panel(first, f"{symbol} [{_UNITS[kind][effort]}{per}]", values, joints, natural(kind))
+                yield _Panel(
+                    first, f"{symbol} [{_UNITS[kind][effort]}{per}]", values, joints, natural(kind)
+                )
                 first = ""
 
 
@@ -98,7 +103,9 @@ def _readable(values: Array, joints: list[int], natural: float) -> list[tuple[in
     groups: list[list[int]] = []
     for k in sorted(joints, key=lambda k: -size[k]):
         largest = size[groups[-1][0]] if groups else 0.0
-        if groups and (largest <= _APART * size[k] or size[k] <= least(natural, values[:, groups[0][0]])):
+        if groups and (
+            largest <= _APART * size[k] or size[k] <= least(natural, values[:, groups[0][0]])
+        ):
             groups[-1].append(k)
         else:
             groups.append([k])

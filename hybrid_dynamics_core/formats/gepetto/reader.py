@@ -1,7 +1,8 @@
 """A robot.yaml beside its URDF: pairs of frames that close the loops, and the motors. Read as people have it.
 
-Keys: closed_loop (pairs), type (3d or 6d, one a pair), name_mot (motors), joint_name and joint_type (joints to replace:
-SPHERICAL, UJOINT_XY and the like, FIXED). A pair names links, or joints for the frame of their child.
+Keys: closed_loop (pairs), type (3d or 6d, one a pair), name_mot (motors), joint_name and joint_type
+(joints to replace: SPHERICAL, UJOINT_XY and the like, FIXED). A pair names links, or joints for the
+frame of their child.
 """
 
 from __future__ import annotations
@@ -64,22 +65,31 @@ class _Pair:
     def urdf(self) -> Path:
         """robot.urdf beside robot.yaml, or the only URDF of the folder."""
         if not self.document.file:
-            raise self.document.error((), "the URDF is looked for beside the file; give the file's path")
+            raise self.document.error(
+                (), "the URDF is looked for beside the file; give the file's path"
+            )
         file = Path(self.document.file)
         beside = file.with_suffix(".urdf")
         if beside.is_file():
             return beside
         others = sorted(file.parent.glob("*.urdf"))
         if len(others) != 1:
-            told = f"{len(others)} others ({', '.join(o.name for o in others[:5])})" if others else "no other"
-            raise self.document.error((), f"there is no {beside.name} beside it, and {told}; keep the two together")
+            told = (
+                f"{len(others)} others ({', '.join(o.name for o in others[:5])})"
+                if others
+                else "no other"
+            )
+            raise self.document.error(
+                (), f"there is no {beside.name} beside it, and {told}; keep the two together"
+            )
         return others[0]
 
     def replace(self) -> dict[str, str]:
         names, kinds = (list(self.told.get(key) or []) for key in ("joint_name", "joint_type"))
         if len(names) != len(kinds):
             raise self.document.error(
-                ("joint_type",), f"has {counted(len(kinds), 'entry', 'entries')} for {len(names)} of joint_name"
+                ("joint_type",),
+                f"has {counted(len(kinds), 'entry', 'entries')} for {len(names)} of joint_name",
             )
         for k, name in enumerate(names):
             if name in names[:k]:
@@ -93,7 +103,8 @@ class _Pair:
         if kinds and len(kinds) != len(pairs):
             raise self.document.error(
                 ("type",),
-                f"has {counted(len(kinds), 'entry', 'entries')} for {counted(len(pairs), 'pair')} of closed_loop",
+                f"has {counted(len(kinds), 'entry', 'entries')} for {counted(len(pairs), 'pair')}"
+                " of closed_loop",
             )
         if k == 0 and not kinds:
             self.document.notes.append("type: not given; every pair is taken as 6d")
@@ -110,10 +121,14 @@ class _Pair:
         if name in links:
             return name
         if name in joints:
-            self.document.notes.append(f"{name}: a joint where a frame is meant; taken as its child link")
+            self.document.notes.append(
+                f"{name}: a joint where a frame is meant; taken as its child link"
+            )
             return str(joints[name]["child"])
         known = [*links, *joints]
-        raise self.document.error(path, f"there is no frame '{name}'{nearest(name, known)} in the URDF")
+        raise self.document.error(
+            path, f"there is no frame '{name}'{nearest(name, known)} in the URDF"
+        )
 
     def motors(self) -> list[str]:
         joints = self.document.section("joints")
@@ -128,7 +143,9 @@ class _Pair:
             self.document.alias(("active", k), path)
             if "mimic" in joints[name]:
                 source = joints[name].pop("mimic")["joint"]
-                self.document.notes.append(f"{name}: named as a motor, so it does not follow '{source}'")
+                self.document.notes.append(
+                    f"{name}: named as a motor, so it does not follow '{source}'"
+                )
         return motors
 
     def no_motor(self, name: str, moving: list[str]) -> str:

@@ -1,7 +1,8 @@
 """A robot as the pair that Gepetto's loader for Pinocchio reads: a robot.yaml with closed_loop pairs, and its URDF.
 
-The URDF is the spanning tree with a link without mass at either end of every closure. A pair of type 3d ties two
-origins, one of 6d two frames; an axis is two pairs of type 3d along it, of whose six equations five are independent.
+The URDF is the spanning tree with a link without mass at either end of every closure. A pair of
+type 3d ties two origins, one of 6d two frames; an axis is two pairs of type 3d along it, of whose
+six equations five are independent.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ class Pair(NamedTuple):
 def to_gepetto(robot: RobotDescription) -> Pair:
     """robot.yaml and robot.urdf of a robot; the two belong beside each other, with one stem.
 
-    What the pair has no words for stands under a key of its own, which Gepetto's loader passes over.
+    What the pair has no words for stands under a key of its own, which Gepetto's loader passes
+    over.
     """
     root = tree_element(robot)
     taken = {element.get("name", "") for element in root.findall("link")}
@@ -42,7 +44,9 @@ def to_gepetto(robot: RobotDescription) -> Pair:
     types: list[str] = []
     rest = rest_of(robot, CARRIED)
     for closure in robot.closures:
-        for suffix, shift in (("", 0.0), ("_axis", arm)) if closure.kind == "axis" else (("", 0.0),):
+        for suffix, shift in (
+            (("", 0.0), ("_axis", arm)) if closure.kind == "axis" else (("", 0.0),)
+        ):
             ends = [_free(f"{closure.name}{suffix}_{end}", taken) for end in "AB"]
             for name, frame in zip(ends, _frames(closure, shift), strict=True):
                 add_frame(root, name, frame)
@@ -54,7 +58,10 @@ def to_gepetto(robot: RobotDescription) -> Pair:
     told: dict[str, Any] = {"closed_loop": pairs, "type": types, "name_mot": list(robot.active)}
     told |= {"joint_name": [], "joint_type": [], TAG: {"pairs": names, **rest}}
     root.insert(0, Comment(" The tree of a robot; its loops are in the robot.yaml beside it. "))
-    head = f"# {robot.name}: pairs of frames that close the loops of the URDF beside this file, and the motors.\n"
+    head = (
+        f"# {robot.name}: pairs of frames that close the loops of the URDF beside this file, and"
+        " the motors.\n"
+    )
     more = f"# {TAG}: what pairs have no words for: {in_words(rest)}.\n"
     return Pair(f"{head}{more}{as_text(told)}\n", as_xml(root))
 
@@ -64,7 +71,9 @@ def _frames(closure: Closure, shift: float) -> tuple[Frame, Frame]:
         (closure.link_a, closure.rotation_a, closure.point_a),
         (closure.link_b, closure.rotation_b, closure.point_b),
     )
-    one, other = (Frame(link, rotation, point + shift * rotation[:, 2]) for link, rotation, point in ends)
+    one, other = (
+        Frame(link, rotation, point + shift * rotation[:, 2]) for link, rotation, point in ends
+    )
     return one, other
 
 

@@ -1,7 +1,7 @@
 """MJCF as this library writes it -> a document: bodies on hinges and slides, closures as equality constraints, motors.
 
-MuJoCo's format says much that has no meaning here (contacts, tendons, defaults, meshes that make up masses). What
-would change the robot is refused with its line; what is only seen is left out.
+MuJoCo's format says much that has no meaning here (contacts, tendons, defaults, meshes that make up
+masses). What would change the robot is refused with its line; what is only seen is left out.
 """
 
 from __future__ import annotations
@@ -52,7 +52,9 @@ class _Mjcf:
         self.document, self.xml = document, xml
         self.sites: dict[str, tuple[str, dict[str, Any]]] = {}
         self.order: list[str] = []  # joints as MuJoCo numbers them
-        document.data.update(base="world", links={}, joints={}, closures={}, source=f"{xml.file.name}")
+        document.data.update(
+            base="world", links={}, joints={}, closures={}, source=f"{xml.file.name}"
+        )
 
     def error(self, element: Element, problem: str) -> DescriptionError:
         name = element.attributes.get("name", "")
@@ -65,7 +67,9 @@ class _Mjcf:
             angle = compiler.attributes.get("angle", angle)
             self.bounds(compiler)
         if angle != "radian":
-            raise self.xml.error(self.xml.root, ("compiler",), 'counts angles in degrees; expected angle="radian"')
+            raise self.xml.error(
+                self.xml.root, ("compiler",), 'counts angles in degrees; expected angle="radian"'
+            )
         gravity = [0.0, 0.0, -9.81]
         for option in self.xml.root.all("option"):
             gravity = self.xml.numbers(option, "gravity", 3, ("option",), gravity)
@@ -76,15 +80,23 @@ class _Mjcf:
         for key in ("boundmass", "boundinertia"):
             bound = self.xml.numbers(compiler, key, 1, ("compiler",), [0.0])[0]
             if bound > NOTHING:
-                problem = f"{key} is {bound:g}, to which MuJoCo raises lighter bodies; expected {NOTHING:g} at most"
-                raise self.xml.error(compiler, ("compiler",), f"{problem}: give each body the mass that is meant")
+                problem = (
+                    f"{key} is {bound:g}, to which MuJoCo raises lighter bodies; expected"
+                    f" {NOTHING:g} at most"
+                )
+                raise self.xml.error(
+                    compiler, ("compiler",), f"{problem}: give each body the mass that is meant"
+                )
 
-    # -- bodies ------------------------------------------------------------------------------------------------
+    # -- bodies
+    # ------------------------------------------------------------------------------------------------
 
     def body(self, element: Element, link: str) -> None:
         for geom in element.all("geom"):
             if geom.attributes.get("mass") not in ("0", "0.0"):
-                raise self.error(geom, 'a <geom> makes up mass; give it mass="0" and the body an <inertial>')
+                raise self.error(
+                    geom, 'a <geom> makes up mass; give it mass="0" and the body an <inertial>'
+                )
         for site in element.all("site"):
             name = self.xml.name(site, "sites")
             if name in self.sites:
@@ -96,11 +108,18 @@ class _Mjcf:
     def hang(self, element: Element, parent: str) -> None:
         link = self.xml.name(element, "links")
         joints = element.all("joint")
-        self.document.add_located(("links", link), self.inertial(element, link), self.xml.file, element.line)
-        entry: dict[str, Any] = {"parent": parent, "child": link, "origin": self.pose(element, ("links", link))}
+        self.document.add_located(
+            ("links", link), self.inertial(element, link), self.xml.file, element.line
+        )
+        entry: dict[str, Any] = {
+            "parent": parent,
+            "child": link,
+            "origin": self.pose(element, ("links", link)),
+        }
         if len(joints) > 1:
             raise self.error(
-                joints[1], f"body '{link}' has {len(joints)} joints; expected one, or none where it is fixed"
+                joints[1],
+                f"body '{link}' has {len(joints)} joints; expected one, or none where it is fixed",
             )
         name = self.xml.name(joints[0], "joints") if joints else f"{link}_fixed"
         entry |= self.joint(joints[0], name) if joints else {"type": "fixed"}
@@ -115,23 +134,32 @@ class _Mjcf:
         mass = self.xml.numbers(inertial, "mass", 1, (*path, "mass"))[0]
         pose = self.pose(inertial, path)
         if "fullinertia" in inertial.attributes:
-            xx, yy, zz, xy, xz, yz = self.xml.numbers(inertial, "fullinertia", 6, (*path, "inertia"))
+            xx, yy, zz, xy, xz, yz = self.xml.numbers(
+                inertial, "fullinertia", 6, (*path, "inertia")
+            )
         else:
             xx, yy, zz = self.xml.numbers(inertial, "diaginertia", 3, (*path, "inertia"))
             xy = xz = yz = 0.0
         if mass <= NOTHING and max(xx, yy, zz) <= NOTHING:
             return {}
         moments = {"xx": xx, "yy": yy, "zz": zz, "xy": xy, "xz": xz, "yz": yz}
-        return {"mass": mass, "com": pose["xyz"], "inertia": {**moments, "frame": {"rpy": pose["rpy"]}}}
+        return {
+            "mass": mass,
+            "com": pose["xyz"],
+            "inertia": {**moments, "frame": {"rpy": pose["rpy"]}},
+        }
 
     def joint(self, element: Element, name: str) -> dict[str, Any]:
         path: Path_ = ("joints", name)
         kind = element.attributes.get("type", "hinge")
         if kind not in TYPES:
-            raise self.xml.error(element, (*path, "type"), f"is '{kind}'; expected {' or '.join(TYPES)}")
+            raise self.xml.error(
+                element, (*path, "type"), f"is '{kind}'; expected {' or '.join(TYPES)}"
+            )
         self.order.append(name)
         number = {
-            key: self.xml.numbers(element, key, 1, path, [0.0])[0] for key in sorted(NUMBERS & set(element.attributes))
+            key: self.xml.numbers(element, key, 1, path, [0.0])[0]
+            for key in sorted(NUMBERS & set(element.attributes))
         }
         entry: dict[str, Any] = {
             "type": TYPES[kind],
@@ -140,24 +168,36 @@ class _Mjcf:
         if "range" in element.attributes and element.attributes.get("limited", "auto") != "false":
             entry["limits"] = self.xml.numbers(element, "range", 2, (*path, "limits"))
         if "damping" in number or "frictionloss" in number:
-            entry["friction"] = {"viscous": number.get("damping", 0.0), "coulomb": number.get("frictionloss", 0.0)}
+            entry["friction"] = {
+                "viscous": number.get("damping", 0.0),
+                "coulomb": number.get("frictionloss", 0.0),
+            }
         if "armature" in number:
             entry["drive"] = {"rotor_inertia": number["armature"]}
         if "stiffness" in number:
-            entry["spring"] = {"stiffness": number["stiffness"], "rest": number.get("springref", 0.0)}
+            entry["spring"] = {
+                "stiffness": number["stiffness"],
+                "rest": number.get("springref", 0.0),
+            }
         return entry
 
     def pose(self, element: Element, path: Path_) -> dict[str, list[float]]:
-        turned = [key for key in ("euler", "axisangle", "xyaxes", "zaxis") if key in element.attributes]
+        turned = [
+            key for key in ("euler", "axisangle", "xyaxes", "zaxis") if key in element.attributes
+        ]
         if turned:
             raise self.xml.error(element, path, f"is turned by {turned[0]}; expected quat")
         quaternion = self.xml.numbers(element, "quat", 4, path, [1.0, 0.0, 0.0, 0.0])
         if math.hypot(*quaternion) < 1e-9:
             raise self.xml.error(element, path, "has a quat without length; 1 0 0 0 is no turn")
         xyz = self.xml.numbers(element, "pos", 3, path, [0.0, 0.0, 0.0])
-        return {"xyz": xyz, "rpy": [float(v) for v in rpy_of(rotation_from_quaternion(np.array(quaternion)))]}
+        return {
+            "xyz": xyz,
+            "rpy": [float(v) for v in rpy_of(rotation_from_quaternion(np.array(quaternion)))],
+        }
 
-    # -- the rest ----------------------------------------------------------------------------------------------
+    # -- the rest
+    # ----------------------------------------------------------------------------------------------
 
     def ties(self) -> None:
         """Closures between sites, followers, and the sites that are left as frames."""
@@ -169,7 +209,9 @@ class _Mjcf:
                 elif element.tag in KINDS:
                     tied |= self.tie(element)
                 else:
-                    raise self.error(element, f"<{element.tag}> is not covered; expected connect, weld or joint")
+                    raise self.error(
+                        element, f"<{element.tag}> is not covered; expected connect, weld or joint"
+                    )
         frames = self.document.section("frames")
         for name, (link, pose) in self.sites.items():
             if name not in tied:
@@ -180,21 +222,30 @@ class _Mjcf:
         for end in ends:
             if end not in self.sites:
                 raise self.error(
-                    element, f"ties the site '{end}', which is not there; name two sites as site1 and site2"
+                    element,
+                    f"ties the site '{end}', which is not there; name two sites as site1 and site2",
                 )
         between = {self.sites[end][0]: self.sites[end][1] for end in ends}
         if len(between) < 2:
             raise self.error(element, "ties two sites of one body")
         entry = {"kind": KINDS[element.tag], "between": between}
-        self.document.add_located(("closures", self.xml.name(element, "closures")), entry, self.xml.file, element.line)
+        self.document.add_located(
+            ("closures", self.xml.name(element, "closures")), entry, self.xml.file, element.line
+        )
         return set(ends)
 
     def follower(self, element: Element) -> None:
         own, source = (element.attributes.get(key, "") for key in ("joint1", "joint2"))
         offset, factor, *rest = self.xml.numbers(element, "polycoef", 5, ("joints", own, "mimic"))
         if own not in self.document.section("joints") or not source or any(rest):
-            raise self.error(element, "expected joint1 that follows joint2 by a polynomial of first degree")
-        self.document.section("joints")[own]["mimic"] = {"joint": source, "multiplier": factor, "offset": offset}
+            raise self.error(
+                element, "expected joint1 that follows joint2 by a polynomial of first degree"
+            )
+        self.document.section("joints")[own]["mimic"] = {
+            "joint": source,
+            "multiplier": factor,
+            "offset": offset,
+        }
 
     def drives(self) -> None:
         active = []
@@ -202,11 +253,15 @@ class _Mjcf:
             for element in actuator.children:
                 joint = element.attributes.get("joint", "")
                 if element.tag != "motor" or joint not in self.order:
-                    raise self.error(element, f"<{element.tag}> is not covered; expected <motor joint=...>")
+                    raise self.error(
+                        element, f"<{element.tag}> is not covered; expected <motor joint=...>"
+                    )
                 active.append(joint)
         if not active and self.document.section("closures"):
             raise self.xml.error(
-                self.xml.root, ("actuator",), "has no motors; with closures, name the driven joints so"
+                self.xml.root,
+                ("actuator",),
+                "has no motors; with closures, name the driven joints so",
             )
         self.document.data["active"] = active or driven_joints(self.document)
         self.document.data["active_set"] = "motors"
@@ -215,5 +270,9 @@ class _Mjcf:
         """The first keyframe, or where all coordinates are zero."""
         keys = [key for frame in self.xml.root.all("keyframe") for key in frame.all("key")]
         zero = [0.0] * len(self.order)
-        values = self.xml.numbers(keys[0], "qpos", len(self.order), ("keyframe",), zero) if keys else zero
+        values = (
+            self.xml.numbers(keys[0], "qpos", len(self.order), ("keyframe",), zero)
+            if keys
+            else zero
+        )
         self.document.data["reference"] = dict(zip(self.order, values, strict=True))

@@ -1,6 +1,7 @@
 """The words of MJCF: what is read, what changes no robot, and what may have the value only that MuJoCo takes anyway.
 
-https://mujoco.readthedocs.io/en/stable/XMLreference.html. Settings of solver, contacts, pictures and files are free.
+https://mujoco.readthedocs.io/en/stable/XMLreference.html. Settings of solver, contacts, pictures
+and files are free.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ MJCF: dict[str, Words] = {
         "compiler option worldbody equality actuator keyframe custom size visual statistic asset",
     ),
     "compiler": words(
-        "angle boundmass boundinertia autolimits alignfree assetdir meshdir texturedir strippath discardvisual "
-        "convexhull usethread fusestatic eulerseq fitaabb inertiagrouprange exactmeshinertia conflict saveinertial "
-        "savecanonical savecompiled",
+        "angle boundmass boundinertia autolimits alignfree assetdir meshdir texturedir strippath"
+        " discardvisual convexhull usethread fusestatic eulerseq fitaabb inertiagrouprange"
+        " exactmeshinertia conflict saveinertial savecanonical savecompiled",
         "lengthrange",
         balanceinertia="false",
         coordinate="local",
@@ -29,17 +30,18 @@ MJCF: dict[str, Words] = {
         settotalmass="-1",
     ),
     "option": words(
-        "gravity timestep apirate integrator solver iterations tolerance ls_iterations ls_tolerance noslip_iterations "
-        "noslip_tolerance ccd_iterations ccd_tolerance mpr_iterations mpr_tolerance sdf_iterations sdf_initpoints "
-        "sleep_tolerance impratio cone jacobian collision magnetic o_margin o_solref o_solimp o_friction",
+        "gravity timestep apirate integrator solver iterations tolerance ls_iterations ls_tolerance"
+        " noslip_iterations noslip_tolerance ccd_iterations ccd_tolerance mpr_iterations"
+        " mpr_tolerance sdf_iterations sdf_initpoints sleep_tolerance impratio cone jacobian"
+        " collision magnetic o_margin o_solref o_solimp o_friction",
         "flag",
         density="0",
         viscosity="0",
         wind="0",
     ),
     "flag": words(
-        "contact clampctrl warmstart filterparent refsafe sensor midphase nativeccd multiccd island eulerdamp "
-        "autoreset override energy fwdinv invdiscrete sensornoise sleep diagexact",
+        "contact clampctrl warmstart filterparent refsafe sensor midphase nativeccd multiccd island"
+        " eulerdamp autoreset override energy fwdinv invdiscrete sensornoise sleep diagexact",
         constraint=ON,
         equality=ON,
         frictionloss=ON,
@@ -51,7 +53,12 @@ MJCF: dict[str, Words] = {
         actuation=ON,
     ),
     "worldbody": words("", "inertial joint site geom body light camera"),
-    "body": words(f"name pos user {TURNS}", "inertial joint site geom body light camera", mocap="false", gravcomp="0"),
+    "body": words(
+        f"name pos user {TURNS}",
+        "inertial joint site geom body light camera",
+        mocap="false",
+        gravcomp="0",
+    ),
     "inertial": words(f"mass pos diaginertia fullinertia {TURNS}"),
     "site": words(f"name pos type size rgba group material user {TURNS}"),
     "joint": words(f"name type axis range limited {' '.join(sorted(NUMBERS))}"),

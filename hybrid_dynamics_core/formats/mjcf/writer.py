@@ -1,7 +1,7 @@
 """A robot as MJCF for MuJoCo: its tree, its closures as equality constraints, a motor on each active joint.
 
-MuJoCo holds loops by stiff springs, so it agrees with this library as far as these are stiff. The keyframe
-`reference` is the closed reference configuration, with the motors' efforts that hold it.
+MuJoCo holds loops by stiff springs, so it agrees with this library as far as these are stiff. The
+keyframe `reference` is the closed reference configuration, with the motors' efforts that hold it.
 """
 
 from __future__ import annotations
@@ -25,16 +25,21 @@ if TYPE_CHECKING:
     from ...robot.robot import Robot
 
 STEP = 5e-4  # [s] of MuJoCo's integrator
-STIFF = {"solref": "0.001 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}  # the stiffest that MuJoCo takes at this step
-CARRIED = frozenset({"gravity", "friction", "mimic"})  # what MJCF says of all that a format may not say
+STIFF = {
+    "solref": "0.001 1",
+    "solimp": "0.9999 0.9999 0.001 0.5 2",
+}  # the stiffest that MuJoCo takes at this step
+CARRIED = frozenset(
+    {"gravity", "friction", "mimic"}
+)  # what MJCF says of all that a format may not say
 ARM = 0.5  # between the two points that tie an axis, over the size of the robot
 
 
 def to_mjcf(robot: Robot) -> str:
     """MJCF text of a robot: the same names of links and joints.
 
-    Weight, masses, friction, drives and springs are taken over; Coulomb friction is MuJoCo's, which needs no smoothing.
-    Hydraulic pressures are not: motors give forces.
+    Weight, masses, friction, drives and springs are taken over; Coulomb friction is MuJoCo's, which
+    needs no smoothing. Hydraulic pressures are not: motors give forces.
     """
     return _Writer(robot).text()
 
@@ -45,14 +50,28 @@ class _Writer:
         self.children: dict[str, list[Joint]] = {}
         for joint in self.description.joints.values():
             self.children.setdefault(joint.parent, []).append(joint)
-        points = [mark for link in (self.description.base, *self.description.links) for mark in self.marks(link)]
+        points = [
+            mark
+            for link in (self.description.base, *self.description.links)
+            for mark in self.marks(link)
+        ]
         self.size = max((float(np.linalg.norm(point)) for point in points), default=1.0)
 
     def text(self) -> str:
         root = Element("mujoco", model=self.robot.name)
-        SubElement(root, "compiler", angle="radian", boundmass=number(NOTHING), boundinertia=number(NOTHING))
+        SubElement(
+            root,
+            "compiler",
+            angle="radian",
+            boundmass=number(NOTHING),
+            boundinertia=number(NOTHING),
+        )
         option = SubElement(
-            root, "option", timestep=number(STEP), gravity=numbers(self.description.gravity), integrator="implicitfast"
+            root,
+            "option",
+            timestep=number(STEP),
+            gravity=numbers(self.description.gravity),
+            integrator="implicitfast",
         )
         SubElement(option, "flag", contact="disable")
         world = SubElement(root, "worldbody")
@@ -62,7 +81,11 @@ class _Writer:
             _tie(equality, closure)
         for follower, mimic in self.description.mimics.items():
             polynomial = f"{number(mimic.offset)} {number(mimic.multiplier)} 0 0 0"
-            SubElement(equality, "joint", {"joint1": follower, "joint2": mimic.source, "polycoef": polynomial, **STIFF})
+            SubElement(
+                equality,
+                "joint",
+                {"joint1": follower, "joint2": mimic.source, "polycoef": polynomial, **STIFF},
+            )
         actuator = SubElement(root, "actuator")
         for name in self.robot.active:
             SubElement(actuator, "motor", name=name, joint=name)
@@ -80,7 +103,10 @@ class _Writer:
         for closure in description.closures:
             if closure.kind == "axis":
                 rest["closures"][closure.name]["second"] = f"{closure.name}_axis"
-        told = f"The text {TAG} holds what MJCF has no words for: {in_words(rest)}. MuJoCo passes it over."
+        told = (
+            f"The text {TAG} holds what MJCF has no words for: {in_words(rest)}. MuJoCo passes it"
+            " over."
+        )
         comment(root, told)
         SubElement(SubElement(root, "custom"), "text", name=TAG, data=as_text(rest, one_line=True))
 
@@ -95,7 +121,13 @@ class _Writer:
                 SubElement(body, "site", name=name, pos=numbers(where), quat=_quaternion(rotation))
         for name, frame in shapes.frames(self.description):
             if frame.link == link:
-                SubElement(body, "site", name=name, pos=numbers(frame.translation), quat=_quaternion(frame.rotation))
+                SubElement(
+                    body,
+                    "site",
+                    name=name,
+                    pos=numbers(frame.translation),
+                    quat=_quaternion(frame.rotation),
+                )
         for name, frame, payload in shapes.payloads(self.description, link):
             place = {"pos": numbers(frame.translation), "quat": _quaternion(frame.rotation)}
             load = SubElement(body, "body", {"name": name, **place})
@@ -114,10 +146,17 @@ class _Writer:
     def body(self, parent: Element, joint: Joint) -> Element:
         link = self.description.links[joint.child]
         quaternion = _quaternion(joint.rotation)
-        element = SubElement(parent, "body", name=link.name, pos=numbers(joint.translation), quat=quaternion)
+        element = SubElement(
+            parent, "body", name=link.name, pos=numbers(joint.translation), quat=quaternion
+        )
         _inertial(element, link.mass, link.com, link.inertia)
         kind = "hinge" if joint.type == "revolute" else "slide"
-        told = {"name": joint.name, "type": kind, "axis": numbers(joint.axis), **_effects(self.description, joint.name)}
+        told = {
+            "name": joint.name,
+            "type": kind,
+            "axis": numbers(joint.axis),
+            **_effects(self.description, joint.name),
+        }
         lower, upper = joint.limits
         if math.isfinite(lower) and math.isfinite(upper):
             told |= {"limited": "true", "range": f"{number(lower)} {number(upper)}"}
@@ -139,14 +178,19 @@ def _inertial(element: Element, mass: float, com: Array, J: Array) -> None:
     if mass == 0.0 and not J.any():
         mass, J = NOTHING, NOTHING * np.eye(3)
     moments = numbers(np.array([J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]]))
-    SubElement(element, "inertial", pos=numbers(com), mass=number(max(mass, NOTHING)), fullinertia=moments)
+    SubElement(
+        element, "inertial", pos=numbers(com), mass=number(max(mass, NOTHING)), fullinertia=moments
+    )
 
 
 def _effects(robot: RobotDescription, joint: str) -> dict[str, str]:
     effect = effects_of(robot, joint)
     told = {"armature": effect.armature, "damping": effect.viscous, "frictionloss": effect.coulomb}
     if effect.stiffness:
-        told |= {"stiffness": effect.stiffness, "springref": effect.rest - effect.preload / effect.stiffness}
+        told |= {
+            "stiffness": effect.stiffness,
+            "springref": effect.rest - effect.preload / effect.stiffness,
+        }
     return {name: number(value) for name, value in told.items() if value or name == "springref"}
 
 
@@ -173,5 +217,7 @@ def _quaternion(rotation: Array) -> str:
     """w, x, y, z, as MuJoCo has it."""
     from scipy.spatial.transform import Rotation  # noqa: PLC0415  slow to import
 
-    x, y, z, w = Rotation.from_matrix(np.array(rotation)).as_quat(canonical=True)  # SciPy 1.11 wants to write
+    x, y, z, w = Rotation.from_matrix(np.array(rotation)).as_quat(
+        canonical=True
+    )  # SciPy 1.11 wants to write
     return numbers(np.array([w, x, y, z]))

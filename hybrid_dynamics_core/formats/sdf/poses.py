@@ -31,7 +31,9 @@ class Poses:
 
     def link(self, name: str) -> Transform:
         """Of a link, the world among them."""
-        return self.inverse(self.model) if name == "world" else self.place(name, self.elements[name])
+        return (
+            self.inverse(self.model) if name == "world" else self.place(name, self.elements[name])
+        )
 
     def joint(self, element: Element) -> Transform:
         """Of a joint."""
@@ -74,7 +76,9 @@ class Poses:
         if name in seen:
             return self.xml.error(asking, key, f"its pose goes round: {' -> '.join([*seen, name])}")
         known = [*self.elements, "world"]
-        return self.xml.error(asking, key, f"there is no link, joint or frame '{name}'{nearest(name, known)}")
+        return self.xml.error(
+            asking, key, f"there is no link, joint or frame '{name}'{nearest(name, known)}"
+        )
 
     def read(self, element: Element | None, path: Path_) -> Transform:
         """A <pose>: angles in radians or degrees, or a quaternion x, y, z, w."""
@@ -84,8 +88,12 @@ class Poses:
             *xyz, x, y, z, w = self.xml.inside(element, 7, path, [])
             return Transform(rotation_from_quaternion(np.array([w, x, y, z])), frozen(xyz))
         values = self.xml.inside(element, 6, path, [])
-        unit = math.pi / 180.0 if element.attributes.get("degrees", "false") in ("true", "1") else 1.0
-        return Transform(rotation_from_rpy(*(unit * angle for angle in values[3:])), frozen(values[:3]))
+        unit = (
+            math.pi / 180.0 if element.attributes.get("degrees", "false") in ("true", "1") else 1.0
+        )
+        return Transform(
+            rotation_from_rpy(*(unit * angle for angle in values[3:])), frozen(values[:3])
+        )
 
     def turn(self, rpy: list[float]) -> Transform:
         """A turn alone."""

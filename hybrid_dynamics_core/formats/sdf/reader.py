@@ -1,7 +1,8 @@
 """SDFormat -> a document: links and joints of one model; a joint whose child already has a parent closes a loop.
 
-SDFormat draws the model in one configuration and counts every coordinate from there. Loop joints are at rest in that
-configuration, so both ends of their frames are known. http://sdformat.org/spec, versions 1.7 to 1.12.
+SDFormat draws the model in one configuration and counts every coordinate from there. Loop joints
+are at rest in that configuration, so both ends of their frames are known. http://sdformat.org/spec,
+versions 1.7 to 1.12.
 """
 
 from __future__ import annotations
@@ -24,7 +25,12 @@ from ..xml.tree import Element
 from .poses import Poses, as_entry
 from .vocabulary import check_version, check_words
 
-TYPES = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
+TYPES = {
+    "revolute": "revolute",
+    "continuous": "revolute",
+    "prismatic": "prismatic",
+    "fixed": "fixed",
+}
 LOOPS = {"revolute": "axis", "continuous": "axis", "ball": "point", "fixed": "frame"}
 BOUND = 1e16  # [rad or m] what SDFormat takes for no limit
 GRAVITY = [0.0, 0.0, -9.8]  # of a world that does not say
@@ -32,14 +38,18 @@ GRAVITY = [0.0, 0.0, -9.8]  # of a world that does not say
 
 def sdf_document(root: Element, file: Path) -> Document:
     """The document of an SDFormat file; DescriptionError where it says what is not covered."""
-    document = Document({"format": 1, "name": file.stem, "links": {}, "joints": {}, "closures": {}}, file, {})
+    document = Document(
+        {"format": 1, "name": file.stem, "links": {}, "joints": {}, "closures": {}}, file, {}
+    )
     reader = _Sdf(document, XmlFile(file, root))
     reader.read()
     rest = [child for child in reader.model.children if child.tag.rpartition(":")[2] == TAG]
     for element in rest:
         extend(document, element.text, file, element.line)
     if not rest and document.data["closures"]:
-        document.notes.append("SDFormat does not say what is driven; independent joints are taken in its order")
+        document.notes.append(
+            "SDFormat does not say what is driven; independent joints are taken in its order"
+        )
     if "end_effector" not in document.data:
         document.data["end_effector"] = {"link": farthest_link(document)}
     return document
@@ -56,7 +66,9 @@ class _Sdf:
     def find_model(self) -> tuple[Element, Element | None]:
         worlds = self.xml.root.all("world")
         found = [(model, None) for model in self.xml.root.all("model")]
-        within = [(model, world) for world in worlds for model in world.all("model") if model.all("joint")]
+        within = [
+            (model, world) for world in worlds for model in world.all("model") if model.all("joint")
+        ]
         if len(found) + len(within) != 1:
             problem = f"holds {len(found) + len(within)} models with joints; expected one"
             raise self.xml.error(self.xml.root, ("model",), problem)
@@ -64,12 +76,16 @@ class _Sdf:
         for tag in ("include", "model"):
             if model.all(tag):
                 raise self.xml.error(
-                    model.all(tag)[0], ("model",), f"has <{tag}> in it, which is not covered; join them first"
+                    model.all(tag)[0],
+                    ("model",),
+                    f"has <{tag}> in it, which is not covered; join them first",
                 )
         return model, world
 
     def error(self, element: Element, problem: str) -> DescriptionError:
-        return self.xml.error(element, (f"{element.tag}s", element.attributes.get("name", "")), problem)
+        return self.xml.error(
+            element, (f"{element.tag}s", element.attributes.get("name", "")), problem
+        )
 
     def read(self) -> None:
         data = self.document.data
@@ -88,10 +104,15 @@ class _Sdf:
                 self.joint(joint)
         for frame in self.model.all("frame"):
             self.frame(frame)
-        data["active"] = [n for n, joint in data["joints"].items() if joint["type"] != "fixed" and "mimic" not in joint]
+        data["active"] = [
+            n
+            for n, joint in data["joints"].items()
+            if joint["type"] != "fixed" and "mimic" not in joint
+        ]
         data["active_set"] = "motors"
 
-    # -- links -------------------------------------------------------------------------------------------------
+    # -- links
+    # -------------------------------------------------------------------------------------------------
 
     def link(self, element: Element) -> None:
         name = self.xml.name(element, "links")
@@ -99,14 +120,19 @@ class _Sdf:
         inertial = element.first("inertial")
         entry: dict[str, Any] = {"mass": 1.0, "inertia": {"xx": 1.0, "yy": 1.0, "zz": 1.0}}
         if inertial is None:
-            self.document.notes.append(f"{name}: no inertial given; SDFormat takes 1 kg and 1 kg m^2")
+            self.document.notes.append(
+                f"{name}: no inertial given; SDFormat takes 1 kg and 1 kg m^2"
+            )
         else:
             pose = self.poses.read(inertial.first("pose"), path)
             moments = inertial.first("inertia")
             values = {
-                key: self.xml.inside(moments and moments.first(f"i{key}"), 1, path, [1.0 if key[0] == key[1] else 0.0])[
-                    0
-                ]
+                key: self.xml.inside(
+                    moments and moments.first(f"i{key}"),
+                    1,
+                    path,
+                    [1.0 if key[0] == key[1] else 0.0],
+                )[0]
                 for key in ("xx", "yy", "zz", "xy", "xz", "yz")
             }
             com = as_entry(pose)
@@ -134,9 +160,13 @@ class _Sdf:
         elif len(roots) == 1:
             base, rest = roots[0], joints
             rotation = self.poses.model.rotation @ self.poses.link(base).rotation
-            self.document.notes.append(f"{base}: not joined to the world; taken as what stands still")
+            self.document.notes.append(
+                f"{base}: not joined to the world; taken as what stands still"
+            )
         else:
-            problem = f"{len(roots)} links are without a parent ({', '.join(roots[:8])}); a robot has one"
+            problem = (
+                f"{len(roots)} links are without a parent ({', '.join(roots[:8])}); a robot has one"
+            )
             raise self.xml.error(self.model, ("links",), problem)
         self.document.data["base"] = base
         if self.world is not None:
@@ -144,7 +174,8 @@ class _Sdf:
             self.document.data["gravity"] = [float(v) + 0.0 for v in rotation.T @ gravity]
         return base, rest
 
-    # -- joints ------------------------------------------------------------------------------------------------
+    # -- joints
+    # ------------------------------------------------------------------------------------------------
 
     def kind(self, joint: Element) -> str:
         return joint.attributes.get("type", "")
@@ -159,7 +190,9 @@ class _Sdf:
         name, kind = element.attributes["name"], self.kind(element)
         path: tuple[str, str] = ("joints", name)
         if kind not in TYPES:
-            raise self.xml.error(element, (*path, "type"), f"is '{kind}'; expected one of {', '.join(TYPES)}")
+            raise self.xml.error(
+                element, (*path, "type"), f"is '{kind}'; expected one of {', '.join(TYPES)}"
+            )
         child = self.poses.link_of(self.end(element, "child"), element)
         parent = self.end(element, "parent")
         parent = "world" if parent == "world" else self.poses.link_of(parent, element)
@@ -174,7 +207,10 @@ class _Sdf:
         self.document.add_located(path, entry, self.xml.file, element.line)
 
     def moving(self, element: Element, kind: str, path: Path_) -> dict[str, Any]:
-        return {"axis": [float(v) for v in self.axis(element, path)], **self.held(element, kind, path)}
+        return {
+            "axis": [float(v) for v in self.axis(element, path)],
+            **self.held(element, kind, path),
+        }
 
     def held(self, element: Element, kind: str, path: Path_) -> dict[str, Any]:
         """What holds a joint back: limits, friction, a spring, another joint that it follows."""
@@ -182,14 +218,22 @@ class _Sdf:
         axis = element.first("axis")
         limit = axis and axis.first("limit")
         if limit is not None and kind != "continuous":
-            limits = [self.bound(limit.first(key), sign, path) for key, sign in (("lower", -1), ("upper", 1))]
+            limits = [
+                self.bound(limit.first(key), sign, path)
+                for key, sign in (("lower", -1), ("upper", 1))
+            ]
             if any(map(math.isfinite, limits)):
                 entry["limits"] = limits
         told = axis and axis.first("dynamics")
         if told is not None:
-            values = {child.tag: self.xml.inside(child, 1, path, [0.0])[0] for child in told.children}
+            values = {
+                child.tag: self.xml.inside(child, 1, path, [0.0])[0] for child in told.children
+            }
             if values.get("damping") or values.get("friction"):
-                entry["friction"] = {"viscous": values.get("damping", 0.0), "coulomb": values.get("friction", 0.0)}
+                entry["friction"] = {
+                    "viscous": values.get("damping", 0.0),
+                    "coulomb": values.get("friction", 0.0),
+                }
             if values.get("spring_stiffness"):
                 rest = values.get("spring_reference", 0.0)
                 entry["spring"] = {"stiffness": values["spring_stiffness"], "rest": rest}
@@ -200,7 +244,11 @@ class _Sdf:
                 for key, default in (("multiplier", 1.0), ("offset", 0.0), ("reference", 0.0))
             )
             source = mimic.attributes.get("joint", "")
-            entry["mimic"] = {"joint": source, "multiplier": factor, "offset": offset - factor * zero}
+            entry["mimic"] = {
+                "joint": source,
+                "multiplier": factor,
+                "offset": offset - factor * zero,
+            }
         return entry
 
     def axis(self, element: Element, path: Path_) -> Array:
@@ -226,18 +274,26 @@ class _Sdf:
         """A joint whose child hangs on another one already: the closure that holds where the model is drawn."""
         name, kind = self.xml.name(element, "joints"), self.kind(element)
         if kind not in LOOPS:
-            problem = f"closes a loop with a joint of type '{kind}'; expected one of {', '.join(LOOPS)}"
-            raise self.xml.error(element, ("joints", name), f"{problem}: cut the loop at such a joint")
+            problem = (
+                f"closes a loop with a joint of type '{kind}'; expected one of {', '.join(LOOPS)}"
+            )
+            raise self.xml.error(
+                element, ("joints", name), f"{problem}: cut the loop at such a joint"
+            )
         held = self.held(element, kind, ("joints", name))
         if held.pop("limits", None):
             self.document.notes.append(f"{name}: closes a loop; its limits are not kept")
         if held:
             problem = f"has {' and '.join(held)}, which a joint that closes a loop cannot have here"
-            raise self.xml.error(element, ("joints", name), f"{problem}; put another joint of the loop behind it")
+            raise self.xml.error(
+                element, ("joints", name), f"{problem}; put another joint of the loop behind it"
+            )
         place = self.poses.joint(element)
         turn = Transform()
         if LOOPS[kind] == "axis":
-            turn = self.poses.turn([float(v) for v in rpy_to([float(v) for v in self.axis(element, ("joints", name))])])
+            turn = self.poses.turn(
+                [float(v) for v in rpy_to([float(v) for v in self.axis(element, ("joints", name))])]
+            )
         between = {}
         for which in ("parent", "child"):
             end = self.end(element, which)

@@ -1,6 +1,7 @@
 """The words of SDFormat 1.7 to 1.12: what is read, what changes no robot, and what may have one value only.
 
-http://sdformat.org/spec. Shapes, sensors, plugins and settings of one engine change no mass, no place and no axis.
+http://sdformat.org/spec. Shapes, sensors, plugins and settings of one engine change no mass, no
+place and no axis.
 """
 
 from __future__ import annotations
@@ -16,13 +17,16 @@ from ..xml.vocabulary import WordCheck, Words, words
 OLDEST = (1, 7)
 CONVERT = "'gz sdf -p FILE' prints a file in the newest version"
 ADVICE = f"; it may change the robot, so it is not passed over: take it out ({CONVERT})"
-SEEN = "visual collision sensor projector audio_sink audio_source battery light particle_emitter plugin self_collide"
+SEEN = (
+    "visual collision sensor projector audio_sink audio_source battery light particle_emitter"
+    " plugin self_collide"
+)
 ADDED_MASS = {"".join(pair): "0" for pair in combinations_with_replacement("xyzpqr", 2)}
 
 WORLD = words(
     "name",
-    "model gravity include frame light actor plugin road audio wind magnetic_field atmosphere gui physics scene "
-    "spherical_coordinates state population",
+    "model gravity include frame light actor plugin road audio wind magnetic_field atmosphere gui"
+    " physics scene spherical_coordinates state population",
 )
 ROBOT: dict[str, Words] = {
     "model": words(
@@ -41,15 +45,20 @@ ROBOT: dict[str, Words] = {
         must_be_base_link="false",
     ),
     "velocity_decay": words(linear="0", angular="0"),
-    "inertial": words("", "mass pose inertia fluid_added_mass density auto_inertia_params", auto="false"),
+    "inertial": words(
+        "", "mass pose inertia fluid_added_mass density auto_inertia_params", auto="false"
+    ),
     "inertia": words("", "ixx iyy izz ixy ixz iyz"),
     "fluid_added_mass": words(**ADDED_MASS),
     "joint": words(
         "name type",
         "parent child pose axis axis2 sensor plugin physics "
-        "gearbox_ratio gearbox_reference_body thread_pitch screw_thread_pitch",  # of types that are refused
+        # of types that are refused
+        "gearbox_ratio gearbox_reference_body thread_pitch screw_thread_pitch",
     ),
-    "axis": words("", "xyz limit dynamics mimic", use_parent_model_frame="false", initial_position="0"),
+    "axis": words(
+        "", "xyz limit dynamics mimic", use_parent_model_frame="false", initial_position="0"
+    ),
     "xyz": words("expressed_in"),
     "limit": words("", "lower upper effort velocity stiffness dissipation"),
     "dynamics": words("", "damping friction spring_reference spring_stiffness"),
@@ -67,7 +76,8 @@ def check_version(xml: XmlFile) -> None:
     found = re.fullmatch(r"\s*(\d+)\.(\d+)(\.\d+)?\s*", told)
     if found is None or (int(found[1]), int(found[2])) < OLDEST:
         problem = (
-            f"is '{told}'; expected 1.7 or later, since older files give poses and axes in other frames; {CONVERT}"
+            f"is '{told}'; expected 1.7 or later, since older files give poses and axes in other"
+            f" frames; {CONVERT}"
         )
         raise xml.error(xml.root, ("version",), problem)
 

@@ -1,7 +1,8 @@
 """A robot as SDFormat 1.11, which Gazebo Harmonic reads: a world with its gravity and one model, loops as joints.
 
-SDFormat draws a model in one configuration and counts coordinates from there, and a loop joint is at rest there. So the
-model is drawn at the closed reference: coordinates that are in loops count from it, all others as the robot does.
+SDFormat draws a model in one configuration and counts coordinates from there, and a loop joint is
+at rest there. So the model is drawn at the closed reference: coordinates that are in loops count
+from it, all others as the robot does.
 """
 
 from __future__ import annotations
@@ -65,14 +66,21 @@ class _Writer:
         for closure in self.description.closures:
             self.loop(model, closure)
         rest = self.rest()
-        told = f"<{TAG}:{TAG}> holds what SDFormat has no words for: {in_words(rest)}. Other programs pass it over."
+        told = (
+            f"<{TAG}:{TAG}> holds what SDFormat has no words for: {in_words(rest)}. Other programs"
+            " pass it over."
+        )
         comment(model, told)
         SubElement(model, f"{TAG}:{TAG}").text = f"\n{as_text(rest)}\n"
         return as_xml(root)
 
     def rest(self) -> dict[str, Any]:
         rest = rest_of(self.description, CARRIED)
-        light = {name: link_entry(link) for name, link in self.links().items() if not link.mass and name != WORLD}
+        light = {
+            name: link_entry(link)
+            for name, link in self.links().items()
+            if not link.mass and name != WORLD
+        }
         rest["links"] = light
         rest["zero"] = {name: value for name, value in self.zero.items() if value}
         return {key: value for key, value in rest.items() if value}
@@ -89,7 +97,11 @@ class _Writer:
             self.joint(model, joint)
         for name, frame in shapes.frames(self.description):
             attached = {"attached_to": frame.link} if frame.link != WORLD else {}
-            _pose(SubElement(model, "frame", {"name": name, **attached}), frame.rotation, frame.translation)
+            _pose(
+                SubElement(model, "frame", {"name": name, **attached}),
+                frame.rotation,
+                frame.translation,
+            )
         for name in self.links():
             self.payloads(model, name)
 
@@ -113,7 +125,9 @@ class _Writer:
         zero = self.zero.get(joint.name, 0.0)
         lower, upper = (limit - zero for limit in joint.limits)
         endless = joint.type == "revolute" and not (math.isfinite(lower) or math.isfinite(upper))
-        element = _joint(model, joint.name, "continuous" if endless else joint.type, joint.parent, joint.child)
+        element = _joint(
+            model, joint.name, "continuous" if endless else joint.type, joint.parent, joint.child
+        )
         axis = _axis(element, joint.axis)
         limit = SubElement(axis, "limit")
         for key, value in (("lower", lower), ("upper", upper)):
@@ -124,7 +138,11 @@ class _Writer:
         if mimic is not None:
             follows = SubElement(axis, "mimic", joint=mimic.source)
             shifted = mimic.offset + mimic.multiplier * self.zero.get(mimic.source, 0.0) - zero
-            for key, value in (("multiplier", mimic.multiplier), ("offset", shifted), ("reference", 0.0)):
+            for key, value in (
+                ("multiplier", mimic.multiplier),
+                ("offset", shifted),
+                ("reference", 0.0),
+            ):
                 _tell(follows, key, number(value))
 
     def effects(self, axis: Element, joint: str, zero: float) -> None:
@@ -164,7 +182,9 @@ def _in_loops(robot: RobotDescription) -> set[str]:
     tree = build_tree(robot)
     found = set(robot.mimics) | {mimic.source for mimic in robot.mimics.values()}
     for closure in robot.closures:
-        one, other, _ = tree.branches(tree.body_index(closure.link_a), tree.body_index(closure.link_b))
+        one, other, _ = tree.branches(
+            tree.body_index(closure.link_a), tree.body_index(closure.link_b)
+        )
         found |= {tree.bodies[k].joint for k in (*one, *other)}
     return found
 
@@ -180,8 +200,12 @@ def _check_names(robot: RobotDescription) -> None:
         for name in names:
             kinds.setdefault(name, []).append(kind)
     for name in kinds:
-        if (name == WORLD and name != robot.base) or (name.startswith("__") and name.endswith("__")):
-            raise InputError(f"'{name}' is a name that SDFormat keeps for itself; rename it in the robot")
+        if (name == WORLD and name != robot.base) or (
+            name.startswith("__") and name.endswith("__")
+        ):
+            raise InputError(
+                f"'{name}' is a name that SDFormat keeps for itself; rename it in the robot"
+            )
     for name, (kind, *others) in kinds.items():
         if others:
             told = f"'{name}' names two things, a {kind} and a {others[0]}, which SDFormat refuses"

@@ -1,6 +1,7 @@
 """What URDF+ adds to URDF: <loop> and <coupling> beside the tree, `independent` on its joints.
 
-Chignoli et al. (2024), arXiv 2411.19753. A loop joins a frame of its predecessor to one of its successor.
+Chignoli et al. (2024), arXiv 2411.19753. A loop joins a frame of its predecessor to one of its
+successor.
 """
 
 from __future__ import annotations
@@ -47,16 +48,26 @@ class _Loops:
         self.document, self.xml = document, xml
 
     def error(self, element: Element, problem: str) -> DescriptionError:
-        return self.xml.error(element, (f"{element.tag}s", element.attributes.get("name", "")), problem)
+        return self.xml.error(
+            element, (f"{element.tag}s", element.attributes.get("name", "")), problem
+        )
 
     def loop(self, element: Element) -> None:
         name, kind = self.xml.name(element, "loops"), element.attributes.get("type", "")
         if kind not in (*HINGES, SPHERICAL, "fixed"):
-            problem = f"is a loop of type '{kind}'; expected revolute, continuous, fixed or {SPHERICAL}"
+            problem = (
+                f"is a loop of type '{kind}'; expected revolute, continuous, fixed or {SPHERICAL}"
+            )
             raise self.error(element, f"{problem}; cut the loop at a joint of these types")
-        entry: dict[str, Any] = {"kind": "axis" if kind in HINGES else "frame" if kind == "fixed" else "point"}
+        entry: dict[str, Any] = {
+            "kind": "axis" if kind in HINGES else "frame" if kind == "fixed" else "point"
+        }
         axis = element.first("axis")
-        z = [1.0, 0.0, 0.0] if axis is None else self.xml.numbers(axis, "xyz", 3, ("loops", name, "axis"))
+        z = (
+            [1.0, 0.0, 0.0]
+            if axis is None
+            else self.xml.numbers(axis, "xyz", 3, ("loops", name, "axis"))
+        )
         places: dict[str, Any] = {}
         for tag in ("predecessor", "successor"):
             end = self.end(element, tag)
@@ -65,7 +76,9 @@ class _Loops:
             if end.attributes["link"] in places:
                 raise self.error(element, "has both ends on one link")
             places[end.attributes["link"]] = place
-        self.document.add_located(("closures", name), {**entry, "between": places}, self.xml.file, element.line)
+        self.document.add_located(
+            ("closures", name), {**entry, "between": places}, self.xml.file, element.line
+        )
 
     def end(self, element: Element, tag: str) -> Element:
         end = element.first(tag)
@@ -83,7 +96,10 @@ class _Loops:
         ratio = element.first("ratio")
         if ratio is None:
             raise self.error(element, "has no <ratio value=...>")
-        paths = [self.path(self.end(element, tag).attributes["link"]) for tag in ("predecessor", "successor")]
+        paths = [
+            self.path(self.end(element, tag).attributes["link"])
+            for tag in ("predecessor", "successor")
+        ]
         shared = set(paths[0]) & set(paths[1])
         source, own = ([joint for joint in path if joint not in shared] for path in paths)
         if len(source) != 1 or len(own) != 1:
@@ -95,7 +111,9 @@ class _Loops:
 
     def path(self, link: str) -> list[str]:
         """Moving joints from a link to the base."""
-        above = {joint["child"]: (name, joint) for name, joint in self.document.section("joints").items()}
+        above = {
+            joint["child"]: (name, joint) for name, joint in self.document.section("joints").items()
+        }
         path: list[str] = []
         while link in above and len(path) <= len(above):
             name, joint = above[link]
@@ -105,12 +123,15 @@ class _Loops:
 
     def independent(self) -> list[str]:
         told = {
-            e.attributes.get("name", ""): e.attributes.get("independent", "true") for e in self.xml.root.all("joint")
+            e.attributes.get("name", ""): e.attributes.get("independent", "true")
+            for e in self.xml.root.all("joint")
         }
         active = [name for name in driven_joints(self.document) if told[name] in ("true", "True")]
         if not active:
             raise self.xml.error(
-                self.xml.root, ("joints",), 'no joint is independent="true"; name the driven joints so'
+                self.xml.root,
+                ("joints",),
+                'no joint is independent="true"; name the driven joints so',
             )
         return active
 

@@ -22,8 +22,8 @@ TYPES = {"planar": "revolute", "axis": "revolute", "point": SPHERICAL, "frame": 
 def to_urdf_plus(robot: RobotDescription) -> str:
     """The whole robot as URDF+ text; what URDF+ has no words for is in an element that other programs pass over.
 
-    A pin of a planar loop is a loop of type revolute. URDF+ has no type for a loop closed by a spherical joint:
-    `spherical` is a word of this library's.
+    A pin of a planar loop is a loop of type revolute. URDF+ has no type for a loop closed by a
+    spherical joint: `spherical` is a word of this library's.
     """
     root = tree_element(robot)
     for element in root.findall("joint"):
@@ -34,7 +34,9 @@ def to_urdf_plus(robot: RobotDescription) -> str:
     for follower in robot.mimics:
         _add_coupling(root, robot, follower)
     rest = rest_of(robot, CARRIED)
-    told = f"<{TAG}> holds what URDF+ has no words for: {in_words(rest)}. Other programs pass it over."
+    told = (
+        f"<{TAG}> holds what URDF+ has no words for: {in_words(rest)}. Other programs pass it over."
+    )
     comment(root, told)
     SubElement(root, TAG).text = f"\n{as_text(rest)}\n"
     return as_xml(root)

@@ -1,7 +1,8 @@
 """URDF -> links and joints of a document. Fixed joints are merged later, like any others.
 
-Visuals, collisions, materials, transmissions and what simulators add are left out. Joints may be replaced on the way:
-a spherical joint is three revolute joints NAME_X, NAME_Y, NAME_Z whose axes meet, a universal joint two.
+Visuals, collisions, materials, transmissions and what simulators add are left out. Joints may be
+replaced on the way: a spherical joint is three revolute joints NAME_X, NAME_Y, NAME_Z whose axes
+meet, a universal joint two.
 """
 
 from __future__ import annotations
@@ -18,19 +19,28 @@ from ..xml.elements import XmlFile
 from ..xml.tree import Element, read_xml
 from .plus_reader import add_loops, add_rest, has_loops
 
-JOINT_TYPES = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
+JOINT_TYPES = {
+    "revolute": "revolute",
+    "continuous": "revolute",
+    "prismatic": "prismatic",
+    "fixed": "fixed",
+}
 SILENT = frozenset({"link", "joint", "material", "transmission", "gazebo", "loop", "coupling", TAG})
 _AXES = re.compile(r"^U(?:JOINT|NIVERSAL)_([XYZ])([XYZ])$")
 REPLACEMENTS = "SPHERICAL, FIXED, UJOINT_XY and the like"
 
 
 def add_urdf(
-    document: Document, file: Path, replace: Mapping[str, str], replace_path: Path_, alone: bool = False
+    document: Document,
+    file: Path,
+    replace: Mapping[str, str],
+    replace_path: Path_,
+    alone: bool = False,
 ) -> str:
     """Add links, joints and loops of a URDF(+) to a document; its root link becomes the base. Returns the robot's name.
 
-    `replace`: joint -> SPHERICAL, FIXED, UJOINT_XY, ...; `replace_path`: where that is written; `alone`: no other file
-    says which joints are driven, and what else a URDF has no words for.
+    `replace`: joint -> SPHERICAL, FIXED, UJOINT_XY, ...; `replace_path`: where that is written;
+    `alone`: no other file says which joints are driven, and what else a URDF has no words for.
     """
     root = read_xml(file)
     reader = _Urdf(document, file, root)
@@ -73,7 +83,8 @@ class _Urdf(XmlFile):
                 raise self.error(child, (tag,), "is not URDF; give the loop under closures")
             self.document.notes.append(f"{self.file.name}: <{tag}> is left out")
 
-    # -- links -------------------------------------------------------------------------------------------------
+    # -- links
+    # -------------------------------------------------------------------------------------------------
 
     def link(self, element: Element) -> None:
         name = self.name(element, "links")
@@ -92,7 +103,10 @@ class _Urdf(XmlFile):
         if mass is None:
             raise self.error(element, path, "<inertial> has no <mass>")
         origin = self.origin(element, path, self.document)
-        entry: dict[str, Any] = {"mass": self.numbers(mass, "value", 1, (*path, "mass"))[0], "com": origin["xyz"]}
+        entry: dict[str, Any] = {
+            "mass": self.numbers(mass, "value", 1, (*path, "mass"))[0],
+            "com": origin["xyz"],
+        }
         inertia = element.first("inertia")
         if inertia is not None:
             moments = {
@@ -102,7 +116,8 @@ class _Urdf(XmlFile):
             entry["inertia"] = {**moments, "frame": {"rpy": origin["rpy"]}}
         return entry
 
-    # -- joints ------------------------------------------------------------------------------------------------
+    # -- joints
+    # ------------------------------------------------------------------------------------------------
 
     def joint(self, element: Element, replace: Mapping[str, str], replace_path: Path_) -> None:
         name = self.name(element, "joints")
@@ -129,13 +144,18 @@ class _Urdf(XmlFile):
 
     def moving(self, element: Element, entry: dict[str, Any], kind: str, path: Path_) -> None:
         axis = element.first("axis")
-        entry["axis"] = [1.0, 0.0, 0.0] if axis is None else self.numbers(axis, "xyz", 3, (*path, "axis"))
+        entry["axis"] = (
+            [1.0, 0.0, 0.0] if axis is None else self.numbers(axis, "xyz", 3, (*path, "axis"))
+        )
         if axis is not None:
             self.document.mark((*path, "axis"), self.file, axis.line)
         limit = element.first("limit")
         if limit is not None and kind != "continuous":
             self.document.mark((*path, "limits"), self.file, limit.line)
-            lower, upper = (self.numbers(limit, key, 1, (*path, "limits"), [0.0])[0] for key in ("lower", "upper"))
+            lower, upper = (
+                self.numbers(limit, key, 1, (*path, "limits"), [0.0])[0]
+                for key in ("lower", "upper")
+            )
             if lower or upper:  # both 0 is what exporters write for no limits
                 entry["limits"] = [lower, upper]
         self.friction(element, entry, path)
@@ -155,14 +175,20 @@ class _Urdf(XmlFile):
             return
         self.document.mark((*path, "friction"), self.file, told.line)
         keys = (("viscous", "damping"), ("coulomb", "friction"))
-        values = {key: self.numbers(told, name, 1, (*path, "friction"), [0.0])[0] for key, name in keys}
+        values = {
+            key: self.numbers(told, name, 1, (*path, "friction"), [0.0])[0] for key, name in keys
+        }
         entry["friction"] = values
 
-    def replaced(self, element: Element, name: str, entry: dict[str, Any], kind: str, written: Path_) -> None:
+    def replaced(
+        self, element: Element, name: str, entry: dict[str, Any], kind: str, written: Path_
+    ) -> None:
         """Joints that stand in place of one: about the axes of its frame, massless links between."""
         universal = _AXES.match(kind)
         if kind == "FIXED":
-            self.document.add_located(("joints", name), {**entry, "type": "fixed"}, self.file, element.line)
+            self.document.add_located(
+                ("joints", name), {**entry, "type": "fixed"}, self.file, element.line
+            )
             self.document.notes.append(f"{name}: fixed at its zero")
             return
         if kind != "SPHERICAL" and (universal is None or universal[1] == universal[2]):
@@ -174,7 +200,13 @@ class _Urdf(XmlFile):
             child = entry["child"] if letter == letters[-1] else own
             if child == own:
                 self.document.add_located(("links", own), {}, self.file, element.line)
-            joint = {"type": "revolute", "parent": parent, "child": child, "origin": origin, "axis": letter.lower()}
+            joint = {
+                "type": "revolute",
+                "parent": parent,
+                "child": child,
+                "origin": origin,
+                "axis": letter.lower(),
+            }
             self.document.add_located(("joints", own), joint, self.file, element.line)
             parent, origin = child, {}
 
@@ -186,7 +218,8 @@ class _Urdf(XmlFile):
         self.document.mark((*path, which), self.file, child.line)
         return link
 
-    # -- values ------------------------------------------------------------------------------------------------
+    # -- values
+    # ------------------------------------------------------------------------------------------------
 
     def base(self) -> None:
         """The one link that is no child is the base."""
@@ -194,9 +227,13 @@ class _Urdf(XmlFile):
         roots = [name for name in links if name not in self.children]
         if len(roots) != 1:
             problem = (
-                "the joints form a cycle, no link is without a parent; cut it and give the loop under closures"
+                "the joints form a cycle, no link is without a parent; cut it and give the loop"
+                " under closures"
                 if links and not roots
-                else f"{len(roots)} links are without a parent ({', '.join(roots[:8])}); a robot has one"
+                else (
+                    f"{len(roots)} links are without a parent ({', '.join(roots[:8])}); a robot"
+                    " has one"
+                )
             )
             raise self.error(self.root, (), problem)
         self.document.data.setdefault("base", roots[0])
@@ -214,5 +251,7 @@ def expand_urdf(document: Document, alone: bool = False) -> str:
     key: Path_ = ("urdf",) if isinstance(entry, str) else ("urdf", "file")
     file = (Path(document.file).parent if document.file else Path()) / told["file"]
     if not file.is_file():
-        raise document.error(key, f"there is no file {file}; the path starts at the folder of this file")
+        raise document.error(
+            key, f"there is no file {file}; the path starts at the folder of this file"
+        )
     return add_urdf(document, file, told.get("replace", {}), ("urdf", "replace"), alone)

@@ -1,7 +1,7 @@
 """A robot as URDF: its spanning tree, loops cut. Every joint, passive ones too, is one that something has to drive.
 
-URDF knows no loops: positions of all joints, as `robot.close` gives them, show the robot as it is. Links are drawn as
-thin rods to their joints, pins and frames, since a description has no shapes.
+URDF knows no loops: positions of all joints, as `robot.close` gives them, show the robot as it is.
+Links are drawn as thin rods to their joints, pins and frames, since a description has no shapes.
 """
 
 from __future__ import annotations
@@ -20,15 +20,18 @@ from ..shapes import number, numbers
 
 UNLIMITED = 1e3  # [m] travel of a prismatic joint without limits, which URDF does not know
 CARRIED = frozenset({"friction", "mimic"})  # what a URDF says of all that it may not say
-EFFORT = 1e9  # [N m or N], RATE [rad/s or m/s]: limits that URDF wants and a description does not give
+EFFORT = (
+    1e9  # [N m or N], RATE [rad/s or m/s]: limits that URDF wants and a description does not give
+)
 RATE = 1e3
 
 
 def to_urdf(robot: RobotDescription) -> str:
     """The spanning tree of a robot as URDF text: the same link frames, joint names, axes, limits, masses and inertias.
 
-    Frames of the robot that are no links become links without mass on fixed joints, payloads links with mass. A
-    comment at the top names the loops that are cut and whatever else a URDF has no words for.
+    Frames of the robot that are no links become links without mass on fixed joints, payloads links
+    with mass. A comment at the top names the loops that are cut and whatever else a URDF has no
+    words for.
     """
     root = tree_element(robot)
     cut = ", ".join(closure.name for closure in robot.closures) or "none"
@@ -42,7 +45,9 @@ def tree_element(robot: RobotDescription) -> Element:
     root = Element("robot", name=robot.name)
     links = {robot.base: Link(robot.base), **robot.links}
     marks = {name: list(shapes.marks(robot, name)) for name in links}
-    size = max((float(np.linalg.norm(point)) for points in marks.values() for point in points), default=1.0)
+    size = max(
+        (float(np.linalg.norm(point)) for points in marks.values() for point in points), default=1.0
+    )
     for name, link in links.items():
         _add_link(root, link, marks[name], shapes.THICKNESS * size)
     for joint in robot.joints.values():
@@ -76,7 +81,14 @@ def _add_link(root: Element, link: Link, marks: list[Array], radius: float) -> N
         SubElement(inertial, "origin", xyz=numbers(link.com), rpy="0 0 0")
         SubElement(inertial, "mass", value=number(link.mass))
         J = link.inertia
-        moments = {"ixx": J[0, 0], "ixy": J[0, 1], "ixz": J[0, 2], "iyy": J[1, 1], "iyz": J[1, 2], "izz": J[2, 2]}
+        moments = {
+            "ixx": J[0, 0],
+            "ixy": J[0, 1],
+            "ixz": J[0, 2],
+            "iyy": J[1, 1],
+            "iyz": J[1, 2],
+            "izz": J[2, 2],
+        }
         SubElement(inertial, "inertia", {name: number(value) for name, value in moments.items()})
     for mark in marks:
         length = float(np.linalg.norm(mark))
@@ -91,7 +103,9 @@ def _add_joint(root: Element, joint: Joint, robot: RobotDescription) -> None:
     lower, upper = joint.limits
     limited = math.isfinite(lower) and math.isfinite(upper)
     endless = joint.type == "revolute" and not limited
-    element = SubElement(root, "joint", name=joint.name, type="continuous" if endless else joint.type)
+    element = SubElement(
+        root, "joint", name=joint.name, type="continuous" if endless else joint.type
+    )
     add_origin(element, joint.translation, joint.rotation)
     SubElement(element, "parent", link=joint.parent)
     SubElement(element, "child", link=joint.child)
@@ -103,7 +117,9 @@ def _add_joint(root: Element, joint: Joint, robot: RobotDescription) -> None:
     SubElement(element, "limit", limit)
     effect, mimic = effects_of(robot, joint.name), robot.mimics.get(joint.name)
     if effect.viscous or effect.coulomb:
-        SubElement(element, "dynamics", damping=number(effect.viscous), friction=number(effect.coulomb))
+        SubElement(
+            element, "dynamics", damping=number(effect.viscous), friction=number(effect.coulomb)
+        )
     if mimic is not None:
         follows = {"multiplier": number(mimic.multiplier), "offset": number(mimic.offset)}
         SubElement(element, "mimic", {"joint": mimic.source, **follows})

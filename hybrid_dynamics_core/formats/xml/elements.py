@@ -35,10 +35,18 @@ class XmlFile:
             return {"xyz": [0.0, 0.0, 0.0], "rpy": [0.0, 0.0, 0.0]}
         document.mark((*path, "origin"), self.file, origin.line)
         zero = [0.0, 0.0, 0.0]
-        return {key: self.numbers(origin, key, 3, (*path, "origin", key), zero) for key in ("xyz", "rpy")}
+        return {
+            key: self.numbers(origin, key, 3, (*path, "origin", key), zero)
+            for key in ("xyz", "rpy")
+        }
 
     def numbers(
-        self, element: Element, attribute: str, count: int, key: Path_, default: list[float] | None = None
+        self,
+        element: Element,
+        attribute: str,
+        count: int,
+        key: Path_,
+        default: list[float] | None = None,
     ) -> list[float]:
         """The finite numbers of an attribute."""
         text = element.attributes.get(attribute)
@@ -47,13 +55,17 @@ class XmlFile:
         told = f"{attribute} is missing" if text is None else f'{attribute}="{text}"'
         return self._numbers(element, text or "", count, key, told)
 
-    def inside(self, element: Element | None, count: int, key: Path_, default: list[float]) -> list[float]:
+    def inside(
+        self, element: Element | None, count: int, key: Path_, default: list[float]
+    ) -> list[float]:
         """The finite numbers between the tags of an element; `default` where there is no such element."""
         if element is None:
             return default
         return self._numbers(element, element.text, count, key, f"'{element.text.strip()}'")
 
-    def _numbers(self, element: Element, text: str, count: int, key: Path_, told: str) -> list[float]:
+    def _numbers(
+        self, element: Element, text: str, count: int, key: Path_, told: str
+    ) -> list[float]:
         try:
             values = [float(part) for part in text.split()]
         except ValueError:

@@ -1,4 +1,7 @@
-"""XML as plain elements with their lines. Document types are refused, so no entity can grow or reach outside."""
+"""XML as plain elements with their lines.
+
+Document types are refused, so no entity can grow or reach outside.
+"""
 
 from __future__ import annotations
 
@@ -64,7 +67,9 @@ class _Reader:
         element = Element(tag, attributes, self.parser.CurrentLineNumber)
         self.count += 1
         if self.count > MAX_ELEMENTS or len(self.open) >= MAX_DEPTH:
-            raise DescriptionError("too many elements for a robot", file=self.path, line=element.line)
+            raise DescriptionError(
+                "too many elements for a robot", file=self.path, line=element.line
+            )
         if self.open:
             self.open[-1].children.append(element)
         else:

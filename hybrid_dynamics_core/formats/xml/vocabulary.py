@@ -1,4 +1,7 @@
-"""Which words of a format a reader knows: what it reads, and what cannot change the robot. All others are refused."""
+"""Which words of a format a reader knows: what it reads, and what cannot change the robot.
+
+All others are refused.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,9 @@ class Words:
 
     attributes: frozenset[str] = frozenset()
     elements: frozenset[str] | None = frozenset()
-    fixed: Mapping[str, str] = field(default_factory=dict)  # attributes and elements: values that say nothing, by |
+    fixed: Mapping[str, str] = field(
+        default_factory=dict
+    )  # attributes and elements: values that say nothing, by |
 
 
 def words(attributes: str = "", elements: str | None = "", **fixed: str) -> Words:
@@ -31,7 +36,8 @@ def words(attributes: str = "", elements: str | None = "", **fixed: str) -> Word
 class WordCheck:
     """Goes through a file; `table` has the words of an element by tag, or by its parent's tag and its own (`a/b`).
 
-    Elements without words are not looked into. `advice` ends every message. Names with a colon belong to others.
+    Elements without words are not looked into. `advice` ends every message. Names with a colon
+    belong to others.
     """
 
     def __init__(self, xml: XmlFile, table: Mapping[str, Words], advice: str) -> None:
@@ -49,19 +55,38 @@ class WordCheck:
                 self.value(element, f"{name} of <{element.tag}>", value, known.fixed.get(name), key)
         for child in element.children:
             if child.tag in known.fixed:
-                self.value(child, f"<{child.tag}> of <{element.tag}>", child.text, known.fixed[child.tag], key)
-            elif known.elements is not None and child.tag not in known.elements and ":" not in child.tag:
-                raise self.xml.error(child, key or (element.tag,), f"<{child.tag}> is not covered{self.advice}")
+                self.value(
+                    child,
+                    f"<{child.tag}> of <{element.tag}>",
+                    child.text,
+                    known.fixed[child.tag],
+                    key,
+                )
+            elif (
+                known.elements is not None
+                and child.tag not in known.elements
+                and ":" not in child.tag
+            ):
+                raise self.xml.error(
+                    child, key or (element.tag,), f"<{child.tag}> is not covered{self.advice}"
+                )
             self.check(child, element.tag, key)
 
-    def value(self, element: Element, name: str, value: str, wanted: str | None, key: Path_) -> None:
+    def value(
+        self, element: Element, name: str, value: str, wanted: str | None, key: Path_
+    ) -> None:
         """Raise a DescriptionError where a word has not the value it may have."""
         if wanted is None:
-            raise self.xml.error(element, key or (element.tag,), f"{name} is not covered{self.advice}")
+            raise self.xml.error(
+                element, key or (element.tag,), f"{name} is not covered{self.advice}"
+            )
         values = wanted.split("|")
         if value.strip() and not any(alike(value, one) for one in values):
             expected = " or ".join(f"'{one}'" for one in values)
-            problem = f"{name} is '{value.strip()}', which is not covered; expected {expected}{self.advice}"
+            problem = (
+                f"{name} is '{value.strip()}', which is not covered; expected"
+                f" {expected}{self.advice}"
+            )
             raise self.xml.error(element, key or (element.tag,), problem)
 
 

@@ -1,6 +1,7 @@
 """Blocks of a trace as functions with loops: the inverse of a matrix, and Newton's iteration.
 
-They do what `algebra.numerics` does on floats. A block works on one state; on lanes it is called state by state.
+They do what `algebra.numerics` does on floats. A block works on one state; on lanes it is called
+state by state.
 """
 
 from __future__ import annotations
@@ -38,7 +39,11 @@ def call_block(nodes: Nodes, number: int) -> list[str]:
     given, answer = f.slot(lanes.kind, len(known)), f.slot(lanes.kind, outputs(block))
     for k, name in enumerate(known):
         f.store(name, given, k, kind=lanes.kind)
-    name = f"@invert.{block.size}" if block.body is None else f"@newton.{body_name(nodes.trace, number)}"
+    name = (
+        f"@invert.{block.size}"
+        if block.body is None
+        else f"@newton.{body_name(nodes.trace, number)}"
+    )
     if lanes.width == 1:
         f.do(f"call void {name}(ptr {given}, ptr {answer})")
     else:
@@ -92,7 +97,10 @@ def _eliminate(n: int, m: int) -> str:
         f.store(constant(-1.0), largest)
         f.store(c, row, kind="i64")
         with f.loop(c, n) as r:
-            size = f.let(f"call double @llvm.fabs.f64(double {f.load('%a', f.let(f'mul i64 {r}, {width}'), c)})")
+            size = f.let(
+                "call double @llvm.fabs.f64(double"
+                f" {f.load('%a', f.let(f'mul i64 {r}, {width}'), c)})"
+            )
             with f.when(f.let(f"fcmp ogt double {size}, {f.load(largest)}")):
                 f.store(size, largest)
                 f.store(r, row, kind="i64")
@@ -166,7 +174,9 @@ def _newton(name: str, block: Block) -> str:
             share = f.let(f"fdiv double {constant(LARGEST_STEP)}, {least}")
             share = f.let(f"call double @llvm.minnum.f64(double {share}, double {constant(1.0)})")
             with f.loop(0, n) as k:
-                step = lanes.arithmetic("fmul", share, f.load(work, f.let(f"mul i64 {k}, {n + 1}"), n))
+                step = lanes.arithmetic(
+                    "fmul", share, f.load(work, f.let(f"mul i64 {k}, {n + 1}"), n)
+                )
                 f.store(lanes.arithmetic("fsub", f.load("%out", k), step), "%out", k)
             with f.when(f.let(f"fcmp olt double {most}, {constant(SMALL_STEP)}")):
                 f.store(count, "%out", n)
@@ -179,7 +189,9 @@ def _largest_step(f: Function, work: str, n: int, largest: str) -> None:
     """The largest size of a step in the slot; infinite where one is not a number."""
     f.store(constant(0.0), largest)
     with f.loop(0, n) as k:
-        size = f.let(f"call double @llvm.fabs.f64(double {f.load(work, f.let(f'mul i64 {k}, {n + 1}'), n)})")
+        size = f.let(
+            f"call double @llvm.fabs.f64(double {f.load(work, f.let(f'mul i64 {k}, {n + 1}'), n)})"
+        )
         with f.when(f.let(f"fcmp uno double {size}, {size}")):
             f.store(constant(float("inf")), largest)
         with f.when(f.let(f"fcmp ogt double {size}, {f.load(largest)}")):

@@ -1,8 +1,9 @@
 """Functions that Python calls: arrays are checked and read where they lie, nothing is converted or allocated.
 
-`self` is an array of addresses of this process (`Address`). What an array must be: of the type numpy.ndarray itself,
-float64 in the machine's order, of the right shape, in C order, aligned, and writable where it is filled. The answer is
-a status as a Python integer; `NOT_TAKEN` says that some argument is something else, and that nothing was computed.
+`self` is an array of addresses of this process (`Address`). What an array must be: of the type
+numpy.ndarray itself, float64 in the machine's order, of the right shape, in C order, aligned, and
+writable where it is filled. The answer is a status as a Python integer; `NOT_TAKEN` says that some
+argument is something else, and that nothing was computed.
 """
 
 from __future__ import annotations
@@ -71,7 +72,10 @@ class Entry:
         """Argument `number`, if it is an array of a type; its shape is not looked at yet."""
         f, header = self.f, self.header
         thing = f.let(f"load ptr, ptr {f.at('%args', number, kind='ptr')}, align 8")
-        own, wanted = self.field(thing, header.type), f.load(self.addresses, Address.ARRAY_TYPE, kind="ptr")
+        own, wanted = (
+            self.field(thing, header.type),
+            f.load(self.addresses, Address.ARRAY_TYPE, kind="ptr"),
+        )
         self.require(f"icmp eq ptr {own}, {wanted}")
         flags = _ORDER | (_WRITABLE if writable else 0)
         descr, has = self.field(thing, header.descr), self.field(thing, header.flags, "i32")
@@ -88,7 +92,9 @@ class Entry:
         if shape:
             dims = self.field(thing, self.header.dims)
             lengths = [self.f.load(dims, axis, kind="i64") for axis in range(len(shape))]
-            self.require(*(f"icmp eq i64 {has}, {size}" for has, size in zip(lengths, shape, strict=True)))
+            self.require(
+                *(f"icmp eq i64 {has}, {size}" for has, size in zip(lengths, shape, strict=True))
+            )
         return self.field(thing, self.header.data)
 
     def lengths(self, number: int, rank: int) -> list[str]:
@@ -139,8 +145,12 @@ def one_entry(trace: Trace, header: Header) -> str:
     k = len(trace.inputs)
     entry = Entry("call", k + len(trace.layout), header)
     inputs = [entry.array(v, [size], writable=False) for v, size in enumerate(trace.inputs)]
-    outs = [entry.array(k + j, list(shape), writable=True) for j, (_, shape) in enumerate(trace.layout)]
-    entry.require_apart(list(zip(inputs, trace.inputs, strict=True)), list(zip(outs, sizes(trace), strict=True)))
+    outs = [
+        entry.array(k + j, list(shape), writable=True) for j, (_, shape) in enumerate(trace.layout)
+    ]
+    entry.require_apart(
+        list(zip(inputs, trace.inputs, strict=True)), list(zip(outs, sizes(trace), strict=True))
+    )
     arguments = ", ".join(f"ptr {p}" for p in inputs + outs)
     return entry.finish(entry.f.let(f"call i64 @one({arguments})"))
 
@@ -148,7 +158,8 @@ def one_entry(trace: Trace, header: Header) -> str:
 def rows_entry(trace: Trace, header: Header) -> str:
     """`call(a0, ..., o0, ..., status)` for many states, other Python threads running meanwhile.
 
-    Inputs (N, size), or (size,) for all states; outputs (N, *shape) and int64 status (N,) are filled; the answer is 0.
+    Inputs (N, size), or (size,) for all states; outputs (N, *shape) and int64 status (N,) are
+    filled; the answer is 0.
     """
     k, m = len(trace.inputs), len(trace.layout)
     entry = Entry("call", k + m + 1, header)

@@ -10,14 +10,23 @@ from .text import Function, Lanes
 
 _ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 _INTRINSIC = {"sqrt": "sqrt", "abs": "fabs"}
-CallBlock = Callable[["Nodes", int], list[str]]  # (nodes, number of the block) -> names of its outputs
-Fetch = Callable[[Lanes, int], str]  # (where to write, a node that was not computed here) -> name of its value
+CallBlock = Callable[
+    ["Nodes", int], list[str]
+]  # (nodes, number of the block) -> names of its outputs
+Fetch = Callable[
+    [Lanes, int], str
+]  # (where to write, a node that was not computed here) -> name of its value
 
 
 class Nodes:
-    """Writes nodes of a trace into a function; `value` names each. What is not written here is fetched when needed."""
+    """Writes nodes of a trace into a function; `value` names each.
 
-    def __init__(self, trace: Trace, lanes: Lanes, indices: Iterable[int], fetch: Fetch, call: CallBlock) -> None:
+    What is not written here is fetched when needed.
+    """
+
+    def __init__(
+        self, trace: Trace, lanes: Lanes, indices: Iterable[int], fetch: Fetch, call: CallBlock
+    ) -> None:
         self.trace, self.lanes = trace, lanes
         self._fetch, self._call = fetch, call
         self._names: dict[int, str] = {}
@@ -59,7 +68,9 @@ class Nodes:
             return self._angle(left)[0 if op == "sin" else 1]
         if op == "atan2":
             kind = self.lanes.kind
-            return self.function.let(f"call {kind} {_atan2(self.lanes.width)}({kind} {left}, {kind} {self.value(b)})")
+            return self.function.let(
+                f"call {kind} {_atan2(self.lanes.width)}({kind} {left}, {kind} {self.value(b)})"
+            )
         return self.lanes.intrinsic(_INTRINSIC[op], left)
 
     def _angle(self, angle: str) -> tuple[str, str]:

@@ -1,7 +1,8 @@
 """A long trace in parts: functions one after the other, with memory for what a later one needs.
 
-The time that LLVM takes for one function grows faster than its length, so this keeps it proportional to the trace. A
-function that is not divided runs faster, though: values that pass between parts go through memory.
+The time that LLVM takes for one function grows faster than its length, so this keeps it
+proportional to the trace. A function that is not divided runs faster, though: values that pass
+between parts go through memory.
 """
 
 from __future__ import annotations
@@ -20,10 +21,13 @@ PART = 2000  # nodes of a part of a longer one
 class Parts:
     """The live nodes of a trace, divided; `slots`: numbers (of lanes) that pass from a part to a later one.
 
-    `name` of the functions, their `parameters` (typed, as in a definition), and how they `fetch` inputs.
+    `name` of the functions, their `parameters` (typed, as in a definition), and how they `fetch`
+    inputs.
     """
 
-    def __init__(self, trace: Trace, width: int, name: str, parameters: Sequence[str], fetch: Fetch) -> None:
+    def __init__(
+        self, trace: Trace, width: int, name: str, parameters: Sequence[str], fetch: Fetch
+    ) -> None:
         self.trace, self.width, self.name, self.parameters = trace, width, name, list(parameters)
         self._fetch_input = fetch
         self._divided = _divide(trace)
@@ -35,21 +39,32 @@ class Parts:
             return Nodes(self.trace, lanes, self._divided[0], self._fetch_input, call)
         memory = lanes.function.slot(lanes.kind, self.slots)
         for k in range(len(self._divided)):
-            lanes.function.do(f"call void @{self.name}.{k}({', '.join([*self.parameters, f'ptr {memory}'])})")
+            lanes.function.do(
+                f"call void @{self.name}.{k}({', '.join([*self.parameters, f'ptr {memory}'])})"
+            )
         return Nodes(self.trace, lanes, [], self._from(memory), call)
 
     def functions(self, call: CallBlock) -> list[str]:
         """The parts as functions; none where one is enough."""
-        return [] if len(self._divided) == 1 else [self._function(k, call) for k in range(len(self._divided))]
+        return (
+            []
+            if len(self._divided) == 1
+            else [self._function(k, call) for k in range(len(self._divided))]
+        )
 
     def _function(self, k: int, call: CallBlock) -> str:
-        f = Function(f"define internal void @{self.name}.{k}({', '.join([*self.parameters, 'ptr %memory'])}) noinline")
+        f = Function(
+            f"define internal void @{self.name}.{k}({', '.join([*self.parameters, 'ptr %memory'])})"
+            " noinline"
+        )
         lanes = Lanes(f, self.width)
         nodes = Nodes(self.trace, lanes, self._divided[k], self._from("%memory"), call)
         for index in self._divided[k]:
             if index in self._place:
                 value = nodes.value(index)
-                f.do(f"store {lanes.kind} {value}, ptr {self._address(f, '%memory', index)}, align 8")
+                f.do(
+                    f"store {lanes.kind} {value}, ptr {self._address(f, '%memory', index)}, align 8"
+                )
         f.do("ret void")
         return f.text()
 
@@ -81,13 +96,20 @@ def _divide(trace: Trace) -> list[list[int]]:
 
 def _places(trace: Trace, parts: list[list[int]]) -> tuple[dict[int, int], int]:
     """Where each node that a later part needs is kept, and how many places there are; they are used again."""
-    owner = {index: k for k, part in enumerate(parts) for index in part if trace.graph.nodes[index][0] != "input"}
+    owner = {
+        index: k
+        for k, part in enumerate(parts)
+        for index in part
+        if trace.graph.nodes[index][0] != "input"
+    }
     last: dict[int, int] = {}
     for k, part in enumerate(parts):
         for index in part:
             last.update({x: k for x in trace.graph.operands(index) if owner.get(x, k) < k})
     results = [*trace.outputs, *(check.value for check in trace.checks)]
-    last.update({x.index: len(parts) for x in results if isinstance(x, Symbol) and x.index in owner})
+    last.update(
+        {x.index: len(parts) for x in results if isinstance(x, Symbol) and x.index in owner}
+    )
     place: dict[int, int] = {}
     free: list[int] = []
     total = 0

@@ -1,7 +1,8 @@
 """Sine and cosine together, on lanes: reduction by pi/2 in three parts, then polynomials on [-pi/4, pi/4].
 
-Parts and coefficients are those of FDLIBM (Sun Microsystems, 1993: e_rem_pio2.c, k_sin.c, k_cos.c), whose error is
-below one unit in the last place. Angles from `LARGE` on, where the parts are too short, go to the C library.
+Parts and coefficients are those of FDLIBM (Sun Microsystems, 1993: e_rem_pio2.c, k_sin.c, k_cos.c),
+whose error is below one unit in the last place. Angles from `LARGE` on, where the parts are too
+short, go to the C library.
 """
 
 from __future__ import annotations
@@ -11,9 +12,16 @@ from collections.abc import Sequence
 
 from .text import Function, Lanes
 
-LARGE = 1e5  # [rad] multiples of pi/2 up to here have at most 16 bits, so their products with a part are exact
-_ROUND = 1.5 * 2.0**52  # added and taken away again, it rounds to an integer and leaves it in the lowest bits
-_PARTS = (0x3FF921FB54400000, 0x3DD0B4611A600000, 0x3BA3198A2E037073)  # of pi/2: 33 bits, 33 bits, the rest
+# [rad] multiples of pi/2 up to here have at most 16 bits, so their products with a part are exact
+LARGE = 1e5
+_ROUND = (
+    1.5 * 2.0**52
+)  # added and taken away again, it rounds to an integer and leaves it in the lowest bits
+_PARTS = (
+    0x3FF921FB54400000,
+    0x3DD0B4611A600000,
+    0x3BA3198A2E037073,
+)  # of pi/2: 33 bits, 33 bits, the rest
 _SIN = (
     -1.66666666666666324348e-01,
     8.33333333332248946124e-03,
@@ -37,20 +45,31 @@ def sincos_functions(width: int) -> list[str]:
     lanes = Lanes(Function(""), width)
     pair = f"{{ {lanes.kind}, {lanes.kind} }}"
     large = Function(f"define internal {pair} @sincos.large.{width}({lanes.kind} %x) noinline")
-    _return(large, pair, [Lanes(large, width).intrinsic(name, "%x") for name in ("sin", "cos")], width)
+    _return(
+        large, pair, [Lanes(large, width).intrinsic(name, "%x") for name in ("sin", "cos")], width
+    )
 
     f = Function(f"define internal {pair} @sincos.{width}({lanes.kind} %x) alwaysinline")
     lanes = Lanes(f, width)
     small = _reduced(lanes, "%x")
     near = lanes.compare("olt", lanes.intrinsic("fabs", "%x"), lanes.constant(LARGE))
-    all_near = near if width == 1 else f.let(f"call i1 @llvm.vector.reduce.and.v{width}i1({lanes.mask} {near})")
+    all_near = (
+        near
+        if width == 1
+        else f.let(f"call i1 @llvm.vector.reduce.and.v{width}i1({lanes.mask} {near})")
+    )
     usual, far = f.label(), f.label()
     f.branch(all_near, usual, far)
     f.begin(far)
     both = f.let(f"call {pair} @sincos.large.{width}({lanes.kind} %x)")
     parts = [f.let(f"extractvalue {pair} {both}, {k}") for k in (0, 1)]
     # Lane by lane: a large angle changes nothing of the states beside it.
-    _return(f, pair, [lanes.choose(near, lanes.kind, *two) for two in zip(small, parts, strict=True)], width)
+    _return(
+        f,
+        pair,
+        [lanes.choose(near, lanes.kind, *two) for two in zip(small, parts, strict=True)],
+        width,
+    )
     f.begin(usual)
     _return(f, pair, small, width)
     return [large.text(), f.text()]
@@ -64,7 +83,9 @@ def _return(f: Function, pair: str, values: Sequence[str], width: int) -> None:
 
 def _reduced(lanes: Lanes, x: str) -> list[str]:
     f, n = lanes.function, lanes.constant
-    shifted = lanes.arithmetic("fadd", lanes.arithmetic("fmul", x, n(0.63661977236758134308)), n(_ROUND))
+    shifted = lanes.arithmetic(
+        "fadd", lanes.arithmetic("fmul", x, n(0.63661977236758134308)), n(_ROUND)
+    )
     turns = lanes.arithmetic("fsub", shifted, n(_ROUND))
     rest = x
     for part in _PARTS:
@@ -75,7 +96,9 @@ def _reduced(lanes: Lanes, x: str) -> list[str]:
     odd = f.let(f"trunc {lanes.integer} {quarter} to {lanes.mask}")
     after = f.let(f"add {lanes.integer} {quarter}, {lanes.spread('i64', 1)}")
     swapped = [lanes.choose(odd, lanes.kind, *pair) for pair in ((cosine, sine), (sine, cosine))]
-    return [_signed(lanes, value, turn) for value, turn in zip(swapped, (quarter, after), strict=True)]
+    return [
+        _signed(lanes, value, turn) for value, turn in zip(swapped, (quarter, after), strict=True)
+    ]
 
 
 def _signed(lanes: Lanes, value: str, quarters: str) -> str:
@@ -104,5 +127,7 @@ def _polynomials(lanes: Lanes, x: str) -> tuple[str, str]:
 def _horner(lanes: Lanes, coefficients: Sequence[float], x: str) -> str:
     value = lanes.constant(coefficients[-1])
     for coefficient in coefficients[-2::-1]:
-        value = lanes.arithmetic("fadd", lanes.arithmetic("fmul", value, x), lanes.constant(coefficient))
+        value = lanes.arithmetic(
+            "fadd", lanes.arithmetic("fmul", value, x), lanes.constant(coefficient)
+        )
     return value

@@ -1,7 +1,7 @@
 """A whole trace as functions: `@one` for a state, `@rows` for many, several of them side by side.
 
-Arguments are pointers to the input vectors and to the named outputs. The status of a state is 0, the code of the
-first check that fails, or NOT_FINITE.
+Arguments are pointers to the input vectors and to the named outputs. The status of a state is 0,
+the code of the first check that fails, or NOT_FINITE.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from .nodes import Nodes
 from .parts import Parts
 from .text import Function, Lanes
 
-BLOCK = 64  # states whose inputs are gathered at a time: several vectors' worth, still in the first cache
+# states whose inputs are gathered at a time: several vectors' worth, still in the first cache
+BLOCK = 64
 
 
 def sizes(trace: Trace) -> list[int]:
@@ -35,7 +36,9 @@ def _outs(trace: Trace) -> list[str]:
 def one_functions(trace: Trace) -> list[str]:
     """`@one(a0, ..., o0, ...)`: fill the outputs of a state, return its status; after the parts that it calls."""
     parts = Parts(trace, 1, "one", _parameters(trace), fetch_input(trace))
-    f = Function(f"define internal i64 @one({', '.join(_parameters(trace) + _outs(trace))}) alwaysinline")
+    f = Function(
+        f"define internal i64 @one({', '.join(_parameters(trace) + _outs(trace))}) alwaysinline"
+    )
     nodes = parts.nodes(Lanes(f, 1), call_block)
     inputs = [f.load(f"%a{v}", k) for v, k in _read(trace)]
     status = _status(nodes, inputs)
@@ -57,7 +60,9 @@ def _status(nodes: Nodes, inputs: list[str]) -> str:
     """Status of each lane."""
     lanes, trace = nodes.lanes, nodes.trace
     finite = lanes.compare("oeq", _not_finite(nodes, inputs), lanes.constant(0.0))
-    status = lanes.choose(finite, lanes.integer, lanes.spread("i64", 0), lanes.spread("i64", NOT_FINITE))
+    status = lanes.choose(
+        finite, lanes.integer, lanes.spread("i64", 0), lanes.spread("i64", NOT_FINITE)
+    )
     for check in reversed(trace.checks):  # the first check that fails names the status
         good = lanes.compare("ogt", nodes.value(check.value), lanes.constant(check.threshold))
         status = lanes.choose(good, lanes.integer, status, lanes.spread("i64", check.code))
@@ -71,13 +76,18 @@ def _not_finite(nodes: Nodes, inputs: list[str]) -> str:
     zero = lanes.constant(0.0)
     chains = [zero] * 4
     for k, value in enumerate([*inputs, *results.values()]):
-        chains[k % 4] = lanes.arithmetic("fadd", chains[k % 4], lanes.arithmetic("fmul", value, zero))
+        chains[k % 4] = lanes.arithmetic(
+            "fadd", chains[k % 4], lanes.arithmetic("fmul", value, zero)
+        )
     first, second = (lanes.arithmetic("fadd", a, b) for a, b in (chains[:2], chains[2:]))
     return lanes.arithmetic("fadd", first, second)
 
 
 def wide_functions(trace: Trace, width: int) -> list[str]:
-    """`@wide(in, o0, ..., status)`: `width` states at once. Inputs come by component, outputs go to rows."""
+    """`@wide(in, o0, ..., status)`: `width` states at once.
+
+    Inputs come by component, outputs go to rows.
+    """
     column = {key: n for n, key in enumerate(_read(trace))}
 
     def fetch(lanes: Lanes, index: int) -> str:
@@ -85,7 +95,10 @@ def wide_functions(trace: Trace, width: int) -> list[str]:
         return _load_column(lanes, column[int(vector), int(component)])
 
     parts = Parts(trace, width, "wide", ["ptr %in"], fetch)
-    f = Function(f"define internal void @wide({', '.join(['ptr %in', *_outs(trace), 'ptr %status'])}) noinline")
+    f = Function(
+        f"define internal void @wide({', '.join(['ptr %in', *_outs(trace), 'ptr %status'])})"
+        " noinline"
+    )
     lanes = Lanes(f, width)
     nodes = parts.nodes(lanes, call_block)
     inputs = [_load_column(lanes, n) for n in column.values()]
@@ -95,7 +108,11 @@ def wide_functions(trace: Trace, width: int) -> list[str]:
         for j in range(size):
             value = nodes.value(next(values))
             for lane in range(width):
-                f.store(f.let(f"extractelement {lanes.kind} {value}, i64 {lane}"), f"%o{k}", lane * size + j)
+                f.store(
+                    f.let(f"extractelement {lanes.kind} {value}, i64 {lane}"),
+                    f"%o{k}",
+                    lane * size + j,
+                )
     f.do("ret void")
     return [*parts.functions(call_block), f.text()]
 
@@ -120,8 +137,12 @@ def rows_function(trace: Trace, width: int) -> str:
 
 def _row_by_row(f: Function, trace: Trace) -> None:
     with f.loop(0, "%n") as row:
-        places = [f.at(f"%a{v}", f.let(f"mul i64 {row}, %stride{v}")) for v in range(len(trace.inputs))]
-        places += [f.at(f"%o{k}", f.let(f"mul i64 {row}, {size}")) for k, size in enumerate(sizes(trace))]
+        places = [
+            f.at(f"%a{v}", f.let(f"mul i64 {row}, %stride{v}")) for v in range(len(trace.inputs))
+        ]
+        places += [
+            f.at(f"%o{k}", f.let(f"mul i64 {row}, {size}")) for k, size in enumerate(sizes(trace))
+        ]
         status = f.let(f"call i64 @one({', '.join(f'ptr {p}' for p in places)})")
         f.store(status, "%status", row, kind="i64")
 
@@ -144,7 +165,10 @@ def _blocks(f: Function, trace: Trace, width: int) -> None:
             whole, part, on = f.label(), f.label(), f.label()
             f.branch(f.let(f"icmp sge i64 {rest}, {width}"), whole, part)
             f.begin(whole)
-            places = [f.at(f"%o{k}", f.let(f"mul i64 {row}, {size}")) for k, size in enumerate(sizes(trace))]
+            places = [
+                f.at(f"%o{k}", f.let(f"mul i64 {row}, {size}"))
+                for k, size in enumerate(sizes(trace))
+            ]
             _call_wide(f, f.at(columns, first), places, f.at("%status", row, kind="i64"))
             f.do(f"br label %{on}")
             f.begin(part)
@@ -158,7 +182,14 @@ def _blocks(f: Function, trace: Trace, width: int) -> None:
             f.begin(on)
 
 
-def _gather(f: Function, read: list[tuple[int, int]], columns: str, start: str, last: str, vectors: list[int]) -> None:
+def _gather(
+    f: Function,
+    read: list[tuple[int, int]],
+    columns: str,
+    start: str,
+    last: str,
+    vectors: list[int],
+) -> None:
     """Put a block of states of some input vectors into columns; lanes after the last state repeat it."""
     with f.loop(0, BLOCK) as lane:
         row = f.let(f"add i64 {start}, {lane}")
@@ -175,7 +206,9 @@ def _call_wide(f: Function, columns: str, outs: list[str], status: str) -> None:
     f.do(f"call void @wide({', '.join(f'ptr {p}' for p in (columns, *outs, status))})")
 
 
-def _copy(f: Function, source: str, source_row: str, target: str, target_row: str, size: int) -> None:
+def _copy(
+    f: Function, source: str, source_row: str, target: str, target_row: str, size: int
+) -> None:
     if size:
         a, b = (f.let(f"mul i64 {row}, {size}") for row in (source_row, target_row))
         with f.loop(0, size) as j:

@@ -54,7 +54,14 @@ class Function:
         """The value `indices` entries after a pointer."""
         return self.let(f"load {kind}, ptr {self.at(pointer, *indices, kind=kind)}, align {align}")
 
-    def store(self, value: str | int, pointer: str, *indices: str | int, kind: str = "double", align: int = 8) -> None:
+    def store(
+        self,
+        value: str | int,
+        pointer: str,
+        *indices: str | int,
+        kind: str = "double",
+        align: int = 8,
+    ) -> None:
         """Put a value `indices` entries after a pointer."""
         self.do(f"store {kind} {value}, ptr {self.at(pointer, *indices, kind=kind)}, align {align}")
 
@@ -71,9 +78,17 @@ class Function:
         self.do(f"br i1 {condition}, label %{yes}, label %{no}")
 
     @contextmanager
-    def loop(self, start: str | int, stop: str | int, step: int = 1, while_: str | None = None) -> Iterator[str]:
+    def loop(
+        self, start: str | int, stop: str | int, step: int = 1, while_: str | None = None
+    ) -> Iterator[str]:
         """Do what is written inside for each index from start to before stop, while the slot `while_` (i1) is set."""
-        counter, head, check, body, done = self.slot("i64"), self.label(), self.label(), self.label(), self.label()
+        counter, head, check, body, done = (
+            self.slot("i64"),
+            self.label(),
+            self.label(),
+            self.label(),
+            self.label(),
+        )
         self.store(start, counter, kind="i64")
         self.do(f"br label %{head}")
         self.begin(head)
@@ -130,15 +145,20 @@ class Lanes:
     def arithmetic(self, operation: str, a: str, b: str) -> str:
         """fadd, fsub, fmul or fdiv.
 
-        Where a term of a sum is a product, both are one fused operation if the processor has it. Which ones is said
-        here and not left to LLVM, so that one state and many are rounded alike: they agree to the last bit.
+        Where a term of a sum is a product, both are one fused operation if the processor has it.
+        Which ones is said here and not left to LLVM, so that one state and many are rounded alike:
+        they agree to the last bit.
         """
         f = self.function
         if operation in ("fadd", "fsub") and a in f.products:
-            return self.intrinsic("fmuladd", *f.products[a], b if operation == "fadd" else self.negative(b))
+            return self.intrinsic(
+                "fmuladd", *f.products[a], b if operation == "fadd" else self.negative(b)
+            )
         if operation in ("fadd", "fsub") and b in f.products:
             left, right = f.products[b]
-            return self.intrinsic("fmuladd", left if operation == "fadd" else self.negative(left), right, a)
+            return self.intrinsic(
+                "fmuladd", left if operation == "fadd" else self.negative(left), right, a
+            )
         value = f.let(f"{operation} {self.kind} {a}, {b}")
         if operation == "fmul":
             f.products[value] = a, b
@@ -166,8 +186,14 @@ def declarations(width: int) -> list[str]:
     """LLVM's functions on doubles of a width, and the ones of C."""
     lanes = Lanes(Function(""), width)
     one, two = f"({lanes.kind})", f"({lanes.kind}, {lanes.kind})"
-    unary = [f"declare {lanes.kind} @llvm.{name}.{lanes.suffix}{one}" for name in ("sqrt", "fabs", "sin", "cos")]
-    binary = [f"declare {lanes.kind} @llvm.{name}.{lanes.suffix}{two}" for name in ("minnum", "maxnum")]
-    fused = [f"declare {lanes.kind} @llvm.fmuladd.{lanes.suffix}({lanes.kind}, {lanes.kind}, {lanes.kind})"]
+    unary = [
+        f"declare {lanes.kind} @llvm.{name}.{lanes.suffix}{one}"
+        for name in ("sqrt", "fabs", "sin", "cos")
+    ]
+    binary = [
+        f"declare {lanes.kind} @llvm.{name}.{lanes.suffix}{two}" for name in ("minnum", "maxnum")
+    ]
+    three = ", ".join([lanes.kind] * 3)
+    fused = [f"declare {lanes.kind} @llvm.fmuladd.{lanes.suffix}({three})"]
     every = [] if width == 1 else [f"declare i1 @llvm.vector.reduce.and.v{width}i1({lanes.mask})"]
     return unary + binary + fused + every

@@ -52,12 +52,15 @@ class Track:
         every: each how manieth sample is here.
         gaps: (from, to) [s] where stamps are further apart than the largest gap.
         bad: (time [s], why) of samples that were refused.
-        strays: samples that do not fit the motion around them, and have no acceleration; none of the causal filter.
-        measured: joints of the bag's samples, the active ones unless the node's parameter says otherwise.
+        strays: samples that do not fit the motion around them, and have no acceleration; none of
+        the causal filter.
+        measured: joints of the bag's samples, the active ones unless the node's parameter says
+        otherwise.
         max_gap: the largest gap [s], a parameter of the node.
         intervals: (k,) [s] between all stamps, one after the other from `first` on.
         first: [s] the first stamp that was looked at.
-        errors: recorded less computed efforts over all samples: count, sum, sum of squares, largest, (n,) each.
+        errors: recorded less computed efforts over all samples: count, sum, sum of squares,
+        largest, (n,) each.
         losses: what could not be read.
         smooth: how accelerations were found, one of `process.SMOOTHINGS`.
         causal_lag: how late they are where they come from the node's filter [s].
@@ -136,7 +139,15 @@ class Errors:
     def none(n: int) -> Errors:
         """Of no samples."""
         zeros = np.zeros(n)
-        return Errors(np.zeros(n, dtype=np.int64), zeros, zeros, zeros, np.zeros(n, dtype=np.int64), zeros, zeros)
+        return Errors(
+            np.zeros(n, dtype=np.int64),
+            zeros,
+            zeros,
+            zeros,
+            np.zeros(n, dtype=np.int64),
+            zeros,
+            zeros,
+        )
 
     def add(self, recorded: FloatArray, computed: FloatArray, stamp_ns: NDArray[np.int64]) -> None:
         """More samples (N, n), with their stamps [ns]."""
@@ -150,7 +161,9 @@ class Errors:
         self.squares = self.squares + (error**2).sum(axis=0)
         size = np.abs(error)
         worst = size.argmax(axis=0)
-        self.largest_ns = np.where(size.max(axis=0) > self.largest, stamp_ns[worst], self.largest_ns)
+        self.largest_ns = np.where(
+            size.max(axis=0) > self.largest, stamp_ns[worst], self.largest_ns
+        )
         self.largest = np.maximum(self.largest, size.max(axis=0))
         self.recorded_total = self.recorded_total + told.sum(axis=0)
         self.recorded_squares = self.recorded_squares + (told**2).sum(axis=0)
@@ -201,11 +214,13 @@ def collect(  # noqa: PLR0913 - the command's options
 ) -> Track:
     """Run a recording through the pipeline and keep about `most` samples, evenly.
 
-    `span`: from and to [s], after the first stamp of the bag, to which times refer too; nothing outside is looked at.
-    `smooth`: one of `process.SMOOTHINGS`; None: that of a processed bag, or the spline, which has no lag.
+    `span`: from and to [s], after the first stamp of the bag, to which times refer too; nothing
+    outside is looked at. `smooth`: one of `process.SMOOTHINGS`; None: that of a processed bag, or
+    the spline, which has no lag.
 
     Raises:
-        BagError: there is nothing in it that the model can take, or it is not told which robot it is of.
+        BagError: there is nothing in it that the model can take, or it is not told which robot it
+        is of.
     """
     settings = settings or Settings()
     smooth = smooth or _smoothing(path)
@@ -240,9 +255,13 @@ def collect(  # noqa: PLR0913 - the command's options
     if not kept.motions:
         told = "".join(f"; {code}: {text}" for code, text in bulk.first_rejections.items())
         where = "" if span == WHOLE else f" from {span[0]:g} s {told_end(span)} of the bag"
-        raise BagError(f"{path}: {name}: no sample{where} can be used ({pipeline.counts.summary()}){told}")
+        raise BagError(
+            f"{path}: {name}: no sample{where} can be used ({pipeline.counts.summary()}){told}"
+        )
     lag = pipeline.acceleration_lag(measured=kept.with_velocity >= kept.without)  # of most samples
-    return _track(machine, pipeline, name, kept, errors, every, losses, smooth, lag, settings[MAX_GAP])
+    return _track(
+        machine, pipeline, name, kept, errors, every, losses, smooth, lag, settings[MAX_GAP]
+    )
 
 
 def _smoothing(path: Path) -> str:
@@ -256,11 +275,17 @@ def _own_states(source: Source) -> str | None:
     own, given = _COMPUTED, f"{NODE}/active_joint_states"
     if given in source.topics or own not in source.topics:
         return None
-    others = [t.name for t in source.topics.values() if t.kind == source.topics[own].kind and NODE not in t.name]
+    others = [
+        t.name
+        for t in source.topics.values()
+        if t.kind == source.topics[own].kind and NODE not in t.name
+    ]
     return own if len(others) != 1 else others[0]
 
 
-def _read(source: Source, name: str, decoder: Decoder, kept: _Kept, span: Span) -> Iterator[Samples]:
+def _read(
+    source: Source, name: str, decoder: Decoder, kept: _Kept, span: Span
+) -> Iterator[Samples]:
     """The samples of a topic within the span, some at a time."""
     with Progress(source.path.name, source.topics[name].told or 1) as progress:
         done = 0
@@ -362,7 +387,8 @@ def _track(  # noqa: PLR0913, PLR0917 - a line for each attribute
         measured=pipeline.measured,
         max_gap=max_gap,
         first=0.0 if kept.first is None else (kept.first - start) * 1e-9,
-        intervals=np.concatenate([np.zeros(0, dtype=np.int64), *kept.intervals]).astype(np.float64) * 1e-9,
+        intervals=np.concatenate([np.zeros(0, dtype=np.int64), *kept.intervals]).astype(np.float64)
+        * 1e-9,
         errors=errors,
         losses=losses,
         smooth=smooth,

@@ -22,7 +22,8 @@ class Spread:
     Attributes:
         joint: its name.
         median: half of the samples are within it; near: 95 % are.
-        limit: what noise about the middle of the samples stays within in all of them, in 19 of 20 recordings.
+        limit: what noise about the middle of the samples stays within in all of them, in 19 of 20
+        recordings.
         far: how many samples are farther from that middle than the limit; count: of how many.
         rms: over all samples of the recording; a few that are far off make most of it.
     """
@@ -38,7 +39,9 @@ class Spread:
     @property
     def facts(self) -> dict[str, Any]:
         """As plain data."""
-        return {key: getattr(self, key) for key in ("median", "near", "limit", "far", "count", "rms")}
+        return {
+            key: getattr(self, key) for key in ("median", "near", "limit", "far", "count", "rms")
+        }
 
 
 def spreads(track: Track) -> list[Spread]:

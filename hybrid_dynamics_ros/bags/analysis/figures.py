@@ -13,7 +13,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hybrid_dynamics_core.drawing.plots.rounding import Sizes, calm, sizes_of
-from hybrid_dynamics_core.scene.style import BLUE, GREEN, INK, LOOPS, ORANGE, PURPLE, QUIET, RED, STYLE
+from hybrid_dynamics_core.scene.style import (
+    BLUE,
+    GREEN,
+    INK,
+    LOOPS,
+    ORANGE,
+    PURPLE,
+    QUIET,
+    RED,
+    STYLE,
+)
 
 from ...messages.joint_samples import FloatArray
 from .collect import Track
@@ -22,13 +32,24 @@ from .stamp_intervals import Stamps
 _COLOURS: Final = LOOPS  # as in the drawings; RED is kept for what is beyond an end
 _WIDTH: Final = 10.5  # [inch]
 _LEAST: Final = 1e-17  # residuals of zero on a logarithmic axis
-_ABOVE: Final[dict[str, Any]] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "fontsize": 8, "frameon": False}
+_ABOVE: Final[dict[str, Any]] = {
+    "loc": "lower right",
+    "bbox_to_anchor": (1.0, 0.97),
+    "fontsize": 8,
+    "frameon": False,
+}
 _NEAR: Final = 0.1  # of a singularity
 _THOUSANDS: Final = "{x:,.10g}"
 _RECORDED: Final = "#b4bac2"
 _BEYOND: Final[dict[str, Any]] = {"color": "black", "markersize": 5, "clip_on": False, "zorder": 5}
 _BOX: Final = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0}
-_NOTE: Final[dict[str, Any]] = {"ha": "right", "va": "top", "fontsize": 8, "bbox": _BOX, "zorder": 6}
+_NOTE: Final[dict[str, Any]] = {
+    "ha": "right",
+    "va": "top",
+    "fontsize": 8,
+    "bbox": _BOX,
+    "zorder": 6,
+}
 _MOST: Final = 2500  # points of a line: more cannot be seen, and make the page heavy
 Draw = Callable[[Track], Figure]
 
@@ -47,7 +68,9 @@ def trajectories(track: Track) -> Figure:
     for k, name in enumerate(names):
         kind = track.robot.joint_types[name]
         natural = sizes.position(kind), sizes.rate(kind)
-        parts = zip(axes[k], (track.state.u, track.state.du), ("position", "rate"), natural, strict=True)
+        parts = zip(
+            axes[k], (track.state.u, track.state.du), ("position", "rate"), natural, strict=True
+        )
         for ax, values, what, size in parts:
             _line(ax, track, values[:, k], _COLOURS[k % len(_COLOURS)])
             calm(ax, size)
@@ -63,7 +86,11 @@ def efforts(track: Track) -> Figure:
     figure, axes = _panels(len(names), 2 if told else 1, 1.9)
     sizes = _sizes(track)
     for k, name in enumerate(names):
-        ax, unit, size = axes[k][0], unit_of(track, name, "effort"), sizes.effort(track.robot.joint_types[name])
+        ax, unit, size = (
+            axes[k][0],
+            unit_of(track, name, "effort"),
+            sizes.effort(track.robot.joint_types[name]),
+        )
         if told:
             _line(ax, track, track.recorded[:, k], _RECORDED, label="recorded", linewidth=1.8)
         _line(ax, track, track.efforts[:, k], _COLOURS[k % len(_COLOURS)], label="computed")
@@ -89,8 +116,20 @@ def energy(track: Track) -> Figure:
     figure, axes = _panels(2, 1, 2.2)
     kinetic, potential = track.energy
     _line(axes[0][0], track, kinetic, BLUE, label="of motion")
-    _line(axes[0][0], track, potential - potential[0], GREEN, label="of gravity and springs, since the start")
-    _line(axes[0][0], track, kinetic + potential - kinetic[0] - potential[0], QUIET, label="both, since the start")
+    _line(
+        axes[0][0],
+        track,
+        potential - potential[0],
+        GREEN,
+        label="of gravity and springs, since the start",
+    )
+    _line(
+        axes[0][0],
+        track,
+        kinetic + potential - kinetic[0] - potential[0],
+        QUIET,
+        label="both, since the start",
+    )
     axes[0][0].set_ylabel("energy [J]")
     axes[0][0].legend(**_ABOVE, ncols=3)
     sizes = _sizes(track)
@@ -113,7 +152,9 @@ def closure(track: Track) -> Figure:
     axes[0][0].set_ylim(1e-17, max(1e-11, 10.0 * float(np.max(track.state.residual))))
     axes[0][0].set_ylabel("largest residual [1]")
     for k, loop in enumerate(track.robot.loops):
-        _line(axes[1][0], track, track.state.distances[:, k], _COLOURS[k % len(_COLOURS)], label=loop)
+        _line(
+            axes[1][0], track, track.state.distances[:, k], _COLOURS[k % len(_COLOURS)], label=loop
+        )
     axes[1][0].set_ylim(0.0, 1.05)
     axes[1][0].axhline(_NEAR, color=QUIET, linewidth=0.8, linestyle="--", label=f"near: {_NEAR:g}")
     axes[1][0].set_ylabel("distance to a\nsingularity [1]")
@@ -155,11 +196,22 @@ def sampling(track: Track) -> Figure:
     looked = track.smooth != "causal"
     rows = [
         ("missing", ORANGE, [at for at, _, _ in missing]),
-        *([("off the motion", PURPLE, [stray.at(first) for stray in track.strays])] if looked else []),
+        *(
+            [("off the motion", PURPLE, [stray.at(first) for stray in track.strays])]
+            if looked
+            else []
+        ),
         ("refused", RED, [at for at, _ in track.bad]),
     ]
     for k, (_, colour, times) in enumerate(rows):
-        ax.plot(times, np.full(len(times), 2.0 - k), "|", color=colour, markersize=16, markeredgewidth=1.6)
+        ax.plot(
+            times,
+            np.full(len(times), 2.0 - k),
+            "|",
+            color=colour,
+            markersize=16,
+            markeredgewidth=1.6,
+        )
     ax.set_xlim(*_wider(float(track.time.min()), float(track.time.max())))
     ax.set_ylim(2.4 - len(rows), 2.6)
     counts = [sum(count for _, _, count in missing), *(len(times) for _, _, times in rows[1:])]
@@ -183,7 +235,13 @@ def _intervals(ax: Axes, stamps: Stamps) -> str:
     inside = steps[(steps >= low) & (steps <= high)]
     ax.hist(inside, bins=61, range=(low, high), color=BLUE)  # odd: one stands on the usual interval
     ax.set_xlim(low, high)
-    words = [f"{len(inside)} of {len(steps)} intervals" if len(inside) < len(steps) else f"{len(steps)} intervals"]
+    words = [
+        (
+            f"{len(inside)} of {len(steps)} intervals"
+            if len(inside) < len(steps)
+            else f"{len(steps)} intervals"
+        )
+    ]
     if (steps < low).any():
         words.append(f"{(steps < low).sum()} shorter, from {steps.min():.4g} ms")
     if (steps > high).any():
@@ -199,13 +257,20 @@ def _wider(low: float, high: float) -> tuple[float, float]:
 
 def svg(draw: Draw, track: Track, name: str) -> str:
     """A figure as SVG text to stand in a page; `name` keeps its ids apart from those of others."""
-    with mpl.rc_context({**STYLE, "svg.fonttype": "path", "svg.hashsalt": name, "path.simplify_threshold": 0.3}):
+    with mpl.rc_context(
+        {**STYLE, "svg.fonttype": "path", "svg.hashsalt": name, "path.simplify_threshold": 0.3}
+    ):
         figure = draw(track)
         out = io.StringIO()
         figure.savefig(out, format="svg", metadata={"Date": None})
     text = out.getvalue()
     text = re.sub(r'(id="|url\(#|href="#)', rf"\g<1>{name}_", text[text.index("<svg") :])
-    return re.sub(r'<svg ([^>]*?)width="[^"]*" ', r"<svg \1", re.sub(r' height="[^"]*pt"', "", text, count=1), count=1)
+    return re.sub(
+        r'<svg ([^>]*?)width="[^"]*" ',
+        r"<svg \1",
+        re.sub(r' height="[^"]*pt"', "", text, count=1),
+        count=1,
+    )
 
 
 def _panels(rows: int, columns: int, height: float) -> tuple[Figure, list[list[Axes]]]:
@@ -226,12 +291,17 @@ def _sizes(track: Track) -> Sizes:
     return sizes_of(track.robot, float(np.ptp(track.time)))
 
 
-def _line(ax: Axes, track: Track, values: FloatArray, colour: str, label: str = "", linewidth: float = 0.9) -> None:
+def _line(
+    ax: Axes, track: Track, values: FloatArray, colour: str, label: str = "", linewidth: float = 0.9
+) -> None:
     """A line, broken at gaps."""
     time, values = _thinned(track.time, values)
     breaks = [end for _, end in track.gaps]
     where = np.searchsorted(time, breaks)
-    time, values = np.insert(time, where, np.nan), np.insert(values.astype(np.float64), where, np.nan)
+    time, values = (
+        np.insert(time, where, np.nan),
+        np.insert(values.astype(np.float64), where, np.nan),
+    )
     ax.plot(time, values, color=colour, linewidth=linewidth, label=label)
     ax.margins(x=0.01)
 
@@ -239,7 +309,8 @@ def _line(ax: Axes, track: Track, values: FloatArray, colour: str, label: str = 
 def _clip(ax: Axes, track: Track, *parts: FloatArray) -> None:
     """Keep a few wild values from flattening all others: they are marked at the edge, and counted.
 
-    The axis reaches once the range of the middle 98 % beyond it: seven deviations of Gaussian noise, and every wave.
+    The axis reaches once the range of the middle 98 % beyond it: seven deviations of Gaussian
+    noise, and every wave.
     """
     values = np.concatenate([part[np.isfinite(part)] for part in parts])
     if not len(values):
@@ -255,7 +326,9 @@ def _clip(ax: Axes, track: Track, *parts: FloatArray) -> None:
     for part in parts:
         for sign, mark, edge in ((-1.0, 6, ends[0]), (1.0, 7, ends[1])):
             rows = np.flatnonzero(sign * part > sign * (low if sign < 0.0 else high))
-            (marks,) = ax.plot(track.time[rows], np.full(len(rows), edge), linestyle="", marker=mark, **_BEYOND)
+            (marks,) = ax.plot(
+                track.time[rows], np.full(len(rows), edge), linestyle="", marker=mark, **_BEYOND
+            )
             marks.set_in_layout(False)
             beyond += part[rows].tolist()
     told = f"{len(beyond)} beyond, to {max(beyond, key=abs):.4g}"

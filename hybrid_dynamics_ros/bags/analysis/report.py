@@ -28,13 +28,18 @@ td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 .warn { background: #fff4e5; border-left: 4px solid #e08a00; padding: .5em 1em; }
 """
 _COMPUTED_ONLY: Final = (
-    "What the model says the actuators gave. No efforts were recorded, or <code>bag process</code> was called without "
-    "<code>--keep</code>, which takes them over: there is nothing to compare with."
+    "What the model says the actuators gave. No efforts were recorded, or <code>bag process</code>"
+    " was called without <code>--keep</code>, which takes them over: there is nothing to compare"
+    " with."
 )
 _DIGITS: Final = tuple("-0123456789")
 _LISTED: Final = 20  # samples in a table
 _FIGURES: Final[tuple[tuple[str, str, Draw], ...]] = (
-    ("Trajectories", "The active joints, as measured or as estimated from positions.", trajectories),
+    (
+        "Trajectories",
+        "The active joints, as measured or as estimated from positions.",
+        trajectories,
+    ),
     ("Efforts", "What the model says the actuators gave, beside what was recorded.", efforts),
     ("Energy and power", "Of the whole robot; power of the actuators, positive into it.", energy),
     (
@@ -49,7 +54,10 @@ _FIGURES: Final[tuple[tuple[str, str, Draw], ...]] = (
     ),
     (
         "Samples",
-        "How regular the stamps are, where samples are missing, do not fit the motion around them, or were refused.",
+        (
+            "How regular the stamps are, where samples are missing, do not fit the motion around"
+            " them, or were refused."
+        ),
         sampling,
     ),
 )
@@ -74,9 +82,9 @@ def report(track: Track, title: str) -> str:
         parts.append(_bad(track))
     body = "\n".join(parts)
     return (
-        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f'<meta name="generator" content="hybrid_dynamics">\n'
-        f'<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="generator" content="hybrid_dynamics">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{html.escape(title)}</title>\n"
         f"<style>{_STYLE}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n"
     )
@@ -91,9 +99,17 @@ def write_report(track: Track, title: str, path: Path) -> None:
 
 def _head(track: Track) -> str:
     begin = datetime.fromtimestamp(track.start_ns * 1e-9, UTC).strftime("%d %B %Y, %H:%M:%S UTC")
-    shown = "" if track.every == 1 else f"; one sample in {track.every} is shown, statistics are over all"
+    shown = (
+        ""
+        if track.every == 1
+        else f"; one sample in {track.every} is shown, statistics are over all"
+    )
     end = float(track.time.max())
-    span = f"{end:.1f} s from" if not track.first else f"{track.first:.1f} s to {end:.1f} s of the bag, which begins on"
+    span = (
+        f"{end:.1f} s from"
+        if not track.first
+        else f"{track.first:.1f} s to {end:.1f} s of the bag, which begins on"
+    )
     told = f"{html.escape(track.robot.name)}, {html.escape(track.topic)}, {span} {begin}{shown}"
     return f'<p class="quiet">{told}</p>'
 
@@ -112,20 +128,37 @@ def _facts(track: Track) -> str:
     rows = [["samples", track.counts.summary()]]
     rows += [["stamps", _stamps(track)], ["missing samples", _missing(track)]]
     if track.smooth != "causal":
-        told = "".join(f"{'; ' if k else ', at '}{s.at(track.start_ns):.3f} s" for k, s in enumerate(track.strays[:3]))
-        rows.append(["samples off the motion", f"{len(track.strays)}{told}{' ...' if len(track.strays) > 3 else ''}"])
-    meaning = f"stamps that go back, or are more than {track.max_gap:g} s apart: estimates start anew there"
+        told = "".join(
+            f"{'; ' if k else ', at '}{s.at(track.start_ns):.3f} s"
+            for k, s in enumerate(track.strays[:3])
+        )
+        rows.append(
+            [
+                "samples off the motion",
+                f"{len(track.strays)}{told}{' ...' if len(track.strays) > 3 else ''}",
+            ]
+        )
+    meaning = (
+        f"stamps that go back, or are more than {track.max_gap:g} s apart: estimates start anew"
+        " there"
+    )
     rows.append(["gaps", f"{len(track.gaps)} ({meaning})"])
     if track.robot.loops:
         distance = float(np.asarray(state.singularity)[nearest])
         where = f"{distance:.3g} of loop {loops[nearest]} at {track.time[nearest]:.2f} s"
-        rows += [["largest residual", f"{float(np.max(state.residual)):.2g}"], ["nearest singularity", where]]
+        rows += [
+            ["largest residual", f"{float(np.max(state.residual)):.2g}"],
+            ["nearest singularity", where],
+        ]
     joints, left = track.margins
     if joints:
         row, column = np.unravel_index(int(np.argmin(left)), left.shape)
         unit = unit_of(track, joints[column], "position")
         rows.append(
-            ["least range left", f"{left[row, column]:.4g} {unit} of {joints[column]} at {track.time[row]:.2f} s"]
+            [
+                "least range left",
+                f"{left[row, column]:.4g} {unit} of {joints[column]} at {track.time[row]:.2f} s",
+            ]
         )
     power = track.power[np.isfinite(track.power)]
     if len(power):
@@ -136,7 +169,10 @@ def _facts(track: Track) -> str:
 def _stamps(track: Track) -> str:
     longest, at = track.stamps.longest
     nominal = track.stamps.nominal
-    return f"{1e3 * nominal:.4g} ms apart (median); the longest interval is {1e3 * longest:.4g} ms at {at:.3f} s"
+    return (
+        f"{1e3 * nominal:.4g} ms apart (median); the longest interval is {1e3 * longest:.4g} ms at"
+        f" {at:.3f} s"
+    )
 
 
 def _missing(track: Track) -> str:
@@ -159,8 +195,8 @@ def _strays(track: Track) -> str:
     more = len(track.strays) - len(rows)
     unlisted = f" {more} more {agreed(more, 'is', 'are')} not listed." if more else ""
     told = (
-        "These samples do not fit the motion around them: accelerations are not made of them, nor efforts computed at "
-        f"their stamps.{unlisted}"
+        "These samples do not fit the motion around them: accelerations are not made of them, nor"
+        f" efforts computed at their stamps.{unlisted}"
     )
     return f"<p>{told}</p>" + _table(["off the motion", "joint", "off by", "stamp is"], rows)
 
@@ -173,26 +209,30 @@ def _errors(track: Track) -> str:
         sizes = [_digits(value) for value in (spread.median, spread.near)]
         sizes.append(f"{spread.far} of {spread.count}, beyond {_digits(spread.limit)}")
         sizes += [_digits(value) for value in (errors.rms[k], errors.mean[k])]
-        sizes.append(f"{_digits(errors.largest[k])} at {(errors.largest_ns[k] - track.start_ns) * 1e-9:.3f} s")
+        sizes.append(
+            f"{_digits(errors.largest[k])} at"
+            f" {(errors.largest_ns[k] - track.start_ns) * 1e-9:.3f} s"
+        )
         share = f"{100.0 * errors.explained[k]:.2f} %" if np.isfinite(errors.explained[k]) else "-"
         rows.append([name, unit_of(track, name, "effort"), *sizes, share, str(errors.count[k])])
-    return _table(
-        [
-            "recorded less computed",
-            "unit",
-            "50 % within",
-            "95 % within",
-            "far off",
-            "RMS",
-            "mean",
-            "largest",
-            "variance explained",
-            "samples",
-        ],
-        rows,
-    ) + (
-        '<p class="quiet">Far off: beyond what noise of this median stays within. A few such samples make most of the '
-        "RMS, and hardly move what 50 % and 95 % are within.</p>"
+    return (
+        _table(
+            [
+                "recorded less computed",
+                "unit",
+                "50 % within",
+                "95 % within",
+                "far off",
+                "RMS",
+                "mean",
+                "largest",
+                "variance explained",
+                "samples",
+            ],
+            rows,
+        )
+        + '<p class="quiet">Far off: beyond what noise of this median stays within. A few such'
+        " samples make most of the RMS, and hardly move what 50 % and 95 % are within.</p>"
     )
 
 
@@ -201,13 +241,14 @@ def accelerations_of(track: Track) -> str:
     late = f"{1e3 * track.causal_lag:.1f} ms"
     if track.smooth == "causal":
         return (
-            f"Accelerations are from the node's causal filter, which tells them {late} late: smooth waves of recorded "
-            "less computed are this lag rather than the model. <code>--smooth spline</code>, when the recording is "
-            "reported or processed, removes it."
+            f"Accelerations are from the node's causal filter, which tells them {late} late: smooth"
+            " waves of recorded less computed are this lag rather than the model. <code>--smooth"
+            " spline</code>, when the recording is reported or processed, removes it."
         )
     return (
-        f"Accelerations are from {track.smoother} through the samples before and after, which has no lag; those of the "
-        f"node's causal filter (<code>--smooth causal</code>) are {late} late."
+        f"Accelerations are from {track.smoother} through the samples before and after, which has"
+        f" no lag; those of the node's causal filter (<code>--smooth causal</code>) are {late}"
+        " late."
     )
 
 

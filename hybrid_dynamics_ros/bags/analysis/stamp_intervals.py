@@ -38,8 +38,9 @@ class Stamps:
     def missing(self) -> list[tuple[float, float, int]]:
         """Intervals that miss samples: where they begin, how long they are [s], and how many samples are missing.
 
-        An interval is long if it is beyond 1.5 nominal ones, whatever the one before or behind it makes up for: a stamp
-        that is late is followed by a short interval, and no sample is missing.
+        An interval is long if it is beyond 1.5 nominal ones, whatever the one before or behind it
+        makes up for: a stamp that is late is followed by a short interval, and no sample is
+        missing.
         """
         nominal, steps = self.nominal, self.intervals
         if not nominal:
@@ -48,7 +49,10 @@ class Stamps:
         around = np.minimum(np.append(spare[1:], 0.0), np.insert(spare[:-1], 0, 0.0))
         left = steps + around
         rows = np.flatnonzero(left > _LONG * nominal)
-        return [(float(self._begins[k]), float(steps[k]), max(round(steps[k] / nominal) - 1, 1)) for k in rows]
+        return [
+            (float(self._begins[k]), float(steps[k]), max(round(steps[k] / nominal) - 1, 1))
+            for k in rows
+        ]
 
     @cached_property
     def _begins(self) -> FloatArray:

@@ -18,7 +18,13 @@ from ..errors import BagCallError, BagError
 from ..storage.bag_reader import Source
 
 FORMATS: Final = ("csv", "parquet", "npz")
-_NAMES: Final = ("name", "loops", "pins", "stroke_joints", "joint_names")  # fields that name the entries of others
+_NAMES: Final = (
+    "name",
+    "loops",
+    "pins",
+    "stroke_joints",
+    "joint_names",
+)  # fields that name the entries of others
 
 Columns = dict[str, list[Any]]
 
@@ -77,19 +83,30 @@ def export(
         raise BagCallError(f"{target}: is a file; name a folder")
     if not overwrite and target.is_dir() and any(target.iterdir()):
         raise BagCallError(
-            f"{target}: there is something in it already, and tables of two bags would mix; name a new folder, or give "
-            "--overwrite to replace the files of the same names"
+            f"{target}: there is something in it already, and tables of two bags would mix; name a"
+            " new folder, or give --overwrite to replace the files of the same names"
         )
     with Source(path) as source:
         missing = [topic for topic in topics if topic not in source.topics]
         if missing:
             hint = nearest(missing[0], source.topics)
-            raise BagCallError(f"{path}: no topic {missing[0]}{hint}; there are: {', '.join(source.topics)}")
-        wanted = {name: topic for name, topic in source.topics.items() if not topics or name in topics}
+            raise BagCallError(
+                f"{path}: no topic {missing[0]}{hint}; there are: {', '.join(source.topics)}"
+            )
+        wanted = {
+            name: topic for name, topic in source.topics.items() if not topics or name in topics
+        }
         unknown = [t.name for t in wanted.values() if t.kind not in typestore().types]
         for name in unknown:
-            source.losses.add(f"{name}: its type {wanted.pop(name).kind} is not known; it is left out")
-        tables = _tables(source, frozenset(wanted), {name: topic.kind for name, topic in wanted.items()}, path.name)
+            source.losses.add(
+                f"{name}: its type {wanted.pop(name).kind} is not known; it is left out"
+            )
+        tables = _tables(
+            source,
+            frozenset(wanted),
+            {name: topic.kind for name, topic in wanted.items()},
+            path.name,
+        )
         losses = source.losses.told
     target.mkdir(parents=True, exist_ok=True)
     for name, columns in tables.items():
@@ -100,7 +117,9 @@ def export(
     return {name: len(columns["log_ns"]) for name, columns in tables.items()}, losses
 
 
-def _tables(source: Source, wanted: frozenset[str], kinds: Mapping[str, str], label: str) -> dict[str, Columns]:
+def _tables(
+    source: Source, wanted: frozenset[str], kinds: Mapping[str, str], label: str
+) -> dict[str, Columns]:
     tables: dict[str, Columns] = {}
     total = sum(source.topics[name].told or 0 for name in wanted) or 1
     with Progress(label, total) as progress:
@@ -111,7 +130,9 @@ def _tables(source: Source, wanted: frozenset[str], kinds: Mapping[str, str], la
                 try:
                     message = typestore().deserialize_cdr(messages.message(row), kinds[name])
                 except Exception as error:  # noqa: BLE001 - whatever the library meets in damaged bytes
-                    source.losses.add(f"{name}: the message logged at {messages.log_ns[row]} ns is none ({error})")
+                    source.losses.add(
+                        f"{name}: the message logged at {messages.log_ns[row]} ns is none ({error})"
+                    )
                     continue
                 _append(columns, {"log_ns": int(messages.log_ns[row]), **flat(message)})
                 done += 1
@@ -146,7 +167,11 @@ def _array(values: list[Any]) -> Any:
     if any(isinstance(value, str) for value in values):
         return np.array(["" if value is None else str(value) for value in values])
     whole = all(isinstance(value, int) for value in values)
-    return np.array(values) if whole else np.array([np.nan if v is None else v for v in values], dtype=np.float64)
+    return (
+        np.array(values)
+        if whole
+        else np.array([np.nan if v is None else v for v in values], dtype=np.float64)
+    )
 
 
 def _write_parquet(path: Path, columns: Columns) -> None:

@@ -32,7 +32,9 @@ if sys.version_info >= (3, 14):
 else:
     from backports import zstd
 
-RECORDING: Final = "a recording (a rosbag2 folder, a .mcap or .db3 file, or one of them with .zstd behind)"
+RECORDING: Final = (
+    "a recording (a rosbag2 folder, a .mcap or .db3 file, or one of them with .zstd behind)"
+)
 MOST_LOSSES: Final = 1000  # sentences
 _KINDS: Final = 20  # of further losses
 _OTHERS: Final = "of other kinds"
@@ -95,7 +97,9 @@ class Messages:
         """From single messages."""
         lengths = np.array([len(m) for m in messages], dtype=np.int64)
         data = np.frombuffer(b"".join(messages), dtype=np.uint8)
-        return Messages(np.array(log_ns, dtype=np.int64), data, np.cumsum(lengths) - lengths, lengths)
+        return Messages(
+            np.array(log_ns, dtype=np.int64), data, np.cumsum(lengths) - lengths, lengths
+        )
 
 
 class Storage(Protocol):
@@ -131,7 +135,10 @@ class Losses:
     @property
     def told(self) -> list[str]:
         """The sentences, and how many more there were of each kind."""
-        return [*self._texts, *(f"... and {count} more: {kind}" for kind, count in self._more.items())]
+        return [
+            *self._texts,
+            *(f"... and {count} more: {kind}" for kind, count in self._more.items()),
+        ]
 
 
 class Source:
@@ -181,8 +188,15 @@ class Source:
                 yield found, messages
         for name, topic in self.topics.items():
             there = self.read_counts.get(name, 0)
-            if (wanted is None or name in wanted) and topic.told is not None and there != topic.told:
-                self.losses.add(f"{name}: {there} messages could be read of {topic.told} that the bag says it has")
+            if (
+                (wanted is None or name in wanted)
+                and topic.told is not None
+                and there != topic.told
+            ):
+                self.losses.add(
+                    f"{name}: {there} messages could be read of {topic.told} that the bag says"
+                    " it has"
+                )
 
     def _metadata(self) -> Mapping[str, Any]:
         file = self.path / METADATA
@@ -190,15 +204,23 @@ class Source:
             return {}
         try:
             told = yaml.safe_load(file.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
-            return {**told, "topics": [_topic_of(entry) for entry in told["topics_with_message_count"]]}
+            return {
+                **told,
+                "topics": [_topic_of(entry) for entry in told["topics_with_message_count"]],
+            }
         except (OSError, ValueError, KeyError, TypeError, AttributeError, yaml.YAMLError) as error:
-            self.losses.add(f"{file.name}: cannot be read ({type(error).__name__}); its files are read without it")
+            self.losses.add(
+                f"{file.name}: cannot be read ({type(error).__name__}); its files are read"
+                " without it"
+            )
             return {}
 
     def _paths(self) -> list[Path]:
         if self.path.is_file():
             return [self.path]
-        named = [self.path / Path(str(name)).name for name in self._told.get("relative_file_paths") or ()]
+        named = [
+            self.path / Path(str(name)).name for name in self._told.get("relative_file_paths") or ()
+        ]
         for file in named:
             if not file.is_file():
                 self.losses.add(f"{file.name}: the file is missing")
@@ -228,7 +250,9 @@ class Source:
                 with zstd.open(file, "rb") as packed:
                     shutil.copyfileobj(packed, out, _COPY)
             except (zstd.ZstdError, EOFError, OSError) as error:
-                self.losses.add(f"{file.name}: cannot be unpacked beyond byte {out.tell()} ({error})")
+                self.losses.add(
+                    f"{file.name}: cannot be unpacked beyond byte {out.tell()} ({error})"
+                )
         return target
 
     def _topics(self) -> dict[str, Topic]:
@@ -242,7 +266,12 @@ class Source:
         for topic in self._told.get("topics", ()):
             known = found.get(topic.name, topic)
             found[topic.name] = Topic(
-                topic.name, topic.kind, topic.qos or known.qos, known.definition, topic.digest, topic.told
+                topic.name,
+                topic.kind,
+                topic.qos or known.qos,
+                known.definition,
+                topic.digest,
+                topic.told,
             )
         return found
 
@@ -251,7 +280,14 @@ def _topic_of(entry: Mapping[str, Any]) -> Topic:
     told = entry["topic_metadata"]
     name, kind = str(told["name"]), str(told["type"])
     digest = str(told.get("type_description_hash") or "")
-    return Topic(name, kind, qos_of(told.get("offered_qos_profiles")), "", digest, int(entry["message_count"]))
+    return Topic(
+        name,
+        kind,
+        qos_of(told.get("offered_qos_profiles")),
+        "",
+        digest,
+        int(entry["message_count"]),
+    )
 
 
 def qos_of(told: Any) -> tuple[Qos, ...]:
@@ -269,7 +305,10 @@ def unpack_each(messages: Messages, losses: Losses, where: str) -> Messages:
         try:
             kept.append(zstd.decompress(messages.message(row)))
         except (zstd.ZstdError, EOFError) as error:
-            losses.add(f"{where}: the message logged at {messages.log_ns[row]} ns cannot be unpacked ({error})")
+            losses.add(
+                f"{where}: the message logged at {messages.log_ns[row]} ns cannot be unpacked"
+                f" ({error})"
+            )
             continue
         times.append(int(messages.log_ns[row]))
     return Messages.of(times, kept)
@@ -306,4 +345,6 @@ def bags_of(path: Path) -> list[Path]:
 
 
 def _is_bag(folder: Path) -> bool:
-    return (folder / METADATA).is_file() or any(storage_of(file) is not None for file in folder.iterdir())
+    return (folder / METADATA).is_file() or any(
+        storage_of(file) is not None for file in folder.iterdir()
+    )

@@ -18,7 +18,9 @@ from hybrid_dynamics_core.kernels.ir.text import Function
 from ...messages.cdr import Bytes
 
 Columns = Sequence[tuple[int, Bytes]]  # first byte in a record, and the bytes of each record (N, k)
-Records = tuple[Bytes, Bytes, Columns]  # what is written (N, size), the pattern of all (size,), where they differ
+Records = tuple[
+    Bytes, Bytes, Columns
+]  # what is written (N, size), the pattern of all (size,), where they differ
 _DECLARED = "declare void @llvm.memcpy.p0.p0.i64(ptr, ptr, i64, i1)\n"
 _BLOCK = ("rows", "size", "records", "pattern", "columns", "table")
 _COLUMN = ("start", "size", "step", "values")
@@ -37,10 +39,18 @@ def writer() -> Callable[[Sequence[Records]], None] | None:
     def write(blocks: Sequence[Records]) -> None:
         for records, pattern, own in blocks:
             rows, size = records.shape
-            whole = records.flags.c_contiguous and pattern.flags.c_contiguous and pattern.shape == (size,)
+            whole = (
+                records.flags.c_contiguous
+                and pattern.flags.c_contiguous
+                and pattern.shape == (size,)
+            )
             if not whole or not all(_fits(column, start, rows, size) for start, column in own):
-                raise ValueError("expected records and a pattern of one size, and columns inside them")
-        columns = _table([_column(start, values) for _, _, own in blocks for start, values in own], _COLUMN)
+                raise ValueError(
+                    "expected records and a pattern of one size, and columns inside them"
+                )
+        columns = _table(
+            [_column(start, values) for _, _, own in blocks for start, values in own], _COLUMN
+        )
         told, at = [], columns.ctypes.data
         for records, pattern, own in blocks:
             told.append((*records.shape, records.ctypes.data, pattern.ctypes.data, len(own), at))
@@ -83,7 +93,10 @@ def _text() -> str:
 def _entry(f: Function, table: str, row: str, fields: Sequence[str]) -> dict[str, str]:
     """What a row of a table says; numbers, and addresses in the fields that are named so."""
     at = f.let(f"mul i64 {row}, {len(fields)}")
-    return {name: f.load(table, at, k, kind="ptr" if name in _ADDRESSES else "i64") for k, name in enumerate(fields)}
+    return {
+        name: f.load(table, at, k, kind="ptr" if name in _ADDRESSES else "i64")
+        for k, name in enumerate(fields)
+    }
 
 
 def _byte(f: Function, pointer: str, at: str) -> str:

@@ -23,7 +23,9 @@ else:
     from backports import zstd
 
 _LEVEL: Final = -3  # of zstd: packs twice as fast as level 1, into 6 % more bytes
-_HEAD: Final = struct.Struct("<BQHIQQ")  # of a message record: code, size, channel, number, log time, time sent
+_HEAD: Final = struct.Struct(
+    "<BQHIQQ"
+)  # of a message record: code, size, channel, number, log time, time sent
 _BEFORE: Final = 9  # bytes of it that its size does not count
 _LOG: Final = 15  # where its times are
 
@@ -53,7 +55,9 @@ class Block:
         return len(self.pattern)
 
     @staticmethod
-    def filled(channel: int, log_ns: NDArray[np.int64], template: Template, values: Mapping[str, Any]) -> Block:
+    def filled(
+        channel: int, log_ns: NDArray[np.int64], template: Template, values: Mapping[str, Any]
+    ) -> Block:
         """Messages of one template, whose values must not change any more."""
         return Block._of(channel, log_ns, template.pattern, template.columns(values))
 
@@ -66,8 +70,15 @@ class Block:
             yield Block._of(channel, messages.log_ns[rows], np.zeros(size, dtype=np.uint8), columns)
 
     @staticmethod
-    def _of(channel: int, log_ns: NDArray[np.int64], message: Bytes, columns: Sequence[tuple[int, Bytes]]) -> Block:
-        head = np.frombuffer(_HEAD.pack(MESSAGE, PREFIX - _BEFORE + len(message), channel, 0, 0, 0), dtype=np.uint8)
+    def _of(
+        channel: int,
+        log_ns: NDArray[np.int64],
+        message: Bytes,
+        columns: Sequence[tuple[int, Bytes]],
+    ) -> Block:
+        head = np.frombuffer(
+            _HEAD.pack(MESSAGE, PREFIX - _BEFORE + len(message), channel, 0, 0, 0), dtype=np.uint8
+        )
         times = np.ascontiguousarray(log_ns, dtype="<u8").view(np.uint8).reshape(len(log_ns), 8)
         own = [(PREFIX + start, column) for start, column in columns]
         stamps = [(_LOG, times), (_LOG + 8, times)]
@@ -115,10 +126,15 @@ class Packer:
 def _write(raw: Bytes, blocks: Sequence[Block]) -> None:
     """All records of the blocks, one after the other."""
     ends = np.cumsum([len(block) * block.size for block in blocks]).tolist()
-    places = [raw[end - len(b) * b.size : end].reshape(len(b), b.size) for b, end in zip(blocks, ends, strict=True)]
+    places = [
+        raw[end - len(b) * b.size : end].reshape(len(b), b.size)
+        for b, end in zip(blocks, ends, strict=True)
+    ]
     compiled = compiled_rows.writer()
     if compiled is not None:
-        compiled([(records, b.pattern, b.columns) for records, b in zip(places, blocks, strict=True)])
+        compiled(
+            [(records, b.pattern, b.columns) for records, b in zip(places, blocks, strict=True)]
+        )
         return
     for records, block in zip(places, blocks, strict=True):
         records[:] = block.pattern
@@ -134,7 +150,10 @@ def _indices(blocks: Sequence[Block]) -> dict[int, NDArray[np.uint64]]:
         entries[:, 0], entries[:, 1] = block.log_ns, at + block.size * np.arange(len(block))
         found.setdefault(block.channel, []).append(entries)
         at += len(block) * block.size
-    return {channel: parts[0] if len(parts) == 1 else _in_order(parts) for channel, parts in found.items()}
+    return {
+        channel: parts[0] if len(parts) == 1 else _in_order(parts)
+        for channel, parts in found.items()
+    }
 
 
 def _in_order(parts: Sequence[NDArray[np.uint64]]) -> NDArray[np.uint64]:

@@ -1,7 +1,7 @@
 """MCAP files, chunk by chunk: a chunk's messages become one array, whatever of them can be trusted.
 
-The specification: https://mcap.dev/spec. Chunks carry checksums, which are compared; a file that ends early gives the
-chunks before its end.
+The specification: https://mcap.dev/spec. Chunks carry checksums, which are compared; a file that
+ends early gives the chunks before its end.
 """
 
 from __future__ import annotations
@@ -91,7 +91,14 @@ class McapFile:
                     self._records(records, piece, remember_only=True)
         counts = self._counts
         return [
-            Topic(t.name, t.kind, t.qos, t.definition, t.digest, None if counts is None else counts.get(number, 0))
+            Topic(
+                t.name,
+                t.kind,
+                t.qos,
+                t.definition,
+                t.digest,
+                None if counts is None else counts.get(number, 0),
+            )
             for number, t in self._channels.items()
         ]
 
@@ -109,9 +116,17 @@ class McapFile:
                 if later is not None:
                     waiting[topic] = [later]
                 if len(ready):
-                    yield topic, unpack_each(ready, self._losses, self._path.name) if self._packed else ready
+                    yield (
+                        topic,
+                        (
+                            unpack_each(ready, self._losses, self._path.name)
+                            if self._packed
+                            else ready
+                        ),
+                    )
 
-    # -- finding -----------------------------------------------------------------------------------------------
+    # -- finding
+    # -----------------------------------------------------------------------------------------------
 
     def _lose(self, what: str) -> None:
         self._losses.add(f"{self._path.name}: {what}")
@@ -130,7 +145,10 @@ class McapFile:
                 self._lose(f"no record begins at byte {at}: what follows is not read")
                 break
             if body + size > end:
-                self._lose(f"the record at byte {at} ends {body + size - end} bytes beyond the file: it is lost")
+                self._lose(
+                    f"the record at byte {at} ends {body + size - end} bytes beyond the file: it is"
+                    " lost"
+                )
                 break
             if loose and code != MESSAGE:
                 self._loose(loose, at)
@@ -144,7 +162,11 @@ class McapFile:
             self._loose(loose, at)
 
     def _found(self, code: int, at: int, body: int, size: int, loose: list[int]) -> None:
-        record = self._map[body : body + size] if code in (SCHEMA, CHANNEL, STATISTICS, DATA_END) else b""
+        record = (
+            self._map[body : body + size]
+            if code in (SCHEMA, CHANNEL, STATISTICS, DATA_END)
+            else b""
+        )
         try:
             if code == CHUNK:
                 first, last = struct.unpack_from("<QQ", self._map, body)
@@ -167,7 +189,9 @@ class McapFile:
             self._lose(f"the record at byte {at} is broken ({error})")
 
     def _loose(self, starts: list[int], end: int) -> None:
-        times = [struct.unpack_from("<Q", self._map, start + _RECORD.size + 6)[0] for start in starts]
+        times = [
+            struct.unpack_from("<Q", self._map, start + _RECORD.size + 6)[0] for start in starts
+        ]
         self._pieces.append(_Piece(starts[0], end - starts[0], min(times), max(times), chunk=False))
         starts.clear()
 
@@ -187,20 +211,30 @@ class McapFile:
             qos = qos_of(told.get("offered_qos_profiles"))
             self._channels[number] = Topic(topic, kind, qos, text, told.get("topic_type_hash", ""))
 
-    # -- reading -----------------------------------------------------------------------------------------------
+    # -- reading
+    # -----------------------------------------------------------------------------------------------
 
     def _unpacked(self, piece: _Piece) -> bytes | None:
         """The records of a piece; None where they cannot be trusted, which is told."""
         raw = self._map[piece.start : piece.start + piece.size]
         if not piece.chunk:
             return raw
-        where = f"the chunk at byte {piece.start} (log times {piece.first} to {piece.last} ns) is lost"
+        where = (
+            f"the chunk at byte {piece.start} (log times {piece.first} to {piece.last} ns) is lost"
+        )
         try:
             size, checksum = struct.unpack_from("<QI", raw, 16)
             method, at = _text(raw, 28)
             (length,) = struct.unpack_from("<Q", raw, at)
             records = _unpack(method, raw[at + 8 : at + 8 + length], size)
-        except (struct.error, UnicodeDecodeError, zstd.ZstdError, EOFError, RuntimeError, ValueError) as error:
+        except (
+            struct.error,
+            UnicodeDecodeError,
+            zstd.ZstdError,
+            EOFError,
+            RuntimeError,
+            ValueError,
+        ) as error:
             self._lose(f"{where}: it cannot be unpacked ({error})")
             return None
         if len(records) != size:
@@ -224,10 +258,18 @@ class McapFile:
         late = times < 0  # beyond 2^63 ns: the year 2262
         if late.any():
             self._lose(f"{int(late.sum())} messages with log times beyond the year 2262")
-            numbers, times, starts, lengths = numbers[~late], times[~late], starts[~late], lengths[~late]
+            numbers, times, starts, lengths = (
+                numbers[~late],
+                times[~late],
+                starts[~late],
+                lengths[~late],
+            )
         for number in np.unique(numbers).tolist():
             if number not in self._channels:
-                self._lose(f"{int((numbers == number).sum())} messages of channel {number}, which is not described")
+                self._lose(
+                    f"{int((numbers == number).sum())} messages of channel {number}, which is not"
+                    " described"
+                )
                 continue
             own = np.flatnonzero(numbers == number)
             own = own[np.argsort(times[own], kind="stable")]
@@ -254,7 +296,10 @@ class McapFile:
                     self._remember(code, records[at + _RECORD.size : at + _RECORD.size + size])
                 at += _RECORD.size + size
         except (struct.error, UnicodeDecodeError, IndexError) as error:
-            self._lose(f"what follows record {found.total} of the chunk at byte {piece.start} is lost: {error}")
+            self._lose(
+                f"what follows record {found.total} of the chunk at byte {piece.start} is lost:"
+                f" {error}"
+            )
         if remember_only:
             return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
         return found.places()
@@ -282,7 +327,9 @@ class _Runs:
 
     def places(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Where each begins (N,), and the size of its body (N,)."""
-        starts, sizes, counts = (np.array(part, dtype=np.int64) for part in (self._starts, self._sizes, self._counts))
+        starts, sizes, counts = (
+            np.array(part, dtype=np.int64) for part in (self._starts, self._sizes, self._counts)
+        )
         inside = np.arange(self.total) - np.repeat(np.cumsum(counts) - counts, counts)
         sizes = np.repeat(sizes, counts)
         return np.repeat(starts, counts) + inside * (_RECORD.size + sizes), sizes
@@ -291,7 +338,11 @@ class _Runs:
 def _alike(records: bytes, at: int, step: int) -> int:
     """How many records from `at` on begin with the same code and size, so that each ends where the next begins."""
     every = np.ndarray(
-        ((len(records) - at) // step, _RECORD.size), dtype=np.uint8, buffer=records, offset=at, strides=(step, 1)
+        ((len(records) - at) // step, _RECORD.size),
+        dtype=np.uint8,
+        buffer=records,
+        offset=at,
+        strides=(step, 1),
     )
     found, ask = 1, _MANY
     while found < len(every):  # in growing steps: a run may be short

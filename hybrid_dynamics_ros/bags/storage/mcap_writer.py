@@ -28,7 +28,18 @@ from ...messages.interfaces import typestore
 from ..errors import BagCallError
 from .bag_reader import Topic
 from .mcap_chunk import Block, Packer
-from .mcap_reader import CHANNEL, CHUNK, CHUNK_INDEX, DATA_END, FOOTER, HEADER, INDEX, MAGIC, SCHEMA, STATISTICS
+from .mcap_reader import (
+    CHANNEL,
+    CHUNK,
+    CHUNK_INDEX,
+    DATA_END,
+    FOOTER,
+    HEADER,
+    INDEX,
+    MAGIC,
+    SCHEMA,
+    STATISTICS,
+)
 
 THERE: Final = "there is a bag already; name a new folder, or give --overwrite"
 _QUEUED: Final = 4  # chunks that wait to be made and written
@@ -37,7 +48,9 @@ _QUEUED: Final = 4  # chunks that wait to be made and written
 class BagWriter:
     """An open bag."""
 
-    def __init__(self, folder: Path, topics: Sequence[Topic], notes: Mapping[str, str] | None = None) -> None:
+    def __init__(
+        self, folder: Path, topics: Sequence[Topic], notes: Mapping[str, str] | None = None
+    ) -> None:
         """Begin a bag in a folder that does not exist, with all of its topics."""
         folder.mkdir()
         self._folder, self._topics, self._notes = folder, list(topics), dict(notes or {})
@@ -76,7 +89,9 @@ class BagWriter:
         schemas = len({topic.kind for topic in self._topics})
         told = struct.pack("<QHIIIIQQI", count, schemas, len(self._topics), 0, 0, len(self._chunks), first, last,
                            len(counts))  # fmt: skip
-        self._file.write(self._described + b"".join(self._chunks) + _record(STATISTICS, told + counts))
+        self._file.write(
+            self._described + b"".join(self._chunks) + _record(STATISTICS, told + counts)
+        )
         self._file.write(_record(FOOTER, struct.pack("<QQI", start, 0, 0)) + MAGIC)
         self._file.close()
         text = yaml.safe_dump(self._metadata(count, first, last), sort_keys=False)
@@ -87,7 +102,8 @@ class BagWriter:
         self._thread.shutdown(cancel_futures=True)
         self._file.close()
 
-    # -- parts -------------------------------------------------------------------------------------------------
+    # -- parts
+    # -------------------------------------------------------------------------------------------------
 
     def _descriptions(self) -> Iterator[bytes]:
         numbers: dict[str, int] = {}
@@ -112,8 +128,12 @@ class BagWriter:
         chunk = self._packer.chunk(blocks)
         self._first, self._last = min(self._first, chunk.first), max(self._last, chunk.last)
         start, size = self._file.tell(), len(chunk.packed)
-        body = struct.pack("<QQQI", chunk.first, chunk.last, chunk.size, chunk.checksum) + _text("zstd")
-        self._file.write(struct.pack("<BQ", CHUNK, len(body) + 8 + size) + body + struct.pack("<Q", size))
+        body = struct.pack("<QQQI", chunk.first, chunk.last, chunk.size, chunk.checksum) + _text(
+            "zstd"
+        )
+        self._file.write(
+            struct.pack("<BQ", CHUNK, len(body) + 8 + size) + body + struct.pack("<Q", size)
+        )
         self._file.write(chunk.packed)
         end, places = self._file.tell(), b""
         for channel, entries in chunk.indices.items():
@@ -121,13 +141,22 @@ class BagWriter:
             places += struct.pack("<HQ", channel, self._file.tell())
             raw = entries.tobytes()
             self._file.write(_record(INDEX, struct.pack("<HI", channel, len(raw)) + raw))
-        told = struct.pack("<QQQQI", chunk.first, chunk.last, start, end - start, len(places)) + places
-        told += struct.pack("<Q", self._file.tell() - end) + _text("zstd") + struct.pack("<QQ", size, chunk.size)
+        told = (
+            struct.pack("<QQQQI", chunk.first, chunk.last, start, end - start, len(places)) + places
+        )
+        told += (
+            struct.pack("<Q", self._file.tell() - end)
+            + _text("zstd")
+            + struct.pack("<QQ", size, chunk.size)
+        )
         self._chunks.append(_record(CHUNK_INDEX, told))
         self.beside += time.perf_counter() - begun
 
     def _metadata(self, count: int, first: int, last: int) -> dict[str, Any]:
-        span = {"starting_time": {"nanoseconds_since_epoch": first}, "duration": {"nanoseconds": last - first}}
+        span = {
+            "starting_time": {"nanoseconds_since_epoch": first},
+            "duration": {"nanoseconds": last - first},
+        }
         topics = [
             {
                 "topic_metadata": {
@@ -161,7 +190,9 @@ _BAG_FILE: Final = re.compile(r"metadata\.yaml|.*\.(mcap|db3)(\.zstd|-shm|-wal)?
 
 
 @contextmanager
-def new_bag(path: Path, topics: Sequence[Topic], notes: Mapping[str, str] | None = None) -> Iterator[BagWriter]:
+def new_bag(
+    path: Path, topics: Sequence[Topic], notes: Mapping[str, str] | None = None
+) -> Iterator[BagWriter]:
     """Write a bag; one that is there is replaced. After an error or an interruption `path` is as it was before.
 
     Raises:
@@ -203,9 +234,15 @@ def require_replaceable(path: Path) -> None:
         raise BagCallError(f"{path}: is a file; name a folder for the new bag")
     if path.resolve() == Path.cwd():
         raise BagCallError(f"{path}: is the folder you are in; name a new one for the bag")
-    others = [file.name for file in path.iterdir() if not (file.is_file() and _BAG_FILE.fullmatch(file.name))]
+    others = [
+        file.name
+        for file in path.iterdir()
+        if not (file.is_file() and _BAG_FILE.fullmatch(file.name))
+    ]
     if others:
-        raise BagCallError(f"{path}: holds other things than a bag ({min(others)}, ...); name a new folder")
+        raise BagCallError(
+            f"{path}: holds other things than a bag ({min(others)}, ...); name a new folder"
+        )
 
 
 def require_new(path: Path) -> None:

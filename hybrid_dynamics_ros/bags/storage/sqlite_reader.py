@@ -69,10 +69,17 @@ class SqliteFile:
                 good = [(t, d) for t, d in rows if isinstance(t, int) and isinstance(d, bytes)]
                 if len(good) < len(rows):
                     self._losses.add(
-                        f"{self._path.name}: {name}: {counted(len(rows) - len(good), 'row')} without a message"
+                        f"{self._path.name}: {name}: {counted(len(rows) - len(good), 'row')}"
+                        " without a message"
                     )
                 messages = Messages.of([t for t, _ in good], [d for _, d in good])
                 done += len(good)
-                yield unpack_each(messages, self._losses, self._path.name) if self._packed else messages
+                yield (
+                    unpack_each(messages, self._losses, self._path.name)
+                    if self._packed
+                    else messages
+                )
         except (sqlite3.Error, OverflowError) as error:
-            self._losses.add(f"{self._path.name}: {name}: cannot be read beyond message {done} ({error})")
+            self._losses.add(
+                f"{self._path.name}: {name}: cannot be read beyond message {done} ({error})"
+            )

@@ -15,7 +15,8 @@ from .results import Results
 
 FloatArray = NDArray[np.float64]
 
-# Frames whose origins, joined, make the robot. What a motor or a cylinder drives has the colour of its effort.
+# Frames whose origins, joined, make the robot. What a motor or a cylinder drives has the colour of
+# its effort.
 _PARTS: Final = (
     (("base", "l2"), BLUE, 3.4),
     (("l2", "l3", "l42"), INK, 2.6),
@@ -41,7 +42,9 @@ def draw_path(axes: Any, results: Results, robot: Robot) -> None:
     corners = [path]
     for share, opacity in _POSTURES:
         row = round(share * (len(inputs.stamp_ns) - 1))
-        corners.append(_draw_robot(axes, robot, robot.close(inputs.position[row, columns]), opacity))
+        corners.append(
+            _draw_robot(axes, robot, robot.close(inputs.position[row, columns]), opacity)
+        )
     axes.plot(path[:, 0], path[:, 1], 0.0 * path[:, 2], color=SHADOW, linewidth=1.2)
     axes.plot(*path.T, color=PURPLE, linewidth=2.6)
     seconds = (results.pose.stamp_ns - results.start_ns) * 1e-9

@@ -49,17 +49,27 @@ def save_figure(results: Results, robot: Robot, stem: Path, subtitle: str) -> tu
 def draw(results: Results, robot: Robot, subtitle: str) -> Figure:
     """The figure, not yet written."""
     figure = Figure(figsize=(13.0, 7.0))
-    left = figure.add_gridspec(2, 2, left=0.07, right=0.59, bottom=0.085, top=0.845, wspace=0.36, hspace=0.38)
+    left = figure.add_gridspec(
+        2, 2, left=0.07, right=0.59, bottom=0.085, top=0.845, wspace=0.36, hspace=0.38
+    )
     time = (results.efforts.stamp_ns - results.start_ns) * 1e-9
     for k, (joint, symbol, unit, part, colour) in enumerate(_EFFORTS):
         axes = figure.add_subplot(left[k // 2, k % 2])
-        _draw_effort(axes, time, results.efforts.effort[:, results.efforts.names.index(joint)], colour)
+        _draw_effort(
+            axes, time, results.efforts.effort[:, results.efforts.names.index(joint)], colour
+        )
         axes.set_title(f"{symbol}   {part}")
         axes.set_ylabel(f"{symbol} [{unit}]")
     draw_path(figure.add_axes((0.615, 0.355, 0.39, 0.55), projection="3d"), results, robot)
     _draw_position(figure.add_axes((0.665, 0.085, 0.305, 0.225)), results)
     figure.text(0.665, 0.8585, "Path of the end effector", fontsize=10.5)
-    figure.text(0.02, 0.95, "Forging robot: required efforts and end-effector path", fontsize=15, weight="bold")
+    figure.text(
+        0.02,
+        0.95,
+        "Forging robot: required efforts and end-effector path",
+        fontsize=15,
+        weight="bold",
+    )
     figure.text(0.02, 0.913, subtitle, fontsize=9.5, color=QUIET)
     return figure
 
@@ -73,7 +83,16 @@ def _draw_effort(axes: Axes, time: NDArray[Any], values: NDArray[Any], colour: s
         axes.set_ylim(-1.0, 1.0)
         note = "zero: the gripper is symmetric about its\nroll axis and turns at a constant rate"
         box = {"facecolor": "white", "edgecolor": "none", "pad": 3.0}
-        axes.text(0.5, 0.64, note, transform=axes.transAxes, ha="center", va="center", fontsize=8.5, bbox=box)
+        axes.text(
+            0.5,
+            0.64,
+            note,
+            transform=axes.transAxes,
+            ha="center",
+            va="center",
+            fontsize=8.5,
+            bbox=box,
+        )
 
 
 def _draw_position(axes: Axes, results: Results) -> None:
@@ -81,7 +100,9 @@ def _draw_position(axes: Axes, results: Results) -> None:
     for name, column, style in zip("xyz", results.pose.position.T, ("-", "--", "-."), strict=True):
         axes.plot(time, column, style, color=PURPLE)
         end = (float(time[-1]), float(column[-1]))
-        axes.annotate(name, end, xytext=(5, 0), textcoords="offset points", color=PURPLE, va="center")
+        axes.annotate(
+            name, end, xytext=(5, 0), textcoords="offset points", color=PURPLE, va="center"
+        )
     axes.set_xlim(0.0, max(time[-1], 1e-3))
     axes.set_title("End effector over time")
     axes.set_xlabel("time [s]")

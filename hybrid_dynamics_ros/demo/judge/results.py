@@ -24,7 +24,8 @@ class JointSeries:
         names: joints.
         stamp_ns: header stamps (N,) [ns].
         log_ns: when each arrived, of the input when it was sent (N,) [ns].
-        position, velocity, effort: (N, k) [rad or m, per s, N m or N]; NaN where a message has none.
+        position, velocity, effort: (N, k) [rad or m, per s, N m or N]; NaN where a message has
+        none.
     """
 
     names: tuple[str, ...]

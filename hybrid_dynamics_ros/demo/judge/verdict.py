@@ -13,7 +13,8 @@ from ..expectation import Expectation
 from ..topics import EFFORTS, INPUT, POSE, STATES
 from .results import FloatArray, IntArray, JointSeries, Results
 
-# The node calls the model for one state, the check for all at once: rounding differs in the last digits.
+# The node calls the model for one state, the check for all at once: rounding differs in the last
+# digits.
 TOLERANCE = 1e-9
 
 
@@ -23,9 +24,11 @@ class Verdict:
 
     Attributes:
         expected, received: messages by topic; a message that came twice counts once.
-        difference: largest difference of an effort from the model called directly [N m or N]; NaN without efforts.
+        difference: largest difference of an effort from the model called directly [N m or N]; NaN
+        without efforts.
         relative: largest difference within one message over the largest effort in it.
-        delay: median and 99 % quantile of the time from sending the input to receiving the efforts [s].
+        delay: median and 99 % quantile of the time from sending the input to receiving the efforts
+        [s].
     """
 
     expected: dict[str, int]
@@ -48,7 +51,12 @@ class Verdict:
 def judge(expected: Expectation, results: Results, robot: Robot) -> Verdict:
     """Compare what was received with what was played and with the model called directly."""
     with_efforts = expected.stamp_ns[expected.with_efforts]
-    wanted = {INPUT: expected.stamp_ns, STATES: expected.stamp_ns, EFFORTS: with_efforts, POSE: expected.stamp_ns}
+    wanted = {
+        INPUT: expected.stamp_ns,
+        STATES: expected.stamp_ns,
+        EFFORTS: with_efforts,
+        POSE: expected.stamp_ns,
+    }
     stamps = {
         INPUT: results.inputs.stamp_ns,
         STATES: results.states.stamp_ns,
@@ -69,12 +77,15 @@ def _differences(expected: Expectation, results: Results, robot: Robot) -> tuple
     """Largest difference of an effort, absolute and relative to the largest effort of its message."""
     efforts, inputs = results.efforts, results.inputs
     _, rows, origins = np.intersect1d(efforts.stamp_ns, inputs.stamp_ns, return_indices=True)
-    _, places, accelerations = np.intersect1d(inputs.stamp_ns[origins], expected.stamp_ns, return_indices=True)
+    _, places, accelerations = np.intersect1d(
+        inputs.stamp_ns[origins], expected.stamp_ns, return_indices=True
+    )
     rows, origins = rows[places], origins[places]
     if rows.size == 0:
         return float("nan"), float("nan")
     state = robot.close(
-        _columns(inputs, inputs.position, robot)[origins], _columns(inputs, inputs.velocity, robot)[origins]
+        _columns(inputs, inputs.position, robot)[origins],
+        _columns(inputs, inputs.velocity, robot)[origins],
     )
     tau = robot.inverse_dynamics(state, expected.acceleration[accelerations])
     errors = np.abs(_columns(efforts, efforts.effort, robot)[rows] - tau)

@@ -42,7 +42,9 @@ def _set_environment(domain: int) -> None:
     os.environ.pop("ROS_STATIC_PEERS", None)
     if not any(name in os.environ for name in _PROFILES):
         os.environ[_PROFILES[0]] = str(Path(__file__).with_name("quick_discovery.xml"))
-    if "AMENT_PREFIX_PATH" not in os.environ:  # ROS from PyPI: it has one middleware, whatever a shell asks for
+    if (
+        "AMENT_PREFIX_PATH" not in os.environ
+    ):  # ROS from PyPI: it has one middleware, whatever a shell asks for
         os.environ["AMENT_PREFIX_PATH"] = sys.prefix
         os.environ.pop("RMW_IMPLEMENTATION", None)
 
@@ -57,7 +59,9 @@ def _taken_domain() -> Iterator[int]:
     """A domain where no process is heard; a lock file keeps other runs away while this one lasts."""
     first = os.getpid() % len(DOMAINS)
     for domain in (*DOMAINS[first:], *DOMAINS[:first]):
-        with (Path(tempfile.gettempdir()) / f"ros_domain_{domain}.{os.getuid()}.lock").open("w") as lock:
+        with (Path(tempfile.gettempdir()) / f"ros_domain_{domain}.{os.getuid()}.lock").open(
+            "w"
+        ) as lock:
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:

@@ -56,7 +56,9 @@ class LiveView:
 
     def _draw(self, latest: Mapping[str, bytes], counts: Mapping[str, int]) -> None:
         snapshot = take_snapshot(latest)
-        if snapshot is None or not snapshot.effort:  # without efforts it does not know the active joints yet
+        if (
+            snapshot is None or not snapshot.effort
+        ):  # without efforts it does not know the active joints yet
             return
         time_s = (snapshot.stamp_ns - int(self._expected.stamp_ns[0])) * 1e-9
         progress = Progress(time_s, self._expected.duration, counts)

@@ -31,10 +31,16 @@ ACKNOWLEDGE_DEADLINE: Final = 30.0  # [s]
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Play a recording once. Prints the number of messages sent; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m hybrid_dynamics_ros.demo.play.player", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m hybrid_dynamics_ros.demo.play.player", description=__doc__
+    )
     parser.add_argument("bag", type=Path, help="rosbag2 recording")
-    parser.add_argument("--rate", type=float, default=1.0, help="how much faster than recorded (default 1)")
-    parser.add_argument("--subscribers", type=int, default=1, help="wait for so many before sending (default 1)")
+    parser.add_argument(
+        "--rate", type=float, default=1.0, help="how much faster than recorded (default 1)"
+    )
+    parser.add_argument(
+        "--subscribers", type=int, default=1, help="wait for so many before sending (default 1)"
+    )
     options = parser.parse_args(arguments)
 
     stop = threading.Event()
@@ -48,9 +54,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         try_shutdown()
 
 
-def _run(messages: Sequence[RawMessage], rate: float, subscribers: int, stop: threading.Event) -> int:
+def _run(
+    messages: Sequence[RawMessage], rate: float, subscribers: int, stop: threading.Event
+) -> int:
     node = rclpy.create_node("player", enable_rosout=False, start_parameter_services=False)
-    # The queue holds the whole recording: a subscriber that falls behind for a while still gets all of it.
+    # The queue holds the whole recording: a subscriber that falls behind for a while still gets all
+    # of it.
     qos = QoSProfile(depth=max(1, len(messages)), reliability=QoSReliabilityPolicy.RELIABLE)
     publisher = node.create_publisher(JointState, INPUT, qos)
     try:
@@ -80,7 +89,8 @@ def wait_for_subscribers(publisher: Publisher, count: int, stop: threading.Event
 def wait_for_acknowledgements(publisher: Publisher, stop: threading.Event) -> bool:
     """Wait until every subscriber has every message, or until ``stop`` is set; False if it took too long.
 
-    The middleware asks for acknowledgements every few seconds: whoever knows otherwise that all came sets ``stop``.
+    The middleware asks for acknowledgements every few seconds: whoever knows otherwise that all
+    came sets ``stop``.
     """
     end = time.monotonic() + ACKNOWLEDGE_DEADLINE
     while not stop.is_set() and not publisher.wait_for_all_acked(Duration(seconds=0.05)):
@@ -89,7 +99,12 @@ def wait_for_acknowledgements(publisher: Publisher, stop: threading.Event) -> bo
     return True
 
 
-def play(messages: Sequence[RawMessage], publish: Callable[[bytes], None], rate: float, stop: threading.Event) -> int:
+def play(
+    messages: Sequence[RawMessage],
+    publish: Callable[[bytes], None],
+    rate: float,
+    stop: threading.Event,
+) -> int:
     """Send each message at its time; the number sent before ``stop`` was set.
 
     Args:

@@ -56,7 +56,11 @@ class Child:
         code = self._process.poll()
         if code:
             lines = self.said().splitlines()[-15:] or ["(it said nothing)"]
-            raise DemoError("\n".join([f"The {self.title} ended with exit code {code}. Its last words:", *lines]))
+            raise DemoError(
+                "\n".join(
+                    [f"The {self.title} ended with exit code {code}. Its last words:", *lines]
+                )
+            )
 
     def stop(self) -> int:
         """Ask it to end, make it end if it does not; its exit code."""

@@ -43,13 +43,18 @@ class Recorder:
     def connected(self) -> bool:
         """Whether the node is there and sends to all subscriptions from now on. Poll it while spinning.
 
-        Matching is not symmetric: that this side knows the node's publishers does not say that they know its
-        subscriptions. So the node is asked something. Its answer arrives only after it found the reader of the
-        answers, which was announced after the subscriptions, and announcements arrive in order. Where the answer was
-        lost because the node had not found that reader yet, the question is asked again.
+        Matching is not symmetric: that this side knows the node's publishers does not say that they
+        know its subscriptions. So the node is asked something. Its answer arrives only after it
+        found the reader of the answers, which was announced after the subscriptions, and
+        announcements arrive in order. Where the answer was lost because the node had not found that
+        reader yet, the question is asked again.
         """
         due = time.monotonic() >= self._asked + ASK_AGAIN
-        if due and all(self._node.count_publishers(topic) for topic in OUTPUTS) and self._client.service_is_ready():
+        if (
+            due
+            and all(self._node.count_publishers(topic) for topic in OUTPUTS)
+            and self._client.service_is_ready()
+        ):
             self._asked = time.monotonic()
             self._answers.append(self._client.call_async(_first_question()))
         return any(answer.done() for answer in self._answers)
@@ -57,8 +62,8 @@ class Recorder:
     def _subscribe(self, topic: str) -> None:
         """Keep a topic: the input with the time at which it was sent, results with that at which they arrived.
 
-        Both are the middleware's, of one clock. When this process comes to read a message says nothing: one that was
-        sent later may be read first.
+        Both are the middleware's, of one clock. When this process comes to read a message says
+        nothing: one that was sent later may be read first.
         """
         stamp = "source_timestamp" if topic == INPUT else "received_timestamp"
 

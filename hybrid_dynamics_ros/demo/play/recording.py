@@ -15,14 +15,21 @@ from ..trajectory import JOINTS, ROBOT, SOURCE, paper_trajectory
 
 SHIPPED: Final = Path(__file__).resolve().parents[2] / "recordings" / ROBOT
 FREQUENCY: Final = 100  # [Hz]
-START_NS: Final = 1_586_304_000 * 10**9  # 8 April 2020, the day of the paper: any fixed time would do
+START_NS: Final = (
+    1_586_304_000 * 10**9
+)  # 8 April 2020, the day of the paper: any fixed time would do
 
 
 def recorded_messages() -> list[RawMessage]:
     """The messages of the recording: JointState with positions and velocities of the active joints."""
     types = typestore().types
     joint_state, header, time = (
-        types[name] for name in ("sensor_msgs/msg/JointState", "std_msgs/msg/Header", "builtin_interfaces/msg/Time")
+        types[name]
+        for name in (
+            "sensor_msgs/msg/JointState",
+            "std_msgs/msg/Header",
+            "builtin_interfaces/msg/Time",
+        )
     )
     trajectory = paper_trajectory(FREQUENCY)
     messages = []
@@ -35,7 +42,9 @@ def recorded_messages() -> list[RawMessage]:
             velocity=trajectory.velocity[k],
             effort=trajectory.velocity[k, :0],
         )
-        messages.append(RawMessage(stamp_ns, bytes(typestore().serialize_cdr(message, TYPES[INPUT]))))
+        messages.append(
+            RawMessage(stamp_ns, bytes(typestore().serialize_cdr(message, TYPES[INPUT])))
+        )
     return messages
 
 

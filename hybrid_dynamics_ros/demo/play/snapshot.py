@@ -45,7 +45,9 @@ def take_snapshot(latest: Mapping[str, bytes]) -> Snapshot | None:
         stamp_ns=stamp.sec * 10**9 + stamp.nanosec,
         position=dict(zip(states.name, states.position.tolist(), strict=True)),
         velocity=dict(zip(states.name, states.velocity.tolist(), strict=False)),
-        effort={} if efforts is None else dict(zip(efforts.name, efforts.effort.tolist(), strict=True)),
+        effort=(
+            {} if efforts is None else dict(zip(efforts.name, efforts.effort.tolist(), strict=True))
+        ),
         tool=(pose.position.x, pose.position.y, pose.position.z),
         quaternion=(pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w),
     )

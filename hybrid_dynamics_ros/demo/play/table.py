@@ -46,7 +46,9 @@ class Progress(NamedTuple):
         return min(1.0, max(0.0, self.time / self.duration))
 
 
-def table(snapshot: Snapshot, progress: Progress, prismatic: Collection[str], bar: str) -> list[Row]:
+def table(
+    snapshot: Snapshot, progress: Progress, prismatic: Collection[str], bar: str
+) -> list[Row]:
     """The whole state.
 
     Args:
@@ -63,18 +65,27 @@ def table(snapshot: Snapshot, progress: Progress, prismatic: Collection[str], ba
     return [
         _progress_row(progress, bar),
         Row(),
-        Row(f"  {'active joint':<18}{'position':>11}{'rate':>18}{'required effort':>24}", heading=True),
-        *(Row(_motion(name, snapshot, prismatic) + _effort(name, snapshot, prismatic)) for name in active),
+        Row(
+            f"  {'active joint':<18}{'position':>11}{'rate':>18}{'required effort':>24}",
+            heading=True,
+        ),
+        *(
+            Row(_motion(name, snapshot, prismatic) + _effort(name, snapshot, prismatic))
+            for name in active
+        ),
         Row(),
         Row(f"  {'passive joint':<18}{'position':>11}{'rate':>18}", heading=True),
         *(Row(_motion(name, snapshot, prismatic)) for name in passive),
         Row(),
         Row("  end effector in the base frame", heading=True),
-        Row(f"  x {x:7.4f}  y {y:7.4f}  z {z:7.4f} m   quaternion {qx:6.3f} {qy:6.3f} {qz:6.3f} {qw:6.3f}"),
+        Row(
+            f"  x {x:7.4f}  y {y:7.4f}  z {z:7.4f} m   quaternion {qx:6.3f} {qy:6.3f} {qz:6.3f}"
+            f" {qw:6.3f}"
+        ),
         Row(),
         Row(
-            f"  messages: {counts[INPUT]} played, {counts[STATES]} joint states, {counts[EFFORTS]} efforts, "
-            f"{counts[POSE]} poses"
+            f"  messages: {counts[INPUT]} played, {counts[STATES]} joint states, {counts[EFFORTS]}"
+            f" efforts, {counts[POSE]} poses"
         ),
     ]
 
@@ -82,7 +93,9 @@ def table(snapshot: Snapshot, progress: Progress, prismatic: Collection[str], ba
 def line(snapshot: Snapshot, progress: Progress, prismatic: Collection[str]) -> str:
     """The active joints in a line, below it their efforts and the tool: neither is wider than a terminal."""
     active = [name for name in snapshot.position if name in snapshot.effort]
-    joints = ", ".join(f"{name} {_position(name, snapshot.position[name], prismatic).strip()}" for name in active)
+    joints = ", ".join(
+        f"{name} {_position(name, snapshot.position[name], prismatic).strip()}" for name in active
+    )
     efforts = ", ".join(_effort(name, snapshot, prismatic).strip() for name in active)
     x, y, z = snapshot.tool
     return f"t {progress.time:5.2f} s | {joints}\n  {efforts} | tool {x:.3f} {y:.3f} {z:.3f} m"
@@ -92,7 +105,10 @@ def _progress_row(progress: Progress, bar: str) -> Row:
     width = 32
     done = round(width * progress.share)
     drawn = bar[0] * done + bar[1] * (width - done)
-    return Row(f"  t = {progress.time:5.2f} of {progress.duration:.2f} s   {drawn}  {100 * progress.share:3.0f} %")
+    return Row(
+        f"  t = {progress.time:5.2f} of {progress.duration:.2f} s   {drawn} "
+        f" {100 * progress.share:3.0f} %"
+    )
 
 
 def _motion(name: str, snapshot: Snapshot, prismatic: Collection[str]) -> str:

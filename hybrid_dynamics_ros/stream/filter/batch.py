@@ -1,6 +1,7 @@
 """The node's filter over many samples: the same steps in the same order, without an object for each of them.
 
-Compiled where there is a compiler, else in plain floats: every bit is the same as that of `PolynomialFilter.step`.
+Compiled where there is a compiler, else in plain floats: every bit is the same as that of
+`PolynomialFilter.step`.
 """
 
 from __future__ import annotations
@@ -13,18 +14,24 @@ from numpy.typing import NDArray
 from .compiled import advance_of
 from .filter import FilterState, FloatArray, PolynomialFilter, StampEvent, _aged, _gains, _shares
 
-Steps = list[tuple[float, float, float, float]]  # dt [s], gains of value, first and second derivative
+Steps = list[
+    tuple[float, float, float, float]
+]  # dt [s], gains of value, first and second derivative
 Moments = tuple[float, float, float, float, float]
 Run = tuple[FloatArray, NDArray[np.bool_], Counter[StampEvent], FilterState]
 
 
 def run_filter(
-    filt: PolynomialFilter, state: FilterState | None, stamps: NDArray[np.int64], samples: FloatArray
+    filt: PolynomialFilter,
+    state: FilterState | None,
+    stamps: NDArray[np.int64],
+    samples: FloatArray,
 ) -> Run:
     """All samples (N, n) through the filter.
 
     Returns:
-        Derivatives (N, D + 1, n), whether each was ready (N,), what the stamps meant, the state after the last.
+        Derivatives (N, D + 1, n), whether each was ready (N,), what the stamps meant, the state
+        after the last.
     """
     count, n = samples.shape
     derivatives, ready = np.empty((count, filt.degree + 1, n)), np.empty(count, dtype=bool)
@@ -48,7 +55,11 @@ def run_filter(
 
 
 def _advance(
-    filt: PolynomialFilter, state: FilterState, stamps: NDArray[np.int64], samples: FloatArray, out: FloatArray
+    filt: PolynomialFilter,
+    state: FilterState,
+    stamps: NDArray[np.int64],
+    samples: FloatArray,
+    out: FloatArray,
 ) -> tuple[int, FilterState]:
     """The samples at the front that follow each other without a gap, as many as keep the full degree."""
     intervals = np.diff(stamps, prepend=state.stamp_ns)
@@ -61,7 +72,9 @@ def _advance(
         last = out[done - 1].copy()
     else:
         past, last = np.array(state.moments), np.array(state.derivatives)
-        own = np.ascontiguousarray(samples[:usable]).view(np.float64)  # of a type object of another process, too
+        own = np.ascontiguousarray(samples[:usable]).view(
+            np.float64
+        )  # of a type object of another process, too
         done = compiled(seconds[:usable], own, np.array([filt.rate]), past, last, out[:usable])
         if done < 0:
             raise ValueError("expected float64 arrays in C order")
@@ -69,12 +82,19 @@ def _advance(
     if not done:
         return 0, state
     return done, state._replace(
-        stamp_ns=int(stamps[done - 1]), moments=moments, sample=samples[done - 1].copy(), derivatives=last
+        stamp_ns=int(stamps[done - 1]),
+        moments=moments,
+        sample=samples[done - 1].copy(),
+        derivatives=last,
     )
 
 
 def _in_python(
-    filt: PolynomialFilter, state: FilterState, intervals: list[int], samples: FloatArray, out: FloatArray
+    filt: PolynomialFilter,
+    state: FilterState,
+    intervals: list[int],
+    samples: FloatArray,
+    out: FloatArray,
 ) -> tuple[int, Moments]:
     """The same without a compiler: rows done, and the moments after them."""
     steps, moments = _steps(filt, state, intervals)
@@ -82,14 +102,20 @@ def _in_python(
     for k in range(samples.shape[1]):
         track = _second if filt.degree == 2 else _first
         if done:
-            out[:done, :, k] = track(samples[:done, k].tolist(), steps, state.derivatives[:, k].tolist())
+            out[:done, :, k] = track(
+                samples[:done, k].tolist(), steps, state.derivatives[:, k].tolist()
+            )
     return done, moments
 
 
-def _steps(filt: PolynomialFilter, state: FilterState, intervals: list[int]) -> tuple[Steps, Moments]:
+def _steps(
+    filt: PolynomialFilter, state: FilterState, intervals: list[int]
+) -> tuple[Steps, Moments]:
     rate, degree = filt.rate, filt.degree
     moments, steps = state.moments, []
-    settled: tuple[int, tuple[float, float, float, float]] | None = None  # interval at which the moments stay
+    settled: tuple[int, tuple[float, float, float, float]] | None = (
+        None  # interval at which the moments stay
+    )
     for interval in intervals:
         if settled is not None and settled[0] == interval:
             steps.append(settled[1])
@@ -119,7 +145,9 @@ def _first(samples: list[float], steps: Steps, start: list[float]) -> list[tuple
     return out
 
 
-def _second(samples: list[float], steps: Steps, start: list[float]) -> list[tuple[float, float, float]]:
+def _second(
+    samples: list[float], steps: Steps, start: list[float]
+) -> list[tuple[float, float, float]]:
     d0, d1, d2 = start
     out = []
     for x, (dt, g0, g1, g2) in zip(samples, steps, strict=True):

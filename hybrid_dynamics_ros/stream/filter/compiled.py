@@ -1,6 +1,7 @@
 """The filter's steps as machine code: what `filters` does in Python, operation by operation, so to the same bits.
 
-Nothing is fused and nothing reordered; exp and expm1 are those of the C library, which Python calls too.
+Nothing is fused and nothing reordered; exp and expm1 are those of the C library, which Python calls
+too.
 """
 
 from __future__ import annotations
@@ -16,7 +17,14 @@ from hybrid_dynamics_core.kernels.ir.entry import DECLARATIONS, Entry
 from hybrid_dynamics_core.kernels.ir.text import Function, constant
 from hybrid_dynamics_core.kernels.run import default_backend
 
-from .filter import LEAST_CONDITION, LEAST_DECAY, MOST_WEIGHT, FilterState, FloatArray, PolynomialFilter
+from .filter import (
+    LEAST_CONDITION,
+    LEAST_DECAY,
+    MOST_WEIGHT,
+    FilterState,
+    FloatArray,
+    PolynomialFilter,
+)
 
 MOMENTS = 5
 _DECLARED = """declare double @exp(double)
@@ -26,10 +34,10 @@ declare double @llvm.minnum.f64(double, double)
 """
 _BINOMIAL = ((), (1.0,), (1.0, 2.0), (1.0, 3.0, 3.0), (1.0, 4.0, 6.0, 4.0))
 
-# Of float64 arrays in C order: intervals (N,) [s], samples (N, n), rate (1,) [1/s], moments (5,) and derivatives
-# (D + 1, n) before the first row and, filled in, after the last taken; fitted (N, D + 1, n), filled as far as that.
-# Gives how many rows were taken, fewer than N where the moments no longer allow the degree; `kernels.status.NOT_TAKEN`
-# where the arrays are others.
+# Of float64 arrays in C order: intervals (N,) [s], samples (N, n), rate (1,) [1/s], moments (5,)
+# and derivatives (D + 1, n) before the first row and, filled in, after the last taken; fitted (N, D
+# + 1, n), filled as far as that. Gives how many rows were taken, fewer than N where the moments no
+# longer allow the degree; `kernels.status.NOT_TAKEN` where the arrays are others.
 Advance = Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], int]
 
 
@@ -61,9 +69,16 @@ class CompiledFilter(PolynomialFilter):
             return super()._advance(state, stamp_ns, sample)
         interval, own = np.array([(stamp_ns - state.stamp_ns) * 1e-9]), np.array([sample])
         moments, derivatives = np.array(state.moments), state.derivatives.copy()
-        if advance(interval, own, self._rates, moments, derivatives, np.empty((1, *derivatives.shape))) != 1:
+        if (
+            advance(
+                interval, own, self._rates, moments, derivatives, np.empty((1, *derivatives.shape))
+            )
+            != 1
+        ):
             return super()._advance(state, stamp_ns, sample)
-        return FilterState(stamp_ns, state.start_ns, self.degree, tuple(moments.tolist()), own[0], derivatives)
+        return FilterState(
+            stamp_ns, state.start_ns, self.degree, tuple(moments.tolist()), own[0], derivatives
+        )
 
     @cached_property
     def _rates(self) -> FloatArray:
@@ -167,7 +182,9 @@ def _shares(f: Function, step: str) -> tuple[str, str]:
     kept = f.let(f"call double @exp(double {back})")
     lost = f.let(f"fneg double {f.let(f'call double @expm1(double {back})')}")
     decay = f.let(f"call double @llvm.maxnum.f64(double {kept}, double {constant(LEAST_DECAY)})")
-    return decay, f.let(f"call double @llvm.minnum.f64(double {lost}, double {constant(MOST_WEIGHT)})")
+    return decay, f.let(
+        f"call double @llvm.minnum.f64(double {lost}, double {constant(MOST_WEIGHT)})"
+    )
 
 
 def _step(f: Function, row: str, dt: str, gains: list[str], degree: int) -> None:

@@ -1,29 +1,36 @@
 """Derivatives of sampled signals: causal, for samples at any stamps, exact for polynomials.
 
-The filter fits a polynomial of degree D to all samples so far, by least squares, where a sample of age tau
-has the weight exp(-lambda tau); the derivatives of the polynomial at the newest stamp are the estimate. This
-is the fading-memory polynomial filter (Morrison, *Introduction to Sequential Smoothing and Prediction*, 1969,
-ch. 13; for D = 1 and 2 also known as critically damped g-h and g-h-k filter, Brookner, *Tracking and Kalman
-Filtering Made Easy*, 1998, ch. 1), with gains that come from the stamps that were really seen.
+The filter fits a polynomial of degree D to all samples so far, by least squares, where a sample of
+age tau has the weight exp(-lambda tau); the derivatives of the polynomial at the newest stamp are
+the estimate. This is the fading-memory polynomial filter (Morrison, *Introduction to Sequential
+Smoothing and Prediction*, 1969, ch. 13; for D = 1 and 2 also known as critically damped g-h and
+g-h-k filter, Brookner, *Tracking and Kalman Filtering Made Easy*, 1998, ch. 1), with gains that
+come from the stamps that were really seen.
 
 Why this one
-  * Exact for every polynomial of degree D, at any stamps, from sample D + 1 on: no start-up transient, no
-    bias that grows with jitter or with lost messages. (Difference quotients and a low pass have both.)
+  * Exact for every polynomial of degree D, at any stamps, from sample D + 1 on: no start-up
+    transient, no
+    bias that grows with jitter or with lost messages. (Difference quotients and a low pass have
+    both.)
   * One parameter, with a meaning. For samples much denser than 1/lambda it is the linear filter
-    s^D lambda^(D+1) / (s + lambda)^(D+1) for the highest derivative: an ideal differentiator and D + 1 equal
-    real poles, no overshoot. Its gain falls to 1/sqrt(2) of the ideal differentiator at the bandwidth
+    s^D lambda^(D+1) / (s + lambda)^(D+1) for the highest derivative: an ideal differentiator and D
+    + 1 equal
+    real poles, no overshoot. Its gain falls to 1/sqrt(2) of the ideal differentiator at the
+    bandwidth
     f_b [Hz]: lambda = 2 pi f_b / sqrt(2^(1/(D+1)) - 1).
-  * Lag of the highest derivative at low frequency: (D + 1) / lambda less half a sample interval, that is
-    0.205 / f_b for D = 1 and 0.243 / f_b for D = 2 at high rates. Lower derivatives have none: a changing
+  * Lag of the highest derivative at low frequency: (D + 1) / lambda less half a sample interval,
+    that is
+    0.205 / f_b for D = 1 and 0.243 / f_b for D = 2 at high rates. Lower derivatives have none: a
+    changing
     highest derivative costs them an error of second order only.
   * White noise of deviation sigma on samples every dt gives the highest derivative the deviation
     sigma sqrt(lambda^3 dt / 4) for D = 1, sigma sqrt(3 lambda^5 dt / 16) for D = 2.
 
-How it runs: the state is the polynomial itself (value and derivatives at the newest stamp, a row each) and
-the weighted moments of the sample ages. A step moves the polynomial to the new stamp, compares it with the
-new sample, and adds gains times the difference, an exact update of the least-squares fit. Gains depend on
-stamps alone; all work on samples is elementwise, so joints go through together, and the bits of one do not
-depend on the others.
+How it runs: the state is the polynomial itself (value and derivatives at the newest stamp, a row
+each) and the weighted moments of the sample ages. A step moves the polynomial to the new stamp,
+compares it with the new sample, and adds gains times the difference, an exact update of the
+least-squares fit. Gains depend on stamps alone; all work on samples is elementwise, so joints go
+through together, and the bits of one do not depend on the others.
 """
 
 from __future__ import annotations
@@ -39,17 +46,17 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-# The memory is never shorter than about one sample interval: older samples keep at least this share of their
-# weight at each step. Where the bandwidth is too high for the sample rate, the filter becomes the finite
-# difference of the last D + 1 samples and not less.
+# The memory is never shorter than about one sample interval: older samples keep at least this share
+# of their weight at each step. Where the bandwidth is too high for the sample rate, the filter
+# becomes the finite difference of the last D + 1 samples and not less.
 LEAST_DECAY: Final = 0.1
 MOST_WEIGHT: Final = 1.0 - LEAST_DECAY
 
 # Below it the moments of stamps a nanosecond apart come near the smallest numbers there are.
 LEAST_BANDWIDTH: Final = 1e-12  # [Hz]
 
-# The degree is raised only when the fit is well conditioned: determinant over product of the diagonal. Two
-# stamps that almost coincide say nothing about a second derivative.
+# The degree is raised only when the fit is well conditioned: determinant over product of the
+# diagonal. Two stamps that almost coincide say nothing about a second derivative.
 LEAST_CONDITION: Final = 1e-9
 
 
@@ -107,7 +114,9 @@ class PolynomialFilter:
             if not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} is {value}, expected a finite number above 0")
         if self.bandwidth < LEAST_BANDWIDTH:
-            raise ValueError(f"bandwidth is {self.bandwidth} Hz, expected {LEAST_BANDWIDTH} Hz or more")
+            raise ValueError(
+                f"bandwidth is {self.bandwidth} Hz, expected {LEAST_BANDWIDTH} Hz or more"
+            )
 
     @cached_property
     def rate(self) -> float:
@@ -122,12 +131,14 @@ class PolynomialFilter:
     def ready(self, state: FilterState) -> bool:
         """Whether the state has its samples: degree + 1 at least, over a time no shorter than the lag.
 
-        The polynomial is exact from sample degree + 1 on, but over a short time noise in the samples is
-        blown up; after one lag it is within a factor of 5 of what it settles at.
+        The polynomial is exact from sample degree + 1 on, but over a short time noise in the
+        samples is blown up; after one lag it is within a factor of 5 of what it settles at.
         """
         return state.degree == self.degree and (state.stamp_ns - state.start_ns) * 1e-9 >= self.lag
 
-    def step(self, state: FilterState | None, stamp_ns: int, sample: FloatArray) -> tuple[FilterState, StampEvent]:
+    def step(
+        self, state: FilterState | None, stamp_ns: int, sample: FloatArray
+    ) -> tuple[FilterState, StampEvent]:
         """The state after one more sample.
 
         Args:
@@ -136,7 +147,8 @@ class PolynomialFilter:
             sample: (n,), finite.
 
         Returns:
-            The new state, and what the stamp meant. Backward stamps, conflicting stamps and gaps restart the
+            The new state, and what the stamp meant. Backward stamps, conflicting stamps and gaps
+            restart the
             filter from this sample.
         """
         event = self._event(state, stamp_ns, sample)
@@ -152,8 +164,12 @@ class PolynomialFilter:
         if stamp_ns < state.stamp_ns:
             return StampEvent.BACKWARD
         if stamp_ns == state.stamp_ns:
-            return StampEvent.REPEATED if np.array_equal(sample, state.sample) else StampEvent.CONFLICT
-        return StampEvent.GAP if (stamp_ns - state.stamp_ns) * 1e-9 > self.max_gap else StampEvent.NEXT
+            return (
+                StampEvent.REPEATED if np.array_equal(sample, state.sample) else StampEvent.CONFLICT
+            )
+        return (
+            StampEvent.GAP if (stamp_ns - state.stamp_ns) * 1e-9 > self.max_gap else StampEvent.NEXT
+        )
 
     def _start(self, stamp_ns: int, sample: FloatArray) -> FilterState:
         sample = sample.copy()
@@ -180,8 +196,8 @@ class PolynomialFilter:
 def _shares(step: float) -> tuple[float, float]:
     """What older samples keep of their weight after ``step`` (in units of 1/lambda), and the weight of the new one.
 
-    A sample stands for the interval before it: the bandwidth does not depend on the sample rate. They add up to 1;
-    the difference itself would lose the weight of a very short step.
+    A sample stands for the interval before it: the bandwidth does not depend on the sample rate.
+    They add up to 1; the difference itself would lose the weight of a very short step.
     """
     return max(math.exp(-step), LEAST_DECAY), min(-math.expm1(-step), MOST_WEIGHT)
 
@@ -205,8 +221,9 @@ def _gains(
 ) -> tuple[int, tuple[float, float, float]]:
     """Degree that the moments allow, and gains of value, first and second derivative.
 
-    They are the first column of the inverse of the Hankel matrix of the moments, times the weight of the
-    newest sample; d/dt = -lambda d/d(age) turns coefficients of powers of age into derivatives.
+    They are the first column of the inverse of the Hankel matrix of the moments, times the weight
+    of the newest sample; d/dt = -lambda d/d(age) turns coefficients of powers of age into
+    derivatives.
     """
     m0, m1, m2, m3, m4 = moments
     if degree == 2:
@@ -223,7 +240,10 @@ def _gains(
 
 
 def _moved(derivatives: list[list[float]], dt: float) -> list[list[float]]:
-    """The polynomial, (D + 1, n), seen ``dt`` [s] later. In plain floats: few joints cost NumPy more."""
+    """The polynomial, (D + 1, n), seen ``dt`` [s] later.
+
+    In plain floats: few joints cost NumPy more.
+    """
     if len(derivatives) == 2:
         value, first = derivatives
         return [[d + dt * v for d, v in zip(value, first, strict=True)], first]

@@ -1,8 +1,8 @@
 """Velocities and accelerations of the active joints, from what a JointState carries.
 
-Messages with velocities: the velocities are taken as measured, the acceleration is the derivative of a
-polynomial of degree 1 through them. Messages without: both come from a polynomial of degree 2 through the
-positions.
+Messages with velocities: the velocities are taken as measured, the acceleration is the derivative
+of a polynomial of degree 1 through them. Messages without: both come from a polynomial of degree 2
+through the positions.
 """
 
 from __future__ import annotations
@@ -47,7 +47,11 @@ class MotionEstimator:
         return (self._velocity_filter if measured else self._position_filter).lag
 
     def step(
-        self, state: EstimatorState | None, stamp_ns: int, position: FloatArray, velocity: FloatArray | None
+        self,
+        state: EstimatorState | None,
+        stamp_ns: int,
+        position: FloatArray,
+        velocity: FloatArray | None,
     ) -> tuple[EstimatorState, Estimate]:
         """State and estimate after one more sample.
 
