@@ -29,7 +29,6 @@ extensions = [
 exclude_patterns = ["_ext", "images"]
 
 # -- text
-# ------------------------------------------------------------------------------------------------------
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 myst_links_external_new_tab = False
@@ -38,7 +37,6 @@ default_role = "code"  # docstrings mark names with single backticks
 nitpicky = True
 
 # -- API
-# -------------------------------------------------------------------------------------------------------
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
@@ -61,7 +59,6 @@ nitpick_ignore_regex = [  # of other libraries, and of the inside: nothing is fe
 ]
 
 # -- looks
-# -----------------------------------------------------------------------------------------------------
 html_theme = "furo"
 pygments_dark_style = "github-dark"
 html_title = "hybrid_dynamics"

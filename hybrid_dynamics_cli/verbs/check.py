@@ -67,9 +67,14 @@ def command(
     )
     place = None if picture is None else picture_for(machine, picture, overwrite=overwrite)
     notes = remarks(machine)
-    doubts = machine.description.doubts
+    warnings = machine.description.warnings
     light = massless(machine)
-    told: dict[str, Any] = {"ok": True, "notes": notes, "warnings": list(doubts), **facts(machine)}
+    told: dict[str, Any] = {
+        "ok": True,
+        "notes": notes,
+        "warnings": list(warnings),
+        **facts(machine),
+    }
     told["massless"] = list(light)
     lines = [info_text(machine, told), ""]
     if (
@@ -83,7 +88,7 @@ def command(
             "",
         ]
     lines += [f"note: {note}" for note in notes]
-    lines += [f"warning: {doubt}" for doubt in doubts]
+    lines += [f"warning: {doubt}" for doubt in warnings]
     if place is not None:
         draw(machine, place, names, modes)
         told["picture"] = str(place)
@@ -92,19 +97,23 @@ def command(
     told["tried"] = {"places": tried.places, "closed": tried.closed}
     lines += [
         *([tried.told()] if tried.places else []),
-        verdict(tried, len(doubts), loops=bool(machine.description.closures)),
+        verdict(tried, len(warnings), loops=bool(machine.description.closures)),
     ]
     show(told, as_json, "\n".join(lines))
 
 
-def verdict(tried: Tried, doubts: int, *, loops: bool) -> str:
+def verdict(tried: Tried, warnings: int, *, loops: bool) -> str:
     """The last line: it says no more than what was seen."""
-    see = f", but see the {agreed(doubts, 'warning', 'warnings')} above" if doubts else ""
+    see = f", but see the {agreed(warnings, 'warning', 'warnings')} above" if warnings else ""
     if not loops:
-        return f"It has no loops{see}." if doubts else "The description is right; it has no loops."
+        return (
+            f"It has no loops{see}." if warnings else "The description is right; it has no loops."
+        )
     if tried.everywhere:
         return (
-            f"Every loop closes{see}." if doubts else "The description is right: every loop closes."
+            f"Every loop closes{see}."
+            if warnings
+            else "The description is right: every loop closes."
         )
     if tried.hardly:
         return (
@@ -149,7 +158,7 @@ def remarks(machine: Robot) -> list[str]:
     """What is no fault, and yet to be known."""
     state = machine.close(machine.reference)
     description = machine.description
-    notes = [note for note in description.notes if note not in description.doubts] + narrowed(
+    notes = [note for note in description.notes if note not in description.warnings] + narrowed(
         machine
     )
     notes += elsewhere(machine, state)

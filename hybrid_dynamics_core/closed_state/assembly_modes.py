@@ -11,12 +11,12 @@ import numpy as np
 from ..closure.blocks.block_solver import Step
 from ..closure.blocks.leg_blocks import PivotDirection
 from ..closure.blocks.newton import NewtonStep
-from ..closure.plan import ClosurePlan, given_posture
+from ..closure.plan import ClosurePlan, given_configuration
 from ..closure.rank import posture_of
 from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.suggestions import nearest, none_such
-from ..mechanism.configuration import Posture
+from ..mechanism.configuration import Configuration
 from ..programs import Model
 from .state import ClosedState
 
@@ -100,7 +100,7 @@ def matching_signs(model: Model, s: Array) -> Array:
     return np.array(signs)
 
 
-def _miss(step: Step, exact: Posture, sign: float, s: Array) -> float:
+def _miss(step: Step, exact: Configuration, sign: float, s: Array) -> float:
     trial = exact.copy()
     try:
         margin = step.solve(trial, sign, s.tolist())
@@ -114,29 +114,34 @@ def list_modes(model: Model, u: Array, signs: Array, start: Array) -> Iterator[F
     """Every way to close at u: branch signs, configuration s and mode names."""
     guess = start.tolist()
 
-    def extend(k: int, posture: Posture, chosen: list[float], names: list[str]) -> Iterator[Found]:
+    def extend(
+        k: int, configuration: Configuration, chosen: list[float], names: list[str]
+    ) -> Iterator[Found]:
         if k == len(model.plan.steps):
-            s = np.array([float(q) for q in posture.q])
+            s = np.array([float(q) for q in configuration.q])
             yield np.array(chosen), s, branch_names(model.plan, names)
             return
-        for sign, name, closed in _solutions(model, k, posture, float(signs[k]), guess):
+        for sign, name, closed in _solutions(model, k, configuration, float(signs[k]), guess):
             yield from extend(k + 1, closed, [*chosen, sign], [*names, name])
 
     yield from extend(
-        0, given_posture(model.tree, dict(zip(model.plan.given, u.tolist(), strict=True))), [], []
+        0,
+        given_configuration(model.tree, dict(zip(model.plan.given, u.tolist(), strict=True))),
+        [],
+        [],
     )
 
 
 def _solutions(
-    model: Model, k: int, posture: Posture, own: float, guess: Sequence[float]
-) -> Iterator[tuple[float, str, Posture]]:
+    model: Model, k: int, configuration: Configuration, own: float, guess: Sequence[float]
+) -> Iterator[tuple[float, str, Configuration]]:
     step = model.plan.steps[k]
     if isinstance(step, NewtonStep):
-        yield from _newton_solutions(model, step, posture, guess)
+        yield from _newton_solutions(model, step, configuration, guess)
         return
     options = [own] if isinstance(step, PivotDirection) else [1.0, -1.0][: len(step.modes)]
     for sign in options:
-        trial = posture.copy()
+        trial = configuration.copy()
         try:
             margin = step.solve(trial, sign, guess)
         except ZeroDivisionError:
@@ -146,15 +151,15 @@ def _solutions(
 
 
 def _newton_solutions(
-    model: Model, step: NewtonStep, posture: Posture, guess: Sequence[float]
-) -> Iterator[tuple[float, str, Posture]]:
+    model: Model, step: NewtonStep, configuration: Configuration, guess: Sequence[float]
+) -> Iterator[tuple[float, str, Configuration]]:
     """Newton from many starts at once; distinct answers, the one nearest the reference first."""
-    found = _many_starts(model, step, posture, guess)
+    found = _many_starts(model, step, configuration, guess)
     near = np.array([guess[k] for k in step.unknowns])
     found.sort(key=lambda x: float(np.abs(_wrapped(model, step, x - near)).max()))
     number = 1
     for x in found:
-        trial = posture.copy()
+        trial = configuration.copy()
         for coordinate, value in zip(
             step.unknowns, near + _wrapped(model, step, x - near), strict=True
         ):
@@ -165,7 +170,7 @@ def _newton_solutions(
 
 
 def _many_starts(
-    model: Model, step: NewtonStep, posture: Posture, guess: Sequence[float]
+    model: Model, step: NewtonStep, configuration: Configuration, guess: Sequence[float]
 ) -> list[Array]:
     from scipy.stats import qmc  # noqa: PLC0415  slow to import, and only this needs it
 
@@ -177,22 +182,22 @@ def _many_starts(
     starts: list[Array] = [np.zeros(len(points))] * len(guess)
     for column, k in enumerate(step.unknowns):
         starts[k] = points[:, column]
-    many = posture.copy()
+    many = configuration.copy()
     converged = np.asarray(step.solve(many, 1.0, starts)) > 0.0
     answers = np.stack([many.q[k] for k in step.unknowns], axis=1)[converged]
     kept: list[Array] = []
     poses: list[Array] = []
     for x in answers:
-        pose = _fingerprint(model, step, posture, x)
+        pose = _fingerprint(model, step, configuration, x)
         if all(np.abs(pose - other).max() > SAME for other in poses):
             kept.append(x)
             poses.append(pose)
     return kept
 
 
-def _fingerprint(model: Model, step: NewtonStep, posture: Posture, x: Array) -> Array:
+def _fingerprint(model: Model, step: NewtonStep, configuration: Configuration, x: Array) -> Array:
     """Where the block's loops put their links: equal for two sets of angles that mean the same configuration."""
-    trial = posture.copy()
+    trial = configuration.copy()
     for k, value in zip(step.unknowns, x, strict=True):
         put = trial.set_angle if model.tree.is_revolute(k) else trial.set_length
         put(k, float(value))

@@ -6,13 +6,13 @@ import numpy as np
 
 from ..closure.blocks.block_solver import Step
 from ..closure.blocks.newton import NewtonStep
-from ..closure.plan import given_posture
+from ..closure.plan import given_configuration
 from ..closure.toggle_range import allowed_range
 from ..errors import ClosureError, HybridDynamicsError, InputError, SingularityError, StateError
 from ..ground.arrays import Array
 from ..kernels.run import Codes
 from ..kernels.status import JUMP, NOT_FINITE
-from ..mechanism.configuration import Posture
+from ..mechanism.configuration import Configuration
 from ..programs import Model, closure_code
 
 EDGE = 1e-9  # a value this near the end of its range counts as being at it
@@ -60,11 +60,13 @@ def _not_closed(
         return ClosureError(problem, loop=steps[-1].name, index=index)
     if code != closure_code(k):
         return _singular(steps[k].name, distance, index)
-    posture = given_posture(model.tree, dict(zip(model.plan.given, u.tolist(), strict=True)))
+    configuration = given_configuration(
+        model.tree, dict(zip(model.plan.given, u.tolist(), strict=True))
+    )
     guess = model.plan.reference.q
     for earlier, sign in zip(steps[:k], signs[:k], strict=True):
-        earlier.solve(posture, float(sign), guess)
-    return _open(model, steps[k], posture, index)
+        earlier.solve(configuration, float(sign), guess)
+    return _open(model, steps[k], configuration, index)
 
 
 def _singular(loop: str, distance: float, index: int | None) -> SingularityError:
@@ -77,10 +79,10 @@ def _singular(loop: str, distance: float, index: int | None) -> SingularityError
     )
 
 
-def _open(model: Model, step: Step, posture: Posture, index: int | None) -> StateError:
+def _open(model: Model, step: Step, configuration: Configuration, index: int | None) -> StateError:
     names = model.tree.coordinates
     known = step.known
-    told = {c: f"{names[c]} = {posture.q[c] + 0.0:.9g} {model.tree.unit(c)}" for c in known}
+    told = {c: f"{names[c]} = {configuration.q[c] + 0.0:.9g} {model.tree.unit(c)}" for c in known}
     values = ", ".join(told.values())
     if isinstance(step, NewtonStep):  # an iteration knows no range
         problem = (
@@ -89,9 +91,9 @@ def _open(model: Model, step: Step, posture: Posture, index: int | None) -> Stat
         )
         return ClosureError(problem, loop=step.name, index=index)
     for coordinate in (c for c in known if c in model.plan.given):
-        value = float(posture.q[coordinate])
+        value = float(configuration.q[coordinate])
         near = float(model.plan.reference.q[coordinate])
-        allowed = allowed_range(model.tree, step, posture, coordinate, near)
+        allowed = allowed_range(model.tree, step, configuration, coordinate, near)
         if allowed is None:
             continue
         if (

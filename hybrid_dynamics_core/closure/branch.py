@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from ..description.model import RobotDescription
 from ..errors import UndecidedModeError
-from ..mechanism.configuration import Posture
+from ..mechanism.configuration import Configuration
 from .blocks.block_solver import Step
 from .blocks.parallelogram import AngleStep
 from .blocks.patterns import Context
@@ -16,47 +16,54 @@ from .rank import CLOSED, posture_of
 
 
 def choose_branch(
-    robot: RobotDescription, step: Step, context: Context, posture: Posture, guess: Sequence[float]
+    robot: RobotDescription,
+    step: Step,
+    context: Context,
+    configuration: Configuration,
+    guess: Sequence[float],
 ) -> float:
-    """The branch sign of a step; leaves the step solved at the reference posture."""
+    """The branch sign of a step; leaves the step solved at the reference configuration."""
     told = [k for k in step.unknowns if k in context.near]
     signs = _named(robot, step, context) or [1.0, -1.0][: len(step.modes)]
     if len(signs) > 1 and step.needs_mode and not told:
-        _refuse_undecided(robot, step, context, posture, guess)
+        _refuse_undecided(robot, step, context, configuration, guess)
 
     def distance(sign: float) -> float:
-        if not _margin(step, posture, sign, guess) > 0.0:
+        if not _margin(step, configuration, sign, guess) > 0.0:
             return math.inf
-        return sum(abs(float(posture.q[k]) - guess[k]) for k in told or step.unknowns)
+        return sum(abs(float(configuration.q[k]) - guess[k]) for k in told or step.unknowns)
 
     best = min(signs, key=distance)
-    if not _margin(step, posture, best, guess) > 0.0:
+    if not _margin(step, configuration, best, guess) > 0.0:
         if _closed(step, context, guess):
             problem = (
                 "is singular at the reference configuration: what is given does not hold it there;"
                 " give other joints, or another reference"
             )
         else:
-            gap = shortfall(context.tree, context.closures, step, posture)
+            gap = shortfall(context.tree, context.closures, step, configuration)
             problem = f"does not close at the reference configuration{': ' if gap else ''}{gap}; "
             problem += "mend the geometry or give a reference that closes"
         raise robot.error(robot.closure_key(step.loops[0]), problem)
     if isinstance(step, AngleStep):
-        step.near(posture, context.near)
-        step.solve(posture, best, guess)
+        step.near(configuration, context.near)
+        step.solve(configuration, best, guess)
     return best
 
 
 def _closed(step: Step, context: Context, guess: Sequence[float]) -> bool:
     """Whether the block is closed at the guess."""
-    posture = posture_of(context.tree, guess)
+    configuration = posture_of(context.tree, guess)
     loops = dict.fromkeys(equation.loop for equation in step.equations)
-    return max(abs(float(r)) for loop in loops for r in loop.linearise(posture).residual) < CLOSED
+    return (
+        max(abs(float(r)) for loop in loops for r in loop.linearise(configuration).residual)
+        < CLOSED
+    )
 
 
-def _margin(step: Step, posture: Posture, sign: float, guess: Sequence[float]) -> float:
+def _margin(step: Step, configuration: Configuration, sign: float, guess: Sequence[float]) -> float:
     try:
-        return float(step.solve(posture, sign, guess))
+        return float(step.solve(configuration, sign, guess))
     except ZeroDivisionError:  # a pin exactly on a pivot
         return math.nan
 
@@ -77,14 +84,18 @@ def _named(robot: RobotDescription, step: Step, context: Context) -> list[float]
 
 
 def _refuse_undecided(
-    robot: RobotDescription, step: Step, context: Context, posture: Posture, guess: Sequence[float]
+    robot: RobotDescription,
+    step: Step,
+    context: Context,
+    configuration: Configuration,
+    guess: Sequence[float],
 ) -> None:
     """Raise where a loop closes in more than one way, with the joints of each; return where it closes in none."""
     tree, found = context.tree, {}
     for sign, mode in zip((1.0, -1.0), step.modes, strict=False):
-        if _margin(step, posture, sign, guess) > 0.0:
+        if _margin(step, configuration, sign, guess) > 0.0:
             joints = (
-                f"{tree.coordinates[k]} = {float(posture.q[k]):.4g} {tree.unit(k)}"
+                f"{tree.coordinates[k]} = {float(configuration.q[k]):.4g} {tree.unit(k)}"
                 for k in step.unknowns
             )
             found[mode] = ", ".join(joints)

@@ -13,7 +13,7 @@ from ..algebra.linear import Inverse
 from ..algebra.scalar import Scalar, sqrt
 from ..mechanism.tree import Tree
 from .constraints.equations import Linearised, LoopEquations
-from .plan import ClosurePlan, given_posture
+from .plan import ClosurePlan, given_configuration
 
 
 class ClosedMotion:
@@ -34,9 +34,9 @@ class ClosedMotion:
         self.given = plan.given
         self.size = len(tree.coordinates)
         self.steps = plan.steps
-        self.posture = given_posture(tree, dict(zip(plan.given, u, strict=True)))
+        self.configuration = given_configuration(tree, dict(zip(plan.given, u, strict=True)))
         self.margins = [
-            step.solve(self.posture, sign, guess)
+            step.solve(self.configuration, sign, guess)
             for step, sign in zip(plan.steps, branch, strict=True)
         ]
         self.loops = plan.loops
@@ -46,9 +46,9 @@ class ClosedMotion:
         for loop in dict.fromkeys(
             (*plan.loops, *(e.loop for step in plan.steps for e in step.equations))
         ):
-            linear[loop] = loop.linearise(self.posture)
+            linear[loop] = loop.linearise(self.configuration)
             self.residuals += linear[loop].residual
-            self.guards += loop.guards(self.posture)
+            self.guards += loop.guards(self.configuration)
         self.rows = [[linear[e.loop].rows[e.index] for e in step.equations] for step in plan.steps]
         self.blocks = [
             [[row.get(k, 0.0) for k in step.unknowns] for row in rows]
@@ -66,7 +66,7 @@ class ClosedMotion:
         biases: dict[LoopEquations, list[Scalar]] = {}
         for equation in (e for step in self.steps for e in step.equations):
             if equation.loop not in biases:
-                biases[equation.loop] = equation.loop.bias(self.posture, ds)
+                biases[equation.loop] = equation.loop.bias(self.configuration, ds)
         return self._complete(
             ddu, [[biases[e.loop][e.index] for e in step.equations] for step in self.steps]
         )

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..description.model import Closure, RobotDescription
 from ..ground.arrays import Array
-from ..mechanism.configuration import Posture
+from ..mechanism.configuration import Configuration
 from ..mechanism.tree import Tree
 from .blocks.block_solver import Step
 from .constraints.spatial import Chain, closure_chains
@@ -19,16 +19,16 @@ UNLIKE = 100.0  # lengths of one loop this far apart are hardly in one unit
 TOLD = 1e-9  # [m or rad] a gap of a closure that is worth a number of its own
 
 
-def gap_of(tree: Tree, robot: RobotDescription, loop: str, posture: Posture) -> str:
-    """Which ends of a closure stay how far apart at a posture of floats, or how far a follower is off.
+def gap_of(tree: Tree, robot: RobotDescription, loop: str, configuration: Configuration) -> str:
+    """Which ends of a closure stay how far apart at a configuration of floats, or how far a follower is off.
 
     Beside the points [m], of axes the angle between them and of frames that of the turn between
     them [rad].
     """
     closure = next((closure for closure in robot.closures if closure.name == loop), None)
     if closure is None:
-        return _off_course(tree, robot, loop, posture)
-    a, b = (chain.at(posture) for chain in closure_chains(tree, closure))
+        return _off_course(tree, robot, loop, configuration)
+    a, b = (chain.at(configuration) for chain in closure_chains(tree, closure))
     gaps = [(float(np.linalg.norm(np.subtract(a.end, b.end).astype(float))), "m")]
     if closure.kind in ("axis", "frame"):
         gaps.append(
@@ -45,10 +45,12 @@ def gap_of(tree: Tree, robot: RobotDescription, loop: str, posture: Posture) -> 
     return f"its ends on {closure.link_a} and {closure.link_b} stay {' and '.join(told)} apart"
 
 
-def _off_course(tree: Tree, robot: RobotDescription, follower: str, posture: Posture) -> str:
+def _off_course(
+    tree: Tree, robot: RobotDescription, follower: str, configuration: Configuration
+) -> str:
     mimic, own = robot.mimics[follower], tree.coordinates.index(follower)
-    source = float(posture.q[tree.coordinates.index(mimic.source)])
-    off = abs(float(posture.q[own]) - mimic.multiplier * source - mimic.offset)
+    source = float(configuration.q[tree.coordinates.index(mimic.source)])
+    off = abs(float(configuration.q[own]) - mimic.multiplier * source - mimic.offset)
     return f"it stays {off:.3g} {tree.unit(own)} off what it follows, {mimic.source}"
 
 
@@ -63,21 +65,24 @@ def _angle(a: Array, b: Array, kind: str) -> float:
     return float(Rotation.from_matrix(a @ b.T).magnitude())
 
 
-def shortfall(tree: Tree, closures: Mapping[str, Closure], step: Step, posture: Posture) -> str:
+def shortfall(
+    tree: Tree, closures: Mapping[str, Closure], step: Step, configuration: Configuration
+) -> str:
     """'open by ... m at best, at motor = 1 rad' and what the lengths look like; empty where the points do meet.
 
-    `posture`: what is known before the step. The least distance is searched for from several
+    `configuration`: what is known before the step. The least distance is searched for from several
     starts.
     """
     chains = [closure_chains(tree, closures[name]) for name in step.loops if name in closures]
     if not chains:
         return ""
-    lengths = _lengths(chains, posture, step)
-    gap = _least_gap(tree, chains, step, posture, max(lengths))
+    lengths = _lengths(chains, configuration, step)
+    gap = _least_gap(tree, chains, step, configuration, max(lengths))
     if gap < OPEN * max(lengths):
         return ""
     known = [
-        f"{tree.coordinates[k]} = {float(posture.q[k]):.4g} {tree.unit(k)}" for k in step.known
+        f"{tree.coordinates[k]} = {float(configuration.q[k]):.4g} {tree.unit(k)}"
+        for k in step.known
     ]
     place = f", at {', '.join(known)}" if known else ""
     unlike = max(lengths) >= UNLIKE * min(lengths)
@@ -90,7 +95,11 @@ def shortfall(tree: Tree, closures: Mapping[str, Closure], step: Step, posture: 
 
 
 def _least_gap(
-    tree: Tree, chains: Sequence[tuple[Chain, Chain]], step: Step, posture: Posture, length: float
+    tree: Tree,
+    chains: Sequence[tuple[Chain, Chain]],
+    step: Step,
+    configuration: Configuration,
+    length: float,
 ) -> float:
     """The farthest that two points stay apart [m] where all pairs together come nearest."""
     from scipy.optimize import (  # noqa: PLC0415  slow to import, and only a failure needs it
@@ -98,10 +107,10 @@ def _least_gap(
     )
 
     involved = frozenset().union(*(chain.coordinates for pair in chains for chain in pair))
-    free = sorted(k for k in involved if k in step.unknowns or posture.q[k] is None)
+    free = sorted(k for k in involved if k in step.unknowns or configuration.q[k] is None)
 
     def apart(x: Array) -> Array:
-        trial = posture.copy()
+        trial = configuration.copy()
         for k, value in zip(free, x, strict=True):
             put = trial.set_angle if tree.is_revolute(k) else trial.set_length
             put(k, float(value))
@@ -120,7 +129,9 @@ def _least_gap(
     return float(np.linalg.norm(best.fun.reshape(-1, 3), axis=1).max())
 
 
-def _lengths(chains: Sequence[tuple[Chain, Chain]], posture: Posture, step: Step) -> list[float]:
+def _lengths(
+    chains: Sequence[tuple[Chain, Chain]], configuration: Configuration, step: Step
+) -> list[float]:
     """Lengths [m] of which the loops are made: between joints, to the pins, and strokes that are known."""
     lengths = [0.0]
     for chain in (chain for pair in chains for chain in pair):
@@ -133,5 +144,5 @@ def _lengths(chains: Sequence[tuple[Chain, Chain]], posture: Posture, step: Step
             for b in chain.bodies
             if b.type == "prismatic" and b.coordinate in step.known
         )
-        lengths += [abs(float(posture.q[k])) for k in slides]
+        lengths += [abs(float(configuration.q[k])) for k in slides]
     return [length for length in lengths if length > 0.0] or [1.0]

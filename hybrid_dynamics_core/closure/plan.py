@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ..algebra.scalar import Scalar
 from ..description.model import RobotDescription
 from ..ground.wording import agreed, counted
-from ..mechanism.configuration import Posture
+from ..mechanism.configuration import Configuration
 from ..mechanism.tree import Tree
 from .blocks.block_solver import Step
 from .blocks.newton import NewtonStep
@@ -25,7 +25,7 @@ from .rank import CLOSED, close_numerically, posture_of, rank_equations
 class ClosurePlan:
     """How the rest follows from the given coordinates.
 
-    `steps` in solving order; `branch`: the sign (+1, -1) of each; `reference`: a closed posture
+    `steps` in solving order; `branch`: the sign (+1, -1) of each; `reference`: a closed configuration
     (floats); `loops`: all equations; `redundant`: those that follow from the others; `idle`:
     coordinates no loop holds.
     """
@@ -33,7 +33,7 @@ class ClosurePlan:
     given: tuple[int, ...]
     steps: tuple[Step, ...]
     branch: tuple[float, ...]
-    reference: Posture
+    reference: Configuration
     loops: tuple[LoopEquations, ...]
     redundant: tuple[Equation, ...]
 
@@ -66,30 +66,32 @@ def build_plan(
         raise robot.error("active", _undetermined(tree, matching, len(equations), len(unknowns)))
     context = Context(tree, {c.name: c for c in robot.closures}, near, named)
     guess = [float(near.get(k, 0.0)) for k in range(len(tree.coordinates))]
-    posture = given_posture(tree, {k: guess[k] for k in given})
+    configuration = given_configuration(tree, {k: guess[k] for k in given})
     steps = [make_step(block, context) for block in matching.blocks]
     if any(
         isinstance(step, NewtonStep) for step in steps
     ):  # these start where everything is closed already
         closed, residual = close_numerically(tree, loops, guess, unknowns)
         guess = closed.tolist() if max(residual.values()) < CLOSED else guess
-    branch = [choose_branch(robot, step, context, posture, guess) for step in steps]
-    _check_closed(tree, robot, loops, posture)
+    branch = [choose_branch(robot, step, context, configuration, guess) for step in steps]
+    _check_closed(tree, robot, loops, configuration)
     if (
         named and robot.active_set == "exact"
     ):  # else the reference is not the file's: a note tells of it
-        _check_limits(tree, robot, posture)
-    return ClosurePlan(given, tuple(steps), tuple(branch), posture, tuple(loops), tuple(redundant))
+        _check_limits(tree, robot, configuration)
+    return ClosurePlan(
+        given, tuple(steps), tuple(branch), configuration, tuple(loops), tuple(redundant)
+    )
 
 
-def given_posture(tree: Tree, values: Mapping[int, Scalar]) -> Posture:
-    """A posture with some coordinates set; any scalar type."""
-    posture = Posture(len(tree.coordinates))
+def given_configuration(tree: Tree, values: Mapping[int, Scalar]) -> Configuration:
+    """A configuration with some coordinates set; any scalar type."""
+    configuration = Configuration(len(tree.coordinates))
     for body in tree.bodies:
         if body.coordinate in values:
-            put = posture.set_angle if body.type == "revolute" else posture.set_length
+            put = configuration.set_angle if body.type == "revolute" else configuration.set_length
             put(body.coordinate, values[body.coordinate])
-    return posture
+    return configuration
 
 
 def _independent(
@@ -195,13 +197,16 @@ def _loops_of(equations: Sequence[Equation]) -> str:
 
 
 def _check_closed(
-    tree: Tree, robot: RobotDescription, loops: Sequence[LoopEquations], posture: Posture
+    tree: Tree,
+    robot: RobotDescription,
+    loops: Sequence[LoopEquations],
+    configuration: Configuration,
 ) -> None:
     for loop in loops:
-        error = max(abs(float(r)) for r in loop.linearise(posture).residual)
-        flipped = any(not float(g) > 0.0 for g in loop.guards(posture))
+        error = max(abs(float(r)) for r in loop.linearise(configuration).residual)
+        flipped = any(not float(g) > 0.0 for g in loop.guards(configuration))
         if not error < CLOSED or flipped:
-            gap = f"{gap_of(tree, robot, loop.name, posture)} ({error:.2g} of the loop's length)"
+            gap = f"{gap_of(tree, robot, loop.name, configuration)} ({error:.2g} of the loop's length)"
             size = gap if not flipped else "its frames face opposite ways"
             raise robot.error(
                 robot.closure_key(loop.name),
@@ -209,9 +214,9 @@ def _check_closed(
             )
 
 
-def _check_limits(tree: Tree, robot: RobotDescription, posture: Posture) -> None:
+def _check_limits(tree: Tree, robot: RobotDescription, configuration: Configuration) -> None:
     for body in tree.bodies:
-        value, (lower, upper) = float(posture.q[body.coordinate]), body.limits
+        value, (lower, upper) = float(configuration.q[body.coordinate]), body.limits
         if not lower - CLOSED <= value <= upper + CLOSED:
             problem = (
                 f"the loops close at the reference with {value:.6g}, outside [{lower:.6g},"

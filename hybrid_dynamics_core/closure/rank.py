@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..ground.arrays import Array
-from ..mechanism.configuration import Posture
+from ..mechanism.configuration import Configuration
 from ..mechanism.tree import Tree
 from .constraints.equations import Equation, LoopEquations
 
@@ -116,32 +116,32 @@ def close_numerically(
             break
         step = np.linalg.lstsq(jacobian, -residual, rcond=1e-10)[0]
         s[columns] += step * min(1.0, 0.3 / max(float(np.abs(step).max(initial=0.0)), 1e-300))
-    posture = posture_of(tree, best_s)
+    configuration = posture_of(tree, best_s)
     residuals: dict[str, float] = {}
     for loop in loops:
-        error = max(map(abs, loop.gaps(posture)))
+        error = max(map(abs, loop.gaps(configuration)))
         residuals[loop.name] = max(residuals.get(loop.name, 0.0), error)
     return best_s, residuals
 
 
-def posture_of(tree: Tree, s: Sequence[float] | Array) -> Posture:
-    """A posture with every coordinate set from floats."""
-    posture = Posture(len(tree.coordinates))
+def posture_of(tree: Tree, s: Sequence[float] | Array) -> Configuration:
+    """A configuration with every coordinate set from floats."""
+    configuration = Configuration(len(tree.coordinates))
     for body in tree.bodies:
-        put = posture.set_angle if body.type == "revolute" else posture.set_length
+        put = configuration.set_angle if body.type == "revolute" else configuration.set_length
         put(body.coordinate, float(s[body.coordinate]))
-    return posture
+    return configuration
 
 
 def jacobian_of(
     tree: Tree, loops: Sequence[LoopEquations], s: Array, unknowns: Sequence[int]
 ) -> tuple[Array, Array]:
     """Gaps (m,) of all equations at s, and their Jacobian (m, unknowns)."""
-    posture = posture_of(tree, s)
+    configuration = posture_of(tree, s)
     residual, rows = [], []
     for loop in loops:
-        block = loop.linearise(posture)
-        residual += loop.gaps(posture)
+        block = loop.linearise(configuration)
+        residual += loop.gaps(configuration)
         rows += [[float(row.get(k, 0.0)) for k in unknowns] for row in block.rows]
     return np.array(residual), np.array(rows).reshape(len(residual), len(unknowns))
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ..ground.arrays import Array
-from ..mechanism.configuration import Posture
+from ..mechanism.configuration import Configuration
 from ..mechanism.tree import Tree
 from .blocks.block_solver import Step
 
@@ -17,9 +17,9 @@ _SPAN = 6.0  # searched displacements, in lengths of the loop
 
 
 def allowed_range(
-    tree: Tree, step: Step, posture: Posture, coordinate: int, near: float
+    tree: Tree, step: Step, configuration: Configuration, coordinate: int, near: float
 ) -> tuple[float, float] | None:
-    """The interval of a known coordinate, nearest to `near`, in which the step closes with all else as in `posture`.
+    """The interval of a known coordinate, nearest to `near`, in which the step closes with all else as in `configuration`.
 
     (-inf, inf) where it always closes, None where it never does. [rad or m]
     """
@@ -27,7 +27,7 @@ def allowed_range(
     length = max(equation.loop.length for equation in step.equations)
     half = math.pi if revolute else _SPAN * length
     grid = near + half * np.linspace(-1.0, 1.0, _SAMPLES)
-    good = _margin(step, posture, coordinate, revolute, grid) > 0.0
+    good = _margin(step, configuration, coordinate, revolute, grid) > 0.0
     if good.all():
         return -math.inf, math.inf
     if not good.any():
@@ -42,7 +42,7 @@ def allowed_range(
             return way * math.inf
         bracket = sorted((grid[k], grid[k + way]))
         root: float = brentq(
-            lambda q: float(_margin(step, posture, coordinate, revolute, np.array([q]))[0]),
+            lambda q: float(_margin(step, configuration, coordinate, revolute, np.array([q]))[0]),
             *bracket,
             xtol=1e-14,
         )
@@ -51,11 +51,13 @@ def allowed_range(
     return edge(-1), edge(1)
 
 
-def _margin(step: Step, posture: Posture, coordinate: int, revolute: bool, values: Array) -> Array:
-    trial = posture.copy()
+def _margin(
+    step: Step, configuration: Configuration, coordinate: int, revolute: bool, values: Array
+) -> Array:
+    trial = configuration.copy()
     put = trial.set_angle if revolute else trial.set_length
     put(coordinate, values)
     with np.errstate(all="ignore"):
         return np.broadcast_to(
-            np.asarray(step.solve(trial, 1.0, posture.q), dtype=float), values.shape
+            np.asarray(step.solve(trial, 1.0, configuration.q), dtype=float), values.shape
         )

@@ -70,8 +70,8 @@ class _Builder:
         )
         doubt_lengths(self.document, told)
         doubt_masses(self.document, numbers, self.places, told.base)
-        doubts = tuple(self.document.doubts)  # known when everything is read
-        return replace(told, notes=(*self.document.notes, *doubts), doubts=doubts)
+        warnings = tuple(self.document.warnings)  # known when everything is read
+        return replace(told, notes=(*self.document.notes, *warnings), warnings=warnings)
 
     def each(self, section: str, build: Callable[[str, Any, Path_], T]) -> Mapping[str, T]:
         entries = self.data.get(section, {})
@@ -80,7 +80,6 @@ class _Builder:
         )
 
     # -- links
-    # -------------------------------------------------------------------------------------------------
 
     def links(self) -> tuple[Mapping[str, Link], Mapping[str, Link]]:
         """Moving links and the base, each with the links fixed to it as one body; and these, in that body's frame."""
@@ -115,7 +114,6 @@ class _Builder:
         return Link(name, mass, com, inertia)
 
     # -- joints
-    # ------------------------------------------------------------------------------------------------
 
     def joints(self) -> Mapping[str, Joint]:
         moving = {
@@ -183,7 +181,6 @@ class _Builder:
         )
 
     # -- frames and closures
-    # -----------------------------------------------------------------------------------
 
     def frames(self) -> Mapping[str, Frame]:
         """Named frames, the places of links fixed to others, and the end effector."""
@@ -240,7 +237,6 @@ class _Builder:
         return Loop(name, entry["type"], base, arm, k1, k2)
 
     # -- forces
-    # ------------------------------------------------------------------------------------------------
 
     def effects(self) -> Mapping[str, JointEffect]:
         effects = read_effects(self.data["joints"], self.numbers.number)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import DescriptionError
-from ..ground.suggestions import with_doubts
+from ..ground.suggestions import with_warnings
 
 Path_ = tuple[str | int, ...]
 File = str | Path | None
@@ -33,9 +33,9 @@ class Document:
         self.data = data
         self.file = file
         self.notes: list[str] = []  # what the loader assumed, for `RobotDescription.notes`
-        self.doubts: list[
+        self.warnings: list[
             str
-        ] = []  # what fits the format and is hardly meant, for `RobotDescription.doubts`
+        ] = []  # what fits the format and is hardly meant, for `RobotDescription.warnings`
         self.printed: set[str] = (
             set()
         )  # links whose numbers were rounded by the tool that printed them
@@ -129,7 +129,7 @@ class Document:
 
     def error(self, path: Path_, problem: str) -> DescriptionError:
         """A DescriptionError that points at the entry as the user wrote it, and tells what was doubted before."""
-        return self._located(path, with_doubts(problem, self.doubts))
+        return self._located(path, with_warnings(problem, self.warnings))
 
     def _located(self, path: Path_, problem: str) -> DescriptionError:
         written, note = self.written(path)
@@ -141,8 +141,8 @@ class Document:
     def doubt(self, path: Path_, problem: str) -> None:
         """Keep what is allowed at this entry and hardly meant; a message as those of errors, told once."""
         told = str(self._located(path, problem))
-        if told not in self.doubts:
-            self.doubts.append(told)
+        if told not in self.warnings:
+            self.warnings.append(told)
 
     def lines(self) -> dict[str, int]:
         """Line of every entry by dotted key, those of added entries too."""

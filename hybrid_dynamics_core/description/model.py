@@ -15,7 +15,7 @@ import numpy as np
 
 from ..errors import DescriptionError
 from ..ground.arrays import Array, Picklable, frozen
-from ..ground.suggestions import with_doubts
+from ..ground.suggestions import with_warnings
 from .actuators import HydraulicCylinder
 from .effects import JointEffect, Payload
 
@@ -137,7 +137,7 @@ class RobotDescription(Picklable):
         default_factory=dict
     )  # of entries that stand in another file
     notes: tuple[str, ...] = ()  # what the loader assumed or left out, one sentence each
-    doubts: tuple[
+    warnings: tuple[
         str, ...
     ] = ()  # those of the notes that tell of what is allowed and hardly meant, with its place
     effects: Mapping[str, JointEffect] = field(
@@ -168,7 +168,7 @@ class RobotDescription(Picklable):
             near = near.rpartition(".")[0]
         file = self.files.get(near, self.file)
         return DescriptionError(
-            with_doubts(problem, self.doubts), key=key, file=file, line=self.lines.get(near)
+            with_warnings(problem, self.warnings), key=key, file=file, line=self.lines.get(near)
         )
 
 

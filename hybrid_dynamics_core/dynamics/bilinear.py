@@ -19,12 +19,12 @@ from collections.abc import Sequence
 from ..algebra.scalar import Scalar
 from ..algebra.vector import ZERO3, Vector, add, cross, matvec, scale, sub, transpose
 from ..mechanism.tree import Body
-from .spanning import TreeKinematics, Wrench
+from .spanning import TreeDynamics, Wrench
 
 Twist = tuple[Vector, Vector]  # angular velocity, linear velocity of the link origin, in link axes
 
 
-def body_twists(tree: TreeKinematics, rates: Sequence[Scalar]) -> list[Twist]:
+def body_twists(tree: TreeDynamics, rates: Sequence[Scalar]) -> list[Twist]:
     """Velocity of every body for rates of s."""
     twists: list[Twist] = []
     for i, b in enumerate(tree.tree.bodies):
@@ -34,7 +34,7 @@ def body_twists(tree: TreeKinematics, rates: Sequence[Scalar]) -> list[Twist]:
 
 
 def twist_rates(
-    tree: TreeKinematics,
+    tree: TreeDynamics,
     ds: Sequence[Scalar],
     twists: Sequence[Twist],
     accelerations: Sequence[Scalar],
@@ -57,7 +57,7 @@ def twist_rates(
 
 
 def tree_forces(
-    tree: TreeKinematics,
+    tree: TreeDynamics,
     ds: Sequence[Scalar],
     rates: Sequence[Scalar],
     accelerations: Sequence[Scalar],
@@ -92,7 +92,7 @@ def coriolis(b: Body, omega: Vector, twist: Twist) -> Wrench:
     return force, moment
 
 
-def _at_joint(tree: TreeKinematics, body: int, twist: Twist) -> Twist:
+def _at_joint(tree: TreeDynamics, body: int, twist: Twist) -> Twist:
     """A twist of the parent, about the child's origin and in its axes."""
     omega, v = twist
     to_child = transpose(tree.rotations[body])

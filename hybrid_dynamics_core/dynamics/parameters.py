@@ -12,8 +12,8 @@ from ..description.model import Link, RobotDescription, effects_of
 from ..errors import InputError
 from ..ground.arrays import Array, frozen
 from ..ground.suggestions import none_such
-from .load_inputs import inertial_vector
-from .loading import INERTIAL
+from .load_pattern import INERTIAL
+from .pack_loads import inertial_vector
 
 if TYPE_CHECKING:
     from .loads import JointEffects

@@ -22,9 +22,9 @@ from ..closure.constraints.spatial import chains_length, closure_chains
 from ..closure.plan import ClosurePlan
 from ..description.model import Closure
 from ..ground.arrays import Array
-from ..mechanism.configuration import Posture
+from ..mechanism.configuration import Configuration
 from ..mechanism.tree import Tree
-from .spanning import TreeKinematics
+from .spanning import TreeDynamics
 
 INDEPENDENT = 1e-7  # share of a direction's work that the directions before it must leave
 NOTHING = 1e-30  # share that is far below the rounding of every share that counts
@@ -66,7 +66,7 @@ class Pin:
     borne: tuple[int, ...]
     silent: tuple[str, ...]
 
-    def work(self, tree: TreeKinematics) -> list[dict[int, Scalar]]:
+    def work(self, tree: TreeDynamics) -> list[dict[int, Scalar]]:
         """For each direction borne, the work of a unit wrench on link a (against b) per unit rate of each joint.
 
         Moments count per `length`.
@@ -84,7 +84,7 @@ class Pin:
         return rows
 
     def wrench(
-        self, tree: TreeKinematics, generalised: Mapping[int, Scalar]
+        self, tree: TreeDynamics, generalised: Mapping[int, Scalar]
     ) -> tuple[Vector, Vector, Scalar]:
         """Force and moment (base axes, about the pin) on link a that give these generalised forces; and how well.
 
@@ -108,12 +108,12 @@ class Pin:
             share = share * (pivot / size)
         return force, moment, share
 
-    def ends(self, tree: TreeKinematics) -> tuple[Vector, Vector]:
+    def ends(self, tree: TreeDynamics) -> tuple[Vector, Vector]:
         """The pin's place on both links, in the base frame."""
         (turn_a, at_a), (turn_b, at_b) = tree.pose(self.body_a), tree.pose(self.body_b)
         return add(at_a, matvec(turn_a, self.point_a)), add(at_b, matvec(turn_b, self.point_b))
 
-    def _rotation(self, tree: TreeKinematics) -> Rotation:
+    def _rotation(self, tree: TreeDynamics) -> Rotation:
         """The pin's axes as rows, in base axes."""
         rotation = tree.pose(self.body_a)[0]
         return tuple(matvec(rotation, axis) for axis in self.axes)  # type: ignore[return-value]
@@ -133,7 +133,7 @@ def find_pins(tree: Tree, plan: ClosurePlan, closures: Sequence[Closure]) -> lis
     return [_pin(tree, closure, postures) for closure in closures]
 
 
-def _pin(tree: Tree, closure: Closure, postures: Sequence[Posture]) -> Pin:
+def _pin(tree: Tree, closure: Closure, postures: Sequence[Configuration]) -> Pin:
     a, b = tree.body_index(closure.link_a), tree.body_index(closure.link_b)
     path_a, path_b, ancestor = tree.branches(a, b)
     try:
@@ -148,8 +148,8 @@ def _pin(tree: Tree, closure: Closure, postures: Sequence[Posture]) -> Pin:
     whole = Pin(closure.name, a, place_a, b, place_b, rows, length, loop, tuple(range(6)), ())
     held = _HELD[closure.kind]
     borne: tuple[int, ...] = ()
-    for posture in postures:
-        work = _matrix(whole.work(TreeKinematics(tree, posture)), len(tree.coordinates))
+    for configuration in postures:
+        work = _matrix(whole.work(TreeDynamics(tree, configuration)), len(tree.coordinates))
         found = _independent(work, held)
         borne = found if len(found) > len(borne) else borne
     silent = (2, 3, 4) if planar else ()
@@ -157,7 +157,7 @@ def _pin(tree: Tree, closure: Closure, postures: Sequence[Posture]) -> Pin:
     return Pin(closure.name, a, place_a, b, place_b, rows, length, loop, borne, told)
 
 
-def _closed_postures(tree: Tree, plan: ClosurePlan) -> list[Posture]:
+def _closed_postures(tree: Tree, plan: ClosurePlan) -> list[Configuration]:
     """The reference configuration, and others around it that close."""
     reference = np.array(plan.reference.q, dtype=float)
     given = list(plan.given)
@@ -169,7 +169,7 @@ def _closed_postures(tree: Tree, plan: ClosurePlan) -> list[Posture]:
         except ZeroDivisionError:
             continue
         if all(margin > 0.0 for margin in motion.margins):
-            postures.append(motion.posture)
+            postures.append(motion.configuration)
     return postures
 
 

@@ -23,7 +23,7 @@ from ..algebra.vector import (
     sub,
     transpose,
 )
-from ..mechanism.configuration import Posture
+from ..mechanism.configuration import Configuration
 from ..mechanism.tree import Body, Tree
 
 Wrench = tuple[Vector, Vector]  # force and moment about the link origin, in link axes
@@ -32,15 +32,15 @@ BodyMotion = tuple[
 ]  # angular velocity, angular and linear acceleration of the origin, link axes
 
 
-class TreeKinematics:
-    """Joint transforms of the tree at a posture: per body, rotation and origin in the parent frame."""
+class TreeDynamics:
+    """Joint transforms of the tree at a configuration: per body, rotation and origin in the parent frame."""
 
-    def __init__(self, tree: Tree, posture: Posture) -> None:
+    def __init__(self, tree: Tree, configuration: Configuration) -> None:
         self.tree = tree
         self.rotations: list[Rotation] = []
         self.origins: list[Vector] = []
         for body in tree.bodies:
-            rotation, origin = _joint_transform(body, posture)
+            rotation, origin = _joint_transform(body, configuration)
             self.rotations.append(rotation)
             self.origins.append(origin)
 
@@ -154,13 +154,13 @@ def _newton_euler(b: Body, omega: Vector, alpha: Vector, accel: Vector) -> Wrenc
     return force, add(moment, cross(b.first_moment, accel))
 
 
-def _joint_transform(body: Body, posture: Posture) -> tuple[Rotation, Vector]:
+def _joint_transform(body: Body, configuration: Configuration) -> tuple[Rotation, Vector]:
     k = body.coordinate
     if body.type == "revolute":
         return (
-            matmul(body.rotation, axis_rotation(body.axis, posture.c[k], posture.s[k])),
+            matmul(body.rotation, axis_rotation(body.axis, configuration.c[k], configuration.s[k])),
             body.translation,
         )
     return body.rotation, add(
-        body.translation, matvec(body.rotation, scale(posture.q[k], body.axis))
+        body.translation, matvec(body.rotation, scale(configuration.q[k], body.axis))
     )

@@ -6,7 +6,7 @@ import difflib
 import unicodedata
 from collections.abc import Iterable
 
-FEW = 3  # doubts that are told with an error
+FEW = 3  # warnings that are told with an error
 MANY = 40  # names that are told
 
 
@@ -31,9 +31,9 @@ def none_such(kind: str, name: str, known: Iterable[str]) -> str:
     return f"there is no {kind} '{name}'{nearest(name, names)}; known: {told}"
 
 
-def with_doubts(problem: str, doubts: Iterable[str]) -> str:
+def with_warnings(problem: str, warnings: Iterable[str]) -> str:
     """A problem, with what fits the format and is hardly meant: most likely its cause."""
-    told = [f"perhaps for this reason: {doubt}" for doubt in doubts]
+    told = [f"perhaps for this reason: {doubt}" for doubt in warnings]
     more = (
         [f"and {len(told) - FEW} more like this, told by `check` once these are mended"]
         if len(told) > FEW

@@ -112,7 +112,6 @@ class Kernel:
                 )
 
     # -- making
-    # ------------------------------------------------------------------------------------------------
 
     def _made(self, form: Form) -> Callable[..., int]:
         artifact = self._stored(form)

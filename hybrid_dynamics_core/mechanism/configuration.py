@@ -7,7 +7,7 @@ import math
 from ..algebra.scalar import Scalar, atan2, cos, sin
 
 
-class Posture:
+class Configuration:
     """Values of the coordinates s, filled in the order of the plan.
 
     `q[k]` angle [rad] or displacement [m]; `c[k]`, `s[k]` cosine and sine where the joint is
@@ -19,9 +19,9 @@ class Posture:
         self.c: list[Scalar] = [None] * size
         self.s: list[Scalar] = [None] * size
 
-    def copy(self) -> Posture:
+    def copy(self) -> Configuration:
         """The same values, to be changed on their own."""
-        other = Posture(0)
+        other = Configuration(0)
         other.q, other.c, other.s = list(self.q), list(self.c), list(self.s)
         return other
 

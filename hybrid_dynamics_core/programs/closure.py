@@ -40,7 +40,7 @@ def closed_outputs(
 ) -> dict[str, Any]:
     """What a closed state of a robot is made of."""
     return {
-        "s": motion.posture.q,
+        "s": motion.configuration.q,
         "ds": ds,
         "R": motion.velocity_map(),
         "bias": motion.accelerations([0.0] * n, ds),
@@ -52,7 +52,7 @@ def closed_outputs(
 def _motion(model: Model, x: Inputs) -> Results:
     """All coordinates and their rates."""
     motion, checks, _ = closed_motion(model, x)
-    return Results({"s": motion.posture.q, "ds": motion.rates(x.du)}, checks)
+    return Results({"s": motion.configuration.q, "ds": motion.rates(x.du)}, checks)
 
 
 def _accelerations(model: Model, x: Inputs) -> Results:

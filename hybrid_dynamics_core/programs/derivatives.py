@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..algebra.scalar import Scalar
-from ..dynamics.loading import NOTHING, Loading
+from ..dynamics.load_pattern import NOTHING, LoadPattern
 from ..kernels.differentiate import jacobian, substitute
 from ..kernels.graph import Graph, Symbol
 from ..kernels.trace import Results
@@ -15,11 +15,11 @@ from .model import Inputs, Model, Program
 Matrix = list[list[Scalar]]
 
 
-def inverse_dynamics_derivatives(loading: Loading = NOTHING) -> Program:
+def inverse_dynamics_derivatives(pattern: LoadPattern = NOTHING) -> Program:
     """Program for tau and d tau / d(u, u', u''); the last is M-bar. On symbols only."""
 
     def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, loading)
+        dynamics = Dynamics(model, x, pattern)
         tau = dynamics.inverse(list(x.ddu))
         d_u, d_du = _split(jacobian(tau, [*x.u, *x.du]), dynamics.n)
         return Results(
@@ -27,11 +27,11 @@ def inverse_dynamics_derivatives(loading: Loading = NOTHING) -> Program:
         )
 
     return Program(
-        ("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes
+        ("u", "du", "ddu", "branch", "guess", "gravity", *pattern.inputs), run, pattern.sizes
     )
 
 
-def forward_dynamics_derivatives(loading: Loading = NOTHING) -> Program:
+def forward_dynamics_derivatives(pattern: LoadPattern = NOTHING) -> Program:
     """Program for u'' and d u'' / d(u, u', tau). On symbols only.
 
     From tau = ID(u, u', u''):  d u''/d(u, u') = -M-bar^-1 d ID/d(u, u') at the u'' found,  d u''/d
@@ -39,7 +39,7 @@ def forward_dynamics_derivatives(loading: Loading = NOTHING) -> Program:
     """
 
     def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, loading)
+        dynamics = Dynamics(model, x, pattern)
         ddu, mass, checks = solve_motion(model, dynamics, list(x.tau))
         held = _held(x.u, dynamics.n)
         slopes = jacobian(dynamics.inverse(held), [*x.u, *x.du])
@@ -59,7 +59,7 @@ def forward_dynamics_derivatives(loading: Loading = NOTHING) -> Program:
         return Results(outputs, dynamics.checks + checks)
 
     return Program(
-        ("u", "du", "tau", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes
+        ("u", "du", "tau", "branch", "guess", "gravity", *pattern.inputs), run, pattern.sizes
     )
 
 

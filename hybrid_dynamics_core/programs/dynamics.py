@@ -6,7 +6,7 @@ from ..algebra.definite import Definite
 from ..algebra.scalar import Scalar
 from ..algebra.vector import Vector
 from ..closure.closed_motion import ClosedMotion
-from ..dynamics.loading import NOTHING, LoadedTree, Loading
+from ..dynamics.load_pattern import NOTHING, LoadedTree, LoadPattern
 from ..kernels.trace import Check, Results
 from .closure import closed_motion, closed_outputs
 from .model import MASS_SINGULAR, Inputs, Model, Program
@@ -20,11 +20,11 @@ NO_GRAVITY: Vector = (0.0, 0.0, 0.0)
 class Dynamics:
     """The closed mechanism at a state, with its loads: what all dynamic programs start from."""
 
-    def __init__(self, model: Model, x: Inputs, loading: Loading = NOTHING) -> None:
+    def __init__(self, model: Model, x: Inputs, pattern: LoadPattern = NOTHING) -> None:
         self.motion, self.checks, self.distances = closed_motion(model, x)
         self.ds = self.motion.rates(x.du)
         self.gravity = tuple(x.gravity)
-        self.laden = LoadedTree(model.tree, loading, x, self.motion.posture)
+        self.laden = LoadedTree(model.tree, pattern, x, self.motion.configuration)
         self.tree = self.laden.tree
         self.n = len(x.u)
 
@@ -51,36 +51,36 @@ def columns_of(motion: ClosedMotion) -> list[list[Scalar]]:
     return [list(column) for column in zip(*motion.velocity_map(), strict=True)]
 
 
-def inverse_dynamics(loading: Loading = NOTHING) -> Program:
+def inverse_dynamics(pattern: LoadPattern = NOTHING) -> Program:
     """Program for tau = R^T (M s'' + C s' + g + loads), Chu (2020), Eq. 22 to 25."""
 
     def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, loading)
+        dynamics = Dynamics(model, x, pattern)
         return Results({"tau": dynamics.inverse(list(x.ddu))}, dynamics.checks)
 
     return Program(
-        ("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes
+        ("u", "du", "ddu", "branch", "guess", "gravity", *pattern.inputs), run, pattern.sizes
     )
 
 
-def closed_inverse_dynamics(loading: Loading = NOTHING) -> Program:
+def closed_inverse_dynamics(pattern: LoadPattern = NOTHING) -> Program:
     """Program for tau and all that a closed state is made of: what one sample of a motion says."""
 
     def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, loading)
+        dynamics = Dynamics(model, x, pattern)
         closed = closed_outputs(dynamics.motion, dynamics.n, dynamics.ds, dynamics.distances)
         return Results({"tau": dynamics.inverse(list(x.ddu)), **closed}, dynamics.checks)
 
     return Program(
-        ("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes
+        ("u", "du", "ddu", "branch", "guess", "gravity", *pattern.inputs), run, pattern.sizes
     )
 
 
-def minimal_form(loading: Loading = NOTHING) -> Program:
+def minimal_form(pattern: LoadPattern = NOTHING) -> Program:
     """Program for M-bar, C-bar u' and G-bar of  M-bar u'' + C-bar u' + G-bar + loads = tau, Chu (2020), Eq. 25."""
 
     def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, loading)
+        dynamics = Dynamics(model, x, pattern)
         motion, tree, ds = dynamics.motion, dynamics.tree, dynamics.ds
         still: list[Scalar] = [0.0] * motion.size
         drift = motion.accelerations([0.0] * dynamics.n, ds)
@@ -93,30 +93,30 @@ def minimal_form(loading: Loading = NOTHING) -> Program:
         }
         return Results(outputs, dynamics.checks)
 
-    return Program(("u", "du", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes)
+    return Program(("u", "du", "branch", "guess", "gravity", *pattern.inputs), run, pattern.sizes)
 
 
-def passive_forces(loading: Loading = NOTHING) -> Program:
+def passive_forces(pattern: LoadPattern = NOTHING) -> Program:
     """Program for what friction, springs and wrenches take of tau at rest or in motion."""
 
     def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, loading)
+        dynamics = Dynamics(model, x, pattern)
         forces = dynamics.laden.passive_forces(dynamics.ds)
         return Results({"tau": dynamics.project(forces)}, dynamics.checks)
 
-    return Program(("u", "du", "branch", "guess", *loading.inputs), run, loading.sizes)
+    return Program(("u", "du", "branch", "guess", *pattern.inputs), run, pattern.sizes)
 
 
-def forward_dynamics(loading: Loading = NOTHING) -> Program:
+def forward_dynamics(pattern: LoadPattern = NOTHING) -> Program:
     """Program for u'' from tau: M-bar u'' = tau - (C-bar u' + G-bar + loads)."""
 
     def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, loading)
+        dynamics = Dynamics(model, x, pattern)
         ddu, _, checks = solve_motion(model, dynamics, list(x.tau))
         return Results({"ddu": ddu}, dynamics.checks + checks)
 
     return Program(
-        ("u", "du", "tau", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes
+        ("u", "du", "tau", "branch", "guess", "gravity", *pattern.inputs), run, pattern.sizes
     )
 
 

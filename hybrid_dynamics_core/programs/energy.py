@@ -5,17 +5,17 @@ from __future__ import annotations
 from ..algebra.scalar import Scalar
 from ..algebra.vector import Vector, add, dot, matvec, scale
 from ..dynamics.bilinear import body_twists, momentum
-from ..dynamics.loading import NOTHING, Loading
+from ..dynamics.load_pattern import NOTHING, LoadPattern
 from ..kernels.trace import Results
 from .dynamics import Dynamics, solve_motion
 from .model import Inputs, Model, Program
 
 
-def energy(loading: Loading = NOTHING) -> Program:
+def energy(pattern: LoadPattern = NOTHING) -> Program:
     """Program for kinetic energy, potential energy of gravity (zero at the base origin) and energy of the springs."""
 
     def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, loading)
+        dynamics = Dynamics(model, x, pattern)
         outputs = {
             "kinetic": kinetic_energy(dynamics),
             "potential": gravity_energy(dynamics),
@@ -23,14 +23,14 @@ def energy(loading: Loading = NOTHING) -> Program:
         }
         return Results(outputs, dynamics.checks)
 
-    return Program(("u", "du", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes)
+    return Program(("u", "du", "branch", "guess", "gravity", *pattern.inputs), run, pattern.sizes)
 
 
-def motion(loading: Loading = NOTHING) -> Program:
+def motion(pattern: LoadPattern = NOTHING) -> Program:
     """Program for u'' from tau, and for the power in: of actuators and applied wrenches, less that of friction."""
 
     def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, loading)
+        dynamics = Dynamics(model, x, pattern)
         ddu, _, checks = solve_motion(model, dynamics, list(x.tau))
         power: Scalar = 0.0
         for effort, rate in zip(x.tau, x.du, strict=True):
@@ -42,7 +42,7 @@ def motion(loading: Loading = NOTHING) -> Program:
         return Results({"ddu": ddu, "power": power}, dynamics.checks + checks)
 
     return Program(
-        ("u", "du", "tau", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes
+        ("u", "du", "tau", "branch", "guess", "gravity", *pattern.inputs), run, pattern.sizes
     )
 
 

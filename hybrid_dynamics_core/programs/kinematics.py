@@ -6,14 +6,14 @@ from ..algebra.scalar import Scalar
 from ..algebra.vector import Rotation, Vector, add, matmul, matvec
 from ..closure.closed_motion import ClosedMotion
 from ..description.model import Frame
-from ..dynamics.spanning import TreeKinematics
+from ..dynamics.spanning import TreeDynamics
 from ..kernels.trace import Results
 from ..mechanism.tree import frame_offset
 from .closure import closed_motion
 from .model import Inputs, Model, Program
 
 
-def frame_pose(tree: TreeKinematics, frame: Frame) -> tuple[Rotation, Vector]:
+def frame_pose(tree: TreeDynamics, frame: Frame) -> tuple[Rotation, Vector]:
     """Rotation and origin of a named frame in the base frame."""
     rotation, origin = tree.pose(tree.tree.body_index(frame.link))
     own_rotation, own_origin = frame_offset(frame)
@@ -25,7 +25,7 @@ def forward_kinematics(frame: Frame) -> Program:
 
     def run(model: Model, x: Inputs) -> Results:
         motion, checks, _ = closed_motion(model, x)
-        rotation, position = frame_pose(TreeKinematics(model.tree, motion.posture), frame)
+        rotation, position = frame_pose(TreeDynamics(model.tree, motion.configuration), frame)
         return Results({"position": position, "rotation": rotation}, checks)
 
     return Program(("u", "branch", "guess"), run)
@@ -56,7 +56,7 @@ def pose_and_jacobian(frame: Frame) -> Program:
 def _pose_and_jacobian(
     model: Model, motion: ClosedMotion, frame: Frame
 ) -> tuple[Rotation, Vector, list[list[Scalar]]]:
-    tree = TreeKinematics(model.tree, motion.posture)
+    tree = TreeDynamics(model.tree, motion.configuration)
     rotation, position = frame_pose(tree, frame)
     columns = tree.jacobian(model.tree.body_index(frame.link), position)
     velocity_map = motion.velocity_map()

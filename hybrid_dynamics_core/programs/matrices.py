@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from ..algebra.scalar import Scalar
 from ..closure.closed_motion import ClosedMotion
 from ..dynamics.bilinear import tree_forces
-from ..dynamics.loading import NOTHING, Loading
+from ..dynamics.load_pattern import NOTHING, LoadPattern
 from ..kernels.trace import Results
 from .dynamics import Dynamics, columns_of
 from .model import Inputs, Model, Program
@@ -31,14 +31,14 @@ def velocity_map_rate(motion: ClosedMotion, ds: Sequence[Scalar]) -> Matrix:
     return rates
 
 
-def coriolis_matrix(loading: Loading = NOTHING) -> Program:
+def coriolis_matrix(pattern: LoadPattern = NOTHING) -> Program:
     """Program for C-bar = R^T (M R' + C R) and R', Chu (2020), Eq. 24; M-bar' - 2 C-bar is skew-symmetric.
 
     C holds the Christoffel symbols of M, hence C-bar those of M-bar.
     """
 
     def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, loading)
+        dynamics = Dynamics(model, x, pattern)
         rates = velocity_map_rate(dynamics.motion, dynamics.ds)
         columns = []
         for column, rate in zip(columns_of(dynamics.motion), rates, strict=True):
@@ -46,17 +46,17 @@ def coriolis_matrix(loading: Loading = NOTHING) -> Program:
             columns.append(dynamics.project(dynamics.laden.with_rotors(forces, rate)))
         return Results({"C": _rows(columns), "dR": _rows(rates)}, dynamics.checks)
 
-    return Program(("u", "du", "branch", "guess", *loading.inputs), run, loading.sizes)
+    return Program(("u", "du", "branch", "guess", *pattern.inputs), run, pattern.sizes)
 
 
-def spanning_terms(loading: Loading = NOTHING) -> Program:
+def spanning_terms(pattern: LoadPattern = NOTHING) -> Program:
     """Program for the terms of  M s'' + C s' + g + e + J_s^T lambda = [tau; 0],  J_s s'' + J_s' s' = 0.
 
     Chu (2020), Eq. 10 and 18; e: friction, springs and wrenches.
     """
 
     def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, loading)
+        dynamics = Dynamics(model, x, pattern)
         motion, tree, ds = dynamics.motion, dynamics.tree, dynamics.ds
         units = [[1.0 if i == j else 0.0 for i in range(motion.size)] for j in range(motion.size)]
         still: list[Scalar] = [0.0] * motion.size
@@ -80,7 +80,7 @@ def spanning_terms(loading: Loading = NOTHING) -> Program:
         return Results(outputs, dynamics.checks)
 
     return Program(
-        ("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes
+        ("u", "du", "ddu", "branch", "guess", "gravity", *pattern.inputs), run, pattern.sizes
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from ..algebra.scalar import Scalar
 from ..closure.plan import ClosurePlan
-from ..dynamics.loading import FRICTION, SPRINGS, LoadValues
+from ..dynamics.load_pattern import FRICTION, SPRINGS, LoadValues
 from ..kernels.run import Kernel
 from ..kernels.trace import Results
 from ..mechanism.tree import Tree

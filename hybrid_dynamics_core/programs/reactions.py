@@ -8,7 +8,7 @@ from ..algebra.scalar import Scalar
 from ..algebra.vector import ZERO3, Vector, add, cross, matvec, sub
 from ..closure.closed_motion import ClosedMotion
 from ..description.model import Closure
-from ..dynamics.loading import NOTHING, Loading
+from ..dynamics.load_pattern import NOTHING, LoadPattern
 from ..dynamics.pins import Pin, find_pins
 from ..dynamics.spanning import Wrench
 from ..kernels.trace import Results
@@ -17,7 +17,7 @@ from .dynamics import Dynamics
 from .model import Inputs, Model, Program
 
 
-def reactions(closures: Sequence[Closure], loading: Loading = NOTHING) -> Program:
+def reactions(closures: Sequence[Closure], pattern: LoadPattern = NOTHING) -> Program:
     """Program for tau and the wrenches in closures and joints, in base axes.
 
     The multipliers carry over from the equations that close the loops to the pins by equal work.
@@ -25,7 +25,7 @@ def reactions(closures: Sequence[Closure], loading: Loading = NOTHING) -> Progra
     """
 
     def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, loading)
+        dynamics = Dynamics(model, x, pattern)
         motion, laden, tree = dynamics.motion, dynamics.laden, dynamics.tree
         dds = motion.accelerations(x.ddu, dynamics.ds)
         opened = laden.joint_wrenches(dynamics.gravity, dynamics.ds, dds)
@@ -58,7 +58,7 @@ def reactions(closures: Sequence[Closure], loading: Loading = NOTHING) -> Progra
         return Results(outputs, dynamics.checks)
 
     return Program(
-        ("u", "du", "ddu", "branch", "guess", "gravity", *loading.inputs), run, loading.sizes
+        ("u", "du", "ddu", "branch", "guess", "gravity", *pattern.inputs), run, pattern.sizes
     )
 
 

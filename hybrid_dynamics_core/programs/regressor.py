@@ -7,7 +7,7 @@ from collections.abc import Callable
 from ..algebra.scalar import Scalar
 from ..algebra.vector import IDENTITY3, ZERO3, Vector, add, cross, dot, matvec
 from ..dynamics.bilinear import Twist, body_twists
-from ..dynamics.loading import smooth_sign
+from ..dynamics.load_pattern import smooth_sign
 from ..dynamics.parameters import JOINT_KINDS, Parameters
 from ..dynamics.spanning import BodyMotion, Wrench
 from ..kernels.trace import Results

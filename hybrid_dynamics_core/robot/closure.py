@@ -58,7 +58,6 @@ class ClosingRobot:
         self._branches: dict[bytes, Mapping[str, str]] = {}
 
     # -- names
-    # -------------------------------------------------------------------------------------------------
 
     def __reduce__(self) -> tuple[type[ClosingRobot], tuple[RobotDescription]]:
         """A robot is its description: what is pickled or copied is made anew from it."""
@@ -165,7 +164,6 @@ class ClosingRobot:
         return nearest
 
     # -- closure
-    # -----------------------------------------------------------------------------------------------
 
     def close(
         self,
@@ -320,7 +318,6 @@ class ClosingRobot:
         return tuple(modes)
 
     # -- inside
-    # ------------------------------------------------------------------------------------------------
 
     def _model_for(self, names: tuple[str, ...]) -> programs.Model:
         """The model with other given coordinates."""

@@ -27,7 +27,7 @@ OF_A_STATE = (
 Explain = Callable[..., object]  # (closed state, inputs of a state) -> raises what is wrong with it
 
 
-class FusedCall:
+class CompiledCall:
     """A program of a robot as one function of arrays.
 
     `own`: the robot's values of inputs that do not belong to a state; `optional`: inputs of a state

@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any
 
 from .. import programs
 from ..description.model import Frame
-from ..dynamics.loading import Loading
+from ..dynamics.load_pattern import LoadPattern
 from ..dynamics.loads import Loads
 from ..ground.arrays import Array
 from ..ground.lazy import lazy
-from .compiled_call import FusedCall
+from .compiled_call import CompiledCall
 
 if TYPE_CHECKING:
     from .robot import Robot
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 Call = Callable[..., Any]
 FindFrame = Callable[[str | None], Frame]
 Prepare = Callable[
-    [Loads], tuple[Loading, dict[str, Array]]
+    [Loads], tuple[LoadPattern, dict[str, Array]]
 ]  # which loads, and all inputs that are not of a state
 
 
@@ -127,12 +127,15 @@ class RobotKernels:
         )
 
     def _loaded(
-        self, name: str, program: Callable[[Loading], programs.Program], explain: Call | None = None
+        self,
+        name: str,
+        program: Callable[[LoadPattern], programs.Program],
+        explain: Call | None = None,
     ) -> Call:
         """The call of a program under the loads; `explain`: the robot's own method, asked where there is no answer."""
-        loading, _ = self._prepare(self._loads)
+        pattern, _ = self._prepare(self._loads)
         again = None if explain is None else partial(explain, loads=self._loads)
-        return self._fused(loading.key(name), program(loading), explain=again)
+        return self._fused(pattern.key(name), program(pattern), explain=again)
 
     def _fused(
         self,
@@ -142,4 +145,4 @@ class RobotKernels:
         explain: Call | None = None,
     ) -> Call:
         _, own = self._prepare(self._loads)
-        return FusedCall(self._robot, key, program, own, optional, explain).caller()
+        return CompiledCall(self._robot, key, program, own, optional, explain).caller()

@@ -15,10 +15,10 @@ from ..closed_state.state import ClosedState, settle
 from ..description.model import Frame
 from ..dynamics.dae import SpanningTerms
 from ..dynamics.energy import Energy
-from ..dynamics.load_inputs import load_inputs
-from ..dynamics.loading import Loading
+from ..dynamics.load_pattern import LoadPattern
 from ..dynamics.loads import Loads, described_loads
 from ..dynamics.mass import mass_singularity
+from ..dynamics.pack_loads import pack_loads
 from ..dynamics.parameters import Parameters, described_parameters
 from ..dynamics.pins import Pin, find_pins
 from ..dynamics.reactions import Reactions, named_reactions
@@ -27,7 +27,7 @@ from ..ground.arrays import Array
 from ..kernels.run import Kernel
 from .closure import ClosingRobot
 
-LoadedProgram = Callable[[Loading], programs.Program]
+LoadedProgram = Callable[[LoadPattern], programs.Program]
 MotionFunction = Callable[[Array, Array, Array], tuple[Array, float]]
 
 
@@ -141,8 +141,8 @@ class RobotDynamics(ClosingRobot):
         """
         self._own(state)
         loads = self.loads if loads is None else loads
-        loading, arrays = self._load_inputs(loads, None)
-        program, key = programs.motion(loading), loading.key("motion")
+        pattern, arrays = self._pack_loads(loads, None)
+        program, key = programs.motion(pattern), pattern.key("motion")
 
         def motion(u: Array, du: Array, tau: Array) -> tuple[Array, float]:
             guess = state.s + state.R @ (u - state.u)
@@ -210,8 +210,8 @@ class RobotDynamics(ClosingRobot):
         ddu = np.zeros_like(state.u) if ddu is None else self._like(state, "ddu", ddu)
         closures = self.description.closures
 
-        def program(loading: Loading) -> programs.Program:
-            return programs.reactions(closures, loading)
+        def program(pattern: LoadPattern) -> programs.Program:
+            return programs.reactions(closures, pattern)
 
         values = self._evaluate("reactions", program, state, loads, ddu=ddu)
         return named_reactions(values, self._pins, self._model.tree, closures)
@@ -231,8 +231,8 @@ class RobotDynamics(ClosingRobot):
         """Run a program on a state; rows that `close(..., check=False)` let through stay NaN."""
         self._own(state)
         loads = self.loads if loads is None else loads
-        loading, arrays = self._load_inputs(loads, None if state.u.ndim == 1 else len(state.u))
-        kernel, names = self._loaded(key, program, loading)
+        pattern, arrays = self._pack_loads(loads, None if state.u.ndim == 1 else len(state.u))
+        kernel, names = self._loaded(key, program, pattern)
         inputs = {
             "u": state.u,
             "du": state.du,
@@ -250,32 +250,32 @@ class RobotDynamics(ClosingRobot):
         return values
 
     def _loaded(
-        self, key: str, program: LoadedProgram, loading: Loading
+        self, key: str, program: LoadedProgram, pattern: LoadPattern
     ) -> tuple[Kernel, tuple[str, ...]]:
-        """The kernel of a program under a loading, and the names of its inputs."""
-        known = self._loaded_kernels.get((key, loading))
+        """The kernel of a program under a pattern, and the names of its inputs."""
+        known = self._loaded_kernels.get((key, pattern))
         if known is None:
-            made = program(loading)
-            known = self._loaded_kernels[key, loading] = (
-                self.kernel(loading.key(key), made),
+            made = program(pattern)
+            known = self._loaded_kernels[key, pattern] = (
+                self.kernel(pattern.key(key), made),
                 made.inputs,
             )
         return known
 
     @cached_property
-    def _loaded_kernels(self) -> dict[tuple[str, Loading], tuple[Kernel, tuple[str, ...]]]:
+    def _loaded_kernels(self) -> dict[tuple[str, LoadPattern], tuple[Kernel, tuple[str, ...]]]:
         return {}
 
-    def _load_inputs(self, loads: Loads, rows: int | None) -> tuple[Loading, dict[str, Array]]:
+    def _pack_loads(self, loads: Loads, rows: int | None) -> tuple[LoadPattern, dict[str, Array]]:
         if not isinstance(loads, Loads):
             raise InputError(f"expected Loads, such as robot.loads, got {type(loads).__name__}")
         known = self._known_loads.get(loads)
         if known is None:
-            known = load_inputs(loads, self._model.tree, self._frame, rows)
+            known = pack_loads(loads, self._model.tree, self._frame, rows)
             if all(wrench.values.ndim == 1 for wrench in loads.wrenches.values()):
                 self._known_loads[loads] = known
         return known
 
     @cached_property
-    def _known_loads(self) -> WeakKeyDictionary[Loads, tuple[Loading, dict[str, Array]]]:
+    def _known_loads(self) -> WeakKeyDictionary[Loads, tuple[LoadPattern, dict[str, Array]]]:
         return WeakKeyDictionary()

@@ -11,7 +11,7 @@ from .. import programs
 from ..closed_state.assembly_modes import mode_names
 from ..closed_state.state import ClosedState
 from ..description.model import Frame
-from ..dynamics.loading import Loading
+from ..dynamics.load_pattern import LoadPattern
 from ..dynamics.loads import Loads
 from ..errors import InputError
 from ..ground.arrays import Array, frozen
@@ -34,7 +34,7 @@ class Robot(RobotActuators):
     @cached_property
     def kernels(self) -> RobotKernels:
         """Fused calls, from active coordinates straight to a result: the fastest there is."""
-        return RobotKernels(self, self._frame, self._fused_inputs, self.loads)
+        return RobotKernels(self, self._frame, self._compiled_inputs, self.loads)
 
     @cached_property
     def mode_names(self) -> Mapping[str, tuple[str, ...]]:
@@ -115,10 +115,10 @@ class Robot(RobotActuators):
                 return None
         return chain
 
-    def _fused_inputs(self, loads: Loads) -> tuple[Loading, dict[str, Array]]:
+    def _compiled_inputs(self, loads: Loads) -> tuple[LoadPattern, dict[str, Array]]:
         """Which loads there are, and the robot's own values of all inputs that do not belong to a state."""
-        loading, arrays = self._load_inputs(loads, None)
-        return loading, {
+        pattern, arrays = self._pack_loads(loads, None)
+        return pattern, {
             "branch": self._signs,
             "guess": self._start,
             "gravity": frozen(loads.gravity),

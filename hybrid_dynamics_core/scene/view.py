@@ -50,7 +50,6 @@ def choose_view(skeleton: Skeleton) -> View:
 
 
 # -- planar
-# ------------------------------------------------------------------------------------------------------------
 
 
 def find_plane(skeleton: Skeleton) -> Array | None:
@@ -99,7 +98,6 @@ def _name(direction: Array) -> str:
 
 
 # -- spatial
-# -----------------------------------------------------------------------------------------------------------
 
 
 def _oblique(skeleton: Skeleton) -> View:

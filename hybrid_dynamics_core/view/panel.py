@@ -60,7 +60,6 @@ class Panel:
         return self.playback is not None and self.playback.playing
 
     # -- what is shown
-    # -------------------------------------------------------------------------------------------------
 
     def refresh(self, efforts: Efforts) -> None:
         """Numbers of the present state; sliders where it is, unless it could not follow them."""
@@ -102,7 +101,6 @@ class Panel:
             put(self._mode, self.labels[present])
 
     # -- what there is
-    # -------------------------------------------------------------------------------------------------
 
     def _add_sliders(self, ranges: Array) -> None:
         robot = self.session.robot

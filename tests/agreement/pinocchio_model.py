@@ -66,7 +66,6 @@ class PinocchioRobot:
         return q
 
     # -- closures
-    # ----------------------------------------------------------------------------------------------
 
     def gaps(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Gaps of all closures [m], then [rad] where axes are tied too, and their Jacobian (rows, n_s)."""
@@ -164,7 +163,6 @@ class PinocchioRobot:
         return result
 
     # -- links and forces
-    # --------------------------------------------------------------------------------------
 
     def pose(self, s: np.ndarray, link: str) -> tuple[np.ndarray, np.ndarray]:
         """Rotation and origin of a link in the base frame."""

@@ -336,9 +336,11 @@ def test_a_report_draws_ends_of_strokes_in_view_and_nothing_where_nothing_is_mis
     assert len(strokes) == len(track.margins[0])
     assert all(axes.get_ylim()[0] < 0.0 for axes in strokes)  # else the axis hides the line at zero
     noise = 1e-13 * np.random.default_rng(1).standard_normal(track.efforts.shape)
-    calm = efforts(dataclasses.replace(track, recorded=track.efforts + noise)).axes[1::2]
+    suppress_rounding = efforts(dataclasses.replace(track, recorded=track.efforts + noise)).axes[
+        1::2
+    ]
     assert all(
-        axes.get_ylim()[0] < -0.01 < 0.01 < axes.get_ylim()[1] for axes in calm
+        axes.get_ylim()[0] < -0.01 < 0.01 < axes.get_ylim()[1] for axes in suppress_rounding
     )  # rounding is a line
     (intervals,) = sampling(track).axes
     assert sum(bar.get_height() for bar in intervals.patches) == len(track.time) - 1

@@ -67,8 +67,8 @@ def arm(key: str, value: str) -> RobotDescription:
 )
 def test_degrees_are_told_with_file_and_line(key: str, value: str, told: str) -> None:
     robot = arm(key, value)
-    assert robot.doubts == (f"small.yaml:{LINE[key]}: {told}",)
-    assert set(robot.doubts) <= set(robot.notes)
+    assert robot.warnings == (f"small.yaml:{LINE[key]}: {told}",)
+    assert set(robot.warnings) <= set(robot.notes)
 
 
 @pytest.mark.parametrize(
@@ -85,12 +85,12 @@ def test_degrees_are_told_with_file_and_line(key: str, value: str, told: str) ->
     ],
 )
 def test_what_may_be_meant_is_not_doubted(key: str, value: str) -> None:
-    assert arm(key, value).doubts == ()
+    assert arm(key, value).warnings == ()
 
 
 def test_lengths_are_not_doubted() -> None:
     robot = parse(ARM)
-    assert robot.doubts == ()
+    assert robot.warnings == ()
     assert robot.joints["out"].limits == (-30.0, 30.0)
 
 
@@ -113,7 +113,7 @@ def test_rows_of_a_chain_are_read_too(tmp_path: Path) -> None:
         "active: [q]\nend_effector: {link: a}\n",
         encoding="utf-8",
     )
-    (doubt,) = read_description(path).doubts
+    (doubt,) = read_description(path).warnings
     assert doubt.startswith(f"{path}:8: chain.rows[0].alpha: 90 rad is 14.3 turns")
 
 

@@ -24,18 +24,18 @@ end_effector: {link: slide, xyz: [TIP, 0, 0]}
 )
 
 
-def doubts(length: float, tip: float = 0.0) -> tuple[str, ...]:
-    return parse(ARM.replace("LENGTH", str(length)).replace("TIP", str(tip))).doubts
+def warnings(length: float, tip: float = 0.0) -> tuple[str, ...]:
+    return parse(ARM.replace("LENGTH", str(length)).replace("TIP", str(tip))).warnings
 
 
 def test_millimetres_are_told_where_the_largest_length_stands() -> None:
-    (told,) = doubts(1200.0, 300.0)
+    (told,) = warnings(1200.0, 300.0)
     assert (
         told
         == "small.yaml:11: joints.out.origin: 1200 m, and the robot reaches 1500 m from its base:"
         " are these millimetres? Lengths are in metres: 1200 mm are written 1.2"
     )
-    assert doubts(200.0, 300.0)[0].startswith(
+    assert warnings(200.0, 300.0)[0].startswith(
         "small.yaml:13: end_effector: 300 m, and the robot reaches 500 m"
     )
 
@@ -43,12 +43,12 @@ def test_millimetres_are_told_where_the_largest_length_stands() -> None:
 @pytest.mark.parametrize(("length", "tip"), [(0.2, 0.1), (100.0, 125.0), (200.0, 49.0)])
 def test_large_machines_are_left_alone(length: float, tip: float) -> None:
     """The longest machine on land, a bucket-wheel excavator, is 225 m long."""
-    assert not doubts(length, tip)
+    assert not warnings(length, tip)
 
 
 @pytest.mark.parametrize("name", shipped_robots())
 def test_no_shipped_robot_is_doubted(name: str) -> None:
-    assert not load(name).description.doubts
+    assert not load(name).description.warnings
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,7 @@ def test_strokes_in_millimetres_are_told(limits: str, doubted: bool) -> None:
         .replace("TIP", "0.4")
         .replace("axis: x}", f"axis: x, limits: [{limits}]}}")
     )
-    told = parse(text).doubts
+    told = parse(text).warnings
     assert bool(told) == doubted
     if doubted:
         number = max(abs(float(end)) for end in limits.split(","))

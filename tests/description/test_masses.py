@@ -30,15 +30,15 @@ end_effector: {link: hand}
 )
 
 
-def doubts(upper: float, fore: float, hand: float, base: float = 0.0) -> tuple[str, ...]:
+def warnings(upper: float, fore: float, hand: float, base: float = 0.0) -> tuple[str, ...]:
     text = ARM
     for name, mass in (("BASE", base), ("UPPER", upper), ("FORE", fore), ("HAND", hand)):
         text = text.replace(name, str(mass))
-    return parse(text).doubts
+    return parse(text).warnings
 
 
 def test_grams_are_told_where_they_stand() -> None:
-    (told,) = doubts(2.4, 1600.0, 0.7)
+    (told,) = warnings(2.4, 1600.0, 0.7)
     line = 1 + (HEAD + ARM.removeprefix(HEAD)).split("fore:")[0].count("\n")
     assert (
         told
@@ -58,12 +58,12 @@ def test_grams_are_told_where_they_stand() -> None:
     ],
 )
 def test_what_may_be_meant_is_left_alone(masses: tuple[float, float, float], base: float) -> None:
-    assert not doubts(*masses, base)
+    assert not warnings(*masses, base)
 
 
 @pytest.mark.parametrize("name", shipped_robots())
 def test_shipped_robots_stay_far_from_the_rule(name: str) -> None:
-    assert not any("grams" in doubt for doubt in load(name).description.doubts)
+    assert not any("grams" in doubt for doubt in load(name).description.warnings)
 
 
 @pytest.mark.parametrize("unit", [1e4, 1e6, 1e9])
@@ -75,7 +75,7 @@ def test_inertias_in_other_units_are_told(unit: float) -> None:
     text = ARM.replace("{mass: HAND}", f"{{mass: 5, inertia: {{{moments}}}}}")
     for name in ("BASE", "UPPER", "FORE"):
         text = text.replace(name, "5")
-    (doubt,) = parse(text).doubts
+    (doubt,) = parse(text).warnings
     assert ": links.hand.inertia: its 5 kg would have to be" in doubt
     assert "1 g mm^2 is 1e-9" in doubt
-    assert not parse(text.replace(moments, "xx: 0.03, yy: 0.04, zz: 0.05")).doubts
+    assert not parse(text.replace(moments, "xx: 0.03, yy: 0.04, zz: 0.05")).warnings

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hybrid_dynamics_core.description.checks.examples import example
-from hybrid_dynamics_core.ground.suggestions import MANY, none_such, with_doubts
+from hybrid_dynamics_core.ground.suggestions import MANY, none_such, with_warnings
 from hybrid_dynamics_core.ground.wording import one_line
 
 JOINT = ("joints", "a")
@@ -35,7 +35,7 @@ def test_an_entry_is_shown_as_it_may_stand(
 
 
 def test_lines_told_in_one_are_parted() -> None:
-    told = with_doubts("give a reference that closes", ["robot.yaml:3: 90 rad is 14.3 turns"])
+    told = with_warnings("give a reference that closes", ["robot.yaml:3: 90 rad is 14.3 turns"])
     assert (
         one_line(told)
         == "give a reference that closes; perhaps for this reason: robot.yaml:3: 90 rad is 14.3"

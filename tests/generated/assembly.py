@@ -1,4 +1,4 @@
-"""Robots put together in space, at a random posture: joints stand where the posture has them, so every loop closes."""
+"""Robots put together in space, at a random configuration: joints stand where the configuration has them, so every loop closes."""
 
 from __future__ import annotations
 

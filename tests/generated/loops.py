@@ -1,4 +1,4 @@
-"""Loops of Type A to D on an assembly, in planes tilted in space: each link and joint where the posture has it.
+"""Loops of Type A to D on an assembly, in planes tilted in space: each link and joint where the configuration has it.
 
 All four types are one linkage: a stub S on the base, a first link F on the base, a second one c on
 F, and the pin between c and S. Type A: arm S, k1 F, k2 c; B: k1 S, arm F, k2 c; C: k1 S, k2 F, arm

@@ -9,7 +9,7 @@ import pytest
 
 from hybrid_dynamics_core import ClosureError, DescriptionError, Robot
 from hybrid_dynamics_core.closure.loop_gap import gap_of
-from hybrid_dynamics_core.closure.plan import given_posture
+from hybrid_dynamics_core.closure.plan import given_configuration
 from hybrid_dynamics_core.description import RobotDescription
 from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.mechanism.tree import build_tree
@@ -199,7 +199,7 @@ class TestLoopsThatDoNotClose:
             tree.coordinates.index(name): value
             for name, value in (("q1", 1.0), ("q2", 0.3), ("q3", 1.25))
         }
-        told = gap_of(tree, description, "q3", given_posture(tree, values))
+        told = gap_of(tree, description, "q3", given_configuration(tree, values))
         assert told == "it stays 0.25 rad off what it follows, q1"
 
     def test_an_opened_loop_is_never_returned_as_closed(self) -> None:

@@ -64,7 +64,7 @@ from hybrid_dynamics_ros.services.table import TABLE as SERVICES
 from hybrid_dynamics_ros.stream import outputs
 
 with warnings.catch_warnings():
-    # Loading the first message type brings in a parser that uses a deprecated module of Python.
+    # LoadPattern the first message type brings in a parser that uses a deprecated module of Python.
     warnings.simplefilter("ignore", DeprecationWarning)
     check_for_type_support(JointState)
 

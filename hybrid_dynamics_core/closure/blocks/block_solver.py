@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 from ...algebra.scalar import Scalar
-from ...mechanism.configuration import Posture
+from ...mechanism.configuration import Configuration
 from ..constraints.equations import Equation
 
 ONLY = ("only",)
@@ -44,7 +44,9 @@ class Step(ABC):
         return sorted(involved - set(self.unknowns))
 
     @abstractmethod
-    def solve(self, posture: Posture, branch: Scalar, guess: Sequence[Scalar]) -> Scalar:
+    def solve(
+        self, configuration: Configuration, branch: Scalar, guess: Sequence[Scalar]
+    ) -> Scalar:
         """Fill in the unknowns on the branch (+1 or -1); `guess`: per coordinate, where an iteration starts.
 
         Returns the margin, dimensionless: positive where the block closes, negative or NaN where it

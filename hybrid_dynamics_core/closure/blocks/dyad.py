@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 from ...algebra.scalar import Scalar, sqrt
 from ...algebra.vector import Vector, add, cross2, dot, scale, sub, turn
-from ...mechanism.configuration import Posture
+from ...mechanism.configuration import Configuration
 from ..constraints.equations import Equation
 from ..constraints.planar import PlanarJoint, PlanarPin
 from .block_solver import Step
@@ -34,9 +34,9 @@ class PlanarStep(Step):
         self.unknowns = tuple(j.coordinate for j in unknowns)
         self.near = near
 
-    def place(self, joint: PlanarJoint, c: Scalar, s: Scalar, posture: Posture) -> None:
+    def place(self, joint: PlanarJoint, c: Scalar, s: Scalar, configuration: Configuration) -> None:
         """Set an unknown revolute joint from its turn about the loop's normal."""
-        posture.set_direction(
+        configuration.set_direction(
             joint.coordinate, c, joint.sign * s, self.near.get(joint.coordinate, 0.0)
         )
 
@@ -44,8 +44,8 @@ class PlanarStep(Step):
 class _Cut:
     """The loop with its unknown joints at zero: where each unknown stands, and the ends of both chains."""
 
-    def __init__(self, step: PlanarStep, posture: Posture) -> None:
-        at_zero = posture.copy()
+    def __init__(self, step: PlanarStep, configuration: Configuration) -> None:
+        at_zero = configuration.copy()
         for joint in step.joints:
             k = joint.coordinate
             at_zero.q[k], at_zero.c[k], at_zero.s[k] = 0.0, 1.0, 0.0
@@ -66,9 +66,14 @@ class TwoTurns(PlanarStep):
 
     modes = TURNS
 
-    def solve(self, posture: Posture, branch: Scalar, guess: Sequence[Scalar]) -> Scalar:  # noqa: ARG002
+    def solve(
+        self,
+        configuration: Configuration,
+        branch: Scalar,
+        guess: Sequence[Scalar],  # noqa: ARG002
+    ) -> Scalar:
         """Circle intersection in (cos, sin)."""
-        cut = _Cut(self, posture)
+        cut = _Cut(self, configuration)
         first, second = self.joints
         p1, p2 = cut.where
         if cut.same_chain:
@@ -79,8 +84,8 @@ class TwoTurns(PlanarStep):
             v, w1, w2 = sub(p2, p1), sub(cut.ends[0], p1), sub(cut.ends[1], p2)
             c1, s1, margin = _triangle(v, w1, dot(v, v) + dot(w1, w1) - dot(w2, w2), branch)
             c2, s2 = _between(w2, sub(turn(c1, s1, w1), v))
-        self.place(first, c1, s1, posture)
-        self.place(second, c2, s2, posture)
+        self.place(first, c1, s1, configuration)
+        self.place(second, c2, s2, configuration)
         return margin
 
 
@@ -108,9 +113,14 @@ class TurnAndSlide(PlanarStep):
 
     modes = SLIDES
 
-    def solve(self, posture: Posture, branch: Scalar, guess: Sequence[Scalar]) -> Scalar:  # noqa: ARG002
+    def solve(
+        self,
+        configuration: Configuration,
+        branch: Scalar,
+        guess: Sequence[Scalar],  # noqa: ARG002
+    ) -> Scalar:
         """The stroke from a quadratic, then the direction."""
-        cut = _Cut(self, posture)
+        cut = _Cut(self, configuration)
         turn_index = 0 if self.joints[0].revolute else 1
         pivot, slide = cut.where[turn_index], cut.where[1 - turn_index]
         if (
@@ -126,7 +136,7 @@ class TurnAndSlide(PlanarStep):
         margin = 1.0 - across * across / squared
         stroke = branch * sqrt(squared * margin) - along
         reached = add(start, scale(stroke, slide))
-        posture.set_length(self.joints[1 - turn_index].coordinate, stroke)
+        configuration.set_length(self.joints[1 - turn_index].coordinate, stroke)
         if cut.same_chain and turn_index == 1:
             reached = scale(-1.0, reached)
         c, s = (
@@ -134,24 +144,29 @@ class TurnAndSlide(PlanarStep):
             if cut.same_chain and turn_index == 0
             else _between(radius, reached)
         )
-        self.place(self.joints[turn_index], c, s, posture)
+        self.place(self.joints[turn_index], c, s, configuration)
         return margin
 
 
 class TwoSlides(PlanarStep):
     """Two prismatic unknowns: two linear equations, one solution."""
 
-    def solve(self, posture: Posture, branch: Scalar, guess: Sequence[Scalar]) -> Scalar:  # noqa: ARG002
+    def solve(
+        self,
+        configuration: Configuration,
+        branch: Scalar,
+        guess: Sequence[Scalar],  # noqa: ARG002
+    ) -> Scalar:
         """Cramer's rule."""
-        cut = _Cut(self, posture)
+        cut = _Cut(self, configuration)
         e1, e2 = cut.where
         if cut.same_chain:
             gap = sub(cut.target, cut.ends[0])
         else:
             gap, e2 = sub(cut.ends[1], cut.ends[0]), scale(-1.0, e2)
         det = cross2(e1, e2)
-        posture.set_length(self.unknowns[0], cross2(gap, e2) / det)
-        posture.set_length(self.unknowns[1], cross2(e1, gap) / det)
+        configuration.set_length(self.unknowns[0], cross2(gap, e2) / det)
+        configuration.set_length(self.unknowns[1], cross2(e1, gap) / det)
         return det * det
 
 

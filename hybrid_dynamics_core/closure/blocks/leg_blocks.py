@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from ...algebra.linear import Inverse
 from ...algebra.scalar import Scalar, sqrt
 from ...algebra.vector import Vector, add, cross, dot, matvec, scale, sub, transposed_matvec
-from ...mechanism.configuration import Posture
+from ...mechanism.configuration import Configuration
 from ...mechanism.tree import Body
 from ..constraints.equations import Equation
 from ..constraints.leg import Direction, Distance
@@ -19,8 +19,8 @@ TURNS = ("counterclockwise", "clockwise")
 SIDES = ("front", "back")
 
 
-def _at_zero(posture: Posture, coordinates: Sequence[int]) -> Posture:
-    trial = posture.copy()
+def _at_zero(configuration: Configuration, coordinates: Sequence[int]) -> Configuration:
+    trial = configuration.copy()
     for k in coordinates:
         trial.q[k], trial.c[k], trial.s[k] = 0.0, 1.0, 0.0
     return trial
@@ -35,12 +35,12 @@ class DistanceStep(Step):
         self.unknowns = (unknown,)
         self.near = near
 
-    def moved(self, posture: Posture) -> tuple[Vector, Vector, int, ChainState]:
+    def moved(self, configuration: Configuration) -> tuple[Vector, Vector, int, ChainState]:
         """(x, y, i, state): |x| = |y| must hold; the unknown is joint i of `state` and moves the end that x has.
 
         x is taken with the unknown at zero and grows with that end; y does not depend on it.
         """
-        origin, leg, target = self.distance.ends(_at_zero(posture, self.unknowns))
+        origin, leg, target = self.distance.ends(_at_zero(configuration, self.unknowns))
         gap = sub(target.end, origin.end)
         for x, y, state in (
             (leg.end, gap, leg),
@@ -58,13 +58,18 @@ class SlideDistance(DistanceStep):
 
     modes = SLIDES
 
-    def solve(self, posture: Posture, branch: Scalar, guess: Sequence[Scalar]) -> Scalar:  # noqa: ARG002
+    def solve(
+        self,
+        configuration: Configuration,
+        branch: Scalar,
+        guess: Sequence[Scalar],  # noqa: ARG002
+    ) -> Scalar:
         """A quadratic; the margin is cos^2 of the angle between leg and slide."""
-        x, y, i, state = self.moved(posture)
+        x, y, i, state = self.moved(configuration)
         e = state.axes[i]
         along, squared = dot(x, e), dot(y, y)
         margin = 1.0 - (dot(x, x) - along * along) / squared
-        posture.set_length(self.unknowns[0], branch * sqrt(squared * margin) - along)
+        configuration.set_length(self.unknowns[0], branch * sqrt(squared * margin) - along)
         return margin
 
 
@@ -73,9 +78,14 @@ class TurnDistance(DistanceStep):
 
     modes = TURNS
 
-    def solve(self, posture: Posture, branch: Scalar, guess: Sequence[Scalar]) -> Scalar:  # noqa: ARG002
+    def solve(
+        self,
+        configuration: Configuration,
+        branch: Scalar,
+        guess: Sequence[Scalar],  # noqa: ARG002
+    ) -> Scalar:
         """A cos q + B sin q = C; the margin is sin^2 of the angle to the toggle point."""
-        x, y, i, state = self.moved(posture)
+        x, y, i, state = self.moved(configuration)
         axis = state.axes[i]
         v = sub(state.end, state.origins[i])
         h = sub(x, v)
@@ -89,7 +99,7 @@ class TurnDistance(DistanceStep):
         root = branch * sqrt(squared * margin)
         k = self.unknowns[0]
         cosine, sine = (a * c - b * root) / squared, (b * c + a * root) / squared
-        posture.set_direction(k, cosine, sine, self.near.get(k, 0.0))
+        configuration.set_direction(k, cosine, sine, self.near.get(k, 0.0))
         return margin
 
 
@@ -105,11 +115,16 @@ class PivotDirection(Step):
         self.unknowns = (pivot.first.coordinate, pivot.second.coordinate)
         self.near = near
 
-    def solve(self, posture: Posture, branch: Scalar, guess: Sequence[Scalar]) -> Scalar:  # noqa: ARG002
+    def solve(
+        self,
+        configuration: Configuration,
+        branch: Scalar,
+        guess: Sequence[Scalar],  # noqa: ARG002
+    ) -> Scalar:
         """R1(q1) R2(q2) leg = gap: the component along the first axis gives q2, the rest q1."""
         pivot = self.direction.pivot
-        before, after = pivot.before.at(posture), pivot.after.at(posture)
-        gap = sub(self.direction.target.at(posture).end, before.end)
+        before, after = pivot.before.at(configuration), pivot.after.at(configuration)
+        gap = sub(self.direction.target.at(configuration).end, before.end)
         leg = sub(after.end, pivot.centre)
         wanted = transposed_matvec(
             pivot.first.rotation, transposed_matvec(before.rotation, gap)
@@ -117,14 +132,14 @@ class PivotDirection(Step):
         axis = pivot.first.axis
         c2, s2, margin = _turn_to_height(pivot.second, leg, axis, dot(axis, wanted), branch)
         k1, k2 = self.unknowns
-        posture.set_direction(k2, c2, s2, self.near.get(k2, 0.0))
+        configuration.set_direction(k2, c2, s2, self.near.get(k2, 0.0))
         reached = _turned(pivot.second, leg, c2, s2)
         flat, goal = (
             sub(reached, scale(dot(axis, reached), axis)),
             sub(wanted, scale(dot(axis, wanted), axis)),
         )
         squared = dot(goal, goal)
-        posture.set_direction(
+        configuration.set_direction(
             k1,
             dot(flat, goal) / squared,
             dot(axis, cross(flat, goal)) / squared,
@@ -164,9 +179,14 @@ class ThreeSpheres(Step):
         self.equations = tuple(Equation(d, 0) for d in distances)
         self.unknowns = unknowns
 
-    def solve(self, posture: Posture, branch: Scalar, guess: Sequence[Scalar]) -> Scalar:  # noqa: ARG002
+    def solve(
+        self,
+        configuration: Configuration,
+        branch: Scalar,
+        guess: Sequence[Scalar],  # noqa: ARG002
+    ) -> Scalar:
         """Centres where each leg alone would put the platform; the margin is sin^2 of the height over their plane."""
-        at_zero = _at_zero(posture, self.unknowns)
+        at_zero = _at_zero(configuration, self.unknowns)
         centres: list[Vector] = []
         squares: list[Scalar] = []
         slides: list[Vector] = []
@@ -185,7 +205,7 @@ class ThreeSpheres(Step):
         moved = add(centres[0], add(flat, scale(branch * sqrt(squares[0] * margin / n2), n)))
         rows = [[slide[i] for slide in slides] for i in range(3)]
         for k, value in zip(self.unknowns, Inverse(rows).solve(list(moved)), strict=True):
-            posture.set_length(k, value)
+            configuration.set_length(k, value)
         return margin
 
 

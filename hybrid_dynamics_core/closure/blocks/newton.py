@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from ...algebra.numerics import newton
 from ...algebra.scalar import Scalar, cos, sin
-from ...mechanism.configuration import Posture
+from ...mechanism.configuration import Configuration
 from ..constraints.equations import Equation
 from .block_solver import Step
 
@@ -25,34 +25,41 @@ class NewtonStep(Step):
         self._revolute = revolute
         self._known = self.known
 
-    def solve(self, posture: Posture, branch: Scalar, guess: Sequence[Scalar]) -> Scalar:  # noqa: ARG002
+    def solve(
+        self,
+        configuration: Configuration,
+        branch: Scalar,
+        guess: Sequence[Scalar],  # noqa: ARG002
+    ) -> Scalar:
         """The margin is the number of iterations, negative if they did not converge."""
         parameters: list[Scalar] = []
         for k in self._known:
             parameters += (
-                [posture.q[k], posture.c[k], posture.s[k]] if self._revolute[k] else [posture.q[k]]
+                [configuration.q[k], configuration.c[k], configuration.s[k]]
+                if self._revolute[k]
+                else [configuration.q[k]]
             )
         *values, converged = newton(self.body, [guess[k] for k in self.unknowns], parameters)
         for k, value in zip(self.unknowns, values, strict=True):
-            put = posture.set_angle if self._revolute[k] else posture.set_length
+            put = configuration.set_angle if self._revolute[k] else configuration.set_length
             put(k, value)
         return converged
 
     def body(self, unknowns: Sequence[Scalar], parameters: Sequence[Scalar]) -> list[Scalar]:
         """Residuals, then the Jacobian row by row."""
-        posture = Posture(1 + max((*self._known, *self.unknowns)))
+        configuration = Configuration(1 + max((*self._known, *self.unknowns)))
         given = iter(parameters)
         for k in self._known:
-            posture.q[k] = next(given)
+            configuration.q[k] = next(given)
             if self._revolute[k]:
-                posture.c[k], posture.s[k] = next(given), next(given)
+                configuration.c[k], configuration.s[k] = next(given), next(given)
         for k, value in zip(self.unknowns, unknowns, strict=True):
-            posture.q[k] = value
+            configuration.q[k] = value
             if self._revolute[k]:
-                posture.c[k], posture.s[k] = cos(value), sin(value)
+                configuration.c[k], configuration.s[k] = cos(value), sin(value)
         residual, rows = [], []
         for loop in dict.fromkeys(equation.loop for equation in self.equations):
-            block = loop.linearise(posture)
+            block = loop.linearise(configuration)
             for index in (e.index for e in self.equations if e.loop is loop):
                 residual.append(block.residual[index])
                 rows += [block.rows[index].get(k, 0.0) for k in self.unknowns]

@@ -15,7 +15,7 @@ import numpy as np
 from ...algebra.scalar import Scalar
 from ...algebra.vector import Vector, constant, turn
 from ...ground.arrays import Array
-from ...mechanism.configuration import Posture
+from ...mechanism.configuration import Configuration
 from ..constraints.equations import Equation
 from ..constraints.planar import AngleSum, PlanarGeometry, PlanarJoint, PlanarPin, Turns
 from .block_solver import Step
@@ -92,20 +92,28 @@ class AngleStep(Step):
         self._others = [(k, -sign * self._sign) for k, sign in relation.turns if k != unknown]
         self._offset = -relation.offset * self._sign
 
-    def near(self, posture: Posture, near: Mapping[int, float]) -> None:
-        """Shift the constant by whole turns so that the angle at this posture (floats) lies within pi of `near`."""
-        here = self._offset + sum(sign * posture.q[k] for k, sign in self._others)
+    def near(self, configuration: Configuration, near: Mapping[int, float]) -> None:
+        """Shift the constant by whole turns so that the angle at this configuration (floats) lies within pi of `near`."""
+        here = self._offset + sum(sign * configuration.q[k] for k, sign in self._others)
         self._offset -= (
             2.0 * math.pi * round((here - near.get(self.unknowns[0], 0.0)) / (2.0 * math.pi))
         )
 
-    def solve(self, posture: Posture, branch: Scalar, guess: Sequence[Scalar]) -> Scalar:  # noqa: ARG002
+    def solve(
+        self,
+        configuration: Configuration,
+        branch: Scalar,
+        guess: Sequence[Scalar],  # noqa: ARG002
+    ) -> Scalar:
         """Always closes."""
         direction: Vector = constant((math.cos(self._offset), math.sin(self._offset)))
         angle: Scalar = self._offset
         for k, sign in self._others:
-            direction = turn(posture.c[k], sign * posture.s[k], direction)
-            angle = angle + sign * posture.q[k]
+            direction = turn(configuration.c[k], sign * configuration.s[k], direction)
+            angle = angle + sign * configuration.q[k]
         (unknown,) = self.unknowns
-        posture.q[unknown], (posture.c[unknown], posture.s[unknown]) = angle, direction
+        configuration.q[unknown], (configuration.c[unknown], configuration.s[unknown]) = (
+            angle,
+            direction,
+        )
         return 1.0

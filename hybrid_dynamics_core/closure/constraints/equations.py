@@ -1,4 +1,4 @@
-"""What every loop closure can say of itself: its equations, their Jacobian and their bias, at any posture."""
+"""What every loop closure can say of itself: its equations, their Jacobian and their bias, at any configuration."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from ...algebra.scalar import Scalar
-from ...mechanism.configuration import Posture
+from ...mechanism.configuration import Configuration
 
 Row = dict[int, Scalar]  # coordinate -> coefficient, zeros left out
 
@@ -41,25 +41,25 @@ class LoopEquations(ABC):
         return sorted(frozenset().union(*self.involved))
 
     @abstractmethod
-    def linearise(self, posture: Posture) -> Linearised:
+    def linearise(self, configuration: Configuration) -> Linearised:
         """Rows of J_s and residuals."""
 
     @abstractmethod
-    def bias(self, posture: Posture, rates: Sequence[Scalar]) -> list[Scalar]:
-        """(d/dt J_s) s' of each equation [1/s^2] at a closed posture."""
+    def bias(self, configuration: Configuration, rates: Sequence[Scalar]) -> list[Scalar]:
+        """(d/dt J_s) s' of each equation [1/s^2] at a closed configuration."""
 
-    def marks(self, posture: Posture) -> list[Scalar]:  # noqa: ARG002
+    def marks(self, configuration: Configuration) -> list[Scalar]:  # noqa: ARG002
         """Where the loop puts its links: equal where two sets of joint values mean the same configuration."""
         return []
 
-    def gaps(self, posture: Posture) -> list[float]:
-        """How far each equation is from closed, at a posture of floats: where a search from afar has to go.
+    def gaps(self, configuration: Configuration) -> list[float]:
+        """How far each equation is from closed, at a configuration of floats: where a search from afar has to go.
 
         The residuals, unless these vanish at places that the guards refuse.
         """
-        return [float(r) for r in self.linearise(posture).residual]
+        return [float(r) for r in self.linearise(configuration).residual]
 
-    def guards(self, posture: Posture) -> list[Scalar]:  # noqa: ARG002  most closures need none
+    def guards(self, configuration: Configuration) -> list[Scalar]:  # noqa: ARG002  most closures need none
         """Scalars that must be positive: what the equations alone cannot tell, such as a frame turned half round."""
         return []
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ...algebra.scalar import Scalar
-from ...mechanism.configuration import Posture
+from ...mechanism.configuration import Configuration
 from ..blocks.block_solver import Step
 from .equations import Equation, Linearised, LoopEquations
 
@@ -19,20 +19,20 @@ class CoordinateRelation(LoopEquations):
         self.name, self.coefficients, self.offset = name, dict(coefficients), offset
         self.involved = (frozenset(self.coefficients),)
 
-    def linearise(self, posture: Posture) -> Linearised:
+    def linearise(self, configuration: Configuration) -> Linearised:
         """A constant row."""
         total: Scalar = self.offset
         for k, coefficient in self.coefficients.items():
-            total = total + coefficient * posture.q[k]
+            total = total + coefficient * configuration.q[k]
         return Linearised([dict(self.coefficients)], [total])
 
-    def bias(self, posture: Posture, rates: Sequence[Scalar]) -> list[Scalar]:  # noqa: ARG002
+    def bias(self, configuration: Configuration, rates: Sequence[Scalar]) -> list[Scalar]:  # noqa: ARG002
         """A linear relation has none."""
         return [0.0]
 
-    def marks(self, posture: Posture) -> list[Scalar]:
+    def marks(self, configuration: Configuration) -> list[Scalar]:
         """The coordinates themselves."""
-        return [posture.q[k] for k in self.coefficients]
+        return [configuration.q[k] for k in self.coefficients]
 
 
 class RelationStep(Step):
@@ -44,14 +44,19 @@ class RelationStep(Step):
         self.unknowns = (unknown,)
         self._revolute = revolute
 
-    def solve(self, posture: Posture, branch: Scalar, guess: Sequence[Scalar]) -> Scalar:  # noqa: ARG002
+    def solve(
+        self,
+        configuration: Configuration,
+        branch: Scalar,
+        guess: Sequence[Scalar],  # noqa: ARG002
+    ) -> Scalar:
         """Always closes."""
         (unknown,) = self.unknowns
         scale = -1.0 / self.relation.coefficients[unknown]
         value: Scalar = self.relation.offset * scale
         for k, coefficient in self.relation.coefficients.items():
             if k != unknown:
-                value = value + coefficient * scale * posture.q[k]
-        put = posture.set_angle if self._revolute else posture.set_length
+                value = value + coefficient * scale * configuration.q[k]
+        put = configuration.set_angle if self._revolute else configuration.set_length
         put(unknown, value)
         return 1.0

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...algebra.scalar import Scalar
 from ...algebra.vector import Vector, constant, dot, scale, sub
-from ...mechanism.configuration import Posture
+from ...mechanism.configuration import Configuration
 from ...mechanism.tree import Body
 from .equations import Linearised, LoopEquations, Row
 from .spatial import Chain, ChainState, chains_length
@@ -76,16 +76,16 @@ class Distance(LoopEquations):
         chains = (pivot.before, pivot.after, target)
         self.involved = (frozenset().union(*(c.coordinates for c in chains)),)
 
-    def ends(self, posture: Posture) -> tuple[ChainState, ChainState, ChainState]:
+    def ends(self, configuration: Configuration) -> tuple[ChainState, ChainState, ChainState]:
         """Meeting point, leg vector, target point."""
-        leg = self.pivot.after.at(posture)
+        leg = self.pivot.after.at(configuration)
         leg.end = sub(leg.end, self.pivot.centre)
         leg.origins = [sub(origin, self.pivot.centre) for origin in leg.origins]
-        return self.pivot.before.at(posture), leg, self.target.at(posture)
+        return self.pivot.before.at(configuration), leg, self.target.at(configuration)
 
-    def linearise(self, posture: Posture) -> Linearised:
+    def linearise(self, configuration: Configuration) -> Linearised:
         """Rows: D . J_target - D . J_O - leg . J_leg, over the length squared."""
-        origin, leg, target = self.ends(posture)
+        origin, leg, target = self.ends(configuration)
         gap = sub(target.end, origin.end)
         unit = 1.0 / self.length**2
         row: Row = {}
@@ -98,9 +98,9 @@ class Distance(LoopEquations):
                 row[k] = sign * dot(vector, linear)
         return Linearised([row], [0.5 * unit * (dot(gap, gap) - dot(leg.end, leg.end))])
 
-    def bias(self, posture: Posture, rates: Sequence[Scalar]) -> list[Scalar]:
+    def bias(self, configuration: Configuration, rates: Sequence[Scalar]) -> list[Scalar]:
         """Second derivative with joint accelerations zero."""
-        origin, leg, target = self.ends(posture)
+        origin, leg, target = self.ends(configuration)
         gap = sub(target.end, origin.end)
         speed = sub(target.velocity(rates)[0], origin.velocity(rates)[0])
         stretch = leg.velocity(rates)[0]
@@ -108,9 +108,9 @@ class Distance(LoopEquations):
         total = total - dot(stretch, stretch) - dot(leg.end, leg.bias(rates)[0])
         return [total / self.length**2]
 
-    def marks(self, posture: Posture) -> list[Scalar]:
+    def marks(self, configuration: Configuration) -> list[Scalar]:
         """Meeting point and target."""
-        origin, _, target = self.ends(posture)
+        origin, _, target = self.ends(configuration)
         return [*origin.end, *target.end]
 
 
@@ -122,9 +122,9 @@ class Direction(LoopEquations):
         self.length = chains_length(whole, target)
         self.involved = (whole.coordinates | target.coordinates,) * 2
 
-    def linearise(self, posture: Posture) -> Linearised:
+    def linearise(self, configuration: Configuration) -> Linearised:
         """The difference of the end points and its Jacobian, projected."""
-        leg, target = self.whole.at(posture), self.target.at(posture)
+        leg, target = self.whole.at(configuration), self.target.at(configuration)
         along = self._along(leg)
         rows: list[Row] = [{}, {}]
         for sign, state in ((1.0, leg), (-1.0, target)):
@@ -134,9 +134,9 @@ class Direction(LoopEquations):
         gap = sub(leg.end, target.end)
         return Linearised(rows, [dot(direction, gap) for direction in along])
 
-    def bias(self, posture: Posture, rates: Sequence[Scalar]) -> list[Scalar]:
+    def bias(self, configuration: Configuration, rates: Sequence[Scalar]) -> list[Scalar]:
         """The difference of the accelerations, projected; the direction's own rate meets a closed gap."""
-        leg, target = self.whole.at(posture), self.target.at(posture)
+        leg, target = self.whole.at(configuration), self.target.at(configuration)
         gap = sub(leg.bias(rates)[0], target.bias(rates)[0])
         return [dot(direction, gap) for direction in self._along(leg)]
 

@@ -17,7 +17,7 @@ from ...algebra.scalar import Scalar
 from ...algebra.vector import Vector, add, constant, perp, scale, sub, turn
 from ...description.model import Closure
 from ...ground.arrays import Array
-from ...mechanism.configuration import Posture
+from ...mechanism.configuration import Configuration
 from ...mechanism.tree import Body, Tree
 from .equations import Linearised, LoopEquations, Row
 
@@ -66,19 +66,19 @@ class PlanarMotion:
         """Where the point x of the zero configuration is now."""
         return add(turn(self.c, self.s, x), self.t)
 
-    def then(self, joint: PlanarJoint, posture: Posture) -> PlanarMotion:
+    def then(self, joint: PlanarJoint, configuration: Configuration) -> PlanarMotion:
         """The motion of what comes after the joint."""
         k = joint.coordinate
         if not joint.revolute:
-            step = turn(self.c, self.s, scale(joint.sign * posture.q[k], joint.place))
+            step = turn(self.c, self.s, scale(joint.sign * configuration.q[k], joint.place))
             return PlanarMotion(self.c, self.s, add(self.t, step))
-        c, s = turn(posture.c[k], joint.sign * posture.s[k], (self.c, self.s))
+        c, s = turn(configuration.c[k], joint.sign * configuration.s[k], (self.c, self.s))
         return PlanarMotion(c, s, sub(self.move(joint.place), turn(c, s, joint.place)))
 
 
 @dataclass
 class ChainKinematics:
-    """A chain at a posture: per joint its pivot (None if prismatic) and direction; the end point."""
+    """A chain at a configuration: per joint its pivot (None if prismatic) and direction; the end point."""
 
     joints: Sequence[PlanarJoint]
     pivots: list[Vector | None]
@@ -110,7 +110,7 @@ class ChainKinematics:
 
 
 def chain_kinematics(
-    joints: Sequence[PlanarJoint], point: Vector, posture: Posture
+    joints: Sequence[PlanarJoint], point: Vector, configuration: Configuration
 ) -> ChainKinematics:
     """Pivots, directions and end point of one chain."""
     motion = PlanarMotion()
@@ -119,7 +119,7 @@ def chain_kinematics(
     for joint in joints:
         pivots.append(motion.move(joint.place) if joint.revolute else None)
         directions.append(None if joint.revolute else turn(motion.c, motion.s, joint.place))
-        motion = motion.then(joint, posture)
+        motion = motion.then(joint, configuration)
     return ChainKinematics(joints, pivots, directions, motion.move(point))
 
 
@@ -135,16 +135,16 @@ class PlanarPin(LoopEquations):
         self.length = float(np.max(np.ptp(np.array(places), axis=0))) or 1.0
         self.involved = (frozenset(j.coordinate for j in geometry.joints),) * 2
 
-    def chains(self, posture: Posture) -> tuple[ChainKinematics, ChainKinematics]:
-        """Both chains at a posture."""
+    def chains(self, configuration: Configuration) -> tuple[ChainKinematics, ChainKinematics]:
+        """Both chains at a configuration."""
         g = self.geometry
-        return chain_kinematics(g.chain_a, g.point_a, posture), chain_kinematics(
-            g.chain_b, g.point_b, posture
+        return chain_kinematics(g.chain_a, g.point_a, configuration), chain_kinematics(
+            g.chain_b, g.point_b, configuration
         )
 
-    def linearise(self, posture: Posture) -> Linearised:
+    def linearise(self, configuration: Configuration) -> Linearised:
         """Difference of the end points."""
-        a, b = self.chains(posture)
+        a, b = self.chains(configuration)
         unit = 1.0 / self.length
         rows: list[Row] = [{}, {}]
         for sign, chain in ((unit, a), (-unit, b)):
@@ -153,16 +153,16 @@ class PlanarPin(LoopEquations):
                     row[coordinate] = sign * value
         return Linearised(rows, list(scale(unit, sub(a.end, b.end))))
 
-    def bias(self, posture: Posture, rates: Sequence[Scalar]) -> list[Scalar]:
+    def bias(self, configuration: Configuration, rates: Sequence[Scalar]) -> list[Scalar]:
         """Difference of the end points' accelerations with joint accelerations zero."""
-        a, b = self.chains(posture)
+        a, b = self.chains(configuration)
         return list(scale(1.0 / self.length, sub(a.bias(rates), b.bias(rates))))
 
-    def marks(self, posture: Posture) -> list[Scalar]:
+    def marks(self, configuration: Configuration) -> list[Scalar]:
         """Pivots and ends."""
         return [
             x
-            for chain in self.chains(posture)
+            for chain in self.chains(configuration)
             for p in (*chain.pivots, chain.end)
             if p is not None
             for x in p
@@ -182,33 +182,33 @@ class AngleSum(LoopEquations):
         self.turns = tuple((k, sign) for k, sign in sums.items() if sign)
         self.involved = (frozenset(k for k, _ in self.turns),)
 
-    def _sum(self, posture: Posture) -> tuple[Scalar, Scalar]:
+    def _sum(self, configuration: Configuration) -> tuple[Scalar, Scalar]:
         """Cosine and sine of the sum."""
         c, s = constant((math.cos(self.offset), math.sin(self.offset)))
         for k, sign in self.turns:
-            c, s = turn(posture.c[k], sign * posture.s[k], (c, s))
+            c, s = turn(configuration.c[k], sign * configuration.s[k], (c, s))
         return c, s
 
-    def linearise(self, posture: Posture) -> Linearised:
+    def linearise(self, configuration: Configuration) -> Linearised:
         """A constant row; the residual is the sine of the sum."""
-        return Linearised([dict(self.turns)], [self._sum(posture)[1]])
+        return Linearised([dict(self.turns)], [self._sum(configuration)[1]])
 
-    def bias(self, posture: Posture, rates: Sequence[Scalar]) -> list[Scalar]:  # noqa: ARG002
+    def bias(self, configuration: Configuration, rates: Sequence[Scalar]) -> list[Scalar]:  # noqa: ARG002
         """None: the relation between the angles is linear."""
         return [0.0]
 
-    def marks(self, posture: Posture) -> list[Scalar]:
+    def marks(self, configuration: Configuration) -> list[Scalar]:
         """The angles themselves."""
-        return [x for k, _ in self.turns for x in (posture.c[k], posture.s[k])]
+        return [x for k, _ in self.turns for x in (configuration.c[k], configuration.s[k])]
 
-    def gaps(self, posture: Posture) -> list[float]:
+    def gaps(self, configuration: Configuration) -> list[float]:
         """The angle itself: its sine vanishes at half a turn too, where a search would stay."""
-        c, s = self._sum(posture)
+        c, s = self._sum(configuration)
         return [math.atan2(float(s), float(c))]
 
-    def guards(self, posture: Posture) -> list[Scalar]:
+    def guards(self, configuration: Configuration) -> list[Scalar]:
         """Parallel, not opposed."""
-        return [self._sum(posture)[0]]
+        return [self._sum(configuration)[0]]
 
 
 def planar_equations(tree: Tree, closure: Closure) -> list[LoopEquations]:

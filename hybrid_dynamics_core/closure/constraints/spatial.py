@@ -27,7 +27,7 @@ from ...algebra.vector import (
     transpose,
 )
 from ...description.model import Closure
-from ...mechanism.configuration import Posture
+from ...mechanism.configuration import Configuration
 from ...mechanism.tree import Body, Tree, rows
 from .equations import Linearised, LoopEquations, Row
 
@@ -45,8 +45,8 @@ class Chain:
         """Coordinates of its joints."""
         return frozenset(b.coordinate for b in self.bodies)
 
-    def at(self, posture: Posture) -> ChainState:
-        """The chain at a posture."""
+    def at(self, configuration: Configuration) -> ChainState:
+        """The chain at a configuration."""
         rotation, origin = IDENTITY3, ZERO3
         axes, origins = [], []
         for body in self.bodies:
@@ -55,9 +55,11 @@ class Chain:
             rotation = matmul(rotation, body.rotation)
             axes.append(matvec(rotation, body.axis))
             if body.type == "revolute":
-                rotation = matmul(rotation, axis_rotation(body.axis, posture.c[k], posture.s[k]))
+                rotation = matmul(
+                    rotation, axis_rotation(body.axis, configuration.c[k], configuration.s[k])
+                )
             else:
-                origin = add(origin, scale(posture.q[k], axes[-1]))
+                origin = add(origin, scale(configuration.q[k], axes[-1]))
             origins.append(origin)
         return ChainState(
             self,
@@ -153,9 +155,9 @@ class SpatialClosure(LoopEquations):
         self.length = chains_length(a, b)
         self.involved = (a.coordinates | b.coordinates,) * _SIZES[kind]
 
-    def linearise(self, posture: Posture) -> Linearised:
+    def linearise(self, configuration: Configuration) -> Linearised:
         """Difference of the end points, then cosines of axes at right angles, or the turn between the frames."""
-        a, b = self.a.at(posture), self.b.at(posture)
+        a, b = self.a.at(configuration), self.b.at(configuration)
         residual = list(scale(1.0 / self.length, sub(a.end, b.end)))
         normals: list[Vector] = []
         for i, j in self.pairs:
@@ -173,14 +175,14 @@ class SpatialClosure(LoopEquations):
                     row[k] = sign * part
         return Linearised(rows_, residual)
 
-    def bias(self, posture: Posture, rates: Sequence[Scalar]) -> list[Scalar]:
+    def bias(self, configuration: Configuration, rates: Sequence[Scalar]) -> list[Scalar]:
         """Differences of the ends' accelerations with joint accelerations zero."""
-        a, b = self.a.at(posture), self.b.at(posture)
+        a, b = self.a.at(configuration), self.b.at(configuration)
         (accel_a, alpha_a), (accel_b, alpha_b) = a.bias(rates), b.bias(rates)
         result: list[Scalar] = list(scale(1.0 / self.length, sub(accel_a, accel_b)))
         if (
             self.kind == "frame"
-        ):  # at a closed posture the frames turn together, so no other term is left
+        ):  # at a closed configuration the frames turn together, so no other term is left
             result += sub(alpha_a, alpha_b)
         if self.pairs:
             omega_a, omega_b = a.velocity(rates)[1], b.velocity(rates)[1]
@@ -192,18 +194,18 @@ class SpatialClosure(LoopEquations):
                 )
         return result
 
-    def marks(self, posture: Posture) -> list[Scalar]:
+    def marks(self, configuration: Configuration) -> list[Scalar]:
         """Joint origins and ends of both chains, and how the ends lie."""
-        states = [chain.at(posture) for chain in (self.a, self.b)]
+        states = [chain.at(configuration) for chain in (self.a, self.b)]
         return [
             x for state in states for v in (*state.origins, state.end, *state.rotation) for x in v
         ]
 
-    def guards(self, posture: Posture) -> list[Scalar]:
+    def guards(self, configuration: Configuration) -> list[Scalar]:
         """Axes that the equations make parallel must not be opposed."""
         if self.kind == "point":
             return []
-        a, b = (transpose(chain.at(posture).rotation) for chain in (self.a, self.b))
+        a, b = (transpose(chain.at(configuration).rotation) for chain in (self.a, self.b))
         return [dot(a[i], b[i]) for i in ((2,) if self.kind == "axis" else (0, 1, 2))]
 
 

@@ -70,7 +70,6 @@ class _Module:
         return name
 
     # -- numbers
-    # -----------------------------------------------------------------------------------------------
 
     def expand(self) -> None:
         scope: dict[str, float] = {}
@@ -173,7 +172,6 @@ class _Module:
             raise self.document.error((*self.path, "parameters"), problem) from error
 
     # -- entries
-    # -----------------------------------------------------------------------------------------------
 
     def _sections(
         self, part: Mapping[str, Any], scope: Mapping[str, float], label: str | None

@@ -60,7 +60,6 @@ class Painter:
                 self.arrow(stroke)
 
     # -- parts
-    # -----------------------------------------------------------------------------------------------------
 
     def _part(self, part: Part) -> None:
         active = part.owner in self._active
@@ -106,7 +105,6 @@ class Painter:
         self.axes.add_patch(patch)
 
     # -- strokes
-    # ---------------------------------------------------------------------------------------------------
 
     def _line(self, stroke: Stroke) -> None:
         flat = self.view.flat(stroke.points)

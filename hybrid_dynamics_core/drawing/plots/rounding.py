@@ -68,7 +68,7 @@ def least(natural: float, values: Array) -> float:
     return ROUNDING * max(natural, float(np.nanmax(np.abs(values), initial=0.0)))
 
 
-def calm(axes: Axes, natural: float) -> bool:
+def suppress_rounding(axes: Axes, natural: float) -> bool:
     """Limits wide enough that rounding is a straight line, on axes whose curves are constant but for it.
 
     natural: size of what is drawn. Returns whether that is so; other axes stay as they are.

@@ -17,7 +17,7 @@ from ...robot.robot import Robot
 from ...scene.style import QUIET
 from ...simulation import Simulation
 from ..page import CURVES, PLOTS, entitled, page
-from .rounding import Sizes, calm, least, sizes_of
+from .rounding import Sizes, least, sizes_of, suppress_rounding
 
 _PANEL: Final = 2.1  # [in] height of axes with their names, where there are four
 _LOW: Final = 1.65  # [in] where there are more
@@ -63,7 +63,7 @@ def simulation_figure(robot: Robot, motion: Simulation, title: str | None) -> Fi
                 }
                 ax.plot(motion.t, panel.values[:, k], label=motion.names[k], **look)
             ax.set_ylabel(panel.label)
-            calm(ax, panel.size)
+            suppress_rounding(ax, panel.size)
             entitled(ax, panel.title, min(len(panel.joints), _COLUMNS))
         _energy(axes[-1], motion, sizes.energy)
         for ax in axes:
@@ -120,5 +120,5 @@ def _energy(axes: Axes, motion: Simulation, size: float) -> None:
         axes.plot(motion.t, energy.springs, label="springs")
     axes.plot(motion.t, motion.work, "--", label="work of efforts and friction")
     axes.set(xlabel="t [s]", ylabel="energy [J]")
-    calm(axes, size)
+    suppress_rounding(axes, size)
     entitled(axes, "energy", 4)

@@ -89,7 +89,6 @@ class _Mjcf:
                 )
 
     # -- bodies
-    # ------------------------------------------------------------------------------------------------
 
     def body(self, element: Element, link: str) -> None:
         for geom in element.all("geom"):
@@ -197,7 +196,6 @@ class _Mjcf:
         }
 
     # -- the rest
-    # ----------------------------------------------------------------------------------------------
 
     def ties(self) -> None:
         """Closures between sites, followers, and the sites that are left as frames."""

@@ -112,7 +112,6 @@ class _Sdf:
         data["active_set"] = "motors"
 
     # -- links
-    # -------------------------------------------------------------------------------------------------
 
     def link(self, element: Element) -> None:
         name = self.xml.name(element, "links")
@@ -175,7 +174,6 @@ class _Sdf:
         return base, rest
 
     # -- joints
-    # ------------------------------------------------------------------------------------------------
 
     def kind(self, joint: Element) -> str:
         return joint.attributes.get("type", "")

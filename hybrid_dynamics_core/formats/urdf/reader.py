@@ -84,7 +84,6 @@ class _Urdf(XmlFile):
             self.document.notes.append(f"{self.file.name}: <{tag}> is left out")
 
     # -- links
-    # -------------------------------------------------------------------------------------------------
 
     def link(self, element: Element) -> None:
         name = self.name(element, "links")
@@ -117,7 +116,6 @@ class _Urdf(XmlFile):
         return entry
 
     # -- joints
-    # ------------------------------------------------------------------------------------------------
 
     def joint(self, element: Element, replace: Mapping[str, str], replace_path: Path_) -> None:
         name = self.name(element, "joints")
@@ -219,7 +217,6 @@ class _Urdf(XmlFile):
         return link
 
     # -- values
-    # ------------------------------------------------------------------------------------------------
 
     def base(self) -> None:
         """The one link that is no child is the base."""

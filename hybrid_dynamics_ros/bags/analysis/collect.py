@@ -254,7 +254,7 @@ def collect(  # noqa: PLR0913 - the command's options
         losses = source.losses.told
     if not kept.motions:
         told = "".join(f"; {code}: {text}" for code, text in bulk.first_rejections.items())
-        where = "" if span == WHOLE else f" from {span[0]:g} s {told_end(span)} of the bag"
+        where = "" if span == WHOLE else f" from {span[0]:g} s {end_text(span)} of the bag"
         raise BagError(
             f"{path}: {name}: no sample{where} can be used ({pipeline.counts.summary()}){told}"
         )
@@ -299,7 +299,7 @@ def _read(
             progress.update(done)
 
 
-def told_end(span: Span) -> str:
+def end_text(span: Span) -> str:
     """`to 5 s`, or `to the end`."""
     return f"to {span[1]:g} s" if math.isfinite(span[1]) else "to the end"
 

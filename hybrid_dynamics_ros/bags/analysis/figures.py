@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hybrid_dynamics_core.drawing.plots.rounding import Sizes, calm, sizes_of
+from hybrid_dynamics_core.drawing.plots.rounding import Sizes, sizes_of, suppress_rounding
 from hybrid_dynamics_core.scene.style import (
     BLUE,
     GREEN,
@@ -73,7 +73,7 @@ def trajectories(track: Track) -> Figure:
         )
         for ax, values, what, size in parts:
             _line(ax, track, values[:, k], _COLOURS[k % len(_COLOURS)])
-            calm(ax, size)
+            suppress_rounding(ax, size)
             ax.set_ylabel(f"{name} [{unit_of(track, name, what)}]")
     axes[0][0].set_title("position")
     axes[0][1].set_title("velocity")
@@ -94,13 +94,13 @@ def efforts(track: Track) -> Figure:
         if told:
             _line(ax, track, track.recorded[:, k], _RECORDED, label="recorded", linewidth=1.8)
         _line(ax, track, track.efforts[:, k], _COLOURS[k % len(_COLOURS)], label="computed")
-        if not calm(ax, size):
+        if not suppress_rounding(ax, size):
             _clip(ax, track, track.efforts[:, k], track.recorded[:, k])
         ax.set_ylabel(f"{name} [{unit}]")
         if told:
             left = track.recorded[:, k] - track.efforts[:, k]
             _line(axes[k][1], track, left, _COLOURS[k % len(_COLOURS)])
-            if not calm(axes[k][1], size):
+            if not suppress_rounding(axes[k][1], size):
                 _clip(axes[k][1], track, left)
             axes[k][1].axhline(0.0, color=QUIET, linewidth=0.6)
             axes[k][1].set_ylabel(f"{name} [{unit}]")
@@ -133,14 +133,14 @@ def energy(track: Track) -> Figure:
     axes[0][0].set_ylabel("energy [J]")
     axes[0][0].legend(**_ABOVE, ncols=3)
     sizes = _sizes(track)
-    calm(axes[0][0], sizes.energy)
+    suppress_rounding(axes[0][0], sizes.energy)
     for k, name in enumerate(track.robot.active):
         part = track.efforts[:, k] * track.state.du[:, k]
         _line(axes[1][0], track, part, _COLOURS[k % len(_COLOURS)], label=name)
     _line(axes[1][0], track, track.power, INK, label="sum")
     axes[1][0].set_ylabel("power [W]")
     axes[1][0].legend(**_ABOVE, ncols=8)
-    calm(axes[1][0], sizes.energy / sizes.time)
+    suppress_rounding(axes[1][0], sizes.energy / sizes.time)
     return figure
 
 
@@ -174,7 +174,7 @@ def margins(track: Track) -> Figure:
         low, high = min(0.0, float(left[:, k].min())), max(0.0, float(left[:, k].max()))
         room = 0.08 * (high - low) + 1e-9
         ax.set_ylim(low - room, high + room)  # the line at 0 stands clear of the axis
-        calm(ax, sizes.position(track.robot.joint_types[name]))
+        suppress_rounding(ax, sizes.position(track.robot.joint_types[name]))
         ax.set_ylabel(f"{name} [{unit_of(track, name, 'position')}]")
     return figure
 

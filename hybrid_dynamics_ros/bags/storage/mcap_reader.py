@@ -126,7 +126,6 @@ class McapFile:
                     )
 
     # -- finding
-    # -----------------------------------------------------------------------------------------------
 
     def _lose(self, what: str) -> None:
         self._losses.add(f"{self._path.name}: {what}")
@@ -212,7 +211,6 @@ class McapFile:
             self._channels[number] = Topic(topic, kind, qos, text, told.get("topic_type_hash", ""))
 
     # -- reading
-    # -----------------------------------------------------------------------------------------------
 
     def _unpacked(self, piece: _Piece) -> bytes | None:
         """The records of a piece; None where they cannot be trusted, which is told."""

@@ -103,7 +103,6 @@ class BagWriter:
         self._file.close()
 
     # -- parts
-    # -------------------------------------------------------------------------------------------------
 
     def _descriptions(self) -> Iterator[bytes]:
         numbers: dict[str, int] = {}

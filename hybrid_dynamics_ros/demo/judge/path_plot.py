@@ -35,7 +35,7 @@ def draw_path(axes: Any, results: Results, robot: Robot) -> None:
     Args:
         axes: 3-D axes of Matplotlib.
         results: what was received.
-        robot: the robot, for its posture.
+        robot: the robot, for its configuration.
     """
     inputs, path = results.inputs, results.pose.position
     columns = [inputs.names.index(name) for name in robot.active]

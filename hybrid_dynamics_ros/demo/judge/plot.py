@@ -34,7 +34,7 @@ def save_figure(results: Results, robot: Robot, stem: Path, subtitle: str) -> tu
 
     Args:
         results: what was received from the node.
-        robot: the robot, for its posture.
+        robot: the robot, for its configuration.
         stem: path without suffix.
         subtitle: where the motion and the numbers come from.
     """

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 from ..algebra.scalar import Scalar, sqrt
 from ..algebra.vector import Rotation, Vector, add, cross, transposed_matvec
-from ..mechanism.configuration import Posture
+from ..mechanism.configuration import Configuration
 from ..mechanism.tree import Body, Tree
-from .spanning import TreeKinematics, Wrench
+from .spanning import TreeDynamics, Wrench
 
 FRICTION = ("viscous", "coulomb", "smoothing")
 SPRINGS = ("stiffness", "rest", "preload")
@@ -24,7 +24,7 @@ INERTIAL = (
 
 
 @dataclass(frozen=True)
-class Loading:
+class LoadPattern:
     """Which loads a program takes.
 
     `payloads`: bodies with something fixed to them; `frames`: (body, place on it [m]) where a
@@ -41,7 +41,7 @@ class Loading:
 
     @property
     def sizes(self) -> dict[str, int]:
-        """Lengths of the inputs that depend on the loading."""
+        """Lengths of the inputs that depend on the pattern."""
         counted = {
             "payloads": INERTIAL * len(self.payloads),
             "frame_wrenches": 6 * len(self.frames),
@@ -58,16 +58,16 @@ class Loading:
         return names + (SPRINGS if self.springs else ())
 
     def key(self, program: str) -> str:
-        """The name under which a program with this loading is kept."""
+        """The name under which a program with this pattern is kept."""
         return program if self == NOTHING else f"{program} {self}"
 
 
-NOTHING = Loading()
+NOTHING = LoadPattern()
 
 
 @dataclass(frozen=True)
 class LoadValues:
-    """The inputs of a Loading, each as long as it says (along s: one a coordinate)."""
+    """The inputs of a LoadPattern, each as long as it says (along s: one a coordinate)."""
 
     payloads: Sequence[Scalar] = ()
     frame_wrenches: Sequence[Scalar] = ()
@@ -82,11 +82,13 @@ class LoadValues:
 
 
 class LoadedTree:
-    """The spanning tree at a posture, with its loads."""
+    """The spanning tree at a configuration, with its loads."""
 
-    def __init__(self, tree: Tree, loading: Loading, values: LoadValues, posture: Posture) -> None:
-        self.loading, self.values, self.posture = loading, values, posture
-        self.tree = TreeKinematics(_laden(tree, loading, values.payloads), posture)
+    def __init__(
+        self, tree: Tree, pattern: LoadPattern, values: LoadValues, configuration: Configuration
+    ) -> None:
+        self.pattern, self.values, self.configuration = pattern, values, configuration
+        self.tree = TreeDynamics(_laden(tree, pattern, values.payloads), configuration)
         self.applied = self._applied()
 
     def forces(self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]) -> list[Scalar]:
@@ -140,25 +142,25 @@ class LoadedTree:
         """Energy stored in the springs, zero at rest position."""
         v, total = self.values, 0.0
         for k, stiffness in enumerate(v.stiffness):
-            stretch = self.posture.q[k] - v.rest[k]
+            stretch = self.configuration.q[k] - v.rest[k]
             total = total + stretch * (0.5 * stiffness * stretch + v.preload[k])
         return total
 
     def _friction(self, k: int, rate: Scalar) -> Scalar:
         """b q' + f sign(q'), the sign made smooth."""
-        if not self.loading.friction:
+        if not self.pattern.friction:
             return 0.0
         v = self.values
         return rate * v.viscous[k] + v.coulomb[k] * smooth_sign(rate, v.smoothing[k])
 
     def _rotor(self, k: int, acceleration: Scalar) -> Scalar:
-        return self.values.armature[k] * acceleration if self.loading.drives else 0.0
+        return self.values.armature[k] * acceleration if self.pattern.drives else 0.0
 
     def _spring(self, k: int) -> Scalar:
-        if not self.loading.springs:
+        if not self.pattern.springs:
             return 0.0
         v = self.values
-        return v.stiffness[k] * (self.posture.q[k] - v.rest[k]) + v.preload[k]
+        return v.stiffness[k] * (self.configuration.q[k] - v.rest[k]) + v.preload[k]
 
     def _applied(self) -> dict[int, Wrench]:
         """The wrenches, summed per body."""
@@ -169,9 +171,9 @@ class LoadedTree:
                 force, moment = add(applied[body][0], force), add(applied[body][1], moment)
             applied[body] = (force, moment)
 
-        for n, body in enumerate(self.loading.links):
+        for n, body in enumerate(self.pattern.links):
             put(body, *_wrench(self.values.link_wrenches, n))
-        for n, (body, place) in enumerate(self.loading.frames):
+        for n, (body, place) in enumerate(self.pattern.frames):
             force, moment = _wrench(self.values.frame_wrenches, n)
             rotation, _ = self.tree.pose(body)
             force, moment = transposed_matvec(rotation, force), transposed_matvec(rotation, moment)
@@ -188,9 +190,9 @@ def _wrench(values: Sequence[Scalar], n: int) -> Wrench:
     return tuple(values[6 * n : 6 * n + 3]), tuple(values[6 * n + 3 : 6 * n + 6])
 
 
-def _laden(tree: Tree, loading: Loading, values: Sequence[Scalar]) -> Tree:
+def _laden(tree: Tree, pattern: LoadPattern, values: Sequence[Scalar]) -> Tree:
     bodies = list(tree.bodies)
-    for n, body in enumerate(loading.payloads):
+    for n, body in enumerate(pattern.payloads):
         bodies[body] = add_inertia(bodies[body], values[INERTIAL * n : INERTIAL * (n + 1)])
     return replace(tree, bodies=tuple(bodies))
 

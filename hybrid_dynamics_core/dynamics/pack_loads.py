@@ -1,4 +1,4 @@
-"""Loads with names and units -> which loads there are (Loading) and the arrays a kernel takes."""
+"""Loads with names and units -> which loads there are (LoadPattern) and the arrays a kernel takes."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.wording import counted
 from ..mechanism.tree import Tree
-from .loading import FRICTION, SPRINGS, Loading
+from .load_pattern import FRICTION, SPRINGS, LoadPattern
 from .loads import AppliedWrench, Loads
 
 FindFrame = Callable[[str], Frame]
 
 
-def load_inputs(
+def pack_loads(
     loads: Loads, tree: Tree, find: FindFrame, rows: int | None
-) -> tuple[Loading, dict[str, Array]]:
-    """The loading and its input arrays for one state (`rows` None) or a batch. What is on the base has no effect.
+) -> tuple[LoadPattern, dict[str, Array]]:
+    """The pattern and its input arrays for one state (`rows` None) or a batch. What is on the base has no effect.
 
     Raises InputError for unknown frames and batches of another length.
     """
@@ -32,7 +32,7 @@ def load_inputs(
         raise InputError(f"the joint effects have {count}; the robot's coordinates are {told}")
     payloads = _payloads(loads, tree, find)
     fixed, turning = _wrenches(loads, tree, find, rows)
-    loading = Loading(
+    pattern = LoadPattern(
         payloads=tuple(payloads),
         frames=tuple((body, place) for body, place, _ in fixed),
         links=tuple(turning),
@@ -46,7 +46,7 @@ def load_inputs(
         "link_wrenches": _joined(list(turning.values())),
         **{name: getattr(loads.effects, name) for name in (*FRICTION, *SPRINGS, "armature")},
     }
-    return loading, {name: arrays[name] for name in loading.inputs}
+    return pattern, {name: arrays[name] for name in pattern.inputs}
 
 
 def inertial_parameters(payload: Payload, frame: Frame) -> Array:
