@@ -154,7 +154,7 @@ class TwoSlides(PlanarStep):
     def solve(
         self,
         configuration: Configuration,
-        branch: Scalar,
+        branch: Scalar,  # noqa: ARG002
         guess: Sequence[Scalar],  # noqa: ARG002
     ) -> Scalar:
         """Cramer's rule."""

@@ -28,8 +28,8 @@ class NewtonStep(Step):
     def solve(
         self,
         configuration: Configuration,
-        branch: Scalar,
-        guess: Sequence[Scalar],  # noqa: ARG002
+        branch: Scalar,  # noqa: ARG002
+        guess: Sequence[Scalar],
     ) -> Scalar:
         """The margin is the number of iterations, negative if they did not converge."""
         parameters: list[Scalar] = []

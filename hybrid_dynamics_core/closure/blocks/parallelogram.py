@@ -102,7 +102,7 @@ class AngleStep(Step):
     def solve(
         self,
         configuration: Configuration,
-        branch: Scalar,
+        branch: Scalar,  # noqa: ARG002
         guess: Sequence[Scalar],  # noqa: ARG002
     ) -> Scalar:
         """Always closes."""

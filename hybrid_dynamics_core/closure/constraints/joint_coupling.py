@@ -47,7 +47,7 @@ class RelationStep(Step):
     def solve(
         self,
         configuration: Configuration,
-        branch: Scalar,
+        branch: Scalar,  # noqa: ARG002
         guess: Sequence[Scalar],  # noqa: ARG002
     ) -> Scalar:
         """Always closes."""
