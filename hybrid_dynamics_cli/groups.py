@@ -15,10 +15,10 @@ class Group(click.Group):
         name, verbs = args[0], self.list_commands(ctx)
         if name not in verbs and not name.startswith("-") and not ctx.resilient_parsing:
             from hybrid_dynamics_core.ground.suggestions import (  # noqa: PLC0415  only where it is needed
-                nearest,
+                suggestion,
             )
 
             raise click.UsageError(
-                f"No such command '{name}'{nearest(name, verbs)}; known: {', '.join(verbs)}", ctx
+                f"No such command '{name}'{suggestion(name, verbs)}; known: {', '.join(verbs)}", ctx
             )
         return super().resolve_command(ctx, args)

@@ -11,7 +11,7 @@ import click
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.description.values import ENDLESS
 from hybrid_dynamics_core.ground.arrays import Array
-from hybrid_dynamics_core.ground.wording import unit
+from hybrid_dynamics_core.ground.units import coordinate_unit
 
 from .output import number
 
@@ -25,7 +25,7 @@ def narrowed(machine: Robot) -> list[str]:
         least, most = machine.description.joints[name].limits
         cut = [lower - least, most - upper]  # infinite where the file gives no limit
         if any(SLACK < by < math.inf for by in cut):
-            kind = unit(machine.joint_types[name])
+            kind = coordinate_unit(machine.joint_types[name])
             closes = f"{number(lower)} to {number(upper)} {kind}"
             told.append(
                 f"{name}: the file allows {least:g} to {most:g} {kind}; its loop closes from"
@@ -43,7 +43,7 @@ def beyond(machine: Robot, names: Sequence[str], values: Array) -> list[dict[str
         if not lower - SLACK <= value <= upper + SLACK:
             limit = lower if value < lower else upper
             found.append({"name": name, "value": value, "limit": limit})
-            kind = unit(machine.joint_types[name])
+            kind = coordinate_unit(machine.joint_types[name])
             told = f"{name} = {number(value)} {kind} is beyond its limit {number(limit)} {kind}"
             click.echo(f"note: {told}{_in_degrees(value, kind)}", err=True)
     return found

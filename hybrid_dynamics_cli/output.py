@@ -121,8 +121,3 @@ def constant_axes(positions: Sequence[Array]) -> dict[str, float]:
     low, high = np.min(positions, axis=0), np.max(positions, axis=0)
     alike = {axis: float(low[k]) for k, axis in enumerate("xyz") if high[k] - low[k] < ALIKE}
     return {axis: value if abs(value) > ALIKE else 0.0 for axis, value in alike.items()}
-
-
-def effort_unit(joint_type: str) -> str:
-    """Unit of the effort along a coordinate."""
-    return "N m" if joint_type == "revolute" else "N"

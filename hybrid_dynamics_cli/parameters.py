@@ -14,8 +14,8 @@ from click.shell_completion import CompletionItem
 from hybrid_dynamics_core import InputError, Robot, UndecidedModeError, load, shipped_robots
 from hybrid_dynamics_core.description.expressions import evaluate
 from hybrid_dynamics_core.ground.arrays import Array
-from hybrid_dynamics_core.ground.decimal_commas import POINT
-from hybrid_dynamics_core.ground.suggestions import meant, nearest
+from hybrid_dynamics_core.ground.decimal_commas import POINT_HINT
+from hybrid_dynamics_core.ground.suggestions import did_you_mean, suggestion
 from hybrid_dynamics_core.ground.wording import counted
 from hybrid_dynamics_core.library import load_undecided
 
@@ -144,7 +144,7 @@ def vector(name: str, text: str | None, names: Sequence[str], default: Array) ->
             if commas:
                 raise click.BadParameter(f"'{part}'{commas}", param_hint=name)
             raise InputError(
-                f"{name}: '{key}' is not an active joint{nearest(key, names)}; they are"
+                f"{name}: '{key}' is not an active joint{suggestion(key, names)}; they are"
                 f" {', '.join(names)}"
             )
         try:
@@ -167,7 +167,7 @@ def _mixed(text: str, parts: Sequence[str], k: int) -> str:
     """What is wrong where some values have names and the k-th has none."""
     bare, before = parts[k], parts[max(k - 1, 0)]
     if bare.isdigit() and re.search(r"=\s*[-+]?\d+$", before):
-        return f"'{text}'{POINT}{meant(f'{before}.{bare}')}"
+        return f"'{text}'{POINT_HINT}{did_you_mean(f'{before}.{bare}')}"
     alone = (
         f"; where a word such as '{bare}' is taken, it stands alone" if bare.isidentifier() else ""
     )

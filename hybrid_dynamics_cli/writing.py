@@ -15,7 +15,7 @@ import click
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.formats.output_files import sources
-from hybrid_dynamics_core.ground.file_kinds import look
+from hybrid_dynamics_core.ground.file_kinds import classify_path
 
 from .exit_codes import Misused
 
@@ -80,7 +80,7 @@ def place_for(
     if any(_reads(source, place) for source in inputs):
         raise Misused(f"{path}: is read by this call, and is not replaced; name another file")
     if not overwrite and not _made_here(place):
-        what = look(place).words
+        what = classify_path(place).words
         raise Misused(
             f"{path}: is there already, {what} not of this command; name another file, or give"
             " --overwrite"

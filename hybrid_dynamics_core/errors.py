@@ -7,8 +7,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-
 
 class HybridDynamicsError(Exception):
     """Base of every error this package raises on purpose."""
@@ -17,8 +15,11 @@ class HybridDynamicsError(Exception):
 class DescriptionError(HybridDynamicsError):
     """A robot description is wrong.
 
-    Attributes: ``file`` (path or None), ``line`` (1-based or None), ``key`` (dotted path of the
-    entry), ``problem``.
+    Attributes:
+        problem: what is wrong.
+        key: dotted path of the entry, empty for the whole file.
+        file: path of the file, or None.
+        line: line of the entry (1-based), or None.
     """
 
     def __init__(
@@ -33,17 +34,17 @@ class DescriptionError(HybridDynamicsError):
         self.key = key
         self.file = file
         self.line = line
-        where = "" if file is None else str(file)
-        if line is not None:
-            where += f":{line}" if where else f"line {line}"
-        super().__init__(": ".join(part for part in (where, key, problem) if part))
+        parts = (_location(file, line), key, problem)
+        super().__init__(": ".join(part for part in parts if part))
 
 
 class UndecidedModeError(DescriptionError):
     """A description leaves open in which of its assembly modes a loop closes.
 
-    Attributes beside those of DescriptionError: ``loop`` (name), ``modes`` (names that can stand as
-    ``assembly``).
+    Attributes:
+        loop: name of the loop.
+        modes: names that can stand as ``assembly``.
+        problem, key, file, line: as in DescriptionError.
     """
 
     def __init__(self, error: DescriptionError, *, loop: str, modes: tuple[str, ...]) -> None:
@@ -57,27 +58,35 @@ class InputError(HybridDynamicsError, ValueError):
 
 
 class UnknownNameError(InputError, KeyError):
-    """There is nothing of that name; the message has the names that there are."""
+    """There is nothing of this name; the message lists the names that exist."""
 
     def __str__(self) -> str:
         return str(self.args[0])  # a KeyError alone would show it in quotes
 
 
 class StateError(HybridDynamicsError, ArithmeticError):
-    """The mechanism has no usable answer at this input; ``index`` is the row in a batch, or None."""
+    """The mechanism has no usable answer at this input.
+
+    Attributes:
+        loop: name of the loop.
+        index: row in a batch, or None.
+    """
 
     def __init__(self, message: str, *, loop: str, index: int | None = None) -> None:
         self.loop = loop
         self.index = index
-        super().__init__(message if index is None else f"row {index}: {message}")
+        super().__init__(_with_row(message, index))
 
 
 class ClosureError(StateError):
     """A loop cannot be closed at the given coordinates.
 
-    Attributes: ``loop``; ``coordinate`` whose value is out of range (None when several given
-    coordinates act together), its ``value`` and the ``allowed`` (lower, upper) range, where the
-    loop closes [rad or m].
+    Attributes:
+        loop: name of the loop.
+        coordinate: the one that is out of range; None when several act together.
+        value: its value [rad or m], or None.
+        allowed: (lower, upper) range in which the loop closes [rad or m], or None.
+        index: row in a batch, or None.
     """
 
     def __init__(
@@ -99,8 +108,10 @@ class ClosureError(StateError):
 class SingularityError(StateError):
     """A loop is at, or too near, a singular configuration: rates and forces have no finite answer.
 
-    Attributes: ``loop``; ``distance``, the reciprocal condition number of the loop's scaled
-    Jacobian.
+    Attributes:
+        loop: name of the loop.
+        distance: reciprocal condition number of the loop's scaled Jacobian.
+        index: row in a batch, or None.
     """
 
     def __init__(
@@ -111,10 +122,15 @@ class SingularityError(StateError):
 
 
 class MassSingularityError(HybridDynamicsError, ArithmeticError):
-    """M-bar cannot be inverted: some motion of the active joints moves no mass, so forces give no acceleration.
+    """M-bar cannot be inverted, so forces give no acceleration.
 
-    Attributes: ``joint``, the active joint that moves most in it; ``direction`` (n,), that motion;
-    ``eigenvalues`` (n,) of M-bar, ascending; ``index``, the row in a batch, or None.
+    Some motion of the active joints moves no mass.
+
+    Attributes:
+        joint: the active joint that moves most in that motion.
+        direction: (n,) that motion, over the active joints.
+        eigenvalues: (n,) of M-bar, ascending.
+        index: row in a batch, or None.
     """
 
     def __init__(
@@ -122,19 +138,23 @@ class MassSingularityError(HybridDynamicsError, ArithmeticError):
         message: str,
         *,
         joint: str,
-        direction: Array,
-        eigenvalues: Array,
+        direction: NDArray[np.float64],
+        eigenvalues: NDArray[np.float64],
         index: int | None = None,
     ) -> None:
         self.joint = joint
         self.direction = direction
         self.eigenvalues = eigenvalues
         self.index = index
-        super().__init__(message if index is None else f"row {index}: {message}")
+        super().__init__(_with_row(message, index))
 
 
 class MissingPackageError(HybridDynamicsError, ImportError):
-    """A package that only some functions need is not installed; `extra` is the extra that brings it."""
+    """A package that only some functions need is not installed.
+
+    Attributes:
+        extra: the extra of this package that installs it.
+    """
 
     def __init__(self, package: str, extra: str, what: str) -> None:
         self.extra = extra
@@ -143,3 +163,17 @@ class MissingPackageError(HybridDynamicsError, ImportError):
             f" '{extra}'",
             name=package,
         )
+
+
+def _location(file: str | Path | None, line: int | None) -> str:
+    """`FILE:LINE`, or what there is of it."""
+    name = "" if file is None else str(file)
+    if line is None:
+        return name
+    return f"{name}:{line}" if name else f"line {line}"
+
+
+def _with_row(message: str, index: int | None) -> str:
+    if index is None:
+        return message
+    return f"row {index}: {message}"

@@ -10,7 +10,7 @@ from pathlib import Path
 from .description.model import RobotDescription
 from .errors import DescriptionError, InputError, UndecidedModeError
 from .formats.reader import parse_description, read_description
-from .ground.suggestions import nearest
+from .ground.suggestions import suggestion
 from .robot.robot import Robot
 
 _SUFFIXES = (".yaml", ".yml", ".urdf", ".sdf", ".xml", ".mjcf")
@@ -19,51 +19,73 @@ _SUFFIXES = (".yaml", ".yml", ".urdf", ".sdf", ".xml", ".mjcf")
 def shipped_robots() -> tuple[str, ...]:
     """Names that `load` knows without a path."""
     files = resources.files(__package__).joinpath("robots").iterdir()
-    return tuple(sorted(Path(f.name).stem for f in files if f.name.endswith(".yaml")))
+    names = [Path(file.name).stem for file in files if file.name.endswith(".yaml")]
+    return tuple(sorted(names))
 
 
 def load(robot: str | os.PathLike[str]) -> Robot:
-    """A robot from a shipped name such as "forging_chu2020" or from the path of a description file.
+    """A robot from a shipped name such as "forging_chu2020", or from a description file.
 
-    The content of the file tells its format: YAML, URDF(+), robot.yaml beside a URDF, SDFormat,
-    MJCF as it is exported. Raises InputError for a name that is neither, DescriptionError for a
-    file that is wrong; NoDescriptionError, which is both, for a path at which there is nothing or
-    no robot description.
+    The content of the file tells its format: YAML, URDF(+), robot.yaml beside a URDF, SDFormat, or
+    MJCF as it is exported.
+
+    Args:
+        robot: name of a shipped robot, or path of a file.
+
+    Returns:
+        The robot, with its loops analysed.
+
+    Raises:
+        InputError: a name that is neither a shipped robot nor a file.
+        DescriptionError: the file is wrong.
+        NoDescriptionError: a path with nothing, or no robot description, at it. It is both of the
+            errors above.
     """
     return Robot(_description(robot))
 
 
 def load_undecided(robot: str | os.PathLike[str]) -> tuple[Robot, tuple[UndecidedModeError, ...]]:
-    """A robot as `load` gives it, and the loops whose assembly mode its file leaves open.
+    """A robot as `load` gives it, and an error for each loop whose assembly mode is left open.
 
-    There the first one is taken in which the loops after it close too.
+    An open loop takes the first mode in which the loops after it close too. This is for looking at
+    the modes before one is chosen: compute nothing with a robot that has open loops.
 
-    For looking at the modes before one is chosen; nothing should be computed with a robot that has
-    open loops.
+    Args:
+        robot: name of a shipped robot, or path of a file.
+
+    Returns:
+        The robot, and the errors that `load` would raise for its open loops.
+
+    Raises:
+        InputError, DescriptionError: as for `load`.
     """
-    return _decided(_description(robot))
+    return _first_closing(_description(robot))
 
 
-def _decided(description: RobotDescription) -> tuple[Robot, tuple[UndecidedModeError, ...]]:
+def _first_closing(
+    description: RobotDescription,
+) -> tuple[Robot, tuple[UndecidedModeError, ...]]:
     """The robot with the first of the open modes in which the loops after it close too."""
     try:
         return Robot(description), ()
     except UndecidedModeError as error:
         failures = []
         for mode in error.modes:
+            decided = _with_mode(description, error.loop, mode)
             try:
-                robot, later = _decided(_with_mode(description, error.loop, mode))
+                robot, later_errors = _first_closing(decided)
             except DescriptionError as failure:
                 failures.append(failure)
             else:
-                return robot, (error, *later)
+                return robot, (error, *later_errors)
         raise failures[0] from error
 
 
 def _with_mode(description: RobotDescription, loop: str, mode: str) -> RobotDescription:
-    closures = (
-        replace(one, assembly=mode) if one.name == loop else one for one in description.closures
-    )
+    closures = list(description.closures)
+    for k, closure in enumerate(closures):
+        if closure.name == loop:
+            closures[k] = replace(closure, assembly=mode)
     return replace(description, closures=tuple(closures))
 
 
@@ -73,19 +95,22 @@ def _description(robot: str | os.PathLike[str]) -> RobotDescription:
             f"a robot is named by a text or a path, not by {robot!r} ({type(robot).__name__})"
         )
     name = os.fspath(robot)
-    if name in shipped_robots():
+    shipped = shipped_robots()
+    if name in shipped:
         resource = resources.files(__package__).joinpath("robots", f"{name}.yaml")
         return parse_description(resource.read_text(encoding="utf-8"), file=f"{name}.yaml")
-    if not Path(name).exists() and Path(name).suffix not in (".yaml", ".yml"):
-        known = shipped_robots()
-        hint = nearest(name, [*_files_beside(Path(name)), *known])
+    path = Path(name)
+    if not path.exists() and path.suffix not in (".yaml", ".yml"):
+        hint = suggestion(name, [*_robot_files_beside(path), *shipped])
         raise InputError(
-            f"'{name}' is neither a shipped robot nor a file{hint}: {', '.join(known)}"
+            f"'{name}' is neither a shipped robot nor a file{hint}: {', '.join(shipped)}"
         )
     return read_description(name)
 
 
-def _files_beside(path: Path) -> list[str]:
-    """Files where a path points that may be robots, each as it would be written."""
-    there = path.parent.iterdir() if path.parent.is_dir() else []
-    return [str(path.parent / file.name) for file in there if file.suffix in _SUFFIXES]
+def _robot_files_beside(path: Path) -> list[str]:
+    """Files in the folder of a path that may be robots, each as it would be written."""
+    folder = path.parent
+    if not folder.is_dir():
+        return []
+    return [str(folder / file.name) for file in folder.iterdir() if file.suffix in _SUFFIXES]

@@ -15,7 +15,8 @@ import numpy as np
 
 from hybrid_dynamics_core.dynamics.parameters import Parameters, unit_of
 from hybrid_dynamics_core.ground.arrays import Array
-from hybrid_dynamics_core.ground.wording import agreed, counted, unit
+from hybrid_dynamics_core.ground.units import coordinate_unit, effort_unit
+from hybrid_dynamics_core.ground.wording import counted, singular_or_plural
 from hybrid_dynamics_core.identification import TooLittleShownError
 from hybrid_dynamics_ros.bags.analysis.collect import Track, collect
 from hybrid_dynamics_ros.bags.analysis.identify import (
@@ -27,7 +28,7 @@ from hybrid_dynamics_ros.bags.analysis.identify import (
 from hybrid_dynamics_ros.bags.process import SMOOTHINGS
 from hybrid_dynamics_ros.bags.settings import read_settings
 
-from ..output import WIDTH, effort_unit, number, show, table, written
+from ..output import WIDTH, number, show, table, written
 from ..parameters import json_option
 from ..writing import output_option, overwrite_option, place_for
 from .common import (
@@ -244,7 +245,7 @@ def verdict(found: Found, base: Numbers) -> list[str]:
         lines.append(f"{counted(len(found.left_out), 'sample')} left out: {why_left_out(found)}.")
     if others:
         lines.append(
-            f"The {agreed(others, 'one', f'{others}')} not determined {agreed(others, 'is', 'are')}"
+            f"The {singular_or_plural(others, 'one', f'{others}')} not determined {singular_or_plural(others, 'is', 'are')}"
             " listed with --all."
         )
     return [part for line in lines for part in filled(line)]
@@ -269,7 +270,7 @@ def ratios(found: Found) -> Array:
 def determined(found: Found, count: int) -> list[str]:
     """How many are determined, and what the motion is to be blamed for."""
     known = len(found.determined)
-    told = f"{known} of {counted(count, 'base parameter')} {agreed(known, 'is', 'are')} determined"
+    told = f"{known} of {counted(count, 'base parameter')} {singular_or_plural(known, 'is', 'are')} determined"
     lines = [f"{told}: not 0, at 95 % for all of them together."]
     if found.bodiless:
         lines.append(bodiless(len(found.bodiless)))
@@ -278,7 +279,7 @@ def determined(found: Found, count: int) -> list[str]:
     elif found.unsettled:
         lines.append(
             f"Of the {len(found.meant)} that are not 0 in the robot file, {len(found.unsettled)} "
-            f"{agreed(len(found.unsettled), 'is', 'are')} not determined."
+            f"{singular_or_plural(len(found.unsettled), 'is', 'are')} not determined."
         )
     return lines
 
@@ -287,7 +288,7 @@ def bodiless(count: int) -> str:
     """Why estimates that are sure of themselves are not determined."""
     return (
         f"{count} more would be, but no bodies with positive masses can have"
-        f" {agreed(count, 'it', 'them')}: where the motion shows little, errors of stamps and"
+        f" {singular_or_plural(count, 'it', 'them')}: where the motion shows little, errors of stamps and"
         " accelerations look like parameters. The values in the column 'physical' are ones that"
         " bodies can have."
     )
@@ -335,7 +336,11 @@ def left_out(found: Found, types: Mapping[str, str], *, whole: bool) -> list[str
 def off_word(entry: LeftOut, types: Mapping[str, str]) -> str:
     """By how much a sample is off, `-70 N`."""
     joint = types[entry.joint]
-    units = {"effort": effort_unit(joint), "velocity": unit(joint, "/s"), "position": unit(joint)}
+    units = {
+        "effort": effort_unit(joint),
+        "velocity": coordinate_unit(joint, "/s"),
+        "position": coordinate_unit(joint),
+    }
     return f"{number(entry.off)} {units[entry.what]}"
 
 
@@ -405,8 +410,8 @@ def wrapped(name: str) -> list[str]:
 def excites_too_little(unsettled: int, meant: int) -> str:
     """What to do where most intervals do not even tell the sign."""
     are, signs = (
-        agreed(meant, "is", "are"),
-        agreed(unsettled, "sign of 1 is", f"signs of {unsettled} are"),
+        singular_or_plural(meant, "is", "are"),
+        singular_or_plural(unsettled, "sign of 1 is", f"signs of {unsettled} are"),
     )
     return (
         f"The motion excites too little for the noise: of {counted(meant, 'base parameter')} that"

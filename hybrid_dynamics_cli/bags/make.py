@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.ground.suggestions import nearest
+from hybrid_dynamics_core.ground.suggestions import suggestion
 from hybrid_dynamics_core.ground.wording import counted
 from hybrid_dynamics_ros.bags.make import PARTS, simulated, write_trajectory
 from hybrid_dynamics_ros.bags.process import INPUT
@@ -114,7 +114,7 @@ def _deviations(text: str) -> dict[str, float]:
         except ValueError as error:
             raise _no_noise(f"'{part}'") from error
         if name.strip() not in PARTS:
-            raise _no_noise(f"there is no part '{name.strip()}'{nearest(name.strip(), PARTS)}")
+            raise _no_noise(f"there is no part '{name.strip()}'{suggestion(name.strip(), PARTS)}")
         if not 0.0 <= found[name.strip()] < 1e300:
             raise _no_noise(f"'{part}' is no deviation of 0 or more")
     return found

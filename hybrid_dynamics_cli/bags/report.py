@@ -7,13 +7,14 @@ from pathlib import Path
 
 import click
 
-from hybrid_dynamics_core.ground.wording import agreed, counted
+from hybrid_dynamics_core.ground.units import effort_unit
+from hybrid_dynamics_core.ground.wording import counted, singular_or_plural
 from hybrid_dynamics_ros.bags.analysis.collect import Track, collect
 from hybrid_dynamics_ros.bags.analysis.effort_error import Spread, spreads
 from hybrid_dynamics_ros.bags.process import SMOOTHINGS
 from hybrid_dynamics_ros.bags.settings import read_settings
 
-from ..output import effort_unit, show, table, written
+from ..output import show, table, written
 from ..parameters import json_option
 from ..writing import output_option, overwrite_option, place_for
 from .common import (
@@ -151,6 +152,6 @@ def off_the_motion(track: Track) -> list[str]:
         "",
         (
             f"{counted(count, 'sample')} with positions or velocities off the motion around"
-            f" {agreed(count, 'it', 'them')}"
+            f" {singular_or_plural(count, 'it', 'them')}"
         ),
     ]

@@ -12,7 +12,8 @@ from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.closed_state.assembly_modes import AssemblyMode, mode_of
 from hybrid_dynamics_core.errors import StateError
 from hybrid_dynamics_core.ground.arrays import Array
-from hybrid_dynamics_core.ground.wording import counted, unit
+from hybrid_dynamics_core.ground.units import coordinate_unit
+from hybrid_dynamics_core.ground.wording import counted
 
 from ..limits import beyond
 from ..output import constant_axes, number, show, table, written
@@ -120,7 +121,7 @@ def _text(modes: Sequence[Mapping[str, Any]], place: str, mark: str) -> list[str
 def _first(machine: Robot, values: Array, count: int) -> list[str]:
     """How many modes there are, and at which values."""
     at = ", ".join(
-        f"{name}{HOLD}={HOLD}{number(value)}{HOLD}{unit(machine.joint_types[name])}"
+        f"{name}{HOLD}={HOLD}{number(value)}{HOLD}{coordinate_unit(machine.joint_types[name])}"
         for name, value in zip(machine.active, values.tolist(), strict=True)
     )
     return [

@@ -11,7 +11,7 @@ import numpy as np
 
 from hybrid_dynamics_core import ClosedState, MassSingularityError, Robot, SingularityError
 from hybrid_dynamics_core.drawing.options import Names
-from hybrid_dynamics_core.ground.wording import agreed, counted
+from hybrid_dynamics_core.ground.wording import counted, singular_or_plural
 
 from ..closure_coverage import Tried, try_loops
 from ..limits import narrowed
@@ -104,7 +104,11 @@ def command(
 
 def verdict(tried: Tried, warnings: int, *, loops: bool) -> str:
     """The last line: it says no more than what was seen."""
-    see = f", but see the {agreed(warnings, 'warning', 'warnings')} above" if warnings else ""
+    see = (
+        f", but see the {singular_or_plural(warnings, 'warning', 'warnings')} above"
+        if warnings
+        else ""
+    )
     if not loops:
         return (
             f"It has no loops{see}." if warnings else "The description is right; it has no loops."

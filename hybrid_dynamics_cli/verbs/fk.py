@@ -7,7 +7,7 @@ from typing import Any
 import click
 import numpy as np
 
-from hybrid_dynamics_core.ground.wording import unit
+from hybrid_dynamics_core.ground.units import coordinate_unit
 
 from ..limits import beyond
 from ..output import ROUNDING, number, show, table
@@ -53,9 +53,9 @@ def command(robot: str, u: str | None, du: str | None, frame: str | None, as_jso
         [
             name,
             float(state.s[k]),
-            unit(machine.joint_types[name]),
+            coordinate_unit(machine.joint_types[name]),
             float(state.ds[k]),
-            unit(machine.joint_types[name], "/s"),
+            coordinate_unit(machine.joint_types[name], "/s"),
         ]
         for k, name in enumerate(machine.coordinates)
     ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 import numpy as np
 
-from hybrid_dynamics_core.ground.wording import unit
+from hybrid_dynamics_core.ground.units import coordinate_unit
 
 from ..limits import beyond
 from ..output import show, table
@@ -42,7 +42,7 @@ def command(robot: str, u: str | None, du: str | None, tau: str | None, as_json:
             name,
             "active" if k < len(ddu) else "",
             float(dds[k]),
-            unit(machine.joint_types[name], "/s^2"),
+            coordinate_unit(machine.joint_types[name], "/s^2"),
         ]
         for k, name in enumerate(machine.coordinates)
     ]

@@ -10,7 +10,7 @@ import numpy as np
 
 from hybrid_dynamics_core import IKResult, IKStatus, Pose, Robot
 from hybrid_dynamics_core.ground.decimal_commas import with_point
-from hybrid_dynamics_core.ground.wording import unit
+from hybrid_dynamics_core.ground.units import coordinate_unit
 
 from ..limits import beyond
 from ..output import number, show, table
@@ -153,7 +153,7 @@ def text(machine: Robot, result: IKResult) -> str:
     """Solutions as columns, or why there is none."""
     if result.status is not IKStatus.SOLVED:
         near = ", ".join(
-            f"{name} = {number(round(float(value), DIGITS))} {unit(machine.joint_types[name])}"
+            f"{name} = {number(round(float(value), DIGITS))} {coordinate_unit(machine.joint_types[name])}"
             for name, value in zip(machine.active, result.u, strict=True)
         )
         if result.state is None:
@@ -165,7 +165,11 @@ def text(machine: Robot, result: IKResult) -> str:
         )
         return f"{result.message}\nnearest: {near}\nthere: {there}"
     rows = [
-        [name, *(_told(float(u[k])) for u in result.solutions), unit(machine.joint_types[name])]
+        [
+            name,
+            *(_told(float(u[k])) for u in result.solutions),
+            coordinate_unit(machine.joint_types[name]),
+        ]
         for k, name in enumerate(machine.active)
     ]
     heads = (

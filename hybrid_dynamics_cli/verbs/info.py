@@ -7,7 +7,8 @@ from typing import Any
 import click
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.ground.wording import agreed, counted, unit
+from hybrid_dynamics_core.ground.units import coordinate_unit
+from hybrid_dynamics_core.ground.wording import counted, singular_or_plural
 
 from ..limits import narrowed
 from ..output import ROUNDING, number, plain, show, table
@@ -82,7 +83,7 @@ def text(machine: Robot, told: dict[str, Any]) -> str:
     rows = []
     for entry in told["coordinates"]:
         lower, upper = (number(float("nan") if v is None else v) for v in entry["limits"])
-        kind = unit(entry["type"])
+        kind = coordinate_unit(entry["type"])
         rows.append(
             [
                 entry["name"],
@@ -113,7 +114,7 @@ def text(machine: Robot, told: dict[str, Any]) -> str:
         lines += ["", table(["loop", "assembly mode", "to singularity (0..1)"], loops)]
     for loop, count in told["redundant_equations"].items():
         lines.append(
-            f"{loop}: {counted(count, 'equation')} of it {agreed(count, 'follows', 'follow')} from"
+            f"{loop}: {counted(count, 'equation')} of it {singular_or_plural(count, 'follows', 'follow')} from"
             " the others"
         )
     if told["parts"]:

@@ -8,9 +8,10 @@ import click
 import numpy as np
 
 from hybrid_dynamics_core.ground.arrays import Array
+from hybrid_dynamics_core.ground.units import effort_unit
 
 from ..limits import beyond
-from ..output import effort_unit, show, table
+from ..output import show, table
 from ..parameters import json_option, loaded, robot_argument, vector, vector_option
 
 HEAD = ["active joint", "effort", "unit", "M ddu", "C du", "G", "passive"]

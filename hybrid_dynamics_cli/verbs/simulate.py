@@ -8,8 +8,8 @@ import click
 import numpy as np
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.ground.suggestions import nearest
-from hybrid_dynamics_core.ground.wording import unit
+from hybrid_dynamics_core.ground.suggestions import suggestion
+from hybrid_dynamics_core.ground.units import coordinate_unit
 from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
 
 from ..output import number, show, table, written
@@ -114,7 +114,7 @@ def efforts(machine: Robot, told: str | None) -> Any:
     """What `simulate` takes: constant efforts, or those that hold the weight."""
     if told is not None and told.strip() == WEIGHT:
         return lambda _time, state: machine.minimal_form(state)[2]
-    hint = nearest(told.strip(), [WEIGHT]) if told is not None else ""
+    hint = suggestion(told.strip(), [WEIGHT]) if told is not None else ""
     if hint:
         raise click.BadParameter(
             f"'{told}'{hint}; expected efforts, or `{WEIGHT}`", param_hint="--tau"
@@ -144,9 +144,9 @@ def text(machine: Robot, result: Simulation) -> str:
         [
             name,
             *values,
-            unit(machine.joint_types[name]),
+            coordinate_unit(machine.joint_types[name]),
             rate,
-            unit(machine.joint_types[name], "/s"),
+            coordinate_unit(machine.joint_types[name], "/s"),
         ]
         for name, *values, rate in zip(
             result.names,

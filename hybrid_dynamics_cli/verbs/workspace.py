@@ -10,8 +10,9 @@ import numpy as np
 
 from hybrid_dynamics_core import InputError, Margins, Robot, SampleStatus, Workspace
 from hybrid_dynamics_core.drawing.options import Colour
-from hybrid_dynamics_core.ground.suggestions import nearest
-from hybrid_dynamics_core.ground.wording import counted, unit
+from hybrid_dynamics_core.ground.suggestions import suggestion
+from hybrid_dynamics_core.ground.units import coordinate_unit
+from hybrid_dynamics_core.ground.wording import counted
 
 from ..limits import beyond, narrowed
 from ..output import constant_axes, number, show, table, written
@@ -184,7 +185,7 @@ def text_of(machine: Robot, found: Workspace, told: dict[str, Any]) -> str:
             name,
             float(low),
             float(high),
-            unit(machine.joint_types[name]),
+            coordinate_unit(machine.joint_types[name]),
             _remark(found, name, low == high),
         ]
         for name, (low, high) in zip(machine.active, found.ranges, strict=True)
@@ -220,7 +221,7 @@ def text_of(machine: Robot, found: Workspace, told: dict[str, Any]) -> str:
     nearest = told["smallest_singularity"]
     if nearest is not None:
         at = ", ".join(
-            f"{name} = {number(float(value))} {unit(machine.joint_types[name])}"
+            f"{name} = {number(float(value))} {coordinate_unit(machine.joint_types[name])}"
             for name, value in nearest["u"].items()
         )
         share = 100.0 * told["near_singularity"]["share"]
@@ -252,7 +253,7 @@ def _two(text: str, machine: Robot) -> tuple[str, str]:
         )
     for name in names:
         if name not in machine.active:
-            hint = nearest(name, machine.active)
+            hint = suggestion(name, machine.active)
             problem = f"'{name}' is not an active joint{hint}; they are {', '.join(machine.active)}"
             raise InputError(f"--over: {problem}")
     if names[0] == names[1]:

@@ -15,7 +15,7 @@ from ..closure.plan import ClosurePlan, given_configuration
 from ..closure.rank import posture_of
 from ..errors import InputError
 from ..ground.arrays import Array
-from ..ground.suggestions import nearest, none_such
+from ..ground.suggestions import no_such_name, suggestion
 from ..mechanism.configuration import Configuration
 from ..programs import Model
 from .state import ClosedState
@@ -59,7 +59,7 @@ def mode_names(plan: ClosurePlan) -> Mapping[str, tuple[str, ...]]:
 
 def no_mode(loop: str, mode: str, known: Sequence[str]) -> str:
     """That a loop has no mode of this name, and what may have been meant."""
-    return f"loop '{loop}' has no mode '{mode}'{nearest(mode, known)}; known: {', '.join(known)}"
+    return f"loop '{loop}' has no mode '{mode}'{suggestion(mode, known)}; known: {', '.join(known)}"
 
 
 def _modes_of(plan: ClosurePlan, loop: str) -> tuple[str, ...]:
@@ -79,7 +79,7 @@ def signs_of_names(plan: ClosurePlan, signs: Array, branch: Mapping[str, str]) -
     loops = list(dict.fromkeys(step.name for step in plan.steps))
     for loop, name in branch.items():
         if loop not in loops:
-            raise InputError(f"branch: {none_such('loop', loop, loops)}")
+            raise InputError(f"branch: {no_such_name('loop', loop, loops)}")
         steps = {k: step.modes for k, step in enumerate(plan.steps) if step.name == loop}
         for mode in name.split("+"):
             having = {k: modes.index(mode) for k, modes in steps.items() if mode in modes}

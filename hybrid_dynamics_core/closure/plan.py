@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ..algebra.scalar import Scalar
 from ..description.model import RobotDescription
-from ..ground.wording import agreed, counted
+from ..ground.wording import counted, singular_or_plural
 from ..mechanism.configuration import Configuration
 from ..mechanism.tree import Tree
 from .blocks.block_solver import Step
@@ -143,7 +143,7 @@ def _wrong_count(tree: Tree, unknowns: int, equations: int, free: Sequence[int] 
     if freedom <= 0:
         return (
             f"{counted(equations, 'independent loop equation')}"
-            f" {agreed(equations, 'holds', 'hold')} all {counted(len(tree.coordinates), 'joint')}"
+            f" {singular_or_plural(equations, 'holds', 'hold')} all {counted(len(tree.coordinates), 'joint')}"
             " fast; nothing can move"
         )
     named, joints = len(tree.coordinates) - unknowns, len(tree.coordinates)
@@ -153,9 +153,9 @@ def _wrong_count(tree: Tree, unknowns: int, equations: int, free: Sequence[int] 
         else ""
     )
     return (
-        f"{counted(named, 'joint')} {agreed(named, 'is', 'are')} named, but"
+        f"{counted(named, 'joint')} {singular_or_plural(named, 'is', 'are')} named, but"
         f" {counted(joints, 'joint')} with {counted(equations, 'independent loop equation')}"
-        f" {agreed(joints, 'has', 'have')} {counted(freedom, 'degree')} of freedom; name"
+        f" {singular_or_plural(joints, 'has', 'have')} {counted(freedom, 'degree')} of freedom; name"
         f" {freedom}{missing}"
     )
 

@@ -8,8 +8,8 @@ import operator
 import re
 from collections.abc import Callable, Mapping
 
-from ..ground.decimal_commas import POINT, with_point
-from ..ground.suggestions import meant, nearest
+from ..ground.decimal_commas import POINT_HINT, with_point
+from ..ground.suggestions import did_you_mean, suggestion
 from ..ground.wording import counted
 
 _BINARY: dict[type[ast.operator], Callable[[float, float], float]] = {
@@ -45,7 +45,7 @@ def evaluate(text: str, names: Mapping[str, float], known: str = "parameters") -
         tree = ast.parse(text.strip(), mode="eval")
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         whole = _NO_SIGN.sub(r"\1*\2", text.strip())
-        hint = meant(whole) if whole != text.strip() else ""
+        hint = did_you_mean(whole) if whole != text.strip() else ""
         unit = _UNIT.match(text) if not hint else None
         if unit:
             raise ValueError(
@@ -57,7 +57,7 @@ def evaluate(text: str, names: Mapping[str, float], known: str = "parameters") -
         ) from None
     point = with_point(text)
     if point:
-        raise ValueError(f"'{text}' is no number{POINT}{meant(point)}")
+        raise ValueError(f"'{text}' is no number{POINT_HINT}{did_you_mean(point)}")
     try:
         return _value(tree.body, names, known)
     except ZeroDivisionError:
@@ -123,6 +123,6 @@ def _named(name: str, names: Mapping[str, float], known: str) -> float:
     if name not in names:
         if not known:
             raise ValueError(f"'{name}' is not a number, pi or deg")
-        hint = nearest(name, names)
+        hint = suggestion(name, names)
         raise ValueError(f"'{name}' is not one of the {known} ({', '.join(names) or 'none'}){hint}")
     return names[name]

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..ground.arrays import Array, frozen
-from ..ground.suggestions import meant
-from ..ground.wording import agreed
+from ..ground.suggestions import did_you_mean
+from ..ground.wording import singular_or_plural
 from .document import Document, Path_
 from .expressions import evaluate
 from .geometry import IDENTITY, Transform, rotation_from_rpy, rotation_to_axis, unit_axis
@@ -88,9 +88,10 @@ class Numbers:
             ) / math.tau
             values = " to ".join(f"{angle:g}" for angle in angles)
             written = ", ".join(map(_in_degrees, told))
-            hint = meant(f"[{written}]" if len(told) > 1 else written)
+            hint = did_you_mean(f"[{written}]" if len(told) > 1 else written)
             self.document.doubt(
-                path, f"{values} rad {agreed(len(angles), 'is', 'are')} {turns:.3g} turns{hint}"
+                path,
+                f"{values} rad {singular_or_plural(len(angles), 'is', 'are')} {turns:.3g} turns{hint}",
             )
 
     def length(self, value: float | str, path: Path_) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from ..description.model import Link, RobotDescription, effects_of
 from ..errors import InputError
 from ..ground.arrays import Array, frozen
-from ..ground.suggestions import none_such
+from ..ground.suggestions import no_such_name
 from .load_pattern import INERTIAL
 from .pack_loads import inertial_vector
 
@@ -77,11 +77,11 @@ class Parameters:
         for link in self.links:
             moving = [name for name in description.links if name != description.base]
             if link not in moving:
-                raise InputError(none_such("moving link", link, moving))
+                raise InputError(no_such_name("moving link", link, moving))
         for kind in JOINT_KINDS:
             for joint in getattr(self, kind):
                 if joint not in description.joints:
-                    raise InputError(none_such("joint", joint, description.joints))
+                    raise InputError(no_such_name("joint", joint, description.joints))
 
 
 JOINT_KINDS = ("viscous", "coulomb", "armature")

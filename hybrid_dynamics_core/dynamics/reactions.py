@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..description.model import Closure
 from ..errors import UnknownNameError
 from ..ground.arrays import Array, Picklable
-from ..ground.suggestions import none_such
+from ..ground.suggestions import no_such_name
 from ..mechanism.tree import Tree
 from .pins import Pin
 
@@ -76,7 +76,7 @@ class Named(dict[str, T]):
         self.kind = kind
 
     def __missing__(self, name: object) -> T:
-        raise UnknownNameError(none_such(self.kind, str(name), self))
+        raise UnknownNameError(no_such_name(self.kind, str(name), self))
 
 
 @dataclass(frozen=True, eq=False)

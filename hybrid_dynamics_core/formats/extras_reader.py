@@ -7,7 +7,7 @@ from typing import Any
 from ..description.checks.schema import check_schema
 from ..description.document import Document, File
 from ..description.located_yaml import read_yaml
-from ..ground.suggestions import nearest
+from ..ground.suggestions import suggestion
 
 TAG = "hybrid_dynamics"  # of the element, text or key that holds the entries
 
@@ -74,7 +74,9 @@ def _check_names(document: Document, inner: Document) -> None:
         known = document.section(known_in)
         for name in inner.data.get(section, {}):
             if name not in known:
-                problem = f"there is no {known_in[:-1]} '{name}'{nearest(name, known)} in the file"
+                problem = (
+                    f"there is no {known_in[:-1]} '{name}'{suggestion(name, known)} in the file"
+                )
                 raise inner.error((section, name), problem)
 
 

@@ -19,16 +19,25 @@ def frozen(values: ArrayLike) -> Array:
 
 
 class Picklable:
-    """Data with read-only mappings, which pickle and copy alone do not know; arrays stay read-only too."""
+    """Base of frozen data with read-only mappings and arrays.
+
+    Without it, pickle and copy refuse the mappings and give writeable arrays.
+    """
 
     def __getstate__(self) -> dict[str, Any]:
-        """Plain mappings in place of read-only ones."""
-        return {k: dict(v) if isinstance(v, MappingProxyType) else v for k, v in vars(self).items()}
+        """The fields, with plain mappings in place of read-only ones."""
+        state = dict(vars(self))
+        for name, value in state.items():
+            if isinstance(value, MappingProxyType):
+                state[name] = dict(value)
+        return state
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """And back."""
+        """Restore the fields, read-only again."""
         for name, value in state.items():
-            restored = MappingProxyType(value) if isinstance(value, dict) else value
-            if isinstance(restored, np.ndarray):
-                restored.flags.writeable = False
+            restored = value
+            if isinstance(value, dict):
+                restored = MappingProxyType(value)
+            elif isinstance(value, np.ndarray):
+                value.flags.writeable = False
             object.__setattr__(self, name, restored)

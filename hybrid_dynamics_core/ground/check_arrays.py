@@ -11,30 +11,55 @@ from numpy.typing import ArrayLike
 from ..errors import InputError
 from .arrays import Array
 
+_REAL_KINDS = "iuf"  # NumPy's letters: signed and unsigned integers, floats
 
-def numbers(name: str, value: ArrayLike) -> Array:
-    """An array of real numbers, not looked at further."""
+
+def real_array(name: str, value: ArrayLike) -> Array:
+    """An array of real numbers of any shape; they may be infinite or NaN.
+
+    Args:
+        name: of the argument, for messages.
+        value: what was given for it.
+
+    Returns:
+        The values as float64, not copied where they are that already.
+
+    Raises:
+        InputError: the value is no array of real numbers.
+    """
     try:
-        told = np.asarray(value)
+        array = np.asarray(value)
     except (TypeError, ValueError) as error:
         raise InputError(f"{name} is not an array of numbers: {error}") from error
-    if told.dtype.kind not in "iuf" and told.size:
+    if array.size and array.dtype.kind not in _REAL_KINDS:
         raise InputError(
-            f"{name} is not an array of numbers: it holds {told.dtype.name} values; expected real"
+            f"{name} is not an array of numbers: it holds {array.dtype.name} values; expected real"
             " ones"
         )
-    return told.astype(np.float64, copy=False)
+    return array.astype(np.float64, copy=False)
 
 
-def vectors(name: str, value: ArrayLike, names: tuple[str, ...], rows: int | None = None) -> Array:
-    """(n,) or (N, n) finite values, one per name; with `rows` given the batch must be that long (-1: one state).
+def finite_vectors(
+    name: str, value: ArrayLike, names: tuple[str, ...], rows: int | None = None
+) -> Array:
+    """A vector of finite values with one entry a name, or a batch of them.
 
-    Raises InputError that says which entry is wrong.
+    Args:
+        name: of the argument, for messages.
+        value: what was given for it, (n,) or (N, n).
+        names: what the n entries stand for, in order.
+        rows: length that the batch must have; -1 for one vector, None for any.
+
+    Returns:
+        (n,) or (N, n) float64, not copied where the values are that already.
+
+    Raises:
+        InputError: wrong shape or a value that is not finite; the message says which.
     """
     n = len(names)
-    single = rows is None or rows < 0
+    is_single = rows is None or rows < 0
     if (
-        single
+        is_single
         and type(value) is np.ndarray
         and value.dtype == np.float64
         and value.shape == (n,)
@@ -42,50 +67,85 @@ def vectors(name: str, value: ArrayLike, names: tuple[str, ...], rows: int | Non
     ):
         return value  # by far the most frequent case
     if isinstance(value, (Mapping, str, bytes)):
-        by_name = (
-            "; values by name, of any independent coordinates, are for close_given"
-            if name == "u"
-            else ""
-        )
-        kind = "values by name" if isinstance(value, Mapping) else f"text ({value!r})"
-        raise InputError(
-            f"{name} is {kind}; expected a list of numbers in the order {', '.join(names)}{by_name}"
-        )
-    array = numbers(name, value)
+        raise _no_list(name, value, names)
+    array = real_array(name, value)
+    _check_shape(name, array, names, rows)
+    if not np.isfinite(array).all():
+        raise _not_finite(name, array, names)
+    return array
+
+
+def all_finite(values: Array) -> bool:
+    """Whether all entries of a small array are finite."""
+    total = sum(values.ravel().tolist())  # plain floats are quicker than NumPy here
+    return math.isfinite(total) or bool(np.isfinite(values).all())
+
+
+def vector_by_name(
+    label: str,
+    values: Mapping[str, float] | None,
+    names: tuple[str, ...],
+    coordinates: tuple[str, ...],
+) -> Array:
+    """Values in the order of names, zero where a name is left out.
+
+    Args:
+        label: of the argument, for messages.
+        values: what was given, by name; None for all zero.
+        names: n names that may be given, in order.
+        coordinates: all coordinates of the robot, for messages.
+
+    Returns:
+        (n,) finite values.
+
+    Raises:
+        InputError: another name, or a value that is not finite.
+    """
+    given = values or {}
+    for name in given:
+        if name not in names:
+            where = "values" if name in coordinates else "the robot"
+            raise InputError(
+                f"{label}: '{name}' is not among the coordinates of {where} ({', '.join(names)})"
+            )
+    ordered = [given.get(name, 0.0) for name in names]
+    return finite_vectors(label, ordered, names, -1)
+
+
+def _no_list(
+    name: str, value: Mapping[str, float] | str | bytes, names: tuple[str, ...]
+) -> InputError:
+    """The error for values by name or a text in place of a list."""
+    kind = f"text ({value!r})"
+    if isinstance(value, Mapping):
+        kind = "values by name"
+    hint = ""
+    if name == "u":
+        hint = "; values by name, of any independent coordinates, are for close_given"
+    order = ", ".join(names)
+    return InputError(f"{name} is {kind}; expected a list of numbers in the order {order}{hint}")
+
+
+def _check_shape(name: str, array: Array, names: tuple[str, ...], rows: int | None) -> None:
+    n = len(names)
     if array.ndim not in (1, 2) or array.shape[-1] != n:
         raise InputError(
             f"{name} has shape {array.shape}; expected ({n},) or (N, {n}) in the order"
             f" {', '.join(names)}"
         )
-    expected = None if rows is None else ((n,) if rows < 0 else (rows, n))
-    if expected is not None and array.shape != expected:
+    if rows is None:
+        return
+    expected = (n,) if rows < 0 else (rows, n)
+    if array.shape != expected:
         raise InputError(
             f"{name} has shape {array.shape}; expected {expected}, as the state it belongs to"
         )
-    if not np.isfinite(array).all():
-        place = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
-        where = names[place[-1]] + (f" in row {place[0]}" if array.ndim == 2 else "")
-        raise InputError(f"{name}: {where} is {array[place]}; expected finite numbers")
-    return array
 
 
-def all_finite(values: Array) -> bool:
-    """Whether all entries of a small array are finite: a sum in plain floats tells it soonest."""
-    return math.isfinite(sum(values.ravel().tolist())) or bool(np.isfinite(values).all())
-
-
-def named_values(
-    label: str, values: Mapping[str, float] | None, names: tuple[str, ...], known: tuple[str, ...]
-) -> Array:
-    """Values in the order of `names`, zero where left out.
-
-    InputError for other names and for what is not finite.
-    """
-    given = values or {}
-    for name in given:
-        if name not in names:
-            where = "values" if name in known else "the robot"
-            raise InputError(
-                f"{label}: '{name}' is not among the coordinates of {where} ({', '.join(names)})"
-            )
-    return vectors(label, [given.get(name, 0.0) for name in names], names, -1)
+def _not_finite(name: str, array: Array, names: tuple[str, ...]) -> InputError:
+    """The error that names the first entry which is not finite."""
+    place = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
+    where = names[place[-1]]
+    if array.ndim == 2:
+        where += f" in row {place[0]}"
+    return InputError(f"{name}: {where} is {array[place]}; expected finite numbers")

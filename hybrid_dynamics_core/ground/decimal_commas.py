@@ -1,4 +1,4 @@
-"""Decimal commas: what YAML and options make of 3,2 tells that a point was meant."""
+"""Hints for numbers written with a decimal comma, by what YAML and options make of 3,2."""
 
 from __future__ import annotations
 
@@ -6,37 +6,42 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from .suggestions import meant
+from .suggestions import did_you_mean
 
-POINT = "; decimals are written with a point"
-_ALONE = re.compile(r"\s*([-+]?\d+),(\d+(?:[eE][-+]?\d+)?)\s*")
+POINT_HINT = "; decimals are written with a point"
+_NUMBER = re.compile(r"\s*([-+]?\d+),(\d+(?:[eE][-+]?\d+)?)\s*")
 
 
 def with_point(text: str) -> str | None:
     """'3.2' for a text such as '3,2'; None for all others."""
-    match = _ALONE.fullmatch(text)
-    return f"{match[1]}.{match[2]}" if match else None
+    match = _NUMBER.fullmatch(text)
+    if match is None:
+        return None
+    return f"{match[1]}.{match[2]}"
 
 
 def comma_in_mapping(entries: Mapping[Any, Any], key: str) -> str:
-    """A hint where a key is the rest of a number: {mass: 3,2} is a mass of 3 and a key 2."""
-    if not key.isdigit():
-        return ""
+    """A hint where a key is the tail of a number, or nothing.
+
+    YAML reads {mass: 3,2} as a mass of 3 and a key 2 without a value.
+    """
     names = [str(name) for name in entries]
-    before = names[names.index(key) - 1] if key in names[1:] else ""
-    value = entries.get(before)
-    if (
-        entries.get(key, entries.get(int(key))) is not None
-        or isinstance(value, bool)
-        or not isinstance(value, int)
-    ):
+    if not key.isdigit() or key not in names[1:]:
         return ""
-    return POINT + meant(f"{before}: {value}.{key}")
+    tail = entries.get(key, entries.get(int(key)))
+    before = names[names.index(key) - 1]
+    number = entries.get(before)
+    if tail is not None or not _is_integer(number):
+        return ""
+    return POINT_HINT + did_you_mean(f"{before}: {number}.{key}")
 
 
-def comma_in_list(values: Sequence[Any], wanted: int) -> str:
-    """A hint where a list has more numbers than wanted: [0,8, 0,03, 0] has five."""
-    whole = [isinstance(value, int) and not isinstance(value, bool) for value in values]
-    return (
-        f"{POINT} (0.8), and commas part the entries" if len(values) > wanted and all(whole) else ""
-    )
+def comma_in_list(values: Sequence[Any], expected: int) -> str:
+    """A hint where a list has too many numbers, or nothing: [0,8, 0,03, 0] has five."""
+    if len(values) <= expected or not all(map(_is_integer, values)):
+        return ""
+    return f"{POINT_HINT} (0.8), and commas part the entries"
+
+
+def _is_integer(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)

@@ -1,4 +1,4 @@
-"""What a path seems to be, told by its content: for messages where another kind of file was expected."""
+"""What a path seems to hold, by its content: for messages that expected another kind of file."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ from pathlib import Path
 from typing import Final
 
 from ..errors import DescriptionError, InputError
-from .suggestions import nearest
+from .suggestions import suggestion
 
-ROBOTS: Final = "a robot description (YAML, URDF, SDFormat or MJCF)"
-HEAD: Final = 65_536  # bytes that are looked at
-ODD: Final = 0.3  # share of characters that no text has, in an encoding that is not UTF-8 either
-STORAGES: Final = (".mcap", ".db3")  # of recordings, packed or not
-TABLES: Final = (".csv", ".npz", ".parquet")
-METADATA: Final = "metadata.yaml"
+BAG_METADATA: Final = "metadata.yaml"
+STORAGE_SUFFIXES: Final = (".mcap", ".db3")  # of recordings, compressed or not
+_TABLE_SUFFIXES: Final = (".csv", ".npz", ".parquet")
+_TEXT_SUFFIXES: Final = (".yaml", ".yml", ".urdf", ".xml", ".sdf", ".xacro")  # may hold a robot
+_ROBOT_FILES: Final = "a robot description (YAML, URDF, SDFormat or MJCF)"
+_HEAD_SIZE: Final = 65_536  # bytes that are read
+_MAX_STRANGE_SHARE: Final = 0.3  # of characters that no text has, in any 8-bit encoding
 
 
 class FileKind(Enum):
@@ -40,7 +41,9 @@ class FileKind(Enum):
 class NoDescriptionError(DescriptionError, InputError):
     """There is no robot description at a path: nothing, or something of another kind.
 
-    Attributes: those of a DescriptionError; ``kind``, what is there instead (`FileKind`).
+    Attributes:
+        kind: what is there instead.
+        problem, key, file, line: as in DescriptionError.
     """
 
     def __init__(self, path: str | Path, problem: str, kind: FileKind) -> None:
@@ -49,14 +52,14 @@ class NoDescriptionError(DescriptionError, InputError):
 
 
 @dataclass(frozen=True)
-class Seen:
-    """A kind, and in words what was seen."""
+class PathContent:
+    """The kind of what a path holds, and the same in words for messages."""
 
     kind: FileKind
     words: str
 
 
-_MAGIC: Final = (
+_SIGNATURES: Final = (  # how files of a kind begin
     (b"\x89PNG\r\n\x1a\n", FileKind.PICTURE, "a PNG picture"),
     (b"\xff\xd8\xff", FileKind.PICTURE, "a JPEG picture"),
     (b"GIF8", FileKind.PICTURE, "a GIF picture"),
@@ -68,24 +71,20 @@ _MAGIC: Final = (
     (b"\x7fELF", FileKind.OTHER, "a program"),
     (b"\x1f\x8b", FileKind.OTHER, "a gzip archive"),
 )
-_KEYS: Final = "format|joints|links|chain|loops|closures|modules|legs|active|end_effector|urdf|closed_loop|joint_name|parameters"
-_ENTRY: Final = re.compile(
-    rf"(?:^|[\n{{,])[ \t]*[\"']?({_KEYS})[\"']?[ \t]*:(?=\s|$)", re.IGNORECASE
-)
-_ENTRIES: Final = 2  # different keys of a description: no other text has so many by chance
-_PROGRAM: Final = re.compile(r"#!|(.*\n)?(import \w+|from \w[\w.]* import |def \w+\()", re.DOTALL)
-_COMMENT: Final = (
-    r"<!--(?:(?!-->).)*-->\s*"  # never two as one: many lines of comments would take for ever
-)
-_TEXTS: Final = (
+_ZIP_SIGNATURE: Final = b"PK\x03\x04"
+_UTF16_SIGNATURES: Final = (b"\xff\xfe", b"\xfe\xff")
+
+_XML_HEAD: Final = r"\s*(<\?xml.*?\?>)?\s*"
+_COMMENT: Final = r"<!--(?:(?!-->).)*-->\s*"  # never two as one, which would take for ever
+_TEXT_PATTERNS: Final = (
     (r"\s*<(!doctype html|html)\b", FileKind.PAGE, "an HTML page"),
     (
-        rf"\s*(<\?xml.*?\?>)?\s*({_COMMENT}|<!doctype[^>]*>\s*)*<svg\b",
+        rf"{_XML_HEAD}({_COMMENT}|<!doctype[^>]*>\s*)*<svg\b",
         FileKind.PICTURE,
         "an SVG picture",
     ),
     (
-        rf"\s*(<\?xml.*?\?>)?\s*({_COMMENT})*<(robot|sdf|mujoco)\b",
+        rf"{_XML_HEAD}({_COMMENT})*<(robot|sdf|mujoco)\b",
         FileKind.ROBOT,
         "a robot description (XML)",
     ),
@@ -94,118 +93,137 @@ _TEXTS: Final = (
     (r"\s*<", FileKind.TEXT, "an XML file"),
 )
 _TABLE: Final = re.compile(r"[^\n:{]*[,;\t][^\n{]*\n[-+0-9.eE,;\t \"naN]+\r?(\n|$)")
+_PROGRAM: Final = re.compile(r"#!|(.*\n)?(import \w+|from \w[\w.]* import |def \w+\()", re.DOTALL)
+_KEYS: Final = (
+    "format|joints|links|chain|loops|closures|modules|legs|active|end_effector|urdf|closed_loop"
+    "|joint_name|parameters"
+)
+_DESCRIPTION_KEY: Final = re.compile(
+    rf"(?:^|[\n{{,])[ \t]*[\"']?({_KEYS})[\"']?[ \t]*:(?=\s|$)", re.IGNORECASE
+)
+_MIN_DESCRIPTION_KEYS: Final = 2  # no other text has two of them by chance
 
 
-def look(path: Path) -> Seen:
-    """What there is at a path. Raises OSError where it cannot be read."""
+def classify_path(path: Path) -> PathContent:
+    """What there is at a path.
+
+    Raises:
+        OSError: it cannot be read.
+    """
     if not path.exists():
-        return Seen(FileKind.MISSING, "nothing")
+        return PathContent(FileKind.MISSING, "nothing")
     if path.is_dir():
-        return _folder(path)
+        return _classify_folder(path)
     with path.open("rb") as file:
-        head = file.read(HEAD)
+        head = file.read(_HEAD_SIZE)
     if not head.strip():
-        return Seen(FileKind.OTHER, "an empty file")
-    magic = next(
-        (Seen(kind, words) for magic, kind, words in _MAGIC if head.startswith(magic)), None
-    )
-    if magic is not None:
-        return magic
-    return _archive(path) if head.startswith(b"PK\x03\x04") else _plain(path, head)
+        return PathContent(FileKind.OTHER, "an empty file")
+    for signature, kind, words in _SIGNATURES:
+        if head.startswith(signature):
+            return PathContent(kind, words)
+    if head.startswith(_ZIP_SIGNATURE):
+        return _classify_archive(path)
+    return _classify_unsigned(path, head)
 
 
-def storage_of(path: Path) -> str | None:
-    """Which of STORAGES a file is, by its name; None where it is none of them."""
-    suffix = Path(path.stem).suffix if path.suffix == ".zstd" else path.suffix
-    return suffix if suffix in STORAGES and not path.name.startswith(".") else None
+def storage_suffix(path: Path) -> str | None:
+    """Which of STORAGE_SUFFIXES a file has, before .zstd if it is compressed; None for others."""
+    suffix = path.suffix
+    if suffix == ".zstd":
+        suffix = Path(path.stem).suffix
+    if suffix not in STORAGE_SUFFIXES or path.name.startswith("."):
+        return None
+    return suffix
 
 
-def instead(path: Path, expected: str) -> str:
-    """What to say where something else was expected at a path."""
-    seen = look(path)
-    if seen.kind is not FileKind.MISSING:
-        return f"seems to be {seen.words}; expected {expected}"
-    names = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
-    return f"there is no such file or folder{nearest(path.name, names)}; expected {expected}"
+def unexpected_content(path: Path, expected: str) -> str:
+    """The message that a path holds something else than was expected.
+
+    Raises:
+        OSError: the path cannot be read.
+    """
+    content = classify_path(path)
+    if content.kind is not FileKind.MISSING:
+        return f"seems to be {content.words}; expected {expected}"
+    names: list[str] = []
+    if path.parent.is_dir():
+        names = [neighbour.name for neighbour in path.parent.iterdir()]
+    return f"there is no such file or folder{suggestion(path.name, names)}; expected {expected}"
 
 
 def require_description(path: Path) -> None:
-    """Refuse what is no robot description at all; what is wrong inside one is for those who read it.
+    """Refuse what is no robot description at all; errors inside one are left to its reader.
 
     Raises:
         NoDescriptionError: there is nothing, or something of another kind.
-        DescriptionError: it cannot be looked at.
+        DescriptionError: the path cannot be read.
     """
     try:
-        seen = look(path)
-        if seen.kind is FileKind.ROBOT:
+        kind = classify_path(path).kind
+        if kind is FileKind.ROBOT:
             return
-        if seen.kind is FileKind.TEXT and path.suffix in (
-            ".yaml",
-            ".yml",
-            ".urdf",
-            ".xml",
-            ".sdf",
-            ".xacro",
-        ):
+        if kind is FileKind.TEXT and path.suffix in _TEXT_SUFFIXES:
             return
-        raise NoDescriptionError(path, instead(path, ROBOTS), seen.kind)
+        raise NoDescriptionError(path, unexpected_content(path, _ROBOT_FILES), kind)
     except OSError as error:
         raise DescriptionError(f"cannot be read: {error.strerror or error}", file=path) from error
 
 
-def _folder(path: Path) -> Seen:
-    there = [entry for entry in path.iterdir() if not entry.name.startswith(".")]
-    files = [entry for entry in there if entry.is_file()]
-    if (path / METADATA).is_file() or any(map(storage_of, files)):
-        return Seen(FileKind.BAG, "a recording (rosbag2)")
-    if any((entry / METADATA).is_file() for entry in there):
-        return Seen(FileKind.BAGS, "a folder of recordings")
-    if files and all(file.suffix in TABLES for file in files):
-        return Seen(FileKind.TABLES, "a folder of tables")
-    return Seen(FileKind.OTHER, "a folder" if there else "an empty folder")
+def _classify_folder(path: Path) -> PathContent:
+    entries = [entry for entry in path.iterdir() if not entry.name.startswith(".")]
+    files = [entry for entry in entries if entry.is_file()]
+    if (path / BAG_METADATA).is_file() or any(map(storage_suffix, files)):
+        return PathContent(FileKind.BAG, "a recording (rosbag2)")
+    if any((entry / BAG_METADATA).is_file() for entry in entries):
+        return PathContent(FileKind.BAGS, "a folder of recordings")
+    if files and all(file.suffix in _TABLE_SUFFIXES for file in files):
+        return PathContent(FileKind.TABLES, "a folder of tables")
+    if entries:
+        return PathContent(FileKind.OTHER, "a folder")
+    return PathContent(FileKind.OTHER, "an empty folder")
 
 
-def _plain(path: Path, head: bytes) -> Seen:
-    """What has no mark at its beginning."""
-    if storage_of(path):
-        return Seen(FileKind.BAG, "a recording")
-    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return Seen(FileKind.TEXT, "a text in UTF-16")
-    text = head.decode("utf-8", errors="replace")
-    odd = sum(c == "\ufffd" or (c < " " and c not in "\t\n\r\f") for c in text)
-    return (
-        Seen(FileKind.OTHER, "a binary file")
-        if "\0" in text or odd > ODD * len(text)
-        else _text(text)
-    )
-
-
-def _archive(path: Path) -> Seen:
+def _classify_archive(path: Path) -> PathContent:
+    names: list[str] = []
     try:
         with zipfile.ZipFile(path) as archive:
-            arrays = archive.namelist() and all(
-                name.endswith(".npy") for name in archive.namelist()
-            )
+            names = archive.namelist()
     except zipfile.BadZipFile:
-        arrays = False
-    return (
-        Seen(FileKind.TRAJECTORY, "a table (.npz)")
-        if arrays
-        else Seen(FileKind.OTHER, "a ZIP archive")
-    )
+        pass  # damaged, but a ZIP archive by its beginning
+    if names and all(name.endswith(".npy") for name in names):
+        return PathContent(FileKind.TRAJECTORY, "a table (.npz)")
+    return PathContent(FileKind.OTHER, "a ZIP archive")
 
 
-def _text(text: str) -> Seen:
-    text = text.removeprefix("\ufeff")
+def _classify_unsigned(path: Path, head: bytes) -> PathContent:
+    """A file whose beginning is no known signature."""
+    if storage_suffix(path):
+        return PathContent(FileKind.BAG, "a recording")
+    if head.startswith(_UTF16_SIGNATURES):
+        return PathContent(FileKind.TEXT, "a text in UTF-16")
+    text = head.decode("utf-8", errors="replace")
+    strange = sum(map(_is_strange, text))
+    if "\0" in text or strange > _MAX_STRANGE_SHARE * len(text):
+        return PathContent(FileKind.OTHER, "a binary file")
+    return _classify_text(text.removeprefix("\ufeff"))
+
+
+def _is_strange(character: str) -> bool:
+    """Whether a character is not UTF-8, or a control character that texts do not have."""
+    if character == "\ufffd":
+        return True
+    return character < " " and character not in "\t\n\r\f"
+
+
+def _classify_text(text: str) -> PathContent:
     if _TABLE.match(text):
-        return Seen(FileKind.TRAJECTORY, "a table (CSV)")
-    for pattern, kind, words in _TEXTS:
+        return PathContent(FileKind.TRAJECTORY, "a table (CSV)")
+    for pattern, kind, words in _TEXT_PATTERNS:
         if re.match(pattern, text, re.DOTALL | re.IGNORECASE):
-            return Seen(kind, words)
-    if len({key.lower() for key in _ENTRY.findall(text)}) >= _ENTRIES:
-        return Seen(FileKind.ROBOT, "a robot description (YAML)")
-    return Seen(
-        FileKind.TEXT,
-        "a program" if _PROGRAM.match(text) else "a text file that describes no robot",
-    )
+            return PathContent(kind, words)
+    keys = {key.lower() for key in _DESCRIPTION_KEY.findall(text)}
+    if len(keys) >= _MIN_DESCRIPTION_KEYS:
+        return PathContent(FileKind.ROBOT, "a robot description (YAML)")
+    if _PROGRAM.match(text):
+        return PathContent(FileKind.TEXT, "a program")
+    return PathContent(FileKind.TEXT, "a text file that describes no robot")

@@ -1,8 +1,8 @@
 """Attributes that are made when first asked for, without a lock.
 
-`functools.cached_property` of Python 3.11 holds one lock for all objects of a class: while one
-thread compiles a kernel, no other thread gets at another one. Here two threads may make the same
-value twice; the first one stays.
+In Python 3.11 `functools.cached_property` holds one lock for all objects of a class. While one
+thread compiles a kernel, no other thread would get at another one. Here two threads may make the
+same value twice; the first one stays.
 """
 
 from __future__ import annotations
@@ -17,19 +17,20 @@ class lazy(Generic[T]):  # noqa: N801 - a decorator, as property
     """A property that is computed once for each object and then is a plain attribute of it."""
 
     def __init__(self, make: Callable[[Any], T]) -> None:
-        self._make, self.__doc__ = make, make.__doc__
+        self._make = make
+        self.__doc__ = make.__doc__
 
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name
 
     @overload
-    def __get__(self, thing: None, owner: type) -> lazy[T]: ...
+    def __get__(self, instance: None, owner: type) -> lazy[T]: ...
 
     @overload
-    def __get__(self, thing: object, owner: type) -> T: ...
+    def __get__(self, instance: object, owner: type) -> T: ...
 
-    def __get__(self, thing: object | None, owner: type) -> lazy[T] | T:
-        if thing is None:
+    def __get__(self, instance: object | None, owner: type) -> lazy[T] | T:
+        if instance is None:
             return self
-        made: T = thing.__dict__.setdefault(self._name, self._make(thing))
-        return made
+        value: T = instance.__dict__.setdefault(self._name, self._make(instance))
+        return value

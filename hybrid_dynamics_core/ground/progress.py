@@ -1,4 +1,4 @@
-"""A line on the terminal that says how far a long run is; none where it is short or where no one watches."""
+"""A line on the terminal that shows the progress of a long run."""
 
 from __future__ import annotations
 
@@ -11,32 +11,45 @@ WIDTH = 30
 
 
 class Progress:
-    """Progress from 0 to `total`; a context manager, so that the line is ended in any case.
+    """Progress from 0 to a total; a context manager, so that the line is ended in any case.
 
-    `shown`: None for a terminal only, True or False to force.
+    Nothing is shown for short runs, nor where no terminal is attached.
+
+    Args:
+        label: what runs, at the beginning of the line.
+        total: value at the end of the run.
+        shown: True or False to force; None for terminals only.
     """
 
     def __init__(self, label: str, total: float, shown: bool | None = None) -> None:
-        self._label, self._total = label, total
+        self._label = label
+        self._total = total
         self._shown = sys.stderr.isatty() if shown is None else shown
         self._start = time.monotonic()
-        self._next = self._start + PATIENCE
+        self._next_update = self._start + PATIENCE
         self._drawn = False
 
     def update(self, done: float) -> None:
-        """Tell how far it is."""
+        """Show how far the run is, at most every `PAUSE` seconds."""
         now = time.monotonic()
-        if not self._shown or now < self._next:
+        if not self._shown or now < self._next_update:
             return
-        self._next, self._drawn = now + PAUSE, True
-        share = min(max(done / self._total, 0.0), 1.0) if self._total > 0.0 else 1.0
-        bar = "#" * round(WIDTH * share)
-        spent = now - self._start
-        left = f"{spent / share - spent:.0f} s left" if share > 0.0 else ""
-        sys.stderr.write(
-            f"\r{self._label} |{bar:<{WIDTH}}| {100.0 * share:3.0f} %  {spent:.0f} s, {left}   "
-        )
+        self._next_update = now + PAUSE
+        self._drawn = True
+        sys.stderr.write(f"\r{self._line(done, now - self._start)}   ")
         sys.stderr.flush()
+
+    def _line(self, done: float, elapsed: float) -> str:
+        share = 1.0
+        if self._total > 0.0:
+            share = min(max(done / self._total, 0.0), 1.0)
+        remaining = ""
+        if share > 0.0:
+            remaining = f"{elapsed / share - elapsed:.0f} s left"
+        bar = "#" * round(WIDTH * share)
+        return (
+            f"{self._label} |{bar:<{WIDTH}}| {100.0 * share:3.0f} %  {elapsed:.0f} s, {remaining}"
+        )
 
     def __enter__(self) -> Progress:
         return self

@@ -1,4 +1,4 @@
-"""What somebody may have meant by a name that there is not."""
+"""Messages about a name that does not exist: what may have been meant, and which names exist."""
 
 from __future__ import annotations
 
@@ -6,43 +6,46 @@ import difflib
 import unicodedata
 from collections.abc import Iterable
 
-FEW = 3  # warnings that are told with an error
-MANY = 40  # names that are told
+MAX_WARNINGS = 3  # that an error lists
+MAX_NAMES = 40  # that a message lists
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """A hint such as ' (did you mean "mass"?)', or nothing; capitals and accents count little."""
-    words: dict[str, str] = {}
-    for other in known:
-        words.setdefault(plain(other), other)
-    match = difflib.get_close_matches(plain(name), list(words), n=1)
-    return meant(words[match[0]]) if match else ""
+def suggestion(name: str, candidates: Iterable[str]) -> str:
+    """A hint such as ` (did you mean 'mass'?)`, or nothing; capitals and accents do not count."""
+    originals: dict[str, str] = {}
+    for candidate in candidates:
+        originals.setdefault(fold_name(candidate), candidate)
+    matches = difflib.get_close_matches(fold_name(name), list(originals), n=1)
+    if not matches:
+        return ""
+    return did_you_mean(originals[matches[0]])
 
 
-def meant(word: str) -> str:
+def did_you_mean(word: str) -> str:
     """The one form of a hint at what was meant."""
     return f" (did you mean '{word}'?)"
 
 
-def none_such(kind: str, name: str, known: Iterable[str]) -> str:
-    """That there is no frame, loop or whatever of this name, what may have been meant, and which there are."""
-    names = list(known)
-    told = (", ".join(names[:MANY]) or "none") + (", ..." if len(names) > MANY else "")
-    return f"there is no {kind} '{name}'{nearest(name, names)}; known: {told}"
+def no_such_name(kind: str, name: str, existing: Iterable[str]) -> str:
+    """The message that no frame, loop or other kind of thing has this name."""
+    names = list(existing)
+    listed = ", ".join(names[:MAX_NAMES]) or "none"
+    if len(names) > MAX_NAMES:
+        listed += ", ..."
+    return f"there is no {kind} '{name}'{suggestion(name, names)}; known: {listed}"
 
 
 def with_warnings(problem: str, warnings: Iterable[str]) -> str:
-    """A problem, with what fits the format and is hardly meant: most likely its cause."""
-    told = [f"perhaps for this reason: {doubt}" for doubt in warnings]
-    more = (
-        [f"and {len(told) - FEW} more like this, told by `check` once these are mended"]
-        if len(told) > FEW
-        else []
-    )
-    return "\n  ".join([problem, *told[:FEW], *more])
+    """A problem, and below it the warnings about the file: most likely its cause."""
+    causes = [f"perhaps for this reason: {warning}" for warning in warnings]
+    lines = [problem, *causes[:MAX_WARNINGS]]
+    remaining = len(causes) - MAX_WARNINGS
+    if remaining > 0:
+        lines.append(f"and {remaining} more like this, told by `check` once these are mended")
+    return "\n  ".join(lines)
 
 
-def plain(name: str) -> str:
+def fold_name(name: str) -> str:
     """A name without capitals and accents."""
     letters = unicodedata.normalize("NFKD", name)
     return "".join(c for c in letters if not unicodedata.combining(c)).casefold()

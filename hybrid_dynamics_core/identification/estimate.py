@@ -18,8 +18,8 @@ from ..dynamics.loads import Loads
 from ..dynamics.parameters import JOINT_KINDS, Parameters, described_parameters, link_of
 from ..errors import InputError
 from ..ground.arrays import Array
-from ..ground.check_arrays import vectors
-from ..ground.wording import agreed, counted
+from ..ground.check_arrays import finite_vectors
+from ..ground.wording import counted, singular_or_plural
 from ..robot.robot import Robot
 from .base import RANK, BaseParameters, base_parameters
 from .consistency import consistent
@@ -126,7 +126,7 @@ def identify(
     if state.u.ndim != 2:
         raise InputError("identification takes a batch of states")
     _check_closed(state)
-    tau = vectors("tau", tau, robot.active, len(state.u))
+    tau = finite_vectors("tau", tau, robot.active, len(state.u))
     prior = parameters.values(robot.description, loads.effects)
     regressor = robot.regressor(state, ddu, parameters, loads)
     known = (
@@ -158,9 +158,9 @@ def _check_closed(state: ClosedState) -> None:
     if len(rows):
         problem = ClosureStatus(status[rows[0]]).name.lower()
         raise InputError(
-            f"{len(rows)} of {counted(len(status), 'state')} {agreed(len(rows), 'does', 'do')} not"
+            f"{len(rows)} of {counted(len(status), 'state')} {singular_or_plural(len(rows), 'does', 'do')} not"
             f" close, row {rows[0]} the first ({problem}); leave"
-            f" {agreed(len(rows), 'it', 'them')} out"
+            f" {singular_or_plural(len(rows), 'it', 'them')} out"
         )
 
 

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..ground.arrays import Array
-from ..ground.wording import counted, unit
+from ..ground.units import coordinate_unit
+from ..ground.wording import counted
 from .ik_descent import Descent, IKStatus, Mask, Task, distinct, unwound
 from .ik_problem import SAME, Search, revolute
 
@@ -176,6 +177,9 @@ def _limits_left(search: Search, u: Array) -> str:
     robot = search.robot
     for name, value, (lower, upper) in zip(robot.active, u, robot.limits, strict=True):
         if not lower <= value <= upper:
-            limit, kind = (lower if value < lower else upper), unit(robot.joint_types[name])
+            limit, kind = (
+                (lower if value < lower else upper),
+                coordinate_unit(robot.joint_types[name]),
+            )
             told.append(f"{name} ({value:.4g} {kind}, limit {limit:.4g} {kind})")
     return ", ".join(told)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..closed_state.state import ClosedState, ClosureStatus
 from ..errors import InputError
 from ..ground.arrays import Array
-from ..ground.check_arrays import vectors
+from ..ground.check_arrays import finite_vectors
 from .ik_descent import MAX_ITERATIONS, IKStatus, distinct, unwound
 from .ik_failure import failure, remainder
 from .ik_problem import SAME, SOLVED, Search, joined, revolute, search_for
@@ -70,7 +70,7 @@ def solve_inverse_kinematics(  # noqa: PLR0913, PLR0917 - as the robot's method
     """See `Robot.inverse_kinematics`."""
     pose, rows = _target(target, mask)
     _check_near(robot, near)
-    start = None if seed is None else vectors("seed", seed, robot.active, -1)
+    start = None if seed is None else finite_vectors("seed", seed, robot.active, -1)
     search = search_for(robot, pose, rows, start, near, _tolerance(tolerance))
     start = search.start
     descent = search.closed_form()
@@ -112,7 +112,7 @@ def _target(target: ArrayLike | Pose, mask: Sequence[bool] | None) -> tuple[Pose
     if isinstance(target, Pose):
         pose, rows = checked_pose(target), tuple(range(6))
     else:
-        position = vectors("target", target, ("x", "y", "z"))
+        position = finite_vectors("target", target, ("x", "y", "z"))
         if position.ndim != 1:
             raise InputError(
                 f"the target has shape {position.shape}; expected one position (3,) or a Pose"

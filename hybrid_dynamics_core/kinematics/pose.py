@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import InputError
 from ..ground.arrays import Array
-from ..ground.check_arrays import numbers
+from ..ground.check_arrays import real_array
 
 # largest deviation of a quaternion's norm from 1 accepted from outside; it is normalised then
 UNIT = 1e-3
@@ -44,7 +44,7 @@ class Pose:
     @staticmethod
     def from_quaternion(position: ArrayLike, quaternion: ArrayLike) -> Pose:
         """From a position (3,) [m] and a quaternion x, y, z, w (4,) of length 1 (to `UNIT`, then normalised)."""
-        xyzw, place = numbers("quaternion", quaternion), numbers("position", position)
+        xyzw, place = real_array("quaternion", quaternion), real_array("position", position)
         if xyzw.shape != (4,):
             raise InputError(f"the quaternion has shape {xyzw.shape}; expected (4,): x, y, z, w")
         norm = float(np.linalg.norm(xyzw))

@@ -15,8 +15,8 @@ from ..closed_state.state import ClosedState, ClosureStatus
 from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.progress import Progress
-from ..ground.suggestions import nearest
-from ..ground.wording import unit
+from ..ground.suggestions import suggestion
+from ..ground.units import coordinate_unit
 
 if TYPE_CHECKING:
     from ..robot.robot import Robot
@@ -226,13 +226,13 @@ def sampled_ranges(
             box[k] = np.where(np.isfinite(box[k]), box[k], chosen)
     for name, (low, high) in told.items():
         if name not in robot.active:
-            hint = nearest(name, robot.active)
+            hint = suggestion(name, robot.active)
             raise InputError(
                 f"range: '{name}' is not an active joint{hint}; they are {', '.join(robot.active)}"
             )
         lower, upper = robot.limits[robot.active.index(name)]
         if not (math.isfinite(low) and math.isfinite(high) and lower <= low < high <= upper):
-            kind = unit(robot.joint_types[name])
+            kind = coordinate_unit(robot.joint_types[name])
             raise InputError(
                 f"range: {name} from {low:.6g} to {high:.6g} {kind}; expected two rising numbers"
                 f" within its limits [{lower:.6g}, {upper:.6g}] {kind}"
@@ -249,7 +249,7 @@ def _held(
     """The same where they can be held, else an InputError."""
     for name, value in held.items():
         if name not in robot.active:
-            hint = nearest(name, robot.active)
+            hint = suggestion(name, robot.active)
             raise InputError(
                 f"held: '{name}' is not an active joint{hint}; they are {', '.join(robot.active)}"
             )

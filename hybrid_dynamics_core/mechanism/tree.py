@@ -9,7 +9,7 @@ import numpy as np
 from ..algebra.vector import Rotation, Vector, constant
 from ..description.model import Frame, JointType, RobotDescription
 from ..ground.arrays import Array
-from ..ground.wording import unit
+from ..ground.units import coordinate_unit
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Tree:
 
     def unit(self, coordinate: int) -> str:
         """Unit of a coordinate."""
-        return unit("revolute" if self.is_revolute(coordinate) else "prismatic")
+        return coordinate_unit("revolute" if self.is_revolute(coordinate) else "prismatic")
 
     def path(self, body: int) -> list[int]:
         """Bodies from the base to `body`, both ends as they are (base left out)."""

@@ -27,8 +27,8 @@ from ..closure.toggle_range import allowed_range
 from ..description.model import JointType, RobotDescription
 from ..errors import DescriptionError, InputError
 from ..ground.arrays import Array, frozen
-from ..ground.check_arrays import named_values, vectors
-from ..ground.suggestions import none_such
+from ..ground.check_arrays import finite_vectors, vector_by_name
+from ..ground.suggestions import no_such_name
 from ..ground.wording import counted
 from ..kernels.run import Codes, Kernel
 from ..kernels.status import JUMP
@@ -187,11 +187,11 @@ class ClosingRobot:
         SingularityError; without it its row is NaN and its `status` says why. Raises InputError for
         wrong shapes and values that are not finite.
         """
-        u = vectors("u", u, self.active)
+        u = finite_vectors("u", u, self.active)
         du = (
             np.zeros_like(u)
             if du is None
-            else vectors("du", du, self.active, len(u) if u.ndim == 2 else -1)
+            else finite_vectors("du", du, self.active, len(u) if u.ndim == 2 else -1)
         )
         start = self._start_at(near, len(u) if u.ndim == 2 else 0)
         signs = self._signs if near is None else near.signs
@@ -220,10 +220,10 @@ class ClosingRobot:
         reached on the branch: out of reach, at a toggle or change point, or only by a jump to
         another assembly mode.
         """
-        u = vectors("u", u, self.active)
+        u = finite_vectors("u", u, self.active)
         if u.ndim == 1:
             raise InputError(f"u has shape {u.shape}; expected a motion (N, {len(self.active)})")
-        du = np.zeros_like(u) if du is None else vectors("du", du, self.active, len(u))
+        du = np.zeros_like(u) if du is None else finite_vectors("du", du, self.active, len(u))
         signs = self._signs if near is None else near.signs
         values, codes = self._closer.path(u, du, signs, self._start_at(near, 0))
         state = self._state(u, du, signs, values, codes, check=True)
@@ -276,7 +276,7 @@ class ClosingRobot:
         names = tuple(values)
         model = self._model_for(names)
         at, speed, push = (
-            named_values(label, part, names, self.coordinates)
+            vector_by_name(label, part, names, self.coordinates)
             for label, part in (
                 ("values", values),
                 ("rates", rates),
@@ -306,7 +306,7 @@ class ClosingRobot:
         The second solution of a universal joint (the same leg with its cross turned over) is not
         listed.
         """
-        u = vectors("u", u, self.active, -1)
+        u = finite_vectors("u", u, self.active, -1)
         modes = []
         for signs, s, names in list_modes(self._model, u, self._signs, self._start):
             values, codes = self._run(
@@ -324,7 +324,7 @@ class ClosingRobot:
         if names not in self._given_models:
             unknown = [name for name in names if name not in self.coordinates]
             if unknown:
-                raise InputError(none_such("coordinate", unknown[0], self.coordinates))
+                raise InputError(no_such_name("coordinate", unknown[0], self.coordinates))
             if len(names) != len(self.active):
                 count = len(self.active)
                 problem = f"the mechanism has {counted(count, 'degree')} of freedom; name {count}"
@@ -454,4 +454,4 @@ class ClosingRobot:
 
     def _like(self, state: ClosedState, name: str, value: ArrayLike) -> Array:
         self._own(state)
-        return vectors(name, value, self.active, len(state.u) if state.u.ndim == 2 else -1)
+        return finite_vectors(name, value, self.active, len(state.u) if state.u.ndim == 2 else -1)

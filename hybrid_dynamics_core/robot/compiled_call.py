@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .. import programs
 from ..errors import InputError
 from ..ground.arrays import Array, frozen
-from ..ground.check_arrays import numbers, vectors
+from ..ground.check_arrays import finite_vectors, real_array
 from ..kernels.caller import Signature, make_caller
 from ..kernels.run import Codes
 
@@ -80,7 +80,7 @@ class CompiledCall:
         codes = self._run(inputs, outs, threads)
         if codes.any():
             for name in self._given:
-                vectors(name, inputs[name], self._robot.active)
+                finite_vectors(name, inputs[name], self._robot.active)
             for array in outs:
                 array[codes != 0] = np.nan
             if check:
@@ -93,7 +93,9 @@ class CompiledCall:
         for name, value in values.items():
             if name in self._given:
                 inputs[name] = (
-                    value if self._is_batch(value) else vectors(name, value, self._robot.active)
+                    value
+                    if self._is_batch(value)
+                    else finite_vectors(name, value, self._robot.active)
                 )
                 shape = inputs[name].shape
                 if name == "u":
@@ -117,7 +119,7 @@ class CompiledCall:
         return value.ndim == 2 and value.shape[1] == len(self._robot.active)
 
     def _checked_parameter(self, name: str, value: ArrayLike, rows: int | None) -> Array:
-        array = numbers(name, value)
+        array = real_array(name, value)
         size = self._sizes[name]
         if array.shape != (size,) and (rows is None or array.shape != (rows, size)):
             raise InputError(

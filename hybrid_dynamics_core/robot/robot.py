@@ -15,7 +15,7 @@ from ..dynamics.load_pattern import LoadPattern
 from ..dynamics.loads import Loads
 from ..errors import InputError
 from ..ground.arrays import Array, frozen
-from ..ground.suggestions import none_such
+from ..ground.suggestions import no_such_name
 from ..kinematics.ik_problem import SOLVED
 from ..kinematics.inverse_kinematics import IKResult, solve_inverse_kinematics
 from ..kinematics.pose import Pose
@@ -131,7 +131,7 @@ class Robot(RobotActuators):
             return self.description.frames[name]
         if name in self.description.links:
             return Frame(name)
-        raise InputError(none_such("frame", name, self.frames))
+        raise InputError(no_such_name("frame", name, self.frames))
 
     def __repr__(self) -> str:
         return f"Robot('{self.name}', active={list(self.active)}, passive={list(self.passive)})"

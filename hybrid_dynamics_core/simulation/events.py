@@ -10,7 +10,7 @@ import numpy as np
 from ..closed_state.state import ClosedState, ClosureStatus
 from ..errors import InputError
 from ..ground.arrays import Array
-from ..ground.wording import unit
+from ..ground.units import coordinate_unit
 from ..robot.robot import Robot
 
 LIMIT, SINGULAR = "limit", "singular"
@@ -157,7 +157,7 @@ def _limits(robot: Robot) -> list[_Limit]:
         if name in robot.cylinders:
             stroke = robot.cylinders[name].stroke
             lower, upper = max(lower, stroke[0]), min(upper, stroke[1])
-        kind = unit(robot.joint_types[name])
+        kind = coordinate_unit(robot.joint_types[name])
         found += [_Limit(name, k, lower, False, kind)] if np.isfinite(lower) else []
         found += [_Limit(name, k, upper, True, kind)] if np.isfinite(upper) else []
     return found

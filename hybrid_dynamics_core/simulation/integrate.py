@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from ..closed_state.state import ClosedState, ClosureStatus
 from ..errors import InputError
 from ..ground.arrays import Array
-from ..ground.check_arrays import vectors
+from ..ground.check_arrays import finite_vectors
 from ..ground.progress import Progress
 from ..robot.robot import Robot
 from .events import Event, Watch
@@ -139,7 +139,7 @@ class _Run:
     def _asked(self, t: float, state: ClosedState) -> Array:
         if not callable(self.tau):
             return self.tau
-        return vectors("tau", self.tau(t, state), self.robot.active, -1)
+        return finite_vectors("tau", self.tau(t, state), self.robot.active, -1)
 
     def _near(self, u: Array, du: Array) -> ClosedState:
         return self.robot.close(u, du, check=False, near=self.anchor)
@@ -222,4 +222,6 @@ class _Run:
 
 
 def _constant(tau: ArrayLike | None, robot: Robot) -> Array:
-    return np.zeros(len(robot.active)) if tau is None else vectors("tau", tau, robot.active, -1)
+    return (
+        np.zeros(len(robot.active)) if tau is None else finite_vectors("tau", tau, robot.active, -1)
+    )

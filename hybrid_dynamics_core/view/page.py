@@ -10,6 +10,7 @@ import numpy as np
 
 from ..closed_state.assembly_modes import AssemblyMode
 from ..closed_state.state import ClosedState
+from ..ground.units import effort_unit
 from ..robot.robot import Robot
 from ..scene.style import GREEN, GRID, INK, ORANGE, QUIET, RED
 from .scale import limit_of
@@ -98,7 +99,7 @@ def efforts_html(robot: Robot, efforts: Efforts) -> str:
     for name, value, share in zip(
         efforts.joints, efforts.values.tolist(), efforts.shares, strict=True
     ):
-        unit = unit_of(robot.joint_types[name])
+        unit = effort_unit(robot.joint_types[name])
         cells = [f"<td>{escape(name)}</td><td>{bar(0.5, 0.5 * share, RED)}</td>"]
         cells.append(f"<td class=n>{number(value)}</td><td class='q u'>{unit}</td>")
         cells += [f"<td class=n>{number(recorded[name])}</td>"] if name in recorded else []
@@ -115,7 +116,9 @@ def full_bars(robot: Robot, efforts: Efforts) -> str:
         if np.isfinite(full):
             kinds[robot.joint_types[name], np.isfinite(limit_of(robot, name, value))] = full
     seen = [
-        f"{number(full)} {unit_of(kind)}" for (kind, limited), full in kinds.items() if not limited
+        f"{number(full)} {effort_unit(kind)}"
+        for (kind, limited), full in kinds.items()
+        if not limited
     ]
     told = (
         ["what the cylinder gives at its supply pressure"]
@@ -124,11 +127,6 @@ def full_bars(robot: Robot, efforts: Efforts) -> str:
     )
     told += [f"{' and '.join(seen)}, above the largest so far"] if seen else []
     return f"Full bar: {'; else '.join(told)}." if told else ""
-
-
-def unit_of(kind: str) -> str:
-    """Of the effort of a type of joint."""
-    return "N m" if kind == "revolute" else "N"
 
 
 def breakable(names: str) -> str:

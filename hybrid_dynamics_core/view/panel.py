@@ -11,7 +11,7 @@ import viser
 
 from ..closed_state.assembly_modes import AssemblyMode
 from ..ground.arrays import Array
-from ..ground.wording import unit
+from ..ground.units import coordinate_unit
 from . import page
 from .gui_events import Ask, by_person, put
 from .number_input import Typed
@@ -107,7 +107,10 @@ class Panel:
         self.dials: list[Dial] = []
         with self.gui.add_folder("Active joints"):
             for k, name in enumerate(robot.active):
-                kind, limits = unit(robot.joint_types[name]), robot.description.joints[name].limits
+                kind, limits = (
+                    coordinate_unit(robot.joint_types[name]),
+                    robot.description.joints[name].limits,
+                )
                 scope = Range(name, kind, ranges[k, 0], ranges[k, 1], limits)
                 self.dials.append(Dial(self.gui, scope, float(self.target[k])))
                 self.dials[k].on_wish(f"move {k}", self.ask, partial(self._move, k))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from hybrid_dynamics_core.errors import HybridDynamicsError, InputError
-from hybrid_dynamics_core.ground.file_kinds import FileKind, instead, look
+from hybrid_dynamics_core.ground.file_kinds import FileKind, classify_path, unexpected_content
 
 
 class BagError(HybridDynamicsError):
@@ -24,6 +24,6 @@ class BagCallError(BagError, InputError):
 
 def wrong_kind(path: Path, expected: str) -> BagCallError:
     """The error for a path at which there is nothing, or something of another kind."""
-    error = BagCallError(f"{path}: {instead(path, expected)}")
-    error.file, error.kind = path, look(path).kind
+    error = BagCallError(f"{path}: {unexpected_content(path, expected)}")
+    error.file, error.kind = path, classify_path(path).kind
     return error

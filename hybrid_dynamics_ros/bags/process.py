@@ -23,7 +23,7 @@ from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_core.formats.urdf.writer import to_urdf
 from hybrid_dynamics_core.ground.progress import Progress
-from hybrid_dynamics_core.ground.suggestions import nearest
+from hybrid_dynamics_core.ground.suggestions import suggestion
 
 from ..messages.cdr import Template
 from ..messages.interfaces import JOINT_MOTION, JOINT_STATE
@@ -228,7 +228,7 @@ def input_topic(source: Source, wanted: str | None, kinds: Sequence[str] = (JOIN
             return wanted
         raise BagCallError(
             f"{source.path}: no topic {wanted} of type"
-            f" {' or '.join(kinds)}{nearest(wanted, every)}; topics of this type: {told}"
+            f" {' or '.join(kinds)}{suggestion(wanted, every)}; topics of this type: {told}"
         )
     if INPUT in every:
         return INPUT

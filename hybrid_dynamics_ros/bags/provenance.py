@@ -10,7 +10,7 @@ import yaml
 
 from hybrid_dynamics_core import Robot, load, shipped_robots
 from hybrid_dynamics_core.errors import HybridDynamicsError
-from hybrid_dynamics_core.ground.file_kinds import METADATA
+from hybrid_dynamics_core.ground.file_kinds import BAG_METADATA
 
 from .errors import BagCallError
 from .storage.bag_reader import require_recording
@@ -68,7 +68,7 @@ def smoothing_of(bag: Path) -> str | None:
 
 def _notes(bag: Path) -> dict[str, Any]:
     try:
-        told = yaml.safe_load((bag / METADATA).read_text(encoding="utf-8"))
+        told = yaml.safe_load((bag / BAG_METADATA).read_text(encoding="utf-8"))
         return dict(told["rosbag2_bagfile_information"]["custom_data"])
     except (OSError, KeyError, TypeError, ValueError, yaml.YAMLError):
         return {}

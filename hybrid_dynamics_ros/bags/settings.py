@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from hybrid_dynamics_core.ground.file_kinds import FileKind, look
+from hybrid_dynamics_core.ground.file_kinds import FileKind, classify_path
 
 from ..parameters import SENSOR, TABLE, ParameterError, Settings, checked, sensor_rows
 from .errors import BagError, wrong_kind
@@ -51,7 +51,7 @@ def read_settings(path: Path | None) -> Settings:
 
 def _sections(path: Path) -> dict[Any, dict[str, Any]]:
     """The parameters of each section."""
-    if look(path).kind not in (FileKind.SETTINGS, FileKind.TEXT):
+    if classify_path(path).kind not in (FileKind.SETTINGS, FileKind.TEXT):
         raise wrong_kind(path, "a parameter file of the node ('/**:' above 'ros__parameters:')")
     try:
         tree = yaml.safe_load(path.read_text(encoding="utf-8"))

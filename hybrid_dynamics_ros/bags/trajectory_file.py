@@ -12,7 +12,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.ground.file_kinds import FileKind, look
+from hybrid_dynamics_core.ground.file_kinds import FileKind, classify_path
 from hybrid_dynamics_core.ground.wording import counted
 
 from ..messages.joint_samples import FloatArray
@@ -80,7 +80,7 @@ def read_trajectory(path: Path, robot: Robot) -> Trajectory:
         BagError: a column is missing, has values that are no numbers, or is of an active joint and
         not known.
     """
-    if look(path).kind not in (FileKind.TRAJECTORY, FileKind.TEXT) and not (
+    if classify_path(path).kind not in (FileKind.TRAJECTORY, FileKind.TEXT) and not (
         path.suffix == ".npz" and path.is_file()
     ):
         raise wrong_kind(path, TRAJECTORY)

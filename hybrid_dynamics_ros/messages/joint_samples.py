@@ -16,7 +16,7 @@ from hybrid_dynamics_core.errors import (
     InputError,
     SingularityError,
 )
-from hybrid_dynamics_core.ground.suggestions import nearest
+from hybrid_dynamics_core.ground.suggestions import suggestion
 from hybrid_dynamics_core.ground.wording import counted, one_line
 
 FloatArray = NDArray[np.float64]
@@ -155,7 +155,7 @@ def wrong_length(what: str, size: int, count: int) -> str:
 def _why_missing(missing: Sequence[str], names: Sequence[str], active: Sequence[str]) -> str:
     """The name that is nearly that of a missing joint; where there is none, those that were given."""
     others = [name for name in names[:_LOOKED_AT] if name not in active]
-    hints = ((name, nearest(name, missing[:_TOLD])) for name in others)
+    hints = ((name, suggestion(name, missing[:_TOLD])) for name in others)
     slip = next((f"'{name}' is none of {_few(active)}{hint}" for name, hint in hints if hint), "")
     return slip or f"named are {_few(names)}"
 

@@ -16,7 +16,7 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
-from hybrid_dynamics_core.ground.suggestions import meant
+from hybrid_dynamics_core.ground.suggestions import did_you_mean
 
 from ..parameters import (
     SENSOR,
@@ -80,7 +80,9 @@ def declare(node: Node) -> Settings:
                 row.rpartition(".")[2]: row for row in known
             }  # people forget the group a parameter is in
             near = difflib.get_close_matches(name, [*known, *last], n=1)
-            hint = meant(last.get(near[0], near[0])) if near else f"; known: {', '.join(known)}"
+            hint = (
+                did_you_mean(last.get(near[0], near[0])) if near else f"; known: {', '.join(known)}"
+            )
             raise ParameterError(f"there is no parameter {name}{hint}")
     return Settings(values)
 

@@ -13,7 +13,7 @@ from std_msgs.msg import Header
 
 from hybrid_dynamics_core import IKStatus, Pose, Robot
 from hybrid_dynamics_core.errors import InputError
-from hybrid_dynamics_core.ground.suggestions import none_such
+from hybrid_dynamics_core.ground.suggestions import no_such_name
 from hybrid_dynamics_core.ground.wording import one_line
 
 from ..messages import conversions
@@ -151,4 +151,6 @@ def require_frames(robot: Robot, *frames: str) -> None:
     """
     for frame in frames:
         if frame not in robot.frames:
-            raise RejectedError(RejectionCode.BAD_REQUEST, none_such("frame", frame, robot.frames))
+            raise RejectedError(
+                RejectionCode.BAD_REQUEST, no_such_name("frame", frame, robot.frames)
+            )

@@ -11,7 +11,7 @@ from std_msgs.msg import Header
 
 from hybrid_dynamics_core import ClosedState, HybridDynamicsError, Robot
 from hybrid_dynamics_core.closed_state.assembly_modes import no_mode
-from hybrid_dynamics_core.ground.suggestions import nearest, none_such
+from hybrid_dynamics_core.ground.suggestions import no_such_name, suggestion
 from hybrid_dynamics_core.ground.wording import counted, one_line
 
 from ..messages import conversions
@@ -88,7 +88,7 @@ def _require_modes(robot: Robot, asked: Mapping[str, str]) -> None:
     """
     for loop, name in asked.items():
         if loop not in robot.loops:
-            raise RejectedError(RejectionCode.BAD_REQUEST, none_such("loop", loop, robot.loops))
+            raise RejectedError(RejectionCode.BAD_REQUEST, no_such_name("loop", loop, robot.loops))
         known = robot.mode_names.get(loop)
         slips = [] if known is None else [part for part in name.split("+") if part not in known]
         if known and slips:
@@ -102,7 +102,7 @@ def _how_else(asked: Mapping[str, str], there: Sequence[Mapping[str, str]]) -> s
         if name not in names:
             told = ", ".join(names[:_TOLD]) or "in no way"
             return (
-                f"loop '{loop}' does not close as '{name}' here{nearest(name, names)}; it closes as"
+                f"loop '{loop}' does not close as '{name}' here{suggestion(name, names)}; it closes as"
                 f" {told}"
             )
     return (

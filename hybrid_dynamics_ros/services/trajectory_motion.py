@@ -14,7 +14,7 @@ import numpy as np
 
 from hybrid_dynamics_core import ClosedState, IKStatus, Loads, Pose, Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError
-from hybrid_dynamics_core.ground.wording import unit
+from hybrid_dynamics_core.ground.units import coordinate_unit
 
 from ..messages.joint_samples import (
     FloatArray,
@@ -182,7 +182,7 @@ def _require_good(robot: Robot, state: ClosedState, strokes: Strokes, least: flo
     for k, name in enumerate(robot.coordinates):
         low, value, high = float(strokes.lower[k]), float(state.s[k]), float(strokes.upper[k])
         if not low - _ROUNDING <= value <= high + _ROUNDING:
-            kind = unit(robot.joint_types[name])
+            kind = coordinate_unit(robot.joint_types[name])
             text = f"{name} is {value:.6g} {kind}, expected {low:.6g} to {high:.6g} {kind}"
             raise RejectedError(RejectionCode.LIMIT, text)
     if float(state.singularity) < least:

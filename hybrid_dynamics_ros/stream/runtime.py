@@ -11,7 +11,7 @@ import numpy as np
 
 from hybrid_dynamics_core import Loads, Payload, Robot
 from hybrid_dynamics_core.errors import HybridDynamicsError
-from hybrid_dynamics_core.ground.suggestions import none_such
+from hybrid_dynamics_core.ground.suggestions import no_such_name
 from hybrid_dynamics_core.ground.wording import one_line
 
 from ..messages.joint_samples import JointSample, Rejection
@@ -162,6 +162,6 @@ def _require_known(
 ) -> None:
     for name in names:
         if name not in known:
-            raise ParameterError(f"parameter {parameter}: {none_such(kind, name, known)}")
+            raise ParameterError(f"parameter {parameter}: {no_such_name(kind, name, known)}")
         if names.count(name) > 1:
             raise ParameterError(f"parameter {parameter}: joint '{name}' is named twice")

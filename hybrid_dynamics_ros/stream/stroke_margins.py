@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.ground.wording import unit
+from hybrid_dynamics_core.ground.units import coordinate_unit
 
 from ..messages.joint_samples import FloatArray
 
@@ -17,7 +17,7 @@ class Strokes:
         self.lower, self.upper = joint_limits(robot)
         self._places = np.flatnonzero(np.isfinite(self.lower) | np.isfinite(self.upper))
         self.joints = tuple(robot.coordinates[k] for k in self._places)
-        self.units = tuple(unit(robot.joint_types[name]) for name in self.joints)
+        self.units = tuple(coordinate_unit(robot.joint_types[name]) for name in self.joints)
         self._ends = self.lower[self._places], self.upper[self._places]
         self._rows = tuple(
             zip(self._places.tolist(), *(ends.tolist() for ends in self._ends), strict=True)

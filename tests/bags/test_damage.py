@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
-from hybrid_dynamics_core.ground.file_kinds import METADATA
+from hybrid_dynamics_core.ground.file_kinds import BAG_METADATA
 from hybrid_dynamics_ros.bags.errors import BagError
 from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
 from hybrid_dynamics_ros.bags.process import INPUT, Job, process
@@ -84,11 +84,11 @@ def test_split_bags_are_one(forging, tmp_path):
         (tmp_path / f"p{k}" / f"p{k}.mcap").rename(whole / f"whole_{k}.mcap")
     assert read(whole) == (pairs, [])
     text = (
-        (tmp_path / "p0" / METADATA)
+        (tmp_path / "p0" / BAG_METADATA)
         .read_text(encoding="utf-8")
         .replace("message_count: 20", "message_count: 40")
     )
-    (whole / METADATA).write_text(
+    (whole / BAG_METADATA).write_text(
         text.replace("- p0.mcap", "- whole_0.mcap\n  - whole_1.mcap"), encoding="utf-8"
     )
     assert read(whole) == (pairs, [])
@@ -121,7 +121,7 @@ def damage(whole, folder, rng):
     path, pairs = whole
     folder.mkdir()
     raw = bytearray((path / "chunked.mcap").read_bytes())
-    (folder / METADATA).write_bytes((path / METADATA).read_bytes())
+    (folder / BAG_METADATA).write_bytes((path / BAG_METADATA).read_bytes())
     if rng.random() < 0.5:
         del raw[int(rng.integers(len(raw))) :]
     else:
@@ -204,7 +204,7 @@ def test_damaged_databases_do_not_escape(forging, tmp_path):
         cut = bytearray(raw[: int(rng.integers(len(raw)))] if k % 2 else raw)
         for _ in range(20):
             cut[int(rng.integers(len(cut)))] ^= 255
-        (folder / METADATA).write_bytes((source / METADATA).read_bytes())
+        (folder / BAG_METADATA).write_bytes((source / BAG_METADATA).read_bytes())
         (folder / "in.db3").write_bytes(cut)
         try:
             found, losses = read(folder)
@@ -240,12 +240,12 @@ def test_an_interruption_leaves_what_was_there(tmp_path):
                 raise KeyboardInterrupt
 
     write(tmp_path / "out", end=False)
-    before = (tmp_path / "out" / METADATA).read_bytes()
+    before = (tmp_path / "out" / BAG_METADATA).read_bytes()
     for path in (tmp_path / "out", tmp_path / "other"):
         with pytest.raises(KeyboardInterrupt):
             write(path, end=True)
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
-    assert (tmp_path / "out" / METADATA).read_bytes() == before
+    assert (tmp_path / "out" / BAG_METADATA).read_bytes() == before
 
 
 def test_wrong_bags_are_told_in_words(forging, tmp_path):

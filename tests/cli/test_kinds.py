@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core.ground.file_kinds import FileKind, look
+from hybrid_dynamics_core.ground.file_kinds import FileKind, classify_path
 from tests.cli.calling import call
 
 pytest.importorskip("rosbags")
@@ -88,7 +88,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize("name", FILES)
 def test_a_file_is_known_by_what_is_in_it(folder: Path, name: str) -> None:
-    seen = look(folder / name)
+    seen = classify_path(folder / name)
     assert (seen.kind, seen.words) == FILES[name][1:]
 
 
@@ -102,14 +102,14 @@ def test_so_are_robots_archives_and_folders(folder: Path) -> None:
         "void": FileKind.OTHER,
         "nothing": FileKind.MISSING,
     }
-    assert {name: look(folder / name).kind for name in wanted} == wanted
+    assert {name: classify_path(folder / name).kind for name in wanted} == wanted
 
 
 def test_every_shipped_robot_is_known_as_one(tmp_path: Path) -> None:
     for file in resources.files("hybrid_dynamics_core").joinpath("robots").iterdir():
         if file.name.endswith(".yaml"):
             (tmp_path / file.name).write_text(file.read_text(encoding="utf-8"), encoding="utf-8")
-            assert look(tmp_path / file.name).kind is FileKind.ROBOT, file.name
+            assert classify_path(tmp_path / file.name).kind is FileKind.ROBOT, file.name
 
 
 OF_A_ROBOT = (
@@ -161,7 +161,7 @@ def test_another_kind_is_told_with_what_was_expected_and_what_takes_it(
     lines: tuple[str, ...], expected: str, names: tuple[str, ...]
 ) -> None:
     for name in names:
-        words = look(Path(name)).words
+        words = classify_path(Path(name)).words
         for line in lines:
             result = call(*line.format(name).split())
             assert result.exit_code == 2, (line, name)
@@ -215,4 +215,4 @@ def test_many_lines_of_comments_are_looked_at_at_once(tmp_path: Path) -> None:
         ("<launch/><!-- b --><robot/>", FileKind.TEXT),
     ):
         file.write_text(f"<?xml version='1.0'?>\n{licence}{content}", encoding="utf-8")
-        assert look(file).kind is kind
+        assert classify_path(file).kind is kind

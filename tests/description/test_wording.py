@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hybrid_dynamics_core.description.checks.examples import example
-from hybrid_dynamics_core.ground.suggestions import MANY, none_such, with_warnings
+from hybrid_dynamics_core.ground.suggestions import MAX_NAMES, no_such_name, with_warnings
 from hybrid_dynamics_core.ground.wording import one_line
 
 JOINT = ("joints", "a")
@@ -47,9 +47,9 @@ def test_lines_told_in_one_are_parted() -> None:
 
 def test_a_name_that_there_is_not_is_told_with_those_that_there_are() -> None:
     assert (
-        none_such("frame", "carier", ["base", "carrier"])
+        no_such_name("frame", "carier", ["base", "carrier"])
         == "there is no frame 'carier' (did you mean 'carrier'?); known: base, carrier"
     )
-    assert none_such("loop", "x", []) == "there is no loop 'x'; known: none"
-    many = none_such("link", "x", (f"l{k}" for k in range(MANY + 1)))
-    assert many.endswith(f"l{MANY - 1}, ...")
+    assert no_such_name("loop", "x", []) == "there is no loop 'x'; known: none"
+    listed = no_such_name("link", "x", (f"l{k}" for k in range(MAX_NAMES + 1)))
+    assert listed.endswith(f"l{MAX_NAMES - 1}, ...")

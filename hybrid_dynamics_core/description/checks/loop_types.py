@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...ground.suggestions import none_such
+from ...ground.suggestions import no_such_name
 from ..document import Document, Path_
 from ..model import Loop, RobotDescription
 
@@ -38,7 +38,7 @@ def check_loop_names(document: Document) -> None:
             path: Path_ = ("loops", name, role)
             link = entry[role]
             if link not in known:
-                problem = none_such("link", link, known)
+                problem = no_such_name("link", link, known)
                 raise document.error(path, problem)
             other = next(r for r in ROLES if entry[r] == link)
             if other != role:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from ...ground.suggestions import meant, nearest, none_such
-from ...ground.wording import unit
+from ...ground.suggestions import did_you_mean, no_such_name, suggestion
+from ...ground.units import coordinate_unit
 from ..document import Document, Path_
 from ..model import RobotDescription
 
@@ -23,7 +23,7 @@ def check_values(document: Document, robot: RobotDescription) -> None:
         if (
             robot.active_set == "exact" and not lower <= value <= upper
         ):  # from motors a reference is looked for
-            kind = unit(robot.joints[name].type)
+            kind = coordinate_unit(robot.joints[name].type)
             raise document.error(
                 ("reference", name),
                 f"is {value:g} {kind}, outside the limits [{lower:g}, {upper:g}] {kind} of the"
@@ -81,16 +81,14 @@ class _Names:
         """A joint that moves; a link's name is a slip of its own."""
         if name in self.links and name not in self.joints:
             joint = self.parent_joint.get(name)
-            problem = (
-                f"'{name}' is a link; name the joint that moves it{meant(joint) if joint else ''}"
-            )
+            problem = f"'{name}' is a link; name the joint that moves it{did_you_mean(joint) if joint else ''}"
             raise self.document.error(path, problem)
         self._require(name, moving, path, "joint")
 
     def _require(self, name: str, known: Iterable[str], path: Path_, kind: str) -> None:
         known = list(known)
         if name not in known:
-            raise self.document.error(path, none_such(kind, name, known))
+            raise self.document.error(path, no_such_name(kind, name, known))
 
     def _frames(self) -> None:
         for name, frame in self.frames.items():
@@ -171,8 +169,8 @@ class _Names:
         }
         loose = [link for link in self.links if link not in self.parent_joint]
         if named and self.base not in {*self.links, *hung, *tied}:
-            hint = nearest(self.base, loose or self.links)
-            hint = meant(loose[0]) if len(loose) == 1 else hint
+            hint = suggestion(self.base, loose or self.links)
+            hint = did_you_mean(loose[0]) if len(loose) == 1 else hint
             problem = f"there is no link '{self.base}'{hint}; known: {', '.join(self.links)}"
             raise self.document.error(("base",), problem)
         if not named and self.base not in hung and len(loose) == 1:

@@ -12,8 +12,8 @@ import jsonschema
 from jsonschema.exceptions import best_match
 
 from ...ground.decimal_commas import comma_in_list, comma_in_mapping
-from ...ground.suggestions import meant, nearest, plain
-from ...ground.wording import agreed, counted
+from ...ground.suggestions import did_you_mean, fold_name, suggestion
+from ...ground.wording import counted, singular_or_plural
 from ..document import Document, Path_
 from .examples import example
 
@@ -100,8 +100,8 @@ def _words(error: Any, extra: str | None) -> str:
         comma = comma_in_mapping(error.instance, extra)
         if comma:
             return f"unknown key{comma}"
-        other = [key for key in OTHER_WORDS.get(plain(extra), ()) if key in known]
-        hint = meant(other[0]) if other else nearest(extra, known)
+        other = [key for key in OTHER_WORDS.get(fold_name(extra), ()) if key in known]
+        hint = did_you_mean(other[0]) if other else suggestion(extra, known)
         return f"unknown key{hint}; known keys: {', '.join(known)}"
     told = error.absolute_path and "description" in error.schema
     hint = f" ({error.schema['description']})" if told else ""
@@ -148,15 +148,15 @@ def _say_beside(error: Any) -> str:
     }
     told, verb, them = (
         " and ".join(given),
-        agreed(len(given), "needs", "need"),
-        agreed(len(given), "it", "them"),
+        singular_or_plural(len(given), "needs", "need"),
+        singular_or_plural(len(given), "it", "them"),
     )
     return f"{told} {verb} {', '.join(repr(key) for key in sorted(wanted))} beside {them}"
 
 
 def _say_choice(error: Any) -> str:
     known = [str(choice) for choice in error.schema["enum"]]
-    hint = nearest(error.instance, known) if isinstance(error.instance, str) else ""
+    hint = suggestion(error.instance, known) if isinstance(error.instance, str) else ""
     return f"is {error.instance!r}{hint}; expected one of {', '.join(known)}"
 
 

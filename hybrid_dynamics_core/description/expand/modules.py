@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from ...ground.suggestions import nearest
+from ...ground.suggestions import suggestion
 from ...ground.wording import counted
 from ..document import Document, Origin, Path_
 from ..expressions import evaluate
@@ -102,7 +102,7 @@ class _Module:
             if name not in known:
                 problem = (
                     f"the template {self.template.name} has no parameter"
-                    f" '{name}'{nearest(name, known)}"
+                    f" '{name}'{suggestion(name, known)}"
                 )
                 raise self.document.error(path, f"{problem}; known: {', '.join(known)}")
             if isinstance(value, list) and name in own:
@@ -122,9 +122,7 @@ class _Module:
         ]
         for name in self.entry.get("joints", {}):
             if name not in known:
-                problem = (
-                    f"the template {self.template.name} has no joint '{name}'{nearest(name, known)}"
-                )
+                problem = f"the template {self.template.name} has no joint '{name}'{suggestion(name, known)}"
                 raise self.document.error(
                     (*self.path, "joints", name), f"{problem}; known: {', '.join(known)}"
                 )
@@ -240,7 +238,7 @@ class _Module:
             local == _filled(name, label) for name in of_legs for label in self.labels
         ):
             problem = (
-                f"the template has no link '{local}'{nearest(local, [*known, *of_legs])}"
+                f"the template has no link '{local}'{suggestion(local, [*known, *of_legs])}"
                 f" ({origin.note}); "
             )
             raise self.document.error(

@@ -8,7 +8,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from ...ground.suggestions import nearest
+from ...ground.suggestions import suggestion
 from ..checks.schema import check_schema
 from ..document import Document, Path_
 from ..files import read_text
@@ -48,7 +48,7 @@ def find_template(document: Document, name: str, path: Path_) -> Template:
     if name not in shipped_templates():
         known = [*own, *shipped_templates()]
         problem = (
-            f"there is no template '{name}'{nearest(name, known)}; known: {', '.join(known)}, or a"
+            f"there is no template '{name}'{suggestion(name, known)}; known: {', '.join(known)}, or a"
             " path to a file"
         )
         raise document.error(path, problem)

@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike
 
 from ...errors import InputError
 from ...ground.arrays import Array
-from ...ground.check_arrays import vectors
-from ...ground.suggestions import nearest
-from ...ground.wording import unit
+from ...ground.check_arrays import finite_vectors
+from ...ground.suggestions import suggestion
+from ...ground.units import coordinate_unit
 from ...kinematics.workspace import (
     Margins,
     SampleStatus,
@@ -48,7 +48,7 @@ def over_figure(
     robot: Robot, over: tuple[str, str], u: ArrayLike | None, colour: Colour, title: str | None
 ) -> Figure:
     """The map over two active coordinates; the others stay at u (n,), the reference if None."""
-    base = robot.reference if u is None else vectors("u", u, robot.active, -1)
+    base = robot.reference if u is None else finite_vectors("u", u, robot.active, -1)
     ranges, axes_of = _ranges(robot, over)
     lines = [np.linspace(low, high, _CELLS) for low, high in axes_of]
     x, y = np.meshgrid(*lines)
@@ -85,7 +85,7 @@ def _ranges(robot: Robot, over: tuple[str, str]) -> tuple[Array, Array]:
     """(2, 2) the ranges of both coordinates, and what of them is shown: a little more."""
     for name in over:
         if name not in robot.active:
-            hint = nearest(name, robot.active)
+            hint = suggestion(name, robot.active)
             raise InputError(
                 f"over: '{name}' is not an active joint{hint}; they are {', '.join(robot.active)}"
             )
@@ -165,7 +165,7 @@ def _held(robot: Robot, over: tuple[str, str], base: Array) -> str:
 
 
 def _label(robot: Robot, name: str) -> str:
-    return f"{name} [{unit(robot.joint_types[name])}]"
+    return f"{name} [{coordinate_unit(robot.joint_types[name])}]"
 
 
 def _key(figure: Figure, samples: Margins, kinds: set[str], taken: str) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 from ...description.checks.schema import check_schema
 from ...description.defaults import farthest_link, neutral
 from ...description.document import Document, Path_
-from ...ground.suggestions import nearest
+from ...ground.suggestions import suggestion
 from ...ground.wording import counted
 from ..extras_reader import TAG, apply_rest
 from ..urdf.reader import add_urdf
@@ -127,7 +127,7 @@ class _Pair:
             return str(joints[name]["child"])
         known = [*links, *joints]
         raise self.document.error(
-            path, f"there is no frame '{name}'{nearest(name, known)} in the URDF"
+            path, f"there is no frame '{name}'{suggestion(name, known)} in the URDF"
         )
 
     def motors(self) -> list[str]:
@@ -152,5 +152,5 @@ class _Pair:
         if name in self.document.section("joints"):
             return f"'{name}' is a fixed joint; a motor moves one"
         parts = [own for own in moving if own[:-2] == name and own[-2:] in ("_X", "_Y", "_Z")]
-        hint = f"; it is replaced by {', '.join(parts)}" if parts else nearest(name, moving)
+        hint = f"; it is replaced by {', '.join(parts)}" if parts else suggestion(name, moving)
         return f"there is no joint '{name}'{hint} in the URDF"

@@ -10,7 +10,7 @@ from ...description.document import Path_
 from ...description.geometry import Transform, rotation_from_quaternion, rotation_from_rpy, rpy_of
 from ...errors import DescriptionError
 from ...ground.arrays import Array, frozen
-from ...ground.suggestions import nearest
+from ...ground.suggestions import suggestion
 from ..xml.elements import XmlFile
 from ..xml.tree import Element
 
@@ -77,7 +77,7 @@ class Poses:
             return self.xml.error(asking, key, f"its pose goes round: {' -> '.join([*seen, name])}")
         known = [*self.elements, "world"]
         return self.xml.error(
-            asking, key, f"there is no link, joint or frame '{name}'{nearest(name, known)}"
+            asking, key, f"there is no link, joint or frame '{name}'{suggestion(name, known)}"
         )
 
     def read(self, element: Element | None, path: Path_) -> Transform:

@@ -12,7 +12,7 @@ from ...description.defaults import driven_joints
 from ...description.document import Document
 from ...description.geometry import rotation_to_axis, rpy_of, unit_axis
 from ...errors import DescriptionError
-from ...ground.suggestions import nearest
+from ...ground.suggestions import suggestion
 from ..extras_reader import TAG, extend
 from ..xml.elements import XmlFile
 from ..xml.tree import Element
@@ -87,7 +87,7 @@ class _Loops:
         known = list(self.document.section("links"))
         if end.attributes["link"] not in known:
             link = end.attributes["link"]
-            raise self.error(end, f"<{tag}>: there is no link '{link}'{nearest(link, known)}")
+            raise self.error(end, f"<{tag}>: there is no link '{link}'{suggestion(link, known)}")
         return end
 
     def coupling(self, element: Element) -> None:

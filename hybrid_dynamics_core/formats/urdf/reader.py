@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ...description.document import Document, Path_
-from ...ground.suggestions import nearest
+from ...ground.suggestions import suggestion
 from ..extras_reader import TAG
 from ..xml.elements import XmlFile
 from ..xml.tree import Element, read_xml
@@ -48,7 +48,7 @@ def add_urdf(
     for joint in replace:
         known = [element.attributes.get("name", "") for element in root.all("joint")]
         if joint not in known:
-            problem = f"there is no joint '{joint}' in {file.name}{nearest(joint, known)}"
+            problem = f"there is no joint '{joint}' in {file.name}{suggestion(joint, known)}"
             raise document.error((*replace_path, joint), problem)
     for link in root.all("link"):
         reader.link(link)

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from hybrid_dynamics_core import Loads
 from hybrid_dynamics_core.dynamics.parameters import Parameters, described_parameters
 from hybrid_dynamics_core.errors import InputError
-from hybrid_dynamics_core.ground.suggestions import nearest
-from hybrid_dynamics_core.ground.wording import agreed, counted
+from hybrid_dynamics_core.ground.suggestions import suggestion
+from hybrid_dynamics_core.ground.wording import counted, singular_or_plural
 from hybrid_dynamics_core.identification import (
     Identification,
     identify,
@@ -173,7 +173,7 @@ def asked_parameters(
         for name in names:
             if name not in known:
                 raise InputError(
-                    f"'{name}' is not a {what}{nearest(name, known)}; they are {', '.join(known)}"
+                    f"'{name}' is not a {what}{suggestion(name, known)}; they are {', '.join(known)}"
                 )
     asked = described_parameters(robot.description, tuple(dict.fromkeys(friction)))
     return replace(asked, links=tuple(dict.fromkeys(links))) if links else asked
@@ -198,7 +198,7 @@ def identify_track(
     usable = np.isfinite(track.recorded).all(axis=1) & np.isfinite(track.acceleration).all(axis=1)
     rows = np.flatnonzero(usable)
     if len(rows) < 10:
-        count = f"{counted(len(rows), 'sample')} {agreed(len(rows), 'has', 'have')}"
+        count = f"{counted(len(rows), 'sample')} {singular_or_plural(len(rows), 'has', 'have')}"
         kept = (
             "; these are what `bag process` computed: process the recording with --keep, which"
             " takes its topics over too, or identify from the recording itself"

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from hybrid_dynamics_core.ground.wording import agreed
+from hybrid_dynamics_core.ground.wording import singular_or_plural
 
 from .collect import Track
 from .effort_error import spreads
@@ -193,7 +193,7 @@ def _strays(track: Track) -> str:
         late = "" if np.isnan(stray.late) else f"{1e3 * abs(stray.late):.1f} ms {stray.word}"
         rows.append([f"{stray.at(track.start_ns):.3f} s", name, f"{stray.off:.3g} {unit}", late])
     more = len(track.strays) - len(rows)
-    unlisted = f" {more} more {agreed(more, 'is', 'are')} not listed." if more else ""
+    unlisted = f" {more} more {singular_or_plural(more, 'is', 'are')} not listed." if more else ""
     told = (
         "These samples do not fit the motion around them: accelerations are not made of them, nor"
         f" efforts computed at their stamps.{unlisted}"

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from hybrid_dynamics_core.ground.progress import Progress
-from hybrid_dynamics_core.ground.suggestions import nearest
+from hybrid_dynamics_core.ground.suggestions import suggestion
 
 from ...messages.interfaces import typestore
 from ..errors import BagCallError, BagError
@@ -89,7 +89,7 @@ def export(
     with Source(path) as source:
         missing = [topic for topic in topics if topic not in source.topics]
         if missing:
-            hint = nearest(missing[0], source.topics)
+            hint = suggestion(missing[0], source.topics)
             raise BagCallError(
                 f"{path}: no topic {missing[0]}{hint}; there are: {', '.join(source.topics)}"
             )

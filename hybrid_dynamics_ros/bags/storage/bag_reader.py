@@ -22,7 +22,12 @@ from numpy.typing import NDArray
 from rosbags.interfaces import Qos
 from rosbags.rosbag2.metadata import parse_qos
 
-from hybrid_dynamics_core.ground.file_kinds import METADATA, FileKind, look, storage_of
+from hybrid_dynamics_core.ground.file_kinds import (
+    BAG_METADATA,
+    FileKind,
+    classify_path,
+    storage_suffix,
+)
 
 from ...messages.cdr import Bytes
 from ..errors import BagError, wrong_kind
@@ -199,7 +204,7 @@ class Source:
                 )
 
     def _metadata(self) -> Mapping[str, Any]:
-        file = self.path / METADATA
+        file = self.path / BAG_METADATA
         if not self.path.is_dir() or not file.is_file():
             return {}
         try:
@@ -225,7 +230,7 @@ class Source:
             if not file.is_file():
                 self.losses.add(f"{file.name}: the file is missing")
         there = [file for file in named if file.is_file()]
-        there = there or sorted(f for f in self.path.iterdir() if storage_of(f) is not None)
+        there = there or sorted(f for f in self.path.iterdir() if storage_suffix(f) is not None)
         if not there:
             raise BagError(f"{self.path}: no .mcap or .db3 file is left of this recording")
         return there
@@ -234,7 +239,7 @@ class Source:
         from .mcap_reader import McapFile  # noqa: PLC0415 - they use what is here
         from .sqlite_reader import SqliteFile  # noqa: PLC0415
 
-        kind = storage_of(file)
+        kind = storage_suffix(file)
         if file.suffix == ".zstd":
             file = self._unpacked(file)
         packed = str(self._told.get("compression_mode") or "").lower() == "message"
@@ -320,8 +325,8 @@ def require_recording(path: Path) -> None:
     Raises:
         BagCallError: there is nothing, or something of another kind.
     """
-    there = look(path).kind
-    if there is not FileKind.BAG or (path.is_file() and storage_of(path) is None):
+    there = classify_path(path).kind
+    if there is not FileKind.BAG or (path.is_file() and storage_suffix(path) is None):
         raise wrong_kind(path, RECORDING)
 
 
@@ -331,11 +336,11 @@ def bags_of(path: Path) -> list[Path]:
     Raises:
         BagCallError: there are none.
     """
-    if not path.is_dir() or (path / METADATA).is_file():
+    if not path.is_dir() or (path / BAG_METADATA).is_file():
         require_recording(path)
         return [path]
     inside = sorted(p for p in path.iterdir() if not p.name.startswith("."))
-    found = [p for p in inside if storage_of(p) is not None or (p.is_dir() and _is_bag(p))]
+    found = [p for p in inside if storage_suffix(p) is not None or (p.is_dir() and _is_bag(p))]
     parts = {re.sub(r"_\d+$", "", p.stem) for p in found}
     if found and parts == {path.name} and all(p.is_file() for p in found):
         return [path]  # a bag that lost its metadata
@@ -345,6 +350,6 @@ def bags_of(path: Path) -> list[Path]:
 
 
 def _is_bag(folder: Path) -> bool:
-    return (folder / METADATA).is_file() or any(
-        storage_of(file) is not None for file in folder.iterdir()
+    return (folder / BAG_METADATA).is_file() or any(
+        storage_suffix(file) is not None for file in folder.iterdir()
     )

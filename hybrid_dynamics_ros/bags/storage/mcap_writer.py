@@ -22,7 +22,7 @@ import yaml
 from rosbags.interfaces import Qos
 from rosbags.rosbag2.metadata import dump_qos_v9
 
-from hybrid_dynamics_core.ground.file_kinds import METADATA
+from hybrid_dynamics_core.ground.file_kinds import BAG_METADATA
 
 from ...messages.interfaces import typestore
 from ..errors import BagCallError
@@ -95,7 +95,7 @@ class BagWriter:
         self._file.write(_record(FOOTER, struct.pack("<QQI", start, 0, 0)) + MAGIC)
         self._file.close()
         text = yaml.safe_dump(self._metadata(count, first, last), sort_keys=False)
-        (self._folder / METADATA).write_text(text, encoding="utf-8")
+        (self._folder / BAG_METADATA).write_text(text, encoding="utf-8")
 
     def abort(self) -> None:
         """Let go of everything."""
