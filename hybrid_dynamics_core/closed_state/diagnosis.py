@@ -1,4 +1,4 @@
-"""From the status of a refused state to an error that names the loop, the value and the allowed range."""
+"""From the status of a state that has no answer to an error: the loop, the value, its range."""
 
 from __future__ import annotations
 
@@ -11,128 +11,186 @@ from ..closure.toggle_range import allowed_range
 from ..errors import ClosureError, HybridDynamicsError, InputError, SingularityError, StateError
 from ..ground.arrays import Array
 from ..kernels.run import Codes
-from ..kernels.status import JUMP, NOT_FINITE
 from ..mechanism.configuration import Configuration
-from ..programs import Model, closure_code
+from ..programs import Model, Outcome, OutcomeKind
 
-EDGE = 1e-9  # a value this near the end of its range counts as being at it
+# [rad or m] a value this near the end of its range counts as being at it
+EDGE = 1e-9
 
 
-def refuse(model: Model, u: Array, signs: Array, codes: Codes, distances: Array) -> None:
-    """Raise for the first of the states u (n,) or (N, n) whose status is not 0; distances are (..., steps)."""
+def raise_for_status(model: Model, u: Array, signs: Array, codes: Codes, distances: Array) -> None:
+    """Raise the error of the first state that has no answer.
+
+    Args:
+        model: what was closed.
+        u: given coordinates (n,) or (N, n) [rad, m].
+        signs: branch signs (blocks,).
+        codes: status codes () or (N,).
+        distances: distances to a singularity (blocks,) or (N, blocks).
+
+    Raises:
+        ClosureError: a loop cannot close.
+        SingularityError: a loop is singular, or the way there leaves its assembly mode.
+        InputError: the result is not finite.
+    """
     if not codes.any():
         return
-    row = None if u.ndim == 1 else int(np.flatnonzero(codes)[0])
-    u, code, near = (u, codes, distances) if row is None else (u[row], codes[row], distances[row])
-    step = (int(code) - 1) // 2
-    distance = float(near[step]) if 0 <= step < len(near) else 0.0
-    raise refusal(model, u, signs, int(code), distance, row)
+    index = None
+    if u.ndim == 2:
+        index = int(np.flatnonzero(codes)[0])
+        u, codes, distances = u[index], codes[index], distances[index]
+    outcome = Outcome.decode(int(codes))
+    distance = 0.0
+    if 0 <= outcome.block < len(distances):
+        distance = float(distances[outcome.block])
+    raise error_for(outcome, model, u, signs, distance, index)
 
 
-def refusal(
-    model: Model, u: Array, signs: Array, code: int, distance: float, index: int | None
+def error_for(
+    outcome: Outcome,
+    model: Model,
+    u: Array,
+    signs: Array,
+    distance: float = 0.0,
+    index: int | None = None,
 ) -> HybridDynamicsError:
-    """The error for one state u (n,) whose status is `code`."""
-    if code == JUMP:
+    """The error for one state.
+
+    Args:
+        outcome: what became of the state.
+        model: what was closed.
+        u: given coordinates (n,) [rad, m].
+        signs: branch signs (blocks,).
+        distance: distance of the block to a singularity, from 0 to 1.
+        index: row of the state in its batch, None for a single state.
+
+    Returns:
+        The error, to be raised by the caller.
+    """
+    if outcome.kind is OutcomeKind.JUMP:
         return _jump(model, index)
-    if code == NOT_FINITE:
+    if outcome.kind is OutcomeKind.NOT_FINITE:
         return InputError("the result is not finite: the input is too large to compute with")
-    return _not_closed(model, u, signs, code, distance, index)
+    blocks = model.plan.steps
+    if outcome.block > len(blocks):
+        return _inconsistent(model, index)
+    if outcome.block == len(blocks):
+        return _half_turn(blocks[-1], index)
+    block = blocks[outcome.block]
+    if outcome.kind is OutcomeKind.SINGULAR:
+        return _singular(block.name, distance, index)
+    configuration = _configuration_before(outcome.block, model, u, signs)
+    return _unreachable(model, block, configuration, index)
 
 
-def _not_closed(
-    model: Model, u: Array, signs: Array, code: int, distance: float, index: int | None
-) -> StateError:
-    """The error for a status that the closure kernel gives."""
-    k = (code - 1) // 2
-    steps = model.plan.steps
-    if k > len(steps):
-        names = "+".join(dict.fromkeys(e.loop.name for e in model.plan.redundant))
-        problem = (
-            "closes at the reference but not here: it has more equations than it can meet in motion"
-        )
-        return ClosureError(f"loop '{names}' {problem}", loop=names, index=index)
-    if k == len(steps):
-        problem = (
-            "the loops close only with a frame turned half round; the configuration belongs to no"
-            " assembly"
-        )
-        return ClosureError(problem, loop=steps[-1].name, index=index)
-    if code != closure_code(k):
-        return _singular(steps[k].name, distance, index)
-    configuration = given_configuration(
-        model.tree, dict(zip(model.plan.given, u.tolist(), strict=True))
+def _inconsistent(model: Model, index: int | None) -> ClosureError:
+    """The error for redundant equations that do not hold away from the reference."""
+    names = "+".join(dict.fromkeys(equation.loop.name for equation in model.plan.redundant))
+    problem = (
+        "closes at the reference but not here: it has more equations than it can meet in motion"
     )
-    guess = model.plan.reference.q
-    for earlier, sign in zip(steps[:k], signs[:k], strict=True):
-        earlier.solve(configuration, float(sign), guess)
-    return _open(model, steps[k], configuration, index)
+    return ClosureError(f"loop '{names}' {problem}", loop=names, index=index)
+
+
+def _half_turn(last: Step, index: int | None) -> ClosureError:
+    """The error for equations that hold with frames facing opposite ways."""
+    problem = (
+        "the loops close only with a frame turned half round; the configuration belongs to no"
+        " assembly"
+    )
+    return ClosureError(problem, loop=last.name, index=index)
 
 
 def _singular(loop: str, distance: float, index: int | None) -> SingularityError:
-    return SingularityError(
+    problem = (
         f"loop '{loop}' is singular here (distance {distance:.2g} of at most 1): rates and forces"
-        " have no finite answer; move away from this place",
-        loop=loop,
-        distance=distance,
-        index=index,
+        " have no finite answer; move away from this place"
     )
-
-
-def _open(model: Model, step: Step, configuration: Configuration, index: int | None) -> StateError:
-    names = model.tree.coordinates
-    known = step.known
-    told = {c: f"{names[c]} = {configuration.q[c] + 0.0:.9g} {model.tree.unit(c)}" for c in known}
-    values = ", ".join(told.values())
-    if isinstance(step, NewtonStep):  # an iteration knows no range
-        problem = (
-            f"loop '{step.name}' cannot close at {values}: no closed configuration was found on the"
-            " way there"
-        )
-        return ClosureError(problem, loop=step.name, index=index)
-    for coordinate in (c for c in known if c in model.plan.given):
-        value = float(configuration.q[coordinate])
-        near = float(model.plan.reference.q[coordinate])
-        allowed = allowed_range(model.tree, step, configuration, coordinate, near)
-        if allowed is None:
-            continue
-        if (
-            allowed[0] - EDGE < value < allowed[1] + EDGE
-        ):  # closes on both sides: two modes meet here
-            return _singular(step.name, 0.0, index)
-        unit = model.tree.unit(coordinate)
-        others = ", ".join(text for c, text in told.items() if c != coordinate)
-        return ClosureError(
-            f"loop '{step.name}' cannot close: {names[coordinate]} = {value:.9g} {unit} is"
-            " outside of "
-            f"[{allowed[0]:.9g}, {allowed[1]:.9g}] {unit}, where the loop"
-            f" closes{f' (at {others})' if others else ''}"
-            f"{_narrower(model, coordinate, allowed, unit)}",
-            loop=step.name,
-            coordinate=names[coordinate],
-            value=value,
-            allowed=allowed,
-            index=index,
-        )
-    problem = f"loop '{step.name}' cannot close at {values}: its links do not reach each other"
-    return ClosureError(problem, loop=step.name, index=index)
-
-
-def _narrower(model: Model, coordinate: int, closes: tuple[float, float], unit: str) -> str:
-    """The limits of a coordinate, where they leave less than the loop does."""
-    lower, upper = next(body.limits for body in model.tree.bodies if body.coordinate == coordinate)
-    if lower <= closes[0] and upper >= closes[1]:
-        return ""
-    return f"; the limits of {model.tree.coordinates[coordinate]} are [{lower:g}, {upper:g}] {unit}"
+    return SingularityError(problem, loop=loop, distance=distance, index=index)
 
 
 def _jump(model: Model, index: int | None) -> SingularityError:
     """The error for a motion that has no smooth way on."""
-    names = "+".join(dict.fromkeys(name for step in model.plan.steps for name in step.loops))
-    return SingularityError(
+    names = "+".join(dict.fromkeys(name for block in model.plan.steps for name in block.loops))
+    problem = (
         "the way there leaves this assembly mode: it meets a toggle or change point, or would have"
-        " to jump to another mode; take another way, or start from a state on the wanted mode",
-        loop=names,
-        distance=0.0,
-        index=index,
+        " to jump to another mode; take another way, or start from a state on the wanted mode"
     )
+    return SingularityError(problem, loop=names, distance=0.0, index=index)
+
+
+def _configuration_before(block: int, model: Model, u: Array, signs: Array) -> Configuration:
+    """The configuration with all blocks before this one solved."""
+    given = dict(zip(model.plan.given, u.tolist(), strict=True))
+    configuration = given_configuration(model.tree, given)
+    guess = model.plan.reference.q
+    for earlier, sign in zip(model.plan.steps[:block], signs[:block], strict=True):
+        earlier.solve(configuration, float(sign), guess)
+    return configuration
+
+
+def _unreachable(
+    model: Model, block: Step, configuration: Configuration, index: int | None
+) -> StateError:
+    """The error for a block that cannot close at the coordinates it depends on."""
+    text = ", ".join(_value_text(model, configuration, k) for k in block.known)
+    # an iteration knows no range
+    if isinstance(block, NewtonStep):
+        problem = (
+            f"loop '{block.name}' cannot close at {text}: no closed configuration was found on the"
+            " way there"
+        )
+        return ClosureError(problem, loop=block.name, index=index)
+    for coordinate in block.known:
+        if coordinate not in model.plan.given:
+            continue
+        near = float(model.plan.reference.q[coordinate])
+        allowed = allowed_range(model.tree, block, configuration, coordinate, near)
+        if allowed is not None:
+            return _out_of_range(model, block, configuration, coordinate, allowed, index)
+    problem = f"loop '{block.name}' cannot close at {text}: its links do not reach each other"
+    return ClosureError(problem, loop=block.name, index=index)
+
+
+def _value_text(model: Model, configuration: Configuration, coordinate: int) -> str:
+    value = configuration.q[coordinate] + 0.0
+    return f"{model.tree.coordinates[coordinate]} = {value:.9g} {model.tree.unit(coordinate)}"
+
+
+def _out_of_range(
+    model: Model,
+    block: Step,
+    configuration: Configuration,
+    coordinate: int,
+    allowed: tuple[float, float],
+    index: int | None,
+) -> StateError:
+    """The error for a coordinate outside of the range in which its loop closes."""
+    value = float(configuration.q[coordinate])
+    lower, upper = allowed
+    # the loop closes on both sides of the value: two modes meet here
+    if lower - EDGE < value < upper + EDGE:
+        return _singular(block.name, 0.0, index)
+    name, unit = model.tree.coordinates[coordinate], model.tree.unit(coordinate)
+    others = [_value_text(model, configuration, k) for k in block.known if k != coordinate]
+    condition = ""
+    if others:
+        condition = f" (at {', '.join(others)})"
+    problem = (
+        f"loop '{block.name}' cannot close: {name} = {value:.9g} {unit} is outside of "
+        f"[{lower:.9g}, {upper:.9g}] {unit}, where the loop closes{condition}"
+        f"{_narrower_limits(model, coordinate, allowed)}"
+    )
+    return ClosureError(
+        problem, loop=block.name, coordinate=name, value=value, allowed=allowed, index=index
+    )
+
+
+def _narrower_limits(model: Model, coordinate: int, allowed: tuple[float, float]) -> str:
+    """The limits of a coordinate, where they leave less than the loop does."""
+    tree = model.tree
+    lower, upper = next(body.limits for body in tree.bodies if body.coordinate == coordinate)
+    if lower <= allowed[0] and upper >= allowed[1]:
+        return ""
+    name, unit = tree.coordinates[coordinate], tree.unit(coordinate)
+    return f"; the limits of {name} are [{lower:g}, {upper:g}] {unit}"

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..ground.arrays import Array, Picklable
+from ..kernels.run import Codes
+from ..programs import OutcomeKind, kinds
 
 _COLUMNS: Final = ("u", "du", "s", "ds", "R", "bias", "residual", "distances", "status")
 
@@ -165,6 +167,15 @@ def _columns(state: ClosedState) -> dict[str, Any]:
     found["iterations"] = np.broadcast_to(state.iterations, count)
     found["signs"] = np.broadcast_to(state.signs, (count, state.signs.shape[-1]))
     return found
+
+
+def closure_statuses(codes: Codes) -> NDArray[np.int64]:
+    """The `ClosureStatus` of each status code, as an integer array of the same shape.
+
+    A state that lies on no smooth way, or has no finite result, counts as singular.
+    """
+    outcome = kinds(codes)
+    return np.where(outcome > OutcomeKind.SINGULAR, ClosureStatus.SINGULAR, outcome)
 
 
 def settle(state: ClosedState, values: Mapping[str, Array], codes: NDArray[np.int64]) -> None:

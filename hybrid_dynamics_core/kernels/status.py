@@ -1,10 +1,14 @@
-"""Status codes that need no program: below zero, since a program's checks have positive ones of their own."""
+"""Status codes that belong to no block of a closure plan.
+
+They are zero or negative: the checks of a program have positive codes.
+"""
 
 GOOD = 0
-# a state that closes, but not on a smooth way from the start: what follows motions gives it, no
-# kernel does
+# The state closes, but not on a smooth way from the start. Continuation gives it, no kernel does.
 JUMP = -1
-NOT_FINITE = -2  # an input or a result is not a finite number
-NOT_TAKEN = (
-    -3
-)  # a compiled function was called with other arrays than it takes: nothing was computed
+# An input or a result is not a finite number.
+NOT_FINITE = -2
+# A compiled function was called with arrays of another kind. Nothing was computed.
+NOT_TAKEN = -3
+# M-bar is singular: some motion of the active joints moves no mass.
+MASS_SINGULAR = -4

@@ -20,7 +20,8 @@ from .dynamics import (
 from .energy import energy, motion
 from .kinematics import forward_kinematics, jacobian, pose_and_jacobian
 from .matrices import coriolis_matrix, spanning_terms
-from .model import MASS_SINGULAR, Inputs, Model, Program, closure_code, singular_code
+from .model import Inputs, Model, Program
+from .outcome import Outcome, OutcomeKind, kinds
 from .reactions import reactions
 from .regressor import regressor
 
@@ -29,14 +30,14 @@ __all__ = [
     "CLOSE",
     "FORWARD_DYNAMICS",
     "INVERSE_DYNAMICS",
-    "MASS_SINGULAR",
     "MINIMAL_FORM",
     "MOTION",
     "Inputs",
     "Model",
+    "Outcome",
+    "OutcomeKind",
     "Program",
     "closed_inverse_dynamics",
-    "closure_code",
     "coriolis_matrix",
     "energy",
     "forward_dynamics",
@@ -45,12 +46,12 @@ __all__ = [
     "inverse_dynamics",
     "inverse_dynamics_derivatives",
     "jacobian",
+    "kinds",
     "minimal_form",
     "motion",
     "passive_forces",
     "pose_and_jacobian",
     "reactions",
     "regressor",
-    "singular_code",
     "spanning_terms",
 ]

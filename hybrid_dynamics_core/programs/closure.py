@@ -7,7 +7,8 @@ from typing import Any
 from ..algebra.scalar import Scalar, absolute
 from ..closure.closed_motion import ClosedMotion
 from ..kernels.trace import Check, Results
-from .model import Inputs, Model, Program, closure_code, singular_code
+from .model import Inputs, Model, Program
+from .outcome import Outcome, OutcomeKind
 
 # residual, in lengths of the loop, beyond which an equation that should follow from the others is
 # open
@@ -21,11 +22,18 @@ def closed_motion(model: Model, x: Inputs) -> tuple[ClosedMotion, list[Check], l
     distances = motion.distances()
     checks = []
     for k, (margin, distance) in enumerate(zip(motion.margins, distances, strict=True)):
-        checks += [Check(margin, 0.0, closure_code(k)), Check(distance, SINGULAR, singular_code(k))]
-    checks += [Check(guard, 0.0, closure_code(len(distances))) for guard in motion.guards]
-    surplus = closure_code(len(distances) + 1)
-    checks += [Check(OPEN - absolute(residual), 0.0, surplus) for residual in motion.surplus]
+        checks.append(Check(margin, 0.0, unreachable(k)))
+        checks.append(Check(distance, SINGULAR, Outcome(OutcomeKind.SINGULAR, k).encode()))
+    half_turn = unreachable(len(distances))
+    checks += [Check(guard, 0.0, half_turn) for guard in motion.guards]
+    inconsistent = unreachable(len(distances) + 1)
+    checks += [Check(OPEN - absolute(residual), 0.0, inconsistent) for residual in motion.surplus]
     return motion, checks, distances
+
+
+def unreachable(block: int) -> int:
+    """Status code of a state in which a block cannot close."""
+    return Outcome(OutcomeKind.UNREACHABLE, block).encode()
 
 
 def _close(model: Model, x: Inputs) -> Results:

@@ -9,7 +9,8 @@ from ..closure.closed_motion import ClosedMotion
 from ..dynamics.load_pattern import NOTHING, LoadedTree, LoadPattern
 from ..kernels.trace import Check, Results
 from .closure import closed_motion, closed_outputs
-from .model import MASS_SINGULAR, Inputs, Model, Program
+from .model import Inputs, Model, Program
+from .outcome import Outcome, OutcomeKind
 
 SINGULAR_MASS = (
     1e-13  # share of the robot's own scale of inertia below which a pivot of M-bar is rounding
@@ -128,8 +129,9 @@ def solve_motion(
     bias = dynamics.inverse([0.0] * dynamics.n)
     ddu = mass.solve([t - b for t, b in zip(tau, bias, strict=True)])
     sizes = inertia_scales(model, dynamics.motion)
+    code = Outcome(OutcomeKind.MASS_SINGULAR).encode()
     checks = [
-        Check(pivot / size, SINGULAR_MASS, MASS_SINGULAR)
+        Check(pivot / size, SINGULAR_MASS, code)
         for pivot, size in zip(mass.pivots, sizes, strict=True)
     ]
     return ddu, mass, checks

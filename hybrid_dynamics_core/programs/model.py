@@ -1,4 +1,4 @@
-"""What every program works on: the model of a robot, its named input vectors, its status codes."""
+"""What every program works on: the model of a robot, its named input vectors."""
 
 from __future__ import annotations
 
@@ -15,9 +15,6 @@ from ..mechanism.tree import Tree
 Scalars = Sequence[Scalar]
 
 ALONG_S = ("guess", "armature", *FRICTION, *SPRINGS)  # inputs with one entry a coordinate
-MASS_SINGULAR = (
-    -4
-)  # status where M-bar is singular; others belong to the closure and to `kernels.status`
 
 
 @dataclass(frozen=True)
@@ -70,17 +67,3 @@ class Program:
             return self.run(model, Inputs(**dict(zip(self.inputs, vectors, strict=True))))
 
         return Kernel(run, [self.size(model, name) for name in self.inputs], label=label)
-
-
-def closure_code(step: int) -> int:
-    """Status of a state in which the step cannot close.
-
-    Beyond the last step: frames turned half round, then equations that should follow from the
-    others and do not.
-    """
-    return 2 * step + 1
-
-
-def singular_code(step: int) -> int:
-    """Status of a state in which the step is singular."""
-    return 2 * step + 2

@@ -19,8 +19,8 @@ from ..closed_state.assembly_modes import (
     signs_of_names,
 )
 from ..closed_state.closure_solver import Closer, Start
-from ..closed_state.diagnosis import refusal, refuse
-from ..closed_state.state import ClosedState, ClosureStatus, settle
+from ..closed_state.diagnosis import error_for, raise_for_status
+from ..closed_state.state import ClosedState, ClosureStatus, closure_statuses, settle
 from ..closure.mobility import find_mobility, with_mobility
 from ..closure.plan import build_plan
 from ..closure.toggle_range import allowed_range
@@ -31,7 +31,6 @@ from ..ground.check_arrays import finite_vectors, vector_by_name
 from ..ground.suggestions import no_such_name
 from ..ground.wording import counted
 from ..kernels.run import Codes, Kernel
-from ..kernels.status import JUMP
 from ..mechanism.tree import build_tree
 
 
@@ -289,7 +288,7 @@ class ClosingRobot:
         here, _ = closer.at(start, signs)
         closed, code = closer.close(at, speed, signs, Start(here["s"], here["R"]))
         if code != 0:
-            raise refusal(model, at, signs, int(code), 0.0, None)
+            raise error_for(programs.Outcome.decode(code), model, at, signs)
         given = {"u": at, "du": speed, "ddu": push, "branch": signs, "guess": closed["s"]}
         moved, _ = self._run(f"accelerations {names}", programs.ACCELERATIONS, model, **given)
         n = len(self.active)
@@ -354,12 +353,11 @@ class ClosingRobot:
             residual = max(map(abs, values["residuals"].tolist()), default=0.0)
         else:
             if check:
-                refuse(self._model, u, signs, codes, values["distances"])
+                raise_for_status(self._model, u, signs, codes, values["distances"])
             if codes.any():
                 for value in values.values():
                     value[codes != 0] = np.nan
-            odd = np.where(codes % 2 == 1, ClosureStatus.UNREACHABLE, ClosureStatus.SINGULAR)
-            status = np.where(codes == 0, 0, np.where(codes == JUMP, ClosureStatus.SINGULAR, odd))
+            status = closure_statuses(codes)
             iterations = np.nan_to_num(values["iterations"][..., 0]).astype(int)
             residual = np.abs(values["residuals"].T, order="C").max(
                 axis=0, initial=0.0

@@ -25,6 +25,7 @@ from ..dynamics.reactions import Reactions, named_reactions
 from ..errors import InputError
 from ..ground.arrays import Array
 from ..kernels.run import Kernel
+from ..kernels.status import MASS_SINGULAR
 from .closure import ClosingRobot
 
 LoadedProgram = Callable[[LoadPattern], programs.Program]
@@ -150,7 +151,7 @@ class RobotDynamics(ClosingRobot):
             values, code = self._run(key, program, None, u=u, du=du, tau=tau, **known)
             if code == 0:
                 return values["ddu"], float(values["power"])
-            if code == programs.MASS_SINGULAR:
+            if code == MASS_SINGULAR:
                 mass = self.minimal_form(self.close(u, du, near=state), loads)[0]
                 raise mass_singularity(mass, np.array(True), self.active)
             return np.full_like(u, np.nan), np.nan
@@ -243,7 +244,7 @@ class RobotDynamics(ClosingRobot):
         inputs |= arrays | more
         values, codes = kernel(*(inputs[name] for name in names))
         if codes.any():
-            singular = np.asarray(codes == programs.MASS_SINGULAR)
+            singular = np.asarray(codes == MASS_SINGULAR)
             if singular.any():
                 raise mass_singularity(self.minimal_form(state, loads)[0], singular, self.active)
             settle(state, values, codes)

@@ -1,0 +1,77 @@
+"""The status of a computed state: an integer in kernels, an `Outcome` where it is explained.
+
+A kernel reports one integer for each state. Zero is success. Positive codes belong to a block of
+the closure plan. Negative codes stand in `kernels.status`. This module alone knows the numbers.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from ..kernels import status
+from ..kernels.run import Codes
+
+NO_BLOCK = -1
+
+
+class OutcomeKind(IntEnum):
+    """What became of a state."""
+
+    CLOSED = 0
+    UNREACHABLE = 1
+    SINGULAR = 2
+    JUMP = 3
+    NOT_FINITE = 4
+    MASS_SINGULAR = 5
+
+
+_CODES = {
+    OutcomeKind.CLOSED: status.GOOD,
+    OutcomeKind.JUMP: status.JUMP,
+    OutcomeKind.NOT_FINITE: status.NOT_FINITE,
+    OutcomeKind.MASS_SINGULAR: status.MASS_SINGULAR,
+}
+_KINDS = {code: kind for kind, code in _CODES.items()}
+
+
+class Outcome(NamedTuple):
+    """What became of a state, and the block of the closure plan that decided it.
+
+    Attributes:
+        kind: what became of the state.
+        block: index of the block for UNREACHABLE and SINGULAR, `NO_BLOCK` for the other kinds.
+            The plan may have n blocks. Index n then means frames that are turned half round.
+            Index n + 1 means redundant equations that are not satisfied.
+    """
+
+    kind: OutcomeKind
+    block: int = NO_BLOCK
+
+    def encode(self) -> int:
+        """The status code of a kernel."""
+        if self.kind is OutcomeKind.UNREACHABLE:
+            return 2 * self.block + 1
+        if self.kind is OutcomeKind.SINGULAR:
+            return 2 * self.block + 2
+        return _CODES[self.kind]
+
+    @classmethod
+    def decode(cls, code: int) -> Outcome:
+        """The outcome that a status code stands for."""
+        if code in _KINDS:
+            return cls(_KINDS[code])
+        block, is_singular = divmod(int(code) - 1, 2)
+        if is_singular:
+            return cls(OutcomeKind.SINGULAR, block)
+        return cls(OutcomeKind.UNREACHABLE, block)
+
+
+def kinds(codes: Codes) -> Codes:
+    """The `OutcomeKind` of each status code, as an integer array of the same shape."""
+    result = np.where(codes % 2 == 1, OutcomeKind.UNREACHABLE, OutcomeKind.SINGULAR)
+    for code, kind in _KINDS.items():
+        result = np.where(codes == code, kind, result)
+    return result
