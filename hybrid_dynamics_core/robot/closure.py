@@ -288,7 +288,7 @@ class ClosingRobot:
         here, _ = closer.at(start, signs)
         closed, code = closer.close(at, speed, signs, Start(here["s"], here["R"]))
         if code != 0:
-            raise error_for(programs.Outcome.decode(code), model, at, signs)
+            raise error_for(programs.Outcome.decode(int(code)), model, at, signs)
         given = {"u": at, "du": speed, "ddu": push, "branch": signs, "guess": closed["s"]}
         moved, _ = self._run(f"accelerations {names}", programs.ACCELERATIONS, model, **given)
         n = len(self.active)
