@@ -13,7 +13,7 @@ from typing import Any
 import click
 import numpy as np
 
-from hybrid_dynamics_core.dynamics.parameters import Parameters, unit_of
+from hybrid_dynamics_core.dynamics.parameters import Parameters, parameter_unit
 from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.units import coordinate_unit, effort_unit
 from hybrid_dynamics_core.ground.wording import counted, singular_or_plural
@@ -361,7 +361,7 @@ def estimates(
     for name in names:
         first, *more = wrapped(name) if whole else [shortened(name)]
         estimate, *others = base[name]
-        rows.append([estimate, unit_of(terms_of(name)[0], types), *others, first])
+        rows.append([estimate, parameter_unit(terms_of(name)[0], types), *others, first])
         rows += [["", "", "", "", "", "", line] for line in more]
     return [
         "",

@@ -92,7 +92,7 @@ _UNITS = {  # of a revolute joint, and of a prismatic one
 }
 
 
-def unit_of(name: str, joint_types: Mapping[str, str]) -> str:
+def parameter_unit(name: str, joint_types: Mapping[str, str]) -> str:
     """Unit of a parameter by its name, such as 'l2.mx', and of a combination that it leads."""
     joint, _, part = name.rpartition(".")
     if part in _UNITS:

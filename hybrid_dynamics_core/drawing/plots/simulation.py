@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from ...errors import InputError
 from ...ground.arrays import Array
+from ...ground.units import coordinate_unit, effort_unit
 from ...robot.robot import Robot
 from ...scene.style import QUIET
 from ...simulation import Simulation
@@ -25,7 +26,6 @@ _FEW: Final = 4
 _COLUMNS: Final = 6  # of a legend
 _STYLES: Final = ("-", "--", ":")  # where there are more curves than colours
 _KINDS: Final = ("revolute", "prismatic")
-_UNITS: Final = {"revolute": ("rad", "N m"), "prismatic": ("m", "N")}
 _APART: Final = 12.0  # times larger: what hides another curve on the same axes
 
 
@@ -79,19 +79,22 @@ def _told(motion: Simulation) -> str:
 
 def _panels(robot: Robot, motion: Simulation, sizes: Sizes) -> Iterator[_Panel]:
     """Coordinates, rates and efforts: joints of one unit together, unless some are lost beside others."""
-    for words, symbol, values, natural, effort, per in (
-        ("active coordinates", "u", motion.u, sizes.position, 0, ""),
-        ("their rates", "u'", motion.du, sizes.rate, 0, "/s"),
-        ("efforts of the actuators", "tau", motion.tau, sizes.effort, 1, ""),
+    for words, symbol, values, natural, unit in (
+        ("active coordinates", "u", motion.u, sizes.position, coordinate_unit),
+        ("their rates", "u'", motion.du, sizes.rate, _rate_unit),
+        ("efforts of the actuators", "tau", motion.tau, sizes.effort, effort_unit),
     ):
         first = words
         for kind in _KINDS:
             own = [k for k, name in enumerate(motion.names) if robot.joint_types[name] == kind]
             for joints in _readable(values, own, natural(kind)):
-                yield _Panel(
-                    first, f"{symbol} [{_UNITS[kind][effort]}{per}]", values, joints, natural(kind)
-                )
+                label = f"{symbol} [{unit(kind)}]"
+                yield _Panel(first, label, values, joints, natural(kind))
                 first = ""
+
+
+def _rate_unit(kind: str) -> str:
+    return coordinate_unit(kind, "/s")
 
 
 def _readable(values: Array, joints: list[int], natural: float) -> list[tuple[int, ...]]:

@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hybrid_dynamics_core.drawing.plots.rounding import Sizes, sizes_of, suppress_rounding
+from hybrid_dynamics_core.ground.units import coordinate_unit, effort_unit
 from hybrid_dynamics_core.scene.style import (
     BLUE,
     GREEN,
@@ -54,12 +55,6 @@ _MOST: Final = 2500  # points of a line: more cannot be seen, and make the page 
 Draw = Callable[[Track], Figure]
 
 
-def unit_of(track: Track, joint: str, what: str) -> str:
-    """Unit of a joint's position, rate or effort."""
-    turns = track.robot.joint_types[joint] == "revolute"
-    return {"position": ("m", "rad"), "rate": ("m/s", "rad/s"), "effort": ("N", "N m")}[what][turns]
-
-
 def trajectories(track: Track) -> Figure:
     """Active joints: position and velocity, a row each."""
     names = track.robot.active
@@ -67,14 +62,13 @@ def trajectories(track: Track) -> Figure:
     sizes = _sizes(track)
     for k, name in enumerate(names):
         kind = track.robot.joint_types[name]
+        units = coordinate_unit(kind), coordinate_unit(kind, "/s")
         natural = sizes.position(kind), sizes.rate(kind)
-        parts = zip(
-            axes[k], (track.state.u, track.state.du), ("position", "rate"), natural, strict=True
-        )
-        for ax, values, what, size in parts:
+        parts = zip(axes[k], (track.state.u, track.state.du), units, natural, strict=True)
+        for ax, values, unit, size in parts:
             _line(ax, track, values[:, k], _COLOURS[k % len(_COLOURS)])
             suppress_rounding(ax, size)
-            ax.set_ylabel(f"{name} [{unit_of(track, name, what)}]")
+            ax.set_ylabel(f"{name} [{unit}]")
     axes[0][0].set_title("position")
     axes[0][1].set_title("velocity")
     return figure
@@ -86,11 +80,8 @@ def efforts(track: Track) -> Figure:
     figure, axes = _panels(len(names), 2 if told else 1, 1.9)
     sizes = _sizes(track)
     for k, name in enumerate(names):
-        ax, unit, size = (
-            axes[k][0],
-            unit_of(track, name, "effort"),
-            sizes.effort(track.robot.joint_types[name]),
-        )
+        ax, kind = axes[k][0], track.robot.joint_types[name]
+        unit, size = effort_unit(kind), sizes.effort(kind)
         if told:
             _line(ax, track, track.recorded[:, k], _RECORDED, label="recorded", linewidth=1.8)
         _line(ax, track, track.efforts[:, k], _COLOURS[k % len(_COLOURS)], label="computed")
@@ -174,8 +165,9 @@ def margins(track: Track) -> Figure:
         low, high = min(0.0, float(left[:, k].min())), max(0.0, float(left[:, k].max()))
         room = 0.08 * (high - low) + 1e-9
         ax.set_ylim(low - room, high + room)  # the line at 0 stands clear of the axis
-        suppress_rounding(ax, sizes.position(track.robot.joint_types[name]))
-        ax.set_ylabel(f"{name} [{unit_of(track, name, 'position')}]")
+        kind = track.robot.joint_types[name]
+        suppress_rounding(ax, sizes.position(kind))
+        ax.set_ylabel(f"{name} [{coordinate_unit(kind)}]")
     return figure
 
 

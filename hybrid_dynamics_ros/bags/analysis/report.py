@@ -11,11 +11,12 @@ from typing import Final
 
 import numpy as np
 
+from hybrid_dynamics_core.ground.units import coordinate_unit, effort_unit
 from hybrid_dynamics_core.ground.wording import singular_or_plural
 
 from .collect import Track
 from .effort_error import spreads
-from .figures import Draw, closure, efforts, energy, margins, sampling, svg, trajectories, unit_of
+from .figures import Draw, closure, efforts, energy, margins, sampling, svg, trajectories
 
 _STYLE: Final = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 1080px; margin: 2em auto; padding: 0 1em; }
@@ -153,7 +154,7 @@ def _facts(track: Track) -> str:
     joints, left = track.margins
     if joints:
         row, column = np.unravel_index(int(np.argmin(left)), left.shape)
-        unit = unit_of(track, joints[column], "position")
+        unit = coordinate_unit(track.robot.joint_types[joints[column]])
         rows.append(
             [
                 "least range left",
@@ -189,7 +190,8 @@ def _strays(track: Track) -> str:
     rows = []
     for stray in track.strays[:_LISTED]:
         name = track.measured[stray.joint]
-        unit = unit_of(track, name, "rate" if stray.rate else "position")
+        kind = track.robot.joint_types[name]
+        unit = coordinate_unit(kind, "/s" if stray.rate else "")
         late = "" if np.isnan(stray.late) else f"{1e3 * abs(stray.late):.1f} ms {stray.word}"
         rows.append([f"{stray.at(track.start_ns):.3f} s", name, f"{stray.off:.3g} {unit}", late])
     more = len(track.strays) - len(rows)
@@ -214,7 +216,8 @@ def _errors(track: Track) -> str:
             f" {(errors.largest_ns[k] - track.start_ns) * 1e-9:.3f} s"
         )
         share = f"{100.0 * errors.explained[k]:.2f} %" if np.isfinite(errors.explained[k]) else "-"
-        rows.append([name, unit_of(track, name, "effort"), *sizes, share, str(errors.count[k])])
+        unit = effort_unit(track.robot.joint_types[name])
+        rows.append([name, unit, *sizes, share, str(errors.count[k])])
     return (
         _table(
             [
