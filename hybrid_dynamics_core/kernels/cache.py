@@ -1,9 +1,9 @@
-"""Generated code kept on disk between runs.
+"""Entries on disk that outlive a process: facts (plain data, JSON) and code (bytes) under a key.
 
-An entry is a file named by its key, a digest of everything the code was made from. It holds the key
-and a checksum again, so an entry that was cut off, damaged or renamed is not used but made anew.
-Entries are written aside and renamed into place: any number of processes may start at once. The
-folder must belong to the user, and to nobody else.
+An entry is a file named by its key, a digest of everything that the entry was made from. It holds
+the key and a checksum. An entry that was cut off, damaged or renamed counts as missing. Entries are
+written aside and renamed into place, so any number of processes may start at once. The folder must
+belong to the user, and to nobody else.
 
 `HYBRID_DYNAMICS_CACHE` names another folder, or is `off`.
 """
@@ -16,63 +16,83 @@ import json
 import os
 import platform
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 VARIABLE = "HYBRID_DYNAMICS_CACHE"
-MAX_ENTRIES = 2000  # of some 20 kB; the oldest are taken out when there are more
-_MAGIC = b"hybrid_dynamics kernel 1\n"
+MAX_ENTRIES = 5000  # of some 20 kB; beyond, the longest unused are removed
+_OFF = ("", "0", "off", "no", "none")
+_MAGIC = b"hybrid_dynamics kernel 2\n"
+_CHECKSUM = 32  # bytes of a SHA-256
+_LENGTH = 8  # bytes of the length of the facts
 _SUFFIX = ".kernel"
 
 
 @dataclass(frozen=True)
-class Artifact:
-    """Generated code and what is to be known of it: `facts` are plain data (JSON)."""
+class Entry:
+    """What is kept under a key.
 
-    facts: dict[str, Any]
-    code: bytes
+    Attributes:
+        facts: plain data (JSON).
+        code: bytes that a backend can load.
+    """
+
+    facts: dict[str, Any] = field(default_factory=dict)
+    code: bytes = b""
 
 
 def folder() -> Path | None:
-    """Where entries are kept; None where caching is off or the place is not the user's own."""
-    told = os.environ.get(VARIABLE)
-    if told is not None and told.strip().lower() in ("", "0", "off", "no", "none"):
+    """The folder of the entries; None where caching is off or others can write to it."""
+    setting = os.environ.get(VARIABLE)
+    if setting is None:
+        place = user_folder() / "hybrid_dynamics"
+    elif setting.strip().lower() in _OFF:
         return None
-    place = Path(told) if told is not None else _user_folder() / "hybrid_dynamics"
+    else:
+        place = Path(setting)
     try:
         place.mkdir(mode=0o700, parents=True, exist_ok=True)
         status = place.stat()
     except OSError:
         return None
-    if hasattr(os, "getuid") and (status.st_uid != os.getuid() or status.st_mode & 0o022):
-        return None
-    return place
+    return place if _is_private(status) else None
 
 
-def _user_folder() -> Path:
+def _is_private(status: os.stat_result) -> bool:
+    if not hasattr(os, "getuid"):
+        return True
+    return status.st_uid == os.getuid() and not status.st_mode & 0o022
+
+
+def user_folder() -> Path:
+    """The folder of this user where programs keep what they can make again."""
     home = Path.home
-    if platform.system() == "Windows":
+    system = platform.system()
+    if system == "Windows":
         return Path(os.environ.get("LOCALAPPDATA") or home() / "AppData" / "Local")
-    if platform.system() == "Darwin":
+    if system == "Darwin":
         return home() / "Library" / "Caches"
-    told = os.environ.get("XDG_CACHE_HOME", "")
-    return Path(told) if Path(told).is_absolute() else home() / ".cache"
+    setting = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    return setting if setting.is_absolute() else home() / ".cache"
 
 
-def read(key: str) -> Artifact | None:
-    """The entry of a key, or None where there is none that is whole."""
+def read(key: str) -> Entry | None:
+    """The entry of a key; None where there is none that is complete."""
     place = folder()
     if place is None:
         return None
+    path = place / (key + _SUFFIX)
     try:
-        data = (place / (key + _SUFFIX)).read_bytes()
+        data = path.read_bytes()
     except OSError:
         return None
-    return _unpacked(key, data)
+    with contextlib.suppress(OSError):
+        os.utime(path)  # the time of the last use
+    return _unpack(key, data)
 
 
-def write(key: str, artifact: Artifact) -> None:
+def write(key: str, entry: Entry) -> None:
     """Keep an entry; where that is not possible it is made again another time."""
     place = folder()
     if place is None:
@@ -81,7 +101,7 @@ def write(key: str, artifact: Artifact) -> None:
         handle, name = tempfile.mkstemp(prefix=key[:16], suffix=".new", dir=place)
         try:
             with os.fdopen(handle, "wb") as file:
-                file.write(_packed(key, artifact))
+                file.write(_pack(key, entry))
             Path(name).replace(place / (key + _SUFFIX))
         except OSError:
             Path(name).unlink(missing_ok=True)
@@ -89,23 +109,35 @@ def write(key: str, artifact: Artifact) -> None:
         _prune(place)
 
 
-def _packed(key: str, artifact: Artifact) -> bytes:
-    facts = json.dumps({"key": key, "facts": artifact.facts}).encode()
-    body = len(facts).to_bytes(8, "little") + facts + artifact.code
+def _pack(key: str, entry: Entry) -> bytes:
+    facts = json.dumps({"key": key, "facts": entry.facts}).encode()
+    body = len(facts).to_bytes(_LENGTH, "little") + facts + entry.code
     return _MAGIC + hashlib.sha256(body).digest() + body
 
 
-def _unpacked(key: str, data: bytes) -> Artifact | None:
-    start = len(_MAGIC) + 32
-    body = data[start:]
-    if data[: len(_MAGIC)] != _MAGIC or data[len(_MAGIC) : start] != hashlib.sha256(body).digest():
+def _unpack(key: str, data: bytes) -> Entry | None:
+    start = len(_MAGIC) + _CHECKSUM
+    magic, checksum, body = data[: len(_MAGIC)], data[len(_MAGIC) : start], data[start:]
+    if magic != _MAGIC or checksum != hashlib.sha256(body).digest():
         return None
-    end = 8 + int.from_bytes(body[:8], "little")
-    told = json.loads(body[8:end])
-    return Artifact(told["facts"], body[end:]) if told["key"] == key else None
+    end = _LENGTH + int.from_bytes(body[:_LENGTH], "little")
+    head = json.loads(body[_LENGTH:end])
+    return Entry(head["facts"], body[end:]) if head["key"] == key else None
 
 
 def _prune(place: Path) -> None:
-    entries = sorted(place.glob("*" + _SUFFIX), key=lambda path: path.stat().st_mtime)
-    for path in entries[:-MAX_ENTRIES]:
+    with os.scandir(place) as files:  # much quicker than a glob, and done for every entry
+        names = [file.name for file in files]
+    if len(names) <= MAX_ENTRIES:
+        return
+    paths = [place / name for name in names if name.endswith(_SUFFIX)]
+    paths.sort(key=_last_use)
+    for path in paths[:-MAX_ENTRIES]:
         path.unlink(missing_ok=True)
+
+
+def _last_use(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except FileNotFoundError:  # another process removed it
+        return 0.0

@@ -1,7 +1,7 @@
-"""A digest of what a kernel is made from: the objects that a program reads, and the code that reads them.
+"""A digest of the objects that a program reads: any change of a number, type or order changes it.
 
-Any change of a number, a type, an order or a function gives another digest. Names out of a
-description count like everything else that can be reached.
+Names out of a description count like everything else that can be reached. The code of functions and
+classes is not read here: it must be part of `formula_code.PLACES`, whose digest stands for it.
 """
 
 from __future__ import annotations
@@ -13,21 +13,27 @@ import struct
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from enum import Enum
-from functools import cache, cached_property
-from pathlib import Path, PurePath
-from types import FunctionType
+from functools import cached_property
+from pathlib import PurePath
+from types import CodeType, FunctionType
 
 import numpy as np
 
+from ..ground.lazy import lazy
+from .formula_code import decides_formulas
+
+_LIBRARIES = ("builtins", "numpy")  # their versions are part of every key
+
 
 class NoDigestError(TypeError):
-    """Something cannot be told apart from something else by its content: what depends on it is not to be kept."""
+    """Content does not tell an object apart from others: what is made from it is not kept."""
 
 
 def digest(thing: object) -> str:
     """Hexadecimal digest of an object and of all that it holds.
 
-    NoDigestError where that is not possible.
+    Raises:
+        NoDigestError: for an object, a class or a function whose content does not identify it.
     """
     writer = _Writer()
     writer.add(thing)
@@ -35,42 +41,47 @@ def digest(thing: object) -> str:
 
 
 class _Writer:
-    """Feeds a hash; an object met again is told by the place where it was met first, so cycles end."""
+    """Feeds a hash; an object met twice is named by the place of its first meeting: cycles end."""
 
     def __init__(self) -> None:
         self.hash = hashlib.sha256()
-        self._met: dict[int, int] = {}
-        self._kept: list[object] = []  # ids stay unique only while the objects live
+        self._places: dict[int, int] = {}
+        self._objects: list[object] = []  # ids stay unique only while the objects live
 
     def put(self, kind: str, content: bytes = b"") -> None:
         self.hash.update(f"{kind}:{len(content)}:".encode())
         self.hash.update(content)
 
     def add(self, thing: object) -> None:
-        if self._plain(thing):
+        if self._put_value(thing):
             return
-        if id(thing) in self._met:
-            self.put("again", str(self._met[id(thing)]).encode())
+        place = self._places.get(id(thing))
+        if place is not None:
+            self.put("again", str(place).encode())
             return
-        self._met[id(thing)] = len(self._met)
-        self._kept.append(thing)
+        self._places[id(thing)] = len(self._places)
+        self._objects.append(thing)
+        self._put_composite(thing)
+
+    def _put_composite(self, thing: object) -> None:
         if isinstance(thing, Mapping):
-            self._entries("map", [part for item in thing.items() for part in item])
+            self._put_entries("map", [part for item in thing.items() for part in item])
         elif isinstance(thing, AbstractSet):
             self.put("set", "".join(sorted(digest(entry) for entry in thing)).encode())
         elif isinstance(thing, Sequence):
-            self._entries("list" if isinstance(thing, list) else "tuple", thing)
+            self._put_entries("list" if isinstance(thing, list) else "tuple", thing)
         elif isinstance(thing, FunctionType):
-            self._function(thing)
+            self._put_function(thing)
         else:
-            self._object(thing)
+            self._put_object(thing)
 
-    def _entries(self, kind: str, entries: Sequence[object]) -> None:
+    def _put_entries(self, kind: str, entries: Sequence[object]) -> None:
         self.put(kind, str(len(entries)).encode())
         for entry in entries:
             self.add(entry)
 
-    def _plain(self, thing: object) -> bool:
+    def _put_value(self, thing: object) -> bool:
+        """Put what holds no other objects; whether it was such a thing."""
         if isinstance(thing, Enum):
             self.put("enum", f"{_name(type(thing))}.{thing.name}".encode())
         elif thing is None or isinstance(thing, (bool, int, str, bytes, PurePath)):
@@ -81,59 +92,56 @@ class _Writer:
             self.put("array", f"{thing.dtype.str}{thing.shape}".encode())
             self.put("data", np.ascontiguousarray(thing).tobytes())
         elif isinstance(thing, type):
+            if thing.__module__ not in _LIBRARIES:
+                _require_formula(thing)
             self.put("type", _name(thing).encode())
         else:
             return False
         return True
 
-    def _function(self, function: FunctionType) -> None:
-        """Module, line, name, and what it holds from around it; its text is part of the code's digest."""
-        _own(function)
-        line = function.__code__.co_firstlineno
-        self.put("function", f"{function.__module__}.{line}.{function.__qualname__}".encode())
+    def _put_function(self, function: FunctionType) -> None:
+        """Name, instructions, and what it holds from around it."""
+        _require_formula(function)
+        self.put("function", f"{function.__module__}.{function.__qualname__}".encode())
+        self._put_code(function.__code__, function.__doc__)
         self.add([cell.cell_contents for cell in function.__closure__ or ()])
         self.add(function.__defaults__)
         self.add(function.__kwdefaults__)
 
-    def _object(self, thing: object) -> None:
-        _own(type(thing))
-        self.put("object", _name(type(thing)).encode())
+    def _put_code(self, code: CodeType, docstring: str | None = None) -> None:
+        """Instructions: they tell apart what has one name, such as the lambdas of a function."""
+        self.put("code", code.co_code)
+        for names in (code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars):
+            self.put("names", " ".join(names).encode())
+        for value in code.co_consts:
+            if isinstance(value, CodeType):
+                self._put_code(value)
+            elif value != docstring:
+                # a digest by itself: which constants are one object differs between processes
+                self.put("constant", digest(value).encode())
+
+    def _put_object(self, thing: object) -> None:
+        kind = type(thing)
+        _require_formula(kind)
+        self.put("object", _name(kind).encode())
         if dataclasses.is_dataclass(thing):
-            self.add(
-                {field.name: getattr(thing, field.name) for field in dataclasses.fields(thing)}
-            )
+            names = [field.name for field in dataclasses.fields(thing)]
+            self.add({name: getattr(thing, name) for name in names})
         elif hasattr(thing, "__dict__"):
-            self.add(
-                {
-                    key: value
-                    for key, value in vars(thing).items()
-                    if not _computed(type(thing), key)
-                }
-            )
+            self.add({k: value for k, value in vars(thing).items() if not _is_computed(kind, k)})
         else:
-            raise NoDigestError(f"a {type(thing).__name__} has no digest")
+            raise NoDigestError(f"a {kind.__name__} has no digest")
 
 
-def _own(thing: type | FunctionType) -> None:
-    """Only what this package wrote is told apart by its name: the digest of the code answers for the rest of it."""
-    if thing.__module__.partition(".")[0] != __name__.partition(".")[0]:
-        raise NoDigestError(f"{thing.__module__}.{thing.__qualname__} is not of this package")
+def _require_formula(thing: type | FunctionType) -> None:
+    if not decides_formulas(thing.__module__):
+        name = f"{thing.__module__}.{thing.__qualname__}"
+        raise NoDigestError(f"{name} is not of the code that decides formulas")
 
 
-def _computed(kind: type, key: str) -> bool:
-    return isinstance(inspect.getattr_static(kind, key, None), cached_property)
+def _is_computed(kind: type, name: str) -> bool:
+    return isinstance(inspect.getattr_static(kind, name, None), (cached_property, lazy))
 
 
 def _name(kind: type) -> str:
     return f"{kind.__module__}.{kind.__qualname__}"
-
-
-@cache
-def code_digest() -> str:
-    """Digest of the sources of this package: generated code is of no use to another version."""
-    root = Path(__file__).resolve().parent.parent
-    total = hashlib.sha256()
-    for path in sorted(root.rglob("*.py")):
-        total.update(path.relative_to(root).as_posix().encode())
-        total.update(hashlib.sha256(path.read_bytes()).digest())
-    return total.hexdigest()

@@ -1,4 +1,4 @@
-"""Kernels as generated Python source: plain floats for one state, NumPy for many.
+"""Kernels as generated Python, a `backend.Backend`: floats for one state, NumPy for many.
 
 Needs no compiler.
 """
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..algebra.numerics import invert_columns, invert_floats, newton_columns, newton_floats
-from .cache import Artifact
+from .backend import Artifact, Source
 from .emit_numpy import emit_columns
 from .emit_python import emit_scalar
 from .ir.module import Form
@@ -26,6 +26,7 @@ NAME = "python"
 BLOCK = 8192
 
 _FLOAT64 = np.dtype(np.float64)
+_INT64 = np.dtype(np.int64)
 Array = NDArray[np.float64]
 
 
@@ -34,9 +35,8 @@ def _sqrt(x: float) -> float:
 
 
 def _atan2(y: float, x: float) -> float:
-    return float(
-        np.arctan2(y, x)
-    )  # math.atan2 may differ from NumPy's in the last bit, and so one state from many
+    # NumPy's: math.atan2 may differ in the last bit, and so would one state from many
+    return float(np.arctan2(y, x))
 
 
 _SCALAR = {
@@ -59,9 +59,11 @@ _UFUNCS = (
     "sqrt",
     "absolute",
     "arctan2",
+    "greater",
+    "logical_not",
 )
 _COLUMNS = {
-    **{name: getattr(np, name) for name in (*_UFUNCS, "greater", "logical_not")},
+    **{name: getattr(np, name) for name in _UFUNCS},
     "fabs": np.abs,
     "atan2": np.arctan2,
     "invert": invert_columns,
@@ -70,22 +72,34 @@ _COLUMNS = {
 
 
 def identity() -> list[str]:
-    """Everything outside the program that the source depends on."""
+    """Everything outside program and package that facts and text depend on."""
     return [NAME, platform.python_version(), np.__version__]
 
 
-def make(trace: Trace, form: Form) -> bytes:
-    """Source of one form of a trace."""
-    return (emit_scalar if form == "one" else emit_columns)(trace).encode()
+def conditions() -> list[str]:
+    """The source is the code."""
+    return [NAME]
 
 
-def load(artifact: Artifact, form: Form) -> Callable[..., int]:
+def source(trace: Trace, form: Form) -> Source:
+    """Python source of one form of a trace."""
+    emit = emit_scalar if form == "one" else emit_columns
+    return Source(emit(trace))
+
+
+def build(source: Source) -> bytes:
+    """The source itself: Python compiles it when it is loaded."""
+    return source.text.encode()
+
+
+def load(artifact: Artifact) -> Callable[..., int]:
     """The function in a source, called with arrays as the compiled ones are."""
-    scope: dict[str, Any] = dict(_SCALAR if form == "one" else _COLUMNS)
-    exec(compile(artifact.code, "<kernel>", "exec"), scope)  # noqa: S102  numbered variables only, and checked
-    if form == "one":
-        return OneState(scope["kernel"], artifact.facts)
-    return ManyStates(scope["kernel"], scope["ROWS"], artifact.facts)
+    is_columns = artifact.code.startswith(b"ROWS")
+    scope: dict[str, Any] = dict(_COLUMNS if is_columns else _SCALAR)
+    exec(compile(artifact.code, "<kernel>", "exec"), scope)  # noqa: S102  numbered variables only
+    if is_columns:
+        return ManyStates(scope["kernel"], scope["ROWS"], artifact.facts)
+    return OneState(scope["kernel"], artifact.facts)
 
 
 def _suits(array: object, *shapes: tuple[int, ...], dtype: np.dtype[Any] = _FLOAT64) -> bool:
@@ -103,38 +117,46 @@ class OneState:
         self, kernel: Callable[..., tuple[int, list[float]]], facts: dict[str, Any]
     ) -> None:
         self._kernel, self._read, self._count = kernel, facts["read"], len(facts["inputs"])
-        self._shapes = [
-            *((size,) for size in facts["inputs"]),
-            *(tuple(shape) for _, shape in facts["layout"]),
-        ]
+        inputs = [(size,) for size in facts["inputs"]]
+        outputs = [tuple(shape) for _, shape in facts["layout"]]
+        self._shapes = [*inputs, *outputs]
 
     def __call__(self, *arrays: Array) -> int:
         """The status; `NOT_TAKEN` also where a division by zero is left to NumPy."""
-        if len(arrays) != len(self._shapes) or not all(map(_suits, arrays, self._shapes)):
+        if not self._takes(arrays):
             return NOT_TAKEN
-        if not all(map(_can_be_filled, arrays[self._count :])):
-            return NOT_TAKEN
-        inputs = [a.tolist() for a in arrays[: self._count]]
+        given, outs = arrays[: self._count], arrays[self._count :]
+        inputs = [a.tolist() for a in given]
         try:
             status, values = self._kernel(*inputs)
         except (ZeroDivisionError, ValueError, OverflowError):
             return NOT_TAKEN
-        if status == GOOD and not math.isfinite(
-            sum(values) + sum(sum(inputs[v]) for v in self._read)
-        ):
-            status = NOT_FINITE
-        given, outs = arrays[: self._count], arrays[self._count :]
-        if status != GOOD and any(np.may_share_memory(a, out) for a in given for out in outs):
-            return NOT_TAKEN  # an input is read again where there is no answer
+        if status == GOOD:
+            total = sum(values) + sum(sum(inputs[v]) for v in self._read)
+            status = GOOD if math.isfinite(total) else NOT_FINITE
+        if status != GOOD and _share_memory(given, outs):
+            return NOT_TAKEN  # the caller reads the inputs again where there is no answer
         start = 0
         for out in outs:
             out[...] = np.reshape(values[start : start + out.size], out.shape)
             start += out.size
         return status
 
+    def _takes(self, arrays: Sequence[Array]) -> bool:
+        if len(arrays) != len(self._shapes) or not all(map(_suits, arrays, self._shapes)):
+            return False
+        return all(map(_can_be_filled, arrays[self._count :]))
+
+
+def _share_memory(inputs: Sequence[Array], outs: Sequence[Array]) -> bool:
+    return any(np.may_share_memory(a, out) for a in inputs for out in outs)
+
 
 class ManyStates:
-    """Calls a function of columns with arrays: inputs (size,) or (N, size), outputs (N, *shape), status (N,)."""
+    """Calls a function of columns with arrays.
+
+    They are the inputs (size,) or (N, size), the outputs (N, *shape) and the status (N,).
+    """
 
     def __init__(self, kernel: Callable[..., None], rows: int, facts: dict[str, Any]) -> None:
         self._kernel, self._rows, self._read = kernel, rows, facts["read"]
@@ -145,26 +167,32 @@ class ManyStates:
         """0, or `NOT_TAKEN`."""
         count = len(self._inputs)
         inputs, outs, status = arrays[:count], arrays[count:-1], arrays[-1]
-        n = len(status)
-        if not (
-            len(outs) == len(self._shapes)
-            and _suits(status, (n,), dtype=np.dtype(np.int64))
-            and all(
-                _suits(a, (size,), (n, size)) for a, size in zip(inputs, self._inputs, strict=True)
-            )
-            and all(_suits(a, (n, *shape)) for a, shape in zip(outs, self._shapes, strict=True))
-            and all(map(_can_be_filled, outs))
-        ):
+        if not self._takes(inputs, outs, status):
             return NOT_TAKEN
-        self._run(inputs, [out.reshape(n, math.prod(out.shape[1:])) for out in outs], status)
+        n = len(status)
+        flat = [out.reshape(n, math.prod(out.shape[1:])) for out in outs]
+        self._run(inputs, flat, status)
         return GOOD
+
+    def _takes(self, inputs: Sequence[Any], outs: Sequence[Any], status: Any) -> bool:
+        n = len(status)
+        if not _suits(status, (n,), dtype=_INT64) or len(outs) != len(self._shapes):
+            return False
+        for array, size in zip(inputs, self._inputs, strict=True):
+            if not _suits(array, (size,), (n, size)):
+                return False
+        for out, shape in zip(outs, self._shapes, strict=True):
+            if not _suits(out, (n, *shape)):
+                return False
+        return all(map(_can_be_filled, outs))
 
     def _run(
         self, inputs: Sequence[Array], outs: Sequence[Array], status: NDArray[np.int64]
     ) -> None:
         n = len(status)
-        scratch = np.empty((self._rows, min(n, BLOCK)))
-        results = np.empty((sum(out.shape[1] for out in outs), min(n, BLOCK)))
+        width = min(n, BLOCK)
+        scratch = np.empty((self._rows, width))
+        results = np.empty((sum(out.shape[1] for out in outs), width))
         with np.errstate(all="ignore"):
             for start in range(0, n, BLOCK):
                 m = min(BLOCK, n - start)

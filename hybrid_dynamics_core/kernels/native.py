@@ -1,4 +1,4 @@
-"""Kernels as machine code."""
+"""Kernels as machine code: a `backend.Backend`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from collections.abc import Callable
 import numpy as np
 
 from . import extension, llvm
-from .cache import Artifact
+from .backend import Artifact, Source
+from .formula_code import compiler_digest
 from .ir.module import Form, module_text
 from .trace import Trace
 
@@ -25,36 +26,45 @@ def reason_against() -> str:
     """Why machine code cannot be made here; empty where it can."""
     if llvm.binding() is None:
         return f"llvmlite {'.'.join(map(str, llvm.OLDEST))} or newer is not installed"
-    return "" if extension.usable() else "arrays of this NumPy are laid out in an unknown way"
+    if not extension.usable():
+        return "arrays of this NumPy are laid out in an unknown way"
+    return ""
 
 
 def identity() -> list[str]:
-    """Everything outside the program that the code depends on."""
-    import llvmlite  # noqa: PLC0415  optional
-
-    version = [platform.python_version(), np.__version__, llvmlite.__version__]
-    return [
-        NAME,
-        platform.system(),
-        *version,
-        *llvm.processor(),
-        str(LEVEL),
-        str(LONG),
-        str(extension.header().size),
-    ]
+    """Everything outside program and package that facts and text depend on."""
+    versions = [platform.python_version(), np.__version__]
+    return [*versions, str(LEVEL), str(LONG), *_machine()]
 
 
-def make(trace: Trace, form: Form) -> bytes:
-    """Object code of one form of a trace."""
+def conditions() -> list[str]:
+    """Everything beside text and level that decides the object code."""
+    return [*_machine(), compiler_digest()]
+
+
+def _machine() -> list[str]:
+    header = str(extension.header().size)
+    return [NAME, platform.system(), *llvm.versions(), *llvm.processor(), header]
+
+
+def source(trace: Trace, form: Form) -> Source:
+    """The text of one form of a trace in LLVM's intermediate representation."""
     size = len(trace.live)
-    level = LEVEL if size < LONG else 0
-    if level != LEVEL:
+    level = LEVEL
+    if size >= LONG:
+        level = 0
         _log.warning(
             "a program of %d operations is compiled quickly instead of well: it runs several times"
             " slower",
             size,
         )
-    return llvm.compile_text(module_text(trace, form, llvm.width(), extension.header()), level)
+    text = module_text(trace, form, llvm.width(), extension.header())
+    return Source(text, level)
+
+
+def build(source: Source) -> bytes:
+    """Object code of a text."""
+    return llvm.compile_text(source.text, source.level)
 
 
 def load(artifact: Artifact) -> Callable[..., int]:

@@ -1,12 +1,10 @@
-"""A program of one robot as functions on arrays: compiled where that is possible, generated Python elsewhere.
+"""A program of one robot as functions on arrays: machine code where possible, else Python.
 
-Traced, compiled and loaded when first called; what was made is kept on disk (`cache`).
+It is traced, compiled and loaded when first called. What was made is kept on disk (`artifact`).
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
@@ -17,10 +15,9 @@ from numpy.typing import NDArray
 
 from ..ground.arrays import Array
 from ..ground.lazy import lazy
-from . import cache, generated, native
-from .cache import Artifact
+from . import artifact, generated, native
+from .backend import Artifact, Backend
 from .compile_notice import WAITING
-from .digest import NoDigestError, code_digest, digest
 from .ir.module import Form
 from .status import NOT_TAKEN
 from .threads import in_parts
@@ -32,9 +29,10 @@ VARIABLE = "HYBRID_DYNAMICS_KERNELS"  # "python": never compile
 
 
 class Kernel:
-    """A program whose arguments are vectors of the given sizes; it works as `backend` says.
+    """A program whose arguments are vectors of given sizes.
 
-    `label`: what people are told while they wait for it to be compiled.
+    Attributes:
+        backend: `native` or `python`, what it works with.
     """
 
     def __init__(
@@ -44,6 +42,14 @@ class Kernel:
         backend: str | None = None,
         label: str = "a program",
     ) -> None:
+        """Make nothing yet.
+
+        Args:
+            program: scalars in, named outputs and checks out.
+            sizes: lengths of the input vectors.
+            backend: `native` or `python`; the default of this machine where it is left out.
+            label: what people read while they wait for its compilation.
+        """
         self._program, self._label = program, label
         self._sizes = tuple(sizes)
         self.backend = backend or default_backend()
@@ -56,22 +62,25 @@ class Kernel:
     @lazy
     def one(self) -> Callable[..., int]:
         """One state: inputs (size,), then named outputs, which are filled; a status code."""
-        return self._made("one")
+        return self._load("one")
 
     @lazy
     def rows(self) -> Callable[..., int]:
-        """Many states: inputs (size,) or (N, size), outputs (N, *shape) and status (N,) int64, which are filled."""
-        return self._made("rows")
+        """Many states: inputs (size,) or (N, size), then what is filled.
+
+        That is the outputs (N, *shape) and the status (N,) int64. The answer is 0 or `NOT_TAKEN`.
+        """
+        return self._load("rows")
 
     @lazy
     def facts(self) -> dict[str, Any]:
-        """What is to be known of the program without running it: see `facts_of`."""
+        """What is known of the program without running it: see `artifact.facts_of`."""
         for form in _FORMS:
-            artifact = self._stored(form)
-            if artifact is not None:
-                return artifact.facts
+            stored = self._stored(form)
+            if stored is not None:
+                return stored.facts
         with self._waiting():
-            return facts_of(self.trace)
+            return artifact.facts_of(self.trace)
 
     @lazy
     def layout(self) -> tuple[tuple[str, tuple[int, ...]], ...]:
@@ -79,11 +88,18 @@ class Kernel:
         return tuple((name, tuple(shape)) for name, shape in self.facts["layout"])
 
     def __call__(self, *arguments: Array) -> tuple[dict[str, Array], Codes]:
-        """Results by name and status; arguments (size,) or (N, size), mixed as they come; results (..., *shape)."""
-        many = [len(a) for a in arguments if a.ndim == 2]
-        if many:
-            results = {name: np.empty((many[0], *shape)) for name, shape in self.layout}
-            codes = np.empty(many[0], dtype=np.int64)
+        """Run the program.
+
+        Args:
+            *arguments: input vectors (size,) or (N, size), also mixed.
+
+        Returns:
+            Results by name (..., *shape), and the status (...,).
+        """
+        counts = [len(a) for a in arguments if a.ndim == 2]
+        if counts:
+            results = {name: np.empty((counts[0], *shape)) for name, shape in self.layout}
+            codes = np.empty(counts[0], dtype=np.int64)
             self.fill_rows(arguments, [*results.values()], codes)
             return results, codes
         results = {name: np.empty(shape) for name, shape in self.layout}
@@ -101,7 +117,17 @@ class Kernel:
     def fill_rows(
         self, arguments: Sequence[Array], outs: Sequence[Array], codes: Codes, threads: int = 1
     ) -> None:
-        """Fill the outputs (N, *shape) and status (N,) of many states from any arrays of the right sizes."""
+        """Fill the outputs of many states from any arrays of the right sizes.
+
+        Args:
+            arguments: input vectors (size,) or (N, size).
+            outs: (N, *shape) each, filled.
+            codes: status (N,), filled.
+            threads: how many threads share the states.
+
+        Raises:
+            ValueError: the shapes are not those of the program.
+        """
         if in_parts(self.rows, arguments, [*outs, codes], threads) == NOT_TAKEN:
             plain = [np.require(a, np.float64, ["C", "A"]).view(np.ndarray) for a in arguments]
             if in_parts(self.rows, plain, [*outs, codes], threads) == NOT_TAKEN:
@@ -113,56 +139,36 @@ class Kernel:
 
     # -- making
 
-    def _made(self, form: Form) -> Callable[..., int]:
-        artifact = self._stored(form)
-        if artifact is None:
-            make = native.make if self.backend == native.NAME else generated.make
+    def _load(self, form: Form) -> Callable[..., int]:
+        made = self._stored(form)
+        if made is None:
             with self._waiting():
-                artifact = Artifact(facts_of(self.trace), make(self.trace, form))
-            if self._identity is not None:
-                cache.write(self._key(form), artifact)
-        return (
-            native.load(artifact) if self.backend == native.NAME else generated.load(artifact, form)
-        )
+                made = artifact.make(self.trace, form, self._maker, self._key(form))
+        return self._maker.load(made)
+
+    @property
+    def _maker(self) -> Backend:
+        return native if self.backend == native.NAME else generated
 
     def _waiting(self) -> AbstractContextManager[None]:
-        kept = "once; kept in the cache" if self._identity is not None else "not kept: no cache"
-        return WAITING.during(f"{self._label} ({kept})")
+        where = "not kept: no cache" if self._identity is None else "once; kept in the cache"
+        return WAITING.during(f"{self._label} ({where})")
 
     def _stored(self, form: Form) -> Artifact | None:
-        return None if self._identity is None else cache.read(self._key(form))
+        key = self._key(form)
+        return None if key is None else artifact.find(key)
 
-    def _key(self, form: Form) -> str:
-        return hashlib.sha256(f"{self._identity} {form}".encode()).hexdigest()
+    def _key(self, form: Form) -> str | None:
+        return None if self._identity is None else artifact.first_key(self._identity, form)
 
     @lazy
     def _identity(self) -> str | None:
-        """Digest of everything that the code depends on; None where that cannot be told."""
-        if cache.folder() is None:
-            return None
-        try:
-            program = digest((self._program, self._sizes))
-        except NoDigestError:
-            return None
-        environment = native.identity() if self.backend == native.NAME else generated.identity()
-        return hashlib.sha256(
-            json.dumps([program, code_digest(), environment]).encode()
-        ).hexdigest()
-
-
-def facts_of(traced: Trace) -> dict[str, Any]:
-    """Sizes of the inputs, names and shapes of the outputs, which inputs are read, whether anything is iterated."""
-    return {
-        "inputs": list(traced.inputs),
-        "layout": [[name, list(shape)] for name, shape in traced.layout],
-        "read": sorted({v for v, _ in traced.used_inputs()}),
-        "iterates": any(
-            traced.graph.blocks[number].body is not None for number in traced.live_blocks()
-        ),
-    }
+        return artifact.identity_of((self._program, self._sizes), self._maker)
 
 
 def default_backend() -> str:
     """`native` where machine code can be made and is not switched off, otherwise `python`."""
-    told = os.environ.get(VARIABLE, "").strip().lower()
-    return generated.NAME if told == generated.NAME or native.reason_against() else native.NAME
+    setting = os.environ.get(VARIABLE, "").strip().lower()
+    if setting == generated.NAME or native.reason_against():
+        return generated.NAME
+    return native.NAME
