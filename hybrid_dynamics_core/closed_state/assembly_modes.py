@@ -8,15 +8,12 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ..closure.blocks.block_solver import Step
-from ..closure.blocks.leg_blocks import PivotDirection
-from ..closure.blocks.newton import NewtonStep
-from ..closure.plan import ClosurePlan, given_configuration
-from ..closure.rank import posture_of
+from ..closure.blocks.block_solver import BlockSolver
+from ..closure.plan import ClosurePlan
 from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.suggestions import no_such_name, suggestion
-from ..mechanism.configuration import Configuration
+from ..mechanism.configuration import Configuration, configuration_at, given_configuration
 from ..programs import Model
 from .state import ClosedState
 
@@ -43,7 +40,7 @@ def mode_of(modes: Sequence[AssemblyMode], state: ClosedState) -> int | None:
 def branch_names(plan: ClosurePlan, modes: Sequence[str]) -> Mapping[str, str]:
     """The mode of each loop from the mode of each step; joined by + where a loop closes in several steps."""
     names: dict[str, list[str]] = {}
-    for step, mode in zip(plan.steps, modes, strict=True):
+    for step, mode in zip(plan.blocks, modes, strict=True):
         parts = names.setdefault(step.name, [])
         if mode not in parts:
             parts.append(mode)
@@ -52,8 +49,8 @@ def branch_names(plan: ClosurePlan, modes: Sequence[str]) -> Mapping[str, str]:
 
 def mode_names(plan: ClosurePlan) -> Mapping[str, tuple[str, ...]]:
     """The modes that each loop can have; loops that close by iteration, whose modes have only numbers, are left out."""
-    numbered = {step.name for step in plan.steps if step.iterates}
-    loops = dict.fromkeys(step.name for step in plan.steps)
+    numbered = {step.name for step in plan.blocks if step.iterates}
+    loops = dict.fromkeys(step.name for step in plan.blocks)
     return MappingProxyType({loop: _modes_of(plan, loop) for loop in loops if loop not in numbered})
 
 
@@ -64,7 +61,7 @@ def no_mode(loop: str, mode: str, known: Sequence[str]) -> str:
 
 def _modes_of(plan: ClosurePlan, loop: str) -> tuple[str, ...]:
     return tuple(
-        dict.fromkeys(mode for step in plan.steps if step.name == loop for mode in step.modes)
+        dict.fromkeys(mode for step in plan.blocks if step.name == loop for mode in step.modes)
     )
 
 
@@ -76,11 +73,11 @@ def signs_of_names(plan: ClosurePlan, signs: Array, branch: Mapping[str, str]) -
     if not isinstance(branch, Mapping):
         raise InputError(f"branch: expected assembly modes by loop name, got {branch!r}")
     result = np.array(signs)
-    loops = list(dict.fromkeys(step.name for step in plan.steps))
+    loops = list(dict.fromkeys(step.name for step in plan.blocks))
     for loop, name in branch.items():
         if loop not in loops:
             raise InputError(f"branch: {no_such_name('loop', loop, loops)}")
-        steps = {k: step.modes for k, step in enumerate(plan.steps) if step.name == loop}
+        steps = {k: step.modes for k, step in enumerate(plan.blocks) if step.name == loop}
         for mode in name.split("+"):
             having = {k: modes.index(mode) for k, modes in steps.items() if mode in modes}
             if not having:
@@ -92,15 +89,15 @@ def signs_of_names(plan: ClosurePlan, signs: Array, branch: Mapping[str, str]) -
 
 def matching_signs(model: Model, s: Array) -> Array:
     """The branch signs on which a plan gives the closed configuration s (n_s,)."""
-    exact = posture_of(model.tree, s)
+    exact = configuration_at(model.tree, s)
     signs = []
-    for step in model.plan.steps:
-        options = [1.0, -1.0][: len(step.modes)]
+    for step in model.plan.blocks:
+        options = step.signs
         signs.append(min(options, key=lambda sign, step=step: _miss(step, exact, sign, s)))  # type: ignore[misc]
     return np.array(signs)
 
 
-def _miss(step: Step, exact: Configuration, sign: float, s: Array) -> float:
+def _miss(step: BlockSolver, exact: Configuration, sign: float, s: Array) -> float:
     trial = exact.copy()
     try:
         margin = step.solve(trial, sign, s.tolist())
@@ -117,7 +114,7 @@ def list_modes(model: Model, u: Array, signs: Array, start: Array) -> Iterator[F
     def extend(
         k: int, configuration: Configuration, chosen: list[float], names: list[str]
     ) -> Iterator[Found]:
-        if k == len(model.plan.steps):
+        if k == len(model.plan.blocks):
             s = np.array([float(q) for q in configuration.q])
             yield np.array(chosen), s, branch_names(model.plan, names)
             return
@@ -135,11 +132,11 @@ def list_modes(model: Model, u: Array, signs: Array, start: Array) -> Iterator[F
 def _solutions(
     model: Model, k: int, configuration: Configuration, own: float, guess: Sequence[float]
 ) -> Iterator[tuple[float, str, Configuration]]:
-    step = model.plan.steps[k]
-    if isinstance(step, NewtonStep):
+    step = model.plan.blocks[k]
+    if step.iterates:
         yield from _newton_solutions(model, step, configuration, guess)
         return
-    options = [own] if isinstance(step, PivotDirection) else [1.0, -1.0][: len(step.modes)]
+    options = [own] if step.modes_fixed else list(step.signs)
     for sign in options:
         trial = configuration.copy()
         try:
@@ -151,7 +148,7 @@ def _solutions(
 
 
 def _newton_solutions(
-    model: Model, step: NewtonStep, configuration: Configuration, guess: Sequence[float]
+    model: Model, step: BlockSolver, configuration: Configuration, guess: Sequence[float]
 ) -> Iterator[tuple[float, str, Configuration]]:
     """Newton from many starts at once; distinct answers, the one nearest the reference first."""
     found = _many_starts(model, step, configuration, guess)
@@ -170,7 +167,7 @@ def _newton_solutions(
 
 
 def _many_starts(
-    model: Model, step: NewtonStep, configuration: Configuration, guess: Sequence[float]
+    model: Model, step: BlockSolver, configuration: Configuration, guess: Sequence[float]
 ) -> list[Array]:
     from scipy.stats import qmc  # noqa: PLC0415  slow to import, and only this needs it
 
@@ -195,7 +192,7 @@ def _many_starts(
     return kept
 
 
-def _fingerprint(model: Model, step: NewtonStep, configuration: Configuration, x: Array) -> Array:
+def _fingerprint(model: Model, step: BlockSolver, configuration: Configuration, x: Array) -> Array:
     """Where the block's loops put their links: equal for two sets of angles that mean the same configuration."""
     trial = configuration.copy()
     for k, value in zip(step.unknowns, x, strict=True):
@@ -207,6 +204,6 @@ def _fingerprint(model: Model, step: NewtonStep, configuration: Configuration, x
     return np.array([float(m) for m in marks])
 
 
-def _wrapped(model: Model, step: NewtonStep, difference: Array) -> Array:
+def _wrapped(model: Model, step: BlockSolver, difference: Array) -> Array:
     turn = np.array([model.tree.is_revolute(k) for k in step.unknowns])
     return np.where(turn, np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi, difference)

@@ -34,7 +34,7 @@ class Closer:
 
     def __init__(self, model: Model, run: RunClose) -> None:
         self.given = list(model.plan.given)
-        self.iterates = any(step.iterates for step in model.plan.steps)
+        self.iterates = any(step.iterates for step in model.plan.blocks)
         self._reference = np.array(model.plan.reference.q, dtype=float)
         self._turns = np.array([model.tree.is_revolute(k) for k in range(len(self._reference))])
         self._passive = np.array([k not in self.given for k in range(len(self._reference))])

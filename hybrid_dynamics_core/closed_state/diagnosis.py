@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..closure.blocks.block_solver import Step
-from ..closure.blocks.newton import NewtonStep
-from ..closure.plan import given_configuration
+from ..closure.blocks.block_solver import BlockSolver
 from ..closure.toggle_range import allowed_range
 from ..errors import ClosureError, HybridDynamicsError, InputError, SingularityError, StateError
 from ..ground.arrays import Array
 from ..kernels.run import Codes
-from ..mechanism.configuration import Configuration
+from ..mechanism.configuration import Configuration, given_configuration
 from ..programs import Model, Outcome, OutcomeKind
 
 # [rad or m] a value this near the end of its range counts as being at it
@@ -71,7 +69,7 @@ def error_for(
         return _jump(model, index)
     if outcome.kind is OutcomeKind.NOT_FINITE:
         return InputError("the result is not finite: the input is too large to compute with")
-    blocks = model.plan.steps
+    blocks = model.plan.blocks
     if outcome.block > len(blocks):
         return _inconsistent(model, index)
     if outcome.block == len(blocks):
@@ -92,7 +90,7 @@ def _inconsistent(model: Model, index: int | None) -> ClosureError:
     return ClosureError(f"loop '{names}' {problem}", loop=names, index=index)
 
 
-def _half_turn(last: Step, index: int | None) -> ClosureError:
+def _half_turn(last: BlockSolver, index: int | None) -> ClosureError:
     """The error for equations that hold with frames facing opposite ways."""
     problem = (
         "the loops close only with a frame turned half round; the configuration belongs to no"
@@ -111,7 +109,7 @@ def _singular(loop: str, distance: float, index: int | None) -> SingularityError
 
 def _jump(model: Model, index: int | None) -> SingularityError:
     """The error for a motion that has no smooth way on."""
-    names = "+".join(dict.fromkeys(name for block in model.plan.steps for name in block.loops))
+    names = "+".join(dict.fromkeys(name for block in model.plan.blocks for name in block.loops))
     problem = (
         "the way there leaves this assembly mode: it meets a toggle or change point, or would have"
         " to jump to another mode; take another way, or start from a state on the wanted mode"
@@ -124,24 +122,24 @@ def _configuration_before(block: int, model: Model, u: Array, signs: Array) -> C
     given = dict(zip(model.plan.given, u.tolist(), strict=True))
     configuration = given_configuration(model.tree, given)
     guess = model.plan.reference.q
-    for earlier, sign in zip(model.plan.steps[:block], signs[:block], strict=True):
+    for earlier, sign in zip(model.plan.blocks[:block], signs[:block], strict=True):
         earlier.solve(configuration, float(sign), guess)
     return configuration
 
 
 def _unreachable(
-    model: Model, block: Step, configuration: Configuration, index: int | None
+    model: Model, block: BlockSolver, configuration: Configuration, index: int | None
 ) -> StateError:
     """The error for a block that cannot close at the coordinates it depends on."""
-    text = ", ".join(_value_text(model, configuration, k) for k in block.known)
+    text = ", ".join(_value_text(model, configuration, k) for k in block.inputs)
     # an iteration knows no range
-    if isinstance(block, NewtonStep):
+    if block.iterates:
         problem = (
             f"loop '{block.name}' cannot close at {text}: no closed configuration was found on the"
             " way there"
         )
         return ClosureError(problem, loop=block.name, index=index)
-    for coordinate in block.known:
+    for coordinate in block.inputs:
         if coordinate not in model.plan.given:
             continue
         near = float(model.plan.reference.q[coordinate])
@@ -159,7 +157,7 @@ def _value_text(model: Model, configuration: Configuration, coordinate: int) -> 
 
 def _out_of_range(
     model: Model,
-    block: Step,
+    block: BlockSolver,
     configuration: Configuration,
     coordinate: int,
     allowed: tuple[float, float],
@@ -172,7 +170,7 @@ def _out_of_range(
     if lower - EDGE < value < upper + EDGE:
         return _singular(block.name, 0.0, index)
     name, unit = model.tree.coordinates[coordinate], model.tree.unit(coordinate)
-    others = [_value_text(model, configuration, k) for k in block.known if k != coordinate]
+    others = [_value_text(model, configuration, k) for k in block.inputs if k != coordinate]
     condition = ""
     if others:
         condition = f" (at {', '.join(others)})"

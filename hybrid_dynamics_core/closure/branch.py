@@ -1,4 +1,4 @@
-"""Choice of assembly modes: the one the file names or, without a name, the one nearest the reference."""
+"""Choice of assembly modes: the named one or, without a name, the one nearest the reference."""
 
 from __future__ import annotations
 
@@ -7,103 +7,132 @@ from collections.abc import Sequence
 
 from ..description.model import RobotDescription
 from ..errors import UndecidedModeError
-from ..mechanism.configuration import Configuration
-from .blocks.block_solver import Step
-from .blocks.parallelogram import AngleStep
+from ..mechanism.configuration import Configuration, configuration_at
+from .blocks.block_solver import BlockSolver
 from .blocks.patterns import Context
 from .loop_gap import shortfall
-from .rank import CLOSED, posture_of
+from .rank import CLOSED
 
 
 def choose_branch(
     robot: RobotDescription,
-    step: Step,
+    block: BlockSolver,
     context: Context,
     configuration: Configuration,
     guess: Sequence[float],
 ) -> float:
-    """The branch sign of a step; leaves the step solved at the reference configuration."""
-    told = [k for k in step.unknowns if k in context.near]
-    signs = _named(robot, step, context) or [1.0, -1.0][: len(step.modes)]
-    if len(signs) > 1 and step.needs_mode and not told:
-        _refuse_undecided(robot, step, context, configuration, guess)
+    """Choose the branch sign of a block and solve the block at the reference.
+
+    Args:
+        robot: its description, for what errors say.
+        block: the block.
+        context: the robot's tree, closures and the values its reference gives.
+        configuration: the reference before the block. It holds the unknowns afterwards.
+        guess: where iterations start, all coordinates s (n_s,) [rad, m].
+
+    Returns:
+        The branch sign, +1 or -1.
+
+    Raises:
+        UndecidedModeError: the loop closes in several ways and nothing says which is meant.
+        DescriptionError: the loop has no such mode, is singular or does not close.
+    """
+    given = [k for k in block.unknowns if k in context.near]
+    signs = _named_signs(robot, block, context) or list(block.signs)
+    if len(signs) > 1 and block.needs_mode and not given:
+        _require_decided(robot, block, context, configuration, guess)
 
     def distance(sign: float) -> float:
-        if not _margin(step, configuration, sign, guess) > 0.0:
+        """Distance of a solution to the reference."""
+        if not _margin(block, configuration, sign, guess) > 0.0:
             return math.inf
-        return sum(abs(float(configuration.q[k]) - guess[k]) for k in told or step.unknowns)
+        compared = given or block.unknowns
+        return sum(abs(float(configuration.q[k]) - guess[k]) for k in compared)
 
-    best = min(signs, key=distance)
-    if not _margin(step, configuration, best, guess) > 0.0:
-        if _closed(step, context, guess):
-            problem = (
-                "is singular at the reference configuration: what is given does not hold it there;"
-                " give other joints, or another reference"
-            )
-        else:
-            gap = shortfall(context.tree, context.closures, step, configuration)
-            problem = f"does not close at the reference configuration{': ' if gap else ''}{gap}; "
-            problem += "mend the geometry or give a reference that closes"
-        raise robot.error(robot.closure_key(step.loops[0]), problem)
-    if isinstance(step, AngleStep):
-        step.near(configuration, context.near)
-        step.solve(configuration, best, guess)
-    return best
+    nearest = min(signs, key=distance)
+    if not _margin(block, configuration, nearest, guess) > 0.0:
+        problem = _open_problem(block, context, configuration, guess)
+        raise robot.error(robot.closure_key(block.loops[0]), problem)
+    if block.settles_on_reference:
+        block.settle(configuration, context.near)
+        block.solve(configuration, nearest, guess)
+    return nearest
 
 
-def _closed(step: Step, context: Context, guess: Sequence[float]) -> bool:
-    """Whether the block is closed at the guess."""
-    configuration = posture_of(context.tree, guess)
-    loops = dict.fromkeys(equation.loop for equation in step.equations)
-    return (
-        max(abs(float(r)) for loop in loops for r in loop.linearise(configuration).residual)
-        < CLOSED
-    )
-
-
-def _margin(step: Step, configuration: Configuration, sign: float, guess: Sequence[float]) -> float:
+def _margin(
+    block: BlockSolver, configuration: Configuration, sign: float, guess: Sequence[float]
+) -> float:
     try:
-        return float(step.solve(configuration, sign, guess))
+        return float(block.solve(configuration, sign, guess))
     except ZeroDivisionError:  # a pin exactly on a pivot
         return math.nan
 
 
-def _named(robot: RobotDescription, step: Step, context: Context) -> list[float] | None:
-    """The sign of the mode that the file names; None where it names none."""
-    closure = (
-        context.closures.get(step.loops[0]) if context.named and len(step.loops) == 1 else None
+def _open_problem(
+    block: BlockSolver, context: Context, configuration: Configuration, guess: Sequence[float]
+) -> str:
+    """What is wrong with a block that has no solution at the reference."""
+    if _is_closed(block, context, guess):
+        return (
+            "is singular at the reference configuration: what is given does not hold it there;"
+            " give other joints, or another reference"
+        )
+    gap = shortfall(context.tree, context.closures, block, configuration)
+    if gap:
+        gap = f": {gap}"
+    return (
+        f"does not close at the reference configuration{gap}; mend the geometry or give a reference"
+        " that closes"
     )
+
+
+def _is_closed(block: BlockSolver, context: Context, guess: Sequence[float]) -> bool:
+    """Whether the block is closed at the guess."""
+    configuration = configuration_at(context.tree, guess)
+    residuals: list[float] = []
+    for loop in dict.fromkeys(equation.loop for equation in block.equations):
+        residuals += [abs(float(r)) for r in loop.linearise(configuration).residual]
+    return max(residuals) < CLOSED
+
+
+def _named_signs(
+    robot: RobotDescription, block: BlockSolver, context: Context
+) -> list[float] | None:
+    """The sign of the mode that the file names; None where it names none."""
+    if not context.named or len(block.loops) != 1:
+        return None
+    (loop,) = block.loops
+    closure = context.closures.get(loop)
     if closure is None or closure.assembly is None:
         return None
-    if closure.assembly not in step.modes:
+    if closure.assembly not in block.modes:
         raise robot.error(
-            f"{robot.closure_key(step.loops[0])}.assembly",
-            f"is '{closure.assembly}'; this loop has {' and '.join(step.modes)}",
+            f"{robot.closure_key(loop)}.assembly",
+            f"is '{closure.assembly}'; this loop has {' and '.join(block.modes)}",
         )
-    return [1.0, -1.0][step.modes.index(closure.assembly) :][:1]
+    return [block.signs[block.modes.index(closure.assembly)]]
 
 
-def _refuse_undecided(
+def _require_decided(
     robot: RobotDescription,
-    step: Step,
+    block: BlockSolver,
     context: Context,
     configuration: Configuration,
     guess: Sequence[float],
 ) -> None:
-    """Raise where a loop closes in more than one way, with the joints of each; return where it closes in none."""
-    tree, found = context.tree, {}
-    for sign, mode in zip((1.0, -1.0), step.modes, strict=False):
-        if _margin(step, configuration, sign, guess) > 0.0:
-            joints = (
-                f"{tree.coordinates[k]} = {float(configuration.q[k]):.4g} {tree.unit(k)}"
-                for k in step.unknowns
-            )
-            found[mode] = ", ".join(joints)
-    if found:
-        ways = " or ".join(f"{mode} ({joints})" for mode, joints in found.items())
-        problem = (
-            f"closes in more than one way: {ways}; name one as assembly, or give its joints in"
-            " reference"
-        )
-        error = robot.error(robot.closure_key(step.loops[0]), problem)
-        raise UndecidedModeError(error, loop=step.loops[0], modes=tuple(found))
+    """Raise where a loop closes in some modes, with the joints of each."""
+    tree = context.tree
+    ways: dict[str, str] = {}
+    for sign, mode in zip(block.signs, block.modes, strict=True):
+        if _margin(block, configuration, sign, guess) > 0.0:
+            joints = [tree.value_text(k, configuration.q[k], digits=4) for k in block.unknowns]
+            ways[mode] = ", ".join(joints)
+    if not ways:
+        return
+    text = " or ".join(f"{mode} ({joints})" for mode, joints in ways.items())
+    problem = (
+        f"closes in more than one way: {text}; name one as assembly, or give its joints in"
+        " reference"
+    )
+    error = robot.error(robot.closure_key(block.loops[0]), problem)
+    raise UndecidedModeError(error, loop=block.loops[0], modes=tuple(ways))

@@ -11,9 +11,10 @@ from collections.abc import Sequence
 
 from ..algebra.linear import Inverse
 from ..algebra.scalar import Scalar, sqrt
+from ..mechanism.configuration import given_configuration
 from ..mechanism.tree import Tree
 from .constraints.equations import Linearised, LoopEquations
-from .plan import ClosurePlan, given_configuration
+from .plan import ClosurePlan
 
 
 class ClosedMotion:
@@ -33,42 +34,42 @@ class ClosedMotion:
         self._tree = tree
         self.given = plan.given
         self.size = len(tree.coordinates)
-        self.steps = plan.steps
+        self.blocks = plan.blocks
         self.configuration = given_configuration(tree, dict(zip(plan.given, u, strict=True)))
         self.margins = [
             step.solve(self.configuration, sign, guess)
-            for step, sign in zip(plan.steps, branch, strict=True)
+            for step, sign in zip(plan.blocks, branch, strict=True)
         ]
         self.loops = plan.loops
         self.residuals: list[Scalar] = []
         self.guards: list[Scalar] = []
         linear: dict[LoopEquations, Linearised] = {}
         for loop in dict.fromkeys(
-            (*plan.loops, *(e.loop for step in plan.steps for e in step.equations))
+            (*plan.loops, *(e.loop for step in plan.blocks for e in step.equations))
         ):
             linear[loop] = loop.linearise(self.configuration)
             self.residuals += linear[loop].residual
             self.guards += loop.guards(self.configuration)
-        self.rows = [[linear[e.loop].rows[e.index] for e in step.equations] for step in plan.steps]
-        self.blocks = [
+        self.rows = [[linear[e.loop].rows[e.index] for e in step.equations] for step in plan.blocks]
+        self.jacobians = [
             [[row.get(k, 0.0) for k in step.unknowns] for row in rows]
-            for step, rows in zip(plan.steps, self.rows, strict=True)
+            for step, rows in zip(plan.blocks, self.rows, strict=True)
         ]
-        self._inverses = [Inverse(block) for block in self.blocks]
+        self._inverses = [Inverse(block) for block in self.jacobians]
         self.surplus = [linear[e.loop].residual[e.index] for e in plan.redundant]
 
     def rates(self, du: Sequence[Scalar]) -> list[Scalar]:
         """s' from u'."""
-        return self._complete(du, [[0.0] * len(step.unknowns) for step in self.steps])
+        return self._complete(du, [[0.0] * len(step.unknowns) for step in self.blocks])
 
     def accelerations(self, ddu: Sequence[Scalar], ds: Sequence[Scalar]) -> list[Scalar]:
         """s'' from u'' and s'; with u'' = 0 this is R' u'."""
         biases: dict[LoopEquations, list[Scalar]] = {}
-        for equation in (e for step in self.steps for e in step.equations):
+        for equation in (e for step in self.blocks for e in step.equations):
             if equation.loop not in biases:
                 biases[equation.loop] = equation.loop.bias(self.configuration, ds)
         return self._complete(
-            ddu, [[biases[e.loop][e.index] for e in step.equations] for step in self.steps]
+            ddu, [[biases[e.loop][e.index] for e in step.equations] for step in self.blocks]
         )
 
     def _complete(self, given: Sequence[Scalar], bias: list[list[Scalar]]) -> list[Scalar]:
@@ -76,7 +77,7 @@ class ClosedMotion:
         for k, value in zip(self.given, given, strict=True):
             values[k] = value
         for step, rows, inverse, extra in zip(
-            self.steps, self.rows, self._inverses, bias, strict=True
+            self.blocks, self.rows, self._inverses, bias, strict=True
         ):
             rhs = []
             for row, term in zip(rows, extra, strict=True):
@@ -100,7 +101,7 @@ class ClosedMotion:
         f = list(forces)
         multipliers: list[list[Scalar]] = []
         for step, rows, inverse in zip(
-            self.steps[::-1], self.rows[::-1], self._inverses[::-1], strict=True
+            self.blocks[::-1], self.rows[::-1], self._inverses[::-1], strict=True
         ):
             mu = inverse.solve_transposed([f[k] for k in step.unknowns])
             for row, m in zip(rows, mu, strict=True):
@@ -113,7 +114,7 @@ class ClosedMotion:
     def iterations(self) -> Scalar:
         """Number of iterations of all steps together; 0 where everything has a closed form."""
         total: Scalar = 0.0
-        for step, margin in zip(self.steps, self.margins, strict=True):
+        for step, margin in zip(self.blocks, self.margins, strict=True):
             total = total + margin if step.iterates else total
         return total
 
@@ -123,7 +124,7 @@ class ClosedMotion:
         A displacement counts in lengths of the loop, so the size of the robot does not matter.
         """
         result = []
-        parts = zip(self.steps, self.blocks, self._inverses, self.margins, strict=True)
+        parts = zip(self.blocks, self.jacobians, self._inverses, self.margins, strict=True)
         for step, block, inverse, margin in parts:
             closed_form = len(block) == 1 and not step.iterates
             length = max(equation.loop.length for equation in step.equations)

@@ -10,7 +10,7 @@ from ..description.model import Closure, RobotDescription
 from ..ground.arrays import Array
 from ..mechanism.configuration import Configuration
 from ..mechanism.tree import Tree
-from .blocks.block_solver import Step
+from .blocks.block_solver import BlockSolver
 from .constraints.spatial import Chain, closure_chains
 
 STARTS = 24  # of the search for the nearest approach
@@ -66,7 +66,7 @@ def _angle(a: Array, b: Array, kind: str) -> float:
 
 
 def shortfall(
-    tree: Tree, closures: Mapping[str, Closure], step: Step, configuration: Configuration
+    tree: Tree, closures: Mapping[str, Closure], step: BlockSolver, configuration: Configuration
 ) -> str:
     """'open by ... m at best, at motor = 1 rad' and what the lengths look like; empty where the points do meet.
 
@@ -82,7 +82,7 @@ def shortfall(
         return ""
     known = [
         f"{tree.coordinates[k]} = {float(configuration.q[k]):.4g} {tree.unit(k)}"
-        for k in step.known
+        for k in step.inputs
     ]
     place = f", at {', '.join(known)}" if known else ""
     unlike = max(lengths) >= UNLIKE * min(lengths)
@@ -97,7 +97,7 @@ def shortfall(
 def _least_gap(
     tree: Tree,
     chains: Sequence[tuple[Chain, Chain]],
-    step: Step,
+    step: BlockSolver,
     configuration: Configuration,
     length: float,
 ) -> float:
@@ -130,7 +130,7 @@ def _least_gap(
 
 
 def _lengths(
-    chains: Sequence[tuple[Chain, Chain]], configuration: Configuration, step: Step
+    chains: Sequence[tuple[Chain, Chain]], configuration: Configuration, step: BlockSolver
 ) -> list[float]:
     """Lengths [m] of which the loops are made: between joints, to the pins, and strokes that are known."""
     lengths = [0.0]
@@ -142,7 +142,7 @@ def _lengths(
         slides = (
             b.coordinate
             for b in chain.bodies
-            if b.type == "prismatic" and b.coordinate in step.known
+            if b.type == "prismatic" and b.coordinate in step.inputs
         )
         lengths += [abs(float(configuration.q[k])) for k in slides]
     return [length for length in lengths if length > 0.0] or [1.0]

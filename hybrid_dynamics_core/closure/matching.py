@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import connected_components, maximum_bipartite_matchin
 from .constraints.equations import Equation
 
 
-class Block(NamedTuple):
+class EquationBlock(NamedTuple):
     """Equations that determine as many unknowns together, given the blocks before."""
 
     equations: tuple[Equation, ...]
@@ -22,7 +22,7 @@ class Block(NamedTuple):
 class Matching(NamedTuple):
     """Blocks in solving order; unknowns that no equation is left for; equations that no unknown is left for."""
 
-    blocks: list[Block]
+    blocks: list[EquationBlock]
     undetermined: list[int]
     surplus: list[Equation]
 
@@ -52,7 +52,9 @@ def match(equations: Sequence[Equation], unknowns: Sequence[int]) -> Matching:
     )  # equation r needs the unknowns of the equations in its row
     _, label = connected_components(depends, directed=True, connection="strong")
     blocks = [
-        Block(tuple(equations[r] for r in rows), tuple(sorted(unknowns[matched[r]] for r in rows)))
+        EquationBlock(
+            tuple(equations[r] for r in rows), tuple(sorted(unknowns[matched[r]] for r in rows))
+        )
         for rows in _ordered(depends, label)
     ]
     return Matching(blocks, [], [])

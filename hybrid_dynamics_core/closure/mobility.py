@@ -14,11 +14,12 @@ import numpy as np
 
 from ..description.model import RobotDescription
 from ..ground.arrays import Array
+from ..mechanism.configuration import configuration_at
 from ..mechanism.tree import Tree, build_tree
 from .constraints.equations import LoopEquations
 from .constraints.from_description import loop_equations
 from .loop_gap import gap_of
-from .rank import CLOSED, close_numerically, jacobian_of, posture_of
+from .rank import CLOSED, close_numerically, jacobian_of
 
 INDEPENDENT = (
     1e-6  # share of a coordinate's motion that must not follow from the coordinates chosen before
@@ -47,7 +48,7 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     if worst and residual[worst] > CLOSED:
         raise robot.error(
             robot.closure_key(worst),
-            f"does not close: {gap_of(tree, robot, worst, posture_of(tree, s))} "
+            f"does not close: {gap_of(tree, robot, worst, configuration_at(tree, s))} "
             f"({residual[worst]:.2g} of the loop's length) at best; mend the geometry",
         )
     motions = _null_space(jacobian_of(tree, loops, s, range(len(names)))[1])

@@ -5,33 +5,35 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ..algebra.scalar import Scalar
 from ..description.model import RobotDescription
 from ..ground.wording import counted, singular_or_plural
-from ..mechanism.configuration import Configuration
+from ..mechanism.configuration import Configuration, configuration_at, given_configuration
 from ..mechanism.tree import Tree
-from .blocks.block_solver import Step
-from .blocks.newton import NewtonStep
-from .blocks.patterns import Context, make_step
+from .blocks.block_solver import BlockSolver
+from .blocks.patterns import Context, solver_for
 from .branch import choose_branch
 from .constraints.equations import Equation, LoopEquations
 from .constraints.from_description import loop_equations
 from .loop_gap import gap_of
 from .matching import Matching, match
-from .rank import CLOSED, close_numerically, posture_of, rank_equations
+from .rank import CLOSED, close_numerically, rank_equations
 
 
 @dataclass(frozen=True)
 class ClosurePlan:
-    """How the rest follows from the given coordinates.
+    """How all other coordinates follow from the given ones.
 
-    `steps` in solving order; `branch`: the sign (+1, -1) of each; `reference`: a closed configuration
-    (floats); `loops`: all equations; `redundant`: those that follow from the others; `idle`:
-    coordinates no loop holds.
+    Attributes:
+        given: the coordinates that are given.
+        blocks: what solves for the others, in solving order.
+        branch: the branch sign of each block, +1 or -1.
+        reference: a closed configuration, floats.
+        loops: the equations of all loops.
+        redundant: equations that follow from the others.
     """
 
     given: tuple[int, ...]
-    steps: tuple[Step, ...]
+    blocks: tuple[BlockSolver, ...]
     branch: tuple[float, ...]
     reference: Configuration
     loops: tuple[LoopEquations, ...]
@@ -67,31 +69,21 @@ def build_plan(
     context = Context(tree, {c.name: c for c in robot.closures}, near, named)
     guess = [float(near.get(k, 0.0)) for k in range(len(tree.coordinates))]
     configuration = given_configuration(tree, {k: guess[k] for k in given})
-    steps = [make_step(block, context) for block in matching.blocks]
-    if any(
-        isinstance(step, NewtonStep) for step in steps
-    ):  # these start where everything is closed already
+    blocks = [solver_for(block, context) for block in matching.blocks]
+    # iterations start where everything is closed already
+    if any(block.iterates for block in blocks):
         closed, residual = close_numerically(tree, loops, guess, unknowns)
-        guess = closed.tolist() if max(residual.values()) < CLOSED else guess
-    branch = [choose_branch(robot, step, context, configuration, guess) for step in steps]
+        if max(residual.values()) < CLOSED:
+            guess = closed.tolist()
+    branch = [choose_branch(robot, block, context, configuration, guess) for block in blocks]
     _check_closed(tree, robot, loops, configuration)
     if (
         named and robot.active_set == "exact"
     ):  # else the reference is not the file's: a note tells of it
         _check_limits(tree, robot, configuration)
     return ClosurePlan(
-        given, tuple(steps), tuple(branch), configuration, tuple(loops), tuple(redundant)
+        given, tuple(blocks), tuple(branch), configuration, tuple(loops), tuple(redundant)
     )
-
-
-def given_configuration(tree: Tree, values: Mapping[int, Scalar]) -> Configuration:
-    """A configuration with some coordinates set; any scalar type."""
-    configuration = Configuration(len(tree.coordinates))
-    for body in tree.bodies:
-        if body.coordinate in values:
-            put = configuration.set_angle if body.type == "revolute" else configuration.set_length
-            put(body.coordinate, values[body.coordinate])
-    return configuration
 
 
 def _independent(
@@ -121,7 +113,7 @@ def _independent(
     if ranked.residual[worst] > CLOSED:
         raise robot.error(
             robot.closure_key(worst),
-            f"does not close: {gap_of(tree, robot, worst, posture_of(tree, ranked.closest))}"
+            f"does not close: {gap_of(tree, robot, worst, configuration_at(tree, ranked.closest))}"
             f" ({ranked.residual[worst]:.2g} of the loop's length) where it comes nearest; mend the"
             " geometry, or give a reference nearer to a closed configuration",
         )

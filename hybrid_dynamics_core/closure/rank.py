@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..ground.arrays import Array
-from ..mechanism.configuration import Configuration
+from ..mechanism.configuration import configuration_at
 from ..mechanism.tree import Tree
 from .constraints.equations import Equation, LoopEquations
 
@@ -116,7 +116,7 @@ def close_numerically(
             break
         step = np.linalg.lstsq(jacobian, -residual, rcond=1e-10)[0]
         s[columns] += step * min(1.0, 0.3 / max(float(np.abs(step).max(initial=0.0)), 1e-300))
-    configuration = posture_of(tree, best_s)
+    configuration = configuration_at(tree, best_s)
     residuals: dict[str, float] = {}
     for loop in loops:
         error = max(map(abs, loop.gaps(configuration)))
@@ -124,20 +124,11 @@ def close_numerically(
     return best_s, residuals
 
 
-def posture_of(tree: Tree, s: Sequence[float] | Array) -> Configuration:
-    """A configuration with every coordinate set from floats."""
-    configuration = Configuration(len(tree.coordinates))
-    for body in tree.bodies:
-        put = configuration.set_angle if body.type == "revolute" else configuration.set_length
-        put(body.coordinate, float(s[body.coordinate]))
-    return configuration
-
-
 def jacobian_of(
     tree: Tree, loops: Sequence[LoopEquations], s: Array, unknowns: Sequence[int]
 ) -> tuple[Array, Array]:
     """Gaps (m,) of all equations at s, and their Jacobian (m, unknowns)."""
-    configuration = posture_of(tree, s)
+    configuration = configuration_at(tree, s)
     residual, rows = [], []
     for loop in loops:
         block = loop.linearise(configuration)

@@ -10,14 +10,14 @@ from scipy.optimize import brentq
 from ..ground.arrays import Array
 from ..mechanism.configuration import Configuration
 from ..mechanism.tree import Tree
-from .blocks.block_solver import Step
+from .blocks.block_solver import BlockSolver
 
 _SAMPLES = 2001  # a range narrower than 1/2000 of the searched one is not told apart
 _SPAN = 6.0  # searched displacements, in lengths of the loop
 
 
 def allowed_range(
-    tree: Tree, step: Step, configuration: Configuration, coordinate: int, near: float
+    tree: Tree, step: BlockSolver, configuration: Configuration, coordinate: int, near: float
 ) -> tuple[float, float] | None:
     """The interval of a known coordinate, nearest to `near`, in which the step closes with all else as in `configuration`.
 
@@ -52,7 +52,7 @@ def allowed_range(
 
 
 def _margin(
-    step: Step, configuration: Configuration, coordinate: int, revolute: bool, values: Array
+    step: BlockSolver, configuration: Configuration, coordinate: int, revolute: bool, values: Array
 ) -> Array:
     trial = configuration.copy()
     put = trial.set_angle if revolute else trial.set_length

@@ -1,17 +1,21 @@
-"""Joint values as the closure gives them: cosine and sine of revolute joints, displacement of prismatic ones."""
+"""Joint values as the closure gives them: cosine and sine of revolute joints, lengths of others."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 
 from ..algebra.scalar import Scalar, atan2, cos, sin
+from .tree import Tree
 
 
 class Configuration:
     """Values of the coordinates s, filled in the order of the plan.
 
-    `q[k]` angle [rad] or displacement [m]; `c[k]`, `s[k]` cosine and sine where the joint is
-    revolute.
+    Attributes:
+        q: angle [rad] or displacement [m] of each coordinate, None where it is not set.
+        c: cosine of each revolute coordinate.
+        s: sine of each revolute coordinate.
     """
 
     def __init__(self, size: int) -> None:
@@ -20,21 +24,59 @@ class Configuration:
         self.s: list[Scalar] = [None] * size
 
     def copy(self) -> Configuration:
-        """The same values, to be changed on their own."""
+        """An independent copy."""
         other = Configuration(0)
-        other.q, other.c, other.s = list(self.q), list(self.c), list(self.s)
+        other.q = list(self.q)
+        other.c = list(self.c)
+        other.s = list(self.s)
         return other
 
+    def set_value(self, k: int, q: Scalar, *, revolute: bool) -> None:
+        """Set a coordinate from its angle [rad] or displacement [m]."""
+        if revolute:
+            self.set_angle(k, q)
+        else:
+            self.set_length(k, q)
+
     def set_angle(self, k: int, q: Scalar) -> None:
-        """A revolute coordinate given as an angle [rad]."""
-        self.q[k], self.c[k], self.s[k] = q, cos(q), sin(q)
+        """Set a revolute coordinate from its angle [rad]."""
+        self.q[k] = q
+        self.c[k] = cos(q)
+        self.s[k] = sin(q)
 
     def set_length(self, k: int, q: Scalar) -> None:
-        """A prismatic coordinate [m]."""
+        """Set a prismatic coordinate [m]."""
         self.q[k] = q
 
     def set_direction(self, k: int, c: Scalar, s: Scalar, near: float) -> None:
-        """A revolute coordinate given by cosine and sine; the angle is the one within pi of `near` [rad]."""
-        self.c[k], self.s[k] = c, s
-        cn, sn = math.cos(near), math.sin(near)
-        self.q[k] = near + atan2(s * cn - c * sn, c * cn + s * sn) if near else atan2(s, c)
+        """Set a revolute coordinate from its cosine and sine.
+
+        Args:
+            k: the coordinate.
+            c: its cosine.
+            s: its sine.
+            near: the angle is the one within pi of this [rad].
+        """
+        self.c[k] = c
+        self.s[k] = s
+        if not near:
+            self.q[k] = atan2(s, c)
+            return
+        cn = math.cos(near)
+        sn = math.sin(near)
+        self.q[k] = near + atan2(s * cn - c * sn, c * cn + s * sn)
+
+
+def given_configuration(tree: Tree, values: Mapping[int, Scalar]) -> Configuration:
+    """A configuration with some coordinates set, from any scalars."""
+    configuration = Configuration(len(tree.coordinates))
+    for body in tree.bodies:
+        k = body.coordinate
+        if k in values:
+            configuration.set_value(k, values[k], revolute=body.type == "revolute")
+    return configuration
+
+
+def configuration_at(tree: Tree, s: Iterable[float]) -> Configuration:
+    """The configuration of floats with all coordinates s (n_s,) set."""
+    return given_configuration(tree, {k: float(q) for k, q in enumerate(s)})

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..algebra.scalar import Scalar
 from ..algebra.vector import Rotation, Vector, constant
 from ..description.model import Frame, JointType, RobotDescription
 from ..ground.arrays import Array
@@ -59,6 +60,10 @@ class Tree:
     def unit(self, coordinate: int) -> str:
         """Unit of a coordinate."""
         return coordinate_unit("revolute" if self.is_revolute(coordinate) else "prismatic")
+
+    def value_text(self, coordinate: int, value: Scalar, digits: int) -> str:
+        """Name, value and unit of a coordinate, for people."""
+        return f"{self.coordinates[coordinate]} = {float(value):.{digits}g} {self.unit(coordinate)}"
 
     def path(self, body: int) -> list[int]:
         """Bodies from the base to `body`, both ends as they are (base left out)."""

@@ -28,7 +28,7 @@ class Model:
         """Length of an input vector."""
         if name in ALONG_S:
             return len(self.tree.coordinates)
-        return {"branch": len(self.plan.steps), "gravity": 3}.get(name, len(self.plan.given))
+        return {"branch": len(self.plan.blocks), "gravity": 3}.get(name, len(self.plan.given))
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,7 @@ def generalised_forces(
 ) -> dict[str, dict[int, Scalar]]:
     """By closure: the forces along the joints that its equations and their multipliers stand for."""
     result: dict[str, dict[int, Scalar]] = {}
-    for step, rows, factors in zip(motion.steps, motion.rows, multipliers, strict=True):
+    for step, rows, factors in zip(motion.blocks, motion.rows, multipliers, strict=True):
         for equation, row, factor in zip(step.equations, rows, factors, strict=True):
             forces = result.setdefault(equation.loop.name, {})
             for k, coefficient in row.items():

@@ -107,7 +107,7 @@ class ClosingRobot:
     @cached_property
     def loops(self) -> tuple[str, ...]:
         """Names of the blocks of loops, in the order in which they close: a loop, or several joined by +."""
-        return tuple(dict.fromkeys(step.name for step in self._model.plan.steps))
+        return tuple(dict.fromkeys(step.name for step in self._model.plan.blocks))
 
     @property
     def redundant_equations(self) -> Mapping[str, int]:
@@ -141,8 +141,8 @@ class ClosingRobot:
         Infinite where the coordinate is in no loop, or in one with other given coordinates.
         """
         limits = np.tile([-np.inf, np.inf], (len(self.active), 1))
-        for step in self._model.plan.steps:
-            known = step.known
+        for step in self._model.plan.blocks:
+            known = step.inputs
             if len(known) == 1 and known[0] < len(self.active):
                 k = known[0]
                 found = allowed_range(
@@ -230,7 +230,7 @@ class ClosingRobot:
 
     def _followed(self, near: ClosedState, state: ClosedState) -> Mapping[str, str]:
         """Names of the modes after a motion from `near`: loops without a closed form are on the mode they came from."""
-        iterating = {step.name for step in self._model.plan.steps if step.iterates}
+        iterating = {step.name for step in self._model.plan.blocks if step.iterates}
         own = {name: near.branch[name] for name in iterating if name in near.branch}
         return MappingProxyType({**state.branch, **own})
 
@@ -387,7 +387,7 @@ class ClosingRobot:
     @cached_property
     def _loop_order(self) -> tuple[list[int], list[int]]:
         """The steps, loop by loop as in `loops`, and where in them each loop begins."""
-        names = [step.name for step in self._model.plan.steps]
+        names = [step.name for step in self._model.plan.blocks]
         order = sorted(range(len(names)), key=lambda k: self.loops.index(names[k]))
         ordered = [names[k] for k in order]
         return order, [ordered.index(loop) for loop in self.loops]
@@ -396,7 +396,7 @@ class ClosingRobot:
         """Names of the modes; motions stay on theirs, so they are looked up once."""
         key = signs.tobytes()
         if key not in self._branches:
-            steps = zip(self._model.plan.steps, signs, strict=True)
+            steps = zip(self._model.plan.blocks, signs, strict=True)
             modes = [step.modes[0 if sign > 0 else 1] for step, sign in steps]
             self._branches[key] = branch_names(self._model.plan, modes)
         return self._branches[key]

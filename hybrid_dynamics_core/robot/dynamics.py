@@ -186,7 +186,7 @@ class RobotDynamics(ClosingRobot):
         """
         ddu = np.zeros_like(state.u) if ddu is None else self._like(state, "ddu", ddu)
         values = self._evaluate("spanning_terms", programs.spanning_terms, state, loads, ddu=ddu)
-        equations = [e for step in self._model.plan.steps for e in step.equations]
+        equations = [e for step in self._model.plan.blocks for e in step.equations]
         return SpanningTerms(
             M=values["M"],
             C=values["C"],

@@ -84,7 +84,7 @@ class Robot(RobotActuators):
     @cached_property
     def follows(self) -> bool:
         """Whether some loop has no closed form: its assembly mode is that of the state it is followed from."""
-        return any(step.iterates for step in self._model.plan.steps)
+        return any(step.iterates for step in self._model.plan.blocks)
 
     def workspace(
         self,

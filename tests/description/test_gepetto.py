@@ -9,9 +9,10 @@ import pytest
 
 from hybrid_dynamics_core import DescriptionError, load
 from hybrid_dynamics_core.closure.constraints.from_description import loop_equations
-from hybrid_dynamics_core.closure.rank import close_numerically, posture_of
+from hybrid_dynamics_core.closure.rank import close_numerically
 from hybrid_dynamics_core.description import RobotDescription
 from hybrid_dynamics_core.formats import read_description
+from hybrid_dynamics_core.mechanism.configuration import configuration_at
 from hybrid_dynamics_core.mechanism.tree import build_tree
 from tests.description.oracle import close, freedom, gaps
 from tests.description.test_urdf import BARS, body, joint, write
@@ -207,7 +208,10 @@ def test_a_search_from_opposed_frames_ends_with_frames_that_face_alike(tmp_path:
     loops = loop_equations(tree, robot, frozenset(free))
     s, residual = close_numerically(tree, loops, np.zeros(len(free)), free)
     assert max(residual.values()) < 1e-12
-    assert min(float(guard) for loop in loops for guard in loop.guards(posture_of(tree, s))) > 0.0
+    assert (
+        min(float(guard) for loop in loops for guard in loop.guards(configuration_at(tree, s)))
+        > 0.0
+    )
 
 
 def test_loops_that_close_beyond_a_limit_only_are_noted(tmp_path: Path) -> None:

@@ -9,9 +9,9 @@ import pytest
 
 from hybrid_dynamics_core import ClosureError, DescriptionError, Robot
 from hybrid_dynamics_core.closure.loop_gap import gap_of
-from hybrid_dynamics_core.closure.plan import given_configuration
 from hybrid_dynamics_core.description import RobotDescription
 from hybrid_dynamics_core.formats.reader import parse_description
+from hybrid_dynamics_core.mechanism.configuration import given_configuration
 from hybrid_dynamics_core.mechanism.tree import build_tree
 from tests.generated.assembly import BASE, Assembly, turn, unit
 from tests.generated.space import Space

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from ...algebra.scalar import Scalar
 from ...mechanism.configuration import Configuration
@@ -12,20 +12,26 @@ from ..constraints.equations import Equation
 ONLY = ("only",)
 
 
-class Step(ABC):
-    """Solves `unknowns` from coordinates already known.
+class BlockSolver(ABC):
+    """Solves some unknowns from the coordinates that come before them.
 
-    `equations` give its part of J_z; `modes` are its assembly modes: the branch sign +1 is the
-    first, -1 the second.
+    Attributes:
+        equations: its part of J_z.
+        unknowns: the coordinates it solves for, as many as there are equations.
+        modes: names of its assembly modes, the first for the branch sign +1, the second for -1.
+        iterates: the margin is a number of iterations and the modes have no closed form.
+        modes_fixed: the mode that the plan chose is kept: another one moves no link elsewhere.
+        settles_on_reference: the plan calls `settle` at the reference, once.
+        needs_mode: the file must name the mode. Otherwise the one nearest to zero is taken.
     """
 
     equations: tuple[Equation, ...]
     unknowns: tuple[int, ...]
     modes: tuple[str, ...] = ONLY
-    iterates = False  # whether the margin is a number of iterations
-    needs_mode = (
-        False  # whether the file must tell the mode; otherwise the one nearest zero is taken
-    )
+    iterates = False
+    modes_fixed = False
+    settles_on_reference = False
+    needs_mode = False
 
     @property
     def loops(self) -> tuple[str, ...]:
@@ -38,17 +44,36 @@ class Step(ABC):
         return "+".join(self.loops)
 
     @property
-    def known(self) -> list[int]:
-        """Coordinates that the block's equations depend on and that must be known before."""
+    def inputs(self) -> list[int]:
+        """Coordinates that the equations depend on besides the unknowns."""
         involved = frozenset().union(*(equation.involved for equation in self.equations))
         return sorted(involved - set(self.unknowns))
+
+    @property
+    def signs(self) -> tuple[float, ...]:
+        """The branch signs of the modes."""
+        return (1.0, -1.0)[: len(self.modes)]
+
+    def settle(self, configuration: Configuration, near: Mapping[int, float]) -> None:  # noqa: B027  most blocks have nothing to settle
+        """Fix constants at the reference.
+
+        Args:
+            configuration: the reference as far as it is solved, floats.
+            near: angles that the file gives, by coordinate [rad].
+        """
 
     @abstractmethod
     def solve(
         self, configuration: Configuration, branch: Scalar, guess: Sequence[Scalar]
     ) -> Scalar:
-        """Fill in the unknowns on the branch (+1 or -1); `guess`: per coordinate, where an iteration starts.
+        """Fill in the unknowns.
 
-        Returns the margin, dimensionless: positive where the block closes, negative or NaN where it
-        cannot.
+        Args:
+            configuration: coordinates, with all `inputs` set.
+            branch: sign of the assembly mode, +1 or -1.
+            guess: where an iteration starts, all coordinates s (n_s,) [rad, m].
+
+        Returns:
+            The margin, dimensionless. It is positive where the block closes, negative or NaN where
+            it cannot.
         """

@@ -14,13 +14,13 @@ from ...algebra.vector import Vector, add, cross2, dot, scale, sub, turn
 from ...mechanism.configuration import Configuration
 from ..constraints.equations import Equation
 from ..constraints.planar import PlanarJoint, PlanarPin
-from .block_solver import Step
+from .block_solver import BlockSolver
 
 TURNS = ("counterclockwise", "clockwise")
 SLIDES = ("extended", "retracted")
 
 
-class PlanarStep(Step):
+class DyadBlock(BlockSolver):
     """Both equations of one planar pin, for two unknown joints."""
 
     needs_mode = True
@@ -44,7 +44,7 @@ class PlanarStep(Step):
 class _Cut:
     """The loop with its unknown joints at zero: where each unknown stands, and the ends of both chains."""
 
-    def __init__(self, step: PlanarStep, configuration: Configuration) -> None:
+    def __init__(self, step: DyadBlock, configuration: Configuration) -> None:
         at_zero = configuration.copy()
         for joint in step.joints:
             k = joint.coordinate
@@ -61,7 +61,7 @@ class _Cut:
         self.target = b.end if self.on_a[0] else a.end  # the end of the chain without unknowns
 
 
-class TwoTurns(PlanarStep):
+class TwoTurns(DyadBlock):
     """Two revolute unknowns: a triangle with known sides; two assembly modes."""
 
     modes = TURNS
@@ -108,7 +108,7 @@ def _between(a: Vector, b: Vector) -> tuple[Scalar, Scalar]:
     return dot(a, b) / squared, cross2(a, b) / squared
 
 
-class TurnAndSlide(PlanarStep):
+class TurnAndSlide(DyadBlock):
     """One revolute and one prismatic unknown: a circle cut by a line; two assembly modes."""
 
     modes = SLIDES
@@ -148,7 +148,7 @@ class TurnAndSlide(PlanarStep):
         return margin
 
 
-class TwoSlides(PlanarStep):
+class TwoSlides(DyadBlock):
     """Two prismatic unknowns: two linear equations, one solution."""
 
     def solve(
@@ -172,7 +172,7 @@ class TwoSlides(PlanarStep):
 
 def dyad(
     pin: PlanarPin, unknowns: tuple[PlanarJoint, PlanarJoint], near: Mapping[int, float]
-) -> PlanarStep:
+) -> DyadBlock:
     """The block that closes a planar loop for two unknown joints."""
     turns = sum(j.revolute for j in unknowns)
     return (TwoSlides, TurnAndSlide, TwoTurns)[turns](pin, unknowns, near)

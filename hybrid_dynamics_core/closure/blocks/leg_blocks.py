@@ -12,7 +12,7 @@ from ...mechanism.tree import Body
 from ..constraints.equations import Equation
 from ..constraints.leg import Direction, Distance
 from ..constraints.spatial import Chain, ChainState
-from .block_solver import Step
+from .block_solver import BlockSolver
 
 SLIDES = ("extended", "retracted")
 TURNS = ("counterclockwise", "clockwise")
@@ -26,7 +26,7 @@ def _at_zero(configuration: Configuration, coordinates: Sequence[int]) -> Config
     return trial
 
 
-class DistanceStep(Step):
+class DistanceBlock(BlockSolver):
     """One distance, one unknown joint."""
 
     def __init__(self, distance: Distance, unknown: int, near: Mapping[int, float]) -> None:
@@ -53,7 +53,7 @@ class DistanceStep(Step):
         raise AssertionError("the unknown is in one of the chains")
 
 
-class SlideDistance(DistanceStep):
+class SlideDistance(DistanceBlock):
     """The stroke of a leg: |x + q e| = |y|."""
 
     modes = SLIDES
@@ -73,7 +73,7 @@ class SlideDistance(DistanceStep):
         return margin
 
 
-class TurnDistance(DistanceStep):
+class TurnDistance(DistanceBlock):
     """A crank from the length of its rod: |x| = |y| with x = h + R(q) v."""
 
     modes = TURNS
@@ -103,10 +103,11 @@ class TurnDistance(DistanceStep):
         return margin
 
 
-class PivotDirection(Step):
+class PivotDirection(BlockSolver):
     """The two angles of a universal joint from the direction in which its leg must point."""
 
     modes = SIDES
+    modes_fixed = True
 
     def __init__(self, direction: Direction, near: Mapping[int, float]) -> None:
         self.direction = direction
@@ -169,7 +170,7 @@ def _turn_to_height(
     return (a * c - b * root) / squared, (b * c + a * root) / squared, margin
 
 
-class ThreeSpheres(Step):
+class ThreeSpheres(BlockSolver):
     """A platform that only translates, on three legs of known length: the intersection of three spheres."""
 
     modes = SIDES

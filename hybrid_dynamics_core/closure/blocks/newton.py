@@ -1,18 +1,18 @@
-"""Any block that has no closed form: Newton's method from a guess, with a bounded number of iterations."""
+"""Any block without a closed form: Newton's method from a guess, with bounded iterations."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
 from ...algebra.numerics import newton
-from ...algebra.scalar import Scalar, cos, sin
+from ...algebra.scalar import Scalar
 from ...mechanism.configuration import Configuration
 from ..constraints.equations import Equation
-from .block_solver import Step
+from .block_solver import BlockSolver
 
 
-class NewtonStep(Step):
-    """Equations of any loops, solved together; the branch is where the guess leads."""
+class NewtonBlock(BlockSolver):
+    """Equations of any loops, solved together. The branch is where the guess leads."""
 
     modes = ("reference",)
     iterates = True
@@ -23,7 +23,7 @@ class NewtonStep(Step):
         self.equations = tuple(equations)
         self.unknowns = tuple(unknowns)
         self._revolute = revolute
-        self._known = self.known
+        self._inputs = self.inputs
 
     def solve(
         self,
@@ -33,34 +33,43 @@ class NewtonStep(Step):
     ) -> Scalar:
         """The margin is the number of iterations, negative if they did not converge."""
         parameters: list[Scalar] = []
-        for k in self._known:
-            parameters += (
-                [configuration.q[k], configuration.c[k], configuration.s[k]]
-                if self._revolute[k]
-                else [configuration.q[k]]
-            )
-        *values, converged = newton(self.body, [guess[k] for k in self.unknowns], parameters)
+        for k in self._inputs:
+            parameters.append(configuration.q[k])
+            if self._revolute[k]:
+                parameters += [configuration.c[k], configuration.s[k]]
+        start = [guess[k] for k in self.unknowns]
+        *values, iterations = newton(self.residuals_and_jacobian, start, parameters)
         for k, value in zip(self.unknowns, values, strict=True):
-            put = configuration.set_angle if self._revolute[k] else configuration.set_length
-            put(k, value)
-        return converged
+            configuration.set_value(k, value, revolute=self._revolute[k])
+        return iterations
 
-    def body(self, unknowns: Sequence[Scalar], parameters: Sequence[Scalar]) -> list[Scalar]:
-        """Residuals, then the Jacobian row by row."""
-        configuration = Configuration(1 + max((*self._known, *self.unknowns)))
-        given = iter(parameters)
-        for k in self._known:
-            configuration.q[k] = next(given)
-            if self._revolute[k]:
-                configuration.c[k], configuration.s[k] = next(given), next(given)
-        for k, value in zip(self.unknowns, unknowns, strict=True):
-            configuration.q[k] = value
-            if self._revolute[k]:
-                configuration.c[k], configuration.s[k] = cos(value), sin(value)
-        residual, rows = [], []
+    def residuals_and_jacobian(
+        self, unknowns: Sequence[Scalar], parameters: Sequence[Scalar]
+    ) -> list[Scalar]:
+        """What Newton's method iterates: the residuals, then the Jacobian row by row."""
+        configuration = self._configuration(unknowns, parameters)
+        residuals: list[Scalar] = []
+        entries: list[Scalar] = []
         for loop in dict.fromkeys(equation.loop for equation in self.equations):
-            block = loop.linearise(configuration)
-            for index in (e.index for e in self.equations if e.loop is loop):
-                residual.append(block.residual[index])
-                rows += [block.rows[index].get(k, 0.0) for k in self.unknowns]
-        return [*residual, *rows]
+            linear = loop.linearise(configuration)
+            for equation in self.equations:
+                if equation.loop is loop:
+                    residuals.append(linear.residual[equation.index])
+                    row = linear.rows[equation.index]
+                    entries += [row.get(k, 0.0) for k in self.unknowns]
+        return [*residuals, *entries]
+
+    def _configuration(
+        self, unknowns: Sequence[Scalar], parameters: Sequence[Scalar]
+    ) -> Configuration:
+        """The configuration of the block's coordinates alone."""
+        configuration = Configuration(1 + max((*self._inputs, *self.unknowns)))
+        remaining = iter(parameters)
+        for k in self._inputs:
+            configuration.q[k] = next(remaining)
+            if self._revolute[k]:
+                configuration.c[k] = next(remaining)
+                configuration.s[k] = next(remaining)
+        for k, value in zip(self.unknowns, unknowns, strict=True):
+            configuration.set_value(k, value, revolute=self._revolute[k])
+        return configuration

@@ -1,6 +1,6 @@
-"""Which block closes in closed form: the known patterns, tried in order; Newton for the rest.
+"""Which block closes in closed form: the patterns in order, then Newton for all others.
 
-A new closed form is a Step and one function here.
+A new closed form is a BlockSolver and one function here.
 """
 
 from __future__ import annotations
@@ -10,45 +10,53 @@ from dataclasses import dataclass
 
 from ...description.model import Closure
 from ...mechanism.tree import Tree
-from ..constraints.joint_coupling import CoordinateRelation, RelationStep
+from ..constraints.joint_coupling import JointCoupling
 from ..constraints.leg import Direction, Distance
+from ..constraints.parallelogram import PARALLELOGRAM
 from ..constraints.planar import AngleSum, PlanarPin
-from ..matching import Block
-from .block_solver import Step
+from ..matching import EquationBlock
+from .angle_sum import AngleBlock
+from .block_solver import ONLY, BlockSolver
 from .dyad import dyad
+from .joint_coupling import JointCouplingBlock
 from .leg_blocks import PivotDirection, SlideDistance, ThreeSpheres, TurnDistance, slides_only
-from .newton import NewtonStep
-from .parallelogram import PARALLELOGRAM, AngleStep
+from .newton import NewtonBlock
 
 
 @dataclass(frozen=True)
 class Context:
-    """What patterns need to know of the robot: its tree, its closures by name, and angles to stay near to [rad]."""
+    """What the patterns need to know of the robot.
+
+    Attributes:
+        tree: its spanning tree.
+        closures: its closures by name.
+        near: angles that solutions stay near to, by coordinate [rad].
+        named: the modes that the file names count. They do for the active coordinates only.
+    """
 
     tree: Tree
     closures: Mapping[str, Closure]
     near: Mapping[int, float]
-    named: bool = (
-        True  # whether the modes that the file names are meant: for the active coordinates only
-    )
+    named: bool = True
 
     def revolute(self, coordinate: int) -> bool:
         """Whether a coordinate is an angle."""
         return self.tree.is_revolute(coordinate)
 
 
-def make_step(block: Block, context: Context) -> Step:
-    """The step that solves a block."""
+def solver_for(block: EquationBlock, context: Context) -> BlockSolver:
+    """The solver of a block of equations."""
     for pattern in _PATTERNS:
-        step = pattern(block, context)
-        if step is not None:
-            return step
-    revolute = {k: context.revolute(k) for e in block.equations for k in e.involved}
-    return NewtonStep(block.equations, block.unknowns, revolute)
+        solver = pattern(block, context)
+        if solver is not None:
+            return solver
+    involved = frozenset().union(*(equation.involved for equation in block.equations))
+    revolute = {k: context.revolute(k) for k in involved}
+    return NewtonBlock(block.equations, block.unknowns, revolute)
 
 
-def _planar_pin(block: Block, context: Context) -> Step | None:
-    pins = {e.loop for e in block.equations}
+def _planar_pin(block: EquationBlock, context: Context) -> BlockSolver | None:
+    pins = {equation.loop for equation in block.equations}
     if len(pins) != 1 or len(block.equations) != 2:
         return None
     pin = pins.pop()
@@ -58,31 +66,35 @@ def _planar_pin(block: Block, context: Context) -> Step | None:
     return dyad(pin, (first, second), context.near)
 
 
-def _angle_sum(block: Block, context: Context) -> Step | None:
+def _angle_sum(block: EquationBlock, context: Context) -> BlockSolver | None:
     loop = block.equations[0].loop
     if len(block.equations) != 1 or not isinstance(loop, AngleSum):
         return None
-    parallelogram = context.closures[loop.name].assembly == PARALLELOGRAM
-    return AngleStep(loop, block.unknowns[0], PARALLELOGRAM if parallelogram else "only")
+    (mode,) = ONLY
+    if context.closures[loop.name].assembly == PARALLELOGRAM:
+        mode = PARALLELOGRAM
+    return AngleBlock(loop, block.unknowns[0], mode)
 
 
-def _relation(block: Block, context: Context) -> Step | None:
-    loop, unknown = block.equations[0].loop, block.unknowns[0]
-    if len(block.equations) != 1 or not isinstance(loop, CoordinateRelation):
-        return None
-    return RelationStep(loop, unknown, context.revolute(unknown))
-
-
-def _one_distance(block: Block, context: Context) -> Step | None:
+def _joint_coupling(block: EquationBlock, context: Context) -> BlockSolver | None:
     loop = block.equations[0].loop
+    unknown = block.unknowns[0]
+    if len(block.equations) != 1 or not isinstance(loop, JointCoupling):
+        return None
+    return JointCouplingBlock(loop, unknown, context.revolute(unknown))
+
+
+def _one_distance(block: EquationBlock, context: Context) -> BlockSolver | None:
+    loop = block.equations[0].loop
+    unknown = block.unknowns[0]
     if len(block.equations) != 1 or not isinstance(loop, Distance):
         return None
-    unknown = block.unknowns[0]
-    form = TurnDistance if context.revolute(unknown) else SlideDistance
-    return form(loop, unknown, context.near)
+    if context.revolute(unknown):
+        return TurnDistance(loop, unknown, context.near)
+    return SlideDistance(loop, unknown, context.near)
 
 
-def _direction(block: Block, context: Context) -> Step | None:
+def _direction(block: EquationBlock, context: Context) -> BlockSolver | None:
     loop = block.equations[0].loop
     if len(block.equations) != 2 or not isinstance(loop, Direction):
         return None
@@ -91,19 +103,19 @@ def _direction(block: Block, context: Context) -> Step | None:
     return PivotDirection(loop, context.near)
 
 
-def _three_spheres(block: Block, context: Context) -> Step | None:  # noqa: ARG001  one signature for all patterns
+def _three_spheres(block: EquationBlock, context: Context) -> BlockSolver | None:  # noqa: ARG001  one signature for all patterns
     distances = [e.loop for e in block.equations if isinstance(e.loop, Distance)]
     if len(distances) != 3 or len(block.equations) != 3:
         return None
-    if not all(slides_only(d.target, block.unknowns) for d in distances):
+    if not all(slides_only(distance.target, block.unknowns) for distance in distances):
         return None
     return ThreeSpheres(distances, block.unknowns)
 
 
-_PATTERNS: tuple[Callable[[Block, Context], Step | None], ...] = (
+_PATTERNS: tuple[Callable[[EquationBlock, Context], BlockSolver | None], ...] = (
     _planar_pin,
     _angle_sum,
-    _relation,
+    _joint_coupling,
     _one_distance,
     _direction,
     _three_spheres,

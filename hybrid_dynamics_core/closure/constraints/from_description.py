@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 from ...description.model import Closure, RobotDescription
 from ...mechanism.tree import Tree
-from ..blocks.parallelogram import PARALLELOGRAM, parallelogram_equations
 from .equations import LoopEquations
-from .joint_coupling import CoordinateRelation
+from .joint_coupling import JointCoupling
 from .leg import Direction, Distance, find_pivot
+from .parallelogram import PARALLELOGRAM, parallelogram_equations
 from .planar import PlanarPin, planar_equations
 from .spatial import Chain, SpatialClosure, closure_chains
 
@@ -67,7 +67,7 @@ def _spatial(
     return [SpatialClosure(closure.name, closure.kind, *chains)]
 
 
-def _follower(tree: Tree, robot: RobotDescription, name: str) -> CoordinateRelation:
+def _follower(tree: Tree, robot: RobotDescription, name: str) -> JointCoupling:
     mimic = robot.mimics[name]
     own, source = tree.coordinates.index(name), tree.coordinates.index(mimic.source)
-    return CoordinateRelation(name, {own: 1.0, source: -mimic.multiplier}, -mimic.offset)
+    return JointCoupling(name, {own: 1.0, source: -mimic.multiplier}, -mimic.offset)

@@ -1,4 +1,4 @@
-"""A joint that follows another one (mimic, gears, coupled cylinders): one linear equation between two coordinates."""
+"""A joint that follows another one: mimic joints, gears, coupled cylinders."""
 
 from __future__ import annotations
 
@@ -6,17 +6,18 @@ from collections.abc import Mapping, Sequence
 
 from ...algebra.scalar import Scalar
 from ...mechanism.configuration import Configuration
-from ..blocks.block_solver import Step
-from .equations import Equation, Linearised, LoopEquations
+from .equations import Linearised, LoopEquations
 
 
-class CoordinateRelation(LoopEquations):
-    """sum of coefficient * coordinate + offset = 0."""
+class JointCoupling(LoopEquations):
+    """One linear equation: sum of coefficient * coordinate + offset = 0."""
 
     length = 1.0
 
     def __init__(self, name: str, coefficients: Mapping[int, float], offset: float) -> None:
-        self.name, self.coefficients, self.offset = name, dict(coefficients), offset
+        self.name = name
+        self.coefficients = dict(coefficients)
+        self.offset = offset
         self.involved = (frozenset(self.coefficients),)
 
     def linearise(self, configuration: Configuration) -> Linearised:
@@ -27,36 +28,9 @@ class CoordinateRelation(LoopEquations):
         return Linearised([dict(self.coefficients)], [total])
 
     def bias(self, configuration: Configuration, rates: Sequence[Scalar]) -> list[Scalar]:  # noqa: ARG002
-        """A linear relation has none."""
+        """Zero: the equation is linear."""
         return [0.0]
 
     def marks(self, configuration: Configuration) -> list[Scalar]:
         """The coordinates themselves."""
         return [configuration.q[k] for k in self.coefficients]
-
-
-class RelationStep(Step):
-    """The one unknown of a linear relation."""
-
-    def __init__(self, relation: CoordinateRelation, unknown: int, revolute: bool) -> None:
-        self.relation = relation
-        self.equations = (Equation(relation, 0),)
-        self.unknowns = (unknown,)
-        self._revolute = revolute
-
-    def solve(
-        self,
-        configuration: Configuration,
-        branch: Scalar,  # noqa: ARG002
-        guess: Sequence[Scalar],  # noqa: ARG002
-    ) -> Scalar:
-        """Always closes."""
-        (unknown,) = self.unknowns
-        scale = -1.0 / self.relation.coefficients[unknown]
-        value: Scalar = self.relation.offset * scale
-        for k, coefficient in self.relation.coefficients.items():
-            if k != unknown:
-                value = value + coefficient * scale * configuration.q[k]
-        put = configuration.set_angle if self._revolute else configuration.set_length
-        put(unknown, value)
-        return 1.0

@@ -1,0 +1,78 @@
+"""Parallelograms: opposite bars stay parallel, so the angles are linear in each other.
+
+Solved as a general four-bar, the same loop has a change point where all bars are in line. Newton or
+a circle intersection can leave it there on the anti-parallelogram. The linear relations cannot.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...algebra.vector import Vector
+from ...ground.arrays import Array
+from .planar import AngleSum, PlanarGeometry, PlanarJoint, PlanarPin, Turns
+
+EQUAL = 1e-9  # relative difference up to which two bars count as equal, two pivots as one
+PARALLELOGRAM = "parallelogram"
+
+
+class _Side(NamedTuple):
+    """A side of the polygon of pivots: its vector at zero, and the joints that turn it."""
+
+    vector: Array
+    turns: Turns
+
+    @property
+    def length(self) -> float:
+        return float(np.linalg.norm(self.vector))
+
+
+def parallelogram_equations(pin: PlanarPin) -> list[AngleSum]:
+    """Opposite bars are parallel, twice.
+
+    Raises:
+        ValueError: the loop is not a parallelogram. The message says why.
+    """
+    if not all(joint.revolute for joint in pin.geometry.joints):
+        raise ValueError("a parallelogram has revolute joints only")
+    bars = [side for side in _sides(pin.geometry) if side.length > EQUAL * pin.length]
+    if len(bars) != 4:
+        raise ValueError(f"it has {len(bars)} bars, not four")
+    return [_opposite(pin, bars[0], bars[2]), _opposite(pin, bars[1], bars[3])]
+
+
+def _sides(geometry: PlanarGeometry) -> list[_Side]:
+    """Out along chain a to the pin, back along chain b, then across the link where they part."""
+    out = _bars(geometry.chain_a, geometry.point_a)
+    back = [_Side(-bar.vector, bar.turns) for bar in _bars(geometry.chain_b, geometry.point_b)]
+    start_a = _first_pivot(geometry.chain_a, geometry.point_a)
+    start_b = _first_pivot(geometry.chain_b, geometry.point_b)
+    return [*out, *reversed(back), _Side(start_a - start_b, ())]
+
+
+def _bars(chain: Sequence[PlanarJoint], point: Vector) -> list[_Side]:
+    """From each pivot of a chain to the next, the last to the pin."""
+    pivots = [np.array(joint.place) for joint in chain] + [np.array(point)]
+    turns = [(joint.coordinate, joint.sign) for joint in chain]
+    return [_Side(pivots[k + 1] - pivots[k], tuple(turns[: k + 1])) for k in range(len(chain))]
+
+
+def _first_pivot(chain: Sequence[PlanarJoint], point: Vector) -> Array:
+    """The first pivot of a chain, the pin where it has no joints."""
+    if chain:
+        return np.array(chain[0].place)
+    return np.array(point)
+
+
+def _opposite(pin: PlanarPin, one: _Side, other: _Side) -> AngleSum:
+    """`one` stays parallel to `other`, against it."""
+    if abs(one.length - other.length) > EQUAL * pin.length:
+        raise ValueError(f"its opposite bars are {one.length:.9g} m and {other.length:.9g} m long")
+    direction_one = math.atan2(one.vector[1], one.vector[0])
+    direction_other = math.atan2(-other.vector[1], -other.vector[0])
+    against = tuple((k, -sign) for k, sign in other.turns)
+    return AngleSum(pin.name, (*one.turns, *against), direction_one - direction_other)
