@@ -1,4 +1,4 @@
-"""Model-based control: trajectories of the active joints, and controllers that a simulation or a machine can call."""
+"""Model-based control: trajectories of the active joints, and controllers that follow them."""
 
 from .controllers import ComputedTorque, FeedForward, GravityCompensation, efforts_along
 from .trajectory import JointTrajectory, Reference

@@ -1,7 +1,7 @@
 """Controllers: functions of time [s] and measured ClosedState that return efforts tau (n,).
 
-Each is a few lines over the model; `loads` is what the model believes to act (None: what the
-description gives), so that a controller may be wrong about a payload while the machine, or its
+Each is a few lines over the model. Its `loads` are what the model believes to act (None: what the
+description gives). A controller may so be wrong about a payload while the machine, or its
 simulation, is not.
 """
 
@@ -23,10 +23,15 @@ from .trajectory import JointTrajectory
 
 @dataclass(frozen=True, eq=False)
 class GravityCompensation:
-    """Holds weight, springs and applied wrenches, and nothing else: the arm moves as if it had no weight.
+    """Holds weight, springs and applied wrenches only: the arm moves as if it had no weight.
 
-    `damping`: (n,) or a number [N m s/rad or N s/m], tau falls by it times u'. Raises InputError
-    for another shape.
+    Attributes:
+        robot: the model.
+        damping: (n,) or a number [N m s/rad or N s/m]; tau falls by `damping` times u'.
+        loads: what the model believes to act; None: what the description gives.
+
+    Raises:
+        InputError: for a damping of another shape, not finite or negative.
     """
 
     robot: Robot
@@ -36,8 +41,9 @@ class GravityCompensation:
     def __post_init__(self) -> None:
         _check_gains(self.robot, damping=self.damping)
 
-    def __call__(self, t: float, state: ClosedState) -> Array:  # noqa: ARG002  one signature for all controllers
-        """The efforts."""
+    # All controllers have one signature.
+    def __call__(self, t: float, state: ClosedState) -> Array:  # noqa: ARG002
+        """Efforts tau (n,) [N m or N] at a time [s] in a measured state."""
         still = self.robot.close(state.u, near=state)
         hold = self.robot.inverse_dynamics(still, np.zeros_like(state.u), self.loads)
         return np.asarray(hold - np.asarray(self.damping) * state.du)
@@ -45,10 +51,20 @@ class GravityCompensation:
 
 @dataclass(frozen=True, eq=False)
 class ComputedTorque:
-    """Follows a trajectory so that its error e = u_d - u obeys e'' + kd e' + kp e = 0, joint by joint.
+    """Follows a trajectory so that each error e = u_d - u obeys e'' + kd e' + kp e = 0.
 
-    tau = ID(u, u', u_d'' + kd e' + kp e). `kp` [1/s^2] and `kd` [1/s]: (n,) or a number; kd = 2
-    sqrt(kp) does not overshoot.
+    tau = ID(u, u', u_d'' + kd e' + kp e). A gain kd = 2 sqrt(kp) does not overshoot.
+
+    Attributes:
+        robot: the model.
+        trajectory: u_d with its rates and accelerations.
+        kp: (n,) or a number [1/s^2].
+        kd: (n,) or a number [1/s].
+        loads: what the model believes to act; None: what the description gives.
+
+    Raises:
+        InputError: for gains of another shape, not finite or negative, and for a trajectory of
+            another number of joints.
     """
 
     robot: Robot
@@ -62,22 +78,31 @@ class ComputedTorque:
         _check_trajectory(self.robot, self.trajectory)
 
     def __call__(self, t: float, state: ClosedState) -> Array:
-        """The efforts."""
+        """Efforts tau (n,) [N m or N] at a time [s] in a measured state."""
         goal = self.trajectory(t)
-        ddu = (
-            goal.ddu
-            + np.asarray(self.kd) * (goal.du - state.du)
-            + np.asarray(self.kp) * (goal.u - state.u)
-        )
+        damper = np.asarray(self.kd) * (goal.du - state.du)
+        spring = np.asarray(self.kp) * (goal.u - state.u)
+        ddu = goal.ddu + damper + spring
         return self.robot.inverse_dynamics(state, ddu, self.loads)
 
 
 @dataclass(frozen=True, eq=False)
 class FeedForward:
-    """The efforts that the trajectory needs, and a spring and damper to it: ID(u_d, u_d', u_d'') + kp e + kd e'.
+    """Efforts that the trajectory needs, and a spring and damper to it.
 
-    `kp` [N m/rad or N/m] and `kd` [N m s/rad or N s/m]: (n,) or a number. With `model` False only
-    spring and damper.
+    tau = ID(u_d, u_d', u_d'') + kp e + kd e', with the error e = u_d - u.
+
+    Attributes:
+        robot: the model.
+        trajectory: u_d with its rates and accelerations.
+        kp: (n,) or a number [N m/rad or N/m].
+        kd: (n,) or a number [N m s/rad or N s/m].
+        loads: what the model believes to act; None: what the description gives.
+        model: whether the model is used. False: spring and damper only.
+
+    Raises:
+        InputError: for gains of another shape, not finite or negative, and for a trajectory of
+            another number of joints.
     """
 
     robot: Robot
@@ -92,9 +117,11 @@ class FeedForward:
         _check_trajectory(self.robot, self.trajectory)
 
     def __call__(self, t: float, state: ClosedState) -> Array:
-        """The efforts."""
+        """Efforts tau (n,) [N m or N] at a time [s] in a measured state."""
         goal = self.trajectory(t)
-        tau = np.asarray(self.kp) * (goal.u - state.u) + np.asarray(self.kd) * (goal.du - state.du)
+        spring = np.asarray(self.kp) * (goal.u - state.u)
+        damper = np.asarray(self.kd) * (goal.du - state.du)
+        tau = spring + damper
         if self.model:
             wanted = self.robot.close(goal.u, goal.du, near=state)
             tau = tau + self.robot.inverse_dynamics(wanted, goal.ddu, self.loads)
@@ -104,21 +131,32 @@ class FeedForward:
 def efforts_along(
     robot: Robot, trajectory: JointTrajectory, times: ArrayLike, loads: Loads | None = None
 ) -> Array:
-    """Feed-forward efforts (N, n) of a trajectory at ascending times (N,) [s], closed from each point to the next.
+    """Feed-forward efforts of a trajectory, with the loops closed from each time to the next.
 
-    Raises ClosureError or SingularityError with the `index` of the first time at which it cannot be
-    reached.
+    Args:
+        robot: the model.
+        trajectory: of the active joints.
+        times: (N,) ascending [s].
+        loads: what acts besides the actuators; None: what the description gives.
+
+    Returns:
+        (N, n) efforts [N m or N].
+
+    Raises:
+        InputError: for times of another shape, and a trajectory of another number of joints.
+        ClosureError, SingularityError: with the `index` of the first time that cannot be reached.
     """
     times = np.asarray(times, dtype=float)
     if times.ndim != 1 or not len(times):
         raise InputError(f"times has shape {times.shape}; expected (N,)")
     _check_trajectory(robot, trajectory)
     goal = trajectory(times)
-    return robot.inverse_dynamics(robot.close_path(goal.u, goal.du), goal.ddu, loads)
+    state = robot.close_path(goal.u, goal.du)
+    return robot.inverse_dynamics(state, goal.ddu, loads)
 
 
 def _check_gains(robot: Robot, **gains: ArrayLike) -> None:
-    """Raise InputError for gains that are neither a number nor one for each active joint, finite and not negative."""
+    """Raise InputError for gains that are not a number or (n,), finite and zero or positive."""
     n = len(robot.active)
     for name, gain in gains.items():
         values = np.asarray(gain, dtype=float)
@@ -127,7 +165,8 @@ def _check_gains(robot: Robot, **gains: ArrayLike) -> None:
                 f"{name} has shape {values.shape}; expected a number or ({n},):"
                 f" {', '.join(robot.active)}"
             )
-        if not (np.isfinite(values) & (values >= 0.0)).all():
+        usable = np.isfinite(values) & (values >= 0.0)
+        if not usable.all():
             raise InputError(
                 f"{name} is {values.tolist()}; expected finite numbers, zero or positive"
             )
@@ -135,7 +174,8 @@ def _check_gains(robot: Robot, **gains: ArrayLike) -> None:
 
 def _check_trajectory(robot: Robot, trajectory: JointTrajectory) -> None:
     """Raise InputError for a trajectory of another number of joints."""
-    columns, n = trajectory.positions.shape[1], len(robot.active)
+    columns = trajectory.positions.shape[1]
+    n = len(robot.active)
     if columns != n:
         raise InputError(
             f"the trajectory has {counted(columns, 'joint')}; {robot.name} has {n}:"

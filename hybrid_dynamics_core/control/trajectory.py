@@ -13,7 +13,13 @@ from ..ground.arrays import Array, frozen
 
 
 class Reference(NamedTuple):
-    """Where the active joints should be: u, u', u'', each (n,) or (N, n)."""
+    """Where the active joints should be.
+
+    Attributes:
+        u: (n,) or (N, n) coordinates [rad or m].
+        du: rates of the same shape [rad/s or m/s].
+        ddu: accelerations of the same shape [rad/s^2 or m/s^2].
+    """
 
     u: Array
     du: Array
@@ -21,15 +27,25 @@ class Reference(NamedTuple):
 
 
 class JointTrajectory:
-    """A motion through points (N, n) at ascending times (N,) [s], as in trajectory_msgs/JointTrajectory.
+    """A motion through points at ascending times, as in trajectory_msgs/JointTrajectory.
 
-    With positions alone: the cubic spline that starts and ends at rest, of continuous acceleration;
-    with `at_rest` false, as for a motion that was cut out of a longer one, the spline whose ends go
-    on as the points do (not-a-knot), which is exact for cubics. With velocities: cubics between the
-    points, whose acceleration jumps there. With accelerations too: quintics. Before the first and
-    after the last point it stands there at rest.
+    * Positions alone give a cubic spline of continuous acceleration. It starts and ends at rest.
+      Without `at_rest`, as for a piece of a longer motion, its ends are not-a-knot, which is exact
+      for cubics.
+    * With velocities, cubics join the points. The acceleration jumps there.
+    * With accelerations too, quintics join the points.
 
-    Raises InputError for points that do not fit each other.
+    Before the first and after the last point it stands there at rest.
+
+    Args:
+        times: (N,) ascending [s], N at least 2.
+        positions: (N, n) [rad or m].
+        velocities: (N, n) [rad/s or m/s], or None.
+        accelerations: (N, n) [rad/s^2 or m/s^2], or None.
+        at_rest: whether a spline through positions starts and ends at rest.
+
+    Raises:
+        InputError: for points that do not fit each other.
     """
 
     def __init__(
@@ -42,46 +58,76 @@ class JointTrajectory:
         at_rest: bool = True,
     ) -> None:
         self.times = frozen(times)
-        given = [frozen(x) for x in (positions, velocities, accelerations) if x is not None]
+        points = [frozen(x) for x in (positions, velocities, accelerations) if x is not None]
         if velocities is None and accelerations is not None:
             raise InputError("accelerations are given without velocities")
-        if self.times.ndim != 1 or len(self.times) < 2 or not (np.diff(self.times) > 0.0).all():
-            raise InputError("times has to be two or more ascending numbers")
-        for name, part in zip(("positions", "velocities", "accelerations"), given, strict=False):
-            if part.ndim != 2 or part.shape != (len(self.times), given[0].shape[-1]):
-                raise InputError(
-                    f"{name} has shape {part.shape}; expected one row for each of {len(self.times)}"
-                    " times"
-                )
-            if not np.isfinite(part).all():
-                raise InputError(f"{name} has an entry that is not finite")
-        self.positions = given[0]
+        _check_times(self.times)
+        _check_points(points, len(self.times))
+        self.positions = points[0]
         times = self.times.copy()  # SciPy 1.11 wants arrays that could be written
-        if len(given) == 1:
-            self._curve = CubicSpline(
-                times, given[0].copy(), axis=0, bc_type="clamped" if at_rest else "not-a-knot"
-            )
+        if len(points) == 1:
+            self._curve = _spline(times, points[0].copy(), at_rest)
         else:
-            self._curve = BPoly.from_derivatives(times, np.stack(given, axis=1))
+            self._curve = BPoly.from_derivatives(times, np.stack(points, axis=1))
 
     @classmethod
     def between(
         cls, start: ArrayLike, end: ArrayLike, duration: float, begin: float = 0.0
     ) -> JointTrajectory:
-        """From rest to rest in `duration` [s] on a quintic: rates and accelerations start and end at zero."""
-        positions = np.stack([np.asarray(start, dtype=float), np.asarray(end, dtype=float)])
-        rest = np.zeros_like(positions)
-        return cls([begin, begin + duration], positions, rest, rest)
+        """A quintic whose rates and accelerations begin and end at zero.
+
+        Args:
+            start: (n,) coordinates [rad or m].
+            end: (n,) coordinates [rad or m].
+            duration: [s].
+            begin: time of the start [s].
+
+        Returns:
+            The trajectory.
+        """
+        first = np.asarray(start, dtype=float)
+        last = np.asarray(end, dtype=float)
+        positions = np.stack([first, last])
+        zero = np.zeros_like(positions)
+        return cls([begin, begin + duration], positions, zero, zero)
 
     @property
     def duration(self) -> float:
-        """From the first to the last point [s]."""
+        """Time from the first to the last point [s]."""
         return float(self.times[-1] - self.times[0])
 
     def __call__(self, t: ArrayLike) -> Reference:
         """The reference at a time [s], (n,) each, or at times (N,), (N, n) each."""
         t = np.asarray(t, dtype=float)
-        within = np.clip(t, self.times[0], self.times[-1])
-        moving = ((t >= self.times[0]) & (t <= self.times[-1]))[..., None]
-        rate, push = (np.where(moving, self._curve(within, order), 0.0) for order in (1, 2))
-        return Reference(np.asarray(self._curve(within)), rate, push)
+        first, last = self.times[0], self.times[-1]
+        within = np.clip(t, first, last)
+        moving = ((t >= first) & (t <= last))[..., None]
+        u = np.asarray(self._curve(within))
+        du = np.where(moving, self._curve(within, 1), 0.0)
+        ddu = np.where(moving, self._curve(within, 2), 0.0)
+        return Reference(u, du, ddu)
+
+
+def _check_times(times: Array) -> None:
+    """Raise InputError for times that are not two or more ascending numbers."""
+    ascending = times.ndim == 1 and (np.diff(times) > 0.0).all()
+    if not ascending or len(times) < 2:
+        raise InputError("times has to be two or more ascending numbers")
+
+
+def _check_points(points: list[Array], count: int) -> None:
+    """Raise InputError for arrays that do not have a finite row for each of `count` times."""
+    names = ("positions", "velocities", "accelerations")
+    expected = (count, *points[0].shape[-1:])
+    for name, values in zip(names, points, strict=False):
+        if values.shape != expected:
+            raise InputError(
+                f"{name} has shape {values.shape}; expected one row for each of {count} times"
+            )
+        if not np.isfinite(values).all():
+            raise InputError(f"{name} has an entry that is not finite")
+
+
+def _spline(times: Array, positions: Array, at_rest: bool) -> CubicSpline:
+    ends = "clamped" if at_rest else "not-a-knot"
+    return CubicSpline(times, positions, axis=0, bc_type=ends)

@@ -1,4 +1,4 @@
-"""Parameters from measured motion: what can be known at all, estimates with confidence, physical consistency."""
+"""Parameters from measured motion: base parameters, estimates with confidence, consistency."""
 
 from .base import BaseParameters, base_parameters
 from .estimate import Identification, TooLittleShownError, identify

@@ -1,6 +1,7 @@
-"""Base parameters: the combinations of parameters that motion and efforts can show, by QR with column pivoting.
+"""Base parameters: the combinations of parameters that motion and efforts can show.
 
-Gautier (1991), doi 10.1002/rob.4620080405, on the regressor of the closed mechanism.
+They come from a QR decomposition with column pivoting, Gautier (1991), doi 10.1002/rob.4620080405,
+of the regressor of the closed mechanism.
 """
 
 from __future__ import annotations
@@ -18,26 +19,24 @@ from ..robot.robot import Robot
 from .excite import random_motion
 
 RANK = 1e-9  # far above rounding, and below what any measurement could tell
-NO_EFFECT = (
-    1e-12  # largest entry of a column, in parts of the largest of all, below which it has no effect
-)
-RATE, ACCELERATION = (
-    3.0,
-    10.0,
-)  # [rad or m per second, per second squared] fast enough to show every product of rates
+# Largest entry of a column, as a share of the largest of all, below which it has no effect.
+NO_EFFECT = 1e-12
+# [rad or m per second, per second squared] fast enough to show every product of rates
+RATE = 3.0
+ACCELERATION = 10.0
 SHOWN = 1e-9  # coefficient below which a term is left out of a name
 
 
 @dataclass(frozen=True, eq=False)
 class BaseParameters:
-    """b combinations beta = `combine` pi of the p parameters, of which tau is the linear function Y[:, `kept`] beta.
+    """b combinations beta = `combine` pi of the p parameters pi: tau = Y[:, `kept`] beta.
 
     Attributes:
         parameters: the p parameters they are made of.
         kept: (b,) indices of the parameter that leads each combination (its coefficient is 1).
-        combine: (b, p).
+        combine: (b, p) coefficients.
         invisible: names of the parameters that no motion shows, in any combination.
-        condition: condition number of the columns kept, over random motion.
+        condition: condition number of the columns `kept`, over random motion.
     """
 
     parameters: Parameters
@@ -48,7 +47,7 @@ class BaseParameters:
 
     @property
     def size(self) -> int:
-        """How many there are, b."""
+        """The number of combinations, b."""
         return len(self.kept)
 
     @property
@@ -61,15 +60,23 @@ class BaseParameters:
         return np.asarray(self.combine @ parameters)
 
     def _name(self, row: Array) -> str:
-        lead = int(
-            np.argmax((np.arange(len(row))[:, None] == self.kept).any(axis=1) & (row == 1.0))
-        )
+        indices = np.arange(len(row))
+        leads = np.isin(indices, self.kept) & (row == 1.0)
+        lead = int(np.argmax(leads))
         text = self.parameters.names[lead]
         for k, factor in enumerate(row):
             if k != lead and abs(factor) > SHOWN:
-                size = "" if abs(abs(factor) - 1.0) < SHOWN else f"{abs(factor):.4g} "
-                text += f" {'+' if factor > 0 else '-'} {size}{self.parameters.names[k]}"
+                text += _term(factor, self.parameters.names[k])
         return text
+
+
+def _term(factor: float, name: str) -> str:
+    """A further term of a combination: ` + 0.7 l3.m`, ` - l3.m`."""
+    sign = "+" if factor > 0 else "-"
+    size = abs(factor)
+    if abs(size - 1.0) < SHOWN:
+        return f" {sign} {name}"
+    return f" {sign} {size:.4g} {name}"
 
 
 def base_parameters(
@@ -80,31 +87,57 @@ def base_parameters(
     seed: int = 0,
     tolerance: float = RANK,
 ) -> BaseParameters:
-    """The base parameters of a robot, found over `count` random states (0: enough for the number of parameters).
+    """The base parameters of a robot, from its regressor in random states.
 
-    tolerance: pivot, in parts of the largest, below which a column counts as a combination of those
-    before.
+    Args:
+        robot: the model.
+        parameters: of which combinations are made; None: inertias of all links with mass.
+        loads: what acts besides the actuators; None: what the description gives.
+        count: number of states; 0: enough for the number of parameters.
+        seed: of the random states.
+        tolerance: pivot, as a share of the largest, below which a column counts as a combination
+            of those before.
+
+    Returns:
+        The combinations.
+
+    Raises:
+        InputError: where no parameter has any effect on tau.
     """
-    parameters = described_parameters(robot.description) if parameters is None else parameters
+    if parameters is None:
+        parameters = described_parameters(robot.description)
     names = parameters.names
     count = count or 20 + 4 * len(names) // max(len(robot.active), 1)
     state, ddu = random_motion(robot, count, seed, RATE, ACCELERATION)
-    matrix = robot.regressor(state, ddu, parameters, loads).reshape(-1, len(names))
+    regressor = robot.regressor(state, ddu, parameters, loads)
+    matrix = regressor.reshape(-1, len(names))
     sizes = np.linalg.norm(matrix, axis=0)
-    seen = np.flatnonzero(sizes > NO_EFFECT * sizes.max(initial=0.0))
-    if not len(seen):
+    effective = np.flatnonzero(sizes > NO_EFFECT * sizes.max(initial=0.0))
+    if not len(effective):
         raise InputError("no parameter has any effect on tau")
-    triangle, order = qr(matrix[:, seen] / sizes[seen], mode="r", pivoting=True)
-    pivots = np.abs(np.diag(triangle))
-    rank = int((pivots > tolerance * pivots[0]).sum())
-    kept, others = seen[order[:rank]], seen[order[rank:]]
-    mixing = solve_triangular(triangle[:rank, :rank], triangle[:rank, rank:])
+    scaled = matrix[:, effective] / sizes[effective]
+    triangle, order = qr(scaled, mode="r", pivoting=True)
+    rank = numerical_rank(triangle, tolerance)
+    leads = effective[order[:rank]]
+    others = effective[order[rank:]]
+    first = triangle[:rank, :rank]
+    mixing = solve_triangular(first, triangle[:rank, rank:])
     combine = np.zeros((rank, len(names)))
-    combine[np.arange(rank), kept] = 1.0
-    combine[:, others] = mixing * sizes[others] / sizes[kept][:, None]
+    combine[np.arange(rank), leads] = 1.0
+    combine[:, others] = mixing * sizes[others] / sizes[leads][:, None]
     combine[np.abs(combine) < SHOWN] = 0.0
-    by_index = np.argsort(kept)
-    kept, combine = kept[by_index], combine[by_index]
-    condition = float(np.linalg.cond(triangle[:rank, :rank]))
-    invisible = tuple(names[k] for k in range(len(names)) if k not in seen)
-    return BaseParameters(parameters, kept, combine, invisible, condition)
+    by_index = np.argsort(leads)
+    invisible = [name for k, name in enumerate(names) if k not in effective]
+    return BaseParameters(
+        parameters=parameters,
+        kept=leads[by_index],
+        combine=combine[by_index],
+        invisible=tuple(invisible),
+        condition=float(np.linalg.cond(first)),
+    )
+
+
+def numerical_rank(triangle: Array, tolerance: float) -> int:
+    """Rank of a pivoted triangle: the number of pivots above a share of the largest."""
+    pivots = np.abs(np.diag(triangle))
+    return int((pivots > tolerance * pivots[0]).sum())

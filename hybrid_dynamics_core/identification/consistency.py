@@ -1,17 +1,19 @@
-"""Parameters that belong to bodies: the estimate nearest to the measurements among those that some body could have.
+"""Parameters that belong to bodies: of all that some body could have, the nearest to measurements.
 
 A body's ten parameters are physical exactly if its pseudo-inertia P = [[tr(J)/2 E - J, m c], [m
 c^T, m]] is positive definite: Wensing, Kim and Slotine (2018), doi 10.1109/LRA.2017.2729659. The
-measurements leave some combinations open; there the estimate stays near a prior in the divergence
+measurements leave some combinations open. There the estimate stays near a prior in the divergence
 tr(P0^-1 P) - log det(P0^-1 P) - 4, which is convex and bars the border: Lee, Wensing and Park
-(2020), doi 10.1109/TRO.2019.2926491. The whole is one convex problem for Newton's method.
+(2020), doi 10.1109/TRO.2019.2926491. All of it is one convex problem for Newton's method.
 """
 
 from __future__ import annotations
 
 import logging
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -24,12 +26,14 @@ SMALLEST = 1e-9  # weight that still counts, as a share of the misfit
 # Newton decrement, in times of the weight or the misfit, beyond which a minimum was missed
 ROUNDING = 1e-5
 SHORTEST = 1e-9  # part of Newton's step that is still tried
+DECREASE = 0.1  # of the cost that Newton's step promises: less is no step
 # smallest eigenvalue over the largest, in the prior's coordinates: below, the border is rounding
 BORDER = 1e-12
+FLAT = 1e-6  # smallest eigenvalue of a prior, as a share of the trace, below which it is widened
 # [m] added to the radii of gyration of a prior that has some at zero, such as a slender rod
-SPREAD = 0.05
+WIDENING = 0.05
 _log = logging.getLogger(__name__)
-_INDEX = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+_ENTRIES = tuple(combinations_with_replacement(range(3), 2))  # of an inertia, row by row
 
 
 def pseudo_inertia(values: Array) -> Array:
@@ -43,7 +47,7 @@ def _basis() -> Array:
     basis[0, 3, 3] = 1.0
     for k in range(3):
         basis[1 + k, k, 3] = basis[1 + k, 3, k] = 1.0
-    for k, (i, j) in enumerate(_INDEX):
+    for k, (i, j) in enumerate(_ENTRIES):
         if i == j:
             basis[4 + k, :3, :3] = 0.5 * np.eye(3)
             basis[4 + k, i, i] = -0.5
@@ -56,39 +60,65 @@ _BASIS = _basis()
 
 
 @dataclass(frozen=True, eq=False)
-class _Block:
-    """One body, or one positive number, in coordinates x in which its prior is the identity matrix."""
+class _MatrixVariable:
+    """One body, or one positive number, in coordinates x in which its prior is the identity."""
 
     start: int
-    to_x: Array  # (k, k): parameters = to_x x
+    to_parameters: Array  # (k, k): parameters = to_parameters x
     matrices: Array  # (k, d, d): X = sum of x_i matrices_i
 
     @property
-    def own(self) -> slice:
+    def columns(self) -> slice:
         """Its place among all parameters."""
-        return slice(self.start, self.start + len(self.to_x))
+        return slice(self.start, self.start + len(self.to_parameters))
+
+    @property
+    def identity(self) -> Array:
+        """(k,) the coordinates of its prior."""
+        return np.asarray(np.einsum("kii->k", self.matrices))
+
+    def matrix(self, x: Array) -> Array:
+        """X (d, d) of the coordinates (p,) of all variables."""
+        return np.asarray(np.tensordot(x[self.columns], self.matrices, axes=1))
+
+
+_Variables = Sequence[_MatrixVariable]
 
 
 def consistent(matrix: Array, target: Array, prior: Array, bodies: int, weight: float) -> Array:
-    """Parameters (p,) that minimise |matrix pi - target|^2 / 2 + weight * divergence from the prior, all physical.
+    """Physical parameters that fit measurements, and stay near a prior where these leave them open.
 
-    The first 10 `bodies` are inertial, the rest positive numbers. `prior` (p,) is physical, or on
-    the border of it.
+    They minimise |matrix pi - target|^2 / 2 + weight * divergence of pi from the prior.
+
+    Args:
+        matrix: (k, p) equations.
+        target: (k,) their right-hand sides.
+        prior: (p,) physical, or on the border of it. The first 10 `bodies` are inertial, the others
+            positive numbers.
+        bodies: number of bodies.
+        weight: of the divergence.
+
+    Returns:
+        (p,) the parameters pi.
     """
-    blocks = [_body(10 * k, prior[10 * k : 10 * k + 10]) for k in range(bodies)]
-    blocks += [_number(k, prior[k]) for k in range(10 * bodies, len(prior))]
+    inertial = 10 * bodies
+    variables = [_body(k, prior[k : k + 10]) for k in range(0, inertial, 10)]
+    variables += [_number(k, prior[k]) for k in range(inertial, len(prior))]
     transform = np.zeros((len(prior), len(prior)))
-    for block in blocks:
-        transform[block.own, block.own] = block.to_x
-    goal = _triangle(matrix @ transform, target)
-    x, decrement = np.concatenate([_identity(block) for block in blocks]), np.inf
+    for variable in variables:
+        transform[variable.columns, variable.columns] = variable.to_parameters
+    equations = _triangle(matrix @ transform, target)
+    x = np.concatenate([variable.identity for variable in variables])
+    decrement = np.inf
     # Where the best fit is no body, the minimum lies at the border; from afar Newton's steps would
     # creep along it. So the divergence counts for much at first, and then for ever less.
-    for stage in _weights(0.5 * _square(goal, x), weight):
-        x, decrement = _minimised(blocks, x, goal, stage)
-        if stage < SMALLEST * 0.5 * _square(goal, x):
+    error = _squared_error(equations, x)
+    for stage in _weights(0.5 * error, weight):
+        x, decrement = _minimised(variables, x, equations, stage)
+        error = _squared_error(equations, x)
+        if stage < SMALLEST * 0.5 * error:
             break  # less changes nothing in the fit, and the border comes too near for rounding
-    if decrement > ROUNDING * max(stage, _square(goal, x)):
+    if decrement > ROUNDING * max(stage, error):
         _log.warning(
             "physical parameters were not found to the end: the cost may be %.2g too high",
             decrement,
@@ -98,94 +128,116 @@ def consistent(matrix: Array, target: Array, prior: Array, bodies: int, weight: 
 
 def _weights(misfit: float, last: float) -> list[float]:
     """From that of the misfit down to the last, a tenth each."""
-    stages = max(0, math.ceil(math.log10(max(misfit, last) / last)))
+    ratio = max(misfit, last) / last
+    stages = max(0, math.ceil(math.log10(ratio)))
     return [last * 10.0**k for k in range(stages, -1, -1)]
 
 
-def _minimised(blocks: list[_Block], x: Array, goal: Array, weight: float) -> tuple[Array, float]:
-    """By damped Newton steps, and the last decrement."""
-    cost, decrement = _cost(blocks, x, goal, weight), np.inf
+def _minimised(
+    variables: _Variables, x: Array, equations: Array, weight: float
+) -> tuple[Array, float]:
+    """The minimum by damped Newton steps, and the last decrement."""
+    cost = _cost(variables, x, equations, weight)
+    decrement = np.inf
     for _ in range(ITERATIONS):
-        step, decrement = _newton(blocks, x, goal, weight)
+        step, decrement = _newton(variables, x, equations, weight)
         if decrement < CONVERGED * weight:
             break
         length = 1.0
-        while (
-            not (lower := _cost(blocks, x + length * step, goal, weight))
-            <= cost - 0.1 * length * decrement
-        ):
+        lower = _cost(variables, x + length * step, equations, weight)
+        while not lower <= cost - DECREASE * length * decrement:
             length *= 0.5
-            if length < SHORTEST:  # nothing lower that rounding can tell
+            if length < SHORTEST:  # rounding hides what is lower
                 return x, decrement
-        x, cost = x + length * step, lower
+            lower = _cost(variables, x + length * step, equations, weight)
+        x = x + length * step
+        cost = lower
     return x, decrement
 
 
-def _square(goal: Array, x: Array) -> float:
-    """|matrix x - target|^2."""
-    return float(np.square(goal @ np.append(x, -1.0)).sum())
+def _squared_error(equations: Array, x: Array) -> float:
+    """|matrix x - target|^2 of the equations [matrix, target]."""
+    errors = equations @ np.append(x, -1.0)
+    return float(np.square(errors).sum())
 
 
 def _triangle(matrix: Array, target: Array) -> Array:
-    """[R, Q^T target] (k, p + 1): the same sum of squares as (matrix, target), but for a constant, in few rows."""
-    return np.asarray(np.linalg.qr(np.column_stack([matrix, target]), mode="r"))
+    """[R, Q^T target] (k, p + 1): the squares of (matrix, target) in few rows, less a constant."""
+    equations = np.column_stack([matrix, target])
+    return np.asarray(np.linalg.qr(equations, mode="r"))
 
 
-def _cost(blocks: list[_Block], x: Array, goal: Array, weight: float) -> float:
-    """The cost; infinite beyond the border, and where rounding cannot tell the border."""
-    total = 0.5 * _square(goal, x)
-    for block in blocks:
-        values = np.linalg.eigvalsh(np.tensordot(x[block.own], block.matrices, axes=1))
+def _cost(variables: _Variables, x: Array, equations: Array, weight: float) -> float:
+    """The cost; infinite beyond the border, and where rounding hides the border."""
+    total = 0.5 * _squared_error(equations, x)
+    for variable in variables:
+        values = np.linalg.eigvalsh(variable.matrix(x))
         if not values[0] > BORDER * values[-1]:
             return np.inf
-        total += weight * float(values.sum() - np.log(values).sum())
+        divergence = float(values.sum() - np.log(values).sum())
+        total += weight * divergence
     return total
 
 
-def _newton(blocks: list[_Block], x: Array, goal: Array, weight: float) -> tuple[Array, float]:
-    """Newton's step and decrement, by least squares: squares of what was measured would drown the open combinations.
+def _newton(
+    variables: _Variables, x: Array, equations: Array, weight: float
+) -> tuple[Array, float]:
+    """Newton's step and decrement, by least squares.
 
-    With X = C C^T and F_k = C^-1 M_k C^-T, tr X - log det X has the gradient <F_k, C^T C - E> and
-    the Hessian <F_k, F_l>: the step s has the smallest |R s + r|^2 + weight |F s + C^T C - E|^2.
+    Squares of what was measured would drown the open combinations. With X = C C^T and F_k = C^-1
+    M_k C^-T, tr X - log det X has the gradient <F_k, C^T C - E> and the Hessian <F_k, F_l>. The
+    step s has the smallest |R s + r|^2 + weight |F s + C^T C - E|^2.
     """
     size = len(x)
-    rows = [np.column_stack([goal[:, :-1], -(goal @ np.append(x, -1.0))])]
-    for block in blocks:
-        factor = np.linalg.cholesky(np.tensordot(x[block.own], block.matrices, axes=1))
-        inverse = np.linalg.inv(factor)
-        slopes = (inverse @ block.matrices @ inverse.T).reshape(len(block.to_x), -1).T
-        few = _triangle(slopes, (np.eye(len(factor)) - factor.T @ factor).ravel())[
-            : len(block.to_x)
-        ]
-        own = np.zeros((len(few), size + 1))
-        own[:, block.own], own[:, -1] = few[:, :-1], few[:, -1]
-        rows.append(np.sqrt(weight) * own)
+    residual = -(equations @ np.append(x, -1.0))
+    rows = [np.column_stack([equations[:, :-1], residual])]
+    rows += [np.sqrt(weight) * _divergence_rows(variable, x) for variable in variables]
     matrix = np.concatenate(rows)
     scale = 1.0 / np.linalg.norm(matrix[:, :-1], axis=0)
-    whole = _triangle(matrix[:, :-1] * scale, matrix[:, -1])[:size]
-    triangle, image = whole[:, :-1], whole[:, -1]
-    return np.asarray(scale * solve_triangular(triangle, image)), float(image @ image)
+    reduced = _triangle(matrix[:, :-1] * scale, matrix[:, -1])[:size]
+    triangle = reduced[:, :-1]
+    image = reduced[:, -1]
+    step = np.asarray(scale * solve_triangular(triangle, image))
+    return step, float(image @ image)
 
 
-def _body(start: int, prior: Array) -> _Block:
+def _divergence_rows(variable: _MatrixVariable, x: Array) -> Array:
+    """[F, E - C^T C] (k, p + 1) of one variable, reduced to its k rows."""
+    size = len(variable.to_parameters)
+    factor = np.linalg.cholesky(variable.matrix(x))
+    inverse = np.linalg.inv(factor)
+    slopes = inverse @ variable.matrices @ inverse.T
+    gap = np.eye(len(factor)) - factor.T @ factor
+    reduced = _triangle(slopes.reshape(size, -1).T, gap.ravel())[:size]
+    rows = np.zeros((len(reduced), len(x) + 1))
+    rows[:, variable.columns] = reduced[:, :-1]
+    rows[:, -1] = reduced[:, -1]
+    return rows
+
+
+def _body(start: int, prior: Array) -> _MatrixVariable:
     p = pseudo_inertia(prior)
-    p[:3, :3] += p[3, 3] * SPREAD**2 * np.eye(3) * (np.linalg.eigvalsh(p)[0] < 1e-6 * np.trace(p))
+    is_flat = np.linalg.eigvalsh(p)[0] < FLAT * np.trace(p)
+    radius = WIDENING if is_flat else 0.0
+    p[:3, :3] += p[3, 3] * radius**2 * np.eye(3)
     lower = np.linalg.inv(np.linalg.cholesky(p))
-    matrices = []
-    for i in range(4):
-        for j in range(i + 1):
-            unit = np.zeros((4, 4))
-            unit[i, j] = unit[j, i] = 1.0 if i == j else np.sqrt(0.5)
-            matrices.append(unit)
-    basis = np.array(matrices)
+    basis = _symmetric_basis(4)
     whitened = np.array([lower @ e @ lower.T for e in _BASIS])
-    to_parameters = np.linalg.inv(np.tensordot(basis, whitened, axes=([1, 2], [1, 2])))
-    return _Block(start, to_parameters, basis)
+    to_x = np.tensordot(basis, whitened, axes=([1, 2], [1, 2]))
+    return _MatrixVariable(start, np.linalg.inv(to_x), basis)
 
 
-def _number(start: int, prior: float) -> _Block:
-    return _Block(start, np.array([[prior]]), np.ones((1, 1, 1)))
+def _symmetric_basis(size: int) -> Array:
+    """An orthonormal basis of the symmetric matrices (size, size)."""
+    matrices = []
+    for i in range(size):
+        for j in range(i + 1):
+            entry = 1.0 if i == j else np.sqrt(0.5)
+            matrix = np.zeros((size, size))
+            matrix[i, j] = matrix[j, i] = entry
+            matrices.append(matrix)
+    return np.array(matrices)
 
 
-def _identity(block: _Block) -> Array:
-    return np.asarray(np.einsum("kii->k", block.matrices))
+def _number(start: int, prior: float) -> _MatrixVariable:
+    return _MatrixVariable(start, np.array([[prior]]), np.ones((1, 1, 1)))

@@ -21,17 +21,18 @@ from ..ground.arrays import Array
 from ..ground.check_arrays import finite_vectors
 from ..ground.wording import counted, singular_or_plural
 from ..robot.robot import Robot
-from .base import RANK, BaseParameters, base_parameters
+from .base import RANK, BaseParameters, base_parameters, numerical_rank
 from .consistency import consistent
-from .outliers import outlying_samples
+from .outliers import Mask, outlying_samples
 
-PRIOR_WEIGHT = (
-    1e-3  # of the divergence from the prior against half the sum of squares of normalised residuals
-)
-# of a joint's largest effort: none is measured better, and better weights leave nothing but
-# rounding
+# Of the divergence from the prior against half the sum of squares of normalised residuals.
+PRIOR_WEIGHT = 1e-3
+# Of a joint's largest effort: none is measured better, and a better weight leaves only rounding.
 FINEST = 1e-6
 RUNS = 3  # estimates, each weighted with the residuals of the one before
+CONFIDENCE = 0.95  # of intervals
+LISTED = 3  # base parameters that are named in a message
+TINY = 1e-300  # divisors at least
 
 
 class TooLittleShownError(InputError):
@@ -45,17 +46,15 @@ class Identification:
     Attributes:
         base: which combinations the data can show.
         estimate: (b,) of them, by weighted least squares.
-        deviation: (b,) standard deviation of each; interval: (b, 2) where each lies with 95 %
-        confidence. Both take the
-            noise of the samples as independent: filtered or densely sampled logs make them too
-            narrow.
+        deviation: (b,) standard deviation of each. It takes the noise of the samples as
+            independent: filtered or densely sampled logs make it too small.
+        interval: (b, 2) where each lies with 95 % confidence, too narrow for such logs as well.
         values: (p,) of all parameters, physical: positive masses, inertias that bodies can have,
-        friction above zero.
-            Combinations that the data cannot show stay near the description.
+            friction above zero. Combinations that the data cannot show stay near the description.
         noise: (n,) standard deviation of the residuals of each active joint [N m or N].
         explained: (n,) share of the variance of tau that the estimate explains, 1 at best.
         outlying: (N,) which samples were left out: in some joint further from the estimate than
-        noise explains.
+            noise explains.
         residual: (N, n) measured efforts less those of the estimate, of all samples [N m or N].
         condition: condition number of the data: above a few hundred the motion excites too little.
     """
@@ -78,26 +77,27 @@ class Identification:
 
     def described(self, description: RobotDescription) -> RobotDescription:
         """The description with the physical estimates in it."""
-        names, links = self.parameters, dict(description.links)
-        for k, link in enumerate(names.links):
+        parameters = self.parameters
+        links = dict(description.links)
+        for k, link in enumerate(parameters.links):
             links[link] = link_of(link, self.values[10 * k : 10 * k + 10])
         effects: dict[str, JointEffect] = dict(description.effects)
-        rest = iter(self.values[names.inertial_size :])
+        joint_values = iter(self.values[parameters.inertial_size :])
         for kind in JOINT_KINDS:
-            for joint in getattr(names, kind):
-                effects[joint] = _with(
-                    effects.get(joint, effects_of(description, joint)), kind, float(next(rest))
-                )
+            for joint in getattr(parameters, kind):
+                effect = effects.get(joint, effects_of(description, joint))
+                effects[joint] = _with(effect, kind, float(next(joint_values)))
         return replace(
             description, links=MappingProxyType(links), effects=MappingProxyType(effects)
         )
 
     def table(self) -> Mapping[str, tuple[float, float, float]]:
-        """Estimate and 95 % interval by the name of each base parameter."""
-        rows = zip(self.base.names, self.estimate, self.interval, strict=True)
-        return MappingProxyType(
-            {name: (float(value), float(low), float(high)) for name, value, (low, high) in rows}
-        )
+        """Estimate and ends of its 95 % interval, by the name of each base parameter."""
+        rows = {}
+        for k, name in enumerate(self.base.names):
+            low, high = self.interval[k]
+            rows[name] = (float(self.estimate[k]), float(low), float(high))
+        return MappingProxyType(rows)
 
 
 def identify(
@@ -108,46 +108,55 @@ def identify(
     parameters: Parameters | None = None,
     loads: Loads | None = None,
 ) -> Identification:
-    """Estimate parameters from N samples: a batch state, accelerations and measured efforts (N, n).
+    """Estimate parameters from samples of a motion and of its efforts.
 
-    parameters: which to estimate (None: inertias of all links with mass, friction of no joint); all
-    others, and what
-        `loads` gives, are taken as they are. Samples that noise does not explain are left out, and
-        are told in
-        `Identification.outlying`. Raises TooLittleShownError, an InputError, where the samples do
-        not show all base
-        parameters; InputError for a row whose loops do not close, for entries that are not finite,
-        and for names that
-        the robot does not have.
+    Samples that noise does not explain are left out, see `Identification.outlying`.
+
+    Args:
+        robot: the model. Parameters that are not estimated are taken as it has them.
+        state: N states, a batch.
+        ddu: (N, n) accelerations of the active joints [rad/s^2 or m/s^2].
+        tau: (N, n) measured efforts [N m or N].
+        parameters: which to estimate; None: inertias of all links with mass, friction of no joint.
+        loads: what acts besides the actuators, taken as it is; None: what the description gives.
+
+    Returns:
+        Estimates, with confidence and residuals.
+
+    Raises:
+        TooLittleShownError: an InputError, where the samples do not show all base parameters.
+        InputError: for a row whose loops do not close, entries that are not finite, and names that
+            the robot does not have.
     """
-    parameters = described_parameters(robot.description) if parameters is None else parameters
+    if parameters is None:
+        parameters = described_parameters(robot.description)
     loads = robot.loads if loads is None else loads
     parameters.check(robot.description)
     if state.u.ndim != 2:
         raise InputError("identification takes a batch of states")
     _check_closed(state)
-    tau = finite_vectors("tau", tau, robot.active, len(state.u))
+    efforts = finite_vectors("tau", tau, robot.active, len(state.u))
     prior = parameters.values(robot.description, loads.effects)
     regressor = robot.regressor(state, ddu, parameters, loads)
-    known = (
-        robot.inverse_dynamics(state, ddu, loads) - regressor @ prior
-    )  # of what is not asked for
+    # The efforts of all that is not estimated.
+    given = robot.inverse_dynamics(state, ddu, loads) - regressor @ prior
     base = base_parameters(robot, parameters, loads)
-    fit = _Fit(regressor, tau - known, base)
+    target = efforts - given
+    fit = _Fit(regressor, target, base)
     start = _positive(prior, fit, parameters.inertial_size)
-    weighted = fit.weighted(fit.regressor)
-    values = consistent(weighted, fit.weighted_target, start, len(parameters.links), PRIOR_WEIGHT)
+    equations = fit.weighted(fit.regressor)
+    bodies = len(parameters.links)
     return Identification(
-        base,
-        fit.beta,
-        fit.deviation,
-        fit.interval,
-        values,
-        fit.noise,
-        fit.explained,
-        fit.outlying,
-        tau - known - regressor[..., base.kept] @ fit.beta,
-        fit.condition,
+        base=base,
+        estimate=fit.beta,
+        deviation=fit.deviation,
+        interval=fit.interval,
+        values=consistent(equations, fit.weighted_target, start, bodies, PRIOR_WEIGHT),
+        noise=fit.noise,
+        explained=fit.explained,
+        outlying=fit.outlying,
+        residual=target - regressor[..., base.kept] @ fit.beta,
+        condition=fit.condition,
     )
 
 
@@ -158,77 +167,99 @@ def _check_closed(state: ClosedState) -> None:
     if len(rows):
         problem = ClosureStatus(status[rows[0]]).name.lower()
         raise InputError(
-            f"{len(rows)} of {counted(len(status), 'state')} {singular_or_plural(len(rows), 'does', 'do')} not"
-            f" close, row {rows[0]} the first ({problem}); leave"
-            f" {singular_or_plural(len(rows), 'it', 'them')} out"
+            f"{len(rows)} of {counted(len(status), 'state')}"
+            f" {singular_or_plural(len(rows), 'does', 'do')} not close, row {rows[0]} the first"
+            f" ({problem}); leave {singular_or_plural(len(rows), 'it', 'them')} out"
         )
 
 
 class _Fit:
-    """Least squares in the base parameters, each joint's equations weighted with its own noise, outliers left out."""
+    """Least squares in the base parameters, without outliers.
+
+    The equations of each joint are weighted with its noise.
+    """
 
     def __init__(self, regressor: Array, target: Array, base: BaseParameters) -> None:
-        n = target.shape[1]
-        self._take(regressor, target, base)
-        size = np.abs(target)
-        floor = np.maximum(FINEST * size.max(axis=0), 1e-3 * FINEST * size.max(initial=1e-300))
-        self.outlying = outlying_samples(self.columns, target, floor)
-        self._take(regressor[~self.outlying], target[~self.outlying], base)
-        target, free = self.target, self.target.size - base.size
-        self.noise = np.ones(n)
-        for _ in range(RUNS - 1):
-            residual = target - self.columns @ self._solved()[0]
-            share = np.sqrt((residual**2).sum(axis=0) * n / free)
-            self.noise = np.maximum(share, floor)
+        self.base = base
+        self._take(regressor, target)
+        floor = _noise_floor(target)
+        self.outlying: Mask = outlying_samples(self.columns, target, floor)
+        self._take(regressor[~self.outlying], target[~self.outlying])
+        self._free = self.target.size - base.size  # degrees of freedom
+        self.noise = self._estimated_noise(floor)
         self.beta, triangle, sizes = self._solved()
         self.condition = float(np.linalg.cond(triangle))
-        residual = target - self.columns @ self.beta
-        scale = np.sqrt(((residual / self.noise) ** 2).sum() / free)
-        inverse = solve_triangular(triangle, np.eye(base.size))
-        self.deviation = scale * np.linalg.norm(inverse, axis=1) / sizes
-        reach = float(stats.t.ppf(0.975, free)) * self.deviation
-        self.interval = np.stack([self.beta - reach, self.beta + reach], axis=1)
-        self.explained = 1.0 - residual.var(axis=0) / np.maximum(target.var(axis=0), 1e-300)
+        residual = self.target - self.columns @ self.beta
+        self.deviation = self._deviation(residual, triangle, sizes)
+        self.interval = self._interval()
+        variance = np.maximum(self.target.var(axis=0), TINY)
+        self.explained = 1.0 - residual.var(axis=0) / variance
 
-    def _take(self, regressor: Array, target: Array, base: BaseParameters) -> None:
+    def _take(self, regressor: Array, target: Array) -> None:
         """Fit these samples; raise InputError where they are too few or show too little."""
-        self.regressor, self.target, self.columns = regressor, target, regressor[..., base.kept]
-        if target.size <= base.size:
+        self.regressor = regressor
+        self.target = target
+        self.columns = regressor[..., self.base.kept]
+        if target.size <= self.base.size:
             raise InputError(
-                f"{target.size} equations cannot tell {base.size} base parameters; give more"
+                f"{target.size} equations cannot tell {self.base.size} base parameters; give more"
                 " samples"
             )
-        self._check_shown(base)
+        self._check_shown()
 
-    def _check_shown(self, base: BaseParameters) -> None:
-        """Raise InputError where some base parameters have no effect of their own on these samples."""
-        matrix = self.columns.reshape(-1, base.size)
-        sizes = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
+    def _check_shown(self) -> None:
+        """Raise InputError where some base parameters have no effect of their own."""
+        size = self.base.size
+        matrix = self.columns.reshape(-1, size)
+        sizes = np.maximum(np.linalg.norm(matrix, axis=0), TINY)
         triangle, order = qr(matrix / sizes, mode="r", pivoting=True)
-        pivots = np.abs(np.diag(triangle))
-        rank = int((pivots > RANK * pivots[0]).sum())
-        if rank < base.size:
-            hidden = ", ".join(base.names[k] for k in sorted(order[rank:])[:3])
+        rank = numerical_rank(triangle, RANK)
+        if rank < size:
+            hidden = [self.base.names[k] for k in sorted(order[rank:])[:LISTED]]
+            more = ", ..." if size - rank > LISTED else ""
             raise TooLittleShownError(
-                f"the motion shows {rank} of {base.size} base parameters, not"
-                f" {hidden}{', ...' if base.size - rank > 3 else ''}; give more varied motion, or"
-                " ask for fewer parameters"
+                f"the motion shows {rank} of {size} base parameters, not"
+                f" {', '.join(hidden)}{more}; give more varied motion, or ask for fewer parameters"
             )
 
+    def _estimated_noise(self, floor: Array) -> Array:
+        """(n,) deviation of each joint's noise, from residuals of estimates weighted with it."""
+        n = self.target.shape[1]
+        self.noise = np.ones(n)
+        for _ in range(RUNS - 1):
+            beta, _, _ = self._solved()
+            residual = self.target - self.columns @ beta
+            deviation = np.sqrt((residual**2).sum(axis=0) * n / self._free)
+            self.noise = np.maximum(deviation, floor)
+        return self.noise
+
     def _solved(self) -> tuple[Array, Array, Array]:
-        """The estimate with the weights as they are, the triangle of the scaled equations and the scales."""
+        """The estimate with the present weights, the scaled equations' triangle, the scales."""
         matrix = self.weighted(self.columns)
         sizes = np.linalg.norm(matrix, axis=0)
         q, triangle = np.linalg.qr(matrix / sizes)
-        return (
-            np.asarray(solve_triangular(triangle, q.T @ self.weighted_target) / sizes),
-            triangle,
-            sizes,
-        )
+        beta = solve_triangular(triangle, q.T @ self.weighted_target) / sizes
+        return np.asarray(beta), triangle, sizes
+
+    def _deviation(self, residual: Array, triangle: Array, sizes: Array) -> Array:
+        """(b,) standard deviation of each base parameter."""
+        normalised = residual / self.noise
+        scale = np.sqrt((normalised**2).sum() / self._free)
+        inverse = solve_triangular(triangle, np.eye(self.base.size))
+        return np.asarray(scale * np.linalg.norm(inverse, axis=1) / sizes)
+
+    def _interval(self) -> Array:
+        """(b, 2) ends between which each base parameter lies with the CONFIDENCE."""
+        quantile = stats.t.ppf(0.5 + 0.5 * CONFIDENCE, self._free)
+        reach = float(quantile) * self.deviation
+        low = self.beta - reach
+        high = self.beta + reach
+        return np.stack([low, high], axis=1)
 
     def weighted(self, rows: Array) -> Array:
         """Equations (N, n, k) as a matrix (N n, k), each divided by its joint's noise."""
-        return np.asarray((rows / self.noise[:, None]).reshape(-1, rows.shape[-1]))
+        weighted = rows / self.noise[:, None]
+        return np.asarray(weighted.reshape(-1, rows.shape[-1]))
 
     @property
     def weighted_target(self) -> Array:
@@ -236,10 +267,23 @@ class _Fit:
         return np.asarray((self.target / self.noise).ravel())
 
 
+def _noise_floor(target: Array) -> Array:
+    """(n,) least deviation of each joint's noise, from efforts (N, n)."""
+    size = np.abs(target)
+    largest = size.max(initial=TINY)
+    return np.asarray(np.maximum(FINEST * size.max(axis=0), 1e-3 * FINEST * largest))
+
+
 def _positive(prior: Array, fit: _Fit, inertial: int) -> Array:
-    """The prior; joint parameters of zero (those after the inertial ones) get what would make a hundredth of tau."""
-    sizes = np.sqrt((fit.regressor[..., inertial:] ** 2).mean(axis=(0, 1)))
-    small = 0.01 * float(np.sqrt((fit.target**2).mean())) / np.maximum(sizes, 1e-300)
+    """The prior with joint parameters above zero.
+
+    Joint parameters, those after the inertial ones, that are zero get the value that would make a
+    hundredth of tau.
+    """
+    squares = fit.regressor[..., inertial:] ** 2
+    sizes = np.sqrt(squares.mean(axis=(0, 1)))
+    effort = float(np.sqrt((fit.target**2).mean()))
+    small = 0.01 * effort / np.maximum(sizes, TINY)
     joints = prior[inertial:]
     return np.concatenate([prior[:inertial], np.where(joints > 0.0, joints, small)])
 

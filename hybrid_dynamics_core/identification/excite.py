@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..closed_state.state import ClosedState
 from ..errors import InputError
@@ -17,31 +18,47 @@ REGULAR = 0.02  # distance to a singularity below which a state is left out
 def random_motion(
     robot: Robot, count: int, seed: int = 0, rate: float = 1.0, acceleration: float = 3.0
 ) -> tuple[ClosedState, Array]:
-    """`count` independent closed states (a batch) within the limits, and accelerations (count, n) for them.
+    """Independent random states within the limits, with accelerations.
 
-    rate, acceleration: largest of each coordinate, in rad or m per second, and per second squared.
-    Raises InputError where hardly any state about the reference closes.
+    Args:
+        robot: the model.
+        count: number of states N.
+        seed: of the random numbers.
+        rate: largest of each coordinate [rad/s or m/s].
+        acceleration: largest of each coordinate [rad/s^2 or m/s^2].
+
+    Returns:
+        A batch of N closed states, and accelerations (N, n) of the active joints.
+
+    Raises:
+        InputError: where hardly any state about the reference closes.
     """
     rng = np.random.default_rng(seed)
-    n, reach = len(robot.active), REACH
-    found: list[Array] = []
+    n = len(robot.active)
+    reach = REACH
+    samples: list[Array] = []
     for _ in range(TRIES):
         lower = np.maximum(robot.limits[:, 0], robot.reference - reach)
         upper = np.minimum(robot.limits[:, 1], robot.reference + reach)
         u = lower + rng.uniform(0.02, 0.98, (count, n)) * (upper - lower)
-        state = robot.close(u, check=False)
-        good = (np.asarray(state.status) == 0) & (
-            np.nan_to_num(state.singularity, nan=0.0) > REGULAR
-        )
-        found += list(u[good])
-        if len(found) >= count:
+        samples += list(u[_are_regular(robot, u)])
+        if len(samples) >= count:
             break
         reach *= 0.8
     else:
         raise InputError(
-            f"only {len(found)} of {count} random states about the reference of {robot.name} close"
+            f"only {len(samples)} of {count} random states about the reference of"
+            f" {robot.name} close"
         )
     du = rng.uniform(-rate, rate, (count, n))
-    return robot.close(np.array(found[:count]), du), rng.uniform(
-        -acceleration, acceleration, (count, n)
-    )
+    state = robot.close(np.array(samples[:count]), du)
+    ddu = rng.uniform(-acceleration, acceleration, (count, n))
+    return state, ddu
+
+
+def _are_regular(robot: Robot, u: Array) -> NDArray[np.bool_]:
+    """(N,) which of active coordinates (N, n) close, away from singularities."""
+    state = robot.close(u, check=False)
+    closed = np.asarray(state.status) == 0
+    distance = np.nan_to_num(state.singularity, nan=0.0)
+    return np.asarray(closed & (distance > REGULAR))

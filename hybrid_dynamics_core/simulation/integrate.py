@@ -1,14 +1,15 @@
-"""Integration of the equations of motion in minimal coordinates: the loops are closed at every step, so nothing drifts.
+"""Integration of the equations of motion in minimal coordinates.
 
-The state integrated is (u, u', work): work is the energy that tau and applied wrenches bring in and
-friction takes out, so that the energy of the robot less the work stays what it was, but for the
-integrator's error.
+The loops are closed at every step, so nothing drifts. The state integrated is (u, u', work). Work
+is the energy that tau and applied wrenches bring in and friction takes out. The energy of the robot
+less the work is therefore constant, but for the integrator's error.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,11 +20,12 @@ from ..ground.arrays import Array
 from ..ground.check_arrays import finite_vectors
 from ..ground.progress import Progress
 from ..robot.robot import Robot
-from .events import Event, Watch
+from .events import Event, StateAt, Watch
 from .result import Simulation
 from .settings import METHODS, Settings, checked_span
 
 Efforts = Callable[[float, ClosedState], ArrayLike]  # (t [s], state) -> tau (n,)
+Span = tuple[float, float]  # start and end [s]
 
 
 def simulate(
@@ -34,15 +36,26 @@ def simulate(
     t_span: tuple[float, float] = (0.0, 10.0),
     settings: Settings | None = None,
 ) -> Simulation:
-    """The motion from active coordinates u and rates du (zero if None), or from a ClosedState, under efforts tau.
+    """The motion from active coordinates and rates, or from a ClosedState, under efforts tau.
 
-    tau: None (none), constant (n,), or a function of time [s] and ClosedState that returns (n,) and
-    keeps no memory
-        (unless `settings.hold` is given: then it is called once a period, in order).
+    Args:
+        robot: the model.
+        u: (n,) active coordinates [rad or m], or a ClosedState.
+        du: (n,) active rates [rad/s or m/s]; zero if None.
+        tau: efforts [N m or N]: None (none), constant (n,), or a function of time [s] and
+            ClosedState that returns (n,). The function has to be without memory, unless
+            `settings.hold` is given: then it is called once a period, in order.
+        t_span: start and end [s].
+        settings: tolerances, sampling, and when to stop.
 
-    Returns the recorded motion; it ends early where a limit or singular configuration is met, see
-    its `events`. Raises InputError for bad arguments, ClosureError where the start does not close,
-    MassSingularityError.
+    Returns:
+        The recorded motion. It ends early where a limit or a singular configuration is met, see its
+        `events`.
+
+    Raises:
+        InputError: for bad arguments.
+        ClosureError: where the start does not close.
+        MassSingularityError: where the mass matrix is singular.
     """
     settings = settings or Settings()
     span = checked_span(t_span)
@@ -50,21 +63,34 @@ def simulate(
     if start.u.ndim != 1:
         raise InputError("a simulation starts from one state, not from a batch")
     run = _Run(robot, start, tau, span, settings)
-    with Progress(f"simulating {robot.name}", span[1] - span[0], settings.progress) as progress:
-        run.go(progress)
+    duration = span[1] - span[0]
+    with Progress(f"simulating {robot.name}", duration, settings.progress) as progress:
+        run.integrate(progress)
     return run.result()
 
 
+class _Sample(NamedTuple):
+    """A recorded sample: time [s], y = (u, u', work), and a closed state near it."""
+
+    t: float
+    y: Array
+    near: ClosedState
+
+
 class _Run:
+    """One simulation under way."""
+
     def __init__(
         self,
         robot: Robot,
         start: ClosedState,
         tau: ArrayLike | Efforts | None,
-        span: tuple[float, float],
+        span: Span,
         settings: Settings,
     ) -> None:
-        self.robot, self.settings, self.span = robot, settings, span
+        self.robot = robot
+        self.settings = settings
+        self.span = span
         self.watch = Watch(robot, settings.singular)
         self.watch.check_start(start)
         self.tau = tau if callable(tau) else _constant(tau, robot)
@@ -72,41 +98,40 @@ class _Run:
         self.anchor = start  # the last accepted state
         self.motion = robot.motion_near(start, settings.loads)
         self.y = np.concatenate([start.u, start.du, [0.0]])
-        count = int(np.floor((span[1] - span[0]) * settings.rate + 1e-9)) + 1
-        times = span[0] + np.arange(count) / settings.rate
-        self.times = (
-            times if times[-1] >= span[1] - 1e-12 * abs(span[1]) else np.append(times, span[1])
-        )
-        self.rows: list[tuple[float, Array, ClosedState]] = [(span[0], self.y, start)]
+        self.times = _sample_times(span, settings.rate)
+        self.samples = [_Sample(span[0], self.y, start)]
         self.efforts: list[Array] = []
         self.events: list[Event] = []
         self.steps = self.evaluations = 0
         self.message = "the end of the time span was reached"
         self.done = False
 
-    def go(self, progress: Progress) -> None:
+    def integrate(self, progress: Progress) -> None:
         """Integrate over the span, period by period where tau is held."""
-        start, end = self.span
         hold = self.settings.hold
-        count = 1 if hold is None else int(np.ceil((end - start) / hold - 1e-9))
         if hold is None:
-            self.efforts.append(self._asked(start, self.anchor))
-        for k in range(count):
-            until = end if hold is None else min(end, start + (k + 1) * hold)
-            begin = start if hold is None else start + k * hold
-            if hold is not None:
-                self.held = self._asked(begin, self.anchor)
-                if k == 0:
-                    self.efforts.append(self.held)
-            self._integrate(begin, until, progress)
+            tau = self._evaluate_tau(self.span[0], self.anchor)
+            self.efforts.append(tau)
+            self._integrate_period(*self.span, progress)
+            return
+        for begin, end in _periods(self.span, hold):
+            self.held = self._evaluate_tau(begin, self.anchor)
+            if not self.efforts:
+                self.efforts.append(self.held)
+            self._integrate_period(begin, end, progress)
             if self.done:
                 return
 
-    def _integrate(self, begin: float, until: float, progress: Progress) -> None:
-        s = self.settings
-        method = METHODS[s.method]
+    def _integrate_period(self, begin: float, end: float, progress: Progress) -> None:
+        method = METHODS[self.settings.method]
         solver = method(
-            self._slope, begin, self.y, until, rtol=s.rtol, atol=s.atol, max_step=s.max_step
+            self._slope,
+            begin,
+            self.y,
+            end,
+            rtol=self.settings.rtol,
+            atol=self.settings.atol,
+            max_step=self.settings.max_step,
         )
         while solver.status == "running" and not self.done:
             try:
@@ -114,7 +139,7 @@ class _Run:
             except (ValueError, np.linalg.LinAlgError) as error:  # an implicit method met NaN
                 problem = str(error)
             if problem is not None or solver.status == "failed":
-                self._stuck(solver.t, str(problem))
+                self._fail(solver.t, str(problem))
                 return
             self.steps += 1
             self._accept(solver.t_old, solver.t, solver.dense_output())
@@ -122,70 +147,82 @@ class _Run:
 
     def _slope(self, t: float, y: Array) -> Array:
         self.evaluations += 1
-        n = len(self.anchor.u)
-        u, du = y[:n], y[n : 2 * n]
+        u, du = self._split(y)
         tau = self.held
         if tau is None:
-            state = self.anchor if not callable(self.tau) else self._near(u, du)
+            state = self._state_for_tau(u, du)
             if state.status is not ClosureStatus.OK:
                 return np.full_like(y, np.nan)
-            tau = self._efforts(t, state)
+            tau = self._evaluate_tau(t, state)
         ddu, power = self.motion(u, du, tau)
         return np.concatenate([du, ddu, [power]])
 
-    def _efforts(self, t: float, state: ClosedState) -> Array:
-        return self._asked(t, state) if self.held is None else self.held
+    def _split(self, y: Array) -> tuple[Array, Array]:
+        n = len(self.anchor.u)
+        return y[:n], y[n : 2 * n]
 
-    def _asked(self, t: float, state: ClosedState) -> Array:
+    def _state_for_tau(self, u: Array, du: Array) -> ClosedState:
+        """The state that a function of efforts is called with; any where tau is constant."""
+        if callable(self.tau):
+            return self._near(u, du)
+        return self.anchor
+
+    def _evaluate_tau(self, t: float, state: ClosedState) -> Array:
         if not callable(self.tau):
             return self.tau
-        return finite_vectors("tau", self.tau(t, state), self.robot.active, -1)
+        tau = self.tau(t, state)
+        return finite_vectors("tau", tau, self.robot.active, -1)
 
     def _near(self, u: Array, du: Array) -> ClosedState:
         return self.robot.close(u, du, check=False, near=self.anchor)
 
-    def _accept(self, old: float, new: float, dense: Callable[[float], Array]) -> None:
-        """Take a step over: look for events in it, keep its samples, go on from its end."""
-        n = len(self.anchor.u)
+    def _accept(self, begin: float, end: float, dense: Callable[[float], Array]) -> None:
+        """Take a step over: look for events in it, record its samples, go on from its end."""
 
         def at(t: float) -> ClosedState:
-            y = dense(t)
-            return self._near(y[:n], y[n : 2 * n])
+            return self._near(*self._split(dense(t)))
 
-        ignored: list[int] = []
-        while (found := self.watch.find(self.anchor, at, (old, new), ignored)) is not None:
-            index, time = found
-            self.events.append(self.watch.event(index, time, at(time)))
-            if self.settings.stop_at_limits or not self.watch.is_limit(index):
-                self._stop(time, self.events[-1].message)
-                new = time
-                break
-            ignored.append(index)
-        for t in self.times[(self.times > old) & (self.times <= new)]:
-            self._keep(float(t), dense(t))
-        self.y = dense(new)
-        if self.done and self.rows[-1][0] < new:
-            self._keep(new, self.y)
-        self.anchor = at(new)
+        end = self._watch_step(at, begin, end)
+        within = (self.times > begin) & (self.times <= end)
+        for t in self.times[within]:
+            self._record(float(t), dense(t))
+        self.y = dense(end)
+        if self.done and self.samples[-1].t < end:
+            self._record(end, self.y)
+        self.anchor = at(end)
         if self.anchor.status is not ClosureStatus.OK:
-            self._stop(new, "the loops no longer close on their branch")
+            self._stop(end, "the loops no longer close on their branch")
             return
         self.motion = self.robot.motion_near(self.anchor, self.settings.loads)
 
-    def _keep(self, t: float, y: Array) -> None:
-        n = len(self.anchor.u)
-        self.rows.append((t, y, self.anchor))
-        state = (
-            self._near(y[:n], y[n : 2 * n])
-            if callable(self.tau) and self.held is None
-            else self.anchor
-        )
-        self.efforts.append(self._efforts(t, state))
+    def _watch_step(self, at: StateAt, begin: float, end: float) -> float:
+        """Report the events of a step; its end, or the time of the event that stops it."""
+        ignored: list[int] = []
+        while True:
+            met = self.watch.find(self.anchor, at, (begin, end), ignored)
+            if met is None:
+                return end
+            index, time = met
+            event = self.watch.event(index, time, at(time))
+            self.events.append(event)
+            if self.settings.stop_at_limits or not self.watch.is_limit(index):
+                self._stop(time, event.message)
+                return time
+            ignored.append(index)
+
+    def _record(self, t: float, y: Array) -> None:
+        self.samples.append(_Sample(t, y, self.anchor))
+        tau = self.held
+        if tau is None:
+            state = self._state_for_tau(*self._split(y))
+            tau = self._evaluate_tau(t, state)
+        self.efforts.append(tau)
 
     def _stop(self, time: float, message: str) -> None:
-        self.done, self.message = True, f"ended at t = {time:.6g} s: {message}"
+        self.done = True
+        self.message = f"ended at t = {time:.6g} s: {message}"
 
-    def _stuck(self, time: float, problem: str) -> None:
+    def _fail(self, time: float, problem: str) -> None:
         near = (
             f"loop '{self.anchor.singular_loop}' is {self.anchor.singularity:.3g} from a singular"
             " configuration"
@@ -194,18 +231,13 @@ class _Run:
 
     def result(self) -> Simulation:
         """Everything recorded, closed again as a batch."""
-        n = len(self.anchor.u)
-        t = np.array([row[0] for row in self.rows])
-        y = np.array([row[1] for row in self.rows])
-        anchors = [row[2] for row in self.rows]
-        near = replace(
-            anchors[0], s=np.array([a.s for a in anchors]), R=np.array([a.R for a in anchors])
-        )
-        state = self.robot.close(y[:, :n], y[:, n : 2 * n], near=near)
-        tau, loads = np.array(self.efforts), self.settings.loads
+        y = np.array([sample.y for sample in self.samples])
+        state = self._closed_batch(y)
+        tau = np.array(self.efforts)
+        loads = self.settings.loads
         return Simulation(
             robot=self.robot.name,
-            t=t,
+            t=np.array([sample.t for sample in self.samples]),
             state=state,
             ddu=self.robot.forward_dynamics(state, tau, loads),
             tau=tau,
@@ -220,8 +252,37 @@ class _Run:
             coordinates=self.robot.coordinates,
         )
 
+    def _closed_batch(self, y: Array) -> ClosedState:
+        """The states of all samples (N, 2 n + 1) as a batch."""
+        n = len(self.anchor.u)
+        s = np.array([sample.near.s for sample in self.samples])
+        R = np.array([sample.near.R for sample in self.samples])
+        near = replace(self.samples[0].near, s=s, R=R)
+        u, du = y[:, :n], y[:, n : 2 * n]
+        return self.robot.close(u, du, near=near)
+
 
 def _constant(tau: ArrayLike | None, robot: Robot) -> Array:
-    return (
-        np.zeros(len(robot.active)) if tau is None else finite_vectors("tau", tau, robot.active, -1)
-    )
+    if tau is None:
+        return np.zeros(len(robot.active))
+    return finite_vectors("tau", tau, robot.active, -1)
+
+
+def _sample_times(span: Span, rate: float) -> Array:
+    """Times at which samples are recorded [s], the end of the span included."""
+    start, end = span
+    count = int(np.floor((end - start) * rate + 1e-9)) + 1
+    times = start + np.arange(count) / rate
+    if times[-1] >= end - 1e-12 * abs(end):
+        return times
+    return np.append(times, end)
+
+
+def _periods(span: Span, hold: float) -> Iterator[Span]:
+    """Start and end of each period of a digital controller [s]."""
+    start, end = span
+    count = int(np.ceil((end - start) / hold - 1e-9))
+    for k in range(count):
+        begin = start + k * hold
+        until = min(end, start + (k + 1) * hold)
+        yield begin, until

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import zlib
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
@@ -21,6 +22,15 @@ from .events import Event
 
 FORMAT = 3
 _FORMER = {"t": "time", "ddu": "acceleration", "tau": "effort"}  # names of arrays in format 2
+_HEAD_FIELDS = (
+    "robot",
+    "names",
+    "coordinates",
+    "message",
+    "completed",
+    "steps",
+    "evaluations",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,16 +38,20 @@ class Simulation:
     """A recorded motion of N samples.
 
     Attributes:
-        robot, names: name of the robot and of its active coordinates; coordinates: names of all,
-        the order of state.s.
+        robot: name of the robot.
+        names: of its active coordinates.
+        coordinates: names of all, in the order of state.s.
         t: (N,) [s]; the last sample is where the simulation ended.
         state: ClosedState of all samples: s, ds, R, residuals, distances to singularities.
-        ddu, tau: (N, n) active accelerations and efforts.
-        energy: Energy of all samples [J]; work: (N,) [J] brought in by tau and wrenches less
-        friction, since the start.
-        events: what was met; completed: whether the end of the time span was reached; message: why
-        it ended.
-        steps, evaluations: of the integrator.
+        ddu: (N, n) active accelerations [rad/s^2 or m/s^2].
+        tau: (N, n) active efforts [N m or N].
+        energy: of all samples [J].
+        work: (N,) [J] brought in by tau and wrenches less friction, since the start.
+        events: what was met.
+        message: why the simulation ended.
+        completed: whether the end of the time span was reached.
+        steps: number of steps of the integrator.
+        evaluations: of the equations of motion by the integrator.
     """
 
     robot: str
@@ -57,26 +71,28 @@ class Simulation:
 
     @property
     def u(self) -> Array:
-        """(N, n) active coordinates."""
+        """(N, n) active coordinates [rad or m]."""
         return self.state.u
 
     @property
     def du(self) -> Array:
-        """(N, n) active rates."""
+        """(N, n) active rates [rad/s or m/s]."""
         return self.state.du
 
     @property
     def energy_error(self) -> Array:
-        """(N,) energy less what was brought in, since the start [J]: zero but for the integrator's error."""
+        """(N,) energy less the work since the start [J]: zero but for the integrator's error."""
         total = self.energy.total
         return np.asarray(total - total[0] - self.work)
 
     @property
     def relative_energy_error(self) -> float:
-        """Largest energy error in parts of the energy that was exchanged (range of kinetic or potential energy)."""
-        exchanged = max(float(np.ptp(part)) for part in (*self.energy, self.work))
+        """Largest energy error, as a share of the energy exchanged (largest range of any part)."""
         worst = float(np.abs(self.energy_error).max())
-        return worst / exchanged if worst else 0.0
+        if not worst:
+            return 0.0
+        ranges = [float(np.ptp(part)) for part in (*self.energy, self.work)]
+        return worst / max(ranges)
 
     @property
     def residual(self) -> float:
@@ -84,22 +100,32 @@ class Simulation:
         return float(np.max(self.state.residual))
 
     def table(self) -> tuple[tuple[str, ...], Array]:
-        """Names of the columns, and (N, columns).
+        """All numbers as a table.
 
-        `time`, each coordinate by name and its `.velocity`, `.acceleration` and `.effort` of active
-        joints, energies.
+        Returns:
+            Names of the columns, and (N, columns). The columns are `time`, each coordinate by name,
+            its `.velocity`, then `.acceleration` and `.effort` of the active joints, and energies.
         """
-        head = ["time", *self.coordinates, *(f"{name}.velocity" for name in self.coordinates)]
-        head += [f"{name}.{what}" for what in ("acceleration", "effort") for name in self.names]
-        head += [*(f"energy.{part}" for part in self.energy._fields), "work"]
-        parts = (self.t, self.state.s, self.state.ds, self.ddu, self.tau, *self.energy, self.work)
-        return tuple(head), np.column_stack(parts)
+        state = self.state
+        columns = ["time", *self.coordinates]
+        columns += [f"{name}.velocity" for name in self.coordinates]
+        columns += [f"{name}.acceleration" for name in self.names]
+        columns += [f"{name}.effort" for name in self.names]
+        columns += [f"energy.{part}" for part in self.energy._fields]
+        columns.append("work")
+        motion = (self.t, state.s, state.ds, self.ddu, self.tau)
+        rows = np.column_stack([*motion, *self.energy, self.work])
+        return tuple(columns), rows
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write to a file, which appears when it is complete.
 
-        .csv: the `table`, its names in the first line, SI units; .npz: everything, which
-        `load_simulation` reads. Raises InputError for another ending.
+        Args:
+            path: .csv for the `table`, its names in the first line, SI units; .npz for everything,
+                which `load_simulation` reads.
+
+        Raises:
+            InputError: for another ending.
         """
         target = Path(path)
         writers = {".npz": self._write_npz, ".csv": self._write_csv}
@@ -113,65 +139,93 @@ class Simulation:
         aside.replace(target)
 
     def _write_csv(self, file: BinaryIO) -> None:
-        head, rows = self.table()
-        np.savetxt(file, rows, fmt="%.17g", delimiter=",", header=",".join(head), comments="")
+        columns, rows = self.table()
+        header = ",".join(columns)
+        np.savetxt(file, rows, fmt="%.17g", delimiter=",", header=header, comments="")
 
     def _write_npz(self, file: BinaryIO) -> None:
-        told = ("robot", "names", "coordinates", "message", "completed", "steps", "evaluations")
-        head = {
-            "format": FORMAT,
-            **{k: getattr(self, k) for k in told},
-            "events": [asdict(event) for event in self.events],
-            "branch": dict(self.state.branch),
-            "loops": self.state.loops,
-        }
+        head: dict[str, Any] = {"format": FORMAT}
+        for name in _HEAD_FIELDS:
+            head[name] = getattr(self, name)
+        head["events"] = [asdict(event) for event in self.events]
+        head["branch"] = dict(self.state.branch)
+        head["loops"] = self.state.loops
         arrays: dict[str, Any] = {
             "time": self.t,
             "acceleration": self.ddu,
             "effort": self.tau,
             "work": self.work,
         }
-        arrays |= {f"energy_{k}": v for k, v in self.energy._asdict().items()}
-        arrays |= {
-            f"state_{k}": getattr(self.state, k)
-            for k in _state_arrays()
-            if getattr(self.state, k) is not None
-        }
-        np.savez_compressed(file, head=np.array(json.dumps(head)), **arrays)
+        for name, values in self.energy._asdict().items():
+            arrays[f"energy_{name}"] = values
+        for name in _state_arrays():
+            values = getattr(self.state, name)
+            if values is not None:
+                arrays[f"state_{name}"] = values
+        text = np.array(json.dumps(head))
+        np.savez_compressed(file, head=text, **arrays)
 
 
 def load_simulation(path: str | os.PathLike[str]) -> Simulation:
-    """Read what `Simulation.save` wrote. Raises InputError for another file."""
+    """Read what `Simulation.save` wrote as .npz.
+
+    Args:
+        path: of the file.
+
+    Returns:
+        The simulation.
+
+    Raises:
+        InputError: for another file.
+    """
     try:
         with np.load(path, allow_pickle=False) as file:
             head = json.loads(str(file["head"]))
-            arrays = {k: file[k] for k in file.files if k != "head"}
+            arrays = {name: file[name] for name in file.files if name != "head"}
     except (OSError, KeyError, ValueError, TypeError, EOFError, BadZipFile, zlib.error) as error:
         raise InputError(f"{path} is not a saved simulation: {error}") from error
     if head.get("format") == 2:
-        arrays = {_FORMER.get(k, k): v for k, v in arrays.items()}
+        arrays = {_FORMER.get(name, name): values for name, values in arrays.items()}
     elif head.get("format") != FORMAT:
         raise InputError(
             f"{path} has format {head.get('format')}; this version reads 2 and {FORMAT}"
         )
-    states = {k.removeprefix("state_"): v for k, v in arrays.items() if k.startswith("state_")}
-    state = ClosedState(
-        **states, branch=MappingProxyType(head["branch"]), loops=tuple(head["loops"])
-    )
+    return _simulation(head, arrays)
+
+
+def _simulation(head: Mapping[str, Any], arrays: Mapping[str, Array]) -> Simulation:
+    """A simulation from the head and the arrays of a file."""
+    energies = [arrays[f"energy_{name}"] for name in Energy._fields]
+    events = [Event(**event) for event in head["events"]]
     return Simulation(
         robot=head["robot"],
         names=tuple(head["names"]),
         coordinates=tuple(head["coordinates"]),
-        state=state,
-        energy=Energy(*(arrays[f"energy_{k}"] for k in Energy._fields)),
-        events=tuple(Event(**event) for event in head["events"]),
         t=arrays["time"],
+        state=_state(head, arrays),
         ddu=arrays["acceleration"],
         tau=arrays["effort"],
+        energy=Energy(*energies),
         work=arrays["work"],
-        **{k: head[k] for k in ("message", "completed", "steps", "evaluations")},
+        events=tuple(events),
+        message=head["message"],
+        completed=head["completed"],
+        steps=head["steps"],
+        evaluations=head["evaluations"],
     )
 
 
+def _state(head: Mapping[str, Any], arrays: Mapping[str, Array]) -> ClosedState:
+    """The states from the head and the arrays of a file."""
+    states: dict[str, Any] = {}
+    for name, values in arrays.items():
+        if name.startswith("state_"):
+            states[name.removeprefix("state_")] = values
+    branch = MappingProxyType(head["branch"])
+    loops = tuple(head["loops"])
+    return ClosedState(**states, branch=branch, loops=loops)
+
+
 def _state_arrays() -> list[str]:
-    return [f.name for f in fields(ClosedState) if f.name not in ("branch", "loops")]
+    names = [field.name for field in fields(ClosedState)]
+    return [name for name in names if name not in ("branch", "loops")]

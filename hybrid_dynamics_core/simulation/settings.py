@@ -11,9 +11,14 @@ from scipy import integrate
 from ..dynamics.loads import Loads
 from ..errors import InputError
 
-EXPLICIT = {"DOP853": integrate.DOP853, "RK45": integrate.RK45}
-IMPLICIT = {"Radau": integrate.Radau, "BDF": integrate.BDF, "LSODA": integrate.LSODA}
-METHODS = {**EXPLICIT, **IMPLICIT}
+METHODS = {
+    "DOP853": integrate.DOP853,
+    "RK45": integrate.RK45,
+    "Radau": integrate.Radau,
+    "BDF": integrate.BDF,
+    "LSODA": integrate.LSODA,
+}
+_POSITIVE = ("rtol", "atol", "rate", "max_step", "hold", "singular")
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,21 +27,24 @@ class Settings:
 
     Attributes:
         loads: what acts besides the actuators; None: what the description gives.
-        method: integrator of SciPy: DOP853 or RK45 for smooth motion, Radau, BDF or LSODA where
-        strong friction with
-            little smoothing makes it stiff.
-        rtol, atol: relative and absolute tolerance of a step, the latter in rad, m, and per second.
-        rate: samples kept a second of simulated time [Hz].
-        hold: [s] period of a digital controller: tau is asked once a period and kept; None: at
-        every instant.
+        method: integrator of SciPy. DOP853 and RK45 are for smooth motion. Radau, BDF and LSODA are
+            for stiff motion, as strong friction with little smoothing makes it.
+        rtol: relative tolerance of a step.
+        atol: absolute tolerance of a step, in rad, m, and per second.
+        rate: samples recorded in a second of simulated time [Hz].
+        hold: period of a digital controller [s]: tau is evaluated once a period and held. None: it
+            is evaluated at every instant.
         max_step: longest step [s].
         stop_at_limits: whether the simulation ends where a coordinate reaches its limit or a
-        cylinder the end of its
-            stroke. Otherwise it is told as an event and the motion goes on: there is no model of
-            the stop itself.
+            cylinder the end of its stroke. Otherwise this is reported as an event and the motion
+            goes on: there is no model of the stop itself.
         singular: distance to a singular configuration (`state.singularity`) at which the simulation
-        ends.
-        progress: whether to show a line of progress; None: on a terminal, once a second has passed.
+            ends.
+        progress: whether to show a line of progress. None: on a terminal, once a second has passed.
+
+    Raises:
+        InputError: for an unknown method, numbers that are not above zero, and a wrench that
+            changes from row to row.
     """
 
     loads: Loads | None = None
@@ -53,23 +61,26 @@ class Settings:
     def __post_init__(self) -> None:
         if self.method not in METHODS:
             raise InputError(f"there is no method '{self.method}'; known: {', '.join(METHODS)}")
-        for name in ("rtol", "atol", "rate", "max_step", "hold", "singular"):
+        for name in _POSITIVE:
             value = getattr(self, name)
             if value is not None and not value > 0.0:
                 raise InputError(f"{name} is {value}; expected a number above zero")
-        if self.loads is not None and any(w.values.ndim > 1 for w in self.loads.wrenches.values()):
-            raise InputError("a simulation takes one wrench on a frame, not one a row")
-
-    @property
-    def implicit(self) -> bool:
-        """Whether the method solves equations in each step."""
-        return self.method in IMPLICIT
+        if self.loads is None:
+            return
+        for wrench in self.loads.wrenches.values():
+            if wrench.values.ndim > 1:
+                raise InputError("a simulation takes one wrench on a frame, not one a row")
 
 
 def checked_span(t_span: tuple[float, float]) -> tuple[float, float]:
-    """Start and end [s], the end after the start. Raises InputError."""
-    start, end = (float(t) for t in t_span)
-    if not (np.isfinite(start) and np.isfinite(end) and start < end):
+    """Start and end [s], the end after the start.
+
+    Raises:
+        InputError: for other times.
+    """
+    start, end = map(float, t_span)
+    finite = np.isfinite(start) and np.isfinite(end)
+    if not (finite and start < end):
         raise InputError(
             f"t_span is ({start}, {end}); expected two times, the second after the first"
         )
