@@ -1,4 +1,4 @@
-"""Entry of the command."""
+"""Entry of the command, also started by `python -m hybrid_dynamics_cli`."""
 
 from __future__ import annotations
 
@@ -9,9 +9,12 @@ ABORTED = "Aborted!"  # as click says it
 
 
 def main() -> None:
-    """Run the command; a missing click, and an interrupt while modules are loaded, are told, not traced."""
-    # Matrices are small here: on a busy machine the threads of OpenBLAS wait for each other up to
-    # forty times longer.
+    """Run the command.
+
+    A missing click, and an interrupt while modules are loaded, end with a message, no traceback.
+    """
+    # Matrices are small here. On a busy machine the threads of OpenBLAS wait for each other, up to
+    # forty times longer than the work takes.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         import click  # noqa: F401, PLC0415  an extra

@@ -1,11 +1,12 @@
 """The group of verbs.
 
-A verb is a module of `verbs` with a click command named `command`; it is loaded when used.
+A verb is a module of `verbs` with a click command named `command`. It is loaded when used.
 """
 
 from __future__ import annotations
 
 import sys
+from importlib import import_module
 from typing import Any
 
 import click
@@ -13,11 +14,11 @@ import click
 from hybrid_dynamics_core import __version__
 from hybrid_dynamics_core.errors import HybridDynamicsError
 
-from .exit_codes import exit_table, told
+from .exit_codes import click_error, exit_table
 from .groups import Group
 from .output import AS_JSON, fail
 
-VERBS = {  # in the order in which they are shown: name -> module
+VERBS = {  # name -> module, in the order in which they are shown
     "check": "check",
     "info": "info",
     "fk": "fk",
@@ -35,28 +36,31 @@ VERBS = {  # in the order in which they are shown: name -> module
 
 
 class Verbs(Group):
-    """Loads the module of a verb when it is asked for, so that `--help` and completion stay quick."""
+    """Loads the module of a verb when it is used, so that `--help` and completion stay quick."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
         """Names of all verbs."""
         return list(VERBS)
 
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
+    def get_command(
+        self,
+        ctx: click.Context,  # noqa: ARG002
+        cmd_name: str,
+    ) -> click.Command | None:
         """The verb of a name."""
         if cmd_name not in VERBS:
             return None
-        from importlib import import_module  # noqa: PLC0415
-
-        command: click.Command = import_module(f".verbs.{VERBS[cmd_name]}", __package__).command
+        module = import_module(f".verbs.{VERBS[cmd_name]}", __package__)
+        command: click.Command = module.command
         return command
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Remember whether JSON is asked for, whatever else is wrong with the command line."""
+        """Remember whether JSON is asked for, even if the command line is wrong otherwise."""
         ctx.meta[AS_JSON] = "--json" in args
         return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Errors end with their message alone; where JSON is asked for, stdout has it as JSON too."""
+        """Run a verb; its errors are printed as JSON too where JSON is asked for."""
         try:
             return self._invoke(ctx)
         except click.ClickException as error:
@@ -65,21 +69,26 @@ class Verbs(Group):
             raise
 
     def _invoke(self, ctx: click.Context) -> Any:
-        """Errors of the library become those of the command."""
+        """Run a verb; errors of the library become those of the command."""
         try:
             return super().invoke(ctx)
         except HybridDynamicsError as error:
-            raise told(error) from error
+            raise click_error(error) from error
         except BrokenPipeError:
-            raise  # who read the output has gone: click ends in silence
+            raise  # the reader of the output has gone: click ends in silence
         except (OSError, EOFError) as error:
             raise click.ClickException(f"{type(error).__name__}: {error}") from error
         except FloatingPointError as error:
-            raise click.ClickException(
-                f"the numbers are beyond what can be computed with: {error}"
-            ) from error
+            text = f"the numbers are beyond what can be computed with: {error}"
+            raise click.ClickException(text) from error
 
 
+HELP = """\
+The model of a hybrid robot: closure, kinematics and dynamics of serial arms with closed loops.
+
+ROBOT is the name of a robot that comes with the library, or the path of a description file. Values
+are in rad, m, N and N m.
+"""
 EPILOG = f"""\b
 Examples:
   hybrid-dynamics check my_robot.yaml --draw my_robot.svg
@@ -102,14 +111,15 @@ Shell completion of verbs, options, robots and files, by a line in
 """
 
 
-@click.group(cls=Verbs, epilog=EPILOG, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=Verbs,
+    help=HELP,
+    epilog=EPILOG,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
 @click.version_option(__version__, prog_name="hybrid-dynamics")
 def app() -> None:
-    """The model of a hybrid robot: closure, kinematics and dynamics of serial arms with closed loops.
-
-    ROBOT is the name of a robot that comes with the library, or the path of a description file.
-    Values are in rad, m, N and N m.
-    """
+    """The group of all verbs."""
 
 
 def run() -> None:

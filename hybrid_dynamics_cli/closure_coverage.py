@@ -1,4 +1,4 @@
-"""How much of the range that a file allows its loops close over: tried, and counted."""
+"""Over how much of the range that a file allows its loops close: sampled, and counted."""
 
 from __future__ import annotations
 
@@ -8,62 +8,67 @@ from dataclasses import dataclass
 import numpy as np
 
 from hybrid_dynamics_core import ClosureStatus, Robot
-from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.wording import counted
 
-HARDLY = 0.05  # share of the places
-TRIED = 500  # places: one in a hundred that does not close is found in 993 of 1000 cases
+RARE_SHARE = 0.05  # of the places
+PLACES = 500  # one in a hundred that does not close is met in 993 of 1000 cases
 
 
 @dataclass(frozen=True)
-class Tried:
-    """How many places were tried, and at how many of them the loops close."""
+class ClosureCoverage:
+    """At how many places within the limits the loops close.
+
+    Attributes:
+        places: how many were sampled; none for a robot without loops.
+        closed: at how many of them all loops close.
+    """
 
     places: int
     closed: int
 
     @property
-    def everywhere(self) -> bool:
-        """Whether they close wherever they were tried."""
+    def is_complete(self) -> bool:
+        """Whether the loops close at every place."""
         return self.closed == self.places
 
     @property
-    def hardly(self) -> bool:
+    def is_rare(self) -> bool:
         """Whether they close so seldom that limits or lengths are hardly meant so."""
-        return self.closed < HARDLY * self.places
+        return self.closed < RARE_SHARE * self.places
 
-    def told(self) -> str:
+    def describe(self) -> str:
         """The sentence for people."""
-        within = f"{counted(self.places, 'place')} tried within the limits of the active joints"
-        return (
-            f"loops close at all {within}"
-            if self.everywhere
-            else f"loops close at {self.closed} of {within}"
-        )
+        places = f"{counted(self.places, 'place')} tried within the limits of the active joints"
+        if self.is_complete:
+            return f"loops close at all {places}"
+        return f"loops close at {self.closed} of {places}"
 
 
-def try_loops(machine: Robot) -> Tried:
-    """Close the loops at places spread evenly over the file's limits, always the same ones.
+def closure_coverage(machine: Robot) -> ClosureCoverage:
+    """Close the loops at random places within the file's limits, the same ones at every call.
 
-    An angle without limits is tried all around, a slide without limits only where the reference has
-    it.
+    An angle without limits is sampled all around. A slide without limits stays at its reference.
     """
     if not machine.loops:
-        return Tried(0, 0)
-    box = np.array([_range(machine, k) for k in range(len(machine.active))])
-    places = np.random.default_rng(0).uniform(box[:, 0], box[:, 1], (TRIED, len(box)))
+        return ClosureCoverage(0, 0)
+    ranges = np.array([_range(machine, k) for k in range(len(machine.active))])
+    shape = (PLACES, len(ranges))
+    places = np.random.default_rng(0).uniform(ranges[:, 0], ranges[:, 1], shape)
     status = np.asarray(machine.close(places, check=False).status)
-    return Tried(TRIED, int((status != ClosureStatus.UNREACHABLE).sum()))
+    closed = int((status != ClosureStatus.UNREACHABLE).sum())
+    return ClosureCoverage(PLACES, closed)
 
 
-def _range(machine: Robot, k: int) -> Array:
-    """The limits that the file gives to an active joint."""
-    name, near = machine.active[k], float(machine.reference[k])
-    reach = math.pi if machine.joint_types[name] == "revolute" else 0.0
+def _range(machine: Robot, k: int) -> tuple[float, float]:
+    """The limits [rad or m] that the file gives to an active joint."""
+    name = machine.active[k]
+    reference = float(machine.reference[k])
+    reach = 0.0
+    if machine.joint_types[name] == "revolute":
+        reach = math.pi
     lower, upper = machine.description.joints[name].limits
-    return np.array(
-        [
-            lower if math.isfinite(lower) else near - reach,
-            upper if math.isfinite(upper) else near + reach,
-        ]
-    )
+    if not math.isfinite(lower):
+        lower = reference - reach
+    if not math.isfinite(upper):
+        upper = reference + reach
+    return lower, upper

@@ -30,15 +30,21 @@ MEANINGS: Final = {
 
 
 class Misused(click.ClickException):
-    """The call is wrong: how it has to be called is told without the lines about usage."""
+    """The call is wrong: the message says how to call, without click's lines about usage."""
 
     exit_code = MISUSED
 
 
-def told(error: Exception) -> click.ClickException:
-    """An error of the library as the command ends with it: with what would take the file, and the exit code."""
+def click_error(error: Exception) -> click.ClickException:
+    """An error of the library as the command ends with it.
+
+    The message also names the verb that would take the file. The exit code is MISUSED for an
+    InputError, and FAILED for all others.
+    """
     text = f"{error}{taken_by(error)}"
-    return Misused(text) if isinstance(error, InputError) else click.ClickException(text)
+    if isinstance(error, InputError):
+        return Misused(text)
+    return click.ClickException(text)
 
 
 def exit_table() -> str:

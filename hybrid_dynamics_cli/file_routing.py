@@ -8,7 +8,7 @@ from typing import Any, Final
 from hybrid_dynamics_core.ground.file_kinds import FileKind
 
 PROGRAM: Final = "hybrid-dynamics"
-TAKERS: Final = {
+CALLS: Final = {
     FileKind.ROBOT: "check {path}",
     FileKind.BAG: "bag report {path}",
     FileKind.BAG_PART: "bag report {folder}",
@@ -19,10 +19,12 @@ TAKERS: Final = {
 
 
 def taken_by(error: Any) -> str:
-    """`; it is taken by: ...` for an error about a file of another kind; else nothing."""
-    kind, file = getattr(error, "kind", None), getattr(error, "file", None)
+    """The hint `; try: ...` for an error about a file of another kind; else nothing."""
+    kind = getattr(error, "kind", None)
+    file = getattr(error, "file", None)
     if kind is FileKind.TABLES:
         return "; name the recording that these tables were exported from"
-    if kind not in TAKERS or file is None:
+    if kind not in CALLS or file is None:
         return ""
-    return f"; try: {PROGRAM} {TAKERS[kind].format(path=file, folder=Path(file).parent)}"
+    call = CALLS[kind].format(path=file, folder=Path(file).parent)
+    return f"; try: {PROGRAM} {call}"

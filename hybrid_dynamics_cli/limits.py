@@ -20,37 +20,48 @@ SLACK = 1e-6  # [rad or m] that tables do not show
 
 def narrowed(machine: Robot) -> list[str]:
     """A sentence for each active joint whose loop closes over less than the file allows."""
-    told = []
+    sentences = []
     for name, (lower, upper) in zip(machine.active, machine.limits.tolist(), strict=True):
         least, most = machine.description.joints[name].limits
-        cut = [lower - least, most - upper]  # infinite where the file gives no limit
-        if any(SLACK < by < math.inf for by in cut):
-            kind = coordinate_unit(machine.joint_types[name])
-            closes = f"{number(lower)} to {number(upper)} {kind}"
-            told.append(
-                f"{name}: the file allows {least:g} to {most:g} {kind}; its loop closes from"
-                f" {closes}"
-            )
-    return told
+        cuts = [lower - least, most - upper]  # infinite where the file gives no limit
+        if not any(SLACK < cut < math.inf for cut in cuts):
+            continue
+        unit = coordinate_unit(machine.joint_types[name])
+        allowed = f"the file allows {least:g} to {most:g} {unit}"
+        closed = f"its loop closes from {number(lower)} to {number(upper)} {unit}"
+        sentences.append(f"{name}: {allowed}; {closed}")
+    return sentences
 
 
 def beyond(machine: Robot, names: Sequence[str], values: Array) -> list[dict[str, Any]]:
-    """Coordinates beyond a limit: name, value and limit [rad or m]; each is told on stderr too."""
-    active = dict(zip(machine.active, machine.limits.tolist(), strict=True))
-    found = []
+    """Coordinates beyond a limit; each is also noted on stderr.
+
+    Args:
+        machine: the robot.
+        names: names of coordinates.
+        values: (n,) their values [rad or m].
+
+    Returns:
+        For each that is beyond: `name`, `value` and `limit` [rad or m].
+    """
+    active_limits = dict(zip(machine.active, machine.limits.tolist(), strict=True))
+    violations = []
     for name, value in zip(names, values.tolist(), strict=True):
-        lower, upper = active.get(name, machine.description.joints[name].limits)
-        if not lower - SLACK <= value <= upper + SLACK:
-            limit = lower if value < lower else upper
-            found.append({"name": name, "value": value, "limit": limit})
-            kind = coordinate_unit(machine.joint_types[name])
-            told = f"{name} = {number(value)} {kind} is beyond its limit {number(limit)} {kind}"
-            click.echo(f"note: {told}{_in_degrees(value, kind)}", err=True)
-    return found
+        lower, upper = active_limits.get(name, machine.description.joints[name].limits)
+        if lower - SLACK <= value <= upper + SLACK:
+            continue
+        limit = upper
+        if value < lower:
+            limit = lower
+        violations.append({"name": name, "value": value, "limit": limit})
+        unit = coordinate_unit(machine.joint_types[name])
+        text = f"{name} = {number(value)} {unit} is beyond its limit {number(limit)} {unit}"
+        click.echo(f"note: {text}{_degrees_hint(value, unit)}", err=True)
+    return violations
 
 
-def _in_degrees(value: float, kind: str) -> str:
+def _degrees_hint(value: float, unit: str) -> str:
     """How an angle of more than a turn is written, where degrees seem to be meant."""
-    if kind != "rad" or not math.tau < abs(value) < ENDLESS:
+    if unit != "rad" or not math.tau < abs(value) < ENDLESS:
         return ""
     return f"; {value:g} degrees are written {value:g}*deg"

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import Enum
 from itertools import pairwise
 from pathlib import Path
@@ -17,37 +18,53 @@ from hybrid_dynamics_core.ground.arrays import Array
 
 from .exit_codes import MISUSED
 
-AS_JSON = f"{__package__}.as_json"  # in the meta of click's contexts: whether JSON is asked for,
-ANSWERED = f"{__package__}.answered"  # and whether it is printed: stdout holds one document
+AS_JSON = f"{__package__}.as_json"  # in the meta of click's contexts: whether JSON is asked for
+ANSWERED = f"{__package__}.answered"  # the same for: stdout holds its one document already
 WIDTH = 80  # letters of a terminal
+GAP = 2  # letters between columns
 ROUNDING = 1e-12  # below it a value of order one is noise
-ALIKE = 1e-9  # [m] positions that differ less are one: loops close to about that
+SAME_POSITION = 1e-9  # [m] positions that differ less are one: loops close to about that
 
 
-def show(told: Mapping[str, Any], as_json: bool, text: str) -> None:
-    """Print one of the two forms of a result."""
+def show(data: Mapping[str, Any], as_json: bool, text: str) -> None:
+    """Print one of the two forms of a result.
+
+    Args:
+        data: the result for programs, printed as JSON.
+        as_json: whether JSON is asked for.
+        text: the result for people.
+    """
     if not as_json:
         click.echo(text.rstrip())
         return
-    click.echo(json.dumps(plain(told), indent=2, allow_nan=False))
+    click.echo(json.dumps(plain(data), indent=2, allow_nan=False))
     context = click.get_current_context(silent=True)
     if context is not None:
         context.meta[ANSWERED] = True
 
 
 def written(path: str | Path, what: str = "") -> str:
-    """The line that tells of a file or folder that was written, and what is in it."""
-    return f"written: {path}" + (f" ({what})" if what else "")
+    """The line that names a file or folder that was written, and what is in it."""
+    if not what:
+        return f"written: {path}"
+    return f"written: {path} ({what})"
 
 
 def fail(context: click.Context, error: click.ClickException) -> None:
-    """Print an error as JSON, unless an answer is printed already; its kind is the class of what caused it."""
-    usage = isinstance(error, click.UsageError) or (
-        error.exit_code == MISUSED and error.__cause__ is None
-    )
-    kind = "UsageError" if usage else type(error.__cause__ or error).__name__
-    if not context.meta.get(ANSWERED):
-        show({"error": {"kind": kind, "text": error.format_message()}}, as_json=True, text="")
+    """Print an error as JSON, unless an answer is printed already."""
+    if context.meta.get(ANSWERED):
+        return
+    report = {"kind": _kind(error), "text": error.format_message()}
+    show({"error": report}, as_json=True, text="")
+
+
+def _kind(error: click.ClickException) -> str:
+    """The class of what caused an error; UsageError for all calls that click finds wrong."""
+    if isinstance(error, click.UsageError):
+        return "UsageError"
+    if error.exit_code == MISUSED and error.__cause__ is None:
+        return "UsageError"
+    return type(error.__cause__ or error).__name__
 
 
 def plain(value: Any) -> Any:
@@ -58,66 +75,135 @@ def plain(value: Any) -> Any:
         return {str(key): plain(entry) for key, entry in value.items()}
     if isinstance(value, (np.ndarray, np.generic)):
         return plain(value.tolist())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
     if isinstance(value, (list, tuple, set, frozenset)):
         return [plain(entry) for entry in value]
     return value
 
 
+def by_name(names: Sequence[str], values: Iterable[Any]) -> dict[str, Any]:
+    """Values under their names, as many as there are names."""
+    return dict(zip(names, values, strict=True))
+
+
 def number(value: float) -> str:
-    """Six digits, as short as they can be told."""
-    return "-" if not math.isfinite(value) else f"{value + 0.0:.6g}"
+    """A number with at most six digits; `-` where it is not finite."""
+    if not math.isfinite(value):
+        return "-"
+    return f"{value + 0.0:.6g}"
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[object]], apart: int | None = None) -> str:
-    """Columns under a head: numbers to the right, text to the left; what is only rounding is shown as zero.
+def zero_if_small(value: float, limit: float = ROUNDING) -> float:
+    """The value, or zero where it is not larger than a limit."""
+    if abs(value) > limit:
+        return value
+    return 0.0
 
-    A table that is wider than a terminal goes on below, each time beside its first column and, so
-    that what goes on is no lone column of text, with one before; `apart`: the column that then
-    begins below in any case.
+
+@dataclass(frozen=True)
+class _Column:
+    """The texts of a column, head and rule first; numbers stand to the right."""
+
+    texts: tuple[str, ...]
+    width: int
+    is_numeric: bool
+
+    def line(self, k: int) -> str:
+        """A text, padded to the width of the column."""
+        if self.is_numeric:
+            return self.texts[k].rjust(self.width)
+        return self.texts[k].ljust(self.width)
+
+
+def table(
+    head: Sequence[str], rows: Sequence[Sequence[object]], break_before: int | None = None
+) -> str:
+    """Columns under a head; numbers that are only rounding are shown as zero.
+
+    A table that is wider than a terminal goes on below, each time beside its first column.
+
+    Args:
+        head: names of the columns.
+        rows: their entries, as many as there are names.
+        break_before: index of the column that then begins below in any case.
     """
-    cells = [
-        [number(v if abs(v) > ROUNDING else 0.0) if isinstance(v, float) else str(v) for v in row]
-        for row in rows
-    ]
-    right = [bool(rows) and isinstance(rows[0][k], (float, int)) for k in range(len(head))]
-    widths = [max(len(line[k]) for line in [list(head), *cells]) for k in range(len(head))]
-
-    def line(parts: Sequence[str], columns: Sequence[int]) -> str:
-        padded = [
-            parts[k].rjust(widths[k]) if right[k] else parts[k].ljust(widths[k]) for k in columns
-        ]
-        return "  ".join(padded).rstrip()
-
-    lines = [list(head), ["-" * width for width in widths], *cells]
-    return "\n\n".join(
-        "\n".join(line(parts, columns) for parts in lines)
-        for columns in _pieces(widths, right, apart)
-    )
+    columns = [_column(name, [row[k] for row in rows]) for k, name in enumerate(head)]
+    blocks = [_block(group) for group in _groups(columns, break_before)]
+    return "\n\n".join(blocks)
 
 
-def _pieces(widths: Sequence[int], right: Sequence[bool], apart: int | None) -> list[list[int]]:
+def _column(name: str, entries: Sequence[object]) -> _Column:
+    cells = [_cell(entry) for entry in entries]
+    width = max(map(len, [name, *cells]))
+    is_numeric = bool(entries) and isinstance(entries[0], (float, int))
+    return _Column((name, "-" * width, *cells), width, is_numeric)
+
+
+def _cell(entry: object) -> str:
+    if isinstance(entry, float):
+        return number(zero_if_small(entry))
+    return str(entry)
+
+
+def _block(columns: Sequence[_Column]) -> str:
+    """The lines of columns that stand side by side."""
+    lines = []
+    for k in range(len(columns[0].texts)):
+        cells = [column.line(k) for column in columns]
+        lines.append((" " * GAP).join(cells).rstrip())
+    return "\n".join(lines)
+
+
+def _groups(columns: Sequence[_Column], break_before: int | None) -> list[list[_Column]]:
     """Columns in groups that are no wider than a terminal, each with the first column."""
-    if sum(widths) + 2 * (len(widths) - 1) <= WIDTH:
-        return [list(range(len(widths)))]
-    pieces = [[0]]
-    for k in range(1, len(widths)):
-        full = sum(widths[c] + 2 for c in pieces[-1]) + widths[k] > WIDTH
-        if len(pieces[-1]) > 1 and (full or k == apart):
-            pieces.append([0])
-        pieces[-1].append(k)
-    for before, piece in pairwise(pieces):
-        lone = len(piece) == 2 and not right[piece[1]] and len(before) > 2  # a unit, or a name
-        if lone and sum(widths[c] + 2 for c in (*piece, before[-1])) <= WIDTH + 2:
-            piece.insert(1, before.pop())
-    return pieces
+    if _width(columns) <= WIDTH:
+        return [list(columns)]
+    groups = [[columns[0]]]
+    for k, column in enumerate(columns[1:], start=1):
+        is_full = _width([*groups[-1], column]) > WIDTH or k == break_before
+        if is_full and len(groups[-1]) > 1:
+            groups.append([columns[0]])
+        groups[-1].append(column)
+    for previous, group in pairwise(groups):
+        _join_lone_text(previous, group)
+    return groups
+
+
+def _join_lone_text(previous: list[_Column], group: list[_Column]) -> None:
+    """Give a lone column of text, a unit or a name, the column that stands before it."""
+    is_lone = len(group) == 2 and not group[1].is_numeric
+    if not is_lone or len(previous) <= 2:
+        return
+    if _width([*group, previous[-1]]) <= WIDTH:
+        group.insert(1, previous.pop())
+
+
+def _width(columns: Sequence[_Column]) -> int:
+    """Letters of columns side by side."""
+    return sum(column.width for column in columns) + GAP * (len(columns) - 1)
 
 
 def constant_axes(positions: Sequence[Array]) -> dict[str, float]:
-    """Of two positions or more: coordinates that are alike in all of them [m], as that across a planar mechanism."""
+    """Coordinates [m] that are alike in all positions, as that across a planar mechanism.
+
+    Args:
+        positions: (3,) each, [m]; of fewer than two nothing is said.
+
+    Returns:
+        The value for each such axis of `x`, `y`, `z`.
+    """
     if len(positions) < 2:
         return {}
-    low, high = np.min(positions, axis=0), np.max(positions, axis=0)
-    alike = {axis: float(low[k]) for k, axis in enumerate("xyz") if high[k] - low[k] < ALIKE}
-    return {axis: value if abs(value) > ALIKE else 0.0 for axis, value in alike.items()}
+    low = np.min(positions, axis=0)
+    extent = np.max(positions, axis=0) - low
+    constant = {}
+    for k, axis in enumerate("xyz"):
+        if extent[k] < SAME_POSITION:
+            constant[axis] = zero_if_small(float(low[k]), SAME_POSITION)
+    return constant
+
+
+def along_axes(values: Array) -> str:
+    """Numbers in a row; what is only rounding is shown as zero."""
+    return "  ".join(number(zero_if_small(value)) for value in values.tolist())

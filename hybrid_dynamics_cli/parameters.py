@@ -11,7 +11,14 @@ import click
 import numpy as np
 from click.shell_completion import CompletionItem
 
-from hybrid_dynamics_core import InputError, Robot, UndecidedModeError, load, shipped_robots
+from hybrid_dynamics_core import (
+    ClosedState,
+    InputError,
+    Robot,
+    UndecidedModeError,
+    load,
+    shipped_robots,
+)
 from hybrid_dynamics_core.description.expressions import evaluate
 from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.decimal_commas import POINT_HINT
@@ -33,9 +40,9 @@ class RobotType(click.ParamType):  # type: ignore[type-arg]
         param: click.Parameter,  # noqa: ARG002
         incomplete: str,
     ) -> list[CompletionItem]:
-        """Names of shipped robots, then files."""
-        named = [CompletionItem(name) for name in shipped_robots() if name.startswith(incomplete)]
-        return named or [CompletionItem(incomplete, type="file")]
+        """Names of shipped robots; files where none begins so."""
+        robots = [CompletionItem(name) for name in shipped_robots() if name.startswith(incomplete)]
+        return robots or [CompletionItem(incomplete, type="file")]
 
 
 class NumberType(click.ParamType):  # type: ignore[type-arg]
@@ -50,22 +57,72 @@ class NumberType(click.ParamType):  # type: ignore[type-arg]
         if isinstance(value, float):
             return value
         try:
-            return evaluate(str(value), {}, known="")
+            return _value(str(value))
         except (ValueError, ArithmeticError) as error:
             self.fail(f"'{value}': {error}", param, ctx)
 
 
+def _value(term: str) -> float:
+    """The value of a term in which nothing but numbers, pi and deg has a name."""
+    return evaluate(term, {}, known="")
+
+
 NUMBER = NumberType()
-PLACES = "0,0.1,30*deg or by name, q12=0.1,q4=pi/2"  # how vectors are written,
-EFFORTS = "0,5000,2000,0 or by name, q12=5000"  # and those of efforts
+COORDINATES = "0,0.1,30*deg or by name, q12=0.1,q4=pi/2"  # how vectors of them are written
+EFFORTS = "0,5000,2000,0 or by name, q12=5000"  # the same
 robot_argument = click.argument("robot", type=RobotType(), metavar="ROBOT")
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for programs.")
 
 
-def vector_option(*names: str, form: str = PLACES, **more: Any) -> Callable[[Command], Command]:
-    """An option for one value per active joint: `0,0.1,0.15,0`, or `q12=0.1,q4=pi/2` where the others stay."""
-    more["help"] = f"{more['help']} As {form}."
-    return click.option(*names, metavar="VALUES", shell_complete=_complete_values, **more)
+def _complete_frames(ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[str]:
+    robot = _robot_so_far(ctx)
+    if robot is None:
+        return []
+    return [name for name in robot.frames if name.startswith(incomplete)]
+
+
+def _complete_values(ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[str]:
+    """Active joints by name, behind those that are there already."""
+    robot = _robot_so_far(ctx)
+    if robot is None:
+        return []
+    before, comma, begun = incomplete.rpartition(",")
+    given = {part.partition("=")[0].strip() for part in before.split(",")}
+    candidates = [name for name in robot.active if name not in given]
+    return [f"{before}{comma}{name}=" for name in candidates if name.startswith(begun)]
+
+
+def _robot_so_far(ctx: click.Context) -> Robot | None:
+    """The robot that a line being typed names.
+
+    Click leaves it among the arguments while a value is missing.
+    """
+    try:
+        name = ctx.params.get("robot")
+        if not name:
+            name = next(word for word in ctx.args if not word.startswith("-"))
+        return load(name)
+    except Exception:  # noqa: BLE001 - a shell that completes wants no errors
+        return None
+
+
+def vector_option(
+    *names: str,
+    help: str,  # noqa: A002 - as click
+    form: str = COORDINATES,
+) -> Callable[[Command], Command]:
+    """An option for one value per active joint.
+
+    All values are written as `0,0.1,0.15,0`, or some as `q12=0.1,q4=pi/2`, where the others stay.
+    """
+    text = f"{help} As {form}."
+    return click.option(*names, metavar="VALUES", shell_complete=_complete_values, help=text)
+
+
+u_option = vector_option(
+    "-u", "--u", help="Active coordinates [rad or m]; the robot's reference where left out."
+)
+du_option = vector_option("--du", help="Their rates [per second]; zero where left out.")
 
 
 def frame_option(text: str) -> Callable[[Command], Command]:
@@ -73,42 +130,28 @@ def frame_option(text: str) -> Callable[[Command], Command]:
     return click.option("--frame", metavar="NAME", shell_complete=_complete_frames, help=text)
 
 
-def _complete_frames(ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[str]:
-    robot = _robot_so_far(ctx)
-    return [] if robot is None else [name for name in robot.frames if name.startswith(incomplete)]
-
-
-def _complete_values(ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[str]:
-    """Active joints by name, behind those that are there already."""
-    robot, (there, comma, begun) = _robot_so_far(ctx), incomplete.rpartition(",")
-    told = {part.partition("=")[0].strip() for part in there.split(",")}
-    names = [] if robot is None else [name for name in robot.active if name not in told]
-    return [f"{there}{comma}{name}=" for name in names if name.startswith(begun)]
-
-
-def _robot_so_far(ctx: click.Context) -> Robot | None:
-    """The robot that a line being typed names; click leaves it among the arguments while a value is missing."""
-    try:
-        return load(
-            ctx.params.get("robot") or next(word for word in ctx.args if not word.startswith("-"))
-        )
-    except Exception:  # noqa: BLE001 - a shell that completes wants no errors
-        return None
-
-
 def loaded(robot: str) -> Robot:
-    """The robot; a file that cannot be read is told as what it is."""
+    """The robot of a name or path.
+
+    Raises:
+        click.ClickException: the file cannot be read, or leaves assembly modes open.
+        HybridDynamicsError: from `load`.
+    """
     with _readable(robot):
         try:
             return load(robot)
         except UndecidedModeError as error:
-            raise click.ClickException(
-                f"{error}\n`hybrid-dynamics branches {robot}` shows where they are"
-            ) from error
+            text = f"{error}\n`hybrid-dynamics branches {robot}` shows where they are"
+            raise click.ClickException(text) from error
 
 
 def loaded_undecided(robot: str) -> tuple[Robot, list[str]]:
-    """The robot even where its file leaves assembly modes open, and what is open, told for people."""
+    """The robot even where its file leaves assembly modes open, and a sentence for each of these.
+
+    Raises:
+        click.ClickException: the file cannot be read.
+        HybridDynamicsError: from `load_undecided`.
+    """
     with _readable(robot):
         machine, undecided = load_undecided(robot)
     return machine, [str(error) for error in undecided]
@@ -122,81 +165,123 @@ def _readable(robot: str) -> Iterator[None]:
         raise click.ClickException(f"{robot}: {error.strerror or error}") from error
 
 
-def vector(name: str, text: str | None, names: Sequence[str], default: Array) -> Array:
-    """Values (n,) from the text of an option; those that are not named are taken from `default`.
+def vector(option: str, text: str | None, names: Sequence[str], default: Array) -> Array:
+    """Values from the text of an option.
 
-    Raises InputError for other names and another number of values, BadParameter for what is no
-    term.
+    Args:
+        option: its name, for messages.
+        text: what was given to it, if anything.
+        names: (n) names that the values may have.
+        default: (n,) taken for those that are not named.
+
+    Returns:
+        (n,) the values, in the units of `default`.
+
+    Raises:
+        InputError: another name, or another number of values.
+        click.BadParameter: what is no term, or a mixture of values with and without names.
     """
     values = np.array(default, dtype=float)
     if text is None or not text.strip():
         return values
     parts = [part.strip() for part in text.split(",")]
-    named = ["=" in part for part in parts]
-    if any(named) and not all(named):
-        raise click.BadParameter(_mixed(text, parts, named.index(False)), param_hint=name)
-    told: dict[int, float] = {}
+    is_named = ["=" in part for part in parts]
+    if any(is_named) and not all(is_named):
+        problem = _mixed(text, parts, is_named.index(False))
+        raise click.BadParameter(problem, param_hint=option)
+    given: dict[int, float] = {}
     for k, part in enumerate(parts):
-        key, _, term = part.rpartition("=")
-        key = key.strip()
-        if key and key not in names:
-            commas = _commas(text)
-            if commas:
-                raise click.BadParameter(f"'{part}'{commas}", param_hint=name)
-            raise InputError(
-                f"{name}: '{key}' is not an active joint{suggestion(key, names)}; they are"
-                f" {', '.join(names)}"
-            )
-        try:
-            told[names.index(key) if key else k] = evaluate(term, {}, known="")
-        except (ValueError, ArithmeticError) as error:
-            joint = f" of {names[k]}" if not key and k < len(names) else ""
-            raise click.BadParameter(
-                f"'{part}'{joint}: {error}{_commas(text)}", param_hint=name
-            ) from error
-    if not any(named) and len(parts) != len(names):
-        given = counted(len(parts), "value")
-        raise InputError(
-            f"{name}: {given}; expected {len(names)}, for {', '.join(names)}{_commas(text)}"
-        )
-    values[list(told)] = list(told.values())
+        index = _index(option, text, part, names, k)
+        given[index] = _value_of(option, text, part, names, k)
+    if not any(is_named) and len(parts) != len(names):
+        count = counted(len(parts), "value")
+        expected = f"expected {len(names)}, for {', '.join(names)}"
+        raise InputError(f"{option}: {count}; {expected}{_comma_hint(text)}")
+    values[list(given)] = list(given.values())
     return values
+
+
+def closed(machine: Robot, u: str | None, du: str | None) -> ClosedState:
+    """The state of the options -u and --du, its loops closed.
+
+    Raises:
+        StateError: the loops do not close, or are singular.
+        InputError, click.BadParameter: from `vector`.
+    """
+    values = vector("-u", u, machine.active, machine.reference)
+    rates = vector("--du", du, machine.active, np.zeros(len(machine.active)))
+    return machine.close(values, rates)
+
+
+def _index(option: str, text: str, part: str, names: Sequence[str], position: int) -> int:
+    """Which of the names a part of an option's text is for; without a name its position tells."""
+    name = part.rpartition("=")[0].strip()
+    if not name:
+        return position
+    if name in names:
+        return names.index(name)
+    hint = _comma_hint(text)
+    if hint:
+        raise click.BadParameter(f"'{part}'{hint}", param_hint=option)
+    problem = f"'{name}' is not an active joint{suggestion(name, names)}"
+    raise InputError(f"{option}: {problem}; they are {', '.join(names)}")
+
+
+def _value_of(option: str, text: str, part: str, names: Sequence[str], position: int) -> float:
+    """The value of a part of an option's text."""
+    name, _, term = part.rpartition("=")
+    try:
+        return _value(term)
+    except (ValueError, ArithmeticError) as error:
+        joint = ""
+        if not name.strip() and position < len(names):
+            joint = f" of {names[position]}"
+        problem = f"'{part}'{joint}: {error}{_comma_hint(text)}"
+        raise click.BadParameter(problem, param_hint=option) from error
 
 
 def _mixed(text: str, parts: Sequence[str], k: int) -> str:
     """What is wrong where some values have names and the k-th has none."""
-    bare, before = parts[k], parts[max(k - 1, 0)]
-    if bare.isdigit() and re.search(r"=\s*[-+]?\d+$", before):
-        return f"'{text}'{POINT_HINT}{did_you_mean(f'{before}.{bare}')}"
-    alone = (
-        f"; where a word such as '{bare}' is taken, it stands alone" if bare.isidentifier() else ""
-    )
-    return f"either all values by name, or none: '{text}'{alone}"
+    bare = parts[k]
+    previous = parts[max(k - 1, 0)]
+    if bare.isdigit() and re.search(r"=\s*[-+]?\d+$", previous):
+        joined = did_you_mean(f"{previous}.{bare}")
+        return f"'{text}'{POINT_HINT}{joined}"
+    problem = f"either all values by name, or none: '{text}'"
+    if bare.isidentifier():
+        problem += f"; where a word such as '{bare}' is taken, it stands alone"
+    return problem
 
 
-def _commas(text: str) -> str:
-    """That values are parted by commas, where blanks or semicolons part them; of no other text."""
+def _comma_hint(text: str) -> str:
+    """A hint where blanks or semicolons part values in place of commas; nothing for other texts."""
     parts = [part for part in re.split(r"[\s,;]+", text.strip()) if part]
     if len(parts) == 1 + text.count(","):
         return ""
     try:
         for part in parts:
-            evaluate(part.rpartition("=")[2], {}, known="")
+            _value(part.rpartition("=")[2])
     except (ValueError, ArithmeticError):
         return ""
+    hint = "; values are parted by commas"
     named = sum("=" in part for part in parts)
-    told = f": {','.join(parts)}" if named in (0, len(parts)) else ""
-    return f"; values are parted by commas{told}"
+    if named in (0, len(parts)):
+        hint += f": {','.join(parts)}"
+    return hint
 
 
 def pair(text: str) -> tuple[str, tuple[float, float]]:
-    """A name with two numbers, from `NAME=LOW:HIGH`."""
+    """A name with two numbers, from `NAME=LOW:HIGH`.
+
+    Raises:
+        click.BadParameter: the text is of another form.
+    """
     name, _, numbers = text.partition("=")
     expected = "expected NAME=LOW:HIGH, as q12=0.1:0.5"
+    terms: list[float] = []
     try:
-        terms = (
-            [evaluate(term, {}, known="") for term in numbers.split(":")] if numbers.strip() else []
-        )
+        if numbers.strip():
+            terms = [_value(term) for term in numbers.split(":")]
     except (ValueError, ArithmeticError) as error:
         raise click.BadParameter(f"'{text}': {error}; {expected}", param_hint="--range") from error
     if len(terms) != 2 or not name.strip():
@@ -206,7 +291,13 @@ def pair(text: str) -> tuple[str, tuple[float, float]]:
 
 @contextmanager
 def options(*names: str) -> Iterator[None]:
-    """Errors of the library name its arguments; here they are options: `range: ...` is told as `--range: ...`."""
+    """Make options of the arguments that errors of the library name.
+
+    `range: ...` becomes `--range: ...`.
+
+    Args:
+        names: arguments that are options here.
+    """
     try:
         yield
     except InputError as error:

@@ -1,7 +1,7 @@
 """Files that verbs write: the one rule of what may be replaced.
 
-A picture, table or page that this command made is replaced, and that is told; any other file only
-with --overwrite. What a call reads is never replaced.
+A picture, table or page that this command made is replaced, with a line on stderr. Any other file
+is replaced with --overwrite alone. What a call reads is never replaced.
 """
 
 from __future__ import annotations
@@ -30,30 +30,37 @@ MARKS: Final = {  # what files of this command have in them
     ".html": b'<meta name="generator" content="hybrid_dynamics">',
     ".md": b"The forging robot: CPU time, median of",
 }
-HEADS: Final = (
-    b"energy.kinetic,energy.potential",
-    b"name,estimate,low,high,",
-)  # of tables, in their first line
+# What the first line of a table of this command has in it.
+HEADS: Final = (b"energy.kinetic,energy.potential", b"name,estimate,low,high,")
 
 overwrite_option = click.option(
     "--overwrite", is_flag=True, help="Replace any file, but none that this call reads."
 )
 
 
-def draw_option(*names: str, help: str) -> Callable[[Command], Command]:  # noqa: A002 - click's own word
+def draw_option(
+    *names: str,
+    help: str,  # noqa: A002 - as click
+) -> Callable[[Command], Command]:
     """--draw, or --plot: a picture."""
-    return click.option(
-        "--draw", "--plot", *names, metavar="FILE", help=f"{help}: .svg, .png or .pdf."
-    )
+    text = f"{help}: .svg, .png or .pdf."
+    return click.option("--draw", "--plot", *names, metavar="FILE", help=text)
 
 
-def output_option(*names: str, help: str) -> Callable[[Command], Command]:  # noqa: A002
+def output_option(
+    *names: str,
+    help: str,  # noqa: A002 - as click
+) -> Callable[[Command], Command]:
     """-o, or --output: a file or folder with the result."""
     return click.option("-o", "--output", *names, metavar="FILE", help=help)
 
 
 def output_path(path: str | Path) -> Path:
-    """A file that can be written: its folder is there."""
+    """A file whose folder is there.
+
+    Raises:
+        Misused: there is no such folder, or the path is a folder itself.
+    """
     place = Path(path)
     if not place.parent.is_dir():
         raise Misused(f"{path}: there is no folder {place.parent}")
@@ -65,14 +72,20 @@ def output_path(path: str | Path) -> Path:
 def place_for(
     path: str | Path, endings: Sequence[str], inputs: Iterable[Path], *, overwrite: bool
 ) -> Path:
-    """Where a result goes; what it has replaced when the call ends is told.
+    """Where a result goes; a file that it has replaced when the call ends is named on stderr.
 
-    `inputs`: files, or folders with files, that this call reads. Raises Misused where the file is
-    not to be replaced.
+    Args:
+        path: what was asked for.
+        endings: those that its name may have.
+        inputs: files, or folders with files, that this call reads.
+        overwrite: whether files of others may be replaced.
+
+    Raises:
+        Misused: the file cannot be written, or is not to be replaced.
     """
     place = output_path(path)
     if place.suffix.lower() not in endings:
-        raise Misused(f"{path}: expected a name that ends in {_either(endings)}")
+        raise Misused(f"{path}: expected a name that ends in {_alternatives(endings)}")
     if not place.exists():
         return place
     if not place.is_file():
@@ -85,19 +98,20 @@ def place_for(
             f"{path}: is there already, {what} not of this command; name another file, or give"
             " --overwrite"
         )
-    click.get_current_context().call_on_close(partial(_tell_replaced, place, _version(place)))
+    report = partial(_report_replaced, place, _version(place))
+    click.get_current_context().call_on_close(report)
     return place
 
 
-def _tell_replaced(place: Path, before: tuple[int, ...]) -> None:
+def _report_replaced(place: Path, before: tuple[int, ...]) -> None:
     """Only of what was written: a call may end before."""
     if _version(place) != before:
         click.echo(f"replaced: {place}", err=True)
 
 
 def _version(place: Path) -> tuple[int, ...]:
-    found = place.stat()
-    return found.st_ino, found.st_mtime_ns, found.st_size
+    status = place.stat()
+    return status.st_ino, status.st_mtime_ns, status.st_size
 
 
 def picture_for(machine: Robot, path: str, *, overwrite: bool) -> Path:
@@ -110,17 +124,24 @@ def read_by(machine: Robot) -> list[Path]:
     return sources(machine.description)
 
 
-def _either(endings: Sequence[str]) -> str:
-    return endings[0] if len(endings) == 1 else f"{', '.join(endings[:-1])} or {endings[-1]}"
+def _alternatives(endings: Sequence[str]) -> str:
+    if len(endings) == 1:
+        return endings[0]
+    return f"{', '.join(endings[:-1])} or {endings[-1]}"
 
 
 def _reads(source: Path, place: Path) -> bool:
-    inside = source.is_dir() and source.resolve() in place.resolve().parents
-    return inside or (source.exists() and place.samefile(source))
+    """Whether a file is an input, or inside a folder that is one."""
+    if source.is_dir() and source.resolve() in place.resolve().parents:
+        return True
+    return source.exists() and place.samefile(source)
 
 
 def _made_here(place: Path) -> bool:
+    """Whether this command made a file."""
     content = place.read_bytes()
-    if place.suffix.lower() == ".csv":
-        return any(head in content.partition(b"\n")[0] for head in HEADS)
-    return MARKS[place.suffix.lower()] in content
+    ending = place.suffix.lower()
+    if ending != ".csv":
+        return MARKS[ending] in content
+    first_line = content.partition(b"\n")[0]
+    return any(head in first_line for head in HEADS)

@@ -17,24 +17,29 @@ NEEDS = (
 
 
 class BagVerbs(Group):
-    """Loads a verb when it is asked for; what a bag is wrong with is told without a trace."""
+    """Loads a verb when it is used; errors about a bag end with their message alone."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
         """Names of all verbs."""
         return list(VERBS)
 
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
+    def get_command(
+        self,
+        ctx: click.Context,  # noqa: ARG002
+        cmd_name: str,
+    ) -> click.Command | None:
         """The verb of a name."""
         if cmd_name not in VERBS:
             return None
         try:
-            command: click.Command = import_module(f"..bags.{cmd_name}", __package__).command
+            module = import_module(f"..bags.{cmd_name}", __package__)
         except ModuleNotFoundError as error:
             raise missing(error) from error
+        command: click.Command = module.command
         return command
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Errors end with their message alone."""
+        """Run a verb; a wrong parameter file ends with its message alone."""
         try:
             import_module("hybrid_dynamics_ros.bags.storage.bag_reader")
         except ModuleNotFoundError as error:
@@ -47,7 +52,7 @@ class BagVerbs(Group):
 
 
 def missing(error: ModuleNotFoundError) -> click.ClickException:
-    """What to install, where a module of the bags' extra is not there."""
+    """The error that says what to install, where a module for recordings is not there."""
     return click.ClickException(f"{NEEDS} (there is no module {error.name})")
 
 

@@ -26,17 +26,22 @@ Examples:
 @json_option
 def command(quick: bool, output: str | None, overwrite: bool, as_json: bool) -> None:
     """Time this library and every other engine that is installed, on the forging robot."""
-    place = None if output is None else place_for(output, (".md",), (), overwrite=overwrite)
-    click.echo("This takes a few minutes." if not quick else "This takes a minute.", err=True)
-    found = _report().measured(quick)
-    show(found.data, as_json, found.text)
+    place = None
+    if output is not None:
+        place = place_for(output, (".md",), (), overwrite=overwrite)
+    duration = "a few minutes"
+    if quick:
+        duration = "a minute"
+    click.echo(f"This takes {duration}.", err=True)
+    report = _report_module().measured(quick)
+    show(report.data, as_json, report.text)
     if place is not None:
-        place.write_text(found.text, encoding="utf-8")
+        place.write_text(report.text, encoding="utf-8")
         click.echo(written(place, "the report"), err=True)
 
 
-def _report() -> Any:
-    """From the installed package, or from the repository around it."""
+def _report_module() -> Any:
+    """The benchmarks' module `report`, as installed or from the repository around this package."""
     for package in ("hybrid_dynamics_benchmarks", "benchmarks"):
         try:
             return import_module(f"{package}.report")

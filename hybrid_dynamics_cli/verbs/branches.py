@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
@@ -16,10 +17,11 @@ from hybrid_dynamics_core.ground.units import coordinate_unit
 from hybrid_dynamics_core.ground.wording import counted
 
 from ..limits import beyond
-from ..output import constant_axes, number, show, table, written
-from ..parameters import json_option, loaded_undecided, robot_argument, vector, vector_option
+from ..output import by_name, constant_axes, number, show, table, written
+from ..parameters import json_option, loaded_undecided, robot_argument, u_option, vector
 from ..writing import draw_option, overwrite_option, picture_for
 
+LINE = 79  # letters of a line of text
 HOLD = "\u00a0"  # a space at which no line ends
 EPILOG = """\b
 Examples:
@@ -33,123 +35,139 @@ Ends with 1 where the loops do not close.
 
 @click.command(epilog=EPILOG, short_help="Every way in which the loops close.")
 @robot_argument
-@vector_option(
-    "-u", "--u", help="Active coordinates [rad or m]; the robot's reference where left out."
-)
+@u_option
 @draw_option("picture", help="Draw them side by side")
 @overwrite_option
 @json_option
 def command(robot: str, u: str | None, picture: str | None, overwrite: bool, as_json: bool) -> None:
     """Every way in which the loops close with the same active coordinates."""
     machine, undecided = loaded_undecided(robot)
-    place = None if picture is None else picture_for(machine, picture, overwrite=overwrite)
+    place = None
+    if picture is not None:
+        place = picture_for(machine, picture, overwrite=overwrite)
     values = vector("-u", u, machine.active, machine.reference)
     modes = machine.assembly_modes(values)
-    own = None if undecided else own_mode(machine, values, modes)
-    told = _facts(machine, values, modes, own)
-    told["undecided"] = undecided
-    lines = _first(machine, values, len(modes))
+    current = None
+    if not undecided:
+        current = current_mode(machine, values, modes)
+    data = facts(machine, values, modes, current)
+    data["undecided"] = undecided
+    lines = _heading(machine, values, len(modes))
     if modes:
-        lines += [
-            "",
-            *_text(
-                told["modes"],
-                f"{machine.end_effector} in {machine.base_frame}",
-                _mark(own, undecided),
-            ),
-        ]
+        legend = f"{_mark(current, undecided)}; x, y, z of"
+        legend += f" {machine.end_effector} in {machine.base_frame}"
+        lines += ["", *_text(data["modes"], legend)]
         lines += [f"to be decided: {text}" for text in undecided]
     if place is not None and modes:
-        from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415  Matplotlib is an extra
-
-        draw_modes(machine, values, place, mark_own=not undecided)
-        told["picture"] = str(place)
+        _draw(machine, values, place, decided=not undecided)
+        data["picture"] = str(place)
         lines.append(written(place, "picture of the assembly modes"))
-    show(told, as_json, "\n".join(lines))
+    show(data, as_json, "\n".join(lines))
     if not modes:
-        machine.close(
-            values
-        )  # raises, and says which loop does not close and within which range it would
+        # It raises, and says which loop does not close, and within which range it would.
+        machine.close(values)
         raise SystemExit(1)
 
 
-def _facts(
-    machine: Robot, values: Array, modes: Sequence[AssemblyMode], own: int | None
-) -> dict[str, Any]:
-    """The modes for programs."""
-    return {
-        "modes": [
-            {
-                "branch": dict(mode.branch),
-                "coordinates": dict(zip(machine.coordinates, mode.state.s, strict=True)),
-                "position": machine.forward_kinematics(mode.state).position,
-                "residual": mode.state.residual,
-                "singularity": float(mode.state.singularity),
-                "own": k == own,
-            }
-            for k, mode in enumerate(modes)
-        ],
-        "u": dict(zip(machine.active, values, strict=True)),
-        "beyond_limits": beyond(machine, machine.active, values),
-    }
+def _draw(machine: Robot, values: Array, place: Path, *, decided: bool) -> None:
+    # Matplotlib is an extra.
+    from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415
+
+    draw_modes(machine, values, place, mark_own=decided)
 
 
-def _text(modes: Sequence[Mapping[str, Any]], place: str, mark: str) -> list[str]:
-    """The modes as a table: what differs among them, and below it what does not."""
-    ways = {loop: [mode["branch"][loop] for mode in modes] for loop in modes[0]["branch"]}
-    loops = [loop for loop, taken in ways.items() if len(set(taken)) > 1]
-    flat = constant_axes([mode["position"] for mode in modes])
-    axes = [k for k, axis in enumerate("xyz") if axis not in flat]
-    rows = [
-        [
-            f"{k + 1}{'*' * mode['own']}",
-            *(mode["branch"][loop] for loop in loops),
-            mode["singularity"],
-            *mode["position"][axes].tolist(),
-        ]
-        for k, mode in enumerate(modes)
-    ]
-    head = ["mode", *loops, "singularity", *(f"{'xyz'[k]} [m]" for k in axes)]
-    return [
-        table(head, rows, apart=1 + len(loops)),
-        "",
-        *_key(ways, loops, flat),
-        f"{mark}; x, y, z of {place}",
-    ]
-
-
-def _first(machine: Robot, values: Array, count: int) -> list[str]:
-    """How many modes there are, and at which values."""
-    at = ", ".join(
-        f"{name}{HOLD}={HOLD}{number(value)}{HOLD}{coordinate_unit(machine.joint_types[name])}"
-        for name, value in zip(machine.active, values.tolist(), strict=True)
-    )
-    return [
-        line.replace(HOLD, " ") for line in wrap(f"{counted(count, 'assembly mode')} at {at}", 79)
-    ]
-
-
-def _key(
-    ways: Mapping[str, Sequence[str]], shown: Sequence[str], flat: Mapping[str, float]
-) -> list[str]:
-    """What the columns mean, and what is the same in all modes: loops, and coordinates of the end effector."""
-    same = [f"{loop} {own[0]}" for loop, own in ways.items() if loop not in shown]
-    same += [f"{axis} = {number(value)} m" for axis, value in flat.items()]
-    told = wrap(f"in all of them: {', '.join(same)}", 79, break_on_hyphens=False) if same else []
-    return ["singularity: distance of the nearest loop, 0 there, 1 best", *told]
-
-
-def _mark(own: int | None, undecided: Sequence[str]) -> str:
-    if undecided:
-        return "the file names no mode yet"
-    return (
-        "*: the robot's own mode" if own is not None else "the robot's own mode does not close here"
-    )
-
-
-def own_mode(machine: Robot, values: Array, modes: Sequence[AssemblyMode]) -> int | None:
-    """Which of the modes is the one that `close` takes; None where it takes none of them."""
+def current_mode(machine: Robot, values: Array, modes: Sequence[AssemblyMode]) -> int | None:
+    """Index of the mode that `close` takes; None where it takes none of them."""
     try:
         return mode_of(modes, machine.close(values))
     except StateError:
         return None
+
+
+def facts(
+    machine: Robot, values: Array, modes: Sequence[AssemblyMode], current: int | None
+) -> dict[str, Any]:
+    """The modes as plain data.
+
+    Args:
+        machine: the robot.
+        values: (n,) active coordinates [rad or m].
+        modes: its modes there.
+        current: index of the one that the robot is in, if any.
+    """
+    entries = []
+    for k, mode in enumerate(modes):
+        entry = _facts_of(machine, mode)
+        entry["own"] = k == current
+        entries.append(entry)
+    return {
+        "modes": entries,
+        "u": by_name(machine.active, values),
+        "beyond_limits": beyond(machine, machine.active, values),
+    }
+
+
+def _facts_of(machine: Robot, mode: AssemblyMode) -> dict[str, Any]:
+    return {
+        "branch": dict(mode.branch),
+        "coordinates": by_name(machine.coordinates, mode.state.s),
+        "position": machine.forward_kinematics(mode.state).position,
+        "residual": mode.state.residual,
+        "singularity": float(mode.state.singularity),
+    }
+
+
+def _heading(machine: Robot, values: Array, count: int) -> list[str]:
+    """How many modes there are, and at which values."""
+    places = []
+    for name, value in zip(machine.active, values.tolist(), strict=True):
+        unit = coordinate_unit(machine.joint_types[name])
+        places.append(HOLD.join([name, "=", number(value), unit]))
+    heading = f"{counted(count, 'assembly mode')} at {', '.join(places)}"
+    return [line.replace(HOLD, " ") for line in wrap(heading, LINE)]
+
+
+def _text(modes: Sequence[Mapping[str, Any]], legend: str) -> list[str]:
+    """The modes as a table: what differs among them, and below it what does not."""
+    loops = []
+    axes = []
+    same = []
+    for loop, way in modes[0]["branch"].items():
+        if all(mode["branch"][loop] == way for mode in modes):
+            same.append(f"{loop} {way}")
+        else:
+            loops.append(loop)
+    constant = constant_axes([mode["position"] for mode in modes])
+    for axis in "xyz":
+        if axis in constant:
+            same.append(f"{axis} = {number(constant[axis])} m")
+        else:
+            axes.append(axis)
+    rows = [_row(k, mode, loops, axes) for k, mode in enumerate(modes, start=1)]
+    head = ["mode", *loops, "singularity", *(f"{axis} [m]" for axis in axes)]
+    lines = [table(head, rows, break_before=1 + len(loops)), ""]
+    lines.append("singularity: distance of the nearest loop, 0 there, 1 best")
+    if same:
+        lines += wrap(f"in all of them: {', '.join(same)}", LINE, break_on_hyphens=False)
+    lines.append(legend)
+    return lines
+
+
+def _row(
+    mode_number: int, mode: Mapping[str, Any], loops: Sequence[str], axes: Sequence[str]
+) -> list[object]:
+    name = str(mode_number)
+    if mode["own"]:
+        name += "*"
+    position = by_name("xyz", mode["position"].tolist())
+    ways = [mode["branch"][loop] for loop in loops]
+    places = [position[axis] for axis in axes]
+    return [name, *ways, mode["singularity"], *places]
+
+
+def _mark(current: int | None, undecided: Sequence[str]) -> str:
+    if undecided:
+        return "the file names no mode yet"
+    if current is None:
+        return "the robot's own mode does not close here"
+    return "*: the robot's own mode"

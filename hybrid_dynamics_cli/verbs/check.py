@@ -13,9 +13,9 @@ from hybrid_dynamics_core import ClosedState, MassSingularityError, Robot, Singu
 from hybrid_dynamics_core.drawing.options import Names
 from hybrid_dynamics_core.ground.wording import counted, singular_or_plural
 
-from ..closure_coverage import Tried, try_loops
+from ..closure_coverage import ClosureCoverage, closure_coverage
 from ..limits import narrowed
-from ..output import number, show, table, written
+from ..output import by_name, number, show, table, written
 from ..parameters import json_option, loaded, loaded_undecided, robot_argument
 from ..writing import draw_option, overwrite_option, picture_for
 from .info import facts
@@ -23,6 +23,7 @@ from .info import text as info_text
 
 FAR = 0.8  # [rad] a rough guess of where a loop closes is nearer
 SMALL = 1e-3  # distance to a singularity below which a reference is a poor place to start from
+LARGE_CONDITION = 1e9  # of a mass matrix
 
 EPILOG = """\b
 Examples:
@@ -60,66 +61,65 @@ def command(
     """
     if modes and picture is None:
         raise click.UsageError("--modes draws assembly modes; give --draw FILE too")
-    machine = (
-        _decided(robot, picture, names, overwrite)
-        if modes and picture is not None
-        else loaded(robot)
-    )
-    place = None if picture is None else picture_for(machine, picture, overwrite=overwrite)
-    notes = remarks(machine)
-    warnings = machine.description.warnings
-    light = massless(machine)
-    told: dict[str, Any] = {
-        "ok": True,
-        "notes": notes,
-        "warnings": list(warnings),
-        **facts(machine),
-    }
-    told["massless"] = list(light)
-    lines = [info_text(machine, told), ""]
-    if (
-        any(link.mass for link in machine.description.links.values()) and light
-    ):  # else a note says it of all
-        rows = [[link, joint, "none: massless in the dynamics"] for link, joint in light.items()]
-        lines += [
-            f"{counted(len(light), 'link')} without a mass",
-            "",
-            table(["link", "moved by", "mass"], rows),
-            "",
-        ]
-    lines += [f"note: {note}" for note in notes]
-    lines += [f"warning: {doubt}" for doubt in warnings]
+    if modes and picture is not None:
+        machine = _decided(robot, picture, names, overwrite)
+    else:
+        machine = loaded(robot)
+    place = None
+    if picture is not None:
+        place = picture_for(machine, picture, overwrite=overwrite)
+    data: dict[str, Any] = {"ok": True}
+    data["notes"] = remarks(machine)
+    data["warnings"] = list(machine.description.warnings)
+    data |= facts(machine)
+    data["massless"] = list(massless(machine))
+    lines = _text(machine, data)
     if place is not None:
-        draw(machine, place, names, modes)
-        told["picture"] = str(place)
-        lines.append(drawn(place, modes))
-    tried = try_loops(machine)
-    told["tried"] = {"places": tried.places, "closed": tried.closed}
-    lines += [
-        *([tried.told()] if tried.places else []),
-        verdict(tried, len(warnings), loops=bool(machine.description.closures)),
-    ]
-    show(told, as_json, "\n".join(lines))
+        _draw(machine, place, names, modes)
+        data["picture"] = str(place)
+        lines.append(_drawn(place, modes))
+    coverage = closure_coverage(machine)
+    data["tried"] = {"places": coverage.places, "closed": coverage.closed}
+    if coverage.places:
+        lines.append(coverage.describe())
+    lines.append(verdict(machine, coverage))
+    show(data, as_json, "\n".join(lines))
 
 
-def verdict(tried: Tried, warnings: int, *, loops: bool) -> str:
-    """The last line: it says no more than what was seen."""
-    see = (
-        f", but see the {singular_or_plural(warnings, 'warning', 'warnings')} above"
-        if warnings
-        else ""
-    )
-    if not loops:
-        return (
-            f"It has no loops{see}." if warnings else "The description is right; it has no loops."
-        )
-    if tried.everywhere:
-        return (
-            f"Every loop closes{see}."
-            if warnings
-            else "The description is right: every loop closes."
-        )
-    if tried.hardly:
+def _text(machine: Robot, data: dict[str, Any]) -> list[str]:
+    """What the robot is, and what is to be said of it."""
+    lines = [info_text(machine, data), ""]
+    lines += _massless_lines(machine)
+    lines += [f"note: {note}" for note in data["notes"]]
+    lines += [f"warning: {warning}" for warning in data["warnings"]]
+    return lines
+
+
+def _massless_lines(machine: Robot) -> list[str]:
+    """The links without a mass as a table; where none has a mass, a note says it of all."""
+    links = massless(machine)
+    if not links or not _has_masses(machine):
+        return []
+    rows = [[link, joint, "none: massless in the dynamics"] for link, joint in links.items()]
+    title = f"{counted(len(links), 'link')} without a mass"
+    return [title, "", table(["link", "moved by", "mass"], rows), ""]
+
+
+def verdict(machine: Robot, coverage: ClosureCoverage) -> str:
+    """The last line: it says no more than what was computed."""
+    count = len(machine.description.warnings)
+    see = ""
+    if count:
+        see = f", but see the {singular_or_plural(count, 'warning', 'warnings')} above"
+    if not machine.description.closures:
+        if count:
+            return f"It has no loops{see}."
+        return "The description is right; it has no loops."
+    if coverage.is_complete:
+        if count:
+            return f"Every loop closes{see}."
+        return "The description is right: every loop closes."
+    if coverage.is_rare:
         return (
             f"The loops close at the reference{see}, and hardly anywhere else: are limits and"
             " lengths meant so?"
@@ -132,87 +132,98 @@ def verdict(tried: Tried, warnings: int, *, loops: bool) -> str:
 
 def massless(machine: Robot) -> dict[str, str]:
     """Links that move and have neither mass nor inertia, and the joint that moves each."""
-    links, joints = machine.description.links, machine.description.joints
-    moved = {joint.child: name for name, joint in joints.items()}
-    return {
-        name: moved[name]
-        for name, link in links.items()
-        if name in moved and not (link.mass or link.inertia.any())
-    }
+    moved_by = {joint.child: name for name, joint in machine.description.joints.items()}
+    links = {}
+    for name, link in machine.description.links.items():
+        has_inertia = link.mass or link.inertia.any()
+        if name in moved_by and not has_inertia:
+            links[name] = moved_by[name]
+    return links
 
 
-def elsewhere(machine: Robot, state: ClosedState) -> list[str]:
-    """Angles that the file's reference gives far from where the loops close: the mode it names may not be meant."""
-    told = machine.description.reference
-    closed = dict(zip(machine.coordinates, state.s.tolist(), strict=True))
-    off = {
-        name: math.remainder(closed[name] - value, math.tau)
-        for name, value in told.items()
-        if name in closed
-    }
-    return [
-        f"{name} is {number(told[name])} rad in the reference, and its loop closes at"
-        f" {number(closed[name])} rad: is another assembly mode meant? `branches` lists them"
-        for name, by in off.items()
-        if name not in machine.active and machine.joint_types[name] == "revolute" and abs(by) > FAR
-    ]
+def _has_masses(machine: Robot) -> bool:
+    return any(link.mass for link in machine.description.links.values())
 
 
 def remarks(machine: Robot) -> list[str]:
-    """What is no fault, and yet to be known."""
+    """What is no fault, and yet worth knowing."""
     state = machine.close(machine.reference)
     description = machine.description
-    notes = [note for note in description.notes if note not in description.warnings] + narrowed(
-        machine
-    )
-    notes += elsewhere(machine, state)
-    if float(state.singularity) < SMALL:
-        notes.append(
-            f"the reference is near a singularity of {state.singular_loop}"
-            f" ({number(float(state.singularity))})"
-        )
-    if not any(link.mass for link in machine.description.links.values()):
+    notes = [note for note in description.notes if note not in description.warnings]
+    notes += narrowed(machine)
+    notes += _distant_angles(machine, state)
+    distance = float(state.singularity)
+    if distance < SMALL:
+        loop = state.singular_loop
+        notes.append(f"the reference is near a singularity of {loop} ({number(distance)})")
+    if _has_masses(machine):
+        notes += _mass_remarks(machine, state)
+    else:
         notes.append("no link has a mass: kinematics only, all efforts are zero")
-        return notes
-    try:
-        mass = machine.minimal_form(state)[0]
-        machine.forward_dynamics(state, np.zeros(len(machine.active)))
-        spread = np.linalg.cond(mass)
-        if spread > 1e9:
-            notes.append(
-                f"M-bar has the condition number {number(spread)}: some motion moves hardly any"
-                " mass"
-            )
-    except (MassSingularityError, SingularityError) as error:
-        notes.append(f"no forward dynamics: {error}")
     return notes
 
 
+def _distant_angles(machine: Robot, state: ClosedState) -> list[str]:
+    """Angles of the file's reference that are far from where the loops close.
+
+    The mode that the reference names may not be the one that is meant.
+    """
+    closed = by_name(machine.coordinates, state.s.tolist())
+    notes = []
+    for name, value in machine.description.reference.items():
+        if name not in closed or name in machine.active:
+            continue
+        difference = math.remainder(closed[name] - value, math.tau)
+        if machine.joint_types[name] == "revolute" and abs(difference) > FAR:
+            notes.append(
+                f"{name} is {number(value)} rad in the reference, and its loop closes at"
+                f" {number(closed[name])} rad: is another assembly mode meant? `branches` lists"
+                " them"
+            )
+    return notes
+
+
+def _mass_remarks(machine: Robot, state: ClosedState) -> list[str]:
+    """Whether the masses allow forward dynamics at a state."""
+    try:
+        mass_matrix = machine.minimal_form(state)[0]
+        machine.forward_dynamics(state, np.zeros(len(machine.active)))
+        condition = np.linalg.cond(mass_matrix)
+    except (MassSingularityError, SingularityError) as error:
+        return [f"no forward dynamics: {error}"]
+    if condition > LARGE_CONDITION:
+        text = f"M-bar has the condition number {number(condition)}"
+        return [f"{text}: some motion moves hardly any mass"]
+    return []
+
+
 def _decided(robot: str, picture: str, names: Names | None, overwrite: bool) -> Robot:
-    """The robot; where its file leaves modes open, draw them, the picture that helps to choose, and end."""
+    """The robot; where its file leaves modes open, draw them, and end.
+
+    The picture helps to choose the modes.
+    """
     machine, undecided = loaded_undecided(robot)
     if undecided:
         place = picture_for(machine, picture, overwrite=overwrite)
-        draw(machine, place, names, modes=True, mark_own=False)
-        raise click.ClickException("\n".join([*undecided, drawn(place, modes=True)]))
+        _draw(machine, place, names, modes=True, mark_current=False)
+        raise click.ClickException("\n".join([*undecided, _drawn(place, modes=True)]))
     return machine
 
 
-def drawn(place: Path, modes: bool) -> str:
-    """That the picture is written, and of what it is."""
-    return written(place, "picture of the assembly modes" if modes else "picture of the robot")
+def _drawn(place: Path, modes: bool) -> str:
+    """The line that names the picture, and what it shows."""
+    if modes:
+        return written(place, "picture of the assembly modes")
+    return written(place, "picture of the robot")
 
 
-def draw(
-    machine: Robot, path: Path, names: Names | None, modes: bool, mark_own: bool = True
+def _draw(
+    machine: Robot, path: Path, names: Names | None, modes: bool, mark_current: bool = True
 ) -> None:
-    """Write the picture."""
-    from hybrid_dynamics_core.drawing import (  # noqa: PLC0415  Matplotlib is an extra
-        draw as draw_robot,
-    )
-    from hybrid_dynamics_core.drawing import draw_modes  # noqa: PLC0415
+    # Matplotlib is an extra.
+    from hybrid_dynamics_core.drawing import draw, draw_modes  # noqa: PLC0415
 
     if modes:
-        draw_modes(machine, path=path, names=names or "none", mark_own=mark_own)
+        draw_modes(machine, path=path, names=names or "none", mark_own=mark_current)
     else:
-        draw_robot(machine, path=path, names=names or "active")
+        draw(machine, path=path, names=names or "active")

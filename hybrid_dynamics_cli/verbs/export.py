@@ -65,23 +65,26 @@ def command(robot: str, form: str, output: str | None, overwrite: bool) -> None:
     joint driven.
     """
     machine = loaded(robot)
-    if form != PAIR and output is None:
+    if form == PAIR:
+        texts = _pair(machine, output)
+        titles = [TITLES[PAIR], TITLES["urdf"]]
+    elif output is None:
         click.echo(FORMS[form](machine), nl=False)
         return
-    texts = (
-        _pair(machine, output)
-        if output is None or form == PAIR
-        else {output_path(output): FORMS[form](machine)}
-    )
+    else:
+        texts = {output_path(output): FORMS[form](machine)}
+        titles = [TITLES[form]]
     write_files(texts, machine.description, overwrite)
-    for path, title in zip(
-        texts, (TITLES[form], TITLES["urdf"]), strict=False
-    ):  # beside the pairs stands a URDF
+    for path, title in zip(texts, titles, strict=True):
         click.echo(written(path, title))
 
 
 def _pair(robot: Robot, output: str | None) -> dict[Path, str]:
-    """The texts of a robot.yaml and the URDF beside it."""
+    """The texts of a robot.yaml and of the URDF beside it.
+
+    Raises:
+        click.UsageError: the name of the file is missing, or has another ending.
+    """
     if output is None:
         raise click.UsageError(
             "robot.yaml comes with a URDF beside it; say where with --output FILE.yaml"

@@ -5,13 +5,21 @@ from __future__ import annotations
 from typing import Any
 
 import click
-import numpy as np
 
+from hybrid_dynamics_core import ClosedState, Robot
 from hybrid_dynamics_core.ground.units import coordinate_unit
 
 from ..limits import beyond
-from ..output import ROUNDING, number, show, table
-from ..parameters import frame_option, json_option, loaded, robot_argument, vector, vector_option
+from ..output import along_axes, by_name, number, show, table
+from ..parameters import (
+    closed,
+    du_option,
+    frame_option,
+    json_option,
+    loaded,
+    robot_argument,
+    u_option,
+)
 
 EPILOG = """\b
 Examples:
@@ -22,59 +30,47 @@ Examples:
 
 @click.command(epilog=EPILOG, short_help="Pose of the end effector, and all coordinates.")
 @robot_argument
-@vector_option(
-    "-u", "--u", help="Active coordinates [rad or m]; the robot's reference where left out."
-)
-@vector_option("--du", help="Their rates [per second]; zero where left out.")
+@u_option
+@du_option
 @frame_option("A frame or link in place of the end effector.")
 @json_option
 def command(robot: str, u: str | None, du: str | None, frame: str | None, as_json: bool) -> None:
     """Pose of the end effector, and all coordinates, from the active ones."""
     machine = loaded(robot)
-    values = vector("-u", u, machine.active, machine.reference)
-    rates = vector("--du", du, machine.active, np.zeros(len(machine.active)))
-    state = machine.close(values, rates)
+    state = closed(machine, u, du)
     pose = machine.forward_kinematics(state, frame)
     twist = machine.jacobian(state, frame) @ state.du
-    told: dict[str, Any] = {
+    data: dict[str, Any] = {
         "frame": frame or machine.end_effector,
         "position": pose.position,
         "quaternion": pose.quaternion,
         "rotation": pose.rotation,
         "twist": twist,
-        "coordinates": dict(zip(machine.coordinates, state.s, strict=True)),
-        "rates": dict(zip(machine.coordinates, state.ds, strict=True)),
+        "coordinates": by_name(machine.coordinates, state.s),
+        "rates": by_name(machine.coordinates, state.ds),
         "branch": dict(state.branch),
         "residual": state.residual,
         "singularity": state.singularity,
         "beyond_limits": beyond(machine, machine.coordinates, state.s),
     }
-    rows = [
-        [
-            name,
-            float(state.s[k]),
-            coordinate_unit(machine.joint_types[name]),
-            float(state.ds[k]),
-            coordinate_unit(machine.joint_types[name], "/s"),
-        ]
-        for k, name in enumerate(machine.coordinates)
-    ]
+    distance = number(float(state.singularity))
     lines = [
-        table(["coordinate", "value", "unit", "rate", "unit"], rows),
+        _coordinate_table(machine, state),
         "",
-        f"{told['frame']} in {machine.base_frame}:",
-        f"  position          {listed(pose.position)}  m",
-        f"  quaternion        {listed(pose.quaternion)}  (x y z w)",
-        f"  linear velocity   {listed(twist[:3])}  m/s",
-        f"  angular velocity  {listed(twist[3:])}  rad/s",
-        (
-            f"residual {number(float(state.residual))}, distance to a singularity"
-            f" {number(float(state.singularity))}"
-        ),
+        f"{data['frame']} in {machine.base_frame}:",
+        f"  position          {along_axes(pose.position)}  m",
+        f"  quaternion        {along_axes(pose.quaternion)}  (x y z w)",
+        f"  linear velocity   {along_axes(twist[:3])}  m/s",
+        f"  angular velocity  {along_axes(twist[3:])}  rad/s",
+        f"residual {number(float(state.residual))}, distance to a singularity {distance}",
     ]
-    show(told, as_json, "\n".join(lines))
+    show(data, as_json, "\n".join(lines))
 
 
-def listed(values: np.ndarray) -> str:
-    """Numbers in a row; what is only rounding is shown as zero."""
-    return "  ".join(number(float(v) if abs(v) > ROUNDING else 0.0) for v in values)
+def _coordinate_table(machine: Robot, state: ClosedState) -> str:
+    rows: list[list[object]] = []
+    values = zip(machine.coordinates, state.s.tolist(), state.ds.tolist(), strict=True)
+    for name, value, rate in values:
+        kind = machine.joint_types[name]
+        rows.append([name, value, coordinate_unit(kind), rate, coordinate_unit(kind, "/s")])
+    return table(["coordinate", "value", "unit", "rate", "unit"], rows)

@@ -8,8 +8,18 @@ import numpy as np
 from hybrid_dynamics_core.ground.units import coordinate_unit
 
 from ..limits import beyond
-from ..output import show, table
-from ..parameters import EFFORTS, json_option, loaded, robot_argument, vector, vector_option
+from ..output import by_name, show, table
+from ..parameters import (
+    EFFORTS,
+    closed,
+    du_option,
+    json_option,
+    loaded,
+    robot_argument,
+    u_option,
+    vector,
+    vector_option,
+)
 
 EPILOG = """\b
 Examples:
@@ -20,10 +30,8 @@ Examples:
 
 @click.command(epilog=EPILOG)
 @robot_argument
-@vector_option(
-    "-u", "--u", help="Active coordinates [rad or m]; the robot's reference where left out."
-)
-@vector_option("--du", help="Their rates [per second]; zero where left out.")
+@u_option
+@du_option
 @vector_option(
     "--tau", form=EFFORTS, help="Efforts of the actuators [N m or N]; zero where left out."
 )
@@ -31,24 +39,20 @@ Examples:
 def command(robot: str, u: str | None, du: str | None, tau: str | None, as_json: bool) -> None:
     """Accelerations that the actuators' efforts give."""
     machine = loaded(robot)
-    zero = np.zeros(len(machine.active))
-    state = machine.close(
-        vector("-u", u, machine.active, machine.reference), vector("--du", du, machine.active, zero)
-    )
-    ddu = machine.forward_dynamics(state, vector("--tau", tau, machine.active, zero))
+    state = closed(machine, u, du)
+    efforts = vector("--tau", tau, machine.active, np.zeros(len(machine.active)))
+    ddu = machine.forward_dynamics(state, efforts)
     dds = machine.accelerations(state, ddu)
-    rows = [
-        [
-            name,
-            "active" if k < len(ddu) else "",
-            float(dds[k]),
-            coordinate_unit(machine.joint_types[name], "/s^2"),
-        ]
-        for k, name in enumerate(machine.coordinates)
-    ]
-    told = {
-        "ddu": dict(zip(machine.active, ddu, strict=True)),
-        "dds": dict(zip(machine.coordinates, dds, strict=True)),
+    rows: list[list[object]] = []
+    for name, acceleration in zip(machine.coordinates, dds.tolist(), strict=True):
+        active = ""
+        if name in machine.active:
+            active = "active"
+        unit = coordinate_unit(machine.joint_types[name], "/s^2")
+        rows.append([name, active, acceleration, unit])
+    data = {
+        "ddu": by_name(machine.active, ddu),
+        "dds": by_name(machine.coordinates, dds),
         "beyond_limits": beyond(machine, machine.coordinates, state.s),
     }
-    show(told, as_json, table(["coordinate", "", "acceleration", "unit"], rows))
+    show(data, as_json, table(["coordinate", "", "acceleration", "unit"], rows))

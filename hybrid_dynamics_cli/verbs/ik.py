@@ -9,14 +9,15 @@ import click
 import numpy as np
 
 from hybrid_dynamics_core import IKResult, IKStatus, Pose, Robot
+from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.decimal_commas import with_point
 from hybrid_dynamics_core.ground.units import coordinate_unit
 
 from ..limits import beyond
-from ..output import number, show, table
+from ..output import by_name, number, show, table, zero_if_small
 from ..parameters import NUMBER, json_option, loaded, options, robot_argument, vector, vector_option
 
-_PLACES = ("--position", "--quaternion")
+_PLACE_OPTIONS = ("--position", "--quaternion")
 _AXES = ("x", "y", "z", "rx", "ry", "rz")
 
 DIGITS = 6  # of the nearest joints: where a target is out of reach, the search settles no more
@@ -31,37 +32,49 @@ Ends with 1 where there is no solution.
 """
 
 
-class Places(click.Command):
+class PlaceCommand(click.Command):
     """Takes the numbers of a place with commas as well: `--position 1.4,0,1.05`."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Values with commas become values of their own."""
-        taken: list[str] = []
-        for arg in args:
-            option, equals, values = arg.partition("=")
-            if option in _PLACES and equals:
-                taken += [option, *_parted(values)]
-            else:
-                taken += _parted(arg) if taken and taken[-1] in _PLACES else [arg]
+        """Make values of their own of those with commas.
+
+        Raises:
+            click.UsageError: the call is wrong; a decimal comma is named as its likely cause.
+        """
         try:
-            return super().parse_args(ctx, taken)
+            return super().parse_args(ctx, _split_places(args))
         except click.UsageError as error:
             comma = next((arg for arg in args if with_point(arg)), None)
             if comma is None:
                 raise
-            hint = (
-                f"decimals are written with a point: {with_point(comma)}, if {comma} is one number"
-            )
+            point = with_point(comma)
+            hint = f"decimals are written with a point: {point}, if {comma} is one number"
             raise click.UsageError(f"{error.message.rstrip('.')}; {hint}", ctx) from error
 
 
-def _parted(values: str) -> list[str]:
-    """At commas, but for those between the brackets of a term."""
-    return [part.strip() for part in re.split(r",(?![^()]*\))", values)]
+def _split_places(args: list[str]) -> list[str]:
+    """The words of a call; values of a place that stand in one word are split at commas."""
+    words: list[str] = []
+    for arg in args:
+        option, equals, values = arg.partition("=")
+        if option in _PLACE_OPTIONS and equals:
+            words += [option, *_split_values(values)]
+        elif words and words[-1] in _PLACE_OPTIONS:
+            words += _split_values(arg)
+        else:
+            words.append(arg)
+    return words
+
+
+def _split_values(values: str) -> list[str]:
+    """Split at commas, but for those between the brackets of a term."""
+    return [value.strip() for value in re.split(r",(?![^()]*\))", values)]
 
 
 @click.command(
-    cls=Places, epilog=EPILOG, short_help="Active coordinates for a place of the end effector."
+    cls=PlaceCommand,
+    epilog=EPILOG,
+    short_help="Active coordinates for a place of the end effector.",
 )
 @robot_argument
 @click.option(
@@ -108,91 +121,94 @@ def command(
 ) -> None:
     """Active coordinates that bring the end effector to a place, within the limits."""
     machine = loaded(robot)
-    target = np.array(position) if not quaternion else Pose.from_quaternion(position, quaternion)
+    target: Array | Pose = np.array(position)
+    if quaternion:
+        target = Pose.from_quaternion(position, quaternion)
     start = vector("--seed", seed, machine.active, machine.reference)
-    counts = _mask(axes)
-    if counts is not None and any(counts[3:]) and not quaternion:
+    mask = _mask(axes)
+    if mask is not None and any(mask[3:]) and not quaternion:
         raise click.BadParameter(
             "a rotation counts, but no --quaternion is given", param_hint="--axes"
         )
     with options("tolerance"):
         result = machine.inverse_kinematics(
-            target, seed=start, all_solutions=every, mask=counts, tolerance=tolerance
+            target, seed=start, all_solutions=every, mask=mask, tolerance=tolerance
         )
-    told: dict[str, Any] = {
+    data: dict[str, Any] = {
         "status": result.status,
         "message": result.message,
         "residual": result.residual,
         "position_error": result.position_error,
         "angle_error": result.angle_error,
-        "u": dict(zip(machine.active, result.u, strict=True)),
-        "solutions": [dict(zip(machine.active, u, strict=True)) for u in result.solutions],
+        "u": by_name(machine.active, result.u),
+        "solutions": [by_name(machine.active, u) for u in result.solutions],
         "branch": dict(result.branch),
         "redundant": list(result.redundant),
         "iterations": result.iterations,
         "beyond_limits": beyond(machine, machine.active, start),
     }
-    show(told, as_json, text(machine, result))
-    if result.status is not IKStatus.SOLVED:
-        raise SystemExit(1)
+    if result.status is IKStatus.SOLVED:
+        show(data, as_json, _solutions(machine, result))
+        return
+    show(data, as_json, _failure(machine, result))
+    raise SystemExit(1)
 
 
 def _mask(axes: str | None) -> list[bool] | None:
+    """Which of x, y, z, rx, ry, rz count."""
     if axes is None:
         return None
-    told = [axis.strip() for axis in axes.split(",")]
-    wrong = [axis for axis in told if axis not in _AXES]
+    names = [axis.strip() for axis in axes.split(",")]
+    wrong = [axis for axis in names if axis not in _AXES]
     if wrong:
         raise click.BadParameter(
             f"'{wrong[0]}': expected some of {', '.join(_AXES)}, with commas", param_hint="--axes"
         )
-    return [axis in told for axis in _AXES]
+    return [axis in names for axis in _AXES]
 
 
-def text(machine: Robot, result: IKResult) -> str:
-    """Solutions as columns, or why there is none."""
-    if result.status is not IKStatus.SOLVED:
-        near = ", ".join(
-            f"{name} = {number(round(float(value), DIGITS))} {coordinate_unit(machine.joint_types[name])}"
-            for name, value in zip(machine.active, result.u, strict=True)
-        )
-        if result.state is None:
-            return result.message
-        place = machine.forward_kinematics(result.state).position
-        there = ", ".join(
-            f"{axis} = {number(round(float(v), DIGITS))} m"
-            for axis, v in zip("xyz", place, strict=True)
-        )
-        return f"{result.message}\nnearest: {near}\nthere: {there}"
-    rows = [
-        [
-            name,
-            *(_told(float(u[k])) for u in result.solutions),
-            coordinate_unit(machine.joint_types[name]),
-        ]
-        for k, name in enumerate(machine.active)
-    ]
-    heads = (
-        ["value"]
-        if len(result.solutions) == 1
-        else [f"solution {k + 1}" for k in range(len(result.solutions))]
-    )
-    errors = ((result.position_error, "m"), (result.angle_error, "rad"))
-    left = " and ".join(
-        f"{_small(float(error))} {kind}" for error, kind in errors if np.isfinite(error)
-    )
-    lines = [table(["active joint", *heads, "unit"], rows), f"left to the target: {left}"]
+def _failure(machine: Robot, result: IKResult) -> str:
+    """Why there is no solution, and the nearest place."""
+    if result.state is None:
+        return result.message
+    joints = []
+    for name, value in zip(machine.active, result.u.tolist(), strict=True):
+        unit = coordinate_unit(machine.joint_types[name])
+        joints.append(f"{name} = {number(round(value, DIGITS))} {unit}")
+    place = machine.forward_kinematics(result.state).position
+    axes = []
+    for axis, value in zip("xyz", place.tolist(), strict=True):
+        axes.append(f"{axis} = {number(round(value, DIGITS))} m")
+    return f"{result.message}\nnearest: {', '.join(joints)}\nthere: {', '.join(axes)}"
+
+
+def _solutions(machine: Robot, result: IKResult) -> str:
+    """Solutions as columns."""
+    heads = ["value"]
+    if len(result.solutions) > 1:
+        heads = [f"solution {k}" for k in range(1, len(result.solutions) + 1)]
+    rows: list[list[object]] = []
+    for k, name in enumerate(machine.active):
+        values = [zero_if_small(float(u[k]), REACHED) for u in result.solutions]
+        rows.append([name, *values, coordinate_unit(machine.joint_types[name])])
+    lines = [table(["active joint", *heads, "unit"], rows)]
+    lines.append(f"left to the target: {_errors(result)}")
     if result.redundant:
-        lines.append(
-            f"not determined by the target, and left near the seed: {', '.join(result.redundant)}"
-        )
+        names = ", ".join(result.redundant)
+        lines.append(f"not determined by the target, and left near the seed: {names}")
     return "\n".join(lines)
 
 
-def _told(value: float) -> float:
-    """A coordinate; what the search does not settle is shown as zero."""
-    return value if abs(value) > REACHED else 0.0
+def _errors(result: IKResult) -> str:
+    """How far the end effector is from the target."""
+    errors = []
+    for error, unit in ((result.position_error, "m"), (result.angle_error, "rad")):
+        if np.isfinite(error):
+            errors.append(f"{_small(float(error))} {unit}")
+    return " and ".join(errors)
 
 
 def _small(error: float) -> str:
-    return number(error) if error > REACHED else f"less than {REACHED:g}"
+    if error > REACHED:
+        return number(error)
+    return f"less than {REACHED:g}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import click
@@ -19,6 +20,7 @@ Examples:
   hybrid-dynamics info forging_chu2020
   hybrid-dynamics info my_robot.yaml --json
 """
+INERTIAS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # moments, then products
 
 
 @click.command(epilog=EPILOG)
@@ -28,147 +30,166 @@ def command(robot: str, as_json: bool) -> None:
     """Show coordinates, limits, loops, joints, masses and inertias of a robot."""
     machine = loaded(robot)
     notes = narrowed(machine)
-    told = {**facts(machine), "notes": notes}
-    tables = [text(machine, told), tree(machine), masses(machine), *inertias(machine)]
-    lines = ["\n\n".join(tables), "", *(f"note: {note}" for note in notes)]
-    show(told, as_json, "\n".join(lines))
+    data = {**facts(machine), "notes": notes}
+    tables = [text(machine, data), tree(machine), masses(machine), *inertias(machine)]
+    note_lines = [f"note: {note}" for note in notes]
+    lines = ["\n\n".join(tables), "", *note_lines]
+    show(data, as_json, "\n".join(lines))
 
 
 def facts(machine: Robot) -> dict[str, Any]:
-    """What is to be known of a robot, as plain data."""
+    """What a robot is, as plain data."""
+    description = machine.description
     state = machine.close(machine.reference)
-    limits = {name: plain(machine.limits[k]) for k, name in enumerate(machine.active)}
-    coordinates = [
-        {
-            "name": name,
-            "type": machine.joint_types[name],
-            "active": name in machine.active,
-            "parent": machine.description.joints[name].parent,
-            "child": machine.description.joints[name].child,
-            "reference": float(state.s[k]),
-            "limits": limits.get(name, plain(list(machine.description.joints[name].limits))),
-        }
-        for k, name in enumerate(machine.coordinates)
-    ]
+    loops = []
+    for loop, distance in zip(state.loops, state.distances, strict=True):
+        branch = state.branch.get(loop)
+        entry = {"name": loop, "branch": branch, "distance_to_singularity": float(distance)}
+        loops.append(entry)
+    links = {}
+    for name, link in description.links.items():
+        links[name] = {"mass": link.mass, "com": link.com, "inertia": link.inertia}
+    parts = {}
+    for name, part in description.parts.items():
+        parts[name] = {"part_of": description.body_of(name), "mass": part.mass}
     return {
         "name": machine.name,
         "base": machine.base_frame,
         "end_effector": machine.end_effector,
         "active": list(machine.active),
-        "coordinates": coordinates,
-        "loops": [
-            {
-                "name": loop,
-                "branch": state.branch.get(loop),
-                "distance_to_singularity": float(distance),
-            }
-            for loop, distance in zip(state.loops, state.distances, strict=True)
-        ],
+        "coordinates": _coordinates(machine, state.s.tolist()),
+        "loops": loops,
         "redundant_equations": dict(machine.redundant_equations),
-        "links": {
-            name: {"mass": link.mass, "com": link.com, "inertia": link.inertia}
-            for name, link in machine.description.links.items()
-        },
-        "parts": {
-            name: {"part_of": machine.description.body_of(name), "mass": part.mass}
-            for name, part in machine.description.parts.items()
-        },
-        "gravity": plain(machine.description.gravity),
+        "links": links,
+        "parts": parts,
+        "gravity": plain(description.gravity),
         "frames": list(machine.frames),
     }
 
 
-def text(machine: Robot, told: dict[str, Any]) -> str:
+def _coordinates(machine: Robot, reference: list[float]) -> list[dict[str, Any]]:
+    """Type, links, reference and limits [rad or m] of every coordinate."""
+    narrowed_limits = dict(zip(machine.active, machine.limits, strict=True))
+    coordinates = []
+    for name, value in zip(machine.coordinates, reference, strict=True):
+        joint = machine.description.joints[name]
+        limits = narrowed_limits.get(name, list(joint.limits))
+        entry = {
+            "name": name,
+            "type": machine.joint_types[name],
+            "active": name in machine.active,
+            "parent": joint.parent,
+            "child": joint.child,
+            "reference": value,
+            "limits": plain(limits),
+        }
+        coordinates.append(entry)
+    return coordinates
+
+
+def text(machine: Robot, data: dict[str, Any]) -> str:
     """The facts as tables."""
-    rows = []
-    for entry in told["coordinates"]:
-        lower, upper = (number(float("nan") if v is None else v) for v in entry["limits"])
-        kind = coordinate_unit(entry["type"])
-        rows.append(
-            [
-                entry["name"],
-                "active" if entry["active"] else "",
-                entry["type"],
-                entry["reference"],
-                lower,
-                upper,
-                kind,
-            ]
-        )
-    mass = sum(link["mass"] for link in told["links"].values())
-    title = (
-        f"{machine.name}: {len(machine.active)} active of"
-        f" {counted(len(machine.coordinates), 'coordinate')},"
-        f" {counted(len(told['loops']), 'loop')}, {_links(told)}, {number(mass)} kg"
-    )
+    active = f"{len(machine.active)} active of {counted(len(machine.coordinates), 'coordinate')}"
+    mass = sum(link["mass"] for link in data["links"].values())
+    loops = counted(len(data["loops"]), "loop")
+    rows = [_coordinate_row(entry) for entry in data["coordinates"]]
     lines = [
-        title,
+        f"{machine.name}: {active}, {loops}, {_link_count(data)}, {number(mass)} kg",
         f"end effector: {machine.end_effector}",
         "",
         table(["coordinate", "", "type", "reference", "lower", "upper", "unit"], rows),
     ]
-    if told["loops"]:
-        loops = [
-            [e["name"], e["branch"] or "", e["distance_to_singularity"]] for e in told["loops"]
-        ]
-        lines += ["", table(["loop", "assembly mode", "to singularity (0..1)"], loops)]
-    for loop, count in told["redundant_equations"].items():
-        lines.append(
-            f"{loop}: {counted(count, 'equation')} of it {singular_or_plural(count, 'follows', 'follow')} from"
-            " the others"
-        )
-    if told["parts"]:
-        lines += ["", *parts(told)]
+    if data["loops"]:
+        lines += ["", _loop_table(data["loops"])]
+    for loop, count in data["redundant_equations"].items():
+        equations = counted(count, "equation")
+        follow = singular_or_plural(count, "follows", "follow")
+        lines.append(f"{loop}: {equations} of it {follow} from the others")
+    if data["parts"]:
+        lines += ["", *part_lines(data)]
     return "\n".join(lines)
 
 
-def _links(told: dict[str, Any]) -> str:
-    bodies, fixed = len(told["links"]), len(told["parts"])
-    return counted(bodies + fixed, "link") + (
-        f" in {counted(bodies, 'body', 'bodies')}" if fixed else ""
-    )
+def _coordinate_row(entry: dict[str, Any]) -> list[object]:
+    lower, upper = map(_limit, entry["limits"])
+    active = ""
+    if entry["active"]:
+        active = "active"
+    row = [entry["name"], active, entry["type"], entry["reference"]]
+    return [*row, lower, upper, coordinate_unit(entry["type"])]
 
 
-def parts(told: dict[str, Any]) -> list[str]:
+def _limit(value: float | None) -> str:
+    if value is None:
+        return number(math.nan)
+    return number(value)
+
+
+def _loop_table(loops: list[dict[str, Any]]) -> str:
+    rows = [[loop["name"], loop["branch"] or "", loop["distance_to_singularity"]] for loop in loops]
+    return table(["loop", "assembly mode", "to singularity (0..1)"], rows)
+
+
+def _link_count(data: dict[str, Any]) -> str:
+    bodies = len(data["links"])
+    fixed = len(data["parts"])
+    links = counted(bodies + fixed, "link")
+    if not fixed:
+        return links
+    return f"{links} in {counted(bodies, 'body', 'bodies')}"
+
+
+def part_lines(data: dict[str, Any]) -> list[str]:
     """Of which body the links are that are fixed to others, a line a body."""
     bodies: dict[str, list[str]] = {}
-    for name, part in told["parts"].items():
-        bodies.setdefault(part["part_of"], []).append(
-            name if part["mass"] else f"{name} (without a mass)"
-        )
-    return [
-        f"{', '.join(on)} {'is' if len(on) == 1 else 'are'} part of {body}"
-        for body, on in bodies.items()
-    ]
+    for name, part in data["parts"].items():
+        entry = name
+        if not part["mass"]:
+            entry += " (without a mass)"
+        bodies.setdefault(part["part_of"], []).append(entry)
+    lines = []
+    for body, entries in bodies.items():
+        verb = singular_or_plural(len(entries), "is", "are")
+        lines.append(f"{', '.join(entries)} {verb} part of {body}")
+    return lines
 
 
 def tree(machine: Robot) -> str:
     """Which link every joint moves, and on which."""
     joints = [machine.description.joints[name] for name in machine.coordinates]
-    return table(
-        ["joint", "parent", "child"], [[joint.name, joint.parent, joint.child] for joint in joints]
-    )
+    rows = [[joint.name, joint.parent, joint.child] for joint in joints]
+    return table(["joint", "parent", "child"], rows)
 
 
 def masses(machine: Robot) -> str:
     """Mass and centre of mass of every body, what is fixed to it included."""
-    head = ["link", "mass [kg]", *(f"com {axis} [m]" for axis in "xyz")]
-    return table(
-        head,
-        [[name, link.mass, *link.com.tolist()] for name, link in machine.description.links.items()],
-    )
+    centres = [f"com {axis} [m]" for axis in "xyz"]
+    rows = []
+    for name, link in machine.description.links.items():
+        rows.append([name, link.mass, *link.com.tolist()])
+    return table(["link", "mass [kg]", *centres], rows)
 
 
 def inertias(machine: Robot) -> list[str]:
-    """Moments and products of inertia of the bodies that have any; products where not all of them are zero."""
-    links = {
-        name: link.inertia for name, link in machine.description.links.items() if link.inertia.any()
-    }
-    parts = [
-        (f"I{'xyz'[i]}{'xyz'[k]}", i, k)
-        for i, k in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-        if i == k or any(abs(inertia[i, k]) > ROUNDING for inertia in links.values())
-    ]
-    rows = [[name, *(float(inertia[i, k]) for _, i, k in parts)] for name, inertia in links.items()]
+    """Moments and products of inertia of the bodies that have any.
+
+    Products are shown where not all of them are zero.
+    """
+    links = {}
+    for name, link in machine.description.links.items():
+        if link.inertia.any():
+            links[name] = link.inertia
+    if not links:
+        return []
+    columns = []
+    for i, k in INERTIAS:
+        largest = max(abs(inertia[i, k]) for inertia in links.values())
+        if i == k or largest > ROUNDING:
+            columns.append((i, k))
+    heads = [f"I{'xyz'[i]}{'xyz'[k]}" for i, k in columns]
+    rows: list[list[object]] = []
+    for name, inertia in links.items():
+        values = [float(inertia[i, k]) for i, k in columns]
+        rows.append([name, *values])
     title = "inertia about the centre of mass, along the axes of the link [kg m^2]"
-    return [f"{title}\n\n{table(['link', *(head for head, _, _ in parts)], rows)}"] if rows else []
+    return [f"{title}\n\n{table(['link', *heads], rows)}"]

@@ -7,12 +7,20 @@ from typing import Any
 import click
 import numpy as np
 
-from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.units import effort_unit
 
 from ..limits import beyond
-from ..output import show, table
-from ..parameters import json_option, loaded, robot_argument, vector, vector_option
+from ..output import by_name, show, table
+from ..parameters import (
+    closed,
+    du_option,
+    json_option,
+    loaded,
+    robot_argument,
+    u_option,
+    vector,
+    vector_option,
+)
 
 HEAD = ["active joint", "effort", "unit", "M ddu", "C du", "G", "passive"]
 EPILOG = """\b
@@ -24,10 +32,8 @@ Examples:
 
 @click.command(epilog=EPILOG, short_help="Efforts that a motion takes, and of what.")
 @robot_argument
-@vector_option(
-    "-u", "--u", help="Active coordinates [rad or m]; the robot's reference where left out."
-)
-@vector_option("--du", help="Their rates [per second]; zero where left out.")
+@u_option
+@du_option
 @vector_option("--ddu", help="Their accelerations [per second squared]; zero where left out.")
 @json_option
 def command(robot: str, u: str | None, du: str | None, ddu: str | None, as_json: bool) -> None:
@@ -37,40 +43,29 @@ def command(robot: str, u: str | None, du: str | None, ddu: str | None, as_json:
     springs (passive).
     """
     machine = loaded(robot)
-    still = np.zeros(len(machine.active))
-    state = machine.close(
-        vector("-u", u, machine.active, machine.reference),
-        vector("--du", du, machine.active, still),
-    )
-    accelerations = vector("--ddu", ddu, machine.active, still)
+    state = closed(machine, u, du)
+    accelerations = vector("--ddu", ddu, machine.active, np.zeros(len(machine.active)))
     tau = machine.inverse_dynamics(state, accelerations)
-    mass, speed, weight = machine.minimal_form(state)
+    mass_matrix, speed, weight = machine.minimal_form(state)
     parts = {
-        "M_ddu": mass @ accelerations,
+        "M_ddu": mass_matrix @ accelerations,
         "C_du": speed,
         "G": weight,
         "passive": machine.passive_forces(state),
     }
-    rows = [
-        [
-            name,
-            float(tau[k]),
-            effort_unit(machine.joint_types[name]),
-            *(float(part[k]) for part in parts.values()),
-        ]
-        for k, name in enumerate(machine.active)
-    ]
-
-    def named(values: Array) -> dict[str, Any]:
-        return dict(zip(machine.active, values, strict=True))
-
-    told = {
-        "tau": named(tau),
-        **{key: named(part) for key, part in parts.items()},
-        "M": {name: named(row) for name, row in zip(machine.active, mass, strict=True)},
+    rows: list[list[object]] = []
+    for k, name in enumerate(machine.active):
+        shares = [float(part[k]) for part in parts.values()]
+        rows.append([name, float(tau[k]), effort_unit(machine.joint_types[name]), *shares])
+    data: dict[str, Any] = {"tau": by_name(machine.active, tau)}
+    for key, part in parts.items():
+        data[key] = by_name(machine.active, part)
+    matrix_rows = [by_name(machine.active, row) for row in mass_matrix]
+    data |= {
+        "M": by_name(machine.active, matrix_rows),
         "power": float(tau @ state.du),
         "residual": state.residual,
         "singularity": state.singularity,
         "beyond_limits": beyond(machine, machine.coordinates, state.s),
     }
-    show(told, as_json, table(HEAD, rows))
+    show(data, as_json, table(HEAD, rows))

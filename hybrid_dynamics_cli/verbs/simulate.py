@@ -12,8 +12,16 @@ from hybrid_dynamics_core.ground.suggestions import suggestion
 from hybrid_dynamics_core.ground.units import coordinate_unit
 from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
 
-from ..output import number, show, table, written
-from ..parameters import EFFORTS, json_option, loaded, robot_argument, vector, vector_option
+from ..output import by_name, number, show, table, written
+from ..parameters import (
+    EFFORTS,
+    closed,
+    json_option,
+    loaded,
+    robot_argument,
+    vector,
+    vector_option,
+)
 from ..writing import (
     MOTIONS,
     PICTURES,
@@ -53,13 +61,7 @@ Examples:
         " where left out."
     ),
 )
-@click.option(
-    "--rate",
-    type=click.FloatRange(min=0.0, min_open=True),
-    default=100.0,
-    show_default=True,
-    help="Samples a second.",
-)
+@click.option("--rate", type=POSITIVE, default=100.0, show_default=True, help="Samples a second.")
 @output_option("--save", "save", help="Write the motion to a .csv or .npz file.")
 @draw_option("plot", help="Draw it")
 @overwrite_option
@@ -81,55 +83,58 @@ def command(
     Ends early at a stroke end or a singular place.
     """
     machine = loaded(robot)
-    places = [
-        place_for(path, endings, read_by(machine), overwrite=overwrite) if path else None
-        for path, endings in ((save, MOTIONS), (plot, PICTURES))
-    ]
-    zero = np.zeros(len(machine.active))
-    start = machine.close(
-        vector("-u", u, machine.active, machine.reference), vector("--du", du, machine.active, zero)
-    )
+    inputs = read_by(machine)
+    if save:
+        place_for(save, MOTIONS, inputs, overwrite=overwrite)
+    if plot:
+        place_for(plot, PICTURES, inputs, overwrite=overwrite)
     result = simulate(
         machine,
-        start,
-        tau=efforts(machine, tau),
+        closed(machine, u, du),
+        tau=_efforts(machine, tau),
         t_span=(0.0, seconds),
         settings=Settings(rate=rate),
     )
-    if places[0] is not None:
-        result.save(places[0])
-    if places[1] is not None:
-        from hybrid_dynamics_core.drawing import (  # noqa: PLC0415  Matplotlib is an extra
-            draw_simulation,
-        )
-
-        draw_simulation(machine, result, places[1])
-    files = [
-        written(path, what) for path, what in ((save, "the motion"), (plot, "its picture")) if path
-    ]
-    show(facts(result), as_json, "\n".join([text(machine, result), *files]))
+    lines = [text(machine, result)]
+    if save:
+        result.save(save)
+        lines.append(written(save, "the motion"))
+    if plot:
+        _draw(machine, result, plot)
+        lines.append(written(plot, "its picture"))
+    show(facts(result), as_json, "\n".join(lines))
 
 
-def efforts(machine: Robot, told: str | None) -> Any:
-    """What `simulate` takes: constant efforts, or those that hold the weight."""
-    if told is not None and told.strip() == WEIGHT:
+def _draw(machine: Robot, result: Simulation, path: str) -> None:
+    # Matplotlib is an extra.
+    from hybrid_dynamics_core.drawing import draw_simulation  # noqa: PLC0415
+
+    draw_simulation(machine, result, path)
+
+
+def _efforts(machine: Robot, text: str | None) -> Any:
+    """What `simulate` takes: constant efforts (n,), or those that hold the weight."""
+    zero = np.zeros(len(machine.active))
+    if text is None:
+        return zero
+    word = text.strip()
+    if word == WEIGHT:
         return lambda _time, state: machine.minimal_form(state)[2]
-    hint = suggestion(told.strip(), [WEIGHT]) if told is not None else ""
+    hint = suggestion(word, [WEIGHT])
     if hint:
-        raise click.BadParameter(
-            f"'{told}'{hint}; expected efforts, or `{WEIGHT}`", param_hint="--tau"
-        )
-    return vector("--tau", told, machine.active, np.zeros(len(machine.active)))
+        problem = f"'{text}'{hint}; expected efforts, or `{WEIGHT}`"
+        raise click.BadParameter(problem, param_hint="--tau")
+    return vector("--tau", text, machine.active, zero)
 
 
 def facts(result: Simulation) -> dict[str, Any]:
-    """What came out, as plain data."""
+    """The end of the motion as plain data."""
     return {
         "completed": result.completed,
         "message": result.message,
         "seconds": float(result.t[-1]),
-        "u": dict(zip(result.names, result.u[-1], strict=True)),
-        "du": dict(zip(result.names, result.du[-1], strict=True)),
+        "u": by_name(result.names, result.u[-1]),
+        "du": by_name(result.names, result.du[-1]),
         "events": [{"time": event.time, "message": event.message} for event in result.events],
         "relative_energy_error": result.relative_energy_error,
         "residual": result.residual,
@@ -139,43 +144,27 @@ def facts(result: Simulation) -> dict[str, Any]:
 
 
 def text(machine: Robot, result: Simulation) -> str:
-    """The end of the motion, and what was met."""
-    rows = [
-        [
-            name,
-            *values,
-            coordinate_unit(machine.joint_types[name]),
-            rate,
-            coordinate_unit(machine.joint_types[name], "/s"),
-        ]
-        for name, *values, rate in zip(
-            result.names,
-            result.u[0].tolist(),
-            result.u[-1].tolist(),
-            result.du[-1].tolist(),
-            strict=True,
-        )
-    ]
-    return "\n".join(
-        [
-            table(["active joint", "start", "end", "unit", "rate at the end", "unit"], rows),
-            *met(result),
-            (
-                f"energy error {number(result.relative_energy_error)} {OF_WHAT}, loop error"
-                f" {number(result.residual)}"
-            ),
-        ]
-    )
+    """The end of the motion, and its events."""
+    rows: list[list[object]] = []
+    for k, name in enumerate(result.names):
+        kind = machine.joint_types[name]
+        start = float(result.u[0, k])
+        end = float(result.u[-1, k])
+        rate = float(result.du[-1, k])
+        rows.append([name, start, end, coordinate_unit(kind), rate, coordinate_unit(kind, "/s")])
+    energy_error = f"energy error {number(result.relative_energy_error)} {OF_WHAT}"
+    lines = [table(["active joint", "start", "end", "unit", "rate at the end", "unit"], rows)]
+    lines += _event_lines(result)
+    lines.append(f"{energy_error}, loop error {number(result.residual)}")
+    return "\n".join(lines)
 
 
-def met(result: Simulation) -> list[str]:
-    """What was met, and how it ended; an event that ended it is told once."""
+def _event_lines(result: Simulation) -> list[str]:
+    """The events, and how the motion ended; the event that ended it is named once."""
     events = list(result.events)
-    if events and not result.completed and result.message.endswith(events[-1].message):
-        events.pop()
-    end = (
-        result.message
-        if not result.completed
-        else f"{number(float(result.t[-1]))} s: {result.message}"
-    )
+    end = f"{number(float(result.t[-1]))} s: {result.message}"
+    if not result.completed:
+        end = result.message
+        if events and end.endswith(events[-1].message):
+            events.pop()
     return [*(f"at {number(event.time)} s: {event.message}" for event in events), end]

@@ -23,6 +23,12 @@ if TYPE_CHECKING:
 
 FILE = click.Path(path_type=Path)
 
+HELP = """\
+Show the robot in the browser, until Ctrl-C: sliders for its active joints, loops that close live,
+efforts.
+
+With a trajectory or a bag, the motion is played back with the efforts that it takes.
+"""
 EPILOG = """\b
 Examples:
   hybrid-dynamics view forging_chu2020
@@ -37,7 +43,7 @@ not be read.
 """
 
 
-@click.command(epilog=EPILOG, short_help="Show the robot in the browser.")
+@click.command(help=HELP, epilog=EPILOG, short_help="Show the robot in the browser.")
 @robot_argument
 @click.option(
     "--trajectory",
@@ -76,20 +82,16 @@ def command(
     port: int,
     browser: bool,
 ) -> None:
-    """Show the robot in the browser, until Ctrl-C: sliders for its active joints, loops that close live, efforts.
-
-    With a trajectory or a bag, the motion is played back with the efforts that it takes.
-    """
-    from hybrid_dynamics_core.view import open_viewer  # noqa: PLC0415  viser is an extra
+    """Show the robot in the browser, until Ctrl-C."""
+    # viser is an extra.
+    from hybrid_dynamics_core.view import open_viewer  # noqa: PLC0415
 
     if trajectory is not None and bag is not None:
         raise click.UsageError("--trajectory and --bag cannot be shown together: give one of them")
     if topic is not None and bag is None:
         raise click.UsageError("--topic is the topic of a bag: give --bag too")
-    for number in (
-        signal.SIGINT,
-        signal.SIGTERM,
-    ):  # SIGINT too: a shell's background jobs ignore it
+    # SIGINT too: a shell's background jobs ignore it.
+    for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
     losses: list[str] = []
     try:
@@ -112,53 +114,71 @@ def what_to_show(
     """The robot, its motion if there is one, and what of a recording could not be read."""
     machine = loaded(robot)
     if bag is not None:
-        return of_bag(robot, bag, topic)
-    return machine, None if trajectory is None else of_file(machine, trajectory), []
+        return _of_bag(robot, bag, topic)
+    if trajectory is not None:
+        return machine, _of_file(machine, trajectory), []
+    return machine, None, []
 
 
-def of_file(machine: Robot, path: Path) -> Motion:
-    """The motion of a trajectory file."""
+def _of_file(machine: Robot, path: Path) -> Motion:
+    """The motion of a trajectory file.
+
+    Raises:
+        click.ClickException: the file holds no trajectory that can be followed.
+        InputError: from `read_trajectory` and `motion_of`.
+    """
     from hybrid_dynamics_core.control import JointTrajectory  # noqa: PLC0415
     from hybrid_dynamics_core.view.motion import motion_of  # noqa: PLC0415
     from hybrid_dynamics_ros.bags.trajectory_file import read_trajectory  # noqa: PLC0415
 
-    told = read_trajectory(path, machine)
+    samples = read_trajectory(path, machine)
     try:
         curve = JointTrajectory(
-            told.time, told.position, told.velocity, told.acceleration, at_rest=False
+            samples.time, samples.position, samples.velocity, samples.acceleration, at_rest=False
         )
-    except InputError as error:  # what the file says is wrong, not the call
+    except InputError as error:  # the file is wrong, not the call
         raise click.ClickException(f"{path}: {error}") from error
-    tell_unused(path, told.unused)
-    return motion_of(machine, curve, path.name, told.effort)
+    tell_unused(path, samples.unused)
+    return motion_of(machine, curve, path.name, samples.effort)
 
 
-def of_bag(robot: str, path: Path, topic: str | None) -> tuple[Robot, Motion, list[str]]:
+def _of_bag(robot: str, path: Path, topic: str | None) -> tuple[Robot, Motion, list[str]]:
     """The robot, the motion of a recording, and what of it could not be read."""
     from hybrid_dynamics_core.view.motion import Motion  # noqa: PLC0415
 
     try:
-        from hybrid_dynamics_ros.bags.analysis.collect import (  # noqa: PLC0415  rosbags is an extra
-            collect,
-        )
+        # rosbags is an extra.
+        from hybrid_dynamics_ros.bags.analysis.collect import collect  # noqa: PLC0415
     except ModuleNotFoundError as error:
         raise missing(error) from error
     track = collect(path, robot, topic, smooth=None)
-    rising = np.flatnonzero(np.diff(np.maximum.accumulate(track.time), prepend=-1.0) > 0.0)
-    recorded = track.recorded[rising] if np.isfinite(track.recorded).any() else None
-    state, time = track.state.rows(rising), track.time[rising]
-    motion = Motion(path.name, time, state, track.acceleration[rising], recorded, how_found(track))
+    latest = np.maximum.accumulate(track.time)
+    ascending = np.flatnonzero(np.diff(latest, prepend=-1.0) > 0.0)
+    recorded = None
+    if np.isfinite(track.recorded).any():
+        recorded = track.recorded[ascending]
+    motion = Motion(
+        path.name,
+        track.time[ascending],
+        track.state.rows(ascending),
+        track.acceleration[ascending],
+        recorded,
+        acceleration_note(track),
+    )
     return track.robot, motion, track.losses
 
 
-def how_found(track: Track) -> str:
-    """Where the accelerations of a recording are from, and how late they are: the model's efforts are as late."""
-    late = f"{1e3 * track.causal_lag:.3g} ms"
+def acceleration_note(track: Track) -> str:
+    """Where the accelerations of a recording are from, and how late they are.
+
+    The model's efforts are as late.
+    """
+    lag = f"{1e3 * track.causal_lag:.3g} ms"
     if track.smooth == "causal":
         return (
-            f"The model's accelerations are from the node's causal filter, {late} late: waves"
+            f"The model's accelerations are from the node's causal filter, {lag} late: waves"
             " between model and file are this lag, not the model. The recording itself, or bag"
             " process --smooth spline, has none."
         )
-    found = f"The model's accelerations are from {track.smoother} through the recording"
-    return f"{found}: no lag (the node's filter: {late})."
+    source = f"The model's accelerations are from {track.smoother} through the recording"
+    return f"{source}: no lag (the node's filter: {lag})."

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
 from textwrap import wrap
 from typing import Any, get_args
 
@@ -10,12 +12,13 @@ import numpy as np
 
 from hybrid_dynamics_core import InputError, Margins, Robot, SampleStatus, Workspace
 from hybrid_dynamics_core.drawing.options import Colour
+from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.suggestions import suggestion
 from hybrid_dynamics_core.ground.units import coordinate_unit
 from hybrid_dynamics_core.ground.wording import counted
 
 from ..limits import beyond, narrowed
-from ..output import constant_axes, number, show, table, written
+from ..output import by_name, constant_axes, number, show, table, written
 from ..parameters import (
     frame_option,
     json_option,
@@ -28,7 +31,7 @@ from ..parameters import (
 )
 from ..writing import draw_option, overwrite_option, picture_for
 
-NEAR = 0.1  # distance to a singularity below which a sample is told as near one
+NEAR = 0.1  # distance to a singularity below which a sample counts as near one
 FATES = {
     SampleStatus.OK: "reachable",
     SampleStatus.OPEN: "loops do not close",
@@ -67,7 +70,10 @@ Ends with 1 where no sample is reachable.
 @draw_option("picture", help="Draw a map")
 @overwrite_option
 @click.option(
-    "--over", metavar="A,B", help="Draw over these two active joints, not over the plane."
+    "--over",
+    "axes",
+    metavar="A,B",
+    help="Draw over these two active joints, not over the plane.",
 )
 @vector_option(
     "-u",
@@ -89,7 +95,7 @@ def command(
     frame: str | None,
     picture: str | None,
     overwrite: bool,
-    over: str | None,
+    axes: str | None,
     u: str | None,
     colour: Colour,
     as_json: bool,
@@ -100,152 +106,180 @@ def command(
     not refused.
     """
     machine = loaded(robot)
-    if picture is None and (over is not None or u is not None):
+    if picture is None and (axes is not None or u is not None):
         raise click.UsageError("--over and -u are of the map: give --draw FILE too")
-    if u is not None and over is None:
+    if u is not None and axes is None:
         raise click.UsageError("-u is where a map over two joints is taken: give --over A,B too")
-    place = None if picture is None else picture_for(machine, picture, overwrite=overwrite)
-    pair_over = None if over is None else _two(over, machine)
+    place = None
+    if picture is not None:
+        place = picture_for(machine, picture, overwrite=overwrite)
+    joints = None
+    if axes is not None:
+        joints = _two_joints(axes, machine)
     base = vector("-u", u, machine.active, machine.reference)
-    held = {
-        n: v
-        for n, v in zip(machine.active, base.tolist(), strict=True)
-        if pair_over and n not in pair_over
-    }
+    held = _held(machine, base, joints)
     with options("range"):
-        found = machine.workspace(samples, frame, dict(pair(text) for text in ranges), held)
-    told = facts(machine, found)
-    lines = [text_of(machine, found, told)]
-    if pair_over is not None:
-        told |= {
-            "over": list(pair_over),
-            "held": held,
-            "beyond_limits": beyond(machine, list(held), np.array([*held.values()])),
-        }
-        lines.insert(
-            0, f"Of the map over {' and '.join(pair_over)}; all other active joints are held.\n"
-        )
+        narrower = dict(pair(text) for text in ranges)
+        workspace = machine.workspace(samples, frame, narrower, held)
+    data = facts(machine, workspace)
+    lines = []
+    if joints is not None:
+        data["over"] = list(joints)
+        data["held"] = held
+        data["beyond_limits"] = beyond(machine, list(held), np.array(list(held.values())))
+        names = " and ".join(joints)
+        lines.append(f"Of the map over {names}; all other active joints are held.\n")
+    lines.append(text_of(machine, workspace, data))
     if place is not None:
-        from hybrid_dynamics_core.drawing import (  # noqa: PLC0415  Matplotlib is an extra
-            draw_margins,
-            draw_workspace,
-        )
-
-        if pair_over is None:
-            draw_workspace(machine, found, place, colour=colour)
-        else:
-            draw_margins(machine, pair_over, base, place, colour=colour)
-        told["picture"] = str(place)
+        _draw(machine, workspace, joints, base, place, colour)
+        data["picture"] = str(place)
         lines.append(written(place, "map"))
-    show(told, as_json, "\n".join(lines))
-    if not found.samples.reachable.any():
+    show(data, as_json, "\n".join(lines))
+    if not workspace.samples.reachable.any():
         raise SystemExit(1)
 
 
-def facts(machine: Robot, found: Workspace) -> dict[str, Any]:
-    """What was found, as plain data."""
-    told: dict[str, Any] = {
-        "frame": found.frame,
-        "samples": found.count,
-        "ranges": dict(zip(machine.active, found.ranges, strict=True)),
-        "assumed_ranges": list(found.assumed),
-        "shares": {status.name: found.share(status) for status in FATES},
-        "extents": dict(zip("xyz", found.extents, strict=True)),
-        "extremes": {
-            axis: [_sample(machine, found.samples, int(k)) for k in pair]
-            for axis, pair in zip(
-                "xyz", () if found.extremes is None else found.extremes, strict=False
-            )
-        },
-        "near_singularity": {"below": NEAR, "share": found.share_below(NEAR)},
-        "smallest_singularity": None,
+def _held(machine: Robot, base: Array, joints: tuple[str, str] | None) -> dict[str, float]:
+    """Where the other active joints stay in a map over two of them [rad or m]."""
+    if joints is None:
+        return {}
+    places: dict[str, float] = by_name(machine.active, base.tolist())
+    for name in joints:
+        del places[name]
+    return places
+
+
+def _draw(
+    machine: Robot,
+    workspace: Workspace,
+    joints: tuple[str, str] | None,
+    base: Array,
+    place: Path,
+    colour: Colour,
+) -> None:
+    # Matplotlib is an extra.
+    from hybrid_dynamics_core.drawing import draw_margins, draw_workspace  # noqa: PLC0415
+
+    if joints is None:
+        draw_workspace(machine, workspace, place, colour=colour)
+    else:
+        draw_margins(machine, joints, base, place, colour=colour)
+
+
+def facts(machine: Robot, workspace: Workspace) -> dict[str, Any]:
+    """A workspace as plain data."""
+    extremes = {}
+    if workspace.extremes is not None:
+        for axis, indices in zip("xyz", workspace.extremes.tolist(), strict=True):
+            extremes[axis] = [_sample(machine, workspace.samples, k) for k in indices]
+    smallest = None
+    if workspace.nearest is not None and machine.loops:
+        smallest = _sample(machine, workspace.samples, workspace.nearest)
+    return {
+        "frame": workspace.frame,
+        "samples": workspace.count,
+        "ranges": by_name(machine.active, workspace.ranges),
+        "assumed_ranges": list(workspace.assumed),
+        "shares": {status.name: workspace.share(status) for status in FATES},
+        "extents": by_name("xyz", workspace.extents),
+        "extremes": extremes,
+        "near_singularity": {"below": NEAR, "share": workspace.share_below(NEAR)},
+        "smallest_singularity": smallest,
     }
-    if found.nearest is not None and machine.loops:
-        told["smallest_singularity"] = _sample(machine, found.samples, found.nearest)
-    return told
 
 
 def _sample(machine: Robot, samples: Margins, k: int) -> dict[str, Any]:
-    """What is known of one sample."""
-    joint, loop = int(samples.joint[k]), int(samples.loop[k])
+    """One sample as plain data, with the loop and the joint that are nearest to their ends."""
+    loop = None
+    if samples.loop[k] >= 0:
+        loop = machine.loops[int(samples.loop[k])]
+    joint = None
+    if samples.joint[k] >= 0:
+        joint = machine.coordinates[int(samples.joint[k])]
     return {
         "position": samples.position[k],
-        "u": dict(zip(machine.active, samples.u[k], strict=True)),
+        "u": by_name(machine.active, samples.u[k]),
         "distance": float(samples.singularity[k]),
-        "loop": machine.loops[loop] if loop >= 0 else None,
+        "loop": loop,
         "limit": float(samples.limit[k]),
-        "joint": machine.coordinates[joint] if joint >= 0 else None,
+        "joint": joint,
     }
 
 
-def text_of(machine: Robot, found: Workspace, told: dict[str, Any]) -> str:
+def text_of(machine: Robot, workspace: Workspace, data: Mapping[str, Any]) -> str:
     """The facts as tables."""
-    rows = [
-        [
-            name,
-            float(low),
-            float(high),
-            coordinate_unit(machine.joint_types[name]),
-            _remark(found, name, low == high),
-        ]
-        for name, (low, high) in zip(machine.active, found.ranges, strict=True)
-    ]
-    places = [one["position"] for ends in told["extremes"].values() for one in ends]
-    flat = constant_axes(places)
-    spans = [
-        [
-            f"{'largest' if k else 'smallest'} {axis}",
-            float(one["position"]["xyz".index(axis)]),
-            "m",
-            *_margins(one),
-        ]
-        for axis, ends in told["extremes"].items()
-        if axis not in flat
-        for k, one in enumerate(ends)
-    ]
-    fates = [
-        [words, f"{100.0 * told['shares'][status.name]:.1f} %"] for status, words in FATES.items()
-    ]
+    shares = []
+    for status, words in FATES.items():
+        share = 100.0 * data["shares"][status.name]
+        shares.append([words, f"{share:.1f} %"])
     lines = [
-        table(["active joint", "from", "to", "unit", ""], rows),
+        _range_table(machine, workspace),
         *(f"note: {note}" for note in narrowed(machine)),
         "",
-        table(
-            [f"{found.frame} in {machine.base_frame}", "at", "unit", "singularity", "limit", "of"],
-            spans,
-        ),
-        *(f"{axis} = {number(value)} m everywhere" for axis, value in flat.items()),
+        *_extremes_lines(machine, workspace, data["extremes"]),
         "",
-        table([f"of {counted(found.count, 'sample')}", "share"], fates),
+        table([f"of {counted(workspace.count, 'sample')}", "share"], shares),
     ]
-    nearest = told["smallest_singularity"]
-    if nearest is not None:
-        at = ", ".join(
-            f"{name} = {number(float(value))} {coordinate_unit(machine.joint_types[name])}"
-            for name, value in nearest["u"].items()
-        )
-        share = 100.0 * told["near_singularity"]["share"]
-        lines += [
-            "",
-            "singularity: of the nearest loop, 0 there, 1 best",
-            "limit: of the nearest joint, 0 there, 1 mid-range",
-            f"singularity below {NEAR} in {share:.1f} % of what is reachable",
-            f"smallest {number(nearest['distance'])}, of {nearest['loop']}, at",
-            *wrap(at, 78, initial_indent="  ", subsequent_indent="  "),
-        ]
+    if data["smallest_singularity"] is not None:
+        near_share = data["near_singularity"]["share"]
+        lines += _singularity_lines(machine, data["smallest_singularity"], near_share)
     return "\n".join(lines)
 
 
-def _remark(found: Workspace, name: str, held: bool) -> str:
-    return "held" if held else "chosen: no limits" if name in found.assumed else ""
+def _range_table(machine: Robot, workspace: Workspace) -> str:
+    rows: list[list[object]] = []
+    for name, (low, high) in zip(machine.active, workspace.ranges.tolist(), strict=True):
+        remark = ""
+        if low == high:
+            remark = "held"
+        elif name in workspace.assumed:
+            remark = "chosen: no limits"
+        rows.append([name, low, high, coordinate_unit(machine.joint_types[name]), remark])
+    return table(["active joint", "from", "to", "unit", ""], rows)
 
 
-def _margins(one: dict[str, Any]) -> list[object]:
-    """Distances of a sample to a singularity and to a limit, and whose."""
-    return [one["distance"], one["limit"], one["joint"] or ""]
+def _extremes_lines(machine: Robot, workspace: Workspace, extremes: Mapping[str, Any]) -> list[str]:
+    """Smallest and largest coordinates as a table, and below it those that never change."""
+    positions = [sample["position"] for samples in extremes.values() for sample in samples]
+    constant = constant_axes(positions)
+    rows: list[list[object]] = []
+    for k, axis in enumerate("xyz"):
+        if axis in constant or axis not in extremes:
+            continue
+        for end, sample in zip(("smallest", "largest"), extremes[axis], strict=True):
+            coordinate = float(sample["position"][k])
+            margins = [sample["distance"], sample["limit"], sample["joint"] or ""]
+            rows.append([f"{end} {axis}", coordinate, "m", *margins])
+    place = f"{workspace.frame} in {machine.base_frame}"
+    lines = [table([place, "at", "unit", "singularity", "limit", "of"], rows)]
+    lines += [f"{axis} = {number(value)} m everywhere" for axis, value in constant.items()]
+    return lines
 
 
-def _two(text: str, machine: Robot) -> tuple[str, str]:
+def _singularity_lines(machine: Robot, sample: Mapping[str, Any], near_share: float) -> list[str]:
+    """What the numbers of the tables mean, and the sample that is nearest to a singularity."""
+    places = []
+    for name, value in sample["u"].items():
+        unit = coordinate_unit(machine.joint_types[name])
+        places.append(f"{name} = {number(float(value))} {unit}")
+    share = 100.0 * near_share
+    return [
+        "",
+        "singularity: of the nearest loop, 0 there, 1 best",
+        "limit: of the nearest joint, 0 there, 1 mid-range",
+        f"singularity below {NEAR} in {share:.1f} % of what is reachable",
+        f"smallest {number(sample['distance'])}, of {sample['loop']}, at",
+        *wrap(", ".join(places), 78, initial_indent="  ", subsequent_indent="  "),
+    ]
+
+
+def _two_joints(text: str, machine: Robot) -> tuple[str, str]:
+    """The two active joints of a map, from `A,B`.
+
+    Raises:
+        click.BadParameter: there are not two names.
+        InputError: a name is not that of an active joint, or both are the same.
+    """
     names = [name.strip() for name in text.split(",")]
     if len(names) != 2:
         raise click.BadParameter(

@@ -198,7 +198,7 @@ def test_a_wide_table_goes_on_below_beside_its_first_column() -> None:
     assert all(len(line) <= 80 for piece in pieces for line in piece.splitlines())
     told_ = [word for piece in pieces for word in piece.splitlines()[0].split()[1:]]
     assert told_ == head[1:]
-    assert table(head[:3], [row[:3]], apart=2).count("name") == 1  # what fits is not broken
+    assert table(head[:3], [row[:3]], break_before=2).count("name") == 1  # what fits is not broken
 
 
 def test_what_goes_on_below_is_no_lone_unit() -> None:

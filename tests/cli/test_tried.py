@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hybrid_dynamics_cli.closure_coverage import TRIED
+from hybrid_dynamics_cli.closure_coverage import PLACES
 from tests.cli.calling import call
 
 pytestmark = pytest.mark.usefixtures("python_kernels")
@@ -17,12 +17,12 @@ pytestmark = pytest.mark.usefixtures("python_kernels")
 def test_loops_that_close_everywhere_are_told_with_their_count() -> None:
     lines = call("check", "five_bar").stdout.splitlines()
     assert lines[-2:] == [
-        f"loops close at all {TRIED} places tried within the limits of the active joints",
+        f"loops close at all {PLACES} places tried within the limits of the active joints",
         "The description is right: every loop closes.",
     ]
     assert json.loads(call("check", "five_bar", "--json").stdout)["tried"] == {
-        "places": TRIED,
-        "closed": TRIED,
+        "places": PLACES,
+        "closed": PLACES,
     }
 
 
@@ -39,8 +39,8 @@ def test_loops_that_do_not_are_not_called_closing(tmp_path: Path) -> None:
     result = call("check", str(place))
     tried = json.loads(call("check", str(place), "--json").stdout)["tried"]
     assert result.exit_code == 0
-    assert 0 < tried["closed"] < tried["places"] == TRIED
-    assert f"loops close at {tried['closed']} of {TRIED} places tried" in result.stdout
+    assert 0 < tried["closed"] < tried["places"] == PLACES
+    assert f"loops close at {tried['closed']} of {PLACES} places tried" in result.stdout
     assert "every loop closes" not in result.stdout
     assert "its loops close at the reference, and not all over the limits" in result.stdout
 

@@ -16,7 +16,7 @@ from click.testing import CliRunner, Result
 
 from hybrid_dynamics_cli.app import app
 from hybrid_dynamics_cli.bags.common import LOST
-from hybrid_dynamics_cli.verbs.view import how_found, what_to_show
+from hybrid_dynamics_cli.verbs.view import acceleration_note, what_to_show
 from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_core.control import JointTrajectory
 from hybrid_dynamics_core.simulation import simulate
@@ -150,7 +150,7 @@ def test_a_recording_is_played_with_its_efforts(forging: Robot, tmp_path: Path) 
     assert efforts.values == pytest.approx(efforts.recorded, rel=1e-4, abs=0.5)
     assert "a spline through the recording: no lag" in motion.note
     track = SimpleNamespace(smooth="causal", causal_lag=0.0204)
-    assert "20.4 ms late" in how_found(track)  # type: ignore[arg-type]  # of a bag that was processed so
+    assert "20.4 ms late" in acceleration_note(track)  # type: ignore[arg-type]  # of a bag that was processed so
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
