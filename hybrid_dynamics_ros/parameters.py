@@ -182,18 +182,15 @@ OUTPUT_DEPTH: Final = Parameter[int](
     bounds=(1, 100000),
     kind=int,
 )
-RATES: Final[tuple[Parameter[float], ...]] = tuple(
-    _rate(topic, default)
-    for topic, default in (
-        ("joint_states", 0.0),
-        ("required_efforts", 0.0),
-        ("closed_state", 0.0),
-        ("end_effector_pose", 0.0),
-        ("end_effector_twist", 100.0),
-        ("loop_reactions", 20.0),
-        ("cylinder_states", 20.0),
-    )
-)
+TOPIC_RATES: Final[Mapping[str, Parameter[float]]] = {
+    "joint_states": _rate("joint_states", 0.0),
+    "required_efforts": _rate("required_efforts", 0.0),
+    "closed_state": _rate("closed_state", 0.0),
+    "end_effector_pose": _rate("end_effector_pose", 0.0),
+    "end_effector_twist": _rate("end_effector_twist", 100.0),
+    "loop_reactions": _rate("loop_reactions", 20.0),
+    "cylinder_states": _rate("cylinder_states", 20.0),
+}
 TF_RATE: Final = Parameter[float](
     "rates.tf",
     -1.0,
@@ -279,7 +276,7 @@ _ROWS: Final[list[Any]] = [
     *(ROBOT, AUTOSTART, MEASURED, BANDWIDTH, MAX_GAP, GRAVITY),
     *(PAYLOAD_FRAME, PAYLOAD_MASS, PAYLOAD_COM, PAYLOAD_INERTIA),
     *(INPUT_QOS, INPUT_DEPTH, OUTPUT_QOS, OUTPUT_DEPTH),
-    *(*RATES, TF_RATE, STILL, TIMEOUT, QUEUE, LEAST_SINGULARITY),
+    *(*TOPIC_RATES.values(), TF_RATE, STILL, TIMEOUT, QUEUE, LEAST_SINGULARITY),
     *(DIAGNOSTICS_PERIOD, LEAST_RATE, LATEST_AGE, LATENCY, RESIDUAL),
     *(SINGULARITY_WARN, SINGULARITY_ERROR, STROKE_WARN, STROKE_ERROR, LOG_PERIOD),
 ]

@@ -1,15 +1,14 @@
-"""The pipeline over many samples at once: what `Pipeline.process` gives for each of them, bit for bit.
+"""The pipeline over rows of samples: what `Pipeline.process` gives for each of them, bit for bit.
 
-Whatever is out of the ordinary (a state that does not close in the middle of numbers that overflow,
-joints that are given in place of the active ones) is left to the pipeline itself, sample by sample.
+Rows that need the one before, and a batch with a fault that only single samples show, go through
+the pipeline sample by sample.
 """
 
 from __future__ import annotations
 
-import itertools
-from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,74 +16,79 @@ from numpy.typing import NDArray
 from hybrid_dynamics_core import ClosedState
 from hybrid_dynamics_core.errors import HybridDynamicsError
 
-from ..messages.joint_samples import FloatArray, JointSample, Rejection, rejection_of
-from ..stream.filter.batch import run_filter
-from ..stream.filter.filter import StampEvent
-from ..stream.filter.rate_estimator import EstimatorState
+from ..messages.joint_samples import (
+    ActiveMotion,
+    FloatArray,
+    JointSample,
+    RejectedError,
+    Rejection,
+    RejectionCode,
+    rejection_of,
+)
+from ..stream.filter.rate_estimator import RateRows
 from ..stream.pipeline import Pipeline
 from ..stream.results import MotionResult
 from .decode import Samples
-from .sample_outliers import Stray
 
-Mask = NDArray[np.bool_]
 Rows = NDArray[np.intp]
 
 
 @dataclass(eq=False)
 class Motion:
-    """Results of the samples that were accepted.
+    """Results of the samples that were accepted, in their order.
 
     Attributes:
         rows: which of the samples (m,).
-        stamp_ns, log_ns: (m,) [ns].
-        state: closed, a batch of m.
-        moving: (m,) whether rates are known.
-        driven: (m,) whether efforts are known.
-        acceleration, efforts: (m, n) of the active joints; NaN where not known.
+        log_ns: (m,) [ns].
+        runs: results of rows that follow each other; in each the same is known.
     """
 
     rows: Rows
-    stamp_ns: NDArray[np.int64]
     log_ns: NDArray[np.int64]
-    state: ClosedState
-    moving: Mask
-    driven: Mask
-    acceleration: FloatArray
-    efforts: FloatArray
+    runs: Sequence[MotionResult]
 
     def __len__(self) -> int:
         return len(self.rows)
 
+    def at(self, which: Rows) -> Iterator[tuple[MotionResult, NDArray[np.int64]]]:
+        """Runs of some of the m results, and their log times [ns]; `which` rises."""
+        start = 0
+        for run in self.runs:
+            end = start + len(run.position)
+            first, last = np.searchsorted(which, (start, end)).tolist()
+            if first < last:
+                inside = which[first:last]
+                yield run.rows(inside - start), self.log_ns[inside]
+            start = end
 
-class _UnusualError(Exception):
-    """The samples have to be taken one by one."""
+    @cached_property
+    def stamp_ns(self) -> NDArray[np.int64]:
+        """(m,) [ns]."""
+        return np.concatenate([np.asarray(run.stamp_ns) for run in self.runs])
 
+    @cached_property
+    def state(self) -> ClosedState:
+        """Closed, a batch of m."""
+        if len(self.runs) == 1:
+            return self.runs[0].state
+        return ClosedState.joined([run.state for run in self.runs])
 
-@dataclass(eq=False)
-class Estimates:
-    """Rates of accepted samples: velocity (m, n), acceleration (m, n), which are known, and the filter after them.
+    @cached_property
+    def acceleration(self) -> FloatArray:
+        """(m, n) of the active joints; NaN where it is not known."""
+        return self._active(lambda run: run.active.acceleration)
 
-    strays: samples that rates were not made of, as they do not fit the motion around them.
-    """
+    @cached_property
+    def efforts(self) -> FloatArray:
+        """(m, n) of the active joints; NaN where they are not known."""
+        return self._active(lambda run: run.efforts)
 
-    velocity: FloatArray
-    moving: Mask
-    acceleration: FloatArray
-    driven: Mask
-    events: Counter[StampEvent]
-    after: EstimatorState | None
-    strays: list[Stray] = field(default_factory=list)
-
-    def part(self, rows: Rows | slice) -> Estimates:
-        """Those of some rows."""
-        return Estimates(
-            self.velocity[rows],
-            self.moving[rows],
-            self.acceleration[rows],
-            self.driven[rows],
-            Counter(),
-            None,
-        )
+    def _active(self, part: Callable[[MotionResult], FloatArray | None]) -> FloatArray:
+        columns = []
+        for run in self.runs:
+            values = part(run)
+            columns.append(np.full_like(run.active.position, np.nan) if values is None else values)
+        return columns[0] if len(columns) == 1 else np.concatenate(columns)
 
 
 class BulkPipeline:
@@ -94,220 +98,140 @@ class BulkPipeline:
         """A pipeline whose counts and filter go on."""
         self.pipeline = pipeline
         self.first_rejections: dict[str, str] = {}  # the first text of each kind
-        robot = pipeline.robot
-        self._direct = pipeline.measured == robot.active and pipeline.mode is None
 
-    def process(self, samples: Samples, given: Estimates | None = None) -> Motion | None:
+    def process(self, samples: Samples, given: RateRows | None = None) -> Motion | None:
         """Results of the samples; None where none was accepted.
 
-        given: estimates that were made elsewhere, for all samples; those not known stay so. None:
-        the node's filter.
+        Args:
+            samples: as the sensors read them.
+            given: rates that were estimated elsewhere, for all samples; those not known stay so.
+                None: the node's filter estimates them.
         """
-        if self._direct and not self._late(samples):
+        if self.pipeline.evaluator.is_plain and samples.usable.any():
             try:
                 with np.errstate(all="ignore"):
                     return self._process(samples, given)
-            except (_UnusualError, HybridDynamicsError):
-                pass  # nothing was changed yet
+            except (RejectedError, HybridDynamicsError):
+                pass  # nothing was changed yet: single samples show what is wrong
         if given is None:
-            return self._one_by_one(samples)
-        calibration = self.pipeline.calibration
-        samples = samples.calibrated(calibration)
-        self.pipeline.calibration = None  # estimates are of the joints, not of their sensors
+            return self._one_by_one(samples, None)
+        return self._one_by_one(samples.calibrated(self.pipeline.evaluator.calibration), given)
+
+    def _process(self, samples: Samples, given: RateRows | None) -> Motion | None:
+        evaluator = self.pipeline.evaluator
+        samples = samples.calibrated(evaluator.calibration)
+        rows = np.flatnonzero(samples.usable)
+        refused: list[Rejection] = []
         try:
-            return self._one_by_one(samples, given)
-        finally:
-            self.pipeline.calibration = calibration
-
-    @staticmethod
-    def _late(samples: Samples) -> bool:
-        return len(samples.rejected) + len(samples.broken) == len(samples)
-
-    def _process(self, samples: Samples, given: Estimates | None) -> Motion | None:
-        pipeline, robot = self.pipeline, self.pipeline.robot
-        samples = samples.calibrated(pipeline.calibration)
-        rows, refused = np.flatnonzero(samples.usable), list[Rejection]()
-        found = self._closed(samples, rows, given)
-        if found is not None and np.any(
-            found[1].status
-        ):  # those that cannot be closed must not reach the filter
-            status = np.asarray(robot.close(samples.position[rows], check=False).status)
-            refused = self._refusals(samples, rows[status != 0])
-            rows = rows[status == 0]
-            found = self._closed(samples, rows, given)
-        if found is None:
-            self._count(samples, refused, None, 0)
+            rates, runs = self._evaluate(samples, rows, given)
+        except HybridDynamicsError:  # samples that cannot be closed must not reach the filter
+            status = evaluator.robot.close(samples.position[rows], check=False).status
+            closes = np.asarray(status) == 0
+            if closes.all():
+                raise
+            refused = self._refusals(samples, rows[~closes])
+            rows = rows[closes]
+            rates, runs = self._evaluate(samples, rows, given)
+        self._count(samples, refused, rates, runs)
+        if not runs:
             return None
-        motion = self._evaluate(samples, rows, *found)
-        estimates = found[0]
-        self._count(samples, refused, estimates, int(motion.driven.sum()))
         if given is None:
-            pipeline._state = estimates.after  # noqa: SLF001 - this is the pipeline's own loop, unrolled
-        return motion
+            evaluator.taken(rates)
+        return Motion(rows, samples.log_ns[rows], runs)
 
-    def _closed(
-        self, samples: Samples, rows: Rows, given: Estimates | None
-    ) -> tuple[Estimates, ClosedState, FloatArray | None] | None:
-        """Rates of some rows, their states, closed or not, and efforts where they came along; None without rows."""
-        if not len(rows):
-            return None
-        position, velocity = samples.position[rows], samples.velocity[rows]
+    def _evaluate(
+        self, samples: Samples, rows: Rows, given: RateRows | None
+    ) -> tuple[RateRows, list[MotionResult]]:
+        """Rates of some rows, and results of those that follow each other and have the same rates."""
+        evaluator = self.pipeline.evaluator
+        stamps, position = samples.stamp_ns[rows], samples.position[rows]
+        velocity = samples.velocity[rows]
         if given is not None:
-            known = given.part(rows)
+            rates = given.part(rows)
         elif samples.acceleration is not None:
-            known = self._told(velocity, samples.acceleration[rows])
+            rates = RateRows.given(velocity, samples.acceleration[rows])
         else:
-            known = self._estimate(
-                samples.stamp_ns[rows], position, velocity, samples.measured[rows]
+            rates = evaluator.rates(stamps, position, velocity, samples.measured[rows])
+        runs = []
+        for run in rates.runs():
+            rate, acceleration = rates.at(run)
+            runs.append(
+                evaluator.evaluate(stamps[run], ActiveMotion(position[run], rate, acceleration))
             )
-        robot, fused = self.pipeline.robot, self.pipeline._fused  # noqa: SLF001
-        if fused is not None and known.moving.all() and known.driven.all():
-            tau, *parts = fused(position, known.velocity, known.acceleration, check=False)
-            if np.isfinite(tau).all():
-                return known, robot.closed_state(position, known.velocity, parts), tau
-        rates = np.where(known.moving[:, None], known.velocity, 0.0)
-        return known, robot.close(position, rates, check=False), None
+        return rates, runs
 
     def _refusals(self, samples: Samples, rows: Rows) -> list[Rejection]:
         found = []
-        for k in rows:
+        for row in rows.tolist():
+            velocity = samples.velocity[row] if samples.measured[row] else None
             try:
-                self.pipeline.robot.close(
-                    samples.position[k], samples.velocity[k] if samples.measured[k] else None
-                )
+                self.pipeline.evaluator.robot.close(samples.position[row], velocity)
             except HybridDynamicsError as error:
                 found.append(rejection_of(error))
-            else:
-                raise _UnusualError
+        if len(found) < len(rows):
+            raise RejectedError(RejectionCode.INTERNAL, "a row of the batch closes alone")
         return found
 
-    def _told(self, velocity: FloatArray, acceleration: FloatArray) -> Estimates:
-        """Rates that came with the samples: they are taken as they are, and the filter is left alone."""
-        every = np.ones(len(velocity), dtype=bool)
-        return Estimates(velocity, every, acceleration, every, Counter(), self.pipeline._state)  # noqa: SLF001
-
-    def _estimate(
-        self, stamps: NDArray[np.int64], position: FloatArray, velocity: FloatArray, measured: Mask
-    ) -> Estimates:
-        estimator, state = self.pipeline._estimator, self.pipeline._state  # noqa: SLF001
-        count, n = position.shape
-        out = Estimates(
-            velocity.copy(),
-            measured.copy(),
-            np.full((count, n), np.nan),
-            np.zeros(count, dtype=bool),
-            Counter(),
-            state,
-        )
-        edges = [0, *(np.flatnonzero(np.diff(measured.astype(np.int8))) + 1).tolist(), count]
-        for start, end in itertools.pairwise(edges):
-            own, kind = slice(start, end), bool(measured[start])
-            filt = estimator._velocity_filter if kind else estimator._position_filter  # noqa: SLF001
-            before = state.filter if state is not None and state.from_velocities == kind else None
-            fitted, ready, events, after = run_filter(
-                filt, before, stamps[own], (velocity if kind else position)[own]
-            )
-            if not np.isfinite(fitted).all():
-                raise _UnusualError
-            if not kind:
-                out.velocity[own] = np.where(ready[:, None], fitted[:, 1], 0.0)
-                out.moving[own] = ready
-            out.acceleration[own] = np.where(ready[:, None], fitted[:, filt.degree], np.nan)
-            out.driven[own] = ready
-            out.events += events
-            state = EstimatorState(kind, after)
-        out.after = state
-        return out
-
-    def _evaluate(
+    def _count(
         self,
         samples: Samples,
-        rows: Rows,
-        known: Estimates,
-        state: ClosedState,
-        efforts: FloatArray | None,
-    ) -> Motion:
-        robot, loads = self.pipeline.robot, self.pipeline.loads
-        if np.any(state.status):
-            raise _UnusualError
-        tau = np.full_like(state.u, np.nan) if efforts is None else efforts
-        which = np.flatnonzero(known.driven)
-        if efforts is None and len(which):
-            part = state if len(which) == len(rows) else state.rows(which)
-            tau[which] = robot.inverse_dynamics(part, known.acceleration[which], loads)
-        if not (
-            np.isfinite(state.s).all()
-            and np.isfinite(state.ds).all()
-            and np.isfinite(tau[which]).all()
-        ):
-            raise _UnusualError
-        stamps, logs = samples.stamp_ns[rows], samples.log_ns[rows]
-        return Motion(
-            rows, stamps, logs, state, known.moving, known.driven, known.acceleration, tau
-        )
-
-    def _count(
-        self, samples: Samples, refused: list[Rejection], known: Estimates | None, efforts: int
+        refused: list[Rejection],
+        rates: RateRows,
+        runs: Sequence[MotionResult],
     ) -> None:
         counts = self.pipeline.counts
         counts.received += len(samples) - len(samples.broken)
-        counts.with_efforts += efforts
+        counts.events.update(rates.events)
+        for run in runs:
+            if run.efforts is not None:
+                counts.with_efforts += len(run.efforts)
         for rejection in (*samples.rejected.values(), *refused):
-            self._reject(rejection)
-        if known is not None:
-            counts.events.update(known.events)
-
-    def _reject(self, rejection: Rejection) -> None:
-        self.pipeline.reject(rejection)
-        self._remember(rejection)
+            self._remember(self.pipeline.reject(rejection))
 
     def _remember(self, rejection: Rejection) -> None:
         self.first_rejections.setdefault(rejection.code.value, rejection.text)
 
-    def _one_by_one(self, samples: Samples, given: Estimates | None = None) -> Motion | None:
-        found: list[tuple[int, MotionResult]] = []
+    def _one_by_one(self, samples: Samples, given: RateRows | None) -> Motion | None:
+        rows: list[int] = []
+        results: list[MotionResult] = []
         for row in range(len(samples)):
             if row in samples.broken:
                 continue
             if row in samples.rejected:
                 self._remember(self.pipeline.reject_unread(samples.rejected[row]))
                 continue
-            result = self.pipeline.process(
-                self._sample(samples, row, given), estimate=given is None
-            )
+            sample = self._sample(samples, row, given)
+            result = self.pipeline.process(sample, is_estimated=given is not None)
             if isinstance(result, Rejection):
                 self._remember(result)
             else:
-                found.append((row, result))
-        return _stacked(samples, found) if found else None
+                rows.append(row)
+                results.append(result)
+        if not rows:
+            return None
+        accepted = np.array(rows, dtype=np.intp)
+        return Motion(accepted, samples.log_ns[accepted], _runs_of(results))
 
-    def _sample(self, samples: Samples, row: int, given: Estimates | None) -> JointSample:
+    def _sample(self, samples: Samples, row: int, given: RateRows | None) -> JointSample:
+        velocity = samples.velocity[row] if samples.measured[row] else None
+        acceleration = None if samples.acceleration is None else samples.acceleration[row]
         if given is not None:
-            velocity = given.velocity[row] if given.moving[row] else None
-            acceleration = given.acceleration[row] if given.driven[row] else None
-        else:
-            velocity = samples.velocity[row] if samples.measured[row] else None
-            acceleration = None if samples.acceleration is None else samples.acceleration[row]
-        stamp = int(samples.stamp_ns[row])
+            velocity, acceleration = given.at(row)
         return JointSample(
-            stamp, self.pipeline.measured, samples.position[row], velocity, acceleration
+            int(samples.stamp_ns[row]),
+            self.pipeline.evaluator.measured,
+            samples.position[row],
+            velocity,
+            acceleration,
         )
 
 
-def _stacked(samples: Samples, found: Sequence[tuple[int, MotionResult]]) -> Motion:
-    rows = np.array([row for row, _ in found], dtype=np.intp)
-    results = [result for _, result in found]
-    state = ClosedState.joined([result.state for result in results])
-    unknown = np.full(state.n, np.nan)
-    return Motion(
-        rows=rows,
-        stamp_ns=samples.stamp_ns[rows],
-        log_ns=samples.log_ns[rows],
-        state=state,
-        moving=np.array([r.moving for r in results]),
-        driven=np.array([r.efforts is not None for r in results]),
-        acceleration=np.array(
-            [unknown if r.active.acceleration is None else r.active.acceleration for r in results]
-        ),
-        efforts=np.array([unknown if r.efforts is None else r.efforts for r in results]),
-    )
+def _runs_of(results: Sequence[MotionResult]) -> list[MotionResult]:
+    """Results of single samples as rows, those together that follow each other and are alike."""
+    runs: list[list[MotionResult]] = [[results[0]]]
+    for result in results[1:]:
+        if result.goes_with(runs[-1][-1]):
+            runs[-1].append(result)
+        else:
+            runs.append([result])
+    return [MotionResult.joined(run) for run in runs]

@@ -135,7 +135,8 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
     watch = Stopwatch(outcome.shares)
     robot = load(job.robot)
     pipeline = make_pipeline(robot, job.settings)
-    outputs = outputs_of(robot, pipeline.loads, job.settings)
+    evaluator = pipeline.evaluator
+    outputs = outputs_of(robot, job.settings)
     with Source(job.source) as source:
         topic = input_topic(source, job.topic, KINDS)
         kind = source.topics[topic].kind
@@ -145,7 +146,9 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
                 f"{source.path}: {topic} has {told}: nothing can be smoothed; leave out --smooth"
                 f" {job.smooth}"
             )
-        topics = [Topic(output.name, output.kind, (_offered(latched=False),)) for output in outputs]
+        topics = [
+            Topic(output.name, output.topic.kind, (_offered(latched=False),)) for output in outputs
+        ]
         topics.append(Topic(DESCRIPTION, _STRING, (_offered(latched=True),)))
         kept = _kept(source, topics) if job.keep else []
         notes = {**robot_notes(job.robot, robot), "source": job.source.name, "smooth": job.smooth}
@@ -154,7 +157,7 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
             worker = _Worker(
                 job,
                 BulkPipeline(pipeline),
-                Decoder(pipeline.measured, kind),
+                Decoder(evaluator.measured, kind),
                 outputs,
                 bag,
                 outcome,
@@ -193,9 +196,10 @@ def make_pipeline(robot: Robot, settings: Settings) -> Pipeline:
     """The node's pipeline under the node's parameters."""
     pipeline = Pipeline(robot, settings[BANDWIDTH], settings[MAX_GAP], settings[MEASURED])
     conditions = Conditions().with_settings(settings, None, robot.end_effector)
-    pipeline.loads = loads_of(robot, conditions)
-    require_known_sensors(settings, pipeline.measured)
-    pipeline.calibrate(calibration_of(settings, pipeline.measured))
+    evaluator = pipeline.evaluator
+    evaluator.loads = loads_of(robot, conditions)
+    require_known_sensors(settings, evaluator.measured)
+    evaluator.calibrate(calibration_of(settings, evaluator.measured))
     return pipeline
 
 
@@ -305,9 +309,10 @@ class _Worker:
         return samples
 
     def _smoothed(self, samples: Samples) -> None:
-        estimates = estimates_of(samples, self._job.smooth, self._bulk.pipeline)
+        evaluator = self._bulk.pipeline.evaluator
+        estimates = estimates_of(samples, self._job.smooth, evaluator)
         joints, first = (
-            self._bulk.pipeline.measured,
+            evaluator.measured,
             int(samples.stamp_ns[samples.usable][:1].sum()),
         )
         self._outcome.strays = [stray.told(joints, first) for stray in estimates.strays]
@@ -330,7 +335,7 @@ class _Worker:
         ]
         if not self._described:
             self._described = True
-            text = Template().string(to_urdf(self._bulk.pipeline.robot.description))
+            text = Template().string(to_urdf(self._bulk.pipeline.evaluator.robot.description))
             blocks.append(
                 Block.filled(self._bag.channels[DESCRIPTION], motion.log_ns[:1], text, {})
             )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,15 +12,26 @@ from scipy.interpolate import make_lsq_spline
 from scipy.signal import savgol_filter
 
 from ..messages.joint_samples import FloatArray
-from ..stream.pipeline import Pipeline
-from .batch_pipeline import Estimates
+from ..stream.evaluator import MotionEvaluator
+from ..stream.filter.rate_estimator import RateRows
 from .decode import Samples
-from .sample_outliers import strays
+from .sample_outliers import Stray, strays
 
 _DEGREE = 5  # of the spline: accelerations are cubic
 _ORDER = 4  # of Savitzky-Golay polynomials
 _LEAST = 12  # samples between two gaps
 _AT_ONCE = 2048  # samples that are closed together
+
+
+@dataclass(eq=False)
+class SmoothRates(RateRows):
+    """Rates of the samples of a recording.
+
+    Attributes:
+        strays: samples that rates were not made of, as they do not fit the motion around them.
+    """
+
+    strays: list[Stray] = field(default_factory=list)
 
 
 def joined(parts: Sequence[Samples]) -> Samples:
@@ -43,37 +55,37 @@ def split(count: int, size: int) -> Iterator[slice]:
     return (slice(start, min(start + size, count)) for start in range(0, count, size))
 
 
-def estimates_of(samples: Samples, method: str, pipeline: Pipeline) -> Estimates:
+def estimates_of(samples: Samples, method: str, evaluator: MotionEvaluator) -> SmoothRates:
     """Velocities and accelerations of all samples from those before and after.
 
     Velocities that were measured are smoothed as they are; where there are none, positions are.
     Samples that do not fit the motion around them are left out, have no acceleration, and are told
-    in `Estimates.strays`.
+    in `SmoothRates.strays`.
 
     Args:
         samples: of a whole recording.
         method: "savgol" or "spline".
-        pipeline: its bandwidth and largest gap count here too.
+        evaluator: its bandwidth and largest gap count here too.
     """
     count, n = samples.position.shape
-    samples = samples.calibrated(pipeline.calibration)
+    samples = samples.calibrated(evaluator.calibration)
     position, velocity = samples.position, samples.velocity
-    out = Estimates(
+    rates = SmoothRates(
         velocity=np.zeros((count, n)),
-        moving=samples.measured.copy(),
+        has_velocity=samples.measured.copy(),
         acceleration=np.full((count, n), np.nan),
-        driven=np.zeros(count, bool),
+        has_acceleration=np.zeros(count, bool),
         events=Counter(),
-        after=None,
+        state=None,
     )
     usable = samples.usable
-    out.velocity[usable] = np.where(samples.measured[usable, None], velocity[usable], 0.0)
-    usable &= _sound(samples, pipeline)
-    filt = pipeline._estimator._velocity_filter  # noqa: SLF001 - the same bandwidth and gap as the node's
-    for run in _runs(np.flatnonzero(usable), samples, filt.max_gap):
+    rates.velocity[usable] = np.where(samples.measured[usable, None], velocity[usable], 0.0)
+    usable &= _sound(samples, evaluator)
+    estimator = evaluator.estimator
+    for run in _runs(np.flatnonzero(usable), samples, estimator.max_gap):
         measured = bool(samples.measured[run[0]])
         stray = strays(samples.stamp_ns[run], position[run], velocity[run] if measured else None)
-        out.strays += [stray[row] for row in sorted(stray)]
+        rates.strays += [stray[row] for row in sorted(stray)]
         rows = np.delete(run, list(stray))
         if len(rows) < _LEAST:
             continue
@@ -81,25 +93,25 @@ def estimates_of(samples: Samples, method: str, pipeline: Pipeline) -> Estimates
         first, second = (1, 2) if not measured else (0, 1)
         values = (velocity if measured else position)[rows]
         fit = _spline if method == "spline" else _savgol
-        rates, accelerations = fit(time, values, filt.bandwidth, (first, second))
-        out.velocity[rows], out.acceleration[rows] = rates, accelerations
-        out.moving[rows] = out.driven[rows] = True
-    return out
+        velocities, accelerations = fit(time, values, estimator.bandwidth, (first, second))
+        rates.velocity[rows], rates.acceleration[rows] = velocities, accelerations
+        rates.has_velocity[rows] = rates.has_acceleration[rows] = True
+    return rates
 
 
-def _sound(samples: Samples, pipeline: Pipeline) -> NDArray[np.bool_]:
+def _sound(samples: Samples, evaluator: MotionEvaluator) -> NDArray[np.bool_]:
     """Which samples the model can take: others, such as one beyond all numbers, spoil the rates of their neighbours."""
     sound = np.isfinite(samples.position).all(axis=1) & (
         np.isfinite(samples.velocity).all(axis=1) | ~samples.measured
     )
-    if pipeline.measured != pipeline.robot.active or pipeline.mode is not None:
+    if not evaluator.is_plain:
         return sound
     rows = np.flatnonzero(sound)
     for part in split(len(rows), _AT_ONCE):
         some = rows[part]
         rates = np.where(samples.measured[some, None], samples.velocity[some], 0.0)
         with np.errstate(all="ignore"):
-            state = pipeline.robot.close(samples.position[some], rates, check=False)
+            state = evaluator.robot.close(samples.position[some], rates, check=False)
         sound[some] = np.asarray(state.status) == 0
     return sound
 

@@ -33,7 +33,7 @@ MOST_SEC: Final = 2**31 - 1
 
 
 class Template:
-    """A message with fixed names and lengths: `pattern` and `columns` make many of them at a time, `message` one."""
+    """A message with fixed names and lengths: `pattern` and `columns` make many of them at a time, `fill` one."""
 
     def __init__(self) -> None:
         self._parts = bytearray(LITTLE)
@@ -91,6 +91,15 @@ class Template:
         """A message whose numbers are zero, (size,)."""
         return np.frombuffer(bytes(self._parts), dtype=np.uint8)
 
+    def named(
+        self, stamp_ns: NDArray[np.int64], values: Sequence[NDArray[Any] | float]
+    ) -> dict[str, NDArray[Any]]:
+        """Slots of N messages, for `columns`: stamps of their headers [ns] and the other slots, in order."""
+        slots: dict[str, NDArray[Any]] = {"sec": stamp_ns // _NS, "nanosec": stamp_ns % _NS}
+        names = [name for name, _, _ in self._slots if name not in slots]
+        slots.update(zip(names, map(np.asarray, values), strict=True))
+        return slots
+
     def columns(self, values: Mapping[str, NDArray[Any]]) -> list[tuple[int, Bytes]]:
         """Where in a message each slot is, and the bytes (N, k) of its values in N messages, given as (N, ...)."""
         found = []
@@ -101,7 +110,7 @@ class Template:
             found.append((start, part.reshape(len(part), -1).view(np.uint8)))
         return found
 
-    def message(self, stamp_ns: int, values: Iterable[NDArray[Any] | float]) -> bytes:
+    def fill(self, stamp_ns: int, values: Iterable[NDArray[Any] | float]) -> bytes:
         """One message: the stamp of its headers [ns] and the values of its other slots, in their order.
 
         Raises ValueError where there are more or fewer values than slots, or one is of another type

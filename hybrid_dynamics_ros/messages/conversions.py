@@ -96,7 +96,7 @@ def joint_state(
 def pose_stamped(header: Header, position: FloatArray, rotation: FloatArray) -> PoseStamped:
     """A pose from a position (3,) [m] and a rotation matrix (3, 3), in the frame of the header."""
     px, py, pz = position.tolist()
-    x, y, z, w = quaternion(rotation)
+    x, y, z, w = quaternion(rotation).tolist()
     return PoseStamped(
         header=header,
         pose=Pose(position=Point(x=px, y=py, z=pz), orientation=Quaternion(x=x, y=y, z=z, w=w)),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from typing import Any
 
 import numpy as np
 
@@ -27,14 +27,18 @@ class LinkTransforms:
             ]
         )
 
-    def values(self, s: FloatArray) -> dict[str, FloatArray]:
-        """Slots of `layouts.transforms` from all coordinates (N, n_s): (N, 3) [m], unit quaternions (N, 4) x y z w."""
-        place = self._places + self._slide * s[..., None]
+    def values(self, s: FloatArray) -> list[FloatArray]:
+        """Translation [m] and unit quaternion x y z w of each joint's child in its parent, joint after joint.
+
+        Args:
+            s: all coordinates, (n_s,) or (N, n_s) [rad or m].
+        """
+        translations = self._places + self._slide * s[..., None]
         half = np.where(self._turns, 0.5 * s, 0.0)
         sine, cosine = np.sin(half), np.cos(half)
         a, b, c, d = self._fixed.T
-        x, y, z = self._axis[:, 0] * sine, self._axis[:, 1] * sine, self._axis[:, 2] * sine
-        turn = np.stack(
+        x, y, z = (component * sine for component in self._axis.T)
+        quaternions = np.stack(
             [
                 d * x + a * cosine + b * z - c * y,
                 d * y + b * cosine + c * x - a * z,
@@ -43,31 +47,42 @@ class LinkTransforms:
             ],
             axis=-1,
         )
-        turn = (
-            np.copysign(1.0, turn[..., 3:]) * turn
-        )  # of the two that are the same turn, the one with w >= 0
-        slots: dict[str, FloatArray] = {}
+        # Of the two that are the same rotation, the one with w >= 0.
+        quaternions = np.copysign(1.0, quaternions[..., 3:]) * quaternions
+        slots: list[FloatArray] = []
         for k in range(len(self._places)):
-            slots[f"place {k}"], slots[f"turn {k}"] = place[:, k], turn[:, k]
+            slots += [translations[..., k, :], quaternions[..., k, :]]
         return slots
 
 
-def quaternion(rotation: FloatArray) -> tuple[float, float, float, float]:
-    """Unit quaternion x, y, z, w with w >= 0 of a rotation matrix (3, 3), by way of its largest component."""
-    (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
-    squares = (
-        1.0 + a - e - i,
-        1.0 - a + e - i,
-        1.0 - a - e + i,
-        1.0 + a + e + i,
-    )  # 4 x^2, 4 y^2, 4 z^2, 4 w^2
-    largest = max(range(4), key=squares.__getitem__)
+def quaternion(rotation: FloatArray) -> FloatArray:
+    """Unit quaternions x, y, z, w with w >= 0 of rotation matrices, by way of their largest component.
+
+    Args:
+        rotation: (3, 3) or (N, 3, 3).
+
+    Returns:
+        (4,) or (N, 4).
+    """
+    if rotation.ndim == 2:
+        squares, columns = _candidates(rotation.tolist())
+        x, y, z, w = columns[max(range(4), key=squares.__getitem__)]
+    else:
+        squares, columns = _candidates(np.moveaxis(rotation, 0, -1))
+        largest = np.argmax(np.array(squares), axis=0)
+        x, y, z, w = np.array(columns)[largest, :, np.arange(len(rotation))].T
+    scale = np.copysign(1.0 / np.sqrt(x * x + y * y + z * z + w * w), w)
+    return np.array([scale * x, scale * y, scale * z, scale * w]).T
+
+
+def _candidates(entries: Any) -> tuple[tuple[Any, ...], tuple[tuple[Any, ...], ...]]:
+    """4 x^2, 4 y^2, 4 z^2, 4 w^2, and the quaternion times 4 x, 4 y, 4 z, 4 w, of a rotation's entries."""
+    (a, b, c), (d, e, f), (g, h, i) = entries
+    squares = (1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i, 1.0 + a + e + i)
     columns = (
         (squares[0], b + d, c + g, h - f),
         (b + d, squares[1], f + h, c - g),
         (c + g, f + h, squares[2], d - b),
         (h - f, c - g, d - b, squares[3]),
     )
-    x, y, z, w = columns[largest]
-    scale = math.copysign(1.0 / math.sqrt(x * x + y * y + z * z + w * w), w)
-    return scale * x, scale * y, scale * z, scale * w
+    return squares, columns

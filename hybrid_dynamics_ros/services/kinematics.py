@@ -6,20 +6,22 @@ import math
 from typing import Final
 
 import numpy as np
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
+from hybrid_dynamics_msgs.msg import ClosedState as ClosedStateMessage
 from hybrid_dynamics_msgs.msg import ErrorCode
 from hybrid_dynamics_msgs.srv import CloseLoops, ComputeJacobian, SolveFK, SolveIK
 from std_msgs.msg import Header
 
-from hybrid_dynamics_core import IKStatus, Pose, Robot
+from hybrid_dynamics_core import ClosedState, IKStatus, Pose, Robot
 from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_core.ground.suggestions import no_such_name
 from hybrid_dynamics_core.ground.wording import one_line
 
 from ..messages import conversions
 from ..messages.joint_samples import FloatArray, JointOrder, RejectedError, RejectionCode
-from ..stream import outputs
 from ..stream.situation import Context, require_finite
+from ..stream.stroke_margins import Strokes
 
 IK_CODES: Final = {
     IKStatus.OUT_OF_REACH: ErrorCode.OUT_OF_REACH,
@@ -126,7 +128,26 @@ def close_loops(
     require_finite(state.s, state.ds, dds)
     header = Header(stamp=given.header.stamp)
     response.motion = conversions.joint_motion(header, robot.coordinates, state.s, state.ds, dds)
-    response.closed_state = outputs.closed_state_message(robot, state, given.header.stamp)
+    response.closed_state = closed_state_message(robot, state, given.header.stamp)
+
+
+def closed_state_message(robot: Robot, state: ClosedState, stamp: Time) -> ClosedStateMessage:
+    """What the topic `ClosedStates` sends, as an object."""
+    strokes = Strokes(robot)
+    lower, upper = strokes.margins(state.s)
+    message = ClosedStateMessage(
+        residual=float(state.residual),
+        loops=list(robot.loops),
+        branches=[state.branch.get(loop, "") for loop in robot.loops],
+        singularity=conversions.to_field(state.distances),
+        nearest_singularity=float(state.singularity),
+        nearest_loop=str(state.singular_loop),
+        stroke_joints=list(strokes.joints),
+        to_lower=conversions.to_field(lower),
+        to_upper=conversions.to_field(upper),
+    )
+    message.header.stamp = stamp
+    return message
 
 
 def target_of(robot: Robot, target: PoseStamped, *, position_only: bool) -> FloatArray | Pose:

@@ -87,7 +87,9 @@ class Monitor:
         told: dict[str, str] = {}
         if self._strokes.within(result.position):
             return told
-        for end, left in zip(("lower", "upper"), self._strokes.left(result.position), strict=True):
+        for end, left in zip(
+            ("lower", "upper"), self._strokes.margins(result.position), strict=True
+        ):
             for k in np.flatnonzero(left < 0.0).tolist():
                 name, unit = self._strokes.joints[k], self._strokes.units[k]
                 told[name] = (
@@ -145,7 +147,7 @@ class Monitor:
         level = _below(near, settings[SINGULARITY_WARN], settings[SINGULARITY_ERROR])
         entries.append(Entry("singularity margin", f"{near:.4g} {loop}".strip(), level))
         if self._strokes.joints:
-            margins = np.minimum(*self._strokes.left(result.position))
+            margins = np.minimum(*self._strokes.margins(result.position))
             k = int(np.argmin(margins))
             level = _below(float(margins[k]), settings[STROKE_WARN], settings[STROKE_ERROR])
             entries.append(

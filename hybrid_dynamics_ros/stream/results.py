@@ -1,72 +1,160 @@
-"""What one sample says about the robot."""
+"""What one sample, or many rows of samples, say about the robot."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hybrid_dynamics_core import ClosedState, Loads, Pose, Robot
+from hybrid_dynamics_core.errors import SingularityError
 
 from ..messages.joint_samples import ActiveMotion, FloatArray
 from .filter.filter import StampEvent
 
+OneOrRows = Any  # of one sample a number, of N rows an array (N,)
+
 
 @dataclass(eq=False)
 class MotionResult:
-    """All that one sample says about the robot. Coordinates are in the order of ``robot.coordinates``.
+    """All that one sample says about the robot, or N rows of samples of which the same is known.
 
-    Never changed: arrays are read-only.
+    Coordinates are in the order of ``robot.coordinates``. Arrays are read-only. Of N rows every
+    array has a leading N.
 
     Attributes:
         robot, loads: what the result was computed with.
-        stamp_ns: stamp of the sample [ns].
-        active: motion of the active joints, for which all was computed; rates and accelerations as
-        far as known.
+        stamp_ns: stamp of the sample [ns]; of rows (N,).
+        active: motion of the active joints, rates and accelerations as far as they are known.
         position: all coordinates, active then passive, (n_s,) [rad or m].
         velocity: rates of all coordinates, (n_s,) [rad/s or m/s]; None until they are known.
-        efforts: what the active joints must give, (n,) [N m or N]; None until the filter has its
-        samples.
-        residual: largest error of the loop equations, in lengths of the loop or [rad].
+        efforts: what the active joints must give, (n,) [N m or N]; None until accelerations are
+            known.
+        residual: largest error of the loop equations, in lengths of the loop or [rad]; of rows (N,).
         distances: of each loop to its nearest singularity, (loops,).
-        branch: assembly mode of each loop by name.
-        event: what the stamp meant to the filter; None where it was not asked.
+        branch: assembly mode of each loop by name, the same for all rows.
+        event: what the stamp meant to the filter; None where it was not asked, and of rows.
         make_state: makes `state` of what was computed for the arrays above.
     """
 
     robot: Robot
     loads: Loads
-    stamp_ns: int
+    stamp_ns: OneOrRows
     active: ActiveMotion
     position: FloatArray
     velocity: FloatArray | None
     efforts: FloatArray | None
-    residual: float
+    residual: OneOrRows
     distances: FloatArray
     branch: Mapping[str, str]
     event: StampEvent | None
     make_state: Callable[[], ClosedState] = field(repr=False)
 
-    @property
-    def moving(self) -> bool:
-        """Whether rates are known; if not, those of ``state`` are zero and say nothing."""
-        return self.active.velocity is not None
-
     @cached_property
     def state(self) -> ClosedState:
-        """The loops, closed; the arrays above are its own, to the last bit."""
+        """The loops, closed; the arrays above are its parts, to the last bit.
+
+        Where velocities are not known its rates are zero and say nothing.
+        """
         return self.make_state()
 
     @property
-    def nearest(self) -> tuple[float, str]:
-        """Distance to the nearest singularity, and the loop it is of; 1 and "" for a robot without loops."""
-        distances = self.distances.tolist()
+    def nearest(self) -> tuple[OneOrRows, str]:
+        """Distance to the nearest singularity, and its loop; 1 and "" without loops.
+
+        Of rows it is the loop of the first.
+        """
+        if self.distances.ndim == 2:
+            return self._nearest_of_rows()
+        distances = self.distances.tolist()  # in plain floats, as every input asks for it
         if not distances:
             return 1.0, ""
         least = min(distances)
         return least, self.robot.loops[distances.index(least)]
 
+    def _nearest_of_rows(self) -> tuple[FloatArray, str]:
+        if not self.robot.loops:
+            return np.ones(len(self.distances)), ""
+        return self.distances.min(axis=-1), self.robot.loops[int(np.argmin(self.distances[0]))]
+
+    @cached_property
+    def drive_forces(self) -> Mapping[str, OneOrRows] | None:
+        """What each drive must give [N m or N]; None before efforts are known.
+
+        None also where the drives, as they stand, cannot give the efforts; of rows: of one of them.
+        """
+        if self.efforts is None:
+            return None
+        try:
+            return self.robot.drive_forces(self.state, self.efforts)
+        except SingularityError:
+            return None
+
     @cached_property
     def pose(self) -> Pose:
         """End effector in the base frame."""
         return self.robot.forward_kinematics(self.state)
+
+    def rows(self, which: NDArray[np.intp]) -> MotionResult:
+        """Some of the N rows, in the order of `which`; the result itself where those are all."""
+        if len(which) == len(self.position):
+            return self
+        return replace(
+            self,
+            stamp_ns=self.stamp_ns[which],
+            active=ActiveMotion(
+                self.active.position[which],
+                _rows_of(self.active.velocity, which),
+                _rows_of(self.active.acceleration, which),
+            ),
+            position=self.position[which],
+            velocity=_rows_of(self.velocity, which),
+            efforts=_rows_of(self.efforts, which),
+            residual=self.residual[which],
+            distances=self.distances[which],
+            make_state=lambda: self.state.rows(which),
+        )
+
+    def goes_with(self, other: MotionResult) -> bool:
+        """Whether both can be rows of one result."""
+        pairs = (
+            (self.velocity, other.velocity),
+            (self.efforts, other.efforts),
+            (self.active.acceleration, other.active.acceleration),
+        )
+        alike = all((one is None) == (two is None) for one, two in pairs)
+        return alike and self.branch == other.branch
+
+    @staticmethod
+    def joined(results: Sequence[MotionResult]) -> MotionResult:
+        """Results of single samples that go together, as rows."""
+        first = results[0]
+        return replace(
+            first,
+            stamp_ns=np.array([result.stamp_ns for result in results], dtype=np.int64),
+            active=ActiveMotion(
+                np.array([result.active.position for result in results]),
+                _stacked([result.active.velocity for result in results]),
+                _stacked([result.active.acceleration for result in results]),
+            ),
+            position=np.array([result.position for result in results]),
+            velocity=_stacked([result.velocity for result in results]),
+            efforts=_stacked([result.efforts for result in results]),
+            residual=np.array([result.residual for result in results]),
+            distances=np.array([result.distances for result in results]),
+            event=None,
+            make_state=lambda: ClosedState.joined([result.state for result in results]),
+        )
+
+
+def _rows_of(values: FloatArray | None, which: NDArray[np.intp]) -> FloatArray | None:
+    return None if values is None else values[which]
+
+
+def _stacked(values: Sequence[FloatArray | None]) -> FloatArray | None:
+    known = [part for part in values if part is not None]
+    return np.array(known) if known else None

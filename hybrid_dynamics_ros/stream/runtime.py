@@ -48,6 +48,7 @@ class Runtime:
         measured = settings[MEASURED] or robot.active
         _require_known("measured", "joint", measured, robot.coordinates)
         self.pipeline = Pipeline(robot, settings[BANDWIDTH], settings[MAX_GAP], measured)
+        self.evaluator = self.pipeline.evaluator
         self.monitor = Monitor(Strokes(robot))
         self.lock = threading.RLock()  # the stream and calls that change something take turns
         self.result: MotionResult | None = None
@@ -59,7 +60,7 @@ class Runtime:
     @property
     def measured(self) -> tuple[str, ...]:
         """Joints that the input gives."""
-        return self.pipeline.measured
+        return self.evaluator.measured
 
     def problem(self, settings: Settings) -> str:
         """Why the robot cannot work with these settings, or ""."""
@@ -87,10 +88,10 @@ class Runtime:
 
     def _take(self, settings: Settings) -> None:
         conditions, loads = self._conditions(settings)
-        self.pipeline.loads = loads
-        self.pipeline.calibrate(calibration_of(settings, self.measured))
+        self.evaluator.loads = loads
+        self.evaluator.calibrate(calibration_of(settings, self.measured))
         if any(settings[row] != self.settings[row] for row in (BANDWIDTH, MAX_GAP)):
-            self.pipeline.set_filter(settings[BANDWIDTH], settings[MAX_GAP])
+            self.evaluator.set_filter(settings[BANDWIDTH], settings[MAX_GAP])
         self.conditions, self.settings, self._taken = conditions, settings, settings
 
     def prepare(self, change: Change) -> None:
@@ -101,9 +102,9 @@ class Runtime:
         """Work under changed conditions from now on; they were checked by whoever made the change."""
         with self.lock:
             conditions = change.applied(self.conditions)
-            self.pipeline.loads = loads_of(self.robot, conditions)
+            self.evaluator.loads = loads_of(self.robot, conditions)
             if conditions.mode is not self.conditions.mode:
-                self.pipeline.set_mode(conditions.mode)
+                self.evaluator.set_mode(conditions.mode)
             self.conditions = conditions
 
     def process(self, sample: JointSample) -> MotionResult | Rejection:
@@ -131,7 +132,7 @@ class Runtime:
 
     def reset(self) -> None:
         """Forget what was seen; the counts stay."""
-        self.pipeline.reset()
+        self.evaluator.reset()
         self.result = None
 
     def _warm_up(self) -> None:
@@ -147,12 +148,12 @@ class Runtime:
         for loads in (
             bare,
             bare.with_payload(Payload(1.0), frame or robot.end_effector),
-            self.pipeline.loads,
+            self.evaluator.loads,
         ):
             self._generate(loads)  # what parameters may bring while messages flow
 
     def _generate(self, loads: Loads) -> None:
-        self.pipeline.prepare(loads)
+        self.evaluator.prepare(loads)
         state = self.robot.close(self.robot.reference)
         self.robot.reactions(state, np.zeros(state.n), loads)
 

@@ -28,7 +28,7 @@ class Strokes:
         told = s.tolist()
         return all(low <= told[k] <= high for k, low, high in self._rows)
 
-    def left(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def margins(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """To the lower and the upper end of each of ``joints`` [rad or m], (k,) or (N, k), negative beyond it."""
         here = s[..., self._places]
         return here - self._ends[0], self._ends[1] - here

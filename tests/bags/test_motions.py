@@ -16,11 +16,12 @@ from hybrid_dynamics_ros.bags.process import INPUT, KINDS, Job, input_topic, pro
 from hybrid_dynamics_ros.bags.storage.bag_reader import Source
 from hybrid_dynamics_ros.messages.interfaces import JOINT_MOTION, JOINT_STATE, typestore
 from hybrid_dynamics_ros.messages.joint_samples import Calibration
-from hybrid_dynamics_ros.parameters import RATES, Settings
+from hybrid_dynamics_ros.parameters import Settings
 from hybrid_dynamics_ros.stream.pipeline import MotionResult, Pipeline
 from hybrid_dynamics_ros.stream.rate_limit import Pace
+from hybrid_dynamics_ros.stream.topics import TOPICS
 from tests.bags.messages import START, bag, joint_motion, messages_of, recorded, recorded_motions
-from tests.bags.test_outputs import plain, there_kind, written
+from tests.bags.test_outputs import plain, written
 from tests.bags.test_stream import ACTIVE, GOOD, MS, NAMES, assert_same
 
 MOTIONS = f"{NODE}/active_joint_motions"
@@ -107,7 +108,6 @@ def test_a_bag_of_motions_has_what_the_node_would_have_published(name, tmp_path)
     from hybrid_dynamics_msgs.msg import JointMotion
 
     from hybrid_dynamics_ros.messages.conversions import sample_of_motion
-    from hybrid_dynamics_ros.stream import outputs
 
     robot = load(name)
     pairs = recorded_motions(robot, 30)
@@ -118,9 +118,7 @@ def test_a_bag_of_motions_has_what_the_node_would_have_published(name, tmp_path)
     assert outcome.summary == "30 received, 30 accepted, 30 with efforts"
     found = written(tmp_path / "out")
     pipeline, defaults = Pipeline(robot, 10.0, 0.5), Settings()
-    fillers = [
-        (o, o.filler(robot), rate, Pace()) for o, rate in zip(outputs.TABLE, RATES, strict=True)
-    ]
+    topics = [(topic(robot), Pace()) for topic in TOPICS]
     for log_ns, data in pairs:
         told = typestore().deserialize_cdr(data, JOINT_MOTION)
         message = JointMotion(name=told.name)
@@ -132,14 +130,14 @@ def test_a_bag_of_motions_has_what_the_node_would_have_published(name, tmp_path)
         )
         result = pipeline.process(sample_of_motion(message))
         assert isinstance(result, MotionResult)
-        for output, fill, rate, pace in fillers:
-            sent = fill(result) if pace.due(result.stamp_ns, defaults[rate]) else None
-            if isinstance(sent, bytes):
-                sent = typestore().deserialize_cdr(sent, there_kind(output))
+        for topic, pace in topics:
+            due = pace.due(result.stamp_ns, defaults[topic.rate])
+            sent = topic.fill(result) if due else None
             if sent is not None:
-                there_log, there = found[f"{NODE}/{output.topic}"].pop(0)
+                sent = typestore().deserialize_cdr(sent, topic.kind)
+                there_log, there = found[f"{NODE}/{topic.name}"].pop(0)
                 assert there_log == log_ns
-                assert plain(there) == plain(sent), output.topic
+                assert plain(there) == plain(sent), topic.name
     assert {topic for topic, rest in found.items() if rest} == {"/robot_description"}
 
 

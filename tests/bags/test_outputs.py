@@ -13,10 +13,11 @@ from hybrid_dynamics_core import load, shipped_robots
 from hybrid_dynamics_ros.bags.batch_outputs import NODE
 from hybrid_dynamics_ros.bags.process import DESCRIPTION, INPUT, Job, process
 from hybrid_dynamics_ros.messages.interfaces import JOINT_STATE, typestore
-from hybrid_dynamics_ros.parameters import RATES, TF_RATE, Settings
+from hybrid_dynamics_ros.parameters import TF_RATE, Settings
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
 from hybrid_dynamics_ros.stream.rate_limit import Pace
 from hybrid_dynamics_ros.stream.results import MotionResult
+from hybrid_dynamics_ros.stream.topics import TOPICS, Transforms
 from tests.bags.messages import bag, recorded
 
 
@@ -33,11 +34,6 @@ def plain(message):
     if isinstance(message, (list, tuple, np.ndarray, array.array)):
         return tuple(plain(entry) for entry in message)
     return repr(float(message)) if isinstance(message, (float, np.floating)) else message
-
-
-def there_kind(output):
-    """Name of an output's type as rosbags knows it."""
-    return f"{output.kind.__module__.split('.')[0]}/msg/{output.kind.__name__}"
 
 
 def written(path):
@@ -79,7 +75,6 @@ def test_a_bag_has_what_the_node_would_have_published(name, tmp_path):
     from sensor_msgs.msg import JointState
 
     from hybrid_dynamics_ros.messages.conversions import sample_of_state, stamp_to_ns
-    from hybrid_dynamics_ros.stream import outputs
 
     name, _, without = name.partition(" ")
     robot = load(name)
@@ -91,9 +86,7 @@ def test_a_bag_has_what_the_node_would_have_published(name, tmp_path):
     found = written(tmp_path / "out")
     del found[INPUT]
     pipeline, settings = Pipeline(robot, 10.0, 0.5), Settings()
-    fillers = [
-        (o, o.filler(robot), rate, Pace()) for o, rate in zip(outputs.TABLE, RATES, strict=True)
-    ]
+    topics = [(topic(robot), Pace()) for topic in TOPICS]
     for log_ns, data in pairs:
         told = typestore().deserialize_cdr(data, JOINT_STATE)
         message = JointState(
@@ -105,16 +98,15 @@ def test_a_bag_has_what_the_node_would_have_published(name, tmp_path):
         )
         result = pipeline.process(sample_of_state(message))
         assert isinstance(result, MotionResult)
-        for output, fill, rate, pace in fillers:
-            due = pace.due(result.stamp_ns, settings[rate])
-            sent = fill(result) if due else None
-            if isinstance(sent, bytes):
-                sent = typestore().deserialize_cdr(sent, there_kind(output))
+        for topic, pace in topics:
+            due = pace.due(result.stamp_ns, settings[topic.rate])
+            sent = topic.fill(result) if due else None
             if sent is not None:
-                there_log, there = found[f"{NODE}/{output.topic}"].pop(0)
+                sent = typestore().deserialize_cdr(sent, topic.kind)
+                there_log, there = found[f"{NODE}/{topic.name}"].pop(0)
                 assert there_log == log_ns
                 assert stamp_to_ns(there.header.stamp) == result.stamp_ns
-                assert plain(there) == plain(sent), output.topic
+                assert plain(there) == plain(sent), topic.name
     assert [found.pop(DESCRIPTION)[0][1].data[:5]] == ["<?xml"]
     assert {topic: rest for topic, rest in found.items() if rest} == {}
 
@@ -126,14 +118,13 @@ def test_transforms_are_written_where_they_are_asked_for(name, tmp_path):
     from sensor_msgs.msg import JointState
 
     from hybrid_dynamics_ros.messages.conversions import sample_of_state
-    from hybrid_dynamics_ros.stream.tf_output import tf_filler
 
     robot = load(name)
     pairs = recorded(robot, 20)
     settings = Settings({TF_RATE.name: 0.0})
     process(Job(bag(tmp_path / "in", pairs), tmp_path / "out", name, settings=settings))
     found = by_rosbags(tmp_path / "out")["/tf", "tf2_msgs/msg/TFMessage"]
-    pipeline, fill = Pipeline(robot, 10.0, 0.5), tf_filler(robot)
+    pipeline, fill = Pipeline(robot, 10.0, 0.5), Transforms(robot).fill
     for (log_ns, data), (there_log, there) in zip(pairs, found, strict=True):
         told = typestore().deserialize_cdr(data, JOINT_STATE)
         message = JointState(

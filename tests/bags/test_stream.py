@@ -30,7 +30,7 @@ MS = 10**6
 def pipeline_of(robot, measured, calibration):
     """A pipeline under the node's defaults."""
     pipeline = Pipeline(robot, 10.0, 0.5, measured)
-    pipeline.calibrate(calibration)
+    pipeline.evaluator.calibrate(calibration)
     return pipeline
 
 
@@ -43,7 +43,7 @@ def streamed(pipeline, pairs, kind=JOINT_STATE):
 
 def in_bulk(pipeline, pairs, cuts=(), kind=JOINT_STATE):
     """Motions of the pieces between cuts, with the row that each begins at; the pipeline."""
-    bulk, decoder = BulkPipeline(pipeline), Decoder(pipeline.measured, kind)
+    bulk, decoder = BulkPipeline(pipeline), Decoder(pipeline.evaluator.measured, kind)
     edges = [0, *cuts, len(pairs)]
     motions = []
     for start, end in itertools.pairwise(edges):
@@ -53,6 +53,13 @@ def in_bulk(pipeline, pairs, cuts=(), kind=JOINT_STATE):
         ):
             motions.append((start, motion))
     return motions, pipeline
+
+
+def has_velocity(motion):
+    """Of each row, whether its velocity is known."""
+    return np.concatenate(
+        [np.full(len(run.position), run.velocity is not None) for run in motion.runs]
+    )
 
 
 def assert_same(robot, pairs, cuts=(), measured=None, kind=JOINT_STATE, calibration=None):
@@ -66,14 +73,14 @@ def assert_same(robot, pairs, cuts=(), measured=None, kind=JOINT_STATE, calibrat
     found = [(motion, k) for _, motion in motions for k in range(len(motion))]
     for (_, result), (motion, k) in zip(expected, found, strict=True):
         assert motion.stamp_ns[k] == result.stamp_ns
-        assert motion.moving[k] == result.moving
-        assert motion.driven[k] == (result.efforts is not None)
+        assert has_velocity(motion)[k] == (result.velocity is not None)
+        assert np.isfinite(motion.efforts[k]).all() == (result.efforts is not None)
         for name in ("s", "ds", "R", "distances", "residual"):
             assert np.array_equal(getattr(motion.state, name)[k], getattr(result.state, name)), name
         told = (result.position, result.velocity, result.distances, result.residual)
         closed = (
             result.state.s,
-            result.state.ds if result.moving else None,
+            None if result.velocity is None else result.state.ds,
             result.state.distances,
             motion.state.residual[k],
         )
@@ -168,8 +175,9 @@ def test_bytes_that_writers_leave_behind_a_message_are_no_damage(forging, count)
         in_bulk(pipeline_of(forging, None, None), entries)[0] for entries in (pairs, longer)
     )
     assert len(found) == count
-    for name in ("stamp_ns", "efforts", "moving"):
+    for name in ("stamp_ns", "efforts"):
         assert np.array_equal(getattr(wanted, name), getattr(found, name), equal_nan=True)
+    assert np.array_equal(has_velocity(wanted), has_velocity(found))
 
 
 @pytest.mark.parametrize("degree", [1, 2])

@@ -60,8 +60,9 @@ from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 
 from hybrid_dynamics_core import load
+from hybrid_dynamics_ros.node.publishers import message_class
 from hybrid_dynamics_ros.services.table import TABLE as SERVICES
-from hybrid_dynamics_ros.stream import outputs
+from hybrid_dynamics_ros.stream.topics import TOPICS
 
 with warnings.catch_warnings():
     # LoadPattern the first message type brings in a parser that uses a deprecated module of Python.
@@ -149,7 +150,7 @@ class Client:
                 kind, f"{namespace}/{name}", self._collector(name), 500
             )
             for name, kind in (
-                *((output.topic, output.kind) for output in outputs.TABLE),
+                *((topic.name, message_class(topic.kind)) for topic in TOPICS),
                 ("active_joint_trajectory", JointTrajectory),
             )
         }

@@ -18,7 +18,7 @@ from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_ros.messages.joint_samples import RejectionCode
 from hybrid_dynamics_ros.node.lifecycle import HybridDynamicsNode
 from hybrid_dynamics_ros.services.table import TABLE
-from hybrid_dynamics_ros.stream import outputs
+from hybrid_dynamics_ros.stream.topics import TOPICS
 
 
 class Faulty:
@@ -100,8 +100,8 @@ def test_efforts_that_cannot_be_told_are_not_counted(ros_node, error, code):
         raise error
 
     ros_node.start()
-    publisher, _, rate, pace = ros_node._stream._outputs[0]
-    ros_node._stream._outputs[0] = publisher, broken, rate, pace
+    outputs = ros_node._stream._publishers.outputs
+    outputs[0] = outputs[0]._replace(fill=broken)
     listener = ros_node.create_subscription(JointState, "~/joint_states", lambda _: None, 1)
     motion = JointMotion(
         name=MESSAGE.name, position=MESSAGE.position, velocity=[0.0] * 4, acceleration=[0.0] * 4
@@ -134,7 +134,7 @@ def test_the_names_are_those_of_the_tables(ros_node):
     assert services >= {service.name for service in TABLE}
     ros_node.start()
     topics = {p.topic_name for p in ros_node.publishers}
-    assert topics >= {f"/wired/hybrid_dynamics/{output.topic}" for output in outputs.TABLE}
+    assert topics >= {f"/wired/hybrid_dynamics/{topic.name}" for topic in TOPICS}
     assert topics >= {"/diagnostics", "/wired/robot_description"}
     assert {s.topic_name for s in ros_node.subscriptions} >= {
         "/wired/hybrid_dynamics/active_joint_states",

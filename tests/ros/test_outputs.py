@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
 from hybrid_dynamics_msgs.msg import ClosedState
+from hybrid_dynamics_msgs.msg import CylinderStates as CylinderStatesMessage
 from rclpy.serialization import deserialize_message, serialize_message
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import JointState
@@ -14,6 +15,7 @@ from hybrid_dynamics_core import load
 from hybrid_dynamics_ros.messages import layouts
 from hybrid_dynamics_ros.messages.interfaces import typestore
 from hybrid_dynamics_ros.messages.joint_samples import JointSample
+from hybrid_dynamics_ros.node.publishers import message_class
 from hybrid_dynamics_ros.parameters import (
     LEAST_RATE,
     STROKE_WARN,
@@ -21,11 +23,18 @@ from hybrid_dynamics_ros.parameters import (
     ParameterError,
     Settings,
 )
-from hybrid_dynamics_ros.stream import outputs
+from hybrid_dynamics_ros.services.kinematics import closed_state_message
 from hybrid_dynamics_ros.stream.monitor import Level, Monitor
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
 from hybrid_dynamics_ros.stream.rate_limit import Pace
-from hybrid_dynamics_ros.stream.tf_output import tf_filler, tf_output
+from hybrid_dynamics_ros.stream.stroke_margins import Strokes
+from hybrid_dynamics_ros.stream.topics import (
+    ClosedStates,
+    CylinderStates,
+    JointStates,
+    RequiredEfforts,
+    Transforms,
+)
 
 STAMP = Time(sec=3, nanosec=4)
 TWO = np.ones(2)
@@ -44,7 +53,7 @@ def result_of(robot, velocity=0.01):
 def test_transforms_put_every_link_where_forward_kinematics_does(name):
     robot = load(name)
     _, result = result_of(robot)
-    message = typestore().deserialize_cdr(tf_filler(robot)(result), "tf2_msgs/msg/TFMessage")
+    message = typestore().deserialize_cdr(Transforms(robot).fill(result), "tf2_msgs/msg/TFMessage")
     poses = {robot.base_frame: np.eye(4)}
     transforms = {t.child_frame_id: t for t in message.transforms}
     while set(transforms) - set(poses):
@@ -71,9 +80,9 @@ def test_tf_without_its_package_is_refused_with_what_to_do():
         import tf2_msgs  # noqa: F401
     except ImportError:
         with pytest.raises(ParameterError, match=f"{TF_RATE.name}.*robot_state_publisher"):
-            tf_output()
+            message_class(Transforms.kind)
     else:
-        assert tf_output()[0].__name__ == "TFMessage"
+        assert message_class(Transforms.kind).__name__ == "TFMessage"
 
 
 @pytest.mark.parametrize(
@@ -93,12 +102,12 @@ def test_tf_without_its_package_is_refused_with_what_to_do():
 def test_a_message_with_values_missing_or_of_another_kind_is_refused(wrong, words):
     """Bytes that go out for every input: what does not fit would shift all behind it."""
     template = layouts.joint_state(["a", "b"], velocity=True, effort=True)
-    told = deserialize_message(template.message(7, [TWO, TWO, TWO]), JointState)
+    told = deserialize_message(template.fill(7, [TWO, TWO, TWO]), JointState)
     assert [told.header.stamp.nanosec, *told.position, *told.velocity, *told.effort] == [7] + [
         1.0
     ] * 6
     with pytest.raises(ValueError, match=words):
-        template.message(7, wrong)
+        template.fill(7, wrong)
 
 
 @pytest.mark.parametrize(
@@ -108,16 +117,14 @@ def test_a_stamp_beyond_what_messages_hold_is_told(sec, fits):
     template = layouts.joint_state(["a"], velocity=False, effort=False)
     stamp_ns = sec * 10**9 + 5
     if fits:
-        told = deserialize_message(
-            template.message(stamp_ns, [np.ones(1)]), JointState
-        ).header.stamp
+        told = deserialize_message(template.fill(stamp_ns, [np.ones(1)]), JointState).header.stamp
         assert (told.sec, told.nanosec) == (sec, 5)
     else:
         with pytest.raises(
             ValueError,
             match=rf"the stamp {stamp_ns} ns is {sec} s.* to 2147483647 \(January 2038\)",
         ):
-            template.message(stamp_ns, [np.ones(1)])
+            template.fill(stamp_ns, [np.ones(1)])
 
 
 @pytest.mark.parametrize("name", ["forging_chu2020", "staicu2015", "delta", "type_c"])
@@ -125,7 +132,8 @@ def test_messages_filled_in_as_bytes_are_those_that_rclpy_writes(name):
     robot = load(name)
     _, result = result_of(robot)
     state = result.state
-    states, efforts, closed = (output.filler(robot)(result) for output in outputs.TABLE[:3])
+    topics = (JointStates, RequiredEfforts, ClosedStates)
+    states, efforts, closed = (topic(robot).fill(result) for topic in topics)
     along = deserialize_message(states, JointState).effort
     expected = [
         (
@@ -143,7 +151,7 @@ def test_messages_filled_in_as_bytes_are_those_that_rclpy_writes(name):
                 name=list(robot.active), position=state.u, velocity=state.du, effort=result.efforts
             ),
         ),
-        (closed, outputs.closed_state_message(robot, state, STAMP)),
+        (closed, closed_state_message(robot, state, STAMP)),
     ]
     for data, message in expected:
         message.header.stamp = STAMP
@@ -157,14 +165,14 @@ def test_messages_filled_in_as_bytes_are_those_that_rclpy_writes(name):
 def test_cylinder_states_are_those_of_the_library():
     robot = load("excavator")
     _, result = result_of(robot)
-    message = outputs.cylinder_states(robot)(result)
+    message = deserialize_message(CylinderStates(robot).fill(result), CylinderStatesMessage)
     assert list(message.name) == list(robot.cylinders) != []
     wanted = robot.hydraulics(result.state, result.efforts)
     for k, name in enumerate(message.name):
         assert message.cap_pressure[k] == float(wanted[name].cap_pressure)
         assert message.rod_flow[k] == float(wanted[name].rod_flow)
         assert message.to_upper[k] == float(wanted[name].to_upper)
-    told = deserialize_message(outputs.joint_states(robot)(result), JointState)
+    told = deserialize_message(JointStates(robot).fill(result), JointState)
     efforts = dict(zip(told.name, told.effort, strict=True))
     forces = robot.drive_forces(result.state, result.efforts)
     assert {name: efforts[name] for name in forces} == {
@@ -175,7 +183,7 @@ def test_cylinder_states_are_those_of_the_library():
 
 def test_the_monitor_tells_levels_by_its_thresholds(robot):
     pipeline, result = result_of(robot)
-    monitor = Monitor(outputs.Strokes(robot))
+    monitor = Monitor(Strokes(robot))
 
     def levels(settings, now_ns=result.stamp_ns):
         return {e.name: e.level for e in monitor.report(result, pipeline.counts, now_ns, settings)}
@@ -194,7 +202,7 @@ def test_the_monitor_tells_levels_by_its_thresholds(robot):
 
 def test_a_joint_beyond_its_limit_is_told(robot):
     _, result = result_of(robot)
-    strokes = outputs.Strokes(robot)
+    strokes = Strokes(robot)
     monitor = Monitor(strokes)
     assert not monitor.beyond(result)
     far = result.position.copy()

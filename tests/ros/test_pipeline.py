@@ -233,13 +233,13 @@ def test_restarts_are_counted_by_kind(pipeline):
         StampEvent.CONFLICT: 1,
     }
     assert "1 backward stamp" in pipeline.counts.summary()
-    assert pipeline.gap == pytest.approx(0.895)
+    assert pipeline.evaluator.gap == pytest.approx(0.895)
 
 
 def test_a_reset_forgets_the_samples(pipeline):
     for k in range(5):
         pipeline.process(sample(10.0 * k))
-    pipeline.reset()
+    pipeline.evaluator.reset()
     result = pipeline.process(sample(50.0))
     assert result.efforts is None
     assert result.event is StampEvent.FIRST
@@ -252,10 +252,10 @@ def test_the_pipeline_needs_no_ros():
 
 
 def test_loads_that_are_none_leave_all_as_it_was(pipeline, robot):
-    before = pipeline.loads
+    before = pipeline.evaluator.loads
     wanted = pipeline.process(sample(acceleration=np.zeros(4))).efforts
     with pytest.raises(InputError, match="nonsense"):
-        pipeline.loads = robot.loads.with_payload(Payload(50.0), "nonsense")
+        pipeline.evaluator.loads = robot.loads.with_payload(Payload(50.0), "nonsense")
     result = pipeline.process(sample(acceleration=np.zeros(4)))
     assert result.loads is before
     assert np.array_equal(result.efforts, wanted)

@@ -15,9 +15,10 @@ from std_msgs.msg import Header
 
 from hybrid_dynamics_ros.messages import conversions
 from hybrid_dynamics_ros.messages.joint_samples import Rejection
-from hybrid_dynamics_ros.stream import outputs
+from hybrid_dynamics_ros.node.publishers import message_class
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
 from hybrid_dynamics_ros.stream.results import MotionResult
+from hybrid_dynamics_ros.stream.topics import TOPICS, LoopReactions
 
 ACTIVE = ("q1", "q12", "q22", "q4")
 ROUNDS, LENGTH = 250, 40  # streams, messages in each
@@ -86,17 +87,10 @@ def numbers(message):
             yield from numbers(value)
 
 
-def as_message(sent, kind):
-    """What a filler gave, as an object."""
-    return deserialize_message(sent, kind) if isinstance(sent, bytes) else sent
-
-
 @pytest.fixture(scope="module")
 def fillers(robot):
-    table = [
-        output for output in outputs.TABLE if output.topic != "loop_reactions"
-    ]  # NaN is an answer there
-    return [(output.kind, output.filler(robot)) for output in table]
+    table = [topic for topic in TOPICS if topic is not LoopReactions]  # NaN is an answer there
+    return [(message_class(topic.kind), topic(robot).fill) for topic in table]
 
 
 @settings(max_examples=ROUNDS)
@@ -121,9 +115,10 @@ def test_random_streams_give_true_numbers_or_reasons(robot, fillers, stream):
         given_at = dict(zip(message.name, message.position, strict=False))
         assert [given_at[name] for name in ACTIVE] == list(result.active.position)
         assert result.residual < 1e-9
-        sent = [as_message(fill(result), kind) for kind, fill in fillers]
-        for out in sent:
-            if out is not None:
+        for kind, fill in fillers:
+            sent = fill(result)
+            if sent is not None:
+                out = deserialize_message(sent, kind)
                 assert out.header.stamp == message.header.stamp
                 assert np.isfinite(list(numbers(out))).all()
     counts = pipeline.counts

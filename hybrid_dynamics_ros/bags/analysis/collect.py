@@ -120,7 +120,7 @@ class Track:
     def margins(self) -> tuple[tuple[str, ...], FloatArray]:
         """Joints with a stroke that ends, and the least that is left to an end, (N, k) [rad or m]."""
         strokes = Strokes(self.robot)
-        return strokes.joints, np.minimum(*strokes.left(self.state.s))
+        return strokes.joints, np.minimum(*strokes.margins(self.state.s))
 
 
 @dataclass(eq=False)
@@ -188,8 +188,18 @@ class Errors:
 
 
 @dataclass(eq=False)
+class _Results:
+    """Copies of some rows of a `Motion`, which itself can then be forgotten."""
+
+    stamp_ns: NDArray[np.int64]
+    state: ClosedState
+    acceleration: FloatArray
+    efforts: FloatArray
+
+
+@dataclass(eq=False)
 class _Kept:
-    motions: list[Motion] = field(default_factory=list)
+    motions: list[_Results] = field(default_factory=list)
     recorded: list[FloatArray] = field(default_factory=list)
     gaps: list[tuple[int, int]] = field(default_factory=list)
     bad: list[tuple[int, str]] = field(default_factory=list)
@@ -226,7 +236,8 @@ def collect(  # noqa: PLR0913 - the command's options
     smooth = smooth or _smoothing(path)
     machine = known_robot(path) if robot is None else load(robot)
     pipeline = make_pipeline(machine, settings)
-    bulk, decoder = BulkPipeline(pipeline), Decoder(pipeline.measured)
+    evaluator = pipeline.evaluator
+    bulk, decoder = BulkPipeline(pipeline), Decoder(evaluator.measured)
     kept, errors = _Kept(), Errors.none(len(machine.active))
     with Source(path) as source:
         name = topic or _own_states(source) or input_topic(source, None)
@@ -235,7 +246,7 @@ def collect(  # noqa: PLR0913 - the command's options
         parts: list[Samples] = []
         for samples in _read(source, name, decoder, kept, span):
             _watch(kept, samples, settings[MAX_GAP])
-            if name == _COMPUTED or pipeline.measured != machine.active:
+            if name == _COMPUTED or evaluator.measured != machine.active:
                 samples.effort[:] = np.nan
             measured = samples.measured[samples.usable]
             kept.with_velocity += int(measured.sum())
@@ -246,7 +257,7 @@ def collect(  # noqa: PLR0913 - the command's options
                 parts.append(samples)
         if parts:
             whole = joined(parts)
-            estimates = estimates_of(whole, smooth, pipeline)
+            estimates = estimates_of(whole, smooth, evaluator)
             kept.strays = estimates.strays
             for rows in split(len(whole), _AT_ONCE):
                 samples = whole.part(rows)
@@ -258,7 +269,7 @@ def collect(  # noqa: PLR0913 - the command's options
         raise BagError(
             f"{path}: {name}: no sample{where} can be used ({pipeline.counts.summary()}){told}"
         )
-    lag = pipeline.acceleration_lag(measured=kept.with_velocity >= kept.without)  # of most samples
+    lag = evaluator.estimator.lag(measured=kept.with_velocity >= kept.without)  # of most samples
     return _track(
         machine, pipeline, name, kept, errors, every, losses, smooth, lag, settings[MAX_GAP]
     )
@@ -347,12 +358,13 @@ def _keep(kept: _Kept, errors: Errors, samples: Samples, motion: Motion | None, 
             kept.bad.append((int(samples.stamp_ns[row]), "refused by the model"))
 
 
-def _thinned(motion: Motion, rows: NDArray[np.intp]) -> Motion:
-    arrays = {
-        name: getattr(motion, name)[rows]
-        for name in ("rows", "stamp_ns", "log_ns", "moving", "driven", "acceleration", "efforts")
-    }
-    return Motion(state=motion.state.rows(rows), **arrays)
+def _thinned(motion: Motion, rows: NDArray[np.intp]) -> _Results:
+    return _Results(
+        stamp_ns=motion.stamp_ns[rows],
+        state=motion.state.rows(rows),
+        acceleration=motion.acceleration[rows],
+        efforts=motion.efforts[rows],
+    )
 
 
 def _track(  # noqa: PLR0913, PLR0917 - a line for each attribute
@@ -371,7 +383,7 @@ def _track(  # noqa: PLR0913, PLR0917 - a line for each attribute
     start = int(stamps[0]) if kept.origin is None else kept.origin
     return Track(
         robot=robot,
-        loads=pipeline.loads,
+        loads=pipeline.evaluator.loads,
         topic=topic,
         start_ns=start,
         time=(stamps - start) * 1e-9,
@@ -384,7 +396,7 @@ def _track(  # noqa: PLR0913, PLR0917 - a line for each attribute
         gaps=[((a - start) * 1e-9, (b - start) * 1e-9) for a, b in kept.gaps],
         bad=[((at - start) * 1e-9, why) for at, why in kept.bad],
         strays=kept.strays,
-        measured=pipeline.measured,
+        measured=pipeline.evaluator.measured,
         max_gap=max_gap,
         first=0.0 if kept.first is None else (kept.first - start) * 1e-9,
         intervals=np.concatenate([np.zeros(0, dtype=np.int64), *kept.intervals]).astype(np.float64)

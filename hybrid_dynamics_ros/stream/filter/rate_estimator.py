@@ -1,4 +1,4 @@
-"""Velocities and accelerations of the active joints, from what a JointState carries.
+"""Velocities and accelerations of the measured joints, from what a JointState carries.
 
 Messages with velocities: the velocities are taken as measured, the acceleration is the derivative
 of a polynomial of degree 1 through them. Messages without: both come from a polynomial of degree 2
@@ -7,14 +7,27 @@ through the positions.
 
 from __future__ import annotations
 
+import itertools
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from hybrid_dynamics_core.ground.check_arrays import all_finite
+
+from ...messages.joint_samples import RejectedError, RejectionCode
+from .batch import run_filter
 from .compiled import CompiledFilter
-from .filter import FilterState, FloatArray, StampEvent
+from .filter import FilterState, FloatArray, PolynomialFilter, StampEvent
+
+Mask = NDArray[np.bool_]
 
 
 class Estimate(NamedTuple):
-    """Rates of the active joints at one stamp; None where the filter has not its samples yet.
+    """Rates of the measured joints at one stamp; None where the filter lacks samples.
 
     Attributes:
         velocity: (n,) [rad/s or m/s], measured or estimated.
@@ -34,17 +47,67 @@ class EstimatorState(NamedTuple):
     filter: FilterState
 
 
+@dataclass(eq=False)
+class RateRows:
+    """Rates of N samples, a row each.
+
+    Attributes:
+        velocity: (N, n) [rad/s or m/s]; zero where it is not known.
+        has_velocity: (N,).
+        acceleration: (N, n) [rad/s^2 or m/s^2]; NaN where it is not known.
+        has_acceleration: (N,).
+        events: what the stamps meant to the filter.
+        state: the estimator after the last sample; None: it was not asked.
+    """
+
+    velocity: FloatArray
+    has_velocity: Mask
+    acceleration: FloatArray
+    has_acceleration: Mask
+    events: Counter[StampEvent]
+    state: EstimatorState | None
+
+    @staticmethod
+    def given(velocity: FloatArray, acceleration: FloatArray) -> RateRows:
+        """Rates that came with the samples."""
+        every = np.ones(len(velocity), dtype=bool)
+        return RateRows(velocity, every, acceleration, every, Counter(), None)
+
+    def part(self, rows: NDArray[np.intp] | slice) -> RateRows:
+        """Those of some rows."""
+        return RateRows(
+            self.velocity[rows],
+            self.has_velocity[rows],
+            self.acceleration[rows],
+            self.has_acceleration[rows],
+            Counter(),
+            None,
+        )
+
+    def at(self, place: slice | int) -> tuple[FloatArray | None, FloatArray | None]:
+        """Velocity and acceleration of one sample, or of a run; None where not known."""
+        first = place.start if isinstance(place, slice) else place
+        velocity = self.velocity[place] if self.has_velocity[first] else None
+        acceleration = self.acceleration[place] if self.has_acceleration[first] else None
+        return velocity, acceleration
+
+    def runs(self) -> Iterator[slice]:
+        """Rows that follow each other and of which the same is known."""
+        return _runs(2 * self.has_velocity.astype(np.int8) + self.has_acceleration)
+
+
 class MotionEstimator:
     """Chooses the filter for each sample; a change between the two kinds of message starts anew."""
 
     def __init__(self, bandwidth: float, max_gap: float) -> None:
-        """Bandwidth [Hz] and largest gap [s], as in :class:`filters.PolynomialFilter`."""
+        """Bandwidth [Hz] and largest gap [s], as in `PolynomialFilter`."""
+        self.bandwidth, self.max_gap = bandwidth, max_gap
         self._velocity_filter = CompiledFilter(1, bandwidth, max_gap)
         self._position_filter = CompiledFilter(2, bandwidth, max_gap)
 
     def lag(self, *, measured: bool) -> float:
-        """How late accelerations are [s]: from velocities that are measured, or from positions alone."""
-        return (self._velocity_filter if measured else self._position_filter).lag
+        """How late accelerations are [s]: from velocities that are measured, or from positions."""
+        return self._filter(measured).lag
 
     def step(
         self,
@@ -60,13 +123,89 @@ class MotionEstimator:
             stamp_ns: stamp [ns].
             position: (n,) [rad or m].
             velocity: (n,) [rad/s or m/s], or None where it was not measured.
+
+        Raises:
+            RejectedError: estimated rates are not finite.
         """
         measured = velocity is not None
-        before = state.filter if state is not None and state.from_velocities == measured else None
-        filt = self._velocity_filter if measured else self._position_filter
+        filt, before = self._filter(measured), _before(state, measured)
         after, event = filt.step(before, stamp_ns, position if velocity is None else velocity)
+        if not all_finite(after.derivatives):
+            raise _overflow()
         ready = filt.ready(after)
         if velocity is None and ready:
             velocity = after.derivatives[1]
         acceleration = after.derivatives[filt.degree] if ready else None
         return EstimatorState(measured, after), Estimate(velocity, acceleration, event)
+
+    def run(
+        self,
+        state: EstimatorState | None,
+        stamps: NDArray[np.int64],
+        position: FloatArray,
+        velocity: FloatArray,
+        measured: Mask,
+    ) -> RateRows:
+        """What `step` gives for each of N samples, one after the other.
+
+        Args:
+            state: state before, or None at the start; it is not changed.
+            stamps: (N,) [ns].
+            position: (N, n) [rad or m].
+            velocity: (N, n) [rad/s or m/s] where it was measured.
+            measured: (N,).
+
+        Raises:
+            RejectedError: estimated rates are not finite.
+        """
+        count, n = position.shape
+        rates = RateRows(
+            velocity=np.where(measured[:, None], velocity, 0.0),
+            has_velocity=measured.copy(),
+            acceleration=np.full((count, n), np.nan),
+            has_acceleration=np.zeros(count, dtype=bool),
+            events=Counter(),
+            state=state,
+        )
+        for rows in _runs(measured.astype(np.int8)):
+            self._run(rates, rows, stamps[rows], position[rows])
+        return rates
+
+    def _run(
+        self, rates: RateRows, rows: slice, stamps: NDArray[np.int64], position: FloatArray
+    ) -> None:
+        """Samples of one kind, `rows` of the rates."""
+        measured = bool(rates.has_velocity[rows.start])
+        filt, before = self._filter(measured), _before(rates.state, measured)
+        samples = rates.velocity[rows] if measured else position
+        derivatives, ready, events, after = run_filter(filt, before, stamps, samples)
+        if not np.isfinite(derivatives).all():
+            raise _overflow()
+        known = ready[:, None]
+        if not measured:
+            rates.velocity[rows] = np.where(known, derivatives[:, 1], 0.0)
+            rates.has_velocity[rows] = ready
+        rates.acceleration[rows] = np.where(known, derivatives[:, filt.degree], np.nan)
+        rates.has_acceleration[rows] = ready
+        rates.events += events
+        rates.state = EstimatorState(measured, after)
+
+    def _filter(self, measured: bool) -> PolynomialFilter:
+        return self._velocity_filter if measured else self._position_filter
+
+
+def _before(state: EstimatorState | None, measured: bool) -> FilterState | None:
+    """State of the filter for such samples; None where the samples before were of the other kind."""
+    return state.filter if state is not None and state.from_velocities == measured else None
+
+
+def _overflow() -> RejectedError:
+    return RejectedError(
+        RejectionCode.OVERFLOW, "estimated rates of the measured joints are not finite"
+    )
+
+
+def _runs(kinds: NDArray[np.int8]) -> Iterator[slice]:
+    """Places that follow each other and are of one kind."""
+    edges = [0, *(np.flatnonzero(np.diff(kinds)) + 1).tolist(), len(kinds)]
+    return (slice(start, end) for start, end in itertools.pairwise(edges) if start < end)

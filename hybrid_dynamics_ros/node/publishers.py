@@ -1,0 +1,116 @@
+"""The topics that a node sends: publishers, and the messages that are due for a result."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from typing import Any, Final, NamedTuple
+
+from rclpy.lifecycle import LifecycleNode
+from rclpy.publisher import Publisher
+
+from ..parameters import (
+    OUTPUT_DEPTH,
+    OUTPUT_QOS,
+    TF_RATE,
+    Parameter,
+    ParameterError,
+    Settings,
+)
+from ..stream.rate_limit import Pace
+from ..stream.results import MotionResult
+from ..stream.topics import Topic
+from . import qos
+
+Send = Callable[[Any], None]
+Fill = Callable[[MotionResult], bytes | None]
+
+_CHECK_PERIOD: Final = 0.02  # [s] for which is kept who listens to which topic
+
+
+class Output(NamedTuple):
+    """A topic at work: publisher, what fills its messages, its rate, and which are due."""
+
+    publisher: Publisher
+    fill: Fill
+    rate: Parameter[float]
+    pace: Pace
+
+
+class Publishers:
+    """The topics that go out for each input."""
+
+    def __init__(self, node: LifecycleNode) -> None:
+        self._node = node
+        self.outputs: list[Output] = []
+        self._checked = -_CHECK_PERIOD
+        self._sent: list[tuple[Publisher, Fill, float, Pace, bool]] = []
+
+    def open(self, topics: Sequence[Topic], settings: Settings) -> None:
+        """Create the topics on the node.
+
+        Raises:
+            ParameterError: messages of a topic's type are not installed.
+        """
+        profile = qos.profile(settings[OUTPUT_QOS], settings[OUTPUT_DEPTH])
+        for topic in topics:
+            name = topic.name if topic.name.startswith("/") else f"~/{topic.name}"
+            publisher = self._node.create_publisher(
+                message_class(topic.kind), name, profile, qos_overriding_options=qos.OVERRIDES
+            )
+            self.outputs.append(Output(publisher, topic.fill, topic.rate, Pace()))
+
+    def destroy(self) -> None:
+        """Take the topics away."""
+        for output in self.outputs:
+            self._node.destroy_publisher(output.publisher)
+
+    def messages(self, result: MotionResult, settings: Settings) -> list[tuple[Send, Any]]:
+        """All messages that are due, each with what sends it.
+
+        They are made before the first is sent, so that all go or none.
+        """
+        now = time.perf_counter()
+        if now > self._checked + _CHECK_PERIOD:
+            self._checked = now
+            self._check(settings)
+        messages = []
+        for publisher, fill, rate, pace, has_listener in self._sent:
+            if (rate == 0.0 or pace.due(result.stamp_ns, rate)) and has_listener:
+                message = fill(result)
+                if message is not None:
+                    # Bytes go the short way; the publisher is destroyed in this thread alone.
+                    messages.append((publisher.handle.publish_raw, message))
+        return messages
+
+    def _check(self, settings: Settings) -> None:
+        """Keep the rates of the topics, and whether somebody listens."""
+        self._sent = []
+        for publisher, fill, parameter, pace in self.outputs:
+            rate = settings[parameter]
+            has_listener = publisher.get_subscription_count() > 0
+            # A topic at full rate needs no pace: without a listener nothing is done for it.
+            if rate > 0.0 or (rate == 0.0 and has_listener):
+                self._sent.append((publisher, fill, rate, pace, has_listener))
+
+
+def message_class(kind: str) -> type:
+    """The class of a message type, such as "sensor_msgs/msg/JointState".
+
+    Raises:
+        ParameterError: tf2_msgs is not installed, which is not among the wheels of PyPI.
+    """
+    package, _, name = kind.split("/")
+    try:
+        module = import_module(f"{package}.msg")
+    except ImportError as error:
+        if package != "tf2_msgs":
+            raise
+        text = (
+            f"parameter {TF_RATE.name}: tf2_msgs is not installed; use robot_state_publisher, or"
+            " set it to -1"
+        )
+        raise ParameterError(text) from error
+    message: type = getattr(module, name)
+    return message

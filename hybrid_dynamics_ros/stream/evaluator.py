@@ -1,0 +1,280 @@
+"""From the motion of the measured joints to the full state and the efforts: sample after sample, or rows of them.
+
+Knows no ROS. A live node and a tool that reads recordings run the same code. What comes out
+depends only on the samples before, in their order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hybrid_dynamics_core import ClosedState, Loads, Robot
+from hybrid_dynamics_core.robot.compiled_calls import Call
+
+from ..messages.joint_samples import ActiveMotion, Calibration, FloatArray
+from .filter.filter import StampEvent
+from .filter.rate_estimator import EstimatorState, MotionEstimator, RateRows
+from .results import MotionResult, OneOrRows
+
+_RESTARTS = (StampEvent.FIRST, StampEvent.BACKWARD, StampEvent.GAP)
+
+
+class MotionEvaluator:
+    """Calibrates, estimates rates, closes the loops and evaluates the model, for one stream of samples.
+
+    Attributes:
+        robot: the robot.
+        measured: coordinates that the samples give.
+        estimator: makes rates that the samples lack.
+        calibration: how the sensors are read; None: they read the coordinates themselves.
+        mode: a closed state whose assembly modes are kept; None: those of the robot file.
+        gap: the newest that was too long, between stamps [s].
+    """
+
+    def __init__(
+        self, robot: Robot, bandwidth: float, max_gap: float, measured: Sequence[str] | None = None
+    ) -> None:
+        """The evaluator of one robot.
+
+        Args:
+            robot: the robot.
+            bandwidth: of the rate estimates [Hz].
+            max_gap: between stamps, restarts them [s].
+            measured: coordinates that the samples give, any independent set; None: the active ones.
+
+        Raises:
+            InputError: the measured coordinates do not determine the others.
+        """
+        self.robot = robot
+        self.measured = tuple(measured or robot.active)
+        self.calibration: Calibration | None = None
+        self.mode: ClosedState | None = None
+        self.gap = 0.0
+        self._measures_active = self.measured == robot.active
+        self._near: ClosedState | None = None
+        start = robot.close(robot.reference)
+        self._branch = start.branch
+        self.loads = robot.loads
+        self.set_filter(bandwidth, max_gap)
+        if not self._measures_active:
+            places = {name: robot.coordinates.index(name) for name in self.measured}
+            robot.close_given({name: float(start.s[k]) for name, k in places.items()})
+
+    @property
+    def loads(self) -> Loads:
+        """Everything that acts on the robot, from the next sample on."""
+        return self._loads
+
+    @loads.setter
+    def loads(self, loads: Loads) -> None:
+        self._compiled = self._compiled_for(loads)
+        self._loads = loads
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether samples give the active joints, on the modes of the file: none needs the one before."""
+        return self._measures_active and self.mode is None
+
+    def _compiled_for(self, loads: Loads) -> Call | None:
+        """One call for all, where no loop is followed from a state before."""
+        if not self.is_plain or self.robot.follows:
+            return None
+        return self.robot.kernels.under(loads).closed_inverse_dynamics
+
+    def prepare(self, loads: Loads) -> None:
+        """Have the code for such loads generated, whatever their values.
+
+        Loads of these kinds are then taken without delay.
+        """
+        if not self.robot.follows:
+            _ = self.robot.kernels.under(loads).closed_inverse_dynamics
+        state = self.robot.close(self.robot.reference)
+        self.robot.inverse_dynamics(state, np.zeros(state.n), loads)
+
+    def set_filter(self, bandwidth: float, max_gap: float) -> None:
+        """Another bandwidth [Hz] and gap [s] from now on; the estimates start anew."""
+        self.estimator = MotionEstimator(bandwidth, max_gap)
+        self._memory: EstimatorState | None = None
+
+    def calibrate(self, calibration: Calibration | None) -> None:
+        """Read the sensors so from now on; where that is another way, the estimates start anew."""
+        if not _same(calibration, self.calibration):
+            self.reset()
+        self.calibration = calibration
+
+    def set_mode(self, mode: ClosedState | None) -> None:
+        """Keep the assembly modes of a closed state from now on; None: those of the robot file."""
+        self.mode = self._near = mode
+        self._memory = None
+        self._compiled = self._compiled_for(self._loads)
+
+    def reset(self) -> None:
+        """Forget the samples so far."""
+        self._memory, self._near = None, self.mode
+
+    def step(self, stamp_ns: int, motion: ActiveMotion) -> MotionResult:
+        """The result of one sample.
+
+        A sample with accelerations is taken as it is, needs velocities too, and leaves the filter
+        alone. So does one that is refused.
+
+        Args:
+            stamp_ns: its stamp [ns].
+            motion: of the measured joints, as the sensors read them.
+
+        Raises:
+            RejectedError: velocities are missing, or estimated rates are not finite.
+            HybridDynamicsError: what the model says of the sample.
+        """
+        if self.calibration is not None:
+            motion = motion.calibrated(self.calibration)
+        if motion.acceleration is not None:
+            motion.complete()
+            return self.evaluate(stamp_ns, motion)
+        memory, rates = self.estimator.step(
+            self._memory, stamp_ns, motion.position, motion.velocity
+        )
+        motion = ActiveMotion(motion.position, rates.velocity, rates.acceleration)
+        result = self.evaluate(stamp_ns, motion, rates.event)
+        if rates.event is StampEvent.GAP and self._memory is not None:
+            self.gap = (stamp_ns - self._memory.filter.stamp_ns) * 1e-9
+        self._memory = memory  # only now: a sample that the model refused must not reach the filter
+        return result
+
+    def rates(
+        self,
+        stamps: NDArray[np.int64],
+        position: FloatArray,
+        velocity: FloatArray,
+        measured: NDArray[np.bool_],
+    ) -> RateRows:
+        """Rates that the filter gives N samples; it goes on from there once they are `taken`.
+
+        Arguments are those of `MotionEstimator.run`.
+
+        Raises:
+            RejectedError: rates are not finite.
+        """
+        return self.estimator.run(self._memory, stamps, position, velocity, measured)
+
+    def taken(self, rates: RateRows) -> None:
+        """Go on from the state of the filter after some rows."""
+        if rates.state is not None:
+            self._memory = rates.state
+
+    def evaluate(
+        self,
+        stamp_ns: OneOrRows,
+        motion: ActiveMotion,
+        event: StampEvent | None = None,
+    ) -> MotionResult:
+        """Loops closed and the model evaluated, as far as rates are known.
+
+        Args:
+            stamp_ns: stamp [ns]; of rows (N,).
+            motion: of the measured joints (n,); where the evaluator `is_plain` also rows (N, n).
+            event: what the stamp meant to the filter.
+
+        Raises:
+            HybridDynamicsError: what the model says of it, of the first row with such a fault.
+        """
+        compiled = self._compiled
+        u, du, ddu = motion
+        if compiled is not None and du is not None and ddu is not None:
+            return self._evaluate_compiled(compiled, stamp_ns, (u, du, ddu), event)
+        state, acceleration = self._close(motion, event)
+        efforts = None
+        if du is not None and acceleration is not None:
+            efforts = self.robot.inverse_dynamics(state, acceleration, self._loads)
+        known = ActiveMotion(state.u, None if du is None else state.du, acceleration)
+        return self._result(stamp_ns, state, known, efforts, event)
+
+    def _evaluate_compiled(
+        self,
+        compiled: Call,
+        stamp_ns: OneOrRows,
+        motion: tuple[FloatArray, FloatArray, FloatArray],
+        event: StampEvent | None,
+    ) -> MotionResult:
+        """The same to the last bit, in one call of compiled code."""
+        u, du, ddu = motion
+        efforts, *closed = compiled(u, du, ddu)
+        robot, s, ds, residuals, distances = self.robot, closed[0], closed[1], closed[4], closed[5]
+        if u.ndim == 2:
+            state = robot.closed_state(u, du, closed)
+            return self._result(stamp_ns, state, ActiveMotion(u, du, ddu), efforts, event)
+        for array in (u, du, ddu, efforts, s, ds):
+            array.flags.writeable = False
+        return MotionResult(  # in plain floats; its state is made where somebody asks for it
+            robot,
+            self._loads,
+            stamp_ns,
+            ActiveMotion(u, du, ddu),
+            s,
+            ds,
+            efforts,
+            max(map(abs, residuals.tolist()), default=0.0),
+            robot.loop_distances(distances),
+            self._branch,
+            event,
+            partial(robot.closed_state, u, du, closed),
+        )
+
+    def _result(
+        self,
+        stamp_ns: OneOrRows,
+        state: ClosedState,
+        active: ActiveMotion,
+        efforts: FloatArray | None,
+        event: StampEvent | None,
+    ) -> MotionResult:
+        return MotionResult(
+            robot=self.robot,
+            loads=self._loads,
+            stamp_ns=stamp_ns,
+            active=active,
+            position=state.s,
+            velocity=None if active.velocity is None else state.ds,
+            efforts=efforts,
+            residual=state.residual,
+            distances=state.distances,
+            branch=state.branch,
+            event=event,
+            make_state=lambda: state,
+        )
+
+    def _close(
+        self, motion: ActiveMotion, event: StampEvent | None
+    ) -> tuple[ClosedState, FloatArray | None]:
+        """The closed state, and the accelerations of the active joints where they are known."""
+        if self.is_plain:
+            return self.robot.close(motion.position, motion.velocity), motion.acceleration
+        near = self.mode if event in _RESTARTS else self._near
+        if self._measures_active:
+            state = self.robot.close(motion.position, motion.velocity, near=near)
+        else:
+            state = self._close_measured(motion, near)
+        self._near = state
+        if self._measures_active or motion.acceleration is None or state.dds is None:
+            return state, motion.acceleration
+        return state, state.dds[: state.n]
+
+    def _close_measured(self, motion: ActiveMotion, near: ClosedState | None) -> ClosedState:
+        values = dict(zip(self.measured, motion.position.tolist(), strict=True))
+        rates, accelerations = self._by_name(motion.velocity), self._by_name(motion.acceleration)
+        return self.robot.close_given(values, rates, accelerations, near=near)
+
+    def _by_name(self, values: FloatArray | None) -> dict[str, float] | None:
+        if values is None:
+            return None
+        return dict(zip(self.measured, values.tolist(), strict=True))
+
+
+def _same(one: Calibration | None, other: Calibration | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return np.array_equal(one.offset, other.offset) and np.array_equal(one.factor, other.factor)

@@ -1,0 +1,310 @@
+"""What goes out for each input: a class for each topic, with the layout of its messages and their numbers.
+
+The same class fills the message of one sample for the live node, and the messages of many rows for
+a bag. Messages are filled in as bytes (`cdr`), which costs a fifth of a message object; the names
+of all are written once. Knows no ROS.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any, ClassVar, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hybrid_dynamics_core import CylinderState, Robot
+from hybrid_dynamics_core.dynamics.reactions import PinReaction
+
+from ..messages import layouts
+from ..messages.cdr import Template
+from ..messages.interfaces import JOINT_STATE
+from ..messages.joint_samples import FloatArray
+from ..messages.link_transforms import LinkTransforms, quaternion
+from ..parameters import TF_RATE, TOPIC_RATES, Parameter
+from .results import MotionResult
+from .stroke_margins import Strokes
+
+Rows = NDArray[np.intp]
+Values = Sequence[NDArray[Any] | float]  # of the slots of a template, in their order
+Message = tuple[Template, Values]
+
+
+class Topic:
+    """One topic of a robot.
+
+    Attributes:
+        name: below ``~/``, or the whole name where it begins with a slash.
+        kind: its type.
+    """
+
+    name: ClassVar[str]
+    kind: ClassVar[str]
+
+    @property
+    def rate(self) -> Parameter[float]:
+        """Parameter with the largest rate of its messages."""
+        return TOPIC_RATES[self.name]
+
+    def message(self, result: MotionResult) -> Message | None:
+        """Layout and values of the message of one sample, or of one message a row.
+
+        None where the result has no message on this topic.
+        """
+        raise NotImplementedError
+
+    def groups(self, result: MotionResult) -> Sequence[Rows]:
+        """Rows of a result whose messages have the same layout."""
+        return [np.arange(len(result.position))]
+
+    def fill(self, result: MotionResult) -> bytes | None:
+        """The message of one sample."""
+        message = self.message(result)
+        if message is None:
+            return None
+        template, values = message
+        return template.fill(result.stamp_ns, values)
+
+
+class JointStates(Topic):
+    """All joints: position, velocity, and the effort of the drives, zero where nothing drives."""
+
+    name, kind = "joint_states", JOINT_STATE
+
+    def __init__(self, robot: Robot) -> None:
+        self._active = len(robot.active)
+        self._drives_are_active = set(robot.drives) == set(robot.active)
+        self._drive_places = [robot.coordinates.index(name) for name in robot.drives]
+
+        @cache
+        def template(velocity: bool, effort: bool) -> Template:
+            return layouts.joint_state(robot.coordinates, velocity=velocity, effort=effort)
+
+        self._template = template
+
+    def message(self, result: MotionResult) -> Message:
+        """Velocities and efforts as far as they are known."""
+        efforts = self._efforts(result)
+        known = [part for part in (result.position, result.velocity, efforts) if part is not None]
+        return self._template(result.velocity is not None, efforts is not None), known
+
+    def groups(self, result: MotionResult) -> Sequence[Rows]:
+        """Rows whose drives can give the efforts, and those whose drives cannot."""
+        every = super().groups(result)
+        if self._drives_are_active or result.efforts is None or result.drive_forces is not None:
+            return every
+        singles = [result.rows(row[None]) for row in every[0]]
+        can_give = np.array([single.drive_forces is not None for single in singles])
+        return [np.flatnonzero(can_give), np.flatnonzero(~can_give)]
+
+    def _efforts(self, result: MotionResult) -> FloatArray | None:
+        """Along all coordinates; None where they are not known."""
+        efforts = np.zeros(result.position.shape)
+        if self._drives_are_active:
+            if result.efforts is None:
+                return None
+            efforts[..., : self._active] = result.efforts
+            return efforts
+        forces = result.drive_forces
+        if forces is None:
+            return None
+        for place, force in zip(self._drive_places, forces.values(), strict=True):
+            efforts[..., place] = force
+        return efforts
+
+
+class RequiredEfforts(Topic):
+    """Torques and forces of the active joints; nothing before accelerations are known."""
+
+    name, kind = "required_efforts", JOINT_STATE
+
+    def __init__(self, robot: Robot) -> None:
+        self._template = layouts.joint_state(robot.active, velocity=True, effort=True)
+
+    def message(self, result: MotionResult) -> Message | None:
+        """Position, velocity and effort."""
+        u, du, _ = result.active
+        if result.efforts is None or du is None:
+            return None
+        return self._template, (u, du, result.efforts)
+
+
+class ClosedStates(Topic):
+    """Residual, assembly modes, distances to singularities and to the ends of strokes."""
+
+    name, kind = "closed_state", "hybrid_dynamics_msgs/msg/ClosedState"
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot, self._strokes = robot, Strokes(robot)
+        self._templates: dict[str, Template] = {}  # by the loop that is nearest to its singularity
+        self._branch: Mapping[str, str] = {}
+
+    def message(self, result: MotionResult) -> Message:
+        """Rows have to share the loop that is nearest to its singularity."""
+        nearest, loop = result.nearest
+        lower, upper = self._strokes.margins(result.position)
+        values = (result.residual, result.distances, nearest, lower, upper)
+        return self._template(result.branch, loop), values
+
+    def groups(self, result: MotionResult) -> Sequence[Rows]:
+        """Rows by the loop that is nearest to its singularity."""
+        if result.distances.shape[-1] < 2:
+            return super().groups(result)
+        nearest = np.argmin(result.distances, axis=-1)
+        return [np.flatnonzero(nearest == k) for k in dict.fromkeys(nearest.tolist())]
+
+    def _template(self, branch: Mapping[str, str], loop: str) -> Template:
+        if self._branch is not branch and self._branch != branch:
+            self._branch = branch
+            self._templates.clear()
+        if loop not in self._templates:
+            self._templates[loop] = self._layout(loop)
+        return self._templates[loop]
+
+    def _layout(self, nearest_loop: str) -> Template:
+        robot, ends = self._robot, self._strokes.joints
+        modes = [self._branch.get(loop, "") for loop in robot.loops]
+        template = Template().header().slot("residual", "<f8").strings(robot.loops).strings(modes)
+        template.sequence("singularity", len(robot.loops))
+        template.slot("nearest", "<f8").string(nearest_loop)
+        return template.strings(ends).sequence("lower", len(ends)).sequence("upper", len(ends))
+
+
+class EndEffectorPose(Topic):
+    """Pose of the end effector in the base frame."""
+
+    name, kind = "end_effector_pose", "geometry_msgs/msg/PoseStamped"
+
+    def __init__(self, robot: Robot) -> None:
+        template = Template().header(robot.base_frame)
+        self._template = template.slot("position", "<f8", 3).slot("quaternion", "<f8", 4)
+
+    def message(self, result: MotionResult) -> Message:
+        """Position, and quaternion x y z w."""
+        return self._template, (result.pose.position, quaternion(result.pose.rotation))
+
+
+class EndEffectorTwist(Topic):
+    """Velocity of the end effector's origin and its rotation, base axes; nothing before rates are known."""
+
+    name, kind = "end_effector_twist", "geometry_msgs/msg/TwistStamped"
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._template = Template().header(robot.base_frame).slot("twist", "<f8", 6)
+
+    def message(self, result: MotionResult) -> Message | None:
+        """Linear and angular velocity."""
+        if result.velocity is None:
+            return None
+        state = result.state
+        twist = self._robot.jacobian(state) @ state.du[..., None]
+        return self._template, (twist,)
+
+
+class LoopReactions(Topic):
+    """Force and moment in every pin; nothing before accelerations are known."""
+
+    name, kind = "loop_reactions", "hybrid_dynamics_msgs/msg/LoopReactions"
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._template: Template | None = None
+
+    def message(self, result: MotionResult) -> Message | None:
+        """Place, and force and moment, of each pin."""
+        acceleration = result.active.acceleration
+        if acceleration is None or result.velocity is None:
+            return None
+        pins = self._robot.reactions(result.state, acceleration, result.loads).pins
+        if self._template is None:
+            self._template = self._layout(pins)
+        empty = np.zeros((*acceleration.shape[:-1], 0))
+        places = [pin.place for pin in pins.values()]
+        wrenches = [part for pin in pins.values() for part in (pin.force, pin.moment)]
+        return self._template, (
+            np.concatenate([empty, *places], axis=-1),
+            np.concatenate([empty, *wrenches], axis=-1),
+        )
+
+    def _layout(self, pins: Mapping[str, PinReaction]) -> Template:
+        count = len(pins)
+        template = Template().header(self._robot.base_frame).strings(list(pins))
+        for end in (0, 1):
+            template.strings([pin.links[end] for pin in pins.values()])
+        template.length(count).slot("places", "<f8", 3 * count)
+        return template.length(count).slot("wrenches", "<f8", 6 * count)
+
+
+class CylinderStates(Topic):
+    """Pressures and flows of the cylinders; nothing before accelerations are known, or without areas."""
+
+    name, kind = "cylinder_states", "hybrid_dynamics_msgs/msg/CylinderStates"
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        fields = list(CylinderState.__dataclass_fields__)
+        self._numbers = [name for name in fields if name != "overloaded"]
+        count = len(robot.cylinders)
+        template = Template().header().strings(list(robot.cylinders))
+        for name in self._numbers:
+            template.sequence(name, count)
+        self._template = template.sequence("overloaded", count, "u1")
+
+    def message(self, result: MotionResult) -> Message | None:
+        """Each number of all cylinders."""
+        if result.efforts is None or not self._robot.cylinders:
+            return None
+        cylinders = list(self._robot.hydraulics(result.state, result.efforts).values())
+        shape = (*result.efforts.shape[:-1], len(cylinders))
+        columns = []
+        for name in (*self._numbers, "overloaded"):
+            column = np.empty(shape, dtype="u1" if name == "overloaded" else "<f8")
+            for k, cylinder in enumerate(cylinders):
+                column[..., k] = getattr(cylinder, name)
+            columns.append(column)
+        return self._template, columns
+
+
+class Transforms(Topic):
+    """Every link in the one before it, where robot_state_publisher does not send that."""
+
+    name, kind = "/tf", "tf2_msgs/msg/TFMessage"
+
+    def __init__(self, robot: Robot) -> None:
+        self._transforms = LinkTransforms(robot)
+        template = Template().length(len(robot.coordinates))
+        for k, name in enumerate(robot.coordinates):
+            joint = robot.description.joints[name]
+            template.header(joint.parent).string(joint.child)
+            template.slot(f"translation {k}", "<f8", 3).slot(f"quaternion {k}", "<f8", 4)
+        self._template = template
+
+    @property
+    def rate(self) -> Parameter[float]:
+        """Below zero, as it is without a choice, the topic is not there."""
+        return TF_RATE
+
+    def message(self, result: MotionResult) -> Message:
+        """Translation and quaternion x y z w of each joint's child, in the order of joints."""
+        return self._template, self._transforms.values(result.position)
+
+
+TOPICS: Final = (
+    JointStates,
+    RequiredEfforts,
+    ClosedStates,
+    EndEffectorPose,
+    EndEffectorTwist,
+    LoopReactions,
+    CylinderStates,
+)
+
+
+def topics_of(robot: Robot, tf_rate: float) -> list[Topic]:
+    """All topics for a robot; transforms among them where their rate is not below zero."""
+    topics: list[Topic] = [topic(robot) for topic in TOPICS]
+    if tf_rate >= 0.0:
+        topics.append(Transforms(robot))
+    return topics
