@@ -51,7 +51,7 @@ MESSAGE = JointState(name=["q1", "q12", "q22", "q4"], position=[0.0, 0.1, 0.15, 
 def test_a_bug_in_the_model_is_logged_with_its_place_counted_and_survived(ros_node, capfd):
     ros_node.start()
     runtime = ros_node._runtime
-    runtime.pipeline.robot = Faulty(runtime.robot)
+    runtime.evaluator.robot = Faulty(runtime.robot)
     for _ in range(3):
         ros_node._stream._on_state(serialize_message(MESSAGE))
     assert "3 received, 0 accepted, 0 with efforts, 3 rejected: internal" in ros_node.summary()
