@@ -64,7 +64,7 @@ class NumberType(click.ParamType):  # type: ignore[type-arg]
 
 def _value(term: str) -> float:
     """The value of a term in which nothing but numbers, pi and deg has a name."""
-    return evaluate(term, {}, known="")
+    return evaluate(term, {}, names_are="")
 
 
 NUMBER = NumberType()

@@ -5,38 +5,26 @@ from __future__ import annotations
 from typing import Any
 
 from .document import Document
-
-END_EFFECTOR = "end_effector"  # the name under which poses of the end effector are asked for
+from .model import END_EFFECTOR
 
 
 def farthest_link(document: Document) -> str:
-    """For files that name no end effector: the link or frame that is called so, or else the one behind most joints."""
-    if any(END_EFFECTOR in document.section(section) for section in ("links", "frames")):
+    """The end effector of a file that names none, with a note.
+
+    It is the link or frame of that name, or else the link behind most joints.
+    """
+    if END_EFFECTOR in document.section("links") or END_EFFECTOR in document.section("frames"):
         return END_EFFECTOR
-    joints = {joint["child"]: joint for joint in document.section("joints").values()}
-
-    def depth(link: str) -> int:
-        count, seen = 0, set()
-        while link in joints and link not in seen:
-            seen.add(link)
-            count += joints[link]["type"] != "fixed"
-            link = joints[link]["parent"]
-        return count
-
-    tied = {
-        link for closure in document.section("closures").values() for link in closure["between"]
-    }
-    links = [link for link in document.section("links") if link not in tied]
-    solid = [link for link in links if document.section("links")[link].get("mass")]
-    link = max(solid or links or [document.data["base"]], key=depth)
+    joint_to = {joint["child"]: joint for joint in document.section("joints").values()}
+    link = max(_candidates(document), key=lambda name: _depth(name, joint_to))
     document.notes.append(
         f"no end effector is given; taken: '{link}', the link behind the most joints"
     )
     return str(link)
 
 
-def neutral(joint: dict[str, Any]) -> float:
-    """Zero, or the nearest limit."""
+def neutral_coordinate(joint: dict[str, Any]) -> float:
+    """Zero, or the limit nearest to it [rad or m]."""
     lower, upper = joint.get("limits", (0.0, 0.0))
     return min(max(0.0, float(lower)), float(upper))
 
@@ -45,3 +33,27 @@ def driven_joints(document: Document) -> list[str]:
     """All joints that move on their own."""
     joints = document.section("joints").items()
     return [name for name, joint in joints if joint["type"] != "fixed" and "mimic" not in joint]
+
+
+def _candidates(document: Document) -> list[str]:
+    """Links that no closure ties, those with a mass before all others; else the base."""
+    tied: set[str] = set()
+    for closure in document.section("closures").values():
+        tied.update(closure["between"])
+    links = document.section("links")
+    ends = [name for name in links if name not in tied]
+    bodies = [name for name in ends if links[name].get("mass")]
+    return bodies or ends or [document.data["base"]]
+
+
+def _depth(link: str, joint_to: dict[str, dict[str, Any]]) -> int:
+    """Number of moving joints below a link, also where the joints form a cycle."""
+    depth = 0
+    visited: set[str] = set()
+    while link in joint_to and link not in visited:
+        visited.add(link)
+        joint = joint_to[link]
+        if joint["type"] != "fixed":
+            depth += 1
+        link = joint["parent"]
+    return depth

@@ -1,4 +1,4 @@
-"""Plain data of a description, and for every entry the place where it was written: what messages point at."""
+"""Plain data of a description, with the place where every entry was written."""
 
 from __future__ import annotations
 
@@ -11,164 +11,222 @@ from typing import Any
 from ..errors import DescriptionError
 from ..ground.suggestions import with_warnings
 
-Path_ = tuple[str | int, ...]
-File = str | Path | None
+KeyPath = tuple[str | int, ...]  # keys and list indices down to an entry
+FilePath = str | Path | None
+
+_RENAME = "rename one of the two"
 
 
 @dataclass(frozen=True)
-class Origin:
-    """What an expanded entry was written as: its path in the file, and what stood between (an entry of a template)."""
+class Provenance:
+    """What an expanded entry was written as.
 
-    path: Path_
+    Attributes:
+        path: of the entry that the user wrote.
+        note: entry of a template that stood between, in words.
+    """
+
+    path: KeyPath
     note: str = ""
 
 
 class Document:
-    """Nested dictionaries and lists (`data`) that remember file and line.
+    """Nested dictionaries and lists that remember file and line of every entry.
 
-    Expansions `add` entries; an error at an added entry names the entry that the user wrote.
+    Short forms `add` the entries that they stand for. An error at an added entry names the one that
+    the user wrote.
+
+    Attributes:
+        data: the dictionaries and lists.
+        file: that they were read from.
+        notes: what the loader assumed, for `RobotDescription.notes`.
+        warnings: of what is allowed and hardly meant, for `RobotDescription.warnings`.
+        rounded_links: links whose numbers were rounded by the tool that printed them.
     """
 
-    def __init__(self, data: Any, file: File, lines: Mapping[Path_, int]) -> None:
+    def __init__(self, data: Any, file: FilePath, lines: Mapping[KeyPath, int]) -> None:
         self.data = data
         self.file = file
-        self.notes: list[str] = []  # what the loader assumed, for `RobotDescription.notes`
-        self.warnings: list[
-            str
-        ] = []  # what fits the format and is hardly meant, for `RobotDescription.warnings`
-        self.printed: set[str] = (
-            set()
-        )  # links whose numbers were rounded by the tool that printed them
-        self._places: dict[Path_, tuple[File, int]] = {
-            path: (file, line) for path, line in lines.items()
-        }
-        self._origins: dict[Path_, Origin] = {}
-        self._scopes: dict[Path_, Mapping[str, float]] = {}
+        self.notes: list[str] = []
+        self.warnings: list[str] = []
+        self.rounded_links: set[str] = set()
+        self._locations: dict[KeyPath, tuple[FilePath, int]] = {}
+        for path, line in lines.items():
+            self._locations[path] = (file, line)
+        self._provenance: dict[KeyPath, Provenance] = {}
+        self._scopes: dict[KeyPath, Mapping[str, float]] = {}
 
     def section(self, name: str) -> dict[str, Any]:
         """A top-level mapping, made where it is missing."""
         section: dict[str, Any] = self.data.setdefault(name, {})
         return section
 
+    # -- entries
+
     def add(
         self,
         path: tuple[str, str],
         value: Any,
-        origin: Path_ | Origin,
+        provenance: KeyPath | Provenance,
         scope: Mapping[str, float] | None = None,
-        mend: str = "rename one of the two",
+        remedy: str = _RENAME,
     ) -> None:
-        """Add an entry (section, name) that stands for the one at `origin`; `scope`: what its expressions may name."""
+        """Add an entry that stands for one that the user wrote.
+
+        Args:
+            path: section and name of the new entry.
+            value: the entry.
+            provenance: the entry that the user wrote.
+            scope: what its expressions may name; None for the parameters of the document.
+            remedy: what to do where the name is taken.
+
+        Raises:
+            DescriptionError: the section has an entry of this name.
+        """
+        if not isinstance(provenance, Provenance):
+            provenance = Provenance(provenance)
         section, name = path
-        origin = origin if isinstance(origin, Origin) else Origin(origin)
         if name in self.section(section):
-            note = f" ({origin.note})" if origin.note else ""
-            raise self.error(origin.path, self._taken(path, mend) + note)
-        self._origins[path] = origin
+            problem = self._name_taken(path, remedy)
+            if provenance.note:
+                problem += f" ({provenance.note})"
+            raise self.error(provenance.path, problem)
+        self._provenance[path] = provenance
         if scope is not None:
             self._scopes[path] = scope
         self.section(section)[name] = value
 
-    def _taken(self, path: Path_, mend: str = "rename one of the two") -> str:
-        file, line = self.place(path)
-        where = f"line {line}" if file == self.file else f"{file}:{line}"
-        return f"the name '{path[-1]}' is given twice in {path[0]} (first in {where}); {mend}"
+    def add_located(self, path: tuple[str, str], value: Any, file: FilePath, line: int) -> None:
+        """Add an entry that was read from another file.
 
-    def add_located(self, path: tuple[str, str], value: Any, file: File, line: int) -> None:
-        """Add an entry that was read from another file."""
-        if path[1] in self.section(path[0]):
-            raise DescriptionError(self._taken(path), key=dotted(path), file=file, line=line)
-        self._places[path] = (file, line)
-        self.section(path[0])[path[1]] = value
+        Raises:
+            DescriptionError: the section has an entry of this name.
+        """
+        section, name = path
+        if name in self.section(section):
+            problem = self._name_taken(path, _RENAME)
+            raise DescriptionError(problem, key=dotted(path), file=file, line=line)
+        self._locations[path] = (file, line)
+        self.section(section)[name] = value
 
-    def mark(self, path: Path_, file: File, line: int) -> None:
-        """Tell where an entry inside an added one stands."""
-        self._places[path] = (file, line)
+    def alias(self, path: KeyPath, written: KeyPath) -> None:
+        """Say that a value inside an added entry was written elsewhere by the user."""
+        self._provenance[path] = Provenance(written)
 
-    def part(self, name: str) -> Document:
+    def set_location(self, path: KeyPath, file: FilePath, line: int) -> None:
+        """Say where an entry inside an added one stands."""
+        self._locations[path] = (file, line)
+
+    def subdocument(self, name: str) -> Document:
         """A top-level mapping as a document of its own; empty where there is none."""
-        lines = {path[1:]: place[1] for path, place in self._places.items() if path[:1] == (name,)}
+        lines: dict[KeyPath, int] = {}
+        for path, (_, line) in self._locations.items():
+            if path[:1] == (name,):
+                lines[path[1:]] = line
         return Document(deepcopy(self.data.get(name) or {}), self.file, lines)
 
     def merge(self, other: Document) -> None:
-        """Take over the entries of another document: mappings are joined, everything else is replaced."""
-        self._places.update({path: place for path, place in other._places.items() if path})
-        _join(self.data, other.data)
+        """Take over the entries of another document; mappings are joined, all else is replaced."""
+        for path, location in other._locations.items():
+            if path:
+                self._locations[path] = location
+        _merge_mappings(self.data, other.data)
 
-    def alias(self, path: Path_, origin: Path_) -> None:
-        """A value inside an added entry that the user wrote elsewhere."""
-        self._origins[path] = Origin(origin)
+    def scope(self, path: KeyPath, parameters: Mapping[str, float]) -> Mapping[str, float]:
+        """The names that an expression may use: those of its template, or the parameters."""
+        written_elsewhere = len(path) > 2 and path[:3] in self._provenance
+        if written_elsewhere:
+            return parameters
+        return self._scopes.get(path[:2], parameters)
 
-    def scope(self, path: Path_, default: Mapping[str, float]) -> Mapping[str, float]:
-        """The names that an expression at this place may use."""
-        own = (
-            len(path) > 2 and path[:3] in self._origins
-        )  # a value inside, which the user wrote elsewhere
-        return default if own else self._scopes.get(path[:2], default)
+    # -- locations
 
-    def written(self, path: Path_) -> tuple[Path_, str]:
-        """The path as the user wrote it, and what stood between."""
+    def as_written(self, path: KeyPath) -> tuple[KeyPath, str]:
+        """The path as the user wrote it, and the entry of a template that stands between."""
         for n in range(len(path), 0, -1):
-            origin = self._origins.get(path[:n])
-            if origin is None:
+            provenance = self._provenance.get(path[:n])
+            if provenance is None:
                 continue
-            outer, note = self.written(origin.path)
-            if origin.note:
-                return outer, " in ".join(
-                    part for part in (_inside(origin.note, path[n:]), note) if part
-                )
-            return (*outer, *path[n:]), note
+            inner_path = path[n:]
+            outer_path, outer_note = self.as_written(provenance.path)
+            if not provenance.note:
+                return (*outer_path, *inner_path), outer_note
+            note = provenance.note
+            if inner_path:
+                note = dotted((note, *inner_path))
+            if outer_note:
+                note = f"{note} in {outer_note}"
+            return outer_path, note
         return path, ""
 
-    def place(self, path: Path_) -> tuple[File, int | None]:
+    def location(self, path: KeyPath) -> tuple[FilePath, int | None]:
         """File and line of the entry, or of the nearest enclosing one that has them."""
-        path, _ = self.written(path)
-        while path and path not in self._places:
+        path, _ = self.as_written(path)
+        while path and path not in self._locations:
             path = path[:-1]
-        return self._places.get(path, (self.file, None))
-
-    def error(self, path: Path_, problem: str) -> DescriptionError:
-        """A DescriptionError that points at the entry as the user wrote it, and tells what was doubted before."""
-        return self._located(path, with_warnings(problem, self.warnings))
-
-    def _located(self, path: Path_, problem: str) -> DescriptionError:
-        written, note = self.written(path)
-        file, line = self.place(path)
-        return DescriptionError(
-            problem + (f" ({note})" if note else ""), key=dotted(written), file=file, line=line
-        )
-
-    def doubt(self, path: Path_, problem: str) -> None:
-        """Keep what is allowed at this entry and hardly meant; a message as those of errors, told once."""
-        told = str(self._located(path, problem))
-        if told not in self.warnings:
-            self.warnings.append(told)
+        return self._locations.get(path, (self.file, None))
 
     def lines(self) -> dict[str, int]:
-        """Line of every entry by dotted key, those of added entries too."""
-        lines = {dotted(path): self.place(path)[1] for path in (*self._places, *self._origins)}
-        return {key: line for key, line in lines.items() if line is not None}
+        """Line of every entry by dotted key, with those of added entries."""
+        lines: dict[str, int] = {}
+        for path in (*self._locations, *self._provenance):
+            _, line = self.location(path)
+            if line is not None:
+                lines[dotted(path)] = line
+        return lines
 
-    def files(self) -> dict[str, File]:
-        """File of the entries that stand in another one."""
-        return {dotted(path): file for path, (file, _) in self._places.items() if file != self.file}
+    def files(self) -> dict[str, FilePath]:
+        """File of the entries that stand in another one, by dotted key."""
+        files: dict[str, FilePath] = {}
+        for path, (file, _) in self._locations.items():
+            if file != self.file:
+                files[dotted(path)] = file
+        return files
+
+    # -- messages
+
+    def error(self, path: KeyPath, problem: str) -> DescriptionError:
+        """A DescriptionError that points at the entry as the user wrote it, with all warnings."""
+        return self._located(path, with_warnings(problem, self.warnings))
+
+    def warn(self, path: KeyPath, problem: str) -> None:
+        """Keep a warning, once, about an entry that is allowed and hardly meant."""
+        warning = str(self._located(path, problem))
+        if warning not in self.warnings:
+            self.warnings.append(warning)
+
+    def _located(self, path: KeyPath, problem: str) -> DescriptionError:
+        written, note = self.as_written(path)
+        if note:
+            problem += f" ({note})"
+        file, line = self.location(path)
+        return DescriptionError(problem, key=dotted(written), file=file, line=line)
+
+    def _name_taken(self, path: tuple[str, str], remedy: str) -> str:
+        section, name = path
+        file, line = self.location(path)
+        where = f"{file}:{line}"
+        if file == self.file:
+            where = f"line {line}"
+        return f"the name '{name}' is given twice in {section} (first in {where}); {remedy}"
 
 
-def _join(data: dict[str, Any], others: Mapping[str, Any]) -> None:
-    for key, value in others.items():
-        if isinstance(value, dict) and isinstance(data.get(key), dict):
-            _join(data[key], value)
-        else:
-            data[key] = value
-
-
-def _inside(note: str, rest: Path_) -> str:
-    return dotted((note, *rest)) if rest else note
-
-
-def dotted(path: Path_) -> str:
+def dotted(path: KeyPath) -> str:
     """('links', 'l1', 'com', 0) -> 'links.l1.com[0]'."""
     text = ""
     for part in path:
-        text += f"[{part}]" if isinstance(part, int) else (f".{part}" if text else part)
+        if isinstance(part, int):
+            text += f"[{part}]"
+        elif text:
+            text += f".{part}"
+        else:
+            text = part
     return text
+
+
+def _merge_mappings(data: dict[str, Any], others: Mapping[str, Any]) -> None:
+    for key, value in others.items():
+        if isinstance(value, dict) and isinstance(data.get(key), dict):
+            _merge_mappings(data[key], value)
+        else:
+            data[key] = value

@@ -1,4 +1,4 @@
-"""Text files read with the refusals every reader needs: too large, not there, not UTF-8."""
+"""Text files, read with the refusals that every reader needs: too large, not there, not UTF-8."""
 
 from __future__ import annotations
 
@@ -10,7 +10,11 @@ MAX_BYTES = 5_000_000
 
 
 def read_text(path: Path) -> str:
-    """The text of a file; DescriptionError where it cannot be read."""
+    """The text of a file.
+
+    Raises:
+        DescriptionError: it cannot be read, or is no text of the size of a description.
+    """
     try:
         if path.stat().st_size > MAX_BYTES:
             raise DescriptionError(

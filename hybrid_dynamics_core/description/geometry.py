@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,29 +11,42 @@ import numpy as np
 from ..algebra.vector import constant
 from ..ground.arrays import Array, frozen
 
-AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 TRIANGLE_SLACK = 1e-9  # relative: rounding of printed moments, not physics
 IDENTITY = frozen(np.eye(3))
+_ORIGIN = frozen(np.zeros(3))
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+_GIMBAL_LOCK = 1e-9  # cosine of the pitch below which roll and yaw turn about one axis
 
 
 @dataclass(frozen=True, eq=False)
 class Transform:
-    """A pose: `rotation` (3, 3) and `translation` (3,) [m] take coordinates of the frame to those around it."""
+    """A pose: takes coordinates of the frame to those of the frame around it.
+
+    Attributes:
+        rotation: (3, 3).
+        translation: (3,) [m].
+    """
 
     rotation: Array = field(default_factory=lambda: IDENTITY)
-    translation: Array = field(default_factory=lambda: frozen(np.zeros(3)))
+    translation: Array = field(default_factory=lambda: _ORIGIN)
 
     def __matmul__(self, inner: Transform) -> Transform:
         """The pose of `inner`, which is given in this frame, in the frame around."""
         if self.is_identity():
             return inner
-        return Transform(snapped(self.rotation @ inner.rotation), self.point(inner.translation))
+        rotation = snapped(self.rotation @ inner.rotation)
+        return Transform(rotation, self.point(inner.translation))
 
     def point(self, point: Array) -> Array:
-        """A point of this frame in the frame around."""
+        """A point (3,) [m] of this frame in the frame around."""
         if self.is_identity():
             return point
         return frozen(self.translation + self.rotation @ point)
+
+    def inverse(self) -> Transform:
+        """The pose of the frame around in this frame."""
+        rotation = self.rotation.T
+        return Transform(frozen(rotation), frozen(-(rotation @ self.translation)))
 
     def is_identity(self) -> bool:
         """Whether nothing is moved at all."""
@@ -40,11 +54,16 @@ class Transform:
 
 
 def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> Array:
-    """Fixed-axis roll, pitch, yaw [rad] as a rotation matrix (3, 3).
+    """Rotation matrix (3, 3) of fixed-axis roll, pitch, yaw [rad]: Rz(yaw) Ry(pitch) Rx(roll).
 
-    Rz(yaw) Ry(pitch) Rx(roll), as in URDF.
+    This is the convention of URDF.
     """
-    cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
+    cr = math.cos(roll)
+    sr = math.sin(roll)
+    cp = math.cos(pitch)
+    sp = math.sin(pitch)
+    cy = math.cos(yaw)
+    sy = math.sin(yaw)
     return snapped(
         [
             [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
@@ -55,70 +74,33 @@ def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> Array:
 
 
 def rpy_of(rotation: Array) -> Array:
-    """Fixed-axis roll, pitch, yaw [rad] of a rotation matrix (3, 3): R = Rz(yaw) Ry(pitch) Rx(roll).
+    """Fixed-axis roll, pitch, yaw (3,) [rad] of a rotation matrix (3, 3).
 
-    Where the pitch is a right angle, only yaw - roll or yaw + roll is settled: the yaw is taken as
-    zero.
+    At a pitch of a right angle only yaw - roll, or yaw + roll, is determined. The yaw is zero then.
     """
-    level = math.hypot(rotation[0, 0], rotation[1, 0])
-    pitch = math.atan2(-rotation[2, 0], level)
-    if level < 1e-9:
-        return np.array([math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0])
+    cos_pitch = math.hypot(rotation[0, 0], rotation[1, 0])
+    pitch = math.atan2(-rotation[2, 0], cos_pitch)
+    if cos_pitch < _GIMBAL_LOCK:
+        roll = math.atan2(-rotation[1, 2], rotation[1, 1])
+        return np.array([roll, pitch, 0.0])
     roll = math.atan2(rotation[2, 1], rotation[2, 2])
-    return np.array([roll, pitch, math.atan2(rotation[1, 0], rotation[0, 0])])
+    yaw = math.atan2(rotation[1, 0], rotation[0, 0])
+    return np.array([roll, pitch, yaw])
 
 
 def rotation_about(axis: Array, angle: float) -> Array:
-    """Rotation matrix (3, 3) about a unit axis by an angle [rad]."""
+    """Rotation matrix (3, 3) about a unit axis (3,) by an angle [rad]."""
     x, y, z = axis
     skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return snapped(np.eye(3) + math.sin(angle) * skew + (1.0 - math.cos(angle)) * skew @ skew)
 
 
-def snapped(matrix: list[list[float]] | Array) -> Array:
-    """The matrix with rounding dust next to 0 and +-1 removed, read-only."""
-    return frozen([constant(row) for row in matrix])
-
-
-def unit_axis(axis: str | list[float]) -> Array:
-    """A unit vector (3,) from 'x', '-y', ... or from a vector of any length.
-
-    ValueError if it has none.
-    """
-    if isinstance(axis, str):
-        sign = -1.0 if axis.startswith("-") else 1.0
-        return frozen([sign * v for v in AXES[axis[-1]]])
-    length = math.sqrt(sum(v * v for v in axis))
-    if length == 0.0:
-        raise ValueError("the axis has no length; give a direction such as [0, 0, 1]")
-    return frozen(constant([v / length for v in axis]))
-
-
-def rotation_to_axis(axis: Array) -> Array:
-    """A rotation matrix (3, 3) whose z axis is the unit vector `axis`."""
+def rotation_with_z_axis(axis: Array) -> Array:
+    """A rotation matrix (3, 3) whose z axis is the unit vector `axis` (3,)."""
     side = np.eye(3)[int(np.argmin(np.abs(axis)))]
     x = side - (side @ axis) * axis
     x /= np.linalg.norm(x)
     return snapped(np.column_stack([x, np.cross(axis, x), axis]))
-
-
-def check_inertia(inertia: Array, relative: float) -> None:
-    """ValueError unless the tensor can belong to a rigid body: symmetric, moments >= 0, triangle inequality.
-
-    `relative`: what the printed numbers may be off, of the largest moment.
-    """
-    if not np.array_equal(inertia, inertia.T):
-        raise ValueError("the inertia matrix is not symmetric")
-    moments = np.linalg.eigvalsh(inertia)
-    slack = relative * max(float(moments[-1]), 1e-300)
-    if moments[0] < -slack:
-        raise ValueError(f"a principal moment of inertia is negative ({moments[0]:.6g} kg m^2)")
-    if moments[0] + moments[1] < moments[2] - slack:
-        a, b, c = (f"{m:.6g}" for m in moments)
-        raise ValueError(
-            f"no rigid body has principal moments {a}, {b}, {c}: two of them must add up to at"
-            " least the third"
-        )
 
 
 def rotation_from_quaternion(quaternion: Array) -> Array:
@@ -131,3 +113,48 @@ def rotation_from_quaternion(quaternion: Array) -> Array:
             [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
         ]
     )
+
+
+def snapped(matrix: Sequence[Sequence[float]] | Array) -> Array:
+    """The matrix without the rounding next to 0 and +-1, read-only."""
+    return frozen([constant(row) for row in matrix])
+
+
+def unit_axis(axis: str | list[float]) -> Array:
+    """A unit vector (3,) from 'x', '-y' and the like, or from a vector of any length.
+
+    Raises:
+        ValueError: the vector has no length.
+    """
+    if isinstance(axis, str):
+        sign = -1.0 if axis.startswith("-") else 1.0
+        return frozen([sign * component for component in _AXES[axis[-1]]])
+    length = math.sqrt(sum(component * component for component in axis))
+    if length == 0.0:
+        raise ValueError("the axis has no length; give a direction such as [0, 0, 1]")
+    return frozen(constant([component / length for component in axis]))
+
+
+def check_inertia(inertia: Array, relative_slack: float) -> None:
+    """Check that a tensor can belong to a rigid body.
+
+    It is symmetric, its moments are zero or positive, and they meet the triangle inequality.
+
+    Args:
+        inertia: (3, 3) [kg m^2].
+        relative_slack: error of the printed numbers, relative to the largest moment.
+
+    Raises:
+        ValueError: it cannot.
+    """
+    if not np.array_equal(inertia, inertia.T):
+        raise ValueError("the inertia matrix is not symmetric")
+    least, middle, largest = np.linalg.eigvalsh(inertia).tolist()
+    slack = relative_slack * max(largest, 1e-300)
+    if least < -slack:
+        raise ValueError(f"a principal moment of inertia is negative ({least:.6g} kg m^2)")
+    if least + middle < largest - slack:
+        raise ValueError(
+            f"no rigid body has principal moments {least:.6g}, {middle:.6g}, {largest:.6g}: two of"
+            " them must add up to at least the third"
+        )

@@ -1,86 +1,121 @@
-"""Inertia tensors of a description: components, principal moments or a uniform shape, in any frame."""
+"""Inertia tensors of a description: components, principal moments or a uniform shape."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 
 from ..ground.arrays import Array, frozen
-from .document import Path_
+from .entries import Entry
 from .geometry import check_inertia
-from .values import Numbers
 
-COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
+_COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
+_POINT_MASS = {"xx": 0}
 
 
-def read_inertia(numbers: Numbers, entry: Any, mass: float, path: Path_, slack: float) -> Array:
-    """The tensor (3, 3) about the centre of mass in link axes [kg m^2]; DescriptionError for an impossible one."""
-    if isinstance(entry, list):
-        inertia = frozen([numbers.vector(row, (*path, k)) for k, row in enumerate(entry)])
+def read_inertia(body: Entry, mass: float, slack: float) -> Array:
+    """The inertia tensor of a link or payload.
+
+    Args:
+        body: entry whose key `inertia` is a matrix, components, principal moments or a shape.
+        mass: of the body [kg], for shapes.
+        slack: relative error of the printed numbers.
+
+    Returns:
+        (3, 3) about the centre of mass in link axes [kg m^2], zero where no inertia is given.
+
+    Raises:
+        DescriptionError: no rigid body has this inertia.
+    """
+    given = body.get("inertia", _POINT_MASS)
+    path = body.key_path("inertia")
+    if isinstance(given, list):
+        inertia = frozen([body.values.vector(row, (*path, k)) for k, row in enumerate(given)])
     else:
-        inertia = _in_link_axes(numbers, entry, _tensor(numbers, entry, mass, path), path)
+        entry = Entry(body.values, given, path)
+        inertia = _in_link_axes(entry, _tensor(entry, mass))
     try:
         check_inertia(inertia, slack)
     except ValueError as error:
-        raise numbers.document.error(path, str(error)) from error
+        raise body.error("inertia", str(error)) from error
     return inertia
 
 
-def _tensor(numbers: Numbers, entry: Mapping[str, Any], mass: float, path: Path_) -> Array:
-    given = [key for key in entry if key not in ("frame", *COMPONENTS)]
-    components = any(key in entry for key in COMPONENTS)
-    if len(given) + components != 1:
-        told = " and ".join([*given, *(["components"] if components else [])]) or "nothing"
-        problem = f"gives {told}; give one of: components xx to yz, principal, {', '.join(_SHAPES)}"
-        raise numbers.document.error(path, problem)
-    if components:
-        part = {key: numbers.number(entry[key], (*path, key)) for key in COMPONENTS if key in entry}
-        xx, yy, zz, xy, xz, yz = (part.get(key, 0.0) for key in COMPONENTS)
-        return frozen([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    if "principal" in entry:
-        return frozen(np.diag(numbers.vector(entry["principal"], (*path, "principal"))))
-    shape = given[0]
-    return frozen(np.diag(_SHAPES[shape](numbers, entry[shape], mass, (*path, shape))))
+def _tensor(entry: Entry, mass: float) -> Array:
+    """The tensor in the axes in which it is given."""
+    forms = [key for key in entry if key not in ("frame", *_COMPONENTS)]
+    if any(key in entry for key in _COMPONENTS):
+        forms.append("components")
+    if len(forms) != 1:
+        given = " and ".join(forms) or "nothing"
+        raise entry.values.document.error(
+            entry.path,
+            f"gives {given}; give one of: components xx to yz, principal, {', '.join(_SHAPES)}",
+        )
+    form = forms[0]
+    if form == "components":
+        return _from_components(entry)
+    if form == "principal":
+        return frozen(np.diag(entry.vector(form)))
+    moments = _SHAPES[form](entry.sub(form), mass)
+    return frozen(np.diag(moments))
 
 
-def _in_link_axes(numbers: Numbers, entry: Mapping[str, Any], inertia: Array, path: Path_) -> Array:
+def _from_components(entry: Entry) -> Array:
+    xx = entry.number("xx")
+    yy = entry.number("yy")
+    zz = entry.number("zz")
+    xy = entry.number("xy")
+    xz = entry.number("xz")
+    yz = entry.number("yz")
+    return frozen([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _in_link_axes(entry: Entry, inertia: Array) -> Array:
     if "frame" not in entry:
         return inertia
-    rotation = numbers.pose({"rpy": entry["frame"]["rpy"]}, (*path, "frame")).rotation
+    rotation = entry.pose("frame").rotation
     turned = rotation @ inertia @ rotation.T
     return frozen((turned + turned.T) / 2.0)
 
 
-def _rod(numbers: Numbers, entry: Mapping[str, Any], mass: float, path: Path_) -> list[float]:
-    moment = mass * numbers.length(entry["length"], (*path, "length")) ** 2 / 12.0
-    return [0.0 if axis == entry["axis"] else moment for axis in "xyz"]
+def _rod(rod: Entry, mass: float) -> list[float]:
+    across = mass * rod.length("length") ** 2 / 12.0
+    return _about_axis(rod["axis"], 0.0, across)
 
 
-def _cylinder(numbers: Numbers, entry: Mapping[str, Any], mass: float, path: Path_) -> list[float]:
-    radius = numbers.length(entry["radius"], (*path, "radius"))
-    inner = numbers.number(entry.get("inner", 0), (*path, "inner"))
+def _cylinder(cylinder: Entry, mass: float) -> list[float]:
+    radius = cylinder.length("radius")
+    inner = cylinder.number("inner")
     if not 0.0 <= inner < radius:
-        raise numbers.document.error(
-            (*path, "inner"), f"is {inner:g} m; expected 0 up to the radius, {radius:g} m"
-        )
+        raise cylinder.error("inner", f"is {inner:g} m; expected 0 up to the radius, {radius:g} m")
     squares = radius * radius + inner * inner
-    length = numbers.length(entry["length"], (*path, "length"))
+    length = cylinder.length("length")
+    along = mass * squares / 2.0
     across = mass * (3.0 * squares + length * length) / 12.0
-    return [mass * squares / 2.0 if axis == entry["axis"] else across for axis in "xyz"]
+    return _about_axis(cylinder["axis"], along, across)
 
 
-def _box(numbers: Numbers, entry: Mapping[str, Any], mass: float, path: Path_) -> list[float]:
-    x, y, z = (numbers.length(v, (*path, "size", k)) for k, v in enumerate(entry["size"]))
-    return [mass * squares / 12.0 for squares in (y * y + z * z, x * x + z * z, x * x + y * y)]
+def _box(box: Entry, mass: float) -> list[float]:
+    path = box.key_path("size")
+    x, y, z = (box.values.length(edge, (*path, k)) for k, edge in enumerate(box["size"]))
+    squares = (y * y + z * z, x * x + z * z, x * x + y * y)
+    return [mass * square / 12.0 for square in squares]
 
 
-def _sphere(numbers: Numbers, entry: Mapping[str, Any], mass: float, path: Path_) -> list[float]:
-    return [0.4 * mass * numbers.length(entry["radius"], (*path, "radius")) ** 2] * 3
+def _sphere(sphere: Entry, mass: float) -> list[float]:
+    return [0.4 * mass * sphere.length("radius") ** 2] * 3
 
 
-_SHAPES: dict[str, Callable[[Numbers, Mapping[str, Any], float, Path_], list[float]]] = {
+def _about_axis(axis: str, along: float, across: float) -> list[float]:
+    """Moments about x, y and z of a body that is round about one of these axes."""
+    moments = dict.fromkeys("xyz", across)
+    moments[axis] = along
+    return list(moments.values())
+
+
+_SHAPES: dict[str, Callable[[Entry, float], list[float]]] = {
     "rod": _rod,
     "box": _box,
     "cylinder": _cylinder,

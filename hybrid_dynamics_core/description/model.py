@@ -1,4 +1,4 @@
-"""The inner form of a robot: a tree of links on one-degree-of-freedom joints, tied by loop closures. Frozen data.
+"""A robot as frozen data: links on one-degree-of-freedom joints, tied by loop closures.
 
 SI units, radians, right-handed frames (REP 103). Arrays are read-only.
 """
@@ -23,33 +23,61 @@ JointType = Literal["revolute", "prismatic"]
 ClosureKind = Literal["planar", "point", "axis", "frame"]
 ActiveSet = Literal["exact", "motors"]
 
+END_EFFECTOR = "end_effector"  # the name under which poses of the end effector are asked for
+
+_IDENTITY = frozen(np.eye(3))
+_ZERO_VECTOR = frozen(np.zeros(3))
+_ZERO_MATRIX = frozen(np.zeros((3, 3)))
+
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """A frame fixed to a link: `rotation` (3, 3) and `translation` (3,) [m] take its coordinates to the link's."""
+    """A frame fixed to a link.
+
+    Attributes:
+        link: name of the link.
+        rotation: (3, 3) takes coordinates of the frame to those of the link.
+        translation: (3,) [m] origin of the frame, in the link frame.
+    """
 
     link: str
-    rotation: Array = field(default_factory=lambda: frozen(np.eye(3)))
-    translation: Array = field(default_factory=lambda: frozen(np.zeros(3)))
+    rotation: Array = field(default_factory=lambda: _IDENTITY)
+    translation: Array = field(default_factory=lambda: _ZERO_VECTOR)
 
 
 @dataclass(frozen=True, eq=False)
 class Link:
-    """A rigid body: mass [kg], centre of mass [m] and inertia about it [kg m^2], both in the link frame."""
+    """A rigid body.
+
+    Attributes:
+        name: of the link.
+        mass: [kg].
+        com: (3,) [m] centre of mass, in the link frame.
+        inertia: (3, 3) [kg m^2] about the centre of mass, in the axes of the link frame.
+    """
 
     name: str
     mass: float = 0.0
-    com: Array = field(default_factory=lambda: frozen(np.zeros(3)))
-    inertia: Array = field(default_factory=lambda: frozen(np.zeros((3, 3))))
+    com: Array = field(default_factory=lambda: _ZERO_VECTOR)
+    inertia: Array = field(default_factory=lambda: _ZERO_MATRIX)
 
 
 @dataclass(frozen=True, eq=False)
 class Joint:
     """One degree of freedom between two links.
 
-    At zero the child frame stands at (`rotation`, `translation`) in the parent frame; the joint
-    turns it about, or moves it along, the unit `axis` (given in the child frame, which the joint
-    leaves unchanged). `limits`: (lower, upper) [rad or m], infinite where the file gives none.
+    At zero the child frame stands at (`rotation`, `translation`) in the parent frame. The joint
+    turns it about its axis, or moves it along that.
+
+    Attributes:
+        name: of the joint.
+        type: revolute or prismatic.
+        parent: link that carries the joint.
+        child: link that the joint moves.
+        rotation: (3, 3) from the child frame to the parent frame, at zero.
+        translation: (3,) [m] origin of the child frame in the parent frame, at zero.
+        axis: (3,) unit vector in the child frame, which the joint leaves unchanged.
+        limits: (lower, upper) [rad or m], infinite where the file gives none.
     """
 
     name: str
@@ -64,43 +92,66 @@ class Joint:
 
 @dataclass(frozen=True, eq=False)
 class Mimic:
-    """A joint that follows another one: q = multiplier * q_source + offset, one equation between coordinates."""
+    """A joint that follows another one: q = multiplier * q_source + offset.
+
+    Attributes:
+        source: joint that is followed.
+        multiplier: rate over rate of the source.
+        offset: [rad or m] coordinate with the source at zero.
+    """
 
     source: str
     multiplier: float = 1.0
-    offset: float = 0.0  # [rad or m]
+    offset: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class Closure:
-    """Ties a frame of `link_a` to a frame of `link_b`; what coincides is said by `kind`.
+    """Ties a frame of `link_a` to a frame of `link_b`; `kind` says what coincides.
 
-    planar: the two points, in the plane of the loop (2 equations, a pin of a planar loop); point:
-    the two points (3, a spherical joint); axis: the points and the z axes (5, a revolute joint);
-    frame: everything (6, a weld). More equations than the loop needs are found by rank, where they
-    agree.
+    planar: the two points, in the plane of the loop (2 equations, a pin of a planar loop).
+    point: the two points (3, a spherical joint).
+    axis: the points and the z axes (5, a revolute joint).
+    frame: everything (6, a weld).
+    Equations beyond those that the loop needs are found by their rank, and agree with the others.
+
+    Attributes:
+        name: of the closure.
+        link_a, link_b: the two links.
+        point_a, point_b: (3,) [m] origins of the two frames, each in its link frame.
+        kind: what coincides.
+        rotation_a, rotation_b: (3, 3) from the two frames to their link frames.
+        assembly: name of an assembly mode; None for the one nearest the reference.
     """
 
     name: str
     link_a: str
-    point_a: Array  # [m] in link_a
+    point_a: Array
     link_b: str
-    point_b: Array  # [m] in link_b
+    point_b: Array
     kind: ClosureKind = "planar"
-    rotation_a: Array = field(
-        default_factory=lambda: frozen(np.eye(3))
-    )  # (3, 3) closure frame to link_a
-    rotation_b: Array = field(default_factory=lambda: frozen(np.eye(3)))
-    assembly: str | None = None  # name of an assembly mode; None: the one nearest the reference
+    rotation_a: Array = field(default_factory=lambda: _IDENTITY)
+    rotation_b: Array = field(default_factory=lambda: _IDENTITY)
+    assembly: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """A four-bar loop as Chu et al. (2020) write it: links l_(i-1), l_i, l_k1, l_k2 and its type letter.
+    """A four-bar loop of Type A to D, Chu et al. (2020), with the links l_(i-1), l_i, l_k1, l_k2.
 
-    Type A: l_i hangs on the base, l_k2 on l_k1; the pin ties l_k2 to l_i; the arm goes on from l_i.
-    Type B: l_i hangs on the base, l_k2 on l_i; the pin ties l_k1 to l_k2; the arm goes on from
-    l_k2. Type C is B, and D is A, with l_i and l_k2 exchanged. l_k1 always hangs on the base.
+    l_k1 always hangs on the base.
+    Type A: l_i hangs on the base, l_k2 on l_k1. The pin ties l_k2 to l_i. The arm goes on from l_i.
+    Type B: l_i hangs on the base, l_k2 on l_i. The pin ties l_k1 to l_k2. The arm goes on from
+    l_k2.
+    Type C is B, and D is A, with l_i and l_k2 exchanged.
+
+    Attributes:
+        name: of the loop, and of the closure that is its pin.
+        type: "A" to "D".
+        base: the link l_(i-1).
+        arm: the link l_i.
+        k1: the link l_k1.
+        k2: the link l_k2.
     """
 
     name: str
@@ -113,7 +164,35 @@ class Loop:
 
 @dataclass(frozen=True, eq=False)
 class RobotDescription(Picklable):
-    """Everything a file says of a robot, checked; `coordinates` are `active` then the rest in file order."""
+    """Everything a file says of a robot, checked.
+
+    The coordinates of the robot are those of `active`, then the others in the order of the file.
+
+    Attributes:
+        name: of the robot.
+        source: where its numbers come from.
+        gravity: (3,) [m/s^2] in the base frame.
+        base: name of the base link.
+        links: moving links by name, each with the links fixed to it as one body.
+        joints: by name.
+        closures: ties that close the loops.
+        loops: those of Type A to D, by name.
+        active: joints that are driven, in order.
+        end_effector: name of its frame.
+        frames: by name, with those of fixed links and of the end effector.
+        reference: coordinates of the reference configuration [rad or m], by joint.
+        active_set: "motors" where independent coordinates are to be found from the motors by rank.
+        mimics: by the joint that follows.
+        file: that the description was read from.
+        lines: line of each entry, by dotted key.
+        files: file of each entry that stands in another file, by dotted key.
+        notes: what the loader assumed or left out, one sentence each.
+        warnings: those of the notes about entries that are allowed and hardly meant.
+        effects: by joint, where the file gives any.
+        payloads: frame and body by name.
+        actuators: by joint.
+        parts: links fixed to others, each in the frame of the body that it belongs to.
+    """
 
     name: str
     source: str
@@ -127,51 +206,43 @@ class RobotDescription(Picklable):
     end_effector: str
     frames: Mapping[str, Frame]
     reference: Mapping[str, float] = field(default_factory=dict)
-    active_set: ActiveSet = (
-        "exact"  # "motors": independent coordinates are found from the motors by rank
-    )
-    mimics: Mapping[str, Mimic] = field(default_factory=dict)  # by the joint that follows
+    active_set: ActiveSet = "exact"
+    mimics: Mapping[str, Mimic] = field(default_factory=dict)
     file: str | Path | None = None
-    lines: Mapping[str, int] = field(default_factory=dict)  # where each entry stands, by dotted key
-    files: Mapping[str, str | Path | None] = field(
-        default_factory=dict
-    )  # of entries that stand in another file
-    notes: tuple[str, ...] = ()  # what the loader assumed or left out, one sentence each
-    warnings: tuple[
-        str, ...
-    ] = ()  # those of the notes that tell of what is allowed and hardly meant, with its place
-    effects: Mapping[str, JointEffect] = field(
-        default_factory=dict
-    )  # by joint, where the file gives any
-    payloads: Mapping[str, tuple[str, Payload]] = field(
-        default_factory=dict
-    )  # frame and body by name
-    actuators: Mapping[str, HydraulicCylinder] = field(default_factory=dict)  # by joint
-    parts: Mapping[str, Link] = field(
-        default_factory=dict
-    )  # links fixed to others, in whose frame and data they are
+    lines: Mapping[str, int] = field(default_factory=dict)
+    files: Mapping[str, str | Path | None] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    effects: Mapping[str, JointEffect] = field(default_factory=dict)
+    payloads: Mapping[str, tuple[str, Payload]] = field(default_factory=dict)
+    actuators: Mapping[str, HydraulicCylinder] = field(default_factory=dict)
+    parts: Mapping[str, Link] = field(default_factory=dict)
 
     def body_of(self, part: str) -> str:
         """The link of which a part is one; `frames` tells where on it."""
         return self.frames[part].link
 
     def closure_key(self, closure: str) -> str:
-        """The key under which the file gives a closure: a loop of Type A to D, a closure of its own, or a follower."""
+        """The dotted key under which the file gives a closure, a loop or a joint that follows."""
         if closure in self.mimics and f"closures.{closure}" not in self.lines:
             return f"joints.{closure}.mimic"
-        return f"loops.{closure}" if closure in self.loops else f"closures.{closure}"
+        if closure in self.loops:
+            return f"loops.{closure}"
+        return f"closures.{closure}"
 
     def error(self, key: str, problem: str) -> DescriptionError:
-        """A DescriptionError that points at an entry, or at the nearest one around it, and tells what was doubted."""
-        near = key
-        while near and near not in self.lines:
-            near = near.rpartition(".")[0]
-        file = self.files.get(near, self.file)
+        """A DescriptionError at an entry, or at the nearest around it, with all warnings."""
+        located_key = key
+        while located_key and located_key not in self.lines:
+            located_key = located_key.rpartition(".")[0]
         return DescriptionError(
-            with_warnings(problem, self.warnings), key=key, file=file, line=self.lines.get(near)
+            with_warnings(problem, self.warnings),
+            key=key,
+            file=self.files.get(located_key, self.file),
+            line=self.lines.get(located_key),
         )
 
 
 def effects_of(description: RobotDescription, joint: str) -> JointEffect:
-    """What the description says acts along a joint."""
+    """What the description says acts along a joint; no effect where it says nothing."""
     return description.effects.get(joint, JointEffect())

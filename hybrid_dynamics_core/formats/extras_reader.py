@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from ..description.checks.schema import check_schema
-from ..description.document import Document, File
+from ..description.document import Document, FilePath
 from ..description.located_yaml import read_yaml
 from ..ground.suggestions import suggestion
 
 TAG = "hybrid_dynamics"  # of the element, text or key that holds the entries
 
 
-def extend(document: Document, text: str, file: File, line: int) -> None:
+def extend(document: Document, text: str, file: FilePath, line: int) -> None:
     """Join the entries written in a text that begins at a line of a file with those that the format gave.
 
     DescriptionError where they are not entries of this kind, or name what the format did not give.

@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from ..description.build import build_description
-from ..description.checks.loop_types import check_loop_names, check_loops
-from ..description.checks.names_and_values import check_names, check_values
+from ..description.checks.loop_types import check_loop_names, check_loop_types
+from ..description.checks.names import check_names
 from ..description.checks.schema import check_schema
+from ..description.checks.values import check_values
 from ..description.defaults import driven_joints, farthest_link
 from ..description.document import Document
-from ..description.expand.expand import expand
+from ..description.expand.short_forms import expand_short_forms
 from ..description.files import read_text
 from ..description.located_yaml import read_yaml
 from ..description.model import RobotDescription
@@ -98,10 +99,10 @@ def read_urdf(
 def describe(document: Document) -> RobotDescription:
     """Expand, check and build a document that fits the schema."""
     expand_urdf(document)
-    expand(document)
+    expand_short_forms(document)
     check_names(document)
     check_loop_names(document)
     description = build_description(document)
     check_values(document, description)
-    check_loops(document, description)
+    check_loop_types(document, description)
     return description

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..closure.constraints.planar import plane_basis
 from ..description.effects import Payload
-from ..description.geometry import rotation_to_axis
+from ..description.geometry import rotation_with_z_axis
 from ..description.model import Closure, Frame, RobotDescription
 from ..ground.arrays import Array
 from ..mechanism.tree import build_tree
@@ -55,7 +55,9 @@ def hinge(robot: RobotDescription, closure: Closure) -> tuple[Array, Array]:
     a, b = tree.body_index(closure.link_a), tree.body_index(closure.link_b)
     path_a, path_b, ancestor = tree.branches(a, b)
     normal = plane_basis(tree, path_a + path_b, ancestor)[2]
-    on_a, on_b = (rotation_to_axis(tree.zero_pose(body, ancestor)[0].T @ normal) for body in (a, b))
+    on_a, on_b = (
+        rotation_with_z_axis(tree.zero_pose(body, ancestor)[0].T @ normal) for body in (a, b)
+    )
     return on_a, on_b
 
 

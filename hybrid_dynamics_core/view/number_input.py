@@ -61,7 +61,7 @@ def _read(text: str, unit: str) -> float | None:
         if _NUMBER.fullmatch(text):
             value = float(text)
         elif unit == "rad":
-            value = evaluate(text, {}, known="")
+            value = evaluate(text, {}, names_are="")
         else:
             return None
     except (ValueError, ArithmeticError):

@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.description.checks.loop_types import check_loops
+from hybrid_dynamics_core.description.checks.loop_types import check_loop_types
 from hybrid_dynamics_core.description.document import Document
 from hybrid_dynamics_core.formats.reader import parse_description
 from tests.generated.assembly import turn, unit
@@ -75,7 +75,7 @@ def test_every_closure_holds_in_space_by_the_poses_of_its_links(case: Case, seed
 @examples(30)
 @given(robots())
 def test_every_loop_forms_the_type_it_claims(case: Case) -> None:
-    check_loops(Document({}, None, {}), case.description)
+    check_loop_types(Document({}, None, {}), case.description)
 
 
 @examples(24)

@@ -5,68 +5,100 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ..document import Path_
+from ..document import KeyPath
 
 
-def example(path: Path_, value: Any) -> str:
-    """An entry as it may stand in place of a bare value, as `; as in gravity: [0, 0, -9.81]`; nothing for others.
+def example(path: KeyPath, value: Any) -> str:
+    """An entry as it may stand in place of a value, as `; as in gravity: [0, 0, -9.81]`.
 
-    path: of the entry, or of the first number in a list that should be a mapping.
+    Args:
+        path: of the entry, or of the first number in a list that should be a mapping.
+        value: that stands there.
+
+    Returns:
+        The hint, or nothing where no example fits.
     """
     keys = [part for part in path if isinstance(part, str)]
-    key = keys[-1] if keys else ""
+    if not keys:
+        return ""
+    key = keys[-1]
     if key == "inertia" and path[-1] == 0:  # a list of moments
         return f"; as in inertia: {_EXAMPLES[key](value)}"
     if isinstance(value, (dict, list)) or value is None:
         return ""
     if keys[-2:-1] in (["pin"], ["between"]):  # the key is a link's name, the entry a place on it
-        return f"; as in {key}: [{_told(value, '0.1')}, 0, 0]"
-    if key not in _EXAMPLES:
-        return ""
-    if path and isinstance(path[-1], int) and key != "origin":  # [x, y, z] is natural there alone
+        return f"; as in {key}: {_point(value)}"
+    in_list = isinstance(path[-1], int)
+    if key not in _EXAMPLES or (in_list and key != "origin"):  # [x, y, z] is natural elsewhere
         return ""
     return f"; as in {key}: {_EXAMPLES[key](value)}"
 
 
-def _number(value: Any, otherwise: float) -> float:
-    return (
-        float(value)
-        if isinstance(value, (int, float)) and not isinstance(value, bool)
-        else otherwise
-    )
+def _number(value: Any, default: float) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return default
+    return float(value)
 
 
-def _told(value: Any, otherwise: str) -> str:
+def _as_written(value: Any, default: str) -> str:
     """A number or an expression as it was written."""
-    if isinstance(value, str):
-        return (
-            value if any(letter.isdigit() for letter in value) and "," not in value else otherwise
-        )
-    return f"{_number(value, float(otherwise)):g}"
+    if not isinstance(value, str):
+        return f"{_number(value, float(default)):g}"
+    has_digit = any(letter.isdigit() for letter in value)
+    if not has_digit or "," in value:
+        return default
+    return value
 
 
-def _name(value: Any, otherwise: str) -> str:
-    return value if isinstance(value, str) and value.isidentifier() else otherwise
+def _name(value: Any, default: str) -> str:
+    if isinstance(value, str) and value.isidentifier():
+        return value
+    return default
 
 
-def _ends(value: Any) -> str:
+def _gravity(value: Any) -> str:
+    return f"[0, 0, {-abs(_number(value, 9.81)):g}]"
+
+
+def _point(value: Any) -> str:
+    return f"[{_as_written(value, '0.1')}, 0, 0]"
+
+
+def _angles(value: Any) -> str:
+    return f"[0, 0, {_as_written(value, '0.5')}]"
+
+
+def _size(value: Any) -> str:
+    edge = _as_written(value, "0.1")
+    return f"[{edge}, {edge}, {edge}]"
+
+
+def _limits(value: Any) -> str:
     end = abs(_number(value, 1.5)) or 1.5
     return f"[{-end:g}, {end:g}]"
 
 
+def _stroke(value: Any) -> str:
+    return f"[0, {abs(_number(value, 0.5)) or 0.5:g}]"
+
+
+def _two_links(value: Any) -> str:
+    return f"{{{_name(value, 'LINK')}: [0, 0, 0], OTHER_LINK: [0.1, 0, 0]}}"
+
+
 _EXAMPLES: dict[str, Callable[[Any], str]] = {
-    "gravity": lambda value: f"[0, 0, {-abs(_number(value, 9.81)):g}]",
+    "gravity": _gravity,
     "end_effector": lambda value: f"{{link: {_name(value, 'LINK')}}}",
-    "com": lambda value: f"[{_told(value, '0.1')}, 0, 0]",
-    "xyz": lambda value: f"[{_told(value, '0.1')}, 0, 0]",
-    "rpy": lambda value: f"[0, 0, {_told(value, '0.5')}]",
-    "origin": lambda value: f"{{xyz: [{_told(value, '0.1')}, 0, 0], rpy: [0, 0, pi/2]}}",
-    "limits": _ends,
-    "stroke": lambda value: f"[0, {abs(_number(value, 0.5)) or 0.5:g}]",
-    "size": lambda value: "[{0}, {0}, {0}]".format(_told(value, "0.1")),
+    "com": _point,
+    "xyz": _point,
+    "rpy": _angles,
+    "origin": lambda value: f"{{xyz: {_point(value)}, rpy: [0, 0, pi/2]}}",
+    "limits": _limits,
+    "stroke": _stroke,
+    "size": _size,
     "inertia": lambda _: "{xx: 0.1, yy: 0.1, zz: 0.1}, or {box: {size: [0.1, 0.1, 0.2]}}",
-    "pin": lambda value: f"{{{_name(value, 'LINK')}: [0, 0, 0], OTHER_LINK: [0.1, 0, 0]}}",
-    "between": lambda value: f"{{{_name(value, 'LINK')}: [0, 0, 0], OTHER_LINK: [0.1, 0, 0]}}",
+    "pin": _two_links,
+    "between": _two_links,
     "active": lambda value: f"[{_name(value, 'JOINT')}]",
     "reference": lambda value: f"{{JOINT: {_number(value, 0.5):g}}}",
 }

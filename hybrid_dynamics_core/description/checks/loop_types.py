@@ -1,4 +1,4 @@
-"""Loops of Type A to D, Chu et al. (2020), Section 2: whether the links given form the type that is claimed.
+"""Whether the links of a loop form its type: A to D of Chu et al. (2020), Section 2.
 
 The letter says which link hangs on which, what the cut pin ties, and on which link the arm goes on.
 """
@@ -10,144 +10,163 @@ from typing import NamedTuple
 import numpy as np
 
 from ...ground.suggestions import no_such_name
-from ..document import Document, Path_
-from ..model import Loop, RobotDescription
+from ..document import Document, KeyPath
+from ..model import Joint, Loop, RobotDescription
+
+_ROLES = ("base", "arm", "k1", "k2")
+_SAME_AXIS = 1e-9  # sine of the angle between two axes, and their distance [m], from rounding
 
 
-class _Type(NamedTuple):
+class _LoopType(NamedTuple):
+    """Roles of links: carriers of arm and k2, ends of the pin, output that the arm goes on from."""
+
     arm_on: str
     k2_on: str
     pin: tuple[str, str]
-    goes_on: str
+    output: str
 
 
-TYPES = {  # C is B, and D is A, with l_i and l_k2 exchanged; l_k1 always hangs on the base
-    "A": _Type("base", "k1", ("arm", "k2"), "arm"),
-    "B": _Type("base", "arm", ("k1", "k2"), "k2"),
-    "C": _Type("k2", "base", ("k1", "arm"), "arm"),
-    "D": _Type("k1", "base", ("k2", "arm"), "k2"),
+_TYPES = {  # C is B, and D is A, with l_i and l_k2 exchanged; l_k1 always hangs on the base
+    "A": _LoopType("base", "k1", ("arm", "k2"), "arm"),
+    "B": _LoopType("base", "arm", ("k1", "k2"), "k2"),
+    "C": _LoopType("k2", "base", ("k1", "arm"), "arm"),
+    "D": _LoopType("k1", "base", ("k2", "arm"), "k2"),
 }
-ROLES = ("base", "arm", "k1", "k2")
 
 
 def check_loop_names(document: Document) -> None:
-    """Raise a DescriptionError where a loop names a link that does not exist, or one link in two roles."""
-    known = [document.data.get("base", "base"), *document.data.get("links", {})]
+    """Check that every loop names four links.
+
+    Raises:
+        DescriptionError: a link does not exist, or has two roles.
+    """
+    links = [document.data.get("base", "base"), *document.data.get("links", {})]
     for name, entry in document.data.get("loops", {}).items():
-        for role in ROLES:
-            path: Path_ = ("loops", name, role)
+        for role in _ROLES:
+            path: KeyPath = ("loops", name, role)
             link = entry[role]
-            if link not in known:
-                problem = no_such_name("link", link, known)
-                raise document.error(path, problem)
-            other = next(r for r in ROLES if entry[r] == link)
-            if other != role:
+            if link not in links:
+                raise document.error(path, no_such_name("link", link, links))
+            first_role = next(other for other in _ROLES if entry[other] == link)
+            if first_role != role:
                 raise document.error(
-                    path, f"'{link}' is also {other}; a four-bar loop has four links"
+                    path, f"'{link}' is also {first_role}; a four-bar loop has four links"
                 )
 
 
-def check_loops(document: Document, robot: RobotDescription) -> None:
-    """Raise a DescriptionError at the first loop whose links do not form its type."""
-    for name, loop in robot.loops.items():
-        _Check(document, robot, name, loop).check()
+def check_loop_types(document: Document, robot: RobotDescription) -> None:
+    """Check that the links of every loop form its type.
+
+    Raises:
+        DescriptionError: the first loop whose links do not.
+    """
+    for loop in robot.loops.values():
+        _LoopCheck(document, robot, loop).check()
 
 
-class _Check:
-    def __init__(self, document: Document, robot: RobotDescription, name: str, loop: Loop) -> None:
-        self.document, self.robot, self.loop = document, robot, loop
-        self.path: Path_ = ("loops", name)
-        self.links = {role: str(getattr(loop, role)) for role in ROLES}
-        closure = next(c for c in robot.closures if c.name == name)
-        self.pin = {closure.link_a, closure.link_b}
-        self.joint_of = {joint.child: joint for joint in robot.joints.values()}
+class _LoopCheck:
+    def __init__(self, document: Document, robot: RobotDescription, loop: Loop) -> None:
+        self.document = document
+        self.robot = robot
+        self.loop = loop
+        self.path: KeyPath = ("loops", loop.name)
+        self.links = {role: str(getattr(loop, role)) for role in _ROLES}
+        pin = next(closure for closure in robot.closures if closure.name == loop.name)
+        self.pinned = {pin.link_a, pin.link_b}
+        self.joint_to = {joint.child: joint for joint in robot.joints.values()}
 
     def check(self) -> None:
-        problem = self.misfit(self.loop.type)
-        if problem is not None:
-            key, text = problem
-            fitting = [letter for letter in TYPES if self.misfit(letter) is None]
-            hint = f"; the links as given form Type {fitting[0]}" if fitting else ""
-            raise self.document.error((*self.path, key), text + hint)
-        self.goes_on()
+        contradiction = self.contradiction(self.loop.type)
+        if contradiction is not None:
+            key, problem = contradiction
+            for letter in _TYPES:
+                if self.contradiction(letter) is None:
+                    problem += f"; the links as given form Type {letter}"
+                    break
+            raise self.document.error((*self.path, key), problem)
+        self.check_output()
 
-    def misfit(self, letter: str) -> tuple[str, str] | None:
-        """The first contradiction between the tree and a type: (key, text)."""
-        wanted = TYPES[letter]
-        for role, on in (("k1", "base"), ("k2", wanted.k2_on), ("arm", wanted.arm_on)):
-            if not self.hangs(role, on):
-                found = (
-                    self.joint_of[self.links[role]].parent
-                    if self.links[role] in self.joint_of
-                    else "nothing"
-                )
-                return (
-                    role,
-                    (
-                        f"in a loop of Type {letter} the link of `{role}` hangs on that of `{on}`,"
-                        f" but here '{self.links[role]}' hangs on '{found}', not on"
-                        f" '{self.links[on]}'"
-                    ),
-                )
-        tied = {self.links[role] for role in wanted.pin}
-        if self.pin != tied:
-            return (
-                "pin",
-                (
-                    f"in a loop of Type {letter} the pin ties the links of `{wanted.pin[0]}` and"
-                    f" `{wanted.pin[1]}` ('{self.links[wanted.pin[0]]}' and"
-                    f" '{self.links[wanted.pin[1]]}'), but here it ties"
-                    f" {' and '.join(repr(x) for x in sorted(self.pin))}"
-                ),
-            )
+    def contradiction(self, letter: str) -> tuple[str, str] | None:
+        """The first contradiction between the tree and a type: (key, problem)."""
+        loop_type = _TYPES[letter]
+        carriers = {"k1": "base", "k2": loop_type.k2_on, "arm": loop_type.arm_on}
+        for role, carrier in carriers.items():
+            if not self.hangs_on(role, carrier):
+                return role, self.wrong_carrier(letter, role, carrier)
+        if self.pinned != {self.links[role] for role in loop_type.pin}:
+            return "pin", self.wrong_pin(letter)
         return None
 
-    def hangs(self, role: str, on: str) -> bool:
-        """Whether a link hangs on another, or beside it on the same pivot (one pin through three links)."""
-        joint, other = self.joint_of.get(self.links[role]), self.joint_of.get(self.links[on])
+    def wrong_carrier(self, letter: str, role: str, carrier: str) -> str:
+        link = self.links[role]
+        parent = "nothing"
+        if link in self.joint_to:
+            parent = self.joint_to[link].parent
+        return (
+            f"in a loop of Type {letter} the link of `{role}` hangs on that of `{carrier}`, but"
+            f" here '{link}' hangs on '{parent}', not on '{self.links[carrier]}'"
+        )
+
+    def wrong_pin(self, letter: str) -> str:
+        one, other = _TYPES[letter].pin
+        pinned = " and ".join(repr(link) for link in sorted(self.pinned))
+        return (
+            f"in a loop of Type {letter} the pin ties the links of `{one}` and `{other}`"
+            f" ('{self.links[one]}' and '{self.links[other]}'), but here it ties {pinned}"
+        )
+
+    def hangs_on(self, role: str, carrier: str) -> bool:
+        """Whether a link hangs on another, or beside it on one pivot through three links."""
+        joint = self.joint_to.get(self.links[role])
         if joint is None:
             return False
-        if joint.parent == self.links[on]:
+        if joint.parent == self.links[carrier]:
             return True
-        if on != "base" or other is None or other.parent != joint.parent:
+        beside = self.joint_to.get(self.links[carrier])
+        if carrier != "base" or beside is None or beside.parent != joint.parent:
             return False
-        if joint.type != "revolute" or other.type != "revolute":
-            return False
-        axis = joint.rotation @ joint.axis
-        apart = joint.translation - other.translation
-        skew = float(np.linalg.norm(np.cross(axis, other.rotation @ other.axis)))
-        return skew < 1e-9 and float(np.linalg.norm(np.cross(axis, apart))) < 1e-9
+        return _share_pivot(joint, beside)
 
-    def goes_on(self) -> None:
-        """The claim about the link that carries the arm on, where the tree tells."""
-        claimed = self.links[TYPES[self.loop.type].goes_on]
+    def check_output(self) -> None:
+        """Check the claim about the link that carries the arm on, where the tree tells."""
+        output = self.links[_TYPES[self.loop.type].output]
         members = [self.links[role] for role in ("arm", "k1", "k2")]
-        on_the_way = [link for link in self._to_end_effector() if link in members]
-        if not on_the_way or on_the_way[0] == claimed or self._carries(claimed):
+        carriers = [link for link in self.links_below_end_effector() if link in members]
+        if not carriers or carriers[0] == output or self.carries_something(output):
             return
         raise self.document.error(
             (*self.path, "type"),
-            f"in a loop of Type {self.loop.type} the arm goes on from '{claimed}', but the end"
-            f" effector hangs on '{on_the_way[0]}' and '{claimed}' carries nothing; choose another"
-            f" type, or hang the next link on '{claimed}'",
+            f"in a loop of Type {self.loop.type} the arm goes on from '{output}', but the end"
+            f" effector hangs on '{carriers[0]}' and '{output}' carries nothing; choose another"
+            f" type, or hang the next link on '{output}'",
         )
 
-    def _to_end_effector(self) -> list[str]:
+    def links_below_end_effector(self) -> list[str]:
         """Links from the end effector down to the base."""
         link = self.robot.frames[self.robot.end_effector].link
         links = [link]
-        while link in self.joint_of:
-            link = self.joint_of[link].parent
+        while link in self.joint_to:
+            link = self.joint_to[link].parent
             links.append(link)
         return links
 
-    def _carries(self, link: str) -> bool:
+    def carries_something(self, link: str) -> bool:
+        """Whether links outside of the loop hang on a link, or other closures tie it."""
         members = set(self.links.values())
-        hung = any(
-            joint.parent == link and joint.child not in members
-            for joint in self.robot.joints.values()
-        )
-        tied = any(
-            link in (c.link_a, c.link_b) for c in self.robot.closures if c.name != self.loop.name
-        )
-        return hung or tied
+        for joint in self.robot.joints.values():
+            if joint.parent == link and joint.child not in members:
+                return True
+        for closure in self.robot.closures:
+            if closure.name != self.loop.name and link in (closure.link_a, closure.link_b):
+                return True
+        return False
+
+
+def _share_pivot(one: Joint, other: Joint) -> bool:
+    """Whether two revolute joints on one link have the same axis."""
+    if one.type != "revolute" or other.type != "revolute":
+        return False
+    axis = one.rotation @ one.axis
+    skew = np.cross(axis, other.rotation @ other.axis)
+    distance = np.cross(axis, one.translation - other.translation)
+    return bool(np.linalg.norm(skew) < _SAME_AXIS and np.linalg.norm(distance) < _SAME_AXIS)

@@ -1,105 +1,108 @@
-"""Lengths that are hardly metres, by the reach of the robot, and inertias that are hardly kg m^2, by the same."""
+"""Lengths that are hardly metres, and inertias hardly kg m^2, by the reach of the robot."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
 from ...ground.arrays import Array
-from ..document import Document, Path_
-from ..model import RobotDescription
+from ..document import Document, KeyPath
+from ..model import Joint, RobotDescription
 
-SLIDE = (
-    40.0,
-    20.0,
-)  # [m] a stroke that long, and so many times longer than the robot reaches, is written in millimetres
-OUTSIDE = 4.0  # times the reach of the robot, that no link's mass is from its centre of mass
-LONGEST = (
-    250.0  # [m] the longest machine that moves on land, a bucket-wheel excavator, is 225 m long
-)
-Part = tuple[float, Path_]  # a length [m], and where it is written
+# A bucket-wheel excavator, the longest machine that moves on land, is 225 m long.
+_LONGEST_REACH = 250.0  # [m]
+# A longer stroke, so many times longer than the robot reaches, is written in millimetres.
+_LONG_STROKE = 40.0  # [m]
+_STROKE_RATIO = 20.0  # of a stroke to the reach
+_GYRATION_RATIO = 4.0  # of a radius of gyration to the reach: no mass is so far outside
+
+_Length = tuple[float, KeyPath]  # a length [m], and where it is written
 
 
-def doubt_lengths(document: Document, robot: RobotDescription) -> None:
-    """Note the largest length of a robot that reaches beyond `LONGEST`; strokes and inertias of another size."""
-    farthest = _farthest(robot)
-    reach = _reach(farthest)
-    _doubt_strokes(document, robot, reach)
-    _doubt_inertias(document, robot, reach)
-    if reach > LONGEST:
-        length, path = max(farthest, key=lambda part: part[0])
-        told = (
+def warn_of_lengths(document: Document, robot: RobotDescription) -> None:
+    """Warn of strokes, inertias and lengths that do not fit the size of a robot."""
+    lengths = _longest_path(robot)
+    reach = _total(lengths)
+    _warn_of_strokes(document, robot, reach)
+    _warn_of_inertias(document, robot, reach)
+    if reach > _LONGEST_REACH:
+        length, path = max(lengths, key=lambda item: item[0])
+        document.warn(
+            path,
             f"{length:.4g} m, and the robot reaches {reach:.4g} m from its base: are these"
-            " millimetres?"
-        )
-        document.doubt(
-            path, f"{told} Lengths are in metres: {length:.4g} mm are written {length / 1000.0:.4g}"
+            f" millimetres? Lengths are in metres: {length:.4g} mm are written"
+            f" {length / 1000.0:.4g}",
         )
 
 
-def _farthest(robot: RobotDescription) -> list[Part]:
-    """The lengths from the base to what is farthest, slides at zero."""
-    joints = {joint.child: joint for joint in robot.joints.values()}
-
-    def way(link: str) -> list[Part]:
-        """The lengths from the base to a link."""
-        parts: list[Part] = []
-        while link in joints:
-            joint = joints[link]
-            parts.append(_part(joint.translation, ("joints", joint.name, "origin")))
-            link = joint.parent
-        return parts
-
-    ends = [
-        [_part(link.com, ("links", name, "com")), *way(name)] for name, link in robot.links.items()
-    ]
-    for name, frame in robot.frames.items():
-        path: Path_ = ("end_effector",) if name == robot.end_effector else ("frames", name)
-        ends.append([_part(frame.translation, path), *way(frame.link)])
-    for closure in robot.closures:
-        path = ("loops" if closure.name in robot.loops else "closures", closure.name)
-        ends.append([_part(closure.point_a, path), *way(closure.link_a)])
-        ends.append([_part(closure.point_b, path), *way(closure.link_b)])
-    return max(ends, key=_reach, default=[])
+def _longest_path(robot: RobotDescription) -> list[_Length]:
+    """The lengths from the base to what is farthest from it, slides at zero."""
+    joint_to = {joint.child: joint for joint in robot.joints.values()}
+    paths: list[list[_Length]] = []
+    for point, key_path, link in _ends(robot):
+        paths.append([(_norm(point), key_path), *_path_to(link, joint_to)])
+    return max(paths, key=_total, default=[])
 
 
-def _doubt_inertias(document: Document, robot: RobotDescription, reach: float) -> None:
-    """Note inertias whose mass would have to be far outside of the robot."""
+def _ends(robot: RobotDescription) -> list[tuple[Array, KeyPath, str]]:
+    """Points on links [m]: centres of mass, frames and closures, with key and link."""
+    ends: list[tuple[Array, KeyPath, str]] = []
     for name, link in robot.links.items():
-        moment = float(np.trace(link.inertia)) / 2.0
-        away = np.sqrt(moment / link.mass) if link.mass else 0.0
-        if (
-            reach > 0.0
-            and away > OUTSIDE * reach
-            and "inertia" in (document.data["links"].get(name) or {})
-        ):
-            told = (
-                f"its {link.mass:.4g} kg would have to be {away:.3g} m from its centre of mass, and"
-                " the robot reaches"
-            )
-            document.doubt(
-                ("links", name, "inertia"),
-                f"{told} {reach:.3g} m: are these g mm^2 or kg mm^2? Inertias are in kg m^2: 1 kg"
-                " mm^2 is 1e-6, 1 g mm^2 is 1e-9",
-            )
+        ends.append((link.com, ("links", name, "com"), name))
+    for name, frame in robot.frames.items():
+        path: KeyPath = ("frames", name)
+        if name == robot.end_effector:
+            path = ("end_effector",)
+        ends.append((frame.translation, path, frame.link))
+    for closure in robot.closures:
+        section = "loops" if closure.name in robot.loops else "closures"
+        path = (section, closure.name)
+        ends.append((closure.point_a, path, closure.link_a))
+        ends.append((closure.point_b, path, closure.link_b))
+    return ends
 
 
-def _doubt_strokes(document: Document, robot: RobotDescription, reach: float) -> None:
-    """Note slides whose limits have nothing to do with the size of the robot."""
-    least, times = SLIDE
+def _path_to(link: str, joint_to: dict[str, Joint]) -> list[_Length]:
+    """The lengths from the base to a link."""
+    lengths: list[_Length] = []
+    while link in joint_to:
+        joint = joint_to[link]
+        lengths.append((_norm(joint.translation), ("joints", joint.name, "origin")))
+        link = joint.parent
+    return lengths
+
+
+def _warn_of_strokes(document: Document, robot: RobotDescription, reach: float) -> None:
+    """Warn of slides whose limits have nothing to do with the size of the robot."""
     for name, joint in robot.joints.items():
-        limit = max((abs(end) for end in joint.limits if np.isfinite(end)), default=0.0)
-        if (
-            joint.type == "prismatic"
-            and limit >= least
-            and limit > times * reach
-            and not _stands_for_none(limit)
-        ):
-            told = (
-                f"{limit:g} m, and the robot reaches {reach:.4g} m from its base: are these"
-                " millimetres?"
-            )
-            document.doubt(
-                ("joints", name, "limits"), f"{told} {limit:g} mm are written {limit / 1000.0:g}"
+        ends = [abs(end) for end in joint.limits if math.isfinite(end)]
+        limit = max(ends, default=0.0)
+        if joint.type != "prismatic" or limit < _LONG_STROKE or limit <= _STROKE_RATIO * reach:
+            continue
+        if _stands_for_none(limit):
+            continue
+        document.warn(
+            ("joints", name, "limits"),
+            f"{limit:g} m, and the robot reaches {reach:.4g} m from its base: are these"
+            f" millimetres? {limit:g} mm are written {limit / 1000.0:g}",
+        )
+
+
+def _warn_of_inertias(document: Document, robot: RobotDescription, reach: float) -> None:
+    """Warn of inertias whose mass would have to be far outside of the robot."""
+    for name, link in robot.links.items():
+        if not link.mass or reach <= 0.0:
+            continue
+        moment = float(np.trace(link.inertia)) / 2.0
+        gyration = np.sqrt(moment / link.mass)
+        entry = document.data["links"].get(name) or {}
+        if gyration > _GYRATION_RATIO * reach and "inertia" in entry:
+            document.warn(
+                ("links", name, "inertia"),
+                f"its {link.mass:.4g} kg would have to be {gyration:.3g} m from its centre of mass,"
+                f" and the robot reaches {reach:.3g} m: are these g mm^2 or kg mm^2? Inertias are"
+                " in kg m^2: 1 kg mm^2 is 1e-6, 1 g mm^2 is 1e-9",
             )
 
 
@@ -108,9 +111,9 @@ def _stands_for_none(limit: float) -> bool:
     return float(np.log10(limit)).is_integer()
 
 
-def _part(vector: Array, path: Path_) -> Part:
-    return float(np.linalg.norm(vector)), path
+def _norm(vector: Array) -> float:
+    return float(np.linalg.norm(vector))
 
 
-def _reach(parts: list[Part]) -> float:
-    return sum(length for length, _ in parts)
+def _total(lengths: list[_Length]) -> float:
+    return sum(length for length, _ in lengths)

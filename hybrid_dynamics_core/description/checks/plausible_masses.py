@@ -1,41 +1,49 @@
-"""Masses that are hardly kilograms: one link that outweighs all others by far is written in grams."""
+"""Masses that are hardly kilograms: a link that outweighs all others by far is in grams."""
 
 from __future__ import annotations
 
 from statistics import median
 
-from ..document import Document, Path_
-from ..places import Places
-from ..values import Numbers
+from ..document import KeyPath
+from ..entries import section_entries
+from ..model import RobotDescription
+from ..values import ValueReader
 
-MANY_TIMES = (
-    500.0  # of the median of the others: grams make a link a thousand times as heavy as it is
-)
-# of the next heaviest: a platform on light rods and crosses is not ten times as heavy as the next
-# link
-NEXT = 50.0
-OTHERS = 2  # links with a mass that there have to be beside it
+# Grams make a link a thousand times as heavy as it is.
+MEDIAN_RATIO = 500.0  # of the heaviest link to the median of the others
+# A platform on light rods and crosses is not ten times as heavy as the next link.
+NEXT_RATIO = 50.0  # of the heaviest link to the next heaviest
+_MIN_OTHERS = 2  # other links with a mass, without which nothing can be compared
 
 
-def doubt_masses(document: Document, numbers: Numbers, places: Places, base: str) -> None:
-    """Note the heaviest moving link where it has more than `MANY_TIMES` the median mass of the others, and `NEXT`.
+def warn_of_masses(values: ValueReader, robot: RobotDescription) -> None:
+    """Warn of the heaviest moving link where it outweighs the others by far.
 
-    What is fixed to the base is left out: foundations are as heavy as they like.
+    What is fixed to the base is not compared: foundations are as heavy as they like.
     """
-    found: list[tuple[float, Path_]] = []
-    for name, entry in document.data["links"].items():
-        path: Path_ = ("links", name, "mass")
-        mass = numbers.number((entry or {}).get("mass", 0), path)
-        if mass > 0.0 and places.place(name)[0] != base:
-            found.append((mass, path))
-    if len(found) <= OTHERS:
+    masses = sorted(_moving_masses(values, robot), key=lambda item: item[0])
+    if len(masses) <= _MIN_OTHERS:
         return
-    *others, (mass, path) = sorted(found, key=lambda part: part[0])
-    usual = median(other for other, _ in others)
-    if mass > MANY_TIMES * usual and mass > NEXT * others[-1][0]:
-        told = (
-            f"{mass:.4g} kg, and the median of the other links is {usual:.3g} kg: are these grams?"
-        )
-        document.doubt(
-            path, f"{told} Masses are in kilograms: {mass:.4g} g are written {mass / 1000.0:.4g}"
-        )
+    *others, (mass, path) = masses
+    typical = median(other for other, _ in others)
+    next_heaviest, _ = others[-1]
+    if mass <= MEDIAN_RATIO * typical or mass <= NEXT_RATIO * next_heaviest:
+        return
+    values.document.warn(
+        path,
+        f"{mass:.4g} kg, and the median of the other links is {typical:.3g} kg: are these grams?"
+        f" Masses are in kilograms: {mass:.4g} g are written {mass / 1000.0:.4g}",
+    )
+
+
+def _moving_masses(values: ValueReader, robot: RobotDescription) -> list[tuple[float, KeyPath]]:
+    """Masses of links that move, and where they are written."""
+    masses: list[tuple[float, KeyPath]] = []
+    for name, link in section_entries(values, "links").items():
+        mass = link.number("mass")
+        body = name
+        if name in robot.parts:
+            body = robot.body_of(name)
+        if mass > 0.0 and body != robot.base:
+            masses.append((mass, link.key_path("mass")))
+    return masses

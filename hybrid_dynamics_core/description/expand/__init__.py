@@ -1,1 +1,1 @@
-"""Short forms of a description: each becomes links, joints, frames and closures."""
+"""Chains, modules, legs and loops of a description become links, joints and closures."""

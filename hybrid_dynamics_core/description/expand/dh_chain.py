@@ -1,65 +1,83 @@
 """Denavit-Hartenberg rows -> joints, in both conventions.
 
-Standard:  T = Rz(theta) Tz(d) Tx(a) Rx(alpha). The joint moves about or along z of the link before,
-so its constant
-part behind the joint, Tx(a) Rx(alpha), becomes the frame in which the link's data are given: the
-link's frame stays the
-Denavit-Hartenberg frame.
-Modified (Craig):  T = Rx(alpha) Tx(a) Rz(theta) Tz(d). The link's frame stands at its own joint.
+Standard: T = Rz(theta) Tz(d) Tx(a) Rx(alpha). The joint moves about or along z of the link before.
+Its constant part behind the joint, Tx(a) Rx(alpha), becomes the frame in which the link's data are
+given: the link's frame stays the Denavit-Hartenberg frame.
+Modified (Craig): T = Rx(alpha) Tx(a) Rz(theta) Tz(d). The link's frame stands at its own joint.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from ..document import Document, Path_
+from ..document import Document, KeyPath
 
-COPIED = ("limits", "friction", "drive", "spring")  # keys of a row that a joint has too
+_JOINT_KEYS = ("limits", "friction", "drive", "spring")  # of a row that a joint has too
 
 
 def expand_chain(document: Document) -> None:
-    """Add the joint of every row, and the frame of its link in the standard convention."""
+    """Add the joint of every row, and in the standard convention the frame of its link."""
     chain = document.data.pop("chain", None)
     if chain is None:
         return
+    add_row = _add_modified
+    if chain["convention"] == "standard":
+        add_row = _add_standard
     parent = chain.get("base", document.data.get("base", "base"))
     for k, row in enumerate(chain["rows"]):
-        _expand_row(
-            document,
-            row,
-            row.get("parent", parent),
-            ("chain", "rows", k),
-            chain["convention"] == "standard",
-        )
+        row_path: KeyPath = ("chain", "rows", k)
+        parent_path: KeyPath = ("chain", "base")
+        if "parent" in row:
+            parent = row["parent"]
+            parent_path = (*row_path, "parent")
+        add_row(document, row, parent, row_path)
+        document.alias(("joints", row["joint"], "parent"), parent_path)
         parent = row["child"]
 
 
-def _expand_row(
-    document: Document, row: dict[str, Any], parent: str, written: Path_, standard: bool
-) -> None:
-    theta, d, a, alpha = (row.get(key, 0) for key in ("theta", "d", "a", "alpha"))
-    about_z = {"xyz": [0, 0, d], "rpy": [0, 0, theta]}
-    about_x = {"xyz": [a, 0, 0], "rpy": [alpha, 0, 0]}
+def _add_standard(document: Document, row: dict[str, Any], parent: str, row_path: KeyPath) -> None:
+    about_z, about_x = _poses(row)
+    joint_path = ("joints", row["joint"])
+    document.add(joint_path, _joint(row, parent, [about_z]), row_path)
+    frame_path = ("frames", row["child"])
+    document.add(frame_path, {"link": row["child"], **about_x}, row_path)
+    _alias_numbers(document, (*joint_path, "origin", 0), frame_path, row_path)
+
+
+def _add_modified(document: Document, row: dict[str, Any], parent: str, row_path: KeyPath) -> None:
+    about_z, about_x = _poses(row)
+    joint_path = ("joints", row["joint"])
+    document.add(joint_path, _joint(row, parent, [about_x, about_z]), row_path)
+    origin_path = (*joint_path, "origin")
+    _alias_numbers(document, (*origin_path, 1), (*origin_path, 0), row_path)
+
+
+def _poses(row: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Rz(theta) Tz(d) and Rx(alpha) Tx(a) as entries."""
+    about_z = {"xyz": [0, 0, row.get("d", 0)], "rpy": [0, 0, row.get("theta", 0)]}
+    about_x = {"xyz": [row.get("a", 0), 0, 0], "rpy": [row.get("alpha", 0), 0, 0]}
+    return about_z, about_x
+
+
+def _joint(row: dict[str, Any], parent: str, origin: list[dict[str, Any]]) -> dict[str, Any]:
     joint: dict[str, Any] = {
         "type": row.get("type", "revolute"),
         "parent": parent,
         "child": row["child"],
-        "origin": [about_z] if standard else [about_x, about_z],
+        "origin": origin,
         "axis": "z",
     }
-    joint |= {key: row[key] for key in COPIED if key in row}
-    path = ("joints", row["joint"])
-    document.add(path, joint, written)
-    document.alias(
-        (*path, "parent"), (*written, "parent") if "parent" in row else (*written[:1], "base")
-    )
-    about_z_path = (*path, "origin", 0 if standard else 1)
-    document.alias((*about_z_path, "xyz", 2), (*written, "d"))
-    document.alias((*about_z_path, "rpy", 2), (*written, "theta"))
-    about_x_path: Path_ = (*path, "origin", 0)
-    if standard:
-        frame = ("frames", row["child"])
-        document.add(frame, {"link": row["child"], **about_x}, written)
-        about_x_path = frame
-    document.alias((*about_x_path, "xyz", 0), (*written, "a"))
-    document.alias((*about_x_path, "rpy", 0), (*written, "alpha"))
+    for key in _JOINT_KEYS:
+        if key in row:
+            joint[key] = row[key]
+    return joint
+
+
+def _alias_numbers(
+    document: Document, about_z_path: KeyPath, about_x_path: KeyPath, row_path: KeyPath
+) -> None:
+    """Errors in the poses point at the numbers of the row."""
+    document.alias((*about_z_path, "xyz", 2), (*row_path, "d"))
+    document.alias((*about_z_path, "rpy", 2), (*row_path, "theta"))
+    document.alias((*about_x_path, "xyz", 0), (*row_path, "a"))
+    document.alias((*about_x_path, "rpy", 0), (*row_path, "alpha"))

@@ -1,16 +1,16 @@
-"""Legs: joints in a row from one link, each on a link of its own, and the closure that ties the end to another link."""
+"""Legs: joints in a row from one link, and the closure that ties the end to another link."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from ..document import Document, Path_
+from ..document import Document, KeyPath
 
 
 def expand_legs(document: Document) -> None:
-    """Add links, joints and the closure of every leg."""
+    """Add links, joints and the closure of every leg; each joint carries a link of its own."""
     for name, leg in document.data.get("legs", {}).items():
-        path: Path_ = ("legs", name)
+        path: KeyPath = ("legs", name)
         parent = leg.get("on", document.data.get("base", "base"))
         for k, entry in enumerate(leg["joints"]):
             child = entry.get("link", f"{name}_{k + 1}")
@@ -22,25 +22,31 @@ def expand_legs(document: Document) -> None:
 
 
 def _add_joint(
-    document: Document, entry: dict[str, Any], parent: str, child: str, written: Path_
+    document: Document, entry: dict[str, Any], parent: str, child: str, written: KeyPath
 ) -> None:
-    body = ("links", child)
-    document.add(body, entry.get("body", {}), written)
-    for key in entry.get("body", {}):
-        document.alias((*body, key), (*written, "body", key))
-    joint = {key: value for key, value in entry.items() if key not in ("name", "link", "body")}
-    document.add(("joints", entry["name"]), {**joint, "parent": parent, "child": child}, written)
+    joint = dict(entry)
+    name = joint.pop("name")
+    body = joint.pop("body", {})
+    joint.pop("link", None)
+    joint["parent"] = parent
+    joint["child"] = child
+    link_path = ("links", child)
+    document.add(link_path, body, written)
+    for key in body:
+        document.alias((*link_path, key), (*written, "body", key))
+    document.add(("joints", name), joint, written)
 
 
-def _add_closure(document: Document, name: str, leg: dict[str, Any], last: str) -> None:
-    path: Path_ = ("legs", name)
+def _add_closure(document: Document, name: str, leg: dict[str, Any], last_link: str) -> None:
+    leg_path: KeyPath = ("legs", name)
     closure: dict[str, Any] = {
         "kind": leg.get("kind", "point"),
-        "between": {last: leg.get("end", {}), **leg["to"]},
+        "between": {last_link: leg.get("end", {}), **leg["to"]},
     }
     if "assembly" in leg:
         closure["assembly"] = leg["assembly"]
-    document.add(("closures", name), closure, path)
+    closure_path = ("closures", name)
+    document.add(closure_path, closure, leg_path)
     for link in leg["to"]:
-        document.alias(("closures", name, "between", link), (*path, "to", link))
-    document.alias(("closures", name, "between", last), (*path, "end"))
+        document.alias((*closure_path, "between", link), (*leg_path, "to", link))
+    document.alias((*closure_path, "between", last_link), (*leg_path, "end"))

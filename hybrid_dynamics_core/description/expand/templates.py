@@ -10,7 +10,7 @@ from typing import Any
 
 from ...ground.suggestions import suggestion
 from ..checks.schema import check_schema
-from ..document import Document, Path_
+from ..document import Document, KeyPath
 from ..files import read_text
 from ..located_yaml import read_yaml
 
@@ -19,40 +19,59 @@ _FOLDER = resources.files("hybrid_dynamics_core").joinpath("templates")
 
 @dataclass(frozen=True, eq=False)
 class Template:
-    """A kind of module as data: parameters, and links, joints, frames and closures once and for every leg."""
+    """A kind of module: parameters, and links, joints, frames and closures, once and for every leg.
+
+    Attributes:
+        name: that modules give.
+        data: entries of the template.
+    """
 
     name: str
     data: dict[str, Any]
 
 
 def shipped_templates() -> tuple[str, ...]:
-    """Names that need no path."""
-    return tuple(
-        sorted(_shipped(f.name).name for f in _FOLDER.iterdir() if f.name.endswith(".yaml"))
-    )
+    """Names of the templates that need no path."""
+    files = [file.name for file in _FOLDER.iterdir() if file.name.endswith(".yaml")]
+    return tuple(sorted(_shipped(file).name for file in files))
 
 
-def find_template(document: Document, name: str, path: Path_) -> Template:
-    """By name from the document's own `templates` or the shipped ones, or by the path of a file."""
-    own = document.data.get("templates", {})
-    if name in own:
-        return Template(name, own[name])
+def find_template(document: Document, name: str, path: KeyPath) -> Template:
+    """The template of a module.
+
+    Args:
+        document: that may have templates of its own.
+        name: of one of these or of a shipped one, or path of a file from the document's folder.
+        path: of the entry that names it.
+
+    Raises:
+        DescriptionError: there is no such template, or its file is wrong.
+    """
+    given_templates = document.data.get("templates", {})
+    if name in given_templates:
+        return Template(name, given_templates[name])
     if name.endswith((".yaml", ".yml")):
-        folder = Path(document.file).parent if document.file else Path()
-        if not (folder / name).is_file():
-            raise document.error(
-                path,
-                f"there is no file {folder / name}; the path starts at the folder of this file",
-            )
-        return _parse(read_text(folder / name), folder / name)
+        return _from_file(document, name, path)
     if name not in shipped_templates():
-        known = [*own, *shipped_templates()]
-        problem = (
-            f"there is no template '{name}'{suggestion(name, known)}; known: {', '.join(known)}, or a"
-            " path to a file"
+        names = [*given_templates, *shipped_templates()]
+        hint = suggestion(name, names)
+        raise document.error(
+            path,
+            f"there is no template '{name}'{hint}; known: {', '.join(names)}, or a path to a file",
         )
-        raise document.error(path, problem)
     return _shipped(name.replace("/", "-") + ".yaml")
+
+
+def _from_file(document: Document, name: str, path: KeyPath) -> Template:
+    folder = Path()
+    if document.file:
+        folder = Path(document.file).parent
+    file = folder / name
+    if not file.is_file():
+        raise document.error(
+            path, f"there is no file {file}; the path starts at the folder of this file"
+        )
+    return _parse(read_text(file), file)
 
 
 @cache

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from ...description.checks.schema import check_schema
-from ...description.defaults import farthest_link, neutral
-from ...description.document import Document, Path_
+from ...description.defaults import farthest_link, neutral_coordinate
+from ...description.document import Document, KeyPath
 from ...ground.suggestions import suggestion
 from ...ground.wording import counted
 from ..extras_reader import TAG, apply_rest
@@ -38,7 +38,7 @@ class _Pair:
         self.document = document
         self.told: dict[str, Any] = document.data
         check_schema(document, "gepetto")
-        self.rest = document.part(TAG)  # what the file says beyond pairs and motors
+        self.rest = document.subdocument(TAG)  # what the file says beyond pairs and motors
         check_schema(self.rest, "rest")
 
     def read(self) -> Document:
@@ -58,7 +58,7 @@ class _Pair:
             document.data["end_effector"] = {"link": farthest_link(document)}
         for name, joint in document.section("joints").items():
             if joint["type"] != "fixed":
-                document.add(("reference", name), neutral(joint), ("joints", name))
+                document.add(("reference", name), neutral_coordinate(joint), ("joints", name))
         apply_rest(document, self.rest)
         return document
 
@@ -115,7 +115,7 @@ class _Pair:
         entry = {"kind": kind, "between": {a: [0, 0, 0], b: [0, 0, 0]}}
         self.document.add(("closures", name), entry, ("closed_loop", k))
 
-    def frame(self, name: str, path: Path_) -> str:
+    def frame(self, name: str, path: KeyPath) -> str:
         """The link under a name; a joint stands for the frame of its child."""
         links, joints = self.document.section("links"), self.document.section("joints")
         if name in links:
@@ -135,7 +135,7 @@ class _Pair:
         moving = [name for name, joint in joints.items() if joint["type"] != "fixed"]
         motors: list[str] = list(self.told.get("name_mot") or [])
         for k, name in enumerate(motors):
-            path: Path_ = ("name_mot", k)
+            path: KeyPath = ("name_mot", k)
             if name not in moving:
                 raise self.document.error(path, self.no_motor(name, moving))
             if name in motors[:k]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ...description.defaults import driven_joints, farthest_link
-from ...description.document import Document, Path_
+from ...description.document import Document, KeyPath
 from ...description.geometry import rotation_from_quaternion, rpy_of
 from ...errors import DescriptionError
 from ..extras_reader import TAG, extend
@@ -149,7 +149,7 @@ class _Mjcf:
         }
 
     def joint(self, element: Element, name: str) -> dict[str, Any]:
-        path: Path_ = ("joints", name)
+        path: KeyPath = ("joints", name)
         kind = element.attributes.get("type", "hinge")
         if kind not in TYPES:
             raise self.xml.error(
@@ -180,7 +180,7 @@ class _Mjcf:
             }
         return entry
 
-    def pose(self, element: Element, path: Path_) -> dict[str, list[float]]:
+    def pose(self, element: Element, path: KeyPath) -> dict[str, list[float]]:
         turned = [
             key for key in ("euler", "axisangle", "xyaxes", "zaxis") if key in element.attributes
         ]

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ...description.document import Path_
+from ...description.document import KeyPath
 from ...description.geometry import Transform, rotation_from_quaternion, rotation_from_rpy, rpy_of
 from ...errors import DescriptionError
 from ...ground.arrays import Array, frozen
@@ -72,7 +72,7 @@ class Poses:
 
     def unknown(self, name: str, asking: Element, seen: tuple[str, ...]) -> DescriptionError:
         """What is said of a name that leads nowhere."""
-        key: Path_ = (f"{asking.tag}s", asking.attributes.get("name", ""))
+        key: KeyPath = (f"{asking.tag}s", asking.attributes.get("name", ""))
         if name in seen:
             return self.xml.error(asking, key, f"its pose goes round: {' -> '.join([*seen, name])}")
         known = [*self.elements, "world"]
@@ -80,7 +80,7 @@ class Poses:
             asking, key, f"there is no link, joint or frame '{name}'{suggestion(name, known)}"
         )
 
-    def read(self, element: Element | None, path: Path_) -> Transform:
+    def read(self, element: Element | None, path: KeyPath) -> Transform:
         """A <pose>: angles in radians or degrees, or a quaternion x, y, z, w."""
         if element is None or not element.text.strip():
             return Transform()

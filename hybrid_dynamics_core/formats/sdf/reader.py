@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...description.defaults import farthest_link
-from ...description.document import Document, Path_
+from ...description.document import Document, KeyPath
 from ...description.geometry import Transform, unit_axis
 from ...errors import DescriptionError
 from ...ground.arrays import Array
@@ -115,7 +115,7 @@ class _Sdf:
 
     def link(self, element: Element) -> None:
         name = self.xml.name(element, "links")
-        path: Path_ = ("links", name)
+        path: KeyPath = ("links", name)
         inertial = element.first("inertial")
         entry: dict[str, Any] = {"mass": 1.0, "inertia": {"xx": 1.0, "yy": 1.0, "zz": 1.0}}
         if inertial is None:
@@ -138,7 +138,7 @@ class _Sdf:
             inertia = {**values, "frame": {"rpy": com["rpy"]}}
             mass = self.xml.inside(inertial.first("mass"), 1, (*path, "mass"), [1.0])[0]
             entry = {"mass": mass, "com": com["xyz"], "inertia": inertia}
-        self.document.printed.add(name)
+        self.document.rounded_links.add(name)
         self.document.add_located(path, entry, self.xml.file, element.line)  # type: ignore[arg-type]
 
     def base(self) -> tuple[str, list[Element]]:
@@ -204,13 +204,13 @@ class _Sdf:
             entry |= self.moving(element, kind, path)
         self.document.add_located(path, entry, self.xml.file, element.line)
 
-    def moving(self, element: Element, kind: str, path: Path_) -> dict[str, Any]:
+    def moving(self, element: Element, kind: str, path: KeyPath) -> dict[str, Any]:
         return {
             "axis": [float(v) for v in self.axis(element, path)],
             **self.held(element, kind, path),
         }
 
-    def held(self, element: Element, kind: str, path: Path_) -> dict[str, Any]:
+    def held(self, element: Element, kind: str, path: KeyPath) -> dict[str, Any]:
         """What holds a joint back: limits, friction, a spring, another joint that it follows."""
         entry: dict[str, Any] = {}
         axis = element.first("axis")
@@ -249,7 +249,7 @@ class _Sdf:
             }
         return entry
 
-    def axis(self, element: Element, path: Path_) -> Array:
+    def axis(self, element: Element, path: KeyPath) -> Array:
         """The axis in the frame of the joint."""
         axis = element.first("axis")
         xyz = axis and axis.first("xyz")
@@ -261,7 +261,7 @@ class _Sdf:
         named = xyz.attributes.get("expressed_in", "") if xyz is not None else ""
         return self.poses.turned(unit, named, self.poses.joint(element), element)
 
-    def bound(self, element: Element | None, sign: int, path: Path_) -> float:
+    def bound(self, element: Element | None, sign: int, path: KeyPath) -> float:
         text = "" if element is None else element.text.strip().lstrip("+-").lower()
         if element is None or text in ("inf", "infinity"):
             return sign * math.inf

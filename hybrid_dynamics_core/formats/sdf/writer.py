@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-from ...description.geometry import Transform, rotation_about, rotation_to_axis, rpy_of
+from ...description.geometry import Transform, rotation_about, rotation_with_z_axis, rpy_of
 from ...description.model import Closure, Frame, Joint, Link, RobotDescription, effects_of
 from ...errors import InputError
 from ...ground.arrays import Array, frozen
@@ -116,7 +116,7 @@ class _Writer:
             length = float(np.linalg.norm(mark))
             if length > shapes.SMALLEST:
                 visual = SubElement(element, "visual", name=f"{link.name}_rod_{k}")
-                _pose(visual, rotation_to_axis(mark / length), 0.5 * mark)
+                _pose(visual, rotation_with_z_axis(mark / length), 0.5 * mark)
                 cylinder = SubElement(SubElement(visual, "geometry"), "cylinder")
                 _tell(cylinder, "radius", number(shapes.THICKNESS * self.size))
                 _tell(cylinder, "length", number(length))

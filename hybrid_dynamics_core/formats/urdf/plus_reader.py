@@ -10,7 +10,7 @@ from typing import Any
 
 from ...description.defaults import driven_joints
 from ...description.document import Document
-from ...description.geometry import rotation_to_axis, rpy_of, unit_axis
+from ...description.geometry import rotation_with_z_axis, rpy_of, unit_axis
 from ...errors import DescriptionError
 from ...ground.suggestions import suggestion
 from ..extras_reader import TAG, extend
@@ -138,4 +138,4 @@ class _Loops:
 
 def rpy_to(z: list[float]) -> list[float]:
     """Roll, pitch, yaw of a frame whose z axis is a vector of any length."""
-    return [float(angle) for angle in rpy_of(rotation_to_axis(unit_axis(z)))]
+    return [float(angle) for angle in rpy_of(rotation_with_z_axis(unit_axis(z)))]

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ...description.document import Document, Path_
+from ...description.document import Document, KeyPath
 from ...ground.suggestions import suggestion
 from ..extras_reader import TAG
 from ..xml.elements import XmlFile
@@ -34,7 +34,7 @@ def add_urdf(
     document: Document,
     file: Path,
     replace: Mapping[str, str],
-    replace_path: Path_,
+    replace_path: KeyPath,
     alone: bool = False,
 ) -> str:
     """Add links, joints and loops of a URDF(+) to a document; its root link becomes the base. Returns the robot's name.
@@ -93,11 +93,11 @@ class _Urdf(XmlFile):
         if inertial is not None:
             entry = self.inertial(inertial, path)
             for key in entry:
-                self.document.mark((*path, key), self.file, inertial.line)
+                self.document.set_location((*path, key), self.file, inertial.line)
         self.document.add_located(path, entry, self.file, element.line)
-        self.document.printed.add(name)
+        self.document.rounded_links.add(name)
 
-    def inertial(self, element: Element, path: Path_) -> dict[str, Any]:
+    def inertial(self, element: Element, path: KeyPath) -> dict[str, Any]:
         mass = element.first("mass")
         if mass is None:
             raise self.error(element, path, "<inertial> has no <mass>")
@@ -117,7 +117,7 @@ class _Urdf(XmlFile):
 
     # -- joints
 
-    def joint(self, element: Element, replace: Mapping[str, str], replace_path: Path_) -> None:
+    def joint(self, element: Element, replace: Mapping[str, str], replace_path: KeyPath) -> None:
         name = self.name(element, "joints")
         path = ("joints", name)
         kind = element.attributes.get("type", "")
@@ -140,16 +140,16 @@ class _Urdf(XmlFile):
             self.moving(element, entry, kind, path)
         self.document.add_located(path, entry, self.file, element.line)
 
-    def moving(self, element: Element, entry: dict[str, Any], kind: str, path: Path_) -> None:
+    def moving(self, element: Element, entry: dict[str, Any], kind: str, path: KeyPath) -> None:
         axis = element.first("axis")
         entry["axis"] = (
             [1.0, 0.0, 0.0] if axis is None else self.numbers(axis, "xyz", 3, (*path, "axis"))
         )
         if axis is not None:
-            self.document.mark((*path, "axis"), self.file, axis.line)
+            self.document.set_location((*path, "axis"), self.file, axis.line)
         limit = element.first("limit")
         if limit is not None and kind != "continuous":
-            self.document.mark((*path, "limits"), self.file, limit.line)
+            self.document.set_location((*path, "limits"), self.file, limit.line)
             lower, upper = (
                 self.numbers(limit, key, 1, (*path, "limits"), [0.0])[0]
                 for key in ("lower", "upper")
@@ -159,7 +159,7 @@ class _Urdf(XmlFile):
         self.friction(element, entry, path)
         mimic = element.first("mimic")
         if mimic is not None:
-            self.document.mark((*path, "mimic"), self.file, mimic.line)
+            self.document.set_location((*path, "mimic"), self.file, mimic.line)
             factor, offset = (
                 self.numbers(mimic, key, 1, (*path, "mimic"), [default])[0]
                 for key, default in (("multiplier", 1.0), ("offset", 0.0))
@@ -167,11 +167,11 @@ class _Urdf(XmlFile):
             source = mimic.attributes.get("joint", "")
             entry["mimic"] = {"joint": source, "multiplier": factor, "offset": offset}
 
-    def friction(self, element: Element, entry: dict[str, Any], path: Path_) -> None:
+    def friction(self, element: Element, entry: dict[str, Any], path: KeyPath) -> None:
         told = element.first("dynamics")
         if told is None:
             return
-        self.document.mark((*path, "friction"), self.file, told.line)
+        self.document.set_location((*path, "friction"), self.file, told.line)
         keys = (("viscous", "damping"), ("coulomb", "friction"))
         values = {
             key: self.numbers(told, name, 1, (*path, "friction"), [0.0])[0] for key, name in keys
@@ -179,7 +179,7 @@ class _Urdf(XmlFile):
         entry["friction"] = values
 
     def replaced(
-        self, element: Element, name: str, entry: dict[str, Any], kind: str, written: Path_
+        self, element: Element, name: str, entry: dict[str, Any], kind: str, written: KeyPath
     ) -> None:
         """Joints that stand in place of one: about the axes of its frame, massless links between."""
         universal = _AXES.match(kind)
@@ -208,12 +208,12 @@ class _Urdf(XmlFile):
             self.document.add_located(("joints", own), joint, self.file, element.line)
             parent, origin = child, {}
 
-    def end(self, element: Element, which: str, path: Path_) -> str:
+    def end(self, element: Element, which: str, path: KeyPath) -> str:
         child = element.first(which)
         link = "" if child is None else child.attributes.get("link", "")
         if child is None or not link:
             raise self.error(element, (*path, which), f"has no <{which} link=...>")
-        self.document.mark((*path, which), self.file, child.line)
+        self.document.set_location((*path, which), self.file, child.line)
         return link
 
     # -- values
@@ -245,7 +245,7 @@ def expand_urdf(document: Document, alone: bool = False) -> str:
     if entry is None:
         return ""
     told: dict[str, Any] = {"file": entry} if isinstance(entry, str) else entry
-    key: Path_ = ("urdf",) if isinstance(entry, str) else ("urdf", "file")
+    key: KeyPath = ("urdf",) if isinstance(entry, str) else ("urdf", "file")
     file = (Path(document.file).parent if document.file else Path()) / told["file"]
     if not file.is_file():
         raise document.error(

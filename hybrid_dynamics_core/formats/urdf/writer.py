@@ -11,7 +11,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
-from ...description.geometry import rotation_to_axis, rpy_of
+from ...description.geometry import rotation_with_z_axis, rpy_of
 from ...description.model import Frame, Joint, Link, RobotDescription, effects_of
 from ...ground.arrays import Array
 from .. import shapes
@@ -94,7 +94,7 @@ def _add_link(root: Element, link: Link, marks: list[Array], radius: float) -> N
         length = float(np.linalg.norm(mark))
         if length > shapes.SMALLEST:
             visual = SubElement(element, "visual")
-            add_origin(visual, 0.5 * mark, rotation_to_axis(mark / length))
+            add_origin(visual, 0.5 * mark, rotation_with_z_axis(mark / length))
             geometry = SubElement(visual, "geometry")
             SubElement(geometry, "cylinder", radius=number(radius), length=number(length))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from ...description.document import Document, Path_, dotted
+from ...description.document import Document, KeyPath, dotted
 from ...errors import DescriptionError
 from ...ground.wording import counted
 from .tree import Element
@@ -17,7 +17,7 @@ class XmlFile:
     def __init__(self, file: Path, root: Element) -> None:
         self.file, self.root = file, root
 
-    def error(self, element: Element, key: Path_, problem: str) -> DescriptionError:
+    def error(self, element: Element, key: KeyPath, problem: str) -> DescriptionError:
         """A DescriptionError at an element."""
         return DescriptionError(problem, key=dotted(key), file=self.file, line=element.line)
 
@@ -28,12 +28,12 @@ class XmlFile:
             raise self.error(element, (kind,), f"a <{element.tag}> has no name")
         return name
 
-    def origin(self, element: Element, path: Path_, document: Document) -> dict[str, list[float]]:
+    def origin(self, element: Element, path: KeyPath, document: Document) -> dict[str, list[float]]:
         """The <origin> of an element, as URDF has it."""
         origin = element.first("origin")
         if origin is None:
             return {"xyz": [0.0, 0.0, 0.0], "rpy": [0.0, 0.0, 0.0]}
-        document.mark((*path, "origin"), self.file, origin.line)
+        document.set_location((*path, "origin"), self.file, origin.line)
         zero = [0.0, 0.0, 0.0]
         return {
             key: self.numbers(origin, key, 3, (*path, "origin", key), zero)
@@ -45,7 +45,7 @@ class XmlFile:
         element: Element,
         attribute: str,
         count: int,
-        key: Path_,
+        key: KeyPath,
         default: list[float] | None = None,
     ) -> list[float]:
         """The finite numbers of an attribute."""
@@ -56,7 +56,7 @@ class XmlFile:
         return self._numbers(element, text or "", count, key, told)
 
     def inside(
-        self, element: Element | None, count: int, key: Path_, default: list[float]
+        self, element: Element | None, count: int, key: KeyPath, default: list[float]
     ) -> list[float]:
         """The finite numbers between the tags of an element; `default` where there is no such element."""
         if element is None:
@@ -64,7 +64,7 @@ class XmlFile:
         return self._numbers(element, element.text, count, key, f"'{element.text.strip()}'")
 
     def _numbers(
-        self, element: Element, text: str, count: int, key: Path_, told: str
+        self, element: Element, text: str, count: int, key: KeyPath, told: str
     ) -> list[float]:
         try:
             values = [float(part) for part in text.split()]

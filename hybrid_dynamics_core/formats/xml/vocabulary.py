@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ...description.document import Path_
+from ...description.document import KeyPath
 from .elements import XmlFile
 from .tree import Element
 
@@ -43,7 +43,7 @@ class WordCheck:
     def __init__(self, xml: XmlFile, table: Mapping[str, Words], advice: str) -> None:
         self.xml, self.table, self.advice = xml, table, advice
 
-    def check(self, element: Element, parent: str = "", key: Path_ = ()) -> None:
+    def check(self, element: Element, parent: str = "", key: KeyPath = ()) -> None:
         """Raise a DescriptionError at the first word in an element that is not known."""
         known = self.table.get(f"{parent}/{element.tag}", self.table.get(element.tag))
         if known is None:
@@ -73,7 +73,7 @@ class WordCheck:
             self.check(child, element.tag, key)
 
     def value(
-        self, element: Element, name: str, value: str, wanted: str | None, key: Path_
+        self, element: Element, name: str, value: str, wanted: str | None, key: KeyPath
     ) -> None:
         """Raise a DescriptionError where a word has not the value it may have."""
         if wanted is None:

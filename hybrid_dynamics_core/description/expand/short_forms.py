@@ -1,4 +1,4 @@
-"""Ways of writing a robot that stand for others: each becomes links, joints, frames and closures of the document."""
+"""Short forms of a description: each becomes links, joints, frames and closures of the document."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from .legs import expand_legs
 from .modules import expand_modules
 
 
-def expand(document: Document) -> None:
+def expand_short_forms(document: Document) -> None:
     """Rewrite everything that has a longer form, in place."""
     expand_chain(document)
     expand_modules(document)
     expand_legs(document)
-    _loops(document)
+    _expand_loops(document)
 
 
-def _loops(document: Document) -> None:
-    """The cut pin of every loop as a planar closure."""
+def _expand_loops(document: Document) -> None:
+    """Add the cut pin of every loop of Type A to D as a planar closure."""
     for name, entry in document.data.get("loops", {}).items():
         closure = {"kind": "planar", "between": entry["pin"]}
         if "assembly" in entry:

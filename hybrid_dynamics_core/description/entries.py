@@ -1,0 +1,103 @@
+"""Entries of a document: mappings whose values are read by their keys."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ..errors import DescriptionError
+from ..ground.arrays import Array
+from .document import KeyPath
+from .geometry import Transform
+from .values import ValueReader
+
+_ZERO_VECTOR = (0, 0, 0)
+
+
+class Entry:
+    """A mapping at a path of a document.
+
+    A key that is left out is zero, or the identity for a pose.
+
+    Attributes:
+        values: reads the values.
+        data: the mapping.
+        path: of the mapping.
+    """
+
+    def __init__(self, values: ValueReader, data: dict[str, Any] | None, path: KeyPath) -> None:
+        self.values = values
+        self.data = data or {}
+        self.path = path
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.data
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.data)
+
+    def __getitem__(self, key: str) -> Any:
+        """The plain data of a key that the schema requires."""
+        return self.data[key]
+
+    def get(self, key: str, default: Any = None) -> Any:
+        """The plain data of a key."""
+        return self.data.get(key, default)
+
+    def sub(self, key: str) -> Entry:
+        """The mapping of a key; empty where it is left out."""
+        return Entry(self.values, self.data.get(key), self.key_path(key))
+
+    def number(self, key: str, default: float = 0.0) -> float:
+        """A finite number."""
+        return self.values.number(self.data.get(key, default), self.key_path(key))
+
+    def length(self, key: str) -> float:
+        """A number [m] above zero."""
+        return self.values.length(self.data[key], self.key_path(key))
+
+    def coordinate(self, key: str, joint_type: str) -> float:
+        """A value of a joint's coordinate [rad or m]."""
+        value = self.data.get(key, 0)
+        if joint_type == "revolute":
+            return self.values.angle(value, self.key_path(key))
+        return self.values.number(value, self.key_path(key))
+
+    def vector(self, key: str) -> Array:
+        """An array; (3,) of zeros where the key is left out."""
+        return self.values.vector(self.data.get(key, _ZERO_VECTOR), self.key_path(key))
+
+    def axis(self, key: str) -> Array:
+        """A unit vector (3,)."""
+        return self.values.axis(self.data[key], self.key_path(key))
+
+    def limits(self, key: str) -> tuple[float, float]:
+        """(lower, upper), infinite where the key is left out."""
+        return self.values.limits(self.data.get(key), self.key_path(key))
+
+    def pose(self, key: str) -> Transform:
+        """A pose from {xyz, rpy}, or from a list of such steps."""
+        return self.values.pose(self.data.get(key, {}), self.key_path(key))
+
+    def as_pose(self) -> Transform:
+        """The pose that this mapping gives."""
+        return self.values.pose(self.data, self.path)
+
+    def key_path(self, key: str) -> KeyPath:
+        """The path of a value."""
+        return (*self.path, key)
+
+    def error(self, key: str, problem: str) -> DescriptionError:
+        """A DescriptionError at a key."""
+        return self.values.document.error(self.key_path(key), problem)
+
+
+def section_entry(values: ValueReader, section: str) -> Entry:
+    """A top-level mapping; empty where the document has none."""
+    return Entry(values, values.document.data.get(section), (section,))
+
+
+def section_entries(values: ValueReader, section: str) -> dict[str, Entry]:
+    """The mappings of a section by name."""
+    top = section_entry(values, section)
+    return {name: top.sub(name) for name in top}
