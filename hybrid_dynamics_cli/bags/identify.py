@@ -57,7 +57,7 @@ EPILOG = """\b
 Examples:
   hybrid-dynamics bag identify recording --robot excavator
   hybrid-dynamics bag identify recording --robot excavator \\
-      --friction q12,q22 --hold-out 0.3 --json
+      --friction boom_cylinder,stick_cylinder --hold-out 0.3 --json
   hybrid-dynamics bag identify recording --robot excavator --from 0.5 --to 4.5
 """
 

@@ -24,7 +24,7 @@ from ..parameters import (
 EPILOG = """\b
 Examples:
   hybrid-dynamics fk forging_chu2020 -u 0,0.10,0.15,0
-  hybrid-dynamics fk excavator -u q12=0.3 --frame bucket --json
+  hybrid-dynamics fk excavator -u boom_cylinder=0.3 --frame bucket --json
 """
 
 

@@ -42,7 +42,7 @@ FATES = {
 EPILOG = """\b
 Examples:
   hybrid-dynamics workspace forging_chu2020 --draw workspace.svg
-  hybrid-dynamics workspace excavator --range q1=-pi/2:pi/2 \\
+  hybrid-dynamics workspace excavator --range slew=-pi/2:pi/2 \\
       --frame bucket --json
   hybrid-dynamics workspace forging_chu2020 --over q12,q22 --draw margins.png
 

@@ -91,7 +91,7 @@ def test_a_wrong_robot_ends_with_1_writes_nothing_and_does_not_block_the_right_o
     recording, out = made(tmp_path / "a"), tmp_path / "out"
     said = run("process", recording, out, "--robot", "excavator", "--smooth", smooth, code=1).stderr
     assert "none of 200 samples can be used" in said
-    assert "q12, q22, q32 not named; named are " in said
+    assert "boom_cylinder, stick_cylinder, bucket_cylinder not named; named are " in said
     assert "is excavator the robot of this bag?" in said
     assert [entry.name for entry in tmp_path.iterdir()] == ["a"]
     run("process", recording, out, "--robot", "five_bar", "--smooth", smooth)

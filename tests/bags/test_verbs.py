@@ -116,12 +116,15 @@ def test_trajectories_of_earlier_versions_keep_their_rates(tmp_path):
 @pytest.mark.parametrize(
     ("columns", "told"),
     [
-        (["q1.speed", "q12.speed"], "column q1.speed, q12.speed is not known"),
         (
-            ["q1.velocity"],
-            "no column q12.velocity, q22.velocity, q32.velocity; expected velocity of all",
+            ["slew.speed", "boom_cylinder.speed"],
+            "column slew.speed, boom_cylinder.speed is not known",
         ),
-        (["q1"], "two columns have the same name"),
+        (
+            ["slew.velocity"],
+            "no column boom_cylinder.velocity, stick_cylinder.velocity, bucket_cylinder.velocity; expected velocity of all",
+        ),
+        (["slew"], "two columns have the same name"),
     ],
 )
 def test_columns_of_active_joints_are_never_dropped_in_silence(columns, told, tmp_path):

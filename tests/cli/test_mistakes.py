@@ -68,8 +68,8 @@ def test_a_term_with_a_comma_in_brackets_is_one() -> None:
 def test_what_is_no_number_is_told_before_how_many_there_are() -> None:
     result = call("fk", "excavator", "-u", "abc")
     assert result.exit_code == 2
-    assert "'abc' of q1" in result.output
-    assert "-u: 1 value; expected 4, for q1" in call("fk", "excavator", "-u", "1").output
+    assert "'abc' of slew" in result.output
+    assert "-u: 1 value; expected 4, for slew" in call("fk", "excavator", "-u", "1").output
 
 
 def test_an_interrupt_while_python_imports_leaves_no_trace(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -102,27 +102,27 @@ def flat(result: Answer) -> str:
             "'weigth' (did you mean 'weight'?); expected efforts",
         ),
         (
-            ("workspace", "excavator", "--range", "q1=0"),
-            "'q1=0': expected NAME=LOW:HIGH, as q12=0.1:0.5",
+            ("workspace", "excavator", "--range", "slew=0"),
+            "'slew=0': expected NAME=LOW:HIGH, as boom_cylinder=0.1:0.5",
         ),
         (
-            ("workspace", "excavator", "--range", "q1"),
-            "'q1': expected NAME=LOW:HIGH, as q12=0.1:0.5",
+            ("workspace", "excavator", "--range", "slew"),
+            "'slew': expected NAME=LOW:HIGH, as boom_cylinder=0.1:0.5",
         ),
         (
-            ("workspace", "excavator", "--range", "q1=0:x"),
+            ("workspace", "excavator", "--range", "slew=0:x"),
             "'x' is not a number, pi or deg; expected NAME=LOW:HIGH",
         ),
         (
             ("workspace", "excavator", "--range", "q13=0:1"),
-            "--range: 'q13' is not an active joint (did you mean 'q1",
+            "--range: 'q13' is not an active joint (did you mean 'slew",
         ),
         (
-            ("fk", "excavator", "-u", "q12=70mm"),
+            ("fk", "excavator", "-u", "boom_cylinder=70mm"),
             "'70mm' has a unit; units are fixed: m, kg, s, N, rad (30*deg)",
         ),
-        (("fk", "excavator", "-u", "q12=0.7 m"), "'0.7 m' has a unit; units are fixed"),
-        (("fk", "excavator", "-u", "q12=much"), "'much' is not a number, pi or deg"),
+        (("fk", "excavator", "-u", "boom_cylinder=0.7 m"), "'0.7 m' has a unit; units are fixed"),
+        (("fk", "excavator", "-u", "boom_cylinder=much"), "'much' is not a number, pi or deg"),
         (
             ("fk", "five_bar", "-u", "0 -0.06*pi"),
             "-u: 1 value; expected 3, for q_L, q_R, q_T; values are parted by commas: 0,-0.06*pi",
@@ -130,16 +130,19 @@ def flat(result: Answer) -> str:
         (("fk", "five_bar", "-u", "0.1 2"), "deg); values are parted by commas: 0.1,2"),
         (("fk", "five_bar", "-u", "0.1;2"), "deg); values are parted by commas: 0.1,2"),
         (
-            ("fk", "excavator", "-u", "q1=1 q12=2"),
-            "'q1=1 q12=2'; values are parted by commas: q1=1,q12=2",
+            ("fk", "excavator", "-u", "slew=1 boom_cylinder=2"),
+            "'slew=1 boom_cylinder=2'; values are parted by commas: slew=1,boom_cylinder=2",
         ),
         (
-            ("simulate", "excavator", "--tau", "weight,q22=2100"),
+            ("simulate", "excavator", "--tau", "weight,stick_cylinder=2100"),
             "a word such as 'weight' is taken, it stands alone",
         ),
-        (("fk", "excavator", "-u", "q12=1;2"), "numbers, pi and deg); values are parted by commas"),
         (
-            ("fk", "excavator", "-u", "q12=1;2"),
+            ("fk", "excavator", "-u", "boom_cylinder=1;2"),
+            "numbers, pi and deg); values are parted by commas",
+        ),
+        (
+            ("fk", "excavator", "-u", "boom_cylinder=1;2"),
             "neither a number nor an expression (+ - * / over numbers, pi and deg)",
         ),
     ],

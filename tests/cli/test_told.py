@@ -258,7 +258,7 @@ def test_what_a_robot_is_fits_a_terminal(name: str) -> None:
 
 def test_the_end_of_a_motion_is_told_once() -> None:
     output = call("simulate", "excavator", "--seconds", "1").output
-    assert output.count("q22 reached its lower limit 0.32") == 1
+    assert output.count("stick_cylinder reached its lower limit 0.32") == 1
     assert "energy error " in output
 
 

@@ -23,7 +23,12 @@ def excavator(tmp_path: Path) -> str:
         .read_text(encoding="utf-8")
     )
     place = tmp_path / "open.yaml"
-    place.write_text(re.sub(r"(q2|q3|q11|q21): -?[\d.]+, ", "", text), encoding="utf-8")
+    place.write_text(
+        re.sub(
+            r"  (boom_pitch|stick_pitch|boom_barrel_pitch|stick_barrel_pitch): -?[\d.]+\n", "", text
+        ),
+        encoding="utf-8",
+    )
     return str(place)
 
 

@@ -117,7 +117,8 @@ def test_the_limits_of_a_cylinder_are_told_beside_the_range_of_its_loop() -> Non
     """The two differ: a loop may close beyond the stroke that the file gives."""
     excavator = robot("excavator")
     with pytest.raises(
-        ClosureError, match=r"where the loop closes; the limits of q12 are \[0.05, 1.15\] m$"
+        ClosureError,
+        match=r"where the loop closes; the limits of boom_cylinder are \[0.05, 1.15\] m$",
     ) as caught:
         excavator.close([0.0, 2.0, 0.7, 0.6])
     assert caught.value.allowed == pytest.approx(tuple(excavator.closing_range[1]))

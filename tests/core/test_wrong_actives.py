@@ -8,7 +8,7 @@ import pytest
 
 from hybrid_dynamics_core import DescriptionError, Robot, load
 
-DRIVES = ("q1", "q12", "q22", "q32")  # of the excavator
+DRIVES = ("slew", "boom_cylinder", "stick_cylinder", "bucket_cylinder")  # of the excavator
 
 
 def refused(*active: str) -> str:
@@ -21,11 +21,20 @@ def refused(*active: str) -> str:
 @pytest.mark.parametrize(
     ("active", "words"),
     [
-        (("q12", "q22", "q32"), "name 4: besides those named, q1"),  # a joint of no loop
-        (("q1", "q22", "q32"), "name 4: besides those named, one of q2, q11, q12"),
-        (("q22", "q32"), "name 4: besides those named, 2 of q1, q2, q11, q12"),
-        ((*DRIVES, "q2"), "name 4: boom_cylinder would be fixed more than once"),
-        (("q34", *DRIVES[1:]), "name q1 in place of one of bucket_bars"),
+        (
+            ("boom_cylinder", "stick_cylinder", "bucket_cylinder"),
+            "name 4: besides those named, slew",
+        ),  # a joint of no loop
+        (
+            ("slew", "stick_cylinder", "bucket_cylinder"),
+            "name 4: besides those named, one of boom_pitch, boom_barrel_pitch, boom_cylinder",
+        ),
+        (
+            ("stick_cylinder", "bucket_cylinder"),
+            "name 4: besides those named, 2 of slew, boom_pitch, boom_barrel_pitch, boom_cylinder",
+        ),
+        ((*DRIVES, "boom_pitch"), "name 4: boom_loop would be fixed more than once"),
+        (("coupler_pitch", *DRIVES[1:]), "name slew in place of one of bucket_bars"),
     ],
 )
 def test_what_else_may_be_named_is_told(active: tuple[str, ...], words: str) -> None:
@@ -33,12 +42,17 @@ def test_what_else_may_be_named_is_told(active: tuple[str, ...], words: str) -> 
 
 
 def test_each_that_is_offered_is_accepted() -> None:
-    offered = refused("q1", "q22", "q32").rpartition("one of ")[2].split(", ")
+    offered = (
+        refused("slew", "stick_cylinder", "bucket_cylinder").rpartition("one of ")[2].split(", ")
+    )
     for name in offered:
         assert (
             len(
                 Robot(
-                    replace(load("excavator").description, active=("q1", name, "q22", "q32"))
+                    replace(
+                        load("excavator").description,
+                        active=("slew", name, "stick_cylinder", "bucket_cylinder"),
+                    )
                 ).active
             )
             == 4

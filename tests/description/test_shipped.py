@@ -155,6 +155,6 @@ def test_excavator_bucket_curls_when_its_cylinder_extends() -> None:
     robot = robot_of("excavator")
     s = reference(robot)
     given = {name: s[name] for name in robot.active}
-    out, curled = (close(robot, {**given, "q32": stroke}, s) for stroke in (0.5, 0.7))
-    assert curled["q4"] < out["q4"] - 0.2
-    assert curled["q3"] == pytest.approx(out["q3"])
+    out, curled = (close(robot, {**given, "bucket_cylinder": stroke}, s) for stroke in (0.5, 0.7))
+    assert curled["bucket_pitch"] < out["bucket_pitch"] - 0.2
+    assert curled["stick_pitch"] == pytest.approx(out["stick_pitch"])

@@ -42,12 +42,12 @@ def test_a_turned_wrist_makes_an_arm_spatial() -> None:
 
 def test_a_side_view_stands_upright_and_looks_to_the_right() -> None:
     for turn in (0.0, 0.8, 2.5, -1.6):
-        skeleton = at(robot_of("excavator"), q1=turn)
+        skeleton = at(robot_of("excavator"), slew=turn)
         view = choose_view(skeleton)
         np.testing.assert_allclose(view.up, [0.0, 0.0, 1.0], atol=1e-12)
         assert view.flat(skeleton.tip.point)[0] > 1.0  # the bucket is to the right of the column
     assert choose_view(at(robot_of("excavator"))).names == ("x [m]", "z [m]")
-    assert choose_view(at(robot_of("excavator"), q1=0.8)).names == ("along the arm [m]", "z [m]")
+    assert choose_view(at(robot_of("excavator"), slew=0.8)).names == ("along the arm [m]", "z [m]")
     assert choose_view(at(robot_of("five_bar"))).names == ("x [m]", "y [m]")
 
 
@@ -101,7 +101,10 @@ def test_cylinders_reach_from_pin_to_pin() -> None:
     scene = make_scene(robot_of("excavator"), None)
     by_name = {joint.name: joint.point for joint in scene.skeleton.joints}
     pins = {closure.name: closure.point for closure in scene.skeleton.closures}
-    ends = {"barrel_1": ("q11", "boom_cylinder"), "barrel_2": ("q21", "stick_cylinder")}
+    ends = {
+        "barrel_1": ("boom_barrel_pitch", "boom_loop"),
+        "barrel_2": ("stick_barrel_pitch", "stick_loop"),
+    }
     for part in scene.parts:
         if part.role == "barrel" and part.links[0] in ends:
             foot, pin = by_name[ends[part.links[0]][0]], pins[ends[part.links[0]][1]]

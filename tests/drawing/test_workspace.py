@@ -30,7 +30,7 @@ reference: {q1: -0.5, q2: 1}
 _STEP = 0.02  # of the colours: less is not seen beside its neighbour
 ROCKER = four_bar(0.3, 0.1, 0.3, 0.2).replace("{link: rocker}", "{link: rocker, xyz: [0.2, 0, 0]}")
 PANELS = {
-    "excavator": ["in the plane of the arm, at any q1"],
+    "excavator": ["in the plane of the arm, at any slew"],
     "five_bar": ["in the robot's plane, x-y"],
     "delta": ["seen from the front", "seen from the side", "seen from above"],
 }
@@ -86,7 +86,7 @@ def test_a_column_that_does_not_turn_round_is_seen_from_above_too() -> None:
     )
     assert robot.limits[0].tolist() == [-1.0, 1.0]
     titles = [plane.title for plane in choose_planes(robot)]
-    assert titles == ["in the plane of the arm, at any q1", "seen from above"]
+    assert titles == ["in the plane of the arm, at any slew", "seen from above"]
 
 
 def test_values_are_those_of_reachable_samples() -> None:

@@ -99,9 +99,9 @@ class TestEvents:
         excavator = load("excavator")
         motion = simulate(excavator, excavator.reference)
         (event,) = motion.events
-        assert (event.kind, event.name) == ("limit", "q22")
+        assert (event.kind, event.name) == ("limit", "stick_cylinder")
         assert not motion.completed
-        assert "q22 reached its lower limit 0.32" in motion.message
+        assert "stick_cylinder reached its lower limit 0.32" in motion.message
         assert motion.t[-1] == event.time
         assert motion.u[-1, 2] == pytest.approx(0.32, abs=1e-9)
         assert (motion.u[:, 2] >= 0.32).all()
@@ -110,7 +110,7 @@ class TestEvents:
         excavator = load("excavator")
         settings = Settings(stop_at_limits=False)
         motion = simulate(excavator, excavator.reference, t_span=(0.0, 0.9), settings=settings)
-        assert [event.name for event in motion.events][:1] == ["q22"]
+        assert [event.name for event in motion.events][:1] == ["stick_cylinder"]
         assert motion.t[-1] > motion.events[0].time
 
     def test_toggle_stops(self, forging: Robot) -> None:
@@ -138,9 +138,9 @@ class TestEvents:
 
     def test_limit_at_which_it_starts_is_not_passed(self) -> None:
         excavator = load("excavator")
-        start = [0.0, 0.7, 0.32, 0.6]  # q22 at the end of its stroke
+        start = [0.0, 0.7, 0.32, 0.6]  # stick_cylinder at the end of its stroke
         pushed = simulate(excavator, start, t_span=(0.0, 0.2))  # by the weight of the arm
-        assert (pushed.t[-1], [event.name for event in pushed.events]) == (0.0, ["q22"])
+        assert (pushed.t[-1], [event.name for event in pushed.events]) == (0.0, ["stick_cylinder"])
         weight = excavator.minimal_form(excavator.close(start))[2]
         drawn = simulate(excavator, start, tau=np.add(weight, [0, 0, 500.0, 0]), t_span=(0.0, 0.2))
         assert drawn.completed
@@ -207,7 +207,9 @@ class TestArguments:
         with pytest.raises(InputError, match="not from a batch"):
             simulate(forging, [[0, 0.3, 0.1, 0]])
         excavator = load("excavator")
-        with pytest.raises(InputError, match=r"q22 = 0\.3 m starts below its limit 0\.32 m"):
+        with pytest.raises(
+            InputError, match=r"stick_cylinder = 0\.3 m starts below its limit 0\.32 m"
+        ):
             simulate(excavator, [0, 0.7, 0.3, 0.6])
         with pytest.raises(InputError, match=r"starts 0\.0"):
             simulate(forging, [0, 0.69999, 0.1, 0])

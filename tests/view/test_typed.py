@@ -114,7 +114,7 @@ def test_the_very_number_that_was_typed_counts_and_is_shown(forging: Robot, open
     assert robot.state.u[0] == dial.scope.high == pytest.approx(np.pi)
     typed(3.1417)
     assert robot.state.u[0] == dial.scope.high
-    assert "q1 = 3.1417 rad is beyond" in robot.problem
+    assert "slew = 3.1417 rad is beyond" in robot.problem
     viewer.panel._reset()
     viewer.show()
     assert (dial.slider.value, dial.slider.precision) == (0.0, 3)
@@ -130,7 +130,7 @@ def test_a_notice_is_about_the_latest_entry(forging: Robot, opened: Opened) -> N
 
     typed(0, -11.0)
     assert viewer.step(0.0)
-    assert "q1 = -11 rad" in session.problem
+    assert "slew = -11 rad" in session.problem
     typed(0, 0.0)  # where it is
     assert viewer.step(0.0)
     assert session.problem == ""
@@ -139,7 +139,7 @@ def test_a_notice_is_about_the_latest_entry(forging: Robot, opened: Opened) -> N
     typed(1, 9.0)
     typed(0, 12.0)  # before the two were heard: the latest of all counts
     assert viewer.step(0.0)
-    assert "q1 = 12 rad" in session.problem
+    assert "slew = 12 rad" in session.problem
     assert np.array_equal(session.state.u, before)
 
 
@@ -218,7 +218,7 @@ def test_boxes_of_the_page_take_numbers_as_they_stand_and_refuse_the_rest(
     assert session.state.u[0] == np.pi / 6.0
     notice.wait_for(state="detached", timeout=PATIENCE)
     enter(page, SLEW, "-11")
-    notice.get_by_text("q1 = -11 rad is beyond its limit").wait_for(timeout=PATIENCE)
+    notice.get_by_text("slew = -11 rad is beyond its limit").wait_for(timeout=PATIENCE)
     enter(page, SLEW, "")
     assert boxes(page).nth(SLEW).input_value() == "0.5236"
     enter(page, LOAD, "300")  # where it is
