@@ -100,7 +100,7 @@ def test_links_to_files_lead_somewhere(page: str) -> None:
 def test_the_readme_runs(read: Any) -> None:
     needs("README.md")
     scope = read("README.md")
-    assert scope["robot"].name == "crank_and_cylinder"
+    assert scope["robot"].name == "excavator"
     assert scope["state"].residual < 1e-12
 
 
@@ -115,7 +115,7 @@ def test_python_of_the_readme_stands_alone() -> None:
             )
             made |= set(re.findall(r"\b\w+\b", " ".join(re.findall(r"import (.*)", block.text))))
             needed[block.where] = {node.id for node in names} - made
-    assert len(needed) >= 5
+    assert needed
     assert not any(needed.values()), needed
 
 
@@ -146,7 +146,7 @@ def test_dynamics_runs_and_does_what_it_says(read: Any, tmp_path: Path) -> None:
     scope = read("docs/dynamics.md")
     assert scope["ddu"] == pytest.approx([0.1, 0.2, 0.0, 0.0], abs=1e-9)
     assert scope["pendulum"].loads.effects.armature == pytest.approx([2.0, 0.0])
-    assert scope["fall"].events[0].message.startswith("q22 reached its lower limit 0.32")
+    assert scope["fall"].events[0].message.startswith("stick_cylinder reached its lower limit 0.32")
     assert scope["fall"].relative_energy_error < 1e-8
     assert scope["fall"].residual < 1e-12
     assert (tmp_path / "fall.npz").is_file()
