@@ -22,11 +22,13 @@ from matplotlib.figure import Figure
 from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_core.drawing import draw
 from hybrid_dynamics_core.drawing.figure import save
+from tools.mode_senses import senses_picture
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "own_robot.md"
 ROBOTS = ROOT / "docs" / "images" / "own_robot"
 LAYERS = ROOT / "docs" / "images" / "layers.svg"
+SENSES = ROOT / "docs" / "images" / "assembly_modes.svg"
 FILE = re.compile(
     r"(?:<!-- file: ([\w.]+) -->\n)?```(?:yaml|xml)\n(.*?)^```$", re.DOTALL | re.MULTILINE
 )
@@ -103,8 +105,9 @@ def layers() -> list[list[str]]:
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"][
         "importlinter"
     ]["contracts"]
-    (told,) = (contract["layers"] for contract in contracts if contract["type"] == "layers")
-    return [[f"hybrid_dynamics_core.{name.strip()}" for name in layer.split("|")] for layer in told]
+    core = "hybrid_dynamics_core"
+    (order,) = (c["layers"] for c in contracts if c.get("containers") == [core])
+    return [[f"{core}.{name.strip()}" for name in layer.split("|")] for layer in order]
 
 
 def about(module: str) -> str:
@@ -164,4 +167,5 @@ if __name__ == "__main__":
         for name, figure in pictures(robots_of_the_page(Path(folder))).items():
             save(figure, ROBOTS / name)
             print(f"{name}: {(ROBOTS / name).stat().st_size} bytes")
+    save(senses_picture(), SENSES)
     LAYERS.write_text(layers_picture(), encoding="utf-8")

@@ -17,9 +17,25 @@ WIDEST = 20  # modules in one folder
 LONGEST = 400  # lines of a module
 
 # Words that mean something else in every sentence. A name says what a thing is.
-VAGUE = frozenset(
-    "told looks rest many few odd spread own found known left whole kept seen again stray tried".split()
-)
+VAGUE = {
+    "told",
+    "looks",
+    "rest",
+    "many",
+    "few",
+    "odd",
+    "spread",
+    "own",
+    "found",
+    "known",
+    "left",
+    "whole",
+    "kept",
+    "seen",
+    "again",
+    "stray",
+    "tried",
+}
 PUBLIC = frozenset()  # names that users see and that have such a word
 
 
