@@ -103,19 +103,19 @@ def flat(result: Answer) -> str:
         ),
         (
             ("workspace", "excavator", "--range", "slew=0"),
-            "'slew=0': expected NAME=LOW:HIGH, as boom_cylinder=0.1:0.5",
+            "'slew=0': expected NAME=LOW:HIGH, as q12=0.1:0.5",
         ),
         (
             ("workspace", "excavator", "--range", "slew"),
-            "'slew': expected NAME=LOW:HIGH, as boom_cylinder=0.1:0.5",
+            "'slew': expected NAME=LOW:HIGH, as q12=0.1:0.5",
         ),
         (
             ("workspace", "excavator", "--range", "slew=0:x"),
             "'x' is not a number, pi or deg; expected NAME=LOW:HIGH",
         ),
         (
-            ("workspace", "excavator", "--range", "q13=0:1"),
-            "--range: 'q13' is not an active joint (did you mean 'slew",
+            ("workspace", "excavator", "--range", "boom_cylindr=0:1"),
+            "--range: 'boom_cylindr' is not an active joint (did you mean 'boom_cylinder'",
         ),
         (
             ("fk", "excavator", "-u", "boom_cylinder=70mm"),
