@@ -26,7 +26,7 @@ HEAD = ["active joint", "effort", "unit", "M ddu", "C du", "G", "passive"]
 EPILOG = """\b
 Examples:
   hybrid-dynamics id forging_chu2020 -u 0,0.10,0.15,0
-  hybrid-dynamics id excavator --du boom_cylinder=0.05 --ddu boom_cylinder=0.1 --json
+  hybrid-dynamics id excavator --ddu boom_cylinder=0.1 --json
 """
 
 

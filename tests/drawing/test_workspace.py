@@ -86,7 +86,7 @@ def test_a_column_that_does_not_turn_round_is_seen_from_above_too() -> None:
     )
     assert robot.limits[0].tolist() == [-1.0, 1.0]
     titles = [plane.title for plane in choose_planes(robot)]
-    assert titles == ["in the plane of the arm, at any slew", "seen from above"]
+    assert titles == ["in the plane of the arm, at any q1", "seen from above"]
 
 
 def test_values_are_those_of_reachable_samples() -> None:
