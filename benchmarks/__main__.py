@@ -28,14 +28,13 @@ def main() -> None:
         help="put the tables into README.md and docs/performance.md",
     )
     arguments = parser.parse_args()
-    found = measured(arguments.quick, tuple(arguments.sides))
-    text = found.text
-    print(text, end="")
+    report = measured(arguments.quick, tuple(arguments.sides))
+    print(report.text, end="")
     if arguments.publish:
-        publish.put(ROOT / "docs" / "performance.md", "report", text.splitlines())
-        publish.put(ROOT / "README.md", "short", found.short)
+        publish.put(ROOT / "docs" / "performance.md", "report", report.text.splitlines())
+        publish.put(ROOT / "README.md", "short", report.short)
     if arguments.output is not None:
-        arguments.output.write_text(text, encoding="utf-8")
+        arguments.output.write_text(report.text, encoding="utf-8")
 
 
 if __name__ == "__main__":

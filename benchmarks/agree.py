@@ -12,7 +12,7 @@ from hybrid_dynamics_core import Robot
 from .side import Side
 
 STATES = 20  # one by one
-MANY = 2000  # in a batch; some sides take whole thousands
+BATCH = 2000  # some sides take full thousands
 
 
 class DisagreementError(RuntimeError):
@@ -30,7 +30,7 @@ def random_states(robot: Robot, count: int, seed: int = 0) -> dict[str, np.ndarr
 
 
 def arguments(work: str, states: dict[str, np.ndarray]) -> tuple[Any, ...]:
-    """What a work is called with: one state (4,) or, for a batch, all of them."""
+    """What a work is called with: one state (4,), or all states of a batch (N, 4)."""
     u, du, ddu, tau = (states[name] for name in ("u", "du", "ddu", "tau"))
     return {
         "id": (u, du, ddu),
@@ -43,27 +43,39 @@ def arguments(work: str, states: dict[str, np.ndarray]) -> tuple[Any, ...]:
 
 
 def check(robot: Robot, sides: Sequence[Side], works: Sequence[str]) -> None:
-    """Raise DisagreementError where a side differs from the first that does the same work."""
+    """Compare the answers of all sides.
+
+    Raises:
+        DisagreementError: a side differs from the first that does the same work.
+    """
     states = random_states(robot, STATES)
     for work in works:
         able = [side for side in sides if work in side.calls]
-        singles = [{k: v[i] for k, v in states.items()} for i in range(STATES)]
-        rows = [random_states(robot, MANY)] if work == "id_batch" else singles
-        for row in rows:
-            answers = [_flat(side.calls[work](*arguments(work, row))) for side in able]
-            for side, answer in zip(able, answers, strict=True):
-                error = np.abs(answer - answers[0]).max() / max(1.0, np.abs(answers[0]).max())
-                if not error < max(side.tolerance, able[0].tolerance):
-                    raise DisagreementError(
-                        f"{side.name} differs from {able[0].name} by {error:.1g} in {work}"
-                    )
+        if work == "id_batch":
+            _check_work(able, work, random_states(robot, BATCH))
+            continue
+        for k in range(STATES):
+            state = {name: values[k] for name, values in states.items()}
+            _check_work(able, work, state)
+
+
+def _check_work(sides: Sequence[Side], work: str, states: dict[str, np.ndarray]) -> None:
+    """Compare the answers of all sides to one call."""
+    answers = [_flat(side.calls[work](*arguments(work, states))) for side in sides]
+    for side, answer in zip(sides, answers, strict=True):
+        scale = max(1.0, np.abs(answers[0]).max())
+        error = np.abs(answer - answers[0]).max() / scale
+        if not error < max(side.tolerance, sides[0].tolerance):
+            raise DisagreementError(
+                f"{side.name} differs from {sides[0].name} by {error:.1g} in {work}"
+            )
 
 
 def _flat(answer: Any) -> np.ndarray:
-    """One vector; angles by their sine and cosine, so that whole turns do not count."""
-    if isinstance(answer, tuple) and len(answer) == 2:
+    """One vector; angles by their sine and cosine, so that full turns do not count."""
+    if not isinstance(answer, tuple):
+        return np.ravel(answer)
+    if len(answer) == 2:
         s, ds = answer
         return np.concatenate([np.cos(s), np.sin(s), ds])
-    return np.concatenate(
-        [np.ravel(part) for part in (answer if isinstance(answer, tuple) else (answer,))]
-    )
+    return np.concatenate([np.ravel(part) for part in answer])

@@ -1,7 +1,7 @@
-"""The closure of the forging robot by hand, as a user of another engine would write it: angles from triangles.
+"""The closure of the forging robot by hand, as a user of another engine would write it.
 
-Names of lengths as in Chu et al. (2020), Table 1; order of s: q1 q12 q22 q4 | q2 q3 q11 q21 q31 q32
-q41 q42.
+Angles come from triangles. Lengths have the names of Chu et al. (2020), Table 1. The order of s is
+q1 q12 q22 q4 | q2 q3 q11 q21 q31 q32 q41 q42.
 """
 
 from __future__ import annotations
@@ -16,7 +16,14 @@ COORDINATES = ("q1", "q12", "q22", "q4", "q2", "q3", "q11", "q21", "q31", "q32",
 
 
 class Triangle(NamedTuple):
-    """An angle that a cylinder sets and the angle of the cylinder: values, first and second derivatives by length."""
+    """An angle that a cylinder sets, and the cylinder's own, with derivatives by its length.
+
+    Attributes:
+        angle: that the cylinder sets [rad].
+        tilt: of the cylinder [rad].
+        angle1, tilt1: first derivatives [rad/m].
+        angle2, tilt2: second derivatives [rad/m^2].
+    """
 
     angle: float
     tilt: float
@@ -27,8 +34,9 @@ class Triangle(NamedTuple):
 
 
 def crank(base: float, arm: float, length: float) -> Triangle:
-    """Sides base and arm with the cylinder across: the angle from the base's extension to the arm, counterclockwise.
+    """A triangle of base, arm and cylinder [m].
 
+    The angle runs from the base's extension to the arm, counterclockwise.
     length^2 = base^2 + arm^2 + 2 base arm cos(angle); tilt = atan2(arm sin, base + arm cos).
     """
     c = (length * length - base * base - arm * arm) / (2.0 * base * arm)
@@ -37,12 +45,13 @@ def crank(base: float, arm: float, length: float) -> Triangle:
     angle1 = -length / (k * s)
     angle2 = -(1.0 + k * c * angle1 * angle1) / (k * s)
     along = arm * (arm + base * c) / (length * length)  # d tilt / d angle
-    bend = (-arm * base * s - 2.0 * length * along / angle1) / (
-        length * length
-    )  # d2 tilt / d angle2
+    curvature = -arm * base * s - 2.0 * length * along / angle1
+    bend = curvature / (length * length)  # d2 tilt / d angle2
     tilt1 = along * angle1
     tilt2 = bend * angle1 * angle1 + along * angle2
-    return Triangle(math.acos(c), math.atan2(arm * s, base + arm * c), angle1, tilt1, angle2, tilt2)
+    angle = math.acos(c)
+    tilt = math.atan2(arm * s, base + arm * c)
+    return Triangle(angle, tilt, angle1, tilt1, angle2, tilt2)
 
 
 def positions(u: Sequence[float], t1: Triangle, t2: Triangle) -> list[float]:

@@ -27,11 +27,10 @@ ROUNDS = 3
 
 
 def motion(robot: Robot) -> np.ndarray:
-    """Active coordinates (STATES, n): a smooth motion about the reference that closes everywhere."""
+    """Active coordinates (STATES, n) of a smooth motion about the reference that closes."""
     rng = np.random.default_rng(1)
-    size = np.minimum(
-        0.1, 0.1 * np.ptp(np.nan_to_num(robot.limits, posinf=1.0, neginf=-1.0), axis=1)
-    )
+    limits = np.nan_to_num(robot.limits, posinf=1.0, neginf=-1.0)
+    size = np.minimum(0.1, 0.1 * np.ptp(limits, axis=1))
     phase = np.linspace(0.0, 2.0 * np.pi, STATES)[:, None] + 0.3 * rng.uniform(size=len(size))
     for _ in range(8):
         u: np.ndarray = robot.reference + size * (np.sin(phase) - np.sin(phase[0]))
@@ -53,12 +52,12 @@ def rate(work: Callable[[], object], states: int) -> float:
 
 
 def measure(name: str) -> list[float]:
-    """The four rates of a robot."""
+    """The four rates of a robot: alone, followed, batch, Newton."""
     robot = load(name)
     u = motion(robot)
     n = len(robot.active)
     home = robot.close(u[0])
-    many = np.resize(u, (BATCH, n))
+    batch = np.resize(u, (BATCH, n))
     pinocchio = PinocchioRobot(robot.description, robot.coordinates)
 
     def followed() -> None:
@@ -80,7 +79,7 @@ def measure(name: str) -> list[float]:
     return [
         rate(lambda: [robot.close(row) for row in u], STATES),
         rate(followed, STATES),
-        rate(lambda: robot.close(many), BATCH),
+        rate(lambda: robot.close(batch), BATCH),
         rate(newton, STATES),
     ]
 
@@ -88,15 +87,12 @@ def measure(name: str) -> list[float]:
 def main() -> None:
     """The table."""
     write = sys.stdout.write
-    write(
-        f"{'closures per second':<20}{'joints':>8}{'alone':>10}{'followed':>10}{'batch':>12}{'Newton':>10}\n"
-    )
+    heads = f"{'alone':>10}{'followed':>10}{'batch':>12}{'Newton':>10}"
+    write(f"{'closures per second':<20}{'joints':>8}{heads}\n")
     for name in sys.argv[1:] or shipped_robots():
-        rates = measure(name)
-        cells = "".join(
-            f"{value:>{width},.0f}" for value, width in zip(rates, (10, 10, 12, 10), strict=True)
-        )
-        write(f"{name:<20}{len(load(name).coordinates):>8}{cells}\n")
+        alone, followed, batch, newton = measure(name)
+        rates = f"{alone:>10,.0f}{followed:>10,.0f}{batch:>12,.0f}{newton:>10,.0f}"
+        write(f"{name:<20}{len(load(name).coordinates):>8}{rates}\n")
 
 
 if __name__ == "__main__":

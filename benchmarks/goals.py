@@ -7,15 +7,26 @@ from dataclasses import dataclass
 
 from .measure import Timing
 
-OURS, PLAIN = "hybrid_dynamics", "hybrid_dynamics, no compiler"
+OURS = "hybrid_dynamics"
+PLAIN = "hybrid_dynamics, no compiler"
 FLOOR = "C by hand, extension module"
-BY_HAND, NEWTON = "Pinocchio, closure by hand", "Pinocchio, Newton closure"
+BY_HAND = "Pinocchio, closure by hand"
+NEWTON = "Pinocchio, Newton closure"
 CONSTRAINED = "Pinocchio, constraintDynamics"
 
 
 @dataclass(frozen=True)
 class Goal:
-    """`work` on `side` against the fastest of `others`: at least `faster` times faster, or at most `slower` slower."""
+    """A work on one side against the fastest of other sides.
+
+    Attributes:
+        work: key of WORKS.
+        text: what is compared, as the table shows it.
+        others: names of the other sides.
+        faster: how many times faster the side is to be, if not 0.
+        slower: else, how many times slower it may be.
+        side: its name.
+    """
 
     work: str
     text: str
@@ -31,11 +42,21 @@ class Goal:
         if self.side not in rows or not others:
             return None
         ratio = min(others) / rows[self.side].median
-        return ratio if self.faster else 1.0 / ratio
+        if self.faster:
+            return ratio
+        return 1.0 / ratio
 
     def reached(self, value: float) -> bool:
         """Whether a measured ratio is good enough."""
-        return value >= self.faster if self.faster else value <= self.slower
+        if self.faster:
+            return value >= self.faster
+        return value <= self.slower
+
+    def wanted(self) -> str:
+        """The goal in words."""
+        if self.faster:
+            return f"{self.faster:g} times faster"
+        return f"within {self.slower:g} times"
 
 
 GOALS = (
@@ -63,10 +84,10 @@ def table(times: Mapping[str, Mapping[str, Timing]], goals: Sequence[Goal] = GOA
     lines = ["| this library beside | wanted | measured | |", "|---|---|---:|---|"]
     for goal in goals:
         value = goal.measured(times)
-        if value is not None:
-            wanted = (
-                f"{goal.faster:g} times faster" if goal.faster else f"within {goal.slower:g} times"
-            )
-            verdict = "reached" if goal.reached(value) else "not reached"
-            lines.append(f"| {goal.text} | {wanted} | {value:.3g} | {verdict} |")
+        if value is None:
+            continue
+        verdict = "not reached"
+        if goal.reached(value):
+            verdict = "reached"
+        lines.append(f"| {goal.text} | {goal.wanted()} | {value:.3g} | {verdict} |")
     return lines

@@ -14,13 +14,9 @@ def processor() -> str:
     """The processor's name."""
     info = Path("/proc/cpuinfo")
     if info.exists():
-        names = [
-            line.partition(":")[2].strip()
-            for line in info.read_text().splitlines()
-            if line.startswith("model name")
-        ]
-        if names:
-            return names[0]
+        for line in info.read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
     return platform.processor() or platform.machine()
 
 
@@ -32,8 +28,12 @@ def description() -> list[str]:
             versions.append(f"{name} {metadata.version(name)}")
         except metadata.PackageNotFoundError:
             continue
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return [
-        f"{processor()}, {cores} cores, {platform.system()} {platform.machine()}",
-        ", ".join(versions),
-    ]
+    system = f"{platform.system()} {platform.machine()}"
+    return [f"{processor()}, {cores()} cores, {system}", ", ".join(versions)]
+
+
+def cores() -> int | None:
+    """How many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count()

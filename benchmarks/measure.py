@@ -1,4 +1,4 @@
-"""Times of many sides in interleaved rounds, so that a machine that slows down slows all of them."""
+"""Times of several sides in interleaved rounds: a machine that slows down slows all of them."""
 
 from __future__ import annotations
 
@@ -28,13 +28,16 @@ class _Repeated:
         self, function: Callable[..., Any], arguments: Sequence[Any], seconds: float, clock: Clock
     ) -> None:
         names = {f"a{k}": argument for k, argument in enumerate(arguments)}
-        self._timer = timeit.Timer(
-            f"f({', '.join(names)})", timer=clock, globals={"f": function, **names}
-        )
+        statement = f"f({', '.join(names)})"
+        self._timer = timeit.Timer(statement, timer=clock, globals={"f": function, **names})
         self._timer.timeit(1)
         self._count = 1
-        while (took := self._timer.timeit(self._count)) < seconds / 3.0:
-            self._count = max(2 * self._count, int(self._count * seconds / max(took, 1e-9) / 2.0))
+        while True:
+            spent = self._timer.timeit(self._count)
+            if spent >= seconds / 3.0:
+                break
+            half = int(self._count * seconds / max(spent, 1e-9) / 2.0)
+            self._count = max(2 * self._count, half)
 
     def once(self) -> float:
         return self._timer.timeit(self._count) / self._count
@@ -46,11 +49,20 @@ def measure(
     seconds: float = 0.02,
     clock: Clock = time.process_time,
 ) -> dict[str, Timing]:
-    """Seconds a call of each (function, arguments); `clock`: CPU time of this process unless told otherwise."""
-    repeated = {
-        name: _Repeated(function, arguments, seconds, clock)
-        for name, (function, arguments) in calls.items()
-    }
+    """Time functions in interleaved rounds.
+
+    Args:
+        calls: function and arguments, by name.
+        rounds: how often each is timed.
+        seconds: about how long a round of one function takes.
+        clock: by default CPU time of this process.
+
+    Returns:
+        Seconds a call, by name.
+    """
+    repeated = {}
+    for name, (function, arguments) in calls.items():
+        repeated[name] = _Repeated(function, arguments, seconds, clock)
     times: dict[str, list[float]] = {name: [] for name in calls}
     gc.collect()
     for _ in range(rounds):

@@ -37,14 +37,20 @@ print(time.perf_counter() - t, time.process_time())
 
 
 def find_sides(robot: Robot, modules: Sequence[str], say: Callable[[str], None]) -> list[Side]:
-    """What is installed here; what is not is told and left out."""
-    found: list[Side] = []
+    """What is installed here.
+
+    Args:
+        robot: the robot of the tables.
+        modules: of `benchmarks.sides`.
+        say: called with a sentence for each that is not installed.
+    """
+    sides: list[Side] = []
     for name in modules:
         try:
-            found += importlib.import_module(f".sides.{name}", __package__).sides(robot)
+            sides += importlib.import_module(f".sides.{name}", __package__).sides(robot)
         except (ImportError, OSError) as error:
             say(f"without {name}: {str(error).splitlines()[0]}")
-    return found
+    return sides
 
 
 def compare(
@@ -55,39 +61,50 @@ def compare(
     size: int = BATCH,
     done: Callable[[int], None] = lambda _: None,
 ) -> dict[str, dict[str, Timing]]:
-    """By work and side: seconds a call, or a state of a batch.
+    """Time all works of all sides.
 
-    `done` is told how many works are measured.
+    Args:
+        robot: the robot of the tables.
+        sides: what takes part.
+        rounds: how often each is timed.
+        seconds: about how long a round of one work of one side takes.
+        size: states of a batch.
+        done: called with the count of works that are measured.
+
+    Returns:
+        Seconds a call, or a state of a batch, by work and name of the side.
     """
     agree.check(robot, sides, list(WORKS))
     states = agree.random_states(robot, size)
     first = {key: values[0] for key, values in states.items()}
-    result = {}
+    result: dict[str, dict[str, Timing]] = {}
     for work in WORKS:
-        given = agree.arguments(work, states if work == "id_batch" else first)
-        calls = {side.name: (side.calls[work], given) for side in sides if work in side.calls}
-        timings = measure(calls, rounds, seconds) if calls else {}
-        share = 1 / size if work == "id_batch" else 1.0
-        result[work] = {
-            name: Timing(t.median * share, t.least * share) for name, t in timings.items()
-        }
+        arguments = agree.arguments(work, first)
+        share = 1.0
+        if work == "id_batch":
+            arguments = agree.arguments(work, states)
+            share = 1 / size
+        calls = {side.name: (side.calls[work], arguments) for side in sides if work in side.calls}
+        result[work] = {}
+        for name, timing in measure(calls, rounds, seconds).items():
+            result[work][name] = Timing(timing.median * share, timing.least * share)
         done(len(result))
     return result
 
 
 def starts() -> dict[str, tuple[float, float]]:
-    """Import, load and first result, without and with what an earlier start left: seconds on the wall, and of CPU."""
+    """Import, load and first result, with an empty cache (`cold`) and with a filled one (`warm`).
+
+    Returns:
+        Seconds on the wall, and of CPU, by name.
+    """
     result = {}
     with tempfile.TemporaryDirectory() as folder:
+        paths = {VARIABLE: str(Path(folder) / "cache"), "PYTHONPATH": os.pathsep.join(sys.path)}
         for name in ("cold", "warm"):
-            environment = {
-                **os.environ,
-                VARIABLE: str(Path(folder) / "cache"),
-                "PYTHONPATH": os.pathsep.join(sys.path),
-            }
             answer = subprocess.run(  # noqa: S603  this Python
                 [sys.executable, "-c", START],
-                env=environment,
+                env={**os.environ, **paths},
                 capture_output=True,
                 text=True,
                 check=True,
@@ -99,7 +116,7 @@ def starts() -> dict[str, tuple[float, float]]:
 
 @contextmanager
 def _no_cache() -> Iterator[None]:
-    """What is compiled is not looked up, nor kept."""
+    """Compile without a cache."""
     before = os.environ.get(VARIABLE)
     os.environ[VARIABLE] = "off"
     try:
@@ -112,7 +129,12 @@ def _no_cache() -> Iterator[None]:
 
 
 def scaling(stages: Sequence[int], rounds: int) -> list[tuple[int, float, float, float, float]]:
-    """Per number of four-bar stages: seconds to compile, of inverse and forward dynamics, of a state of a batch."""
+    """Time chains of four-bar stages.
+
+    Returns:
+        For each number of stages: the number, and seconds to compile, of inverse dynamics, of
+        forward dynamics, and of a state of a batch.
+    """
     rows = []
     for count in stages:
         robot = chain(count)
@@ -120,7 +142,7 @@ def scaling(stages: Sequence[int], rounds: int) -> list[tuple[int, float, float,
             kernels = robot.kernels
             start = time.process_time()
             kernels.inverse_dynamics(robot.reference, np.zeros(count), np.zeros(count))
-            made = time.process_time() - start
+            compiled = time.process_time() - start
         rng = np.random.default_rng(count)
         u = 1.2 + rng.uniform(-0.1, 0.1, (4096, count))
         du, ddu = rng.uniform(-1.0, 1.0, (2, 4096, count))
@@ -129,8 +151,11 @@ def scaling(stages: Sequence[int], rounds: int) -> list[tuple[int, float, float,
             "fd": (kernels.forward_dynamics, (u[0], du[0], ddu[0])),
             "batch": (kernels.inverse_dynamics, (u, du, ddu)),
         }
-        t = {name: timing.median for name, timing in measure(calls, rounds).items()}
-        rows.append((count, made, t["id"], t["fd"], t["batch"] / len(u)))
+        times = measure(calls, rounds)
+        id_time = times["id"].median
+        fd_time = times["fd"].median
+        batch_time = times["batch"].median / len(u)
+        rows.append((count, compiled, id_time, fd_time, batch_time))
     return rows
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
-# What every side is called with, and what it gives back. u, du, ddu, tau: arrays (4,) in the order
+# What every side is called with, and what it returns. u, du, ddu, tau are arrays (4,) in the order
 # of robot.active.
 WORKS = {
     "id": "inverse dynamics, new array",  # (u, du, ddu) -> tau
@@ -20,13 +20,14 @@ WORKS = {
 
 @dataclass(frozen=True)
 class Side:
-    """An engine, and the works that it does: `calls` by key of WORKS.
+    """An engine, and the works that it does.
 
-    `tolerance`: relative, of its answers.
+    Attributes:
+        name: as the tables show it.
+        calls: its works, by key of WORKS.
+        tolerance: relative, of its answers.
     """
 
     name: str
     calls: Mapping[str, Callable[..., Any]]
     tolerance: float = 1e-9
-    note: str = ""
-    compare: Mapping[str, str] = field(default_factory=dict)

@@ -19,8 +19,10 @@ def time_text(seconds: float) -> str:
 
 
 def ratio_text(ratio: float) -> str:
-    """Two digits, or whole from ten on."""
-    return f"{ratio:.2g}" if ratio < 10.0 else f"{ratio:.0f}"
+    """Two digits, or an integer from ten on."""
+    if ratio < 10.0:
+        return f"{ratio:.2g}"
+    return f"{ratio:.0f}"
 
 
 def comparison(times: Mapping[str, Mapping[str, Timing]]) -> list[str]:
@@ -28,36 +30,46 @@ def comparison(times: Mapping[str, Mapping[str, Timing]]) -> list[str]:
     lines = ["| work | engine | time | in times of ours |", "|---|---|---:|---:|"]
     for work, rows in times.items():
         ours = rows.get(OURS)
-        for name, timing in sorted(rows.items(), key=lambda item: item[1].median):
-            ratio = "" if ours is None else ratio_text(timing.median / ours.median)
-            shown = f"**{name}**" if name == OURS else name
-            lines.append(f"| {WORKS[work]} | {shown} | {time_text(timing.median)} | {ratio} |")
+        for name, timing in _fastest_first(rows):
+            ratio = ""
+            if ours is not None:
+                ratio = ratio_text(timing.median / ours.median)
+            time = time_text(timing.median)
+            lines.append(f"| {WORKS[work]} | {_marked(name)} | {time} | {ratio} |")
     return lines
+
+
+def _fastest_first(rows: Mapping[str, Timing]) -> list[tuple[str, Timing]]:
+    return sorted(rows.items(), key=lambda item: item[1].median)
+
+
+def _marked(name: str) -> str:
+    """A side's name, that of this library in bold."""
+    if name == OURS:
+        return f"**{name}**"
+    return name
 
 
 def short(times: Mapping[str, Mapping[str, Timing]]) -> list[str]:
     """One row an engine: one call of inverse dynamics, and a state of a batch."""
-    one, batch = times.get("id", {}), times.get("id_batch", {})
+    single = times.get("id", {})
+    batch = times.get("id_batch", {})
     lines = [
         "| inverse dynamics of the forging robot | one call from Python | batch, a state |",
         "|---|---:|---:|",
     ]
-    for name, timing in sorted(one.items(), key=lambda item: item[1].median):
-        shown = f"**{name}**" if name == OURS else name
-        many = time_text(batch[name].median) if name in batch else ""
-        lines.append(f"| {shown} | {time_text(timing.median)} | {many} |")
+    for name, timing in _fastest_first(single):
+        batch_time = ""
+        if name in batch:
+            batch_time = time_text(batch[name].median)
+        lines.append(f"| {_marked(name)} | {time_text(timing.median)} | {batch_time} |")
     return lines
 
 
 def scaling(rows: Sequence[tuple[int, float, float, float, float]]) -> list[str]:
     """One row a chain."""
-    lines = [
-        (
-            "| four-bar stages | links | compiled in | inverse dynamics | forward dynamics | batch,"
-            " a state |"
-        ),
-        "|---:|---:|---:|---:|---:|---:|",
-    ]
+    columns = "compiled in | inverse dynamics | forward dynamics | batch, a state"
+    lines = [f"| four-bar stages | links | {columns} |", "|---:|---:|---:|---:|---:|---:|"]
     for count, *seconds in rows:
         lines.append(f"| {count} | {3 * count} | {' | '.join(map(time_text, seconds))} |")
     return lines

@@ -1,1 +1,4 @@
-"""One module a side: `sides(robot)` gives what it brings; importing it fails where its engine is not installed."""
+"""One module a side, whose `sides(robot)` gives what takes part.
+
+Importing it fails where its engine is not installed.
+"""

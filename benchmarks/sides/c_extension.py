@@ -11,7 +11,6 @@ import sysconfig
 import tempfile
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 
@@ -22,7 +21,8 @@ from ..side import Side
 
 FLAGS = ("-O3", "-march=native", "-ffast-math", "-fno-finite-math-only", "-fopenmp-simd", "-fPIC")
 C1, FORE_ARM, L42, L4, ROD = 0.2, 0.6, 0.2, 0.2, 0.4
-ARM_LINKS = {  # kx, a, b of the mass, and with which direction the link turns
+# Of each link of the arm: kx, a, b of its mass, and the direction with which it turns.
+ARM_LINKS = {
     "l2": (0.0, L2 / 2, 0.0, "e2"),
     "l31": (-C1, L2 / 2, 0.0, "e2"),
     "l3": (0.0, L2, 0.2, "e3"),
@@ -31,49 +31,31 @@ ARM_LINKS = {  # kx, a, b of the mass, and with which direction the link turns
     "l42": (L42 / 2, L2, FORE_ARM, ""),
     "l4": (L42 + L4 / 2, L2, FORE_ARM, ""),
 }
+YAW_LINKS = ("l2", "l31", "l3", "l41", "l42", "l4", "l11", "l12", "l21", "l22")
 
 
 def numbers(robot: Robot) -> list[float]:
     """What `setup` takes, in the order of the structure in floor.c."""
     links = robot.description.links
     mass = {name: link.mass for name, link in links.items()}
-    ixx, iyy, izz = (
-        {name: float(link.inertia[k, k]) for name, link in links.items()} for k in range(3)
-    )
-
-    def total(of: Any) -> float:
-        return sum(mass[name] * float(of(kx, a, b)) for name, (kx, a, b, _) in ARM_LINKS.items())
-
-    def turning(direction: str, of: dict[str, float]) -> float:
-        return sum(of[name] for name, row in ARM_LINKS.items() if row[3] == direction)
-
-    sums = [
-        total(lambda _, a, b: a),  # noqa: ARG005
-        total(lambda _, a, b: b),  # noqa: ARG005
-        total(lambda kx, a, b: kx * kx),  # noqa: ARG005
-        total(lambda _, a, b: a * a),  # noqa: ARG005
-        total(lambda _, a, b: a * b),
-        total(lambda _, a, b: b * b),  # noqa: ARG005
-        total(lambda kx, a, b: kx * a),  # noqa: ARG005
-        total(lambda kx, a, b: kx * b),  # noqa: ARG005
-    ]
-    diff = {name: ixx[name] - iyy[name] for name in links}
-    plane = [turning("e2", izz), turning("e3", izz), turning("e2", diff), turning("e3", diff)]
-    yaw = (
-        izz["l1"]
-        + ixx["l32"]
-        + sum(iyy[n] for n in ("l2", "l31", "l3", "l41", "l42", "l4", "l11", "l12", "l21", "l22"))
-    )
+    ixx = {name: float(link.inertia[0, 0]) for name, link in links.items()}
+    iyy = {name: float(link.inertia[1, 1]) for name, link in links.items()}
+    izz = {name: float(link.inertia[2, 2]) for name, link in links.items()}
+    difference = {name: ixx[name] - iyy[name] for name in links}
+    yaw = izz["l1"] + ixx["l32"] + sum(iyy[name] for name in YAW_LINKS)
     cylinders: list[float] = []
     for barrel, rod, length in (("l11", "l12", L11), ("l21", "l22", L21)):
-        both = (izz[barrel] + izz[rod], diff[barrel] + diff[rod])
+        both = (izz[barrel] + izz[rod], difference[barrel] + difference[rod])
         cylinders += [mass[barrel], length / 2, mass[rod], -ROD / 2, *both]
     triangles = [L1, ARM, L11, FORE, B3, L21]
     return [
         -float(robot.description.gravity[2]),
         *triangles,
-        *sums,
-        *plane,
+        *_mass_sums(mass),
+        _turning("e2", izz),
+        _turning("e3", izz),
+        _turning("e2", difference),
+        _turning("e3", difference),
         yaw,
         ixx["l4"],
         *cylinders,
@@ -82,27 +64,44 @@ def numbers(robot: Robot) -> list[float]:
     ]
 
 
+def _mass_sums(mass: dict[str, float]) -> list[float]:
+    """Sums over the links of the arm of mass times a, b, kx^2, a^2, a b, b^2, kx a, kx b."""
+    sums = [0.0] * 8
+    for name, (kx, a, b, _) in ARM_LINKS.items():
+        factors = (a, b, kx * kx, a * a, a * b, b * b, kx * a, kx * b)
+        for k, factor in enumerate(factors):
+            sums[k] += mass[name] * factor
+    return sums
+
+
+def _turning(direction: str, values: dict[str, float]) -> float:
+    """The sum over the links of the arm that turn with a direction."""
+    return sum(values[name] for name, row in ARM_LINKS.items() if row[3] == direction)
+
+
 def compiled() -> ModuleType:
-    """The extension module. Raises OSError where there is no C compiler."""
+    """The extension module.
+
+    Raises:
+        OSError: there is no C compiler, or it fails.
+    """
     command = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
     if command is None:
         raise OSError("no C compiler")
     include = [f"-I{sysconfig.get_path('include')}", f"-I{np.get_include()}"]
     source = Path(__file__).with_name("floor.c")
     with tempfile.TemporaryDirectory(prefix="floor") as place:
-        code, target = (
-            Path(place, "floor.o"),
-            Path(place, f"floor{sysconfig.get_config_var('EXT_SUFFIX')}"),
-        )
+        code = Path(place, "floor.o")
+        target = Path(place, f"floor{sysconfig.get_config_var('EXT_SUFFIX')}")
         _call([command, *FLAGS, *include, "-c", str(source), "-o", str(code)])
-        _call(
-            [command, "-shared", str(code), "-o", str(target), "-lm"]
-        )  # fast-math here would disable subnormals
+        # FLAGS here would disable subnormals: fast-math.
+        _call([command, "-shared", str(code), "-o", str(target), "-lm"])
         return _loaded(target)
 
 
 def _call(arguments: list[str]) -> None:
-    answer = subprocess.run(arguments, capture_output=True, text=True, check=False)  # noqa: S603  the system's compiler
+    # The system's compiler.
+    answer = subprocess.run(arguments, capture_output=True, text=True, check=False)  # noqa: S603
     if answer.returncode != 0:
         raise OSError(f"{shlex.join(arguments)}\n{answer.stderr}")
 
@@ -126,6 +125,6 @@ def sides(robot: Robot) -> list[Side]:
     return [
         Side(
             "C by hand, extension module",
-            {"id": module.one, "id_out": module.one, "id_batch": module.many},
+            {"id": module.one, "id_out": module.one, "id_batch": module.batch},
         )
     ]

@@ -1,4 +1,4 @@
-"""CasADi: the program of this library in its virtual machine, and as the C code that it generates."""
+"""CasADi: the program of this library in its virtual machine, and as generated C code."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ MAPPED = 1000  # states that one call of the mapped function takes
 def sides(robot: Robot) -> list[Side]:
     """The virtual machine and, where there is a C compiler, generated code."""
     symbols = [casadi.SX.sym(name, 4) for name in ("u", "du", "ddu")]
-    tau = inverse_dynamics(robot, casadi)(*([v[k] for k in range(4)] for v in symbols))
+    scalars = [[vector[k] for k in range(4)] for vector in symbols]
+    tau = inverse_dynamics(robot, casadi)(*scalars)
     machine = casadi.Function("tau", symbols, [casadi.vertcat(*tau)])
     result = [_side("CasADi, virtual machine", machine)]
     compiler = shutil.which("cc") or shutil.which("gcc")
@@ -47,17 +48,8 @@ def _external(function: casadi.Function, compiler: str) -> casadi.Function:
     finally:
         os.chdir(here)
     library = folder / "tau.so"
-    command = [
-        compiler,
-        "-O3",
-        "-march=native",
-        "-shared",
-        "-fPIC",
-        str(folder / "tau.c"),
-        "-o",
-        str(library),
-        "-lm",
-    ]
+    flags = ["-O3", "-march=native", "-shared", "-fPIC"]
+    command = [compiler, *flags, str(folder / "tau.c"), "-o", str(library), "-lm"]
     subprocess.run(command, check=True)  # noqa: S603  the system's compiler
     return casadi.external("tau", str(library))
 

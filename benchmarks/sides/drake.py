@@ -16,11 +16,15 @@ from pydrake.multibody.tree import (
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.description import RobotDescription
+from hybrid_dynamics_core.description.model import Link
 
 from ..closed_form import COORDINATES, linear, positions, projected, quadratic, triangles
 from ..side import Side
 
 Array = np.ndarray
+
+
+JOINTS = {"revolute": RevoluteJoint, "prismatic": PrismaticJoint}
 
 
 def build(robot: RobotDescription) -> MultibodyPlant:
@@ -33,21 +37,13 @@ def build(robot: RobotDescription) -> MultibodyPlant:
         for name, joint in robot.joints.items():
             if joint.parent != parent:
                 continue
-            link = robot.links[joint.child]
-            com = np.array(link.com)
-            about = np.array(link.inertia) / link.mass + com @ com * np.eye(3) - np.outer(com, com)
-            unit = UnitInertia(*about.diagonal(), about[0, 1], about[0, 2], about[1, 2])
-            body = plant.AddRigidBody(
-                joint.child, SpatialInertia(link.mass, com, unit, skip_validity_check=True)
-            )
+            body = plant.AddRigidBody(joint.child, _spatial_inertia(robot.links[joint.child]))
             bodies[joint.child] = body
-            place = RigidTransform(
-                RotationMatrix(np.array(joint.rotation)), np.array(joint.translation)
-            )
-            frame = plant.AddFrame(
-                FixedOffsetFrame(f"{name} frame", bodies[parent].body_frame(), place)
-            )
-            kind = RevoluteJoint if joint.type == "revolute" else PrismaticJoint
+            rotation = RotationMatrix(np.array(joint.rotation))
+            placement = RigidTransform(rotation, np.array(joint.translation))
+            offset = FixedOffsetFrame(f"{name} frame", bodies[parent].body_frame(), placement)
+            frame = plant.AddFrame(offset)
+            kind = JOINTS[joint.type]
             plant.AddJoint(kind(name, frame, body.body_frame(), np.array(joint.axis)))
             add(joint.child)
 
@@ -56,17 +52,24 @@ def build(robot: RobotDescription) -> MultibodyPlant:
     return plant
 
 
+def _spatial_inertia(link: Link) -> SpatialInertia:
+    com = np.array(link.com)
+    about = np.array(link.inertia) / link.mass + com @ com * np.eye(3) - np.outer(com, com)
+    unit = UnitInertia(*about.diagonal(), about[0, 1], about[0, 2], about[1, 2])
+    return SpatialInertia(link.mass, com, unit, skip_validity_check=True)
+
+
 class ByHand:
     """The closure by hand, CalcInverseDynamics for the tree."""
 
     def __init__(self, robot: Robot) -> None:
         self.plant = build(robot.description)
         self.context = self.plant.CreateDefaultContext()
-        self.place = np.array(
-            [self.plant.GetJointByName(name).velocity_start() for name in COORDINATES]
-        )
+        joints = [self.plant.GetJointByName(name) for name in COORDINATES]
+        self.place = np.array([joint.velocity_start() for joint in joints])
         self.forces = MultibodyForces(self.plant)
-        self.state, self.a = np.zeros(24), np.zeros(12)
+        self.state = np.zeros(24)
+        self.a = np.zeros(12)
 
     def inverse_dynamics(self, u: Array, du: Array, ddu: Array) -> Array:
         """Gravity as a force element, then the tree's inverse dynamics."""
@@ -86,6 +89,5 @@ class ByHand:
 
 def sides(robot: Robot) -> list[Side]:
     """CalcInverseDynamics."""
-    return [
-        Side("Drake CalcInverseDynamics, closure by hand", {"id": ByHand(robot).inverse_dynamics})
-    ]
+    name = "Drake CalcInverseDynamics, closure by hand"
+    return [Side(name, {"id": ByHand(robot).inverse_dynamics})]

@@ -1,4 +1,4 @@
-/* The forging robot by hand: closure and inverse dynamics in minimal form, for one state and for many.
+/* The forging robot by hand: closure and inverse dynamics in minimal form, for one state and for a batch.
 
    Everything but the yaw q1 and the roll q4 happens in one vertical plane: x outward from the column, y up. Links of the
    arm have their mass at  k + a e2 + b e3  with e2 = (cos q2, sin q2) along the upper arm and e3 along the forearm
@@ -143,7 +143,7 @@ static void last_block(const double *u, const double *du, const double *dd, doub
   for (int i = 0; i < 4 * rows; i++) out[i] = o[i];
 }
 
-static PyObject *many(PyObject *self, PyObject *const *args, Py_ssize_t n) {
+static PyObject *batch(PyObject *self, PyObject *const *args, Py_ssize_t n) {
   if (n != 3) return PyErr_Format(PyExc_TypeError, "u, du, ddu");
   for (Py_ssize_t k = 0; k < n; k++)
     if (!usable(args[k], 2)) return PyErr_Format(PyExc_ValueError, "expected arrays (N, 4)");
@@ -169,7 +169,7 @@ static PyObject *setup(PyObject *self, PyObject *const *args, Py_ssize_t n) {
 
 static PyMethodDef methods[] = {{"setup", (PyCFunction)(void *)setup, METH_FASTCALL, NULL},
                                 {"one", (PyCFunction)(void *)one, METH_FASTCALL, NULL},
-                                {"many", (PyCFunction)(void *)many, METH_FASTCALL, NULL},
+                                {"batch", (PyCFunction)(void *)batch, METH_FASTCALL, NULL},
                                 {NULL, NULL, 0, NULL}};
 static struct PyModuleDef module = {PyModuleDef_HEAD_INIT, "floor", NULL, -1, methods};
 

@@ -17,7 +17,7 @@ Array = np.ndarray
 
 
 def sides(robot: Robot) -> list[Side]:
-    """jit for one state, jit of vmap for many."""
+    """The jit of one state, and of vmap for a batch."""
     jax.config.update("jax_enable_x64", True)
     functions = SimpleNamespace(
         sin=jnp.sin, cos=jnp.cos, sqrt=jnp.sqrt, fabs=jnp.abs, atan2=jnp.arctan2
@@ -27,12 +27,13 @@ def sides(robot: Robot) -> list[Side]:
     def tau(u: jax.Array, du: jax.Array, ddu: jax.Array) -> jax.Array:
         return jnp.stack(text(u, du, ddu))
 
-    one, many = jax.jit(tau), jax.jit(jax.vmap(tau))
+    single = jax.jit(tau)
+    mapped = jax.jit(jax.vmap(tau))
 
     def call(u: Array, du: Array, ddu: Array) -> Array:
-        return np.asarray(one(u, du, ddu))
+        return np.asarray(single(u, du, ddu))
 
     def batch(u: Array, du: Array, ddu: Array) -> Array:
-        return np.asarray(many(u, du, ddu))
+        return np.asarray(mapped(u, du, ddu))
 
     return [Side("JAX jit", {"id": call, "id_batch": batch})]

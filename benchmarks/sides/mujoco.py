@@ -35,9 +35,8 @@ def build(robot: RobotDescription) -> mujoco.MjModel:
             child.explicitinertial = True
             child.mass = link.mass
             child.ipos = np.array(link.com)
-            inertia = np.array(link.inertia) + 1e-12 * np.eye(
-                3
-            )  # MuJoCo wants every moment to be positive
+            # MuJoCo wants every moment to be positive.
+            inertia = np.array(link.inertia) + 1e-12 * np.eye(3)
             child.fullinertia = inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
             add(joint.child, child)
 
@@ -75,8 +74,5 @@ class ByHand:
 
 def sides(robot: Robot) -> list[Side]:
     """mj_rne."""
-    return [
-        Side(
-            "MuJoCo mj_rne, closure by hand", {"id": ByHand(robot).inverse_dynamics}, tolerance=1e-8
-        )
-    ]
+    name = "MuJoCo mj_rne, closure by hand"
+    return [Side(name, {"id": ByHand(robot).inverse_dynamics}, tolerance=1e-8)]

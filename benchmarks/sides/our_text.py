@@ -1,4 +1,7 @@
-"""The program of this library run on other engines' symbols: they get the same straight line of operations."""
+"""The program of this library run on other engines' symbols.
+
+They get the same straight line of operations.
+"""
 
 from __future__ import annotations
 
@@ -30,9 +33,9 @@ class Value:
         return type(self)(plain(other) - self.of)
 
     def __mul__(self, other: Any) -> Any:
-        return (
-            0.0 if isinstance(other, float) and other == 0.0 else type(self)(self.of * plain(other))
-        )
+        if isinstance(other, float) and other == 0.0:
+            return 0.0
+        return type(self)(self.of * plain(other))
 
     __rmul__ = __mul__
 
@@ -68,21 +71,32 @@ class Value:
 
 def plain(x: Any) -> Any:
     """The engine's own scalar."""
-    return x.of if isinstance(x, Value) else x
+    if isinstance(x, Value):
+        return x.of
+    return x
 
 
 def inverse_dynamics(robot: Robot, engine: Any) -> Callable[..., list[Any]]:
-    """(u, du, ddu), sequences of the engine's scalars -> tau; gravity is a constant, and nothing is checked."""
+    """The function (u, du, ddu) -> tau, of sequences of the engine's scalars.
+
+    Gravity is a constant, and nothing is checked.
+    """
     model = robot._model  # noqa: SLF001  what programs run on
     kind = type("EngineValue", (Value,), {"engine": engine, "__slots__": ()})
-    branch, guess = list(model.plan.branch), list(model.plan.reference.q)
+    branch = list(model.plan.branch)
+    guess = list(model.plan.reference.q)
     gravity = robot.description.gravity.tolist()
 
     def tau(u: Sequence[Any], du: Sequence[Any], ddu: Sequence[Any]) -> list[Any]:
-        moving = [[kind(x) for x in vector] for vector in (u, du, ddu)]
-        x = programs.Inputs(
-            u=moving[0], du=moving[1], ddu=moving[2], branch=branch, guess=guess, gravity=gravity
+        inputs = programs.Inputs(
+            u=list(map(kind, u)),
+            du=list(map(kind, du)),
+            ddu=list(map(kind, ddu)),
+            branch=branch,
+            guess=guess,
+            gravity=gravity,
         )
-        return [plain(value) for value in programs.INVERSE_DYNAMICS.run(model, x).outputs["tau"]]
+        outputs = programs.INVERSE_DYNAMICS.run(model, inputs).outputs
+        return list(map(plain, outputs["tau"]))
 
     return tau

@@ -16,18 +16,18 @@ def sides(robot: Robot) -> list[Side]:
     """As it is installed and, where that is compiled, as it is without a compiler."""
     if default_backend() == "python":
         return [Side("hybrid_dynamics, no compiler", calls(robot))]
-    told = os.environ.get(VARIABLE)
+    given = os.environ.get(VARIABLE)
     os.environ[VARIABLE] = "python"
     plain = calls(Robot(robot.description))
-    if told is None:
+    if given is None:
         del os.environ[VARIABLE]
     else:
-        os.environ[VARIABLE] = told
+        os.environ[VARIABLE] = given
     return [Side("hybrid_dynamics", calls(robot)), Side("hybrid_dynamics, no compiler", plain)]
 
 
 def calls(robot: Robot) -> dict[str, Callable[..., Any]]:
-    """The fused calls, which are made when first looked up."""
+    """The compiled calls, which are made when first looked up."""
     kernels = robot.kernels
     return {
         "id": kernels.inverse_dynamics,
@@ -35,5 +35,5 @@ def calls(robot: Robot) -> dict[str, Callable[..., Any]]:
         "minimal": kernels.minimal_form,
         "close": kernels.close,
         "id_batch": kernels.inverse_dynamics,
-        **({"fd": kernels.forward_dynamics} if hasattr(type(kernels), "forward_dynamics") else {}),
+        "fd": kernels.forward_dynamics,
     }

@@ -1,6 +1,11 @@
-"""Pinocchio from Python: with Newton for the pins, with the closure by hand, and with its constrained dynamics."""
+"""Pinocchio from Python, in three ways.
+
+The pins are closed by Newton, or by hand, or Pinocchio's constrained dynamics keeps them.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 import pinocchio as pin
@@ -13,6 +18,10 @@ from ..side import Side
 
 Array = np.ndarray
 N = 4
+JOINTS = {
+    "revolute": pin.JointModelRevoluteUnaligned,
+    "prismatic": pin.JointModelPrismaticUnaligned,
+}
 
 
 def build(robot: RobotDescription) -> tuple[pin.Model, dict[str, int]]:
@@ -25,11 +34,7 @@ def build(robot: RobotDescription) -> tuple[pin.Model, dict[str, int]]:
         for name, joint in robot.joints.items():
             if joint.parent != parent:
                 continue
-            kind = (
-                pin.JointModelRevoluteUnaligned
-                if joint.type == "revolute"
-                else pin.JointModelPrismaticUnaligned
-            )
+            kind = JOINTS[joint.type]
             placement = pin.SE3(np.array(joint.rotation), np.array(joint.translation))
             index = model.addJoint(links[parent], kind(np.array(joint.axis)), placement, name)
             link = robot.links[joint.child]
@@ -42,16 +47,23 @@ def build(robot: RobotDescription) -> tuple[pin.Model, dict[str, int]]:
     return model, links
 
 
+def _places(model: pin.Model) -> Array:
+    """(12,) where Pinocchio has each of the coordinates."""
+    joints = [model.joints[model.getJointId(name)] for name in COORDINATES]
+    return np.array([joint.idx_v for joint in joints])
+
+
 class ByHand:
     """The closure by hand, Pinocchio for the tree."""
 
     def __init__(self, robot: Robot) -> None:
         self.model, _ = build(robot.description)
         self.data = self.model.createData()
-        place = [self.model.joints[self.model.getJointId(name)].idx_v for name in COORDINATES]
-        self.place = np.array(place)
-        self.order = np.argsort(place)
-        self.q, self.v, self.a = np.zeros(12), np.zeros(12), np.zeros(12)
+        self.place = _places(self.model)
+        self.order = np.argsort(self.place)
+        self.q = np.zeros(12)
+        self.v = np.zeros(12)
+        self.a = np.zeros(12)
 
     def inverse_dynamics(self, u: Array, du: Array, ddu: Array) -> Array:
         """rnea on the tree, projected."""
@@ -69,7 +81,9 @@ class ByHand:
 
     def closed(self, u: Array, du: Array) -> Array:
         """R of the closed state, which is put into the model with its bias accelerations."""
-        place, q, v = self.place, u.tolist(), du.tolist()
+        place = self.place
+        q = u.tolist()
+        v = du.tolist()
         t1, t2 = triangles(q)
         self.q[place] = positions(q, t1, t2)
         self.v[place] = linear(v, t1, t2)
@@ -106,32 +120,29 @@ class ByHand:
 
 
 class Newton:
-    """The pins by Newton, written for any tree: gaps and Jacobians from Pinocchio, two rows in the plane of a pin."""
+    """The pins by Newton, written for any tree.
+
+    Gaps and Jacobians come from Pinocchio, two rows in the plane of a pin.
+    """
 
     def __init__(self, robot: Robot) -> None:
         self.model, links = build(robot.description)
         self.data = self.model.createData()
-        self.place = np.array(
-            [self.model.joints[self.model.getJointId(name)].idx_v for name in COORDINATES]
-        )
-        self.active, self.passive = self.place[:N], self.place[N:]
+        self.place = _places(self.model)
+        self.active = self.place[:N]
+        self.passive = self.place[N:]
         self.start = np.zeros(12)
         self.start[self.place] = robot.close(robot.reference).s
         self.pins = []
         for closure in robot.description.closures:
-            ends = []
-            for link, point in (
-                (closure.link_a, closure.point_a),
-                (closure.link_b, closure.point_b),
-            ):
-                frame = pin.Frame(
-                    f"{closure.name} {link}",
-                    links[link],
-                    pin.SE3(np.eye(3), point),
-                    pin.FrameType.OP_FRAME,
-                )
-                ends.append(self.model.addFrame(frame))
-            self.pins.append(ends)
+            ends = ((closure.link_a, closure.point_a), (closure.link_b, closure.point_b))
+            frames = []
+            for link, point in ends:
+                name = f"{closure.name} {link}"
+                placement = pin.SE3(np.eye(3), point)
+                frame = pin.Frame(name, links[link], placement, pin.FrameType.OP_FRAME)
+                frames.append(self.model.addFrame(frame))
+            self.pins.append(frames)
         self.data = self.model.createData()
 
     def _gaps(self, q: Array) -> tuple[Array, Array]:
@@ -140,13 +151,13 @@ class Newton:
         pin.updateFramePlacements(model, data)
         turn = data.oMi[1].rotation.T[[0, 2]]  # the plane of all pins turns with the first joint
         world = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        gaps, rows = [], []
+        gaps = []
+        rows = []
         for a, b in self.pins:
             gaps.append(turn @ (data.oMf[a].translation - data.oMf[b].translation))
-            jacobian = pin.getFrameJacobian(model, data, a, world) - pin.getFrameJacobian(
-                model, data, b, world
-            )
-            rows.append(turn @ jacobian[:3])
+            jacobian_a = pin.getFrameJacobian(model, data, a, world)
+            jacobian_b = pin.getFrameJacobian(model, data, b, world)
+            rows.append(turn @ (jacobian_a - jacobian_b)[:3])
         return np.concatenate(gaps), np.concatenate(rows)
 
     def _close(self, u: Array) -> tuple[Array, Array]:
@@ -174,39 +185,42 @@ class Newton:
         model, data = self.model, self.data
         q, rows = self._close(u)
         R = self._map(rows)
-        v, a = R @ du, R @ ddu
+        v = R @ du
+        a = R @ ddu
         pin.forwardKinematics(model, data, q, v, np.zeros(12))
         turn = data.oMi[1].rotation.T[[0, 2]]
         world = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        bias = [
-            turn
-            @ (
-                pin.getFrameClassicalAcceleration(model, data, i, world).linear
-                - pin.getFrameClassicalAcceleration(model, data, j, world).linear
-            )
-            for i, j in self.pins
-        ]
+        bias = []
+        for i, j in self.pins:
+            acceleration_i = pin.getFrameClassicalAcceleration(model, data, i, world).linear
+            acceleration_j = pin.getFrameClassicalAcceleration(model, data, j, world).linear
+            bias.append(turn @ (acceleration_i - acceleration_j))
         a[self.passive] -= np.linalg.solve(rows[:, self.passive], np.concatenate(bias))
         return np.asarray(R.T @ pin.rnea(model, data, q, v, a))
 
 
 class Constrained:
-    """Pinocchio's own constrained forward dynamics, with the closure by hand for positions and rates."""
+    """Pinocchio's own constrained forward dynamics, with positions and rates closed by hand.
+
+    Pins are points that coincide. In a plane one of the three equations of each is redundant.
+    """
 
     def __init__(self, robot: Robot) -> None:
-        """Pins as points that coincide: in a plane one of the three equations of each is redundant."""
         self.hand = ByHand(robot)
         self.model, links = build(robot.description)
         self.data = self.model.createData()
         models = pin.StdVec_RigidConstraintModel()
         for closure in robot.description.closures:
-            ends = [links[closure.link_a], pin.SE3(np.eye(3), np.array(closure.point_a))]
-            ends += [links[closure.link_b], pin.SE3(np.eye(3), np.array(closure.point_b))]
-            models.append(
-                pin.RigidConstraintModel(
-                    pin.ContactType.CONTACT_3D, self.model, *ends, pin.ReferenceFrame.LOCAL
-                )
+            model = pin.RigidConstraintModel(
+                pin.ContactType.CONTACT_3D,
+                self.model,
+                links[closure.link_a],
+                pin.SE3(np.eye(3), np.array(closure.point_a)),
+                links[closure.link_b],
+                pin.SE3(np.eye(3), np.array(closure.point_b)),
+                pin.ReferenceFrame.LOCAL,
             )
+            models.append(model)
         self.constraints = models
         self.constraint_data = pin.StdVec_RigidConstraintData()
         for model in models:
@@ -225,7 +239,8 @@ class Constrained:
     def _state(
         self, u: Array, du: Array, tau: Array
     ) -> tuple[pin.Model, pin.Data, Array, Array, Array]:
-        hand, place = self.hand, self.hand.place
+        hand = self.hand
+        place = hand.place
         q = u.tolist()
         t1, t2 = triangles(q)
         hand.q[place] = positions(q, t1, t2)
@@ -236,18 +251,18 @@ class Constrained:
 
 def sides(robot: Robot) -> list[Side]:
     """Three ways to use Pinocchio."""
-    hand, newton, constrained = ByHand(robot), Newton(robot), Constrained(robot)
+    hand = ByHand(robot)
+    newton = Newton(robot)
+    constrained = Constrained(robot)
+    by_hand: dict[str, Callable[..., object]] = {
+        "id": hand.inverse_dynamics,
+        "minimal": hand.minimal_form,
+        "fd": hand.forward_dynamics,
+        "close": hand.close,
+        "id_batch": hand.batch,
+    }
     return [
-        Side(
-            "Pinocchio, closure by hand",
-            {
-                "id": hand.inverse_dynamics,
-                "minimal": hand.minimal_form,
-                "fd": hand.forward_dynamics,
-                "close": hand.close,
-                "id_batch": hand.batch,
-            },
-        ),
+        Side("Pinocchio, closure by hand", by_hand),
         Side("Pinocchio, Newton closure", {"id": newton.inverse_dynamics, "close": newton.close}),
         Side("Pinocchio, constraintDynamics", {"fd": constrained.forward_dynamics}, tolerance=1e-4),
     ]

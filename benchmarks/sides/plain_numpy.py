@@ -1,4 +1,7 @@
-"""Newton and Euler in plain NumPy, with vectors of six (Featherstone's notation) and the closure by hand."""
+"""Newton and Euler in plain NumPy, with the closure by hand.
+
+Spatial vectors are those of Featherstone, angular part first.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.description.model import Joint, Link
 
 from ..closed_form import COORDINATES, linear, positions, projected, quadratic, triangles
 from ..side import Side
@@ -28,7 +32,17 @@ CROSS = np.array([crm(e) for e in np.eye(6)])  # crm(v) = sum of v_k CROSS[k]
 
 
 class Body(NamedTuple):
-    """`place`: motions from the parent's axes to the joint's; `along`, `square`: for a turning joint, of its angle."""
+    """A body and the joint that moves it.
+
+    Attributes:
+        parent: index of its parent, -1 for the base.
+        coordinate: index of the joint's coordinate.
+        turns: whether the joint is revolute.
+        place: (6, 6) motions from the parent's axes to the joint's.
+        axis: (6,) of the joint.
+        along, square: (6, 6) crm(axis) and its square, for the joint's motion.
+        inertia: (6, 6) of the body.
+    """
 
     parent: int
     coordinate: int
@@ -38,6 +52,34 @@ class Body(NamedTuple):
     along: Array
     square: Array
     inertia: Array
+
+
+def _body(joint: Joint, parent: int, link: Link) -> Body:
+    turn = np.array(joint.rotation).T
+    place = np.block([[turn, np.zeros((3, 3))], [-turn @ skew(joint.translation), turn]])
+    turns = joint.type == "revolute"
+    axis = np.zeros(6)
+    if turns:
+        axis[:3] = joint.axis
+    else:
+        axis[3:] = joint.axis
+    along = crm(axis)
+    return Body(
+        parent=parent,
+        coordinate=COORDINATES.index(joint.name),
+        turns=turns,
+        place=place,
+        axis=axis,
+        along=along,
+        square=along @ along,
+        inertia=_spatial_inertia(link),
+    )
+
+
+def _spatial_inertia(link: Link) -> Array:
+    c = skew(link.com)
+    about = np.array(link.inertia) + link.mass * c @ c.T
+    return np.block([[about, link.mass * c], [link.mass * c.T, link.mass * np.eye(3)]])
 
 
 class ByHand:
@@ -50,31 +92,11 @@ class ByHand:
         index = {d.base: -1}
 
         def add(parent: str) -> None:
-            for name, joint in d.joints.items():
+            for joint in d.joints.values():
                 if joint.parent != parent:
                     continue
                 index[joint.child] = len(self.bodies)
-                turn, zero, link = (
-                    np.array(joint.rotation).T,
-                    np.zeros((3, 3)),
-                    d.links[joint.child],
-                )
-                place = np.block([[turn, zero], [-turn @ skew(joint.translation), turn]])
-                turns = joint.type == "revolute"
-                axis = np.concatenate(
-                    [joint.axis, np.zeros(3)] if turns else [np.zeros(3), joint.axis]
-                )
-                c = skew(link.com)
-                about = np.array(link.inertia) + link.mass * c @ c.T
-                inertia = np.block(
-                    [[about, link.mass * c], [link.mass * c.T, link.mass * np.eye(3)]]
-                )
-                along = crm(axis)
-                coordinate = COORDINATES.index(name)
-                row = Body(
-                    index[parent], coordinate, turns, place, axis, along, along @ along, inertia
-                )
-                self.bodies.append(row)
+                self.bodies.append(_body(joint, index[parent], d.links[joint.child]))
                 add(joint.child)
 
         add(d.base)
@@ -84,30 +106,32 @@ class ByHand:
         q = u.tolist()
         v = du.tolist()
         t1, t2 = triangles(q)
-        s, ds = positions(q, t1, t2), linear(v, t1, t2)
-        dds = [
-            x + y for x, y in zip(linear(ddu.tolist(), t1, t2), quadratic(v, t1, t2), strict=True)
-        ]
+        s = positions(q, t1, t2)
+        ds = linear(v, t1, t2)
+        a = linear(ddu.tolist(), t1, t2)
+        dds = [x + y for x, y in zip(a, quadratic(v, t1, t2), strict=True)]
         return np.array(projected(self._tree(s, ds, dds), t1, t2))
 
     def _tree(self, s: list[float], ds: list[float], dds: list[float]) -> list[float]:
         motions: list[tuple[Array, Array]] = []
-        forces, maps = [], []
+        forces = []
+        maps = []
         still = np.zeros(6)
         for parent, k, turns, place, axis, along, square, inertia in self.bodies:
-            v, a = motions[parent] if parent >= 0 else (still, self.base)
+            v, a = still, self.base
+            if parent >= 0:
+                v, a = motions[parent]
             if turns:
-                own = place - (np.sin(s[k]) * along - (1.0 - np.cos(s[k])) * square) @ place
+                motion = place - (np.sin(s[k]) * along - (1.0 - np.cos(s[k])) * square) @ place
             else:
-                own = place - s[k] * (along @ place)
-            v = own @ v
-            a = own @ a - ds[k] * (along @ v) + dds[k] * axis
+                motion = place - s[k] * (along @ place)
+            v = motion @ v
+            a = motion @ a - ds[k] * (along @ v) + dds[k] * axis
             v = v + ds[k] * axis
             motions.append((v, a))
-            forces.append(
-                inertia @ a - (inertia @ v) @ np.dot(v, CROSS.reshape(6, 36)).reshape(6, 6)
-            )
-            maps.append(own)
+            cross = np.dot(v, CROSS.reshape(6, 36)).reshape(6, 6)
+            forces.append(inertia @ a - (inertia @ v) @ cross)
+            maps.append(motion)
         result = [0.0] * len(s)
         for i in range(len(self.bodies) - 1, -1, -1):
             parent, k, *_ = self.bodies[i]
