@@ -9,8 +9,8 @@ from textwrap import fill
 from hybrid_dynamics_core import Robot, load, shipped_robots
 from hybrid_dynamics_core.drawing import draw, draw_modes
 from hybrid_dynamics_core.drawing.paint.legend import loop_type
-from hybrid_dynamics_core.scene.skeleton import place
-from hybrid_dynamics_core.scene.view import find_plane
+from hybrid_dynamics_core.scene.projection import find_plane
+from hybrid_dynamics_core.scene.skeleton import place_skeleton
 
 ROOT = Path(__file__).resolve().parents[1]
 ROBOTS = "hybrid_dynamics_core/robots"
@@ -94,7 +94,7 @@ def pictures(folder: Path) -> None:
     """Draw every robot. Planar ones have room for the names of all joints."""
     for name in shipped_robots():
         robot = load(name)
-        planar = find_plane(place(robot, robot.close(robot.reference))) is not None
+        planar = find_plane(place_skeleton(robot, robot.close(robot.reference))) is not None
         files = [folder / f"{name}.svg"]
         draw(robot, path=files[0], names="joints" if planar else "active")
         if name in MODES:

@@ -44,7 +44,7 @@ def robot_figure(
     with mpl.rc_context(STYLE):
         scene = make_scene(robot, state)
         limits = limits_of(scene)
-        left, right, below = _PLANAR if scene.view.planar else _SPATIAL
+        left, right, below = _PLANAR if scene.projection.planar else _SPATIAL
         across, up = np.ptp(limits, axis=0)
         width = _WIDTH - left - right
         height = float(np.clip(width * up / across, *_HEIGHTS))

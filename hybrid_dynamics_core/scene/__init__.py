@@ -1,1 +1,1 @@
-"""The geometry of a picture: from a robot and a state to parts, marks and views, in two or three dimensions."""
+"""The geometry of a picture: from a robot and a state to parts, lines and a projection."""

@@ -1,4 +1,4 @@
-"""Links as bodies between what they carry: bars, plates, posts on plates, and cylinders with rods."""
+"""Links as bodies between what they carry: bars, plates, posts on plates, cylinders with rods."""
 
 from __future__ import annotations
 
@@ -9,78 +9,155 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from ..ground.arrays import Array
-from .attach import Attached, rail
-from .parts import Part, Role, stub
-from .points import distinct, ends_of, rank
+from .attach import Attached, CylinderShape, rail
+from .parts import Part, PartRole, axis_segment
+from .points import distinct, ends_of_line, span_dimension
 from .skeleton import PlacedJoint
 
 _POST: Final = 3.0  # radii of a joint: shorter posts are left out
+_ON_PLATE: Final = 1e-12  # [m] to a corner of the plate: no post stands there
+
+Shape = tuple[PartRole, Array]  # what a piece of a body is, and its points (k, 3) [m]
 
 
-def link_parts(link: str, what: Attached, unit: float, size: float) -> list[Part]:
-    """The body of a moving link; `unit` is the radius of a joint in the drawing [m]."""
-    owner = f"link:{link}"
-    parts = [
-        Part(owner, "barrel", np.stack([c.foot, c.mouth]), 1.2 * unit, c.along, (link,))
-        for c in what.barrels
-    ]
-    parts += [
-        Part(owner, "rod", np.stack([c.mouth, c.end]), 0.45 * unit, c.along, (link, c.joint.parent))
-        for c in what.rods
-    ]
-    inside = [c.foot for c in what.barrels] + [c.end for c in what.rods]
-    fixed = distinct(what.fixed, size)
-    everything = distinct([*what.fixed, *what.ends], size)
-    if parts and len(distinct([*everything, *inside], size)) == len(distinct(inside, size)):
-        return parts
-    return [
-        Part(owner, role, points, 0.72 * unit, None, (link,))
-        for role, points in shapes(fixed, everything, unit)
-    ] + parts
+def link_parts(
+    link: str,
+    attached: Attached,
+    unit: float,
+    size: float,
+) -> list[Part]:
+    """The body of a moving link.
 
+    Args:
+        link: its name.
+        attached: what it carries.
+        unit: radius of a joint in the drawing [m].
+        size: of the mechanism [m].
 
-def shapes(fixed: Array, everything: Array, unit: float) -> list[tuple[Role, Array]]:
-    """Points (k, 3) of a body as plates and bars: [(role, points), ...].
-
-    A plate with posts where many `fixed` points lie in one plane, otherwise the faces of a solid.
+    Returns:
+        Its parts, cylinders last.
     """
-    if rank(everything) < 2:
-        return [("bar", ends_of(everything))]
-    if rank(everything) == 2:
+    barrels = [_barrel(link, cylinder, unit) for cylinder in attached.barrels]
+    rods = [_rod(link, cylinder, unit) for cylinder in attached.rods]
+    cylinders = barrels + rods
+    inside = [cylinder.foot for cylinder in attached.barrels]
+    inside += [cylinder.end for cylinder in attached.rods]
+    fixed = distinct(attached.fixed, size)
+    everything = distinct(attached.fixed + attached.ends, size)
+    reached = distinct([*everything, *inside], size)
+    if cylinders and len(reached) == len(distinct(inside, size)):
+        return cylinders
+    shapes = body_shapes(fixed, everything, unit)
+    return [_body(link, role, points, unit) for role, points in shapes] + cylinders
+
+
+def _body(
+    link: str,
+    role: PartRole,
+    points: Array,
+    unit: float,
+) -> Part:
+    return Part(
+        owner=f"link:{link}",
+        role=role,
+        points=points,
+        radius=0.72 * unit,
+        links=(link,),
+    )
+
+
+def _barrel(link: str, cylinder: CylinderShape, unit: float) -> Part:
+    return Part(
+        owner=f"link:{link}",
+        role="barrel",
+        points=np.stack([cylinder.foot, cylinder.mouth]),
+        radius=1.2 * unit,
+        axis=cylinder.direction,
+        links=(link,),
+    )
+
+
+def _rod(link: str, cylinder: CylinderShape, unit: float) -> Part:
+    return Part(
+        owner=f"link:{link}",
+        role="rod",
+        points=np.stack([cylinder.mouth, cylinder.end]),
+        radius=0.45 * unit,
+        axis=cylinder.direction,
+        links=(link, cylinder.joint.parent),
+    )
+
+
+def body_shapes(fixed: Array, everything: Array, unit: float) -> list[Shape]:
+    """A body as plates and bars.
+
+    Where many `fixed` points lie in one plane it is a plate with posts, otherwise a solid with
+    faces.
+
+    Args:
+        fixed: (k, 3) points of joints and closures [m].
+        everything: (m, 3) these and points of frames [m].
+        unit: radius of a joint in the drawing [m].
+
+    Returns:
+        Role and points of each piece.
+    """
+    dimension = span_dimension(everything)
+    if dimension < 2:
+        return [("bar", ends_of_line(everything))]
+    if dimension == 2:
         return [("plate", everything)]
-    plate = _plate(fixed)
+    plate = _largest_plane(fixed)
     if len(plate) < 4:
-        return [("plate", everything[corners]) for corners in ConvexHull(everything).simplices]
+        faces = ConvexHull(everything).simplices
+        return [("plate", everything[corners]) for corners in faces]
+    shapes: list[Shape] = [("plate", plate)]
     centre = plate.mean(axis=0)
-    posts = [
-        np.stack([centre, p]) for p in everything if np.linalg.norm(plate - p, axis=1).min() > 1e-12
-    ]
-    tall = [post for post in posts if np.linalg.norm(post[1] - post[0]) > _POST * unit]
-    return [("plate", plate), *(("bar", post) for post in tall)]
+    for point in everything:
+        to_plate = np.linalg.norm(plate - point, axis=1).min()
+        length = np.linalg.norm(point - centre)
+        if to_plate > _ON_PLATE and length > _POST * unit:
+            post = np.stack([centre, point])
+            shapes.append(("bar", post))
+    return shapes
 
 
-def _plate(points: Array) -> Array:
+def _largest_plane(points: Array) -> Array:
     """The most points that lie in one plane."""
-    if rank(points) < 3:
+    if span_dimension(points) < 3:
         return points
-    planes = [
-        [p for p in points if rank(np.array([*three, p])) < 3] for three in combinations(points, 3)
-    ]
+    planes = [_in_plane(points, three) for three in combinations(points, 3)]
     return np.array(max(planes, key=len))
+
+
+def _in_plane(points: Array, three: tuple[Array, ...]) -> list[Array]:
+    """The points that lie in the plane of three."""
+    inside = []
+    for point in points:
+        four = np.array([*three, point])
+        if span_dimension(four) < 3:
+            inside.append(point)
+    return inside
 
 
 def slide_parts(joint: PlacedJoint, unit: float) -> list[Part]:
     """A prismatic joint that is no cylinder: a block on a rail."""
-    ends = rail(joint) + np.outer([-3.0 * unit, 3.0 * unit], joint.axis)
     owner = f"joint:{joint.name}"
-    return [
-        Part(owner, "rail", ends, 0.4 * unit, joint.axis, (joint.parent,)),
-        Part(
-            owner,
-            "block",
-            stub(joint.point, joint.axis, 1.7 * unit),
-            1.2 * unit,
-            joint.axis,
-            (joint.child,),
-        ),
-    ]
+    beyond = np.outer([-3.0 * unit, 3.0 * unit], joint.axis)
+    along = Part(
+        owner=owner,
+        role="rail",
+        points=rail(joint) + beyond,
+        radius=0.4 * unit,
+        axis=joint.axis,
+        links=(joint.parent,),
+    )
+    block = Part(
+        owner=owner,
+        role="block",
+        points=axis_segment(joint.point, joint.axis, 1.7 * unit),
+        radius=1.2 * unit,
+        axis=joint.axis,
+        links=(joint.child,),
+    )
+    return [along, block]

@@ -2,79 +2,110 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
 from ..ground.arrays import Array
-from .parts import Part, Role
+from .parts import Part, PartRole
+from .projection import Projection
 from .scene import Scene
-from .view import View
 
-_LAYERS: Final[dict[Role, int]] = {
-    "base": 0, "plate": 1, "rail": 2, "bar": 3, "rod": 4, "barrel": 5, "block": 6, "collar": 6, "pin": 7, "weld": 7,
-    "hinge": 8, "ball": 9, "cross": 9,
-}  # fmt: skip
+# What lies in one plane is painted in this order.
+_LAYERS: Final[dict[PartRole, int]] = {
+    "base": 0,
+    "plate": 1,
+    "rail": 2,
+    "bar": 3,
+    "rod": 4,
+    "barrel": 5,
+    "block": 6,
+    "collar": 6,
+    "pin": 7,
+    "weld": 7,
+    "hinge": 8,
+    "ball": 9,
+    "cross": 9,
+}
 _SYMBOLS: Final = ("block", "collar", "pin", "weld", "hinge", "ball", "cross")
+_JOINED: Final = 3.0  # radii of a joint: bodies nearer than this to a symbol are joined by it
+_LAYER_STEP: Final = 1e-9  # [m] by which a layer is nearer, where depths are the same
+_ROD_STEP: Final = 1e-8  # [m] the same for a rod that comes towards the viewer
 
 
 def from_back(scene: Scene) -> list[Part]:
     """Parts from back to front: by kind and size where all lie in one plane, else by depth."""
-    view = scene.view
-    if view.planar:
-        return sorted(scene.parts, key=lambda part: (_LAYERS[part.role], -_area(part, view)))
-    lowest = float(scene.skeleton.points[:, 2].min()) + scene.unit
-
-    def nearness(part: Part) -> float:
-        if part.role == "base":
-            return -np.inf if part.points[:, 2].max() < lowest else part.depth(view)
-        own = part.depth(view)
-        if part.role in _SYMBOLS or (part.role == "rod" and _faces(part, view)):
-            own = max(
-                [
-                    own,
-                    *(
-                        other.depth(view)
-                        for other in _joined(part, scene.parts, 3.0 * scene.unit, view)
-                    ),
-                ]
-            )
-        return (
-            own
-            + 1e-9 * _LAYERS[part.role]
-            + (1e-8 if part.role == "rod" and _faces(part, view) else 0.0)
-        )
-
-    return sorted(scene.parts, key=nearness)
+    if scene.projection.planar:
+        return sorted(scene.parts, key=lambda part: _plane_order(part, scene.projection))
+    return sorted(scene.parts, key=lambda part: _nearness(part, scene))
 
 
-def _area(part: Part, view: View) -> float:
-    return float(np.prod(np.ptp(part.outline(view), axis=0)))
+def _plane_order(part: Part, projection: Projection) -> tuple[int, float]:
+    """By layer, then the larger ones first."""
+    outline = part.outline(projection)
+    area = np.prod(np.ptp(outline, axis=0))
+    return _LAYERS[part.role], -float(area)
 
 
-def _faces(rod: Part, view: View) -> bool:
+def _nearness(part: Part, scene: Scene) -> float:
+    """How near a part is to the viewer [m]; the floor of the base is behind everything."""
+    depth = part.depth(scene.projection)
+    if part.role == "base":
+        return -np.inf if _is_floor(part, scene) else depth
+    layer = _LAYER_STEP * _LAYERS[part.role]
+    is_front_rod = part.role == "rod" and _faces_viewer(part, scene.projection)
+    if part.role in _SYMBOLS or is_front_rod:
+        for other in _joined(part, scene):
+            depth = max(depth, other.depth(scene.projection))
+    if is_front_rod:
+        return depth + layer + _ROD_STEP
+    return depth + layer
+
+
+def _is_floor(base: Part, scene: Scene) -> bool:
+    """Whether a part of the base is below the mechanism."""
+    lowest = float(scene.skeleton.points[:, 2].min())
+    return bool(base.points[:, 2].max() < lowest + scene.unit)
+
+
+def _faces_viewer(rod: Part, projection: Projection) -> bool:
     """Whether a rod comes out of its barrel towards the viewer."""
-    return rod.axis is not None and float(rod.axis @ view.toward) > 0.0
+    return rod.axis is not None and float(rod.axis @ projection.toward) > 0.0
 
 
-def _joined(part: Part, parts: Sequence[Part], reach: float, view: View) -> list[Part]:
+def _joined(part: Part, scene: Scene) -> list[Part]:
     """The bodies that a symbol must not disappear behind: those that it joins."""
-    middle = part.points[0] if part.role == "rod" else part.points.mean(axis=0)
-    return [
-        other
-        for other in parts
-        if (other.role not in _SYMBOLS or (part.role == "rod" and other.role == "collar"))
-        and set(other.links) & set(part.links)
-        and not (part.role == "collar" and other.role == "rod" and _faces(other, view))
-        and _distance(other.points, middle) < reach
-    ]
+    place = part.points.mean(axis=0)
+    if part.role == "rod":
+        place = part.points[0]
+    joined = []
+    for other in scene.parts:
+        is_linked = not set(other.links).isdisjoint(part.links)
+        if not is_linked or not _may_hide(other, part, scene.projection):
+            continue
+        if _distance(other.points, place) < _JOINED * scene.unit:
+            joined.append(other)
+    return joined
+
+
+def _may_hide(other: Part, part: Part, projection: Projection) -> bool:
+    """Whether one part could hide another that it should not: a body, or the collar of a rod."""
+    if part.role == "rod" and other.role == "collar":
+        return True
+    if other.role in _SYMBOLS:
+        return False
+    if part.role == "collar" and other.role == "rod":
+        return not _faces_viewer(other, projection)
+    return True
 
 
 def _distance(points: Array, place: Array) -> float:
-    """From a place to the nearest of the points, or to the line between two of them."""
+    """From a place to the nearest of the points, or to the line between two of them [m]."""
     if len(points) == 2:
-        way = points[1] - points[0]
-        share = np.clip((place - points[0]) @ way / max(float(way @ way), 1e-18), 0.0, 1.0)
-        points = points[:1] + share * way
-    return float(np.linalg.norm(points - place, axis=1).min())
+        line = points[1] - points[0]
+        along = (place - points[0]) @ line
+        square = max(float(line @ line), 1e-18)
+        share = np.clip(along / square, 0.0, 1.0)
+        points = points[:1] + share * line
+    distances = np.linalg.norm(points - place, axis=1)
+    return float(distances.min())

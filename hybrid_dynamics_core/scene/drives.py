@@ -8,54 +8,100 @@ import numpy as np
 from matplotlib.path import Path
 
 from ..ground.arrays import Array
-from .attach import Cylinder
-from .parts import across_axis, stub
+from .attach import CylinderShape
+from .parts import across_axis, axis_segment
+from .projection import Projection
 from .skeleton import PlacedJoint
-from .symbols import Stroke
-from .view import View
+from .symbols import LineMark
 
-_ROUND = 2.3  # radius of the arrow round an axis, in radii of a joint
+# In radii of a joint:
+_ROUND = 2.3  # radius of the arrow round an axis
+_SHELL = 0.9  # more for each arrow inside of it
+_BEFORE = 2.6  # distance of an arrow whose axis lies in the picture, before the joint
 _BESIDE = 2.4  # distance of the arrow beside a cylinder
+_HALF = 3.4  # half the length of that
+_LATER = 0.1  # points by which a choice is worse than the one before
+_EDGE_ON = 0.35  # cosine to the viewer's direction below which an arc is tilted
 
 
-def turn_arrow(joint: PlacedJoint, view: View, unit: float, shell: int) -> Stroke:
-    """An arc about the axis, tilted where the true arc would be seen edge-on; `shell`: arcs inside of it."""
+def turn_arrow(
+    joint: PlacedJoint,
+    projection: Projection,
+    unit: float,
+    inside: int,
+) -> LineMark:
+    """An arc about the axis, tilted where the true arc would be seen edge-on.
+
+    Args:
+        joint: that is driven.
+        projection: of the picture.
+        unit: radius of a joint [m].
+        inside: number of arcs inside of it.
+
+    Returns:
+        The arc.
+    """
     axis, middle = joint.axis, joint.point
-    along = float(axis @ view.toward)
-    if abs(along) < 0.35:
-        middle = middle + 2.6 * unit * axis
-        axis = axis + (0.42 - abs(along)) * view.toward * (1.0 if along >= 0.0 else -1.0)
+    along = float(axis @ projection.toward)
+    if abs(along) < _EDGE_ON:
+        middle = middle + _BEFORE * unit * axis
+        side = 1.0 if along >= 0.0 else -1.0
+        axis = axis + (0.42 - abs(along)) * projection.toward * side
         axis = axis / np.linalg.norm(axis)
     across, other = across_axis(axis)
-    corner = view.up - view.right  # the gap of the arc is up and to the left
+    corner = projection.up - projection.right  # the gap of the arc is up and to the left
     start = float(np.arctan2(other @ corner, across @ corner))
     angles = start + np.radians(np.linspace(30.0, 320.0, 41))
-    radius = (_ROUND + 0.9 * shell) * unit
-    arc = middle + radius * (np.outer(np.cos(angles), across) + np.outer(np.sin(angles), other))
-    return Stroke(f"drive:{joint.name}", "turn", arc)
+    radius = (_ROUND + _SHELL * inside) * unit
+    cosines = np.outer(np.cos(angles), across)
+    circle = cosines + np.outer(np.sin(angles), other)
+    return LineMark(f"drive:{joint.name}", "turn", middle + radius * circle)
 
 
 def travel_arrow(
-    joint: PlacedJoint, cylinder: Cylinder | None, view: View, unit: float, covered: Sequence[Path]
-) -> Stroke:
-    """A double arrow beside a prismatic joint, on the side and at the place where it covers least of outlines."""
-    sideways = np.cross(view.toward, joint.axis)
+    joint: PlacedJoint,
+    cylinder: CylinderShape | None,
+    projection: Projection,
+    unit: float,
+    outlines: Sequence[Path],
+) -> LineMark:
+    """A double arrow beside a prismatic joint, at the place where it covers least.
+
+    Args:
+        joint: that is driven.
+        cylinder: the joint as a cylinder, if it is one.
+        projection: of the picture.
+        unit: radius of a joint [m].
+        outlines: of parts in the picture.
+
+    Returns:
+        The arrow.
+    """
+    sideways = np.cross(projection.toward, joint.axis)
     sideways /= max(float(np.linalg.norm(sideways)), 1e-9)
     middles = [joint.point]
-    half = 3.4 * unit
+    half = _HALF * unit
     if cylinder is not None:
-        middles = [0.5 * (cylinder.mouth + cylinder.end), 0.5 * (cylinder.foot + cylinder.mouth)]
-        half = min(half, 0.3 * float(np.linalg.norm(cylinder.end - cylinder.foot)))
-    choices = [
-        stub(middle + side * _BESIDE * unit * sideways, joint.axis, half)
-        for middle in middles
-        for side in (1.0, -1.0)
-    ]
-    costs = [_covering(view, choice, covered) + 0.1 * k for k, choice in enumerate(choices)]
-    return Stroke(f"drive:{joint.name}", "travel", choices[int(np.argmin(costs))])
+        middles = [
+            0.5 * (cylinder.mouth + cylinder.end),
+            0.5 * (cylinder.foot + cylinder.mouth),
+        ]
+        half = min(half, 0.3 * cylinder.length)
+    choices = []
+    for middle in middles:
+        for side in (1.0, -1.0):
+            beside = middle + side * _BESIDE * unit * sideways
+            choices.append(axis_segment(beside, joint.axis, half))
+    covered = [_covered_points(projection, ends, outlines) for ends in choices]
+    costs = np.array(covered) + _LATER * np.arange(len(choices))
+    best = choices[int(np.argmin(costs))]
+    return LineMark(f"drive:{joint.name}", "travel", best)
 
 
-def _covering(view: View, ends: Array, covered: Sequence[Path]) -> int:
-    """How many points of an arrow lie on parts."""
-    points = view.flat(ends[0] + np.linspace(-0.1, 1.1, 13)[:, None] * (ends[1] - ends[0]))
-    return int(sum(path.contains_points(points).sum() for path in covered))
+def _covered_points(projection: Projection, ends: Array, outlines: Sequence[Path]) -> int:
+    """Number of points of an arrow that lie on parts."""
+    shares = np.linspace(-0.1, 1.1, 13)
+    along = ends[1] - ends[0]
+    points = projection.project(ends[0] + shares[:, None] * along)
+    covered = [outline.contains_points(points).sum() for outline in outlines]
+    return int(sum(covered))

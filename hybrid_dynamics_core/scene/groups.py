@@ -1,25 +1,28 @@
-"""Joints that are drawn as one: universal and spherical joints, and coordinates that only carry a platform."""
+"""Joints drawn as one: universal and spherical joints, coordinates that only carry a platform."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
+from .projection import ALIGNED
 from .skeleton import PlacedJoint, Skeleton
-from .view import ALIGNED
 
 GroupKind = Literal["revolute", "prismatic", "universal", "spherical", "carrier"]
 
 
 @dataclass(frozen=True, eq=False)
-class Group:
-    """One joint, or several with nothing between them; `inner`: the links without extent that join them.
+class JointGroup:
+    """One joint, or several with nothing between them.
 
-    carrier: the coordinates of a platform (x, y, z, ...) that its legs hold: nothing that could be
-    seen.
+    Attributes:
+        kind: what is drawn. carrier: the coordinates of a platform (x, y, z, ...) that its legs
+            hold, of which nothing could be seen.
+        joints: from the base's side.
+        inner: the links without extent that join them.
     """
 
     kind: GroupKind
@@ -42,56 +45,77 @@ class Group:
         return "+".join(joint.name for joint in self.joints)
 
 
-def group_joints(skeleton: Skeleton) -> tuple[Group, ...]:
+def group_joints(skeleton: Skeleton) -> tuple[JointGroup, ...]:
     """Every joint of a skeleton in exactly one group, parents first."""
-    groups: list[Group] = []
-    done: set[str] = set()
+    groups: list[JointGroup] = []
+    grouped: set[str] = set()
     for joint in skeleton.joints:
-        if joint.name not in done:
-            groups += _groups(skeleton, _chain(skeleton, joint))
-            done |= {j.name for group in groups for j in group.joints}
+        if joint.name not in grouped:
+            chain = _coincident_chain(skeleton, joint)
+            groups += _groups(skeleton, chain)
+            grouped.update(member.name for member in chain)
     return tuple(groups)
 
 
-def _chain(skeleton: Skeleton, joint: PlacedJoint) -> list[PlacedJoint]:
+def _coincident_chain(skeleton: Skeleton, joint: PlacedJoint) -> list[PlacedJoint]:
     """The joint with those that follow it at the same place."""
     chain = [joint]
     for following in _followers(skeleton, joint):
         both_turn = chain[-1].type == following.type == "revolute"
-        carries = (
-            all(j.type == "prismatic" for j in chain[:2]) and chain[-1].child in skeleton.massless
-        )
-        if not both_turn and not (carries and (len(chain) > 1 or following.type == "prismatic")):
+        if not both_turn and not _carries(skeleton, chain, following):
             break
         chain.append(following)
     return chain
 
 
+def _carries(skeleton: Skeleton, chain: Sequence[PlacedJoint], following: PlacedJoint) -> bool:
+    """Whether a chain that begins with prismatic joints goes on, as that of a platform does."""
+    if chain[-1].child not in skeleton.massless:
+        return False
+    slides = all(joint.type == "prismatic" for joint in chain[:2])
+    return slides and (len(chain) > 1 or following.type == "prismatic")
+
+
 def _followers(skeleton: Skeleton, joint: PlacedJoint) -> Iterator[PlacedJoint]:
-    """Passive joints after this one, as long as the links between them hold nothing else and have no extent."""
-    busy = {link for c in skeleton.closures for link in c.links} | {
-        frame.link for frame in skeleton.frames
-    }
-    size = max(float(np.ptp(skeleton.points, axis=0).max()), ALIGNED)
+    """Passive joints after this one, while the links between have no extent and hold nothing."""
+    busy = {frame.link for frame in skeleton.frames}
+    for closure in skeleton.closures:
+        busy.update(closure.links)
+    extent = np.ptp(skeleton.points, axis=0).max()
+    size = max(float(extent), ALIGNED)
     while joint.child not in busy and not joint.active:
-        following = [j for j in skeleton.joints if j.parent == joint.child]
-        if len(following) != 1 or following[0].active:
+        children = [other for other in skeleton.joints if other.parent == joint.child]
+        if len(children) != 1 or children[0].active:
             return
-        if np.linalg.norm(following[0].start - joint.point) > ALIGNED * size:
+        following = children[0]
+        if np.linalg.norm(following.start - joint.point) > ALIGNED * size:
             return
-        joint = following[0]
+        joint = following
         yield joint
 
 
-def _groups(skeleton: Skeleton, chain: list[PlacedJoint]) -> list[Group]:
-    slides = sum(j.type == "prismatic" for j in chain)
-    kind: GroupKind | None = None
-    if slides >= 2 and skeleton.in_loops.issuperset(j.name for j in chain):
-        kind = "carrier"
-    elif slides == 0 and len(chain) == 3:
-        kind = "spherical"
-    elif slides == 0 and len(chain) == 2 and abs(chain[0].axis @ chain[1].axis) < 1.0 - ALIGNED:
-        kind = "universal"
+def _groups(skeleton: Skeleton, chain: list[PlacedJoint]) -> list[JointGroup]:
+    """A chain as one group where it is drawn as one, else a group for each joint."""
+    kind = _chain_kind(skeleton, chain)
     if kind is None:
-        return [Group(joint.type, (joint,)) for joint in chain]
-    return [Group(kind, tuple(chain), tuple(joint.child for joint in chain[:-1]))]
+        return [JointGroup(joint.type, (joint,)) for joint in chain]
+    inner = tuple(joint.child for joint in chain[:-1])
+    return [JointGroup(kind, tuple(chain), inner)]
+
+
+def _chain_kind(skeleton: Skeleton, chain: list[PlacedJoint]) -> GroupKind | None:
+    slides = [joint for joint in chain if joint.type == "prismatic"]
+    names = {joint.name for joint in chain}
+    if len(slides) >= 2 and names <= skeleton.in_loops:
+        return "carrier"
+    if slides:
+        return None
+    if len(chain) == 3:
+        return "spherical"
+    if len(chain) == 2 and not _are_parallel(*chain):
+        return "universal"
+    return None
+
+
+def _are_parallel(first: PlacedJoint, second: PlacedJoint) -> bool:
+    return bool(abs(first.axis @ second.axis) >= 1.0 - ALIGNED)

@@ -1,4 +1,4 @@
-"""What a mechanism looks like without paint: bodies, joints, closures and base as marks, colours of its links."""
+"""A mechanism without paint: bodies, joints, closures and base, and the colours of its links."""
 
 from __future__ import annotations
 
@@ -6,94 +6,161 @@ from collections.abc import Mapping, Sequence
 
 from ..description.model import Loop
 from ..ground.arrays import Array
-from .attach import Attached, extent
-from .bodies import link_parts, shapes, slide_parts
-from .groups import Group
-from .parts import Part, stub
+from .attach import Attached, cylinders_of, mechanism_size
+from .bodies import body_shapes, link_parts, slide_parts
+from .groups import JointGroup
+from .parts import Part, axis_segment
 from .points import distinct
-from .skeleton import PlacedClosure, Skeleton
+from .projection import UP, Projection
+from .skeleton import PlacedClosure, PlacedJoint, Skeleton
 from .style import INK, LOOPS, QUIET
-from .symbols import Mark, Stroke, closure_marks, joint_marks
-from .view import UP, View
+from .symbols import Mark, closure_marks, inner_dots, joint_marks
 
 
 def solid_marks(
     skeleton: Skeleton,
-    groups: Sequence[Group],
+    groups: Sequence[JointGroup],
     attached: Mapping[str, Attached],
-    view: View,
+    projection: Projection,
     unit: float,
 ) -> list[Mark]:
-    """Links, then joints, then closures; `unit` is the radius of a joint [m]."""
-    cylinders = {c.joint.name: c for what in attached.values() for c in what.barrels}
-    marks: list[Mark] = [*_bodies(skeleton, groups, attached, unit)]
-    for joint in (
-        g.first for g in groups if g.kind == "prismatic" and g.first.name not in cylinders
-    ):
+    """Links, then joints, then closures.
+
+    Args:
+        skeleton: the mechanism.
+        groups: its joints as they are drawn.
+        attached: what its links carry.
+        projection: of the picture.
+        unit: radius of a joint [m].
+
+    Returns:
+        Parts and lines.
+    """
+    cylinders = cylinders_of(attached)
+    marks = _bodies(skeleton, groups, attached, unit)
+    for joint in joints_on_rails(groups, cylinders):
         marks += slide_parts(joint, unit)
     for group in groups:
-        marks += joint_marks(group, cylinders.get(group.first.name), view, unit)
-    hinges = [joint.point for joint in skeleton.joints if joint.type == "revolute"]
+        cylinder = cylinders.get(group.first.name)
+        marks += joint_marks(group, cylinder, projection, unit)
+    hinges = [joint.point for joint in skeleton.hinges]
     for closure in skeleton.closures:
-        marks += closure_marks(closure, _normal(skeleton, closure), hinges, unit)
+        normal = _normal(skeleton, closure)
+        marks += closure_marks(closure, normal, hinges, unit)
     return marks
 
 
+def joints_on_rails(
+    groups: Sequence[JointGroup], cylinders: Mapping[str, object]
+) -> list[PlacedJoint]:
+    """Prismatic joints that are no cylinders."""
+    prismatic = [group.first for group in groups if group.kind == "prismatic"]
+    return [joint for joint in prismatic if joint.name not in cylinders]
+
+
 def _bodies(
-    skeleton: Skeleton, groups: Sequence[Group], attached: Mapping[str, Attached], unit: float
+    skeleton: Skeleton,
+    groups: Sequence[JointGroup],
+    attached: Mapping[str, Attached],
+    unit: float,
 ) -> list[Mark]:
-    inner = {link for group in groups for link in group.inner}
+    bodiless = {skeleton.base}
     marks: list[Mark] = []
     for group in groups:
-        if group.kind == "carrier":  # links without a body: a dot each, where the coordinates end
-            marks += [Stroke(f"link:{link}", "dot", group.last.point[None]) for link in group.inner]
+        bodiless.update(group.inner)
+        if group.kind == "carrier":
+            marks += inner_dots(group)
+    size = mechanism_size(skeleton)
     for link in skeleton.links:
-        if link != skeleton.base and link not in inner:
-            marks += link_parts(link, attached[link], unit, extent(skeleton))
+        if link not in bodiless:
+            marks += link_parts(link, attached[link], unit, size)
     return marks
 
 
 def base_marks(
-    skeleton: Skeleton, groups: Sequence[Group], what: Attached, unit: float
+    skeleton: Skeleton,
+    groups: Sequence[JointGroup],
+    attached: Attached,
+    unit: float,
 ) -> list[Part]:
-    """The base of a spatial mechanism: a plate, or a disc where it carries one joint only."""
-    owner, points = f"link:{skeleton.base}", distinct(what.fixed, extent(skeleton))
+    """The base of a spatial mechanism: a plate, or a disc where it carries one joint only.
+
+    Args:
+        skeleton: the mechanism.
+        groups: its joints as they are drawn.
+        attached: what the base carries.
+        unit: radius of a joint [m].
+
+    Returns:
+        Its parts; none where it carries nothing.
+    """
+    base = skeleton.base
+    points = distinct(attached.fixed, mechanism_size(skeleton))
     if len(points) == 0:
         return []
-    if len(points) > 1:
-        return [
-            Part(owner, "base", p, 1.7 * unit, None, (skeleton.base,))
-            for _, p in shapes(points, points, unit)
-        ]
-    held = next(
-        group.first
-        for group in groups
-        if group.first.parent == skeleton.base and group.kind != "carrier"
+    if len(points) == 1:
+        axis = _base_axis(base, groups)
+        below = points[0] - 1.5 * unit * axis
+        disc = axis_segment(below, axis, 0.3 * unit)
+        return [Part(f"link:{base}", "base", disc, 3.4 * unit, axis)]
+    shapes = body_shapes(points, points, unit)
+    return [_base_plate(base, corners, unit) for _, corners in shapes]
+
+
+def _base_plate(base: str, corners: Array, unit: float) -> Part:
+    return Part(
+        owner=f"link:{base}",
+        role="base",
+        points=corners,
+        radius=1.7 * unit,
+        links=(base,),
     )
-    axis = UP if held.type == "prismatic" else held.axis * (1.0 if held.axis @ UP >= 0.0 else -1.0)
-    return [
-        Part(owner, "base", stub(points[0] - 1.5 * unit * axis, axis, 0.3 * unit), 3.4 * unit, axis)
-    ]
+
+
+def _base_axis(base: str, groups: Sequence[JointGroup]) -> Array:
+    """The axis (3,) of the first joint on the base, upward."""
+    bodies = [group.first for group in groups if group.kind != "carrier"]
+    joint = next(joint for joint in bodies if joint.parent == base)
+    if joint.type == "prismatic":
+        return UP
+    if joint.axis @ UP >= 0.0:
+        return joint.axis
+    return -joint.axis
 
 
 def _normal(skeleton: Skeleton, closure: PlacedClosure) -> Array:
-    """The common axis of a planar loop's hinges."""
-    hinges = [j.axis for j in skeleton.joints if j.name in closure.joints and j.type == "revolute"]
-    return hinges[0] if hinges else closure.axis
+    """The common axis (3,) of a planar loop's hinges."""
+    for joint in skeleton.hinges:
+        if joint.name in closure.joints:
+            return joint.axis
+    return closure.axis
 
 
 def link_colours(skeleton: Skeleton, loops: Mapping[str, Loop]) -> dict[str, str]:
-    """The arm in ink, every other link in the colour of the first loop it belongs to."""
+    """The arm in ink, every other link in the colour of the first loop it belongs to.
+
+    Args:
+        skeleton: the mechanism.
+        loops: of the description; their links k1 and k2 take the colour of the loop.
+
+    Returns:
+        Colours by link, and by closure under "closure:NAME".
+    """
     child = {joint.name: joint.child for joint in skeleton.joints}
+    closures = {}
+    for k, closure in enumerate(skeleton.closures):
+        closures[closure.name] = LOOPS[k % len(LOOPS)]
     colours = dict.fromkeys(skeleton.arm, INK)
-    order = {closure.name: LOOPS[k % len(LOOPS)] for k, closure in enumerate(skeleton.closures)}
-    for name, colour in order.items():
+    for name, colour in closures.items():
         if name in loops:
-            for link in (loops[name].k1, loops[name].k2):
-                colours.setdefault(link, colour)
+            loop = loops[name]
+            colours.setdefault(loop.k1, colour)
+            colours.setdefault(loop.k2, colour)
     for closure in skeleton.closures:
-        for joint in closure.joints:
-            colours.setdefault(child[joint], order[closure.name])
+        for name in closure.joints:
+            colours.setdefault(child[name], closures[closure.name])
     for link in skeleton.links:
         colours.setdefault(link, QUIET)
-    return colours | {f"closure:{name}": colour for name, colour in order.items()}
+    for name, colour in closures.items():
+        colours[f"closure:{name}"] = colour
+    return colours

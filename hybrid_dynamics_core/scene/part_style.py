@@ -3,46 +3,78 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from .parts import Part
+from .parts import Part, PartRole
+from .projection import Projection
 from .style import GRID, INK, QUIET, RED, SHADOW, STEEL, deep, mix, pale
-from .view import View
 
 WHITE: Final = "#ffffff"
 BALL: Final = "#8a97a5"
+_GROUND: Final = "#eef1f4"
+_BODIES: Final = ("plate", "bar", "rod", "barrel")  # in the colour of their link
+_SHADE: Final = 0.10  # of ink, on a plate that is seen edge-on
 
 
-def look(part: Part, colours: Mapping[str, str], active: bool) -> tuple[str, str, float]:
-    """Face, edge and line width [pt] of a part, from the colours of links and closures."""
-    owner = part.links[0] if part.role in ("plate", "bar", "rod", "barrel") else part.owner
-    colour = colours.get(owner, BALL)
-    ink = colour == INK
-    body, edge = (STEEL, INK) if ink else (pale(colour), deep(colour))
+class PartStyle(NamedTuple):
+    """Colours of the face and the edge of a part, and the width of its line [pt]."""
+
+    face: str
+    edge: str
+    width: float
+
+
+def style_of(part: Part, colours: Mapping[str, str], active: bool) -> PartStyle:
+    """How a part is painted.
+
+    Args:
+        part: to be painted.
+        colours: of links and closures.
+        active: whether it belongs to a driven joint.
+
+    Returns:
+        Colours and line width.
+    """
+    if part.role in _BODIES:
+        colour = colours.get(part.links[0], BALL)
+        return _body_style(part.role, colour)
+    colour = colours.get(part.owner, BALL)
     driven = RED if active else WHITE
-    looks = {
-        "plate": (body, edge, 1.1),
-        "bar": (body, edge, 1.1),
-        "rod": (mix(body, WHITE, 0.6), edge, 1.0),
-        "barrel": (mix(body, edge, 0.35) if ink else mix(colour, WHITE, 0.35), edge, 1.1),
-        "block": (STEEL if not active else RED, INK, 1.1),
-        "rail": (GRID, QUIET, 0.8),
-        "hinge": (driven, INK, 1.1),
-        "collar": (driven, INK, 1.0),
-        "ball": (mix(colour, INK, 0.12), deep(colour), 0.9),
-        "cross": (BALL, INK, 0.8),
-        "pin": (WHITE, deep(colour), 1.9),
-        "weld": (deep(colour), deep(colour), 1.0),
-        "base": ("#eef1f4", SHADOW, 0.9),
+    symbols = {
+        "block": PartStyle(RED if active else STEEL, INK, 1.1),
+        "rail": PartStyle(GRID, QUIET, 0.8),
+        "hinge": PartStyle(driven, INK, 1.1),
+        "collar": PartStyle(driven, INK, 1.0),
+        "ball": PartStyle(mix(colour, INK, 0.12), deep(colour), 0.9),
+        "cross": PartStyle(BALL, INK, 0.8),
+        "pin": PartStyle(WHITE, deep(colour), 1.9),
+        "weld": PartStyle(deep(colour), deep(colour), 1.0),
+        "base": PartStyle(_GROUND, SHADOW, 0.9),
     }
-    return looks[part.role]
+    return symbols[part.role]
 
 
-def shaded(face: str, part: Part, view: View) -> str:
+def _body_style(role: PartRole, colour: str) -> PartStyle:
+    """The style of a link's body; the arm, in ink, is of steel."""
+    body, edge = pale(colour), deep(colour)
+    barrel = mix(colour, WHITE, 0.35)
+    if colour == INK:
+        body, edge = STEEL, INK
+        barrel = mix(STEEL, INK, 0.35)
+    if role == "rod":
+        return PartStyle(mix(body, WHITE, 0.6), edge, 1.0)
+    if role == "barrel":
+        return PartStyle(barrel, edge, 1.1)
+    return PartStyle(body, edge, 1.1)
+
+
+def shaded(face: str, part: Part, projection: Projection) -> str:
     """A face a little darker where a plate is turned away from the viewer."""
-    if view.planar or part.role != "plate":
+    if projection.planar or part.role != "plate":
         return face
-    values = np.linalg.svd(part.points - part.points.mean(axis=0))[2]
-    return mix(face, INK, 0.10 * (1.0 - abs(float(values[-1] @ view.toward))))
+    centred = part.points - part.points.mean(axis=0)
+    _, _, axes = np.linalg.svd(centred)
+    facing = abs(float(axes[-1] @ projection.toward))
+    return mix(face, INK, _SHADE * (1.0 - facing))

@@ -1,7 +1,4 @@
-"""Solid parts of a drawing: a few points with a radius.
-
-What is seen of them is always a convex outline.
-"""
+"""Solid parts of a drawing: a few points with a radius, whose outline is always convex."""
 
 from __future__ import annotations
 
@@ -11,9 +8,9 @@ from typing import Literal
 import numpy as np
 
 from ..ground.arrays import Array
-from .view import UP, View
+from .projection import UP, Projection
 
-Role = Literal[
+PartRole = Literal[
     "plate",
     "bar",
     "rod",
@@ -28,75 +25,92 @@ Role = Literal[
     "weld",
     "base",
 ]
-_AROUND = np.linspace(0.0, 2.0 * np.pi, 29)[:-1]
-_CIRCLE = np.stack([np.cos(_AROUND), np.sin(_AROUND)], axis=1)
+_ANGLES = np.linspace(0.0, 2.0 * np.pi, 29)[:-1]
+_CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
+_EDGE_ON = 0.05  # cosine to the viewer's direction below which a disc is seen from its edge
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A body around points (k, 3) [m]: balls of a radius joined by their hull, or with `axis` discs across it."""
+    """A body around points: balls joined by their hull, or with `axis` discs across it.
 
-    owner: str  # "link:NAME", "joint:NAME", "closure:NAME" or "base:NAME"
-    role: Role
+    Attributes:
+        owner: "link:NAME", "joint:NAME", "closure:NAME" or "base:NAME".
+        role: what it is.
+        points: (k, 3) [m], base axes.
+        radius: of balls and discs [m].
+        axis: (3,) unit vector across the discs; None: balls.
+        links: on which it sits.
+    """
+
+    owner: str
+    role: PartRole
     points: Array
     radius: float
     axis: Array | None = None
-    links: tuple[str, ...] = ()  # on which it sits
+    links: tuple[str, ...] = ()
 
-    def outline(self, view: View) -> Array:
-        """(m, 2) corners of what is seen of it, counterclockwise."""
+    def outline(self, projection: Projection) -> Array:
+        """(m, 2) corners of its outline in a picture [m], counterclockwise."""
         if self.axis is None:
-            corners = view.flat(self.points)[:, None] + self.radius * _CIRCLE[None]
+            centres = projection.project(self.points)
+            corners = centres[:, None] + self.radius * _CIRCLE[None]
         else:
-            corners = view.flat(self.points[:, None] + self._disc()[None])
-        return hull(corners.reshape(-1, 2))
+            rims = self.points[:, None] + self._disc()[None]
+            corners = projection.project(rims)
+        return convex_hull(corners.reshape(-1, 2))
 
-    def cap(self, view: View) -> Array | None:
-        """(m, 2) outline of the end that faces the viewer, None where none does."""
-        if self.axis is None or abs(self.axis @ view.toward) < 0.05:
+    def cap(self, projection: Projection) -> Array | None:
+        """(m, 2) outline of the end that faces the viewer [m], None where none does."""
+        if self.axis is None or abs(self.axis @ projection.toward) < _EDGE_ON:
             return None
-        nearest = int(np.argmax(view.depth(self.points)))
-        return hull(view.flat(self.points[nearest] + self._disc()))
+        nearest = int(np.argmax(projection.depth(self.points)))
+        rim = self.points[nearest] + self._disc()
+        return convex_hull(projection.project(rim))
 
-    def depth(self, view: View) -> float:
+    def depth(self, projection: Projection) -> float:
         """How near its middle is to the viewer [m]."""
-        return float(view.depth(self.points).mean())
+        return float(projection.depth(self.points).mean())
 
     def _disc(self) -> Array:
         """(n, 3) points of the circle across the axis, about zero."""
-        across, other = across_axis(UP if self.axis is None else self.axis)
-        return self.radius * (_CIRCLE @ np.stack([across, other]))
+        axis = UP if self.axis is None else self.axis
+        circle = _CIRCLE @ np.stack(across_axis(axis))
+        return self.radius * circle
 
 
 def across_axis(axis: Array) -> tuple[Array, Array]:
     """Two unit vectors that make a right-handed frame with a unit axis as the third."""
-    helper = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    least = int(np.argmin(np.abs(axis)))
+    helper = np.eye(3)[least]
     across = np.cross(helper, axis)
     across /= np.linalg.norm(across)
     return across, np.cross(axis, across)
 
 
-def stub(middle: Array, axis: Array, half: float) -> Array:
-    """(2, 3) ends of a short piece of an axis."""
+def axis_segment(middle: Array, axis: Array, half: float) -> Array:
+    """(2, 3) ends of a piece of an axis; `half` of its length lies on either side of its middle."""
     return np.stack([middle - half * axis, middle + half * axis])
 
 
-def hull(points: Array) -> Array:
-    """(k, 2) -> (m, 2): corners of the convex hull, counterclockwise; one or two points stay as they are."""
+def convex_hull(points: Array) -> Array:
+    """Corners (m, 2) of the hull of points (k, 2), counterclockwise; fewer than three stay."""
     ordered = sorted({(float(x), float(y)) for x, y in points})
     if len(ordered) < 3:
         return np.array(ordered)
-    return np.array(_chain(ordered) + _chain(ordered[::-1]))
+    lower = _hull_side(ordered)
+    upper = _hull_side(ordered[::-1])
+    return np.array(lower + upper)
 
 
-def _chain(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """One side of the hull, without its last point."""
-    kept: list[tuple[float, float]] = []
+def _hull_side(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """One side of the hull of ordered points, without its last point."""
+    side: list[tuple[float, float]] = []
     for x, y in points:
-        while len(kept) > 1:
-            (x0, y0), (x1, y1) = kept[-2:]
+        while len(side) > 1:
+            (x0, y0), (x1, y1) = side[-2:]
             if (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0) > 0.0:
                 break
-            kept.pop()
-        kept.append((x, y))
-    return kept[:-1]
+            side.pop()
+        side.append((x, y))
+    return side[:-1]

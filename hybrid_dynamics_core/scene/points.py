@@ -9,30 +9,40 @@ import numpy as np
 
 from ..ground.arrays import Array
 
-SAME: Final = 1e-6  # of the size of the mechanism: points nearer than this are one
+COINCIDENT: Final = 1e-6  # of the size of the mechanism: points nearer than this are one
+FLAT: Final = 1e-5  # of the largest singular value: a smaller one spans no direction
+POINT: Final = 1e-12  # [m] largest singular value of points at one place
 
 
-def rank(points: Array) -> int:
+def span_dimension(points: Array) -> int:
     """Dimension of what points (k, 3) span: 0 one place, 1 a line, 2 a plane, 3 space."""
     if len(points) < 2:
         return 0
-    values = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return int((values > 1e-5 * max(float(values[0]), 1e-12)).sum()) if values[0] > 1e-12 else 0
+    centred = points - points.mean(axis=0)
+    values = np.linalg.svd(centred, compute_uv=False)
+    if not values[0] > POINT:
+        return 0
+    least = FLAT * max(float(values[0]), POINT)
+    return int((values > least).sum())
 
 
-def ends_of(points: Array) -> Array:
+def ends_of_line(points: Array) -> Array:
     """(1 or 2, 3): the ends of points on a line."""
     if len(points) < 2:
         return points
-    along = points - points[0]
-    way = along @ along[int(np.argmax(np.linalg.norm(along, axis=1)))]
-    return points[[int(np.argmin(way)), int(np.argmax(way))]]
+    offsets = points - points[0]
+    lengths = np.linalg.norm(offsets, axis=1)
+    farthest = offsets[int(np.argmax(lengths))]
+    along = offsets @ farthest
+    first, last = int(np.argmin(along)), int(np.argmax(along))
+    return points[[first, last]]
 
 
 def distinct(points: Sequence[Array], size: float) -> Array:
-    """(k, 3) points without those that are already there."""
-    kept: list[Array] = []
+    """(k, 3) points without those that are already there; `size` is that of the mechanism [m]."""
+    apart = COINCIDENT * size
+    unique: list[Array] = []
     for point in points:
-        if all(np.linalg.norm(point - other) > SAME * size for other in kept):
-            kept.append(point)
-    return np.array(kept).reshape(-1, 3)
+        if all(np.linalg.norm(point - other) > apart for other in unique):
+            unique.append(point)
+    return np.array(unique).reshape(-1, 3)

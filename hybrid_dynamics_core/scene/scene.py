@@ -1,4 +1,4 @@
-"""A mechanism in one configuration as marks: everything that will be painted, with the colours of its links."""
+"""A mechanism in one configuration as parts and lines, with the colours of its links."""
 
 from __future__ import annotations
 
@@ -10,91 +10,136 @@ from matplotlib.path import Path
 
 from ..description.model import RobotDescription
 from ..ground.arrays import Array
-from .attach import Cylinder, attach, extent, rail
+from .attach import CylinderShape, attach, cylinders_of, mechanism_size, rail
 from .drives import travel_arrow, turn_arrow
-from .groups import Group, group_joints
-from .marks import base_marks, link_colours, solid_marks
+from .groups import JointGroup, group_joints
+from .marks import base_marks, joints_on_rails, link_colours, solid_marks
 from .parts import Part
 from .points import distinct
-from .skeleton import Skeleton
-from .symbols import Stroke, triad
-from .view import View
+from .projection import Projection
+from .skeleton import PlacedJoint, Skeleton
+from .symbols import LineMark, triad
 
 _UNIT = 0.0125  # radius of a joint, of the size of the picture
+_UPRIGHT = 1.25  # by which the height of a picture counts for more than its width
 _SMALLEST = 0.1  # [m] size of the picture of a robot that is one point
-_TRIAD = 0.075  # length of the end effector's axes
+_TRIAD = 0.075  # length of the end effector's axes, of the size of the picture
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
     """What is painted.
 
-    `unit`: radius of a joint [m]; `colours` by link, and by closure under "closure:NAME".
+    Attributes:
+        skeleton: the mechanism.
+        projection: of the picture.
+        groups: its joints as they are drawn.
+        parts: its bodies and symbols.
+        lines: axes, arrows and frames.
+        colours: by link, and by closure under "closure:NAME".
+        unit: radius of a joint [m].
+        ground: (3,) each: where the base of a planar mechanism is held [m].
+        reference: the scene of the reference configuration, unless this is it.
     """
 
     skeleton: Skeleton
-    view: View
-    groups: tuple[Group, ...]
+    projection: Projection
+    groups: tuple[JointGroup, ...]
     parts: tuple[Part, ...]
-    strokes: tuple[Stroke, ...]
+    lines: tuple[LineMark, ...]
     colours: Mapping[str, str]
     unit: float
-    ground: tuple[Array, ...]  # (3,) each: where the base of a planar mechanism is held
-    home: Scene | None = None  # the reference configuration, unless this is it
+    ground: tuple[Array, ...]
+    reference: Scene | None = None
 
     @property
     def standing(self) -> Scene:
-        """The configuration that says how the mechanism stands: ground and floor are the same in all its pictures."""
-        return self.home or self
+        """The scene that says where ground and floor are: the same in all of a robot's pictures."""
+        return self.reference or self
 
 
 def build_scene(
     description: RobotDescription,
     skeleton: Skeleton,
-    view: View,
+    projection: Projection,
     unit: float | None = None,
-    home: Scene | None = None,
+    reference: Scene | None = None,
 ) -> Scene:
-    """Turn a skeleton into marks; `unit` as in another scene, or such that it suits this one."""
-    if view.planar:
-        skeleton = skeleton.pressed(view.toward)
+    """Turn a skeleton into parts and lines.
+
+    Args:
+        description: of the robot.
+        skeleton: the robot in one configuration.
+        projection: of the picture.
+        unit: radius of a joint [m]; None: such that it suits this picture.
+        reference: the scene of the reference configuration, unless this is it.
+
+    Returns:
+        The scene.
+    """
+    if projection.planar:
+        skeleton = skeleton.flattened(projection.toward)
     groups = group_joints(skeleton)
     attached = attach(skeleton, groups)
-    cylinders = {c.joint.name: c for what in attached.values() for c in what.barrels}
-    slides = [g.first for g in groups if g.kind == "prismatic" and g.first.name not in cylinders]
+    cylinders = cylinders_of(attached)
     if unit is None:
-        points = view.flat(np.vstack([skeleton.points, *(rail(joint) for joint in slides)]))
-        width, height = np.ptp(points, axis=0)
-        unit = _UNIT * (max(float(width), 1.25 * float(height)) or _SMALLEST)
-    marks = solid_marks(skeleton, groups, attached, view, unit)
-    if not view.planar:
-        marks += base_marks(skeleton, groups, attached[skeleton.base], unit)
+        unit = _suitable_unit(skeleton, projection, joints_on_rails(groups, cylinders))
+    marks = solid_marks(skeleton, groups, attached, projection, unit)
+    base = attached[skeleton.base]
+    ground: tuple[Array, ...] = ()
+    if projection.planar:
+        ground = tuple(distinct(base.fixed, mechanism_size(skeleton)))
+    else:
+        marks += base_marks(skeleton, groups, base, unit)
     parts = tuple(mark for mark in marks if isinstance(mark, Part))
-    strokes = [mark for mark in marks if isinstance(mark, Stroke)]
-    strokes += _drives(skeleton, cylinders, view, unit, parts)
-    size = _TRIAD * unit / _UNIT
-    strokes += triad(f"frame:{skeleton.tip.name}", skeleton.tip.point, skeleton.tip.rotation, size)
-    ground = tuple(distinct(attached[skeleton.base].fixed, extent(skeleton))) if view.planar else ()
-    colours = link_colours(skeleton, description.loops)
-    return Scene(skeleton, view, groups, parts, tuple(strokes), colours, unit, ground, home)
+    lines = [mark for mark in marks if isinstance(mark, LineMark)]
+    lines += _drives(skeleton, cylinders, projection, unit, parts)
+    tip = skeleton.tip
+    length = _TRIAD * unit / _UNIT
+    lines += triad(f"frame:{tip.name}", tip.point, tip.rotation, length)
+    return Scene(
+        skeleton=skeleton,
+        projection=projection,
+        groups=groups,
+        parts=parts,
+        lines=tuple(lines),
+        colours=link_colours(skeleton, description.loops),
+        unit=unit,
+        ground=ground,
+        reference=reference,
+    )
+
+
+def _suitable_unit(
+    skeleton: Skeleton, projection: Projection, on_rails: Sequence[PlacedJoint]
+) -> float:
+    """Radius of a joint that suits the size of the picture [m]."""
+    rails = [rail(joint) for joint in on_rails]
+    points = np.vstack([skeleton.points, *rails])
+    width, height = np.ptp(projection.project(points), axis=0)
+    size = max(float(width), _UPRIGHT * float(height))
+    return _UNIT * (size or _SMALLEST)
 
 
 def _drives(
     skeleton: Skeleton,
-    cylinders: Mapping[str, Cylinder],
-    view: View,
+    cylinders: Mapping[str, CylinderShape],
+    projection: Projection,
     unit: float,
     parts: Sequence[Part],
-) -> list[Stroke]:
+) -> list[LineMark]:
     """An arrow for every active joint; arrows round one place get growing radii."""
-    covered = [Path(part.outline(view)) for part in parts]
-    strokes: list[Stroke] = []
+    outlines = [Path(part.outline(projection)) for part in parts]
+    arrows: list[LineMark] = []
     turned: list[Array] = []
     for joint in skeleton.joints:
-        if joint.active and joint.type == "prismatic":
-            strokes.append(travel_arrow(joint, cylinders.get(joint.name), view, unit, covered))
-        elif joint.active:
-            shell = sum(float(np.linalg.norm(joint.point - place)) < unit for place in turned)
+        if not joint.active:
+            continue
+        if joint.type == "prismatic":
+            cylinder = cylinders.get(joint.name)
+            arrows.append(travel_arrow(joint, cylinder, projection, unit, outlines))
+        else:
+            here = [place for place in turned if np.linalg.norm(joint.point - place) < unit]
             turned.append(joint.point)
-            strokes.append(turn_arrow(joint, view, unit, shell))
-    return strokes
+            arrows.append(turn_arrow(joint, projection, unit, len(here)))
+    return arrows

@@ -1,4 +1,4 @@
-"""Where everything of a closed mechanism is: joints, closures and frames in base axes, no drawing yet."""
+"""Where joints, closures and frames of a closed mechanism are, in base axes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..closed_state.state import ClosedState
-from ..description.model import ClosureKind, Frame, JointType, RobotDescription
+from ..description.model import Closure, ClosureKind, Frame, JointType, RobotDescription
 from ..errors import InputError
 from ..ground.arrays import Array
 from ..mechanism.tree import Tree, build_tree
@@ -20,9 +20,19 @@ Pose = tuple[Array, Array]  # rotation (3, 3) to base axes, origin (3,) [m]
 
 @dataclass(frozen=True, eq=False)
 class PlacedJoint:
-    """A joint in base axes: `start` is where the child's frame stands at zero, `point` where it stands now [m].
+    """A joint in base axes.
 
-    home: its value in the reference configuration [rad or m].
+    Attributes:
+        name: of the joint.
+        type: revolute or prismatic.
+        parent: link.
+        child: link.
+        start: (3,) where the child's frame stands at zero [m].
+        point: (3,) where it stands now [m].
+        axis: (3,) unit vector.
+        limits: lower and upper [rad or m].
+        reference: its value in the reference configuration [rad or m].
+        active: whether it is driven.
     """
 
     name: str
@@ -31,62 +41,100 @@ class PlacedJoint:
     child: str
     start: Array
     point: Array
-    axis: Array  # (3,) unit
+    axis: Array
     limits: tuple[float, float]
-    home: float
+    reference: float
     active: bool
 
     @property
-    def here(self) -> float:
+    def displacement(self) -> float:
         """How far a prismatic joint is out [m]."""
         return float((self.point - self.start) @ self.axis)
+
+    def flattened(self, normal: Array) -> PlacedJoint:
+        """The joint in a plane with a normal (3,)."""
+        start = _in_plane(self.start, normal)
+        return replace(self, start=start, point=_in_plane(self.point, normal))
 
 
 @dataclass(frozen=True, eq=False)
 class PlacedClosure:
-    """A closure: its point on either link [m], and the z axis of its frame."""
+    """A closure in base axes.
+
+    Attributes:
+        name: of the closure.
+        kind: which equations it has.
+        links: that it joins.
+        points: its point (3,) on either link [m].
+        axis: (3,) z axis of its frame.
+        joints: names of those in the loop that it closes.
+    """
 
     name: str
     kind: ClosureKind
     links: tuple[str, str]
     points: tuple[Array, Array]
     axis: Array
-    joints: frozenset[str]  # of the loop it closes
+    joints: frozenset[str]
 
     @property
     def point(self) -> Array:
-        """Where it is drawn."""
+        """(3,) where it is drawn [m]."""
         return 0.5 * (self.points[0] + self.points[1])
+
+    def flattened(self, normal: Array) -> PlacedClosure:
+        """The closure in a plane with a normal (3,)."""
+        first, second = self.points
+        return replace(self, points=(_in_plane(first, normal), _in_plane(second, normal)))
 
 
 @dataclass(frozen=True, eq=False)
 class PlacedFrame:
-    """A named frame."""
+    """A named frame of a link: its origin (3,) [m] and rotation (3, 3), base axes."""
 
     name: str
     link: str
     point: Array
     rotation: Array
 
+    def flattened(self, normal: Array) -> PlacedFrame:
+        """The frame with its origin in a plane with a normal (3,)."""
+        return replace(self, point=_in_plane(self.point, normal))
+
+
+def _in_plane(point: Array, normal: Array) -> Array:
+    return np.asarray(point - (point @ normal) * normal)
+
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """A mechanism in one configuration; `arm`: the links from the base to the end effector."""
+    """A mechanism in one configuration.
+
+    Attributes:
+        base: name of the base link.
+        joints: parents first.
+        closures: of the loops.
+        frames: the end effector's first.
+        arm: the links from the base to the end effector.
+        links: names of all, the base first.
+        massless: links without mass.
+        parts: names of frames that are links fixed to others.
+    """
 
     base: str
     joints: tuple[PlacedJoint, ...]
     closures: tuple[PlacedClosure, ...]
-    frames: tuple[PlacedFrame, ...]  # the end effector's first
+    frames: tuple[PlacedFrame, ...]
     arm: tuple[str, ...]
     links: tuple[str, ...]
     massless: frozenset[str]
-    parts: frozenset[str]  # names of frames that are links fixed to others
+    parts: frozenset[str]
 
     def names_on(self, link: str) -> str:
-        """The link and what is a part of it."""
-        return ", ".join(
-            [link, *(f.name for f in self.frames if f.link == link and f.name in self.parts)]
-        )
+        """Names of the link and of what is a part of it."""
+        frames = [frame.name for frame in self.frames if frame.link == link]
+        fixed = [name for name in frames if name in self.parts]
+        return ", ".join([link, *fixed])
 
     @property
     def tip(self) -> PlacedFrame:
@@ -94,39 +142,75 @@ class Skeleton:
         return self.frames[0]
 
     @property
+    def hinges(self) -> tuple[PlacedJoint, ...]:
+        """The revolute joints."""
+        return tuple(joint for joint in self.joints if joint.type == "revolute")
+
+    @property
     def points(self) -> Array:
         """(k, 3) all joints, closures and frames [m]."""
-        marks = (
-            [j.point for j in self.joints]
-            + [c.point for c in self.closures]
-            + [f.point for f in self.frames]
-        )
-        return np.array(marks)
+        points = [joint.point for joint in self.joints]
+        points += [closure.point for closure in self.closures]
+        points += [frame.point for frame in self.frames]
+        return np.array(points)
 
     @property
     def in_loops(self) -> frozenset[str]:
         """Joints that are part of a loop."""
-        return frozenset().union(*(closure.joints for closure in self.closures))
+        names: set[str] = set()
+        for closure in self.closures:
+            names |= closure.joints
+        return frozenset(names)
 
-    def pressed(self, normal: Array) -> Skeleton:
-        """The skeleton with every point moved along a unit vector into one plane through the base frame."""
+    def flattened(self, normal: Array) -> Skeleton:
+        """The skeleton with every point moved into the plane through the base frame.
 
-        def press(point: Array) -> Array:
-            return np.asarray(point - (point @ normal) * normal)
+        Args:
+            normal: (3,) unit vector, along which points are moved.
 
-        joints = (replace(j, start=press(j.start), point=press(j.point)) for j in self.joints)
-        closures = (
-            replace(c, points=(press(c.points[0]), press(c.points[1]))) for c in self.closures
+        Returns:
+            The skeleton in one plane.
+        """
+        return replace(
+            self,
+            joints=tuple(joint.flattened(normal) for joint in self.joints),
+            closures=tuple(closure.flattened(normal) for closure in self.closures),
+            frames=tuple(frame.flattened(normal) for frame in self.frames),
         )
-        frames = (replace(f, point=press(f.point)) for f in self.frames)
-        return replace(self, joints=tuple(joints), closures=tuple(closures), frames=tuple(frames))
 
 
-def place(robot: Robot, state: ClosedState) -> Skeleton:
+def place_skeleton(robot: Robot, state: ClosedState) -> Skeleton:
     """Put a robot into a closed state.
 
-    Raises InputError for a batch, for NaN, and for another robot's state.
+    Raises:
+        InputError: for a batch, for NaN, and for another robot's state.
     """
+    _check_state(robot, state)
+    description = robot.description
+    tree = build_tree(description)
+    values = dict(zip(robot.coordinates, state.s.tolist(), strict=True))
+    poses = link_poses(description, tree, values)
+    end_effector = description.end_effector
+    tip = description.frames.get(end_effector, Frame(end_effector))
+    named = {end_effector: tip, **description.frames}
+    joints = [_joint(robot, poses, body.joint) for body in tree.bodies]
+    closures = [_closure(closure, tree, poses) for closure in description.closures]
+    frames = [_frame(name, frame, poses) for name, frame in named.items()]
+    links = dict.fromkeys((description.base, *description.links))
+    massless = [name for name, link in description.links.items() if link.mass == 0.0]
+    return Skeleton(
+        base=description.base,
+        joints=tuple(joints),
+        closures=tuple(closures),
+        frames=tuple(frames),
+        arm=_arm(tree, tip.link),
+        links=tuple(links),
+        massless=frozenset(massless),
+        parts=frozenset(description.parts),
+    )
+
+
+def _check_state(robot: Robot, state: ClosedState) -> None:
     if state.s.shape != (len(robot.coordinates),):
         raise InputError(
             f"a drawing shows one state of {robot.name}; this one has coordinates of shape"
@@ -134,25 +218,6 @@ def place(robot: Robot, state: ClosedState) -> Skeleton:
         )
     if not np.isfinite(state.s).all():
         raise InputError("the state is not closed: it has coordinates that are not finite")
-    description = robot.description
-    tree = build_tree(description)
-    poses = link_poses(
-        description, tree, dict(zip(robot.coordinates, state.s.tolist(), strict=True))
-    )
-    joints = tuple(_joint(robot, poses, body.joint) for body in tree.bodies)
-    tip = description.frames.get(description.end_effector, Frame(description.end_effector))
-    named = {description.end_effector: tip, **description.frames}
-    arm = (description.base, *(tree.bodies[k].name for k in tree.path(tree.body_index(tip.link))))
-    return Skeleton(
-        base=description.base,
-        joints=joints,
-        closures=tuple(_closures(description, tree, poses)),
-        frames=tuple(_frame(name, frame, poses) for name, frame in named.items()),
-        arm=arm,
-        links=tuple(dict.fromkeys((description.base, *description.links))),
-        massless=frozenset(name for name, link in description.links.items() if link.mass == 0.0),
-        parts=frozenset(description.parts),
-    )
 
 
 def link_poses(
@@ -161,17 +226,25 @@ def link_poses(
     """Pose of every link in the base frame, from the values of all coordinates [rad or m]."""
     poses: dict[str, Pose] = {description.base: (np.eye(3), np.zeros(3))}
     for body in tree.bodies:
-        joint, value = description.joints[body.joint], values[body.joint]
-        rotation, origin = poses[joint.parent]
-        turned, moved = rotation @ joint.rotation, rotation @ joint.translation + origin
+        joint = description.joints[body.joint]
+        value = values[body.joint]
+        parent_rotation, parent_origin = poses[joint.parent]
+        rotation = parent_rotation @ joint.rotation
+        origin = parent_rotation @ joint.translation + parent_origin
         if joint.type == "revolute":
-            poses[joint.child] = (
-                turned @ Rotation.from_rotvec(value * joint.axis).as_matrix(),
-                moved,
-            )
+            turn = Rotation.from_rotvec(value * joint.axis)
+            rotation = rotation @ turn.as_matrix()
         else:
-            poses[joint.child] = (turned, moved + turned @ (value * joint.axis))
+            origin = origin + rotation @ (value * joint.axis)
+        poses[joint.child] = (rotation, origin)
     return poses
+
+
+def _arm(tree: Tree, link: str) -> tuple[str, ...]:
+    """Links from the base to a link."""
+    path = tree.path(tree.body_index(link))
+    names = [tree.bodies[k].name for k in path]
+    return (tree.base, *names)
 
 
 def _joint(robot: Robot, poses: Mapping[str, Pose], name: str) -> PlacedJoint:
@@ -187,27 +260,32 @@ def _joint(robot: Robot, poses: Mapping[str, Pose], name: str) -> PlacedJoint:
         point=point,
         axis=rotation @ joint.axis,
         limits=joint.limits,
-        home=float(robot.description.reference.get(name, 0.0)),
+        reference=float(robot.description.reference.get(name, 0.0)),
         active=name in robot.active,
     )
 
 
-def _closures(
-    description: RobotDescription, tree: Tree, poses: Mapping[str, Pose]
-) -> list[PlacedClosure]:
-    placed = []
-    for c in description.closures:
-        (rotation_a, origin_a), (rotation_b, origin_b) = poses[c.link_a], poses[c.link_b]
-        points = (rotation_a @ c.point_a + origin_a, rotation_b @ c.point_b + origin_b)
-        one, other, _ = tree.branches(tree.body_index(c.link_a), tree.body_index(c.link_b))
-        joints = frozenset(tree.bodies[k].joint for k in (*one, *other))
-        axis = (rotation_a @ c.rotation_a)[:, 2]
-        placed.append(PlacedClosure(c.name, c.kind, (c.link_a, c.link_b), points, axis, joints))
-    return placed
+def _closure(closure: Closure, tree: Tree, poses: Mapping[str, Pose]) -> PlacedClosure:
+    rotation_a, origin_a = poses[closure.link_a]
+    rotation_b, origin_b = poses[closure.link_b]
+    body_a = tree.body_index(closure.link_a)
+    body_b = tree.body_index(closure.link_b)
+    branch_a, branch_b, _ = tree.branches(body_a, body_b)
+    joints = [tree.bodies[k].joint for k in (*branch_a, *branch_b)]
+    return PlacedClosure(
+        name=closure.name,
+        kind=closure.kind,
+        links=(closure.link_a, closure.link_b),
+        points=(
+            rotation_a @ closure.point_a + origin_a,
+            rotation_b @ closure.point_b + origin_b,
+        ),
+        axis=(rotation_a @ closure.rotation_a)[:, 2],
+        joints=frozenset(joints),
+    )
 
 
 def _frame(name: str, frame: Frame, poses: Mapping[str, Pose]) -> PlacedFrame:
     rotation, origin = poses[frame.link]
-    return PlacedFrame(
-        name, frame.link, rotation @ frame.translation + origin, rotation @ frame.rotation
-    )
+    point = rotation @ frame.translation + origin
+    return PlacedFrame(name, frame.link, point, rotation @ frame.rotation)

@@ -19,14 +19,8 @@ SKY: Final = "#56b4e9"
 WINE: Final = "#882255"
 OLIVE: Final = "#999933"
 
-LOOPS: Final = (
-    BLUE,
-    GREEN,
-    ORANGE,
-    WINE,
-    SKY,
-    OLIVE,
-)  # RED is kept for what is driven, PURPLE for the end effector
+# RED stands for what is driven, PURPLE for the end effector.
+LOOPS: Final = (BLUE, GREEN, ORANGE, WINE, SKY, OLIVE)
 
 STYLE: Final[dict[Any, Any]] = {
     "font.family": "sans-serif",  # DejaVu Sans, which comes with Matplotlib
@@ -52,7 +46,8 @@ STYLE: Final[dict[Any, Any]] = {
     "svg.hashsalt": "hybrid_dynamics",  # the same drawing gives the same file
 }
 
-PANES: Final[dict[Any, Any]] = {  # of three-dimensional axes, from Matplotlib 3.7
+# Of three-dimensional axes, from Matplotlib 3.7.
+PANES: Final[dict[Any, Any]] = {
     "axes3d.xaxis.panecolor": "#f7f8fa",
     "axes3d.yaxis.panecolor": "#f7f8fa",
     "axes3d.zaxis.panecolor": "#eef1f4",
@@ -61,8 +56,11 @@ PANES: Final[dict[Any, Any]] = {  # of three-dimensional axes, from Matplotlib 3
 
 def mix(colour: str, other: str, share: float) -> str:
     """A colour (#rrggbb) moved towards another one by a share in [0, 1]."""
-    pairs = ((int(colour[k : k + 2], 16), int(other[k : k + 2], 16)) for k in (1, 3, 5))
-    return "#" + "".join(f"{round(a + share * (b - a)):02x}" for a, b in pairs)
+    mixed = "#"
+    for k in (1, 3, 5):
+        start, end = int(colour[k : k + 2], 16), int(other[k : k + 2], 16)
+        mixed += f"{round(start + share * (end - start)):02x}"
+    return mixed
 
 
 def pale(colour: str) -> str:

@@ -1,4 +1,4 @@
-"""Joints and closures as symbols: hinges, collars, balls, pins, axes, and arrows of what is driven."""
+"""Joints and closures as symbols: hinges, collars, balls, pins and axes."""
 
 from __future__ import annotations
 
@@ -9,122 +9,165 @@ from typing import Literal
 import numpy as np
 
 from ..ground.arrays import Array
-from .attach import Cylinder
-from .groups import Group
-from .parts import Part, stub
+from .attach import CylinderShape
+from .groups import JointGroup
+from .parts import Part, axis_segment
+from .projection import Projection
 from .skeleton import PlacedClosure, PlacedJoint
-from .view import View
 
-StrokeRole = Literal["axis", "turn", "travel", "carrier", "triad", "base axes", "dot"]
+LineRole = Literal["axis", "turn", "travel", "carrier", "triad", "base axes", "dot"]
+
+_FACING = 0.98  # cosine to the viewer's direction above which an axis is a point
 
 
 @dataclass(frozen=True, eq=False)
-class Stroke:
-    """A line (k, 3) [m] beside the parts: an axis, an arrow, a coordinate without a body."""
+class LineMark:
+    """A line beside the parts: an axis, an arrow, a coordinate without a body.
+
+    Attributes:
+        owner: what it belongs to, such as "axis:NAME" or "drive:NAME".
+        role: what it is.
+        points: (k, 3) [m], base axes.
+    """
 
     owner: str
-    role: StrokeRole
+    role: LineRole
     points: Array
 
 
-Mark = Part | Stroke
+Mark = Part | LineMark
 
 
-def joint_marks(group: Group, cylinder: Cylinder | None, view: View, unit: float) -> list[Mark]:
-    """The symbol of a joint, or of several drawn as one."""
+def joint_marks(
+    group: JointGroup,
+    cylinder: CylinderShape | None,
+    projection: Projection,
+    unit: float,
+) -> list[Mark]:
+    """The symbol of a joint, or of several drawn as one; `unit` is the radius of a joint [m]."""
     if group.kind == "carrier":
-        return [
-            Stroke(
-                f"joint:{group.names}", "carrier", np.stack([group.first.start, group.last.point])
-            )
-        ]
+        ends = np.stack([group.first.start, group.last.point])
+        return [LineMark(f"joint:{group.names}", "carrier", ends)]
     if group.kind == "spherical":
-        return [
-            _ball(group, unit),
-            *(Stroke(f"link:{link}", "dot", group.last.point[None]) for link in group.inner),
-        ]
+        return [_ball(group, unit), *inner_dots(group)]
     if group.kind == "universal":
         return _cross(group, unit)
     if group.kind == "prismatic":
-        return [_collar(group.first, cylinder, unit)] if cylinder else []
-    return _hinge(group.first, view, unit)
+        if cylinder is None:
+            return []
+        return [_collar(group.first, cylinder, unit)]
+    return _hinge(group.first, projection, unit)
 
 
 def closure_marks(
-    closure: PlacedClosure, normal: Array, hinges: Sequence[Array], unit: float
+    closure: PlacedClosure,
+    normal: Array,
+    hinges: Sequence[Array],
+    unit: float,
 ) -> list[Mark]:
-    """Where a loop was cut: pin, spherical joint, hinge or weld; a wider pin round a hinge at the same place."""
-    owner, point, links = f"closure:{closure.name}", closure.point, closure.links
+    """Where a loop was cut: a pin, a spherical joint, a hinge or a weld.
+
+    Args:
+        closure: of the loop.
+        normal: (3,) axis of the loop's hinges.
+        hinges: points of all hinges (3,) [m]; a pin at the same place is wider.
+        unit: radius of a joint [m].
+
+    Returns:
+        The symbol.
+    """
+    owner = f"closure:{closure.name}"
+    point, links = closure.point, closure.links
     if closure.kind == "point":
         return [Part(owner, "ball", point[None], 1.15 * unit, None, links)]
     if closure.kind == "frame":
-        return [
-            Part(
-                owner,
-                "weld",
-                stub(point, closure.axis, 0.9 * unit),
-                0.9 * unit,
-                closure.axis,
-                links,
-            )
-        ]
+        ends = axis_segment(point, closure.axis, 0.9 * unit)
+        return [Part(owner, "weld", ends, 0.9 * unit, closure.axis, links)]
     axis = closure.axis if closure.kind == "axis" else normal
-    shared = any(np.linalg.norm(hinge - point) < 0.5 * unit for hinge in hinges)
-    radius = (1.55 if shared else 1.1) * unit
-    return [Part(owner, "pin", stub(point, axis, 1.2 * unit), radius, axis, links)]
+    ends = axis_segment(point, axis, 1.2 * unit)
+    width = 1.55 if _is_at(point, hinges, 0.5 * unit) else 1.1
+    return [Part(owner, "pin", ends, width * unit, axis, links)]
 
 
-def triad(owner: str, point: Array, rotation: Array, length: float) -> list[Stroke]:
+def _is_at(point: Array, places: Sequence[Array], reach: float) -> bool:
+    """Whether a point is at one of several places."""
+    return any(np.linalg.norm(place - point) < reach for place in places)
+
+
+def inner_dots(group: JointGroup) -> list[LineMark]:
+    """A dot for each link without extent within a group."""
+    point = group.last.point[None]
+    return [LineMark(f"link:{link}", "dot", point) for link in group.inner]
+
+
+def triad(
+    owner: str,
+    point: Array,
+    rotation: Array,
+    length: float,
+) -> list[LineMark]:
     """Three arrows along the axes of a frame; x, y, z in this order."""
-    return [
-        Stroke(f"{owner}.{'xyz'[k]}", "triad", np.stack([point, point + length * rotation[:, k]]))
-        for k in range(3)
-    ]
+    arrows = []
+    for k, letter in enumerate("xyz"):
+        tip = point + length * rotation[:, k]
+        arrows.append(LineMark(f"{owner}.{letter}", "triad", np.stack([point, tip])))
+    return arrows
 
 
-def _hinge(joint: PlacedJoint, view: View, unit: float) -> list[Mark]:
-    owner, links = f"joint:{joint.name}", (joint.parent, joint.child)
+def _hinge(joint: PlacedJoint, projection: Projection, unit: float) -> list[Mark]:
     marks: list[Mark] = []
-    if abs(joint.axis @ view.toward) < 0.98:
-        half = (4.2 if joint.active else 3.0) * unit
-        marks.append(Stroke(f"axis:{joint.name}", "axis", stub(joint.point, joint.axis, half)))
-    marks.append(
-        Part(owner, "hinge", stub(joint.point, joint.axis, 1.25 * unit), unit, joint.axis, links)
+    if abs(joint.axis @ projection.toward) < _FACING:
+        length = 4.2 if joint.active else 3.0
+        axis = axis_segment(joint.point, joint.axis, length * unit)
+        marks.append(LineMark(f"axis:{joint.name}", "axis", axis))
+    hinge = Part(
+        owner=f"joint:{joint.name}",
+        role="hinge",
+        points=axis_segment(joint.point, joint.axis, 1.25 * unit),
+        radius=unit,
+        axis=joint.axis,
+        links=(joint.parent, joint.child),
     )
+    marks.append(hinge)
     return marks
 
 
-def _collar(joint: PlacedJoint, cylinder: Cylinder, unit: float) -> Part:
-    ends = stub(cylinder.mouth, cylinder.along, 0.45 * unit)
+def _collar(joint: PlacedJoint, cylinder: CylinderShape, unit: float) -> Part:
+    axis = cylinder.direction
     return Part(
-        f"joint:{joint.name}",
-        "collar",
-        ends,
-        1.55 * unit,
-        cylinder.along,
-        (joint.parent, joint.child),
+        owner=f"joint:{joint.name}",
+        role="collar",
+        points=axis_segment(cylinder.mouth, axis, 0.45 * unit),
+        radius=1.55 * unit,
+        axis=axis,
+        links=(joint.parent, joint.child),
     )
 
 
-def _ball(group: Group, unit: float) -> Part:
-    links = (group.first.parent, group.last.child)
-    return Part(f"joint:{group.names}", "ball", group.last.point[None], 1.3 * unit, None, links)
+def _ball(group: JointGroup, unit: float) -> Part:
+    return Part(
+        owner=f"joint:{group.names}",
+        role="ball",
+        points=group.last.point[None],
+        radius=1.3 * unit,
+        links=(group.first.parent, group.last.child),
+    )
 
 
-def _cross(group: Group, unit: float) -> list[Mark]:
+def _cross(group: JointGroup, unit: float) -> list[Mark]:
     links = (group.first.parent, group.last.child)
-    marks: list[Mark] = [
-        Part(
-            f"joint:{joint.name}",
-            "hinge",
-            stub(joint.point, joint.axis, 1.6 * unit),
-            0.42 * unit,
-            joint.axis,
-            links,
+    marks: list[Mark] = []
+    for joint in group.joints:
+        axle = Part(
+            owner=f"joint:{joint.name}",
+            role="hinge",
+            points=axis_segment(joint.point, joint.axis, 1.6 * unit),
+            radius=0.42 * unit,
+            axis=joint.axis,
+            links=links,
         )
-        for joint in group.joints
-    ]
+        marks.append(axle)
     middle = group.last.point[None]
-    return marks + [
-        Part(f"link:{link}", "cross", middle, 0.62 * unit, None, links) for link in group.inner
-    ]
+    radius = 0.62 * unit
+    marks += [Part(f"link:{link}", "cross", middle, radius, None, links) for link in group.inner]
+    return marks

@@ -12,14 +12,14 @@ from ..closed_state.state import ClosedState
 from ..ground.arrays import Array
 from ..mechanism.tree import Tree, build_tree
 from ..robot.robot import Robot
-from ..scene.attach import Attached, Cylinder, attach, rail
-from ..scene.groups import Group, group_joints
+from ..scene.attach import Attached, CylinderShape, attach, rail
+from ..scene.groups import JointGroup, group_joints
 from ..scene.marks import base_marks, link_colours, solid_marks
 from ..scene.parts import Part
-from ..scene.skeleton import PlacedJoint, Pose, Skeleton, link_poses, place
+from ..scene.projection import choose_projection
+from ..scene.skeleton import PlacedJoint, Pose, Skeleton, link_poses, place_skeleton
 from ..scene.style import INK, QUIET, RED, mix
-from ..scene.symbols import Stroke
-from ..scene.view import choose_view
+from ..scene.symbols import LineMark
 from . import meshes
 from .meshes import Mesh
 
@@ -92,7 +92,7 @@ class Shape:
 
 def shape_of(robot: Robot, state: ClosedState) -> Shape:
     """The bodies of a robot; their lengths are those of one closed state."""
-    skeleton = place(robot, state)
+    skeleton = place_skeleton(robot, state)
     tree = build_tree(robot.description)
     groups = group_joints(skeleton)
     attached = {
@@ -105,7 +105,7 @@ def shape_of(robot: Robot, state: ClosedState) -> Shape:
     points = np.vstack([skeleton.points, *rails])
     size = max(float(np.linalg.norm(np.ptp(points, axis=0))), SMALLEST)
     unit = UNIT * size
-    marks = solid_marks(skeleton, groups, attached, choose_view(skeleton), unit)
+    marks = solid_marks(skeleton, groups, attached, choose_projection(skeleton), unit)
     marks += base_marks(skeleton, groups, attached[skeleton.base], unit)
     maker = _Maker(robot, skeleton, groups, unit, poses_of(robot, tree, state))
     for mark in marks:
@@ -154,9 +154,9 @@ def _within_limits(robot: Robot, state: ClosedState, what: Attached) -> Attached
     """Barrels short enough for the whole stroke."""
     lower, upper = (dict(zip(robot.active, ends.tolist(), strict=True)) for ends in robot.limits.T)
 
-    def limited(cylinder: Cylinder) -> Cylinder:
+    def limited(cylinder: CylinderShape) -> CylinderShape:
         joint, value = cylinder.joint, float(state.s[robot.coordinates.index(cylinder.joint.name)])
-        outward = float(cylinder.along @ joint.axis) > 0.0
+        outward = float(cylinder.direction @ joint.axis) > 0.0
         end = (
             lower.get(joint.name, joint.limits[0])
             if outward
@@ -177,7 +177,7 @@ class _Maker:
         self,
         robot: Robot,
         skeleton: Skeleton,
-        groups: Sequence[Group],
+        groups: Sequence[JointGroup],
         unit: float,
         poses: Mapping[str, Pose],
     ) -> None:
@@ -188,7 +188,7 @@ class _Maker:
         self.bodies: list[Body] = []
         self.spans: list[Span] = []
 
-    def add(self, mark: Part | Stroke) -> None:
+    def add(self, mark: Part | LineMark) -> None:
         if isinstance(mark, Part):
             if mark.role == "rod":
                 self.rod(mark)
@@ -230,7 +230,7 @@ class _Maker:
             return "joint", self.groups.get(name, (name,))
         return ("closure" if kind == "closure" else "link"), (name,)
 
-    def carrier(self, group: Group) -> None:
+    def carrier(self, group: JointGroup) -> None:
         """Coordinates of a platform that nothing holds: a thin line from where they are zero."""
         links = (group.first.parent, group.last.child)
         points = (self.local(links[0], group.first.start), self.local(links[1], group.last.point))
@@ -239,7 +239,7 @@ class _Maker:
             Span("joint", names, links, points, 0.12 * self.unit, mix(QUIET, "#ffffff", 0.4))
         )
 
-    def anchor(self, joint: PlacedJoint, cylinder: Cylinder | None) -> Anchor:
+    def anchor(self, joint: PlacedJoint, cylinder: CylinderShape | None) -> Anchor:
         """At the mouth of a barrel, on what slides, or at a hinge."""
         link = joint.parent if cylinder is not None or joint.type == "revolute" else joint.child
         point = joint.point if cylinder is None else cylinder.mouth

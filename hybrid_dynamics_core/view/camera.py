@@ -9,8 +9,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..ground.arrays import Array
+from ..scene.projection import choose_projection
 from ..scene.skeleton import Skeleton
-from ..scene.view import choose_view
 
 FIELD: Final = np.radians(
     32.0
@@ -81,7 +81,7 @@ class Floor:
 
 def camera_for(skeleton: Skeleton, points: Array) -> Camera:
     """A camera that sees all points (k, 3): from the side where the robot is planar, else where least is hidden."""
-    view = choose_view(skeleton)
+    view = choose_projection(skeleton)
     toward = view.toward
     if view.planar:
         aside = Rotation.from_rotvec(-ASIDE * view.up).as_matrix() @ toward

@@ -14,7 +14,7 @@ import viser
 
 from ..errors import HybridDynamicsError, InputError
 from ..robot.robot import Robot
-from ..scene.skeleton import place
+from ..scene.skeleton import place_skeleton
 from ..scene.style import RED
 from .bodies import shape_of
 from .camera_fit import Fitting
@@ -119,7 +119,7 @@ class Viewer:
 
     def fit(self, client: viser.ClientHandle | None = None) -> None:
         """The whole robot as it stands now into the picture of a browser, or of all that it has left."""
-        points = place(self.session.robot, self.session.state).points
+        points = place_skeleton(self.session.robot, self.session.state).points
         if client is None:
             self.fitting.follow(points)
         else:

@@ -14,7 +14,7 @@ from hybrid_dynamics_core.drawing.paint.floor import floor_corners, tile_side
 from hybrid_dynamics_core.drawing.paint.picture import make_scene
 from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.scene.attach import rail
-from hybrid_dynamics_core.scene.skeleton import place
+from hybrid_dynamics_core.scene.skeleton import place_skeleton
 from tests.hard_cases.linkages import four_bar, robot
 
 from .conftest import robot_of
@@ -108,14 +108,14 @@ def test_ground_is_the_same_in_every_mode_and_where_the_base_holds_joints(make) 
         radius = (
             1.8 * scene.unit
         )  # marks are larger where modes take more room than the reference, by this at most
-        skeleton = place(mechanism, mode.state)
+        skeleton = place_skeleton(mechanism, mode.state)
         held = [
-            scene.view.flat(j.start)
+            scene.projection.project(j.start)
             for j in skeleton.joints
             if j.parent == skeleton.base and j.type == "revolute"
         ]
         rails = [
-            scene.view.flat(rail(j))
+            scene.projection.project(rail(j))
             for j in skeleton.joints
             if j.parent == "base" and j.type == "prismatic"
         ]

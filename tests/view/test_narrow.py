@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import Robot, load
-from hybrid_dynamics_core.scene.skeleton import place
+from hybrid_dynamics_core.scene.skeleton import place_skeleton
 from hybrid_dynamics_core.view.camera import Camera, camera_for
 from tools.browser import NoBrowserError, opened_page
 
@@ -234,7 +234,7 @@ def test_an_arm_that_slews_out_of_the_picture_is_followed(opened: Opened) -> Non
     start = viewer.fitting.camera
     viewer.ask("move 0", lambda: viewer.panel._move(0, 2.0))
     assert viewer.step(0.0)
-    points = place(viewer.session.robot, viewer.session.state).points
+    points = place_skeleton(viewer.session.robot, viewer.session.state).points
     assert not start.sees(points, 1.0)
     assert viewer.fitting.camera.sees(points, 1.0)
     assert viewer.fitting.camera.sees(viewer.stage.shape.points, 1.0)  # and where it came from

@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hybrid_dynamics_core import ClosedState, ClosureStatus, Robot, load, shipped_robots
-from hybrid_dynamics_core.scene.skeleton import place
+from hybrid_dynamics_core.scene.skeleton import place_skeleton
 from hybrid_dynamics_core.view.bodies import shape_of, span_pose
 from hybrid_dynamics_core.view.camera import camera_for, floor_under
 from hybrid_dynamics_core.view.meshes import turn_arrow
@@ -88,7 +88,7 @@ def test_joints_and_pins_hold_their_links_together(robot: Robot) -> None:
     """The middle of each hinge, ball and pin, which moves with one link, is on the other one too."""
     shape = shape_of(robot, robot.close(robot.reference))
     state = moved(robot.name)
-    poses, skeleton = shape.poses(state), place(robot, state)
+    poses, skeleton = shape.poses(state), place_skeleton(robot, state)
     points = {joint.name: joint.point for joint in skeleton.joints if joint.type == "revolute"}
     points |= {closure.name: closure.points[1] for closure in skeleton.closures}
     checked = set()
@@ -153,7 +153,7 @@ def test_the_ring_of_a_torque_is_open_where_the_link_is_that_it_turns(
     stage.show(state)
     count = len(robot.drives)
     stage.show_efforts(Efforts(robot.drives, sign * np.ones(count), np.ones(count)))
-    skeleton, poses = place(robot, state), stage.shape.poses(state)
+    skeleton, poses = place_skeleton(robot, state), stage.shape.poses(state)
     rings = 0
     for joint in (joint for joint in skeleton.joints if joint.name in robot.drives):
         arm = reach(skeleton, joint)

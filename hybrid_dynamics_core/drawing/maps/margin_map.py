@@ -142,7 +142,7 @@ def _name_lines(axes: Axes, drawn: ContourSet, lines: list[Array]) -> None:
 
 
 def _ends(axes: Axes, robot: Robot, over: tuple[str, str], ranges: Array) -> set[str]:
-    """Stroke ends and limits of the file as solid lines, ends at toggle points of loops as dashed ones; which occur."""
+    """LineMark ends and limits of the file as solid lines, ends at toggle points of loops as dashed ones; which occur."""
     told, kinds = limited_joints(robot), set()
     for k, name in enumerate(over):
         draw = axes.axvline if k == 0 else axes.axhline

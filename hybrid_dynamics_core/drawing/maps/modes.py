@@ -52,7 +52,7 @@ def modes_figure(
         texts = [_text(k, modes, own, round((width + _SIDES[1]) / _LETTER)) for k in shown]
         height = width * shape
         above = 0.14 + _LINE * (1 + max(text.count("\n") for text in texts))
-        below = 0.46 if first.view.planar else 0.08
+        below = 0.46 if first.projection.planar else 0.08
         pitch = above + height + below
         rows = math.ceil(len(shown) / columns)
         size = (columns * panel, rows * pitch)
@@ -95,7 +95,7 @@ def _scenes(robot: Robot, modes: Sequence[AssemblyMode]) -> tuple[Scene, list[Sc
             return first, scenes, limits
         growth = float((np.ptp(limits, axis=0) / np.ptp(limits_of(first), axis=0)).max())
         unit = first.unit * float(np.clip(growth, 1.0, _GROWTH))
-        first = build_scene(robot.description, first.skeleton, first.view, unit)
+        first = build_scene(robot.description, first.skeleton, first.projection, unit)
 
 
 def _line(count: int, all_: int) -> str:

@@ -11,16 +11,16 @@ from scipy.spatial.transform import Rotation
 from ...ground.arrays import Array
 from ...kinematics.workspace import Margins
 from ...robot.robot import Robot
+from ...scene.projection import ALIGNED, UP, Projection, choose_projection
 from ...scene.scene import Scene, build_scene
-from ...scene.skeleton import PlacedJoint, Skeleton, place
-from ...scene.view import ALIGNED, UP, View, choose_view
+from ...scene.skeleton import PlacedJoint, Skeleton, place_skeleton
 from ..paint.picture import limits_of
 
 ROUND = 2.0 * np.pi - 1e-6  # [rad]
 _X, _Y = np.eye(3)[:2]
-FRONT = View(_X, UP, False, ("x [m]", "z [m]"))
-SIDE = View(_Y, UP, False, ("y [m]", "z [m]"))
-TOP = View(_X, _Y, False, ("x [m]", "y [m]"))
+FRONT = Projection(_X, UP, False, ("x [m]", "z [m]"))
+SIDE = Projection(_Y, UP, False, ("y [m]", "z [m]"))
+TOP = Projection(_X, _Y, False, ("x [m]", "y [m]"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,11 +34,11 @@ class Plane:
     @property
     def names(self) -> tuple[str, str]:
         """Of the two axes."""
-        return self.scene.view.names
+        return self.scene.projection.names
 
     def points(self, samples: Margins) -> Array:
         """(N, 2) where samples are on it [m]; NaN where a loop is open."""
-        return self.scene.view.flat(self.positions(samples))
+        return self.scene.projection.project(self.positions(samples))
 
     def box(self, points: Array) -> Array:
         """(2, 2) smallest and largest of the scene and of points (N, 2) with a margin about them [m]."""
@@ -57,8 +57,8 @@ def choose_planes(robot: Robot) -> list[Plane]:
     holds for every angle of the column. Where the column does not turn all round, there is a view
     from above too.
     """
-    skeleton = place(robot, robot.close(robot.reference))
-    view = choose_view(skeleton)
+    skeleton = place_skeleton(robot, robot.close(robot.reference))
+    view = choose_projection(skeleton)
     if not view.planar:
         told = (
             ("seen from the front", FRONT),
@@ -91,7 +91,7 @@ def _plane(
     robot: Robot,
     skeleton: Skeleton,
     title: str,
-    view: View,
+    view: Projection,
     positions: Callable[[Margins], Array] | None = None,
 ) -> Plane:
     return Plane(

@@ -18,7 +18,7 @@ def ground_outlines(scene: Scene) -> list[Array]:
     unit = scene.unit
     outlines = []
     for point in scene.ground:
-        x, y = scene.view.flat(point)
+        x, y = scene.projection.project(point)
         down = -1.0 if _rises(scene, point) else 1.0
         drop = (3.0 if _is_pivot(scene, point) else 1.3 if _hinges(scene, point) else 0.5) * unit
         foot, low = y + down * drop, y + down * (drop + 1.1 * unit)
@@ -64,17 +64,19 @@ def _hinges(scene: Scene, point: Array) -> list[Array]:
 
 def _is_pivot(scene: Scene, point: Array) -> bool:
     """Whether a hinge with its axis towards the viewer stands here."""
-    return any(abs(axis @ scene.view.toward) > 0.5 for axis in _hinges(scene, point))
+    return any(abs(axis @ scene.projection.toward) > 0.5 for axis in _hinges(scene, point))
 
 
 def _rises(scene: Scene, point: Array) -> bool:
     """Whether the mechanism stands on a place of its base, and does not hang from it, in its reference."""
-    skeleton, at = scene.standing.skeleton, scene.view.flat(point)
+    skeleton, at = scene.standing.skeleton, scene.projection.project(point)
     if _is_pivot(scene, point):
-        return bool(scene.view.flat(skeleton.points).mean(axis=0)[1] > at[1] - 4.0 * scene.unit)
+        return bool(
+            scene.projection.project(skeleton.points).mean(axis=0)[1] > at[1] - 4.0 * scene.unit
+        )
     on_it = {j.child for j in skeleton.joints if j.parent == skeleton.base}
     marks = [j.point for j in skeleton.joints if j.parent in on_it] or [skeleton.tip.point]
-    return bool(scene.view.flat(np.array(marks))[:, 1].mean() > at[1] - scene.unit)
+    return bool(scene.projection.project(np.array(marks))[:, 1].mean() > at[1] - scene.unit)
 
 
 def draw_loops(axes: Axes, scene: Scene) -> None:
@@ -99,4 +101,4 @@ def _around(scene: Scene, closure: PlacedClosure) -> Array:
                 way.append(by_child[link].point)
             link = by_child[link].parent
         ways.append(way)
-    return scene.view.flat(np.array([closure.point, *ways[0], *ways[1][::-1]]))
+    return scene.projection.project(np.array([closure.point, *ways[0], *ways[1][::-1]]))

@@ -8,10 +8,10 @@ from matplotlib.collections import LineCollection
 from matplotlib.patches import Polygon
 
 from ...ground.arrays import Array
-from ...scene.parts import hull
+from ...scene.parts import convex_hull
 from ...scene.scene import Scene
 from ...scene.style import GRID, QUIET
-from ...scene.symbols import Stroke, triad
+from ...scene.symbols import LineMark, triad
 
 _FLOOR = "#f7f8fa"
 _SHADE = "#e2e7ec"
@@ -40,21 +40,21 @@ def floor_corners(scene: Scene) -> Array:
     return np.array([[x0, y0, level], [x1, y0, level], [x1, y1, level], [x0, y1, level]])
 
 
-def base_axes(scene: Scene) -> list[Stroke]:
+def base_axes(scene: Scene) -> list[LineMark]:
     """Arrows along the axes of the base, on the floor's corner that is farthest to the left."""
     corners = floor_corners(scene)
-    left = corners[int(np.argmin(scene.view.flat(corners)[:, 0]))]
+    left = corners[int(np.argmin(scene.projection.project(corners)[:, 0]))]
     inward = np.sign(corners.mean(axis=0) - left) * (1.0, 1.0, 0.0)
     place = left + 0.0 * inward
     return [
-        Stroke(s.owner, "base axes", s.points)
+        LineMark(s.owner, "base axes", s.points)
         for s in triad("base axes", place, np.eye(3), 4.6 * scene.unit)
     ]
 
 
 def draw_floor(axes: Axes, scene: Scene) -> None:
     """Tiles, shadows of the bodies, and what the side of a tile is."""
-    corners, tile, flat = floor_corners(scene), tile_side(scene), scene.view.flat
+    corners, tile, flat = floor_corners(scene), tile_side(scene), scene.projection.project
     ground = Polygon(flat(corners), facecolor=_FLOOR, edgecolor=GRID, linewidth=0.8, zorder=1.0)
     ground.set_gid("floor")
     axes.add_patch(ground)
@@ -62,7 +62,9 @@ def draw_floor(axes: Axes, scene: Scene) -> None:
     for part in scene.parts:
         if part.role in _BODIES and part.points[:, 2].max() > level:
             fallen = part.points * (1.0, 1.0, 0.0) + (0.0, 0.0, level)
-            shade = hull((flat(fallen)[:, None] + _disc(scene, part.radius)[None]).reshape(-1, 2))
+            shade = convex_hull(
+                (flat(fallen)[:, None] + _disc(scene, part.radius)[None]).reshape(-1, 2)
+            )
             axes.add_patch(Polygon(shade, facecolor=_SHADE, edgecolor="none", zorder=1.1))
     (x0, y0, _), (x1, y1, _) = corners[0], corners[2]
     lines = [flat([[x, y0, level], [x, y1, level]]) for x in np.arange(x0, x1 + 0.5 * tile, tile)]
@@ -82,6 +84,6 @@ def _points(scene: Scene) -> Array:
 def _disc(scene: Scene, radius: float) -> Array:
     """(n, 2) a horizontal disc as it is seen."""
     angles = np.linspace(0.0, 2.0 * np.pi, 17)[:-1]
-    return scene.view.flat(
+    return scene.projection.project(
         radius * np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
     )

@@ -15,10 +15,10 @@ from matplotlib.patches import Patch
 
 from ...description.model import Closure, RobotDescription
 from ...scene.part_style import BALL
-from ...scene.parts import Role
+from ...scene.parts import PartRole
+from ...scene.projection import ALIGNED
 from ...scene.scene import Scene
 from ...scene.style import INK, PURPLE, RED, SHADOW, STEEL, deep, mix, pale
-from ...scene.view import ALIGNED
 
 KINDS: Final = {"planar": "pin", "point": "spherical joint", "axis": "hinge", "frame": "weld"}
 Entry = tuple[Any, str]
@@ -120,7 +120,7 @@ def _symbols(scenes: Sequence[Scene]) -> list[Entry]:
     return [(handle, text) for handle, text, occurs in told if occurs]
 
 
-def _closing(scene: Scene, role: Role) -> tuple[str, str]:
+def _closing(scene: Scene, role: PartRole) -> tuple[str, str]:
     """The colour of what closes loops in one way, as that of the first loop, and how to speak of these loops."""
     owners = [part.owner for part in scene.parts if part.role == role]
     colours = [scene.colours[owner] for owner in owners if owner in scene.colours]
@@ -142,9 +142,9 @@ def subtitle(scene: Scene) -> str:
 
 def plane_of(scene: Scene) -> str:
     """The plane in which a mechanism moves, or is drawn where it leaves it too; empty for others."""
-    letters = [name.removesuffix(" [m]") for name in scene.view.names]
-    if not scene.view.planar or any(len(letter) > 1 for letter in letters):
+    letters = [name.removesuffix(" [m]") for name in scene.projection.names]
+    if not scene.projection.planar or any(len(letter) > 1 for letter in letters):
         return ""
     hinges = [joint.axis for joint in scene.skeleton.joints if joint.type == "revolute"]
-    leaves = any(abs(float(axis @ scene.view.toward)) < 1.0 - ALIGNED for axis in hinges)
+    leaves = any(abs(float(axis @ scene.projection.toward)) < 1.0 - ALIGNED for axis in hinges)
     return f"{'drawn' if leaves else 'moves'} in the {'-'.join(sorted(letters))} plane"

@@ -36,7 +36,7 @@ def name_labels(scene: Scene, names: Names) -> list[Label]:
     tip = scene.skeleton.tip
     own = {**_QUIET, "color": PURPLE}
     labels.append(
-        Label(tip.name, scene.view.flat(tip.point), unit, own, f"name:{tip.name}", PURPLE)
+        Label(tip.name, scene.projection.project(tip.point), unit, own, f"name:{tip.name}", PURPLE)
     )
     if names in ("joints", "all"):
         labels += _passive(scene)
@@ -46,9 +46,12 @@ def name_labels(scene: Scene, names: Names) -> list[Label]:
 def _active(scene: Scene) -> list[Label]:
     """A label beside the arrow of every active joint."""
     labels = []
-    for stroke in scene.strokes:
+    for stroke in scene.lines:
         if stroke.role in ("turn", "travel"):
-            flat, name = scene.view.flat(stroke.points), stroke.owner.removeprefix("drive:")
+            flat, name = (
+                scene.projection.project(stroke.points),
+                stroke.owner.removeprefix("drive:"),
+            )
             middle = 0.5 * (flat.min(axis=0) + flat.max(axis=0))
             clear = (
                 1.3 * scene.unit
@@ -64,7 +67,7 @@ def _passive(scene: Scene) -> list[Label]:
     for group in scene.groups:
         passive = [joint.name for joint in group.joints if not joint.active]
         if passive:
-            at = scene.view.flat(group.last.point)
+            at = scene.projection.project(group.last.point)
             labels.append(
                 Label(
                     ", ".join(passive), at, 1.4 * scene.unit, _QUIET, f"name:{group.names}", QUIET
@@ -80,7 +83,12 @@ def _links(scene: Scene) -> list[Label]:
         if part.owner.startswith("link:") and link not in named:
             named.add(link)
             labels.append(
-                _link(scene, link, scene.view.flat(part.points.mean(axis=0)), part.role == "plate")
+                _link(
+                    scene,
+                    link,
+                    scene.projection.project(part.points.mean(axis=0)),
+                    part.role == "plate",
+                )
             )
     return labels
 
@@ -90,7 +98,9 @@ def _base(scene: Scene) -> list[Label]:
     base = scene.skeleton.base
     grounds = [outline.mean(axis=0) for outline in ground_outlines(scene)]
     plates = [
-        scene.view.flat(part.points.mean(axis=0)) for part in scene.parts if part.role == "base"
+        scene.projection.project(part.points.mean(axis=0))
+        for part in scene.parts
+        if part.role == "base"
     ]
     return [_link(scene, base, at, bool(plates)) for at in (grounds + plates)[:1]]
 

@@ -13,11 +13,11 @@ from matplotlib.patches import Polygon
 
 from ...ground.arrays import Array
 from ...scene.depth import from_back
-from ...scene.part_style import BALL, WHITE, look, shaded
+from ...scene.part_style import BALL, WHITE, shaded, style_of
 from ...scene.parts import Part
 from ...scene.scene import Scene
 from ...scene.style import PURPLE, QUIET, RED, SHADOW, mix
-from ...scene.symbols import Stroke
+from ...scene.symbols import LineMark
 from .labels import Label
 
 _CAPPED = ("hinge", "barrel", "block", "collar", "pin", "weld", "rod")
@@ -40,7 +40,7 @@ class Painter:
     """
 
     def __init__(self, axes: Axes, scene: Scene, *, sheer: bool = False) -> None:
-        self.axes, self.scene, self.view = axes, scene, scene.view
+        self.axes, self.scene, self.projection = axes, scene, scene.projection
         self._sheer = sheer
         self.covered: list[tuple[Array, float]] = []
         self.letters: list[Label] = []
@@ -50,12 +50,12 @@ class Painter:
 
     def paint(self) -> None:
         """Everything, from back to front."""
-        for stroke in self.scene.strokes:
+        for stroke in self.scene.lines:
             if stroke.role in ("axis", "carrier", "dot"):
                 self._line(stroke)
         for part in from_back(self.scene):
             self._part(part)
-        for stroke in self.scene.strokes:
+        for stroke in self.scene.lines:
             if stroke.role in _ARROWS:
                 self.arrow(stroke)
 
@@ -63,9 +63,9 @@ class Painter:
 
     def _part(self, part: Part) -> None:
         active = part.owner in self._active
-        face, edge, width = look(part, self.scene.colours, active)
-        face = shaded(face, part, self.view)
-        outline, cap = part.outline(self.view), part.cap(self.view)
+        face, edge, width = style_of(part, self.scene.colours, active)
+        face = shaded(face, part, self.projection)
+        outline, cap = part.outline(self.projection), part.cap(self.projection)
         broad = part.role in ("plate", "base")
         body = to_rgba(face, _SHEER) if broad and self._sheer else face
         self._add(part.owner, outline, body, edge, width, "//////" if part.role == "base" else None)
@@ -77,7 +77,7 @@ class Painter:
         if cap is None or part.role not in _CAPPED:
             return
         if (
-            part.axis is not None and abs(part.axis @ self.view.toward) < 0.999
+            part.axis is not None and abs(part.axis @ self.projection.toward) < 0.999
         ):  # otherwise it is the outline
             self._add(f"{part.owner}.cap", cap, mix(face, WHITE, 0.35), edge, 0.8 * width)
         if part.role == "pin" or (part.role == "hinge" and active):
@@ -106,8 +106,8 @@ class Painter:
 
     # -- strokes
 
-    def _line(self, stroke: Stroke) -> None:
-        flat = self.view.flat(stroke.points)
+    def _line(self, stroke: LineMark) -> None:
+        flat = self.projection.project(stroke.points)
         if stroke.role == "dot":
             (line,) = self.axes.plot(*flat.T, "o", color=BALL, markersize=2.0)
         else:
@@ -116,9 +116,9 @@ class Painter:
             self.covered.append((flat, 0.0))
         self._keep(line, stroke.owner)
 
-    def arrow(self, stroke: Stroke) -> None:
+    def arrow(self, stroke: LineMark) -> None:
         """An arrow along a line, with a second head at its start for what travels both ways."""
-        flat, unit = self.view.flat(stroke.points), self.scene.unit
+        flat, unit = self.projection.project(stroke.points), self.scene.unit
         named = stroke.role in ("triad", "base axes")
         if named and np.linalg.norm(flat[1] - flat[0]) < 1.6 * unit:
             self._end_on(stroke, flat[0], _ARROWS[stroke.role][0])
@@ -148,9 +148,9 @@ class Painter:
             Label(owner[-1], at, 0.0, style, f"letter:{owner}", colour, inside=True)
         )
 
-    def _end_on(self, stroke: Stroke, at: Array, colour: str) -> None:
+    def _end_on(self, stroke: LineMark, at: Array, colour: str) -> None:
         """An axis along the view: a circle with a dot (toward the viewer) or a cross (away)."""
-        toward = float((stroke.points[1] - stroke.points[0]) @ self.view.toward) > 0.0
+        toward = float((stroke.points[1] - stroke.points[0]) @ self.projection.toward) > 0.0
         for marker, size, face in (("o", 5.0, WHITE), ("." if toward else "x", 3.0, colour)):
             (line,) = self.axes.plot(
                 *at, marker, markersize=size, color=colour, markerfacecolor=face

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 
 from ...ground.arrays import Array
 from ...robot.robot import Robot
-from ...scene.attach import extent
-from ...scene.skeleton import place
+from ...scene.attach import mechanism_size
+from ...scene.skeleton import place_skeleton
 
 ROUNDING: Final = 1e-9  # of the natural size of a quantity: what differs less does not differ
 _ROOM: Final = (
@@ -54,7 +54,7 @@ class Sizes:
 
 def sizes_of(robot: Robot, seconds: float) -> Sizes:
     """The natural sizes in a motion of a robot that lasts some seconds."""
-    length = extent(place(robot, robot.close(robot.reference)))
+    length = mechanism_size(place_skeleton(robot, robot.close(robot.reference)))
     mass = sum(link.mass for link in robot.description.links.values())
     gravity = float(np.linalg.norm(robot.description.gravity))
     return Sizes(length, max(seconds, _SLOW), mass * gravity)

@@ -9,9 +9,9 @@ from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.drawing.paint.picture import make_scene
 from hybrid_dynamics_core.mechanism.tree import build_tree
 from hybrid_dynamics_core.scene.groups import group_joints
-from hybrid_dynamics_core.scene.parts import hull
-from hybrid_dynamics_core.scene.skeleton import place
-from hybrid_dynamics_core.scene.view import choose_view, find_plane
+from hybrid_dynamics_core.scene.parts import convex_hull
+from hybrid_dynamics_core.scene.projection import choose_projection, find_plane
+from hybrid_dynamics_core.scene.skeleton import place_skeleton
 
 from .conftest import robot_of
 
@@ -22,11 +22,11 @@ EXACT = 1e-12  # [m] the same products of rotations in another order
 
 def at(robot: Robot, **values: float):
     u = [values.get(name, value) for name, value in zip(robot.active, robot.reference, strict=True)]
-    return place(robot, robot.close(u))
+    return place_skeleton(robot, robot.close(u))
 
 
 def test_planar_mechanisms_are_known(robot: Robot) -> None:
-    view = choose_view(place(robot, robot.close(robot.reference)))
+    view = choose_projection(place_skeleton(robot, robot.close(robot.reference)))
     assert view.planar == (robot.name in PLANAR)
 
 
@@ -43,16 +43,19 @@ def test_a_turned_wrist_makes_an_arm_spatial() -> None:
 def test_a_side_view_stands_upright_and_looks_to_the_right() -> None:
     for turn in (0.0, 0.8, 2.5, -1.6):
         skeleton = at(robot_of("excavator"), slew=turn)
-        view = choose_view(skeleton)
+        view = choose_projection(skeleton)
         np.testing.assert_allclose(view.up, [0.0, 0.0, 1.0], atol=1e-12)
-        assert view.flat(skeleton.tip.point)[0] > 1.0  # the bucket is to the right of the column
-    assert choose_view(at(robot_of("excavator"))).names == ("x [m]", "z [m]")
-    assert choose_view(at(robot_of("excavator"), slew=0.8)).names == ("along the arm [m]", "z [m]")
-    assert choose_view(at(robot_of("five_bar"))).names == ("x [m]", "y [m]")
+        assert view.project(skeleton.tip.point)[0] > 1.0  # the bucket is to the right of the column
+    assert choose_projection(at(robot_of("excavator"))).names == ("x [m]", "z [m]")
+    assert choose_projection(at(robot_of("excavator"), slew=0.8)).names == (
+        "along the arm [m]",
+        "z [m]",
+    )
+    assert choose_projection(at(robot_of("five_bar"))).names == ("x [m]", "y [m]")
 
 
 def test_a_view_is_orthonormal_and_from_above(robot: Robot) -> None:
-    view = choose_view(place(robot, robot.close(robot.reference)))
+    view = choose_projection(place_skeleton(robot, robot.close(robot.reference)))
     axes = np.stack([view.right, view.up, view.toward])
     np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
     assert view.planar or 0.2 < view.toward[2] < 0.6
@@ -60,7 +63,7 @@ def test_a_view_is_orthonormal_and_from_above(robot: Robot) -> None:
 
 def test_joints_closures_and_frames_are_where_kinematics_puts_them(robot: Robot) -> None:
     state = robot.close(robot.reference)
-    skeleton = place(robot, state)
+    skeleton = place_skeleton(robot, state)
     for joint in skeleton.joints:
         pose = robot.forward_kinematics(state, joint.child)
         np.testing.assert_allclose(joint.point, pose.position, atol=EXACT)
@@ -78,7 +81,7 @@ def test_joints_closures_and_frames_are_where_kinematics_puts_them(robot: Robot)
 
 
 def test_every_joint_is_in_one_group_and_every_link_between_joints_too(robot: Robot) -> None:
-    groups = group_joints(place(robot, robot.close(robot.reference)))
+    groups = group_joints(place_skeleton(robot, robot.close(robot.reference)))
     names = [joint.name for group in groups for joint in group.joints]
     assert sorted(names) == sorted(robot.coordinates)
     children = {body.joint: body.name for body in build_tree(robot.description).bodies}
@@ -118,7 +121,7 @@ COORDINATES = st.integers(-50, 50).map(float)
 
 @given(st.lists(st.tuples(COORDINATES, COORDINATES), min_size=3, max_size=25))
 def test_a_hull_is_convex_and_holds_every_point(points: list[tuple[float, float]]) -> None:
-    corners = hull(np.array(points))
+    corners = convex_hull(np.array(points))
     assert {tuple(corner) for corner in corners} <= set(points)
     if len(corners) > 2:
         edges = np.roll(corners, -1, axis=0) - corners
