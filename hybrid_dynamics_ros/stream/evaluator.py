@@ -32,6 +32,8 @@ class MotionEvaluator:
         estimator: makes rates that the samples lack.
         calibration: how the sensors are read; None: they read the coordinates themselves.
         mode: a closed state whose assembly modes are kept; None: those of the robot file.
+        is_plain: whether samples give the active joints, on the modes of the robot file; then none
+            needs the one before it to be closed.
         gap: the newest that was too long, between stamps [s].
     """
 
@@ -55,6 +57,7 @@ class MotionEvaluator:
         self.mode: ClosedState | None = None
         self.gap = 0.0
         self._measures_active = self.measured == robot.active
+        self.is_plain = self._measures_active
         self._near: ClosedState | None = None
         start = robot.close(robot.reference)
         self._branch = start.branch
@@ -73,11 +76,6 @@ class MotionEvaluator:
     def loads(self, loads: Loads) -> None:
         self._compiled = self._compiled_for(loads)
         self._loads = loads
-
-    @property
-    def is_plain(self) -> bool:
-        """Whether samples give the active joints, on the modes of the file: none needs the one before."""
-        return self._measures_active and self.mode is None
 
     def _compiled_for(self, loads: Loads) -> Call | None:
         """One call for all, where no loop is followed from a state before."""
@@ -109,6 +107,7 @@ class MotionEvaluator:
     def set_mode(self, mode: ClosedState | None) -> None:
         """Keep the assembly modes of a closed state from now on; None: those of the robot file."""
         self.mode = self._near = mode
+        self.is_plain = self._measures_active and mode is None
         self._memory = None
         self._compiled = self._compiled_for(self._loads)
 
@@ -183,9 +182,9 @@ class MotionEvaluator:
             HybridDynamicsError: what the model says of it, of the first row with such a fault.
         """
         compiled = self._compiled
-        u, du, ddu = motion
+        _, du, ddu = motion
         if compiled is not None and du is not None and ddu is not None:
-            return self._evaluate_compiled(compiled, stamp_ns, (u, du, ddu), event)
+            return self._evaluate_compiled(compiled, stamp_ns, motion, event)
         state, acceleration = self._close(motion, event)
         efforts = None
         if du is not None and acceleration is not None:
@@ -197,23 +196,24 @@ class MotionEvaluator:
         self,
         compiled: Call,
         stamp_ns: OneOrRows,
-        motion: tuple[FloatArray, FloatArray, FloatArray],
+        motion: ActiveMotion,
         event: StampEvent | None,
     ) -> MotionResult:
         """The same to the last bit, in one call of compiled code."""
-        u, du, ddu = motion
+        u, du, ddu = motion.complete()
         efforts, *closed = compiled(u, du, ddu)
-        robot, s, ds, residuals, distances = self.robot, closed[0], closed[1], closed[4], closed[5]
+        robot = self.robot
         if u.ndim == 2:
             state = robot.closed_state(u, du, closed)
-            return self._result(stamp_ns, state, ActiveMotion(u, du, ddu), efforts, event)
+            return self._result(stamp_ns, state, motion, efforts, event)
+        s, ds, _, _, residuals, distances = closed
         for array in (u, du, ddu, efforts, s, ds):
             array.flags.writeable = False
         return MotionResult(  # in plain floats; its state is made where somebody asks for it
             robot,
             self._loads,
             stamp_ns,
-            ActiveMotion(u, du, ddu),
+            motion,
             s,
             ds,
             efforts,

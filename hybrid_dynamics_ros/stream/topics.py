@@ -7,8 +7,8 @@ of all are written once. Knows no ROS.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
-from functools import cache
 from typing import Any, ClassVar, Final
 
 import numpy as np
@@ -76,18 +76,20 @@ class JointStates(Topic):
         self._active = len(robot.active)
         self._drives_are_active = set(robot.drives) == set(robot.active)
         self._drive_places = [robot.coordinates.index(name) for name in robot.drives]
-
-        @cache
-        def template(velocity: bool, effort: bool) -> Template:
-            return layouts.joint_state(robot.coordinates, velocity=velocity, effort=effort)
-
-        self._template = template
+        self._templates = {
+            known: layouts.joint_state(robot.coordinates, velocity=known[0], effort=known[1])
+            for known in itertools.product((False, True), repeat=2)
+        }
 
     def message(self, result: MotionResult) -> Message:
         """Velocities and efforts as far as they are known."""
-        efforts = self._efforts(result)
-        known = [part for part in (result.position, result.velocity, efforts) if part is not None]
-        return self._template(result.velocity is not None, efforts is not None), known
+        velocity, efforts = result.velocity, self._efforts(result)
+        values = [result.position]
+        if velocity is not None:
+            values.append(velocity)
+        if efforts is not None:
+            values.append(efforts)
+        return self._templates[velocity is not None, efforts is not None], values
 
     def groups(self, result: MotionResult) -> Sequence[Rows]:
         """Rows whose drives can give the efforts, and those whose drives cannot."""
@@ -100,15 +102,17 @@ class JointStates(Topic):
 
     def _efforts(self, result: MotionResult) -> FloatArray | None:
         """Along all coordinates; None where they are not known."""
-        efforts = np.zeros(result.position.shape)
         if self._drives_are_active:
-            if result.efforts is None:
+            tau = result.efforts
+            if tau is None:
                 return None
-            efforts[..., : self._active] = result.efforts
+            efforts = np.zeros(result.position.shape)
+            efforts[..., : self._active] = tau
             return efforts
         forces = result.drive_forces
         if forces is None:
             return None
+        efforts = np.zeros(result.position.shape)
         for place, force in zip(self._drive_places, forces.values(), strict=True):
             efforts[..., place] = force
         return efforts

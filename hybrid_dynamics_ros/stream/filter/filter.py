@@ -44,20 +44,13 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from . import formula
 
-# The memory is never shorter than about one sample interval: older samples keep at least this share
-# of their weight at each step. Where the bandwidth is too high for the sample rate, the filter
-# becomes the finite difference of the last D + 1 samples and not less.
-LEAST_DECAY: Final = 0.1
-MOST_WEIGHT: Final = 1.0 - LEAST_DECAY
+FloatArray = NDArray[np.float64]
+Moments = tuple[float, float, float, float, float]
 
 # Below it the moments of stamps a nanosecond apart come near the smallest numbers there are.
 LEAST_BANDWIDTH: Final = 1e-12  # [Hz]
-
-# The degree is raised only when the fit is well conditioned: determinant over product of the
-# diagonal. Two stamps that almost coincide say nothing about a second derivative.
-LEAST_CONDITION: Final = 1e-9
 
 
 class StampEvent(Enum):
@@ -87,7 +80,7 @@ class FilterState(NamedTuple):
     stamp_ns: int
     start_ns: int
     degree: int
-    moments: tuple[float, float, float, float, float]
+    moments: Moments
     sample: FloatArray
     derivatives: FloatArray
 
@@ -180,77 +173,27 @@ class PolynomialFilter:
 
     def _advance(self, state: FilterState, stamp_ns: int, sample: FloatArray) -> FilterState:
         dt = (stamp_ns - state.stamp_ns) * 1e-9  # [s]
-        step = self.rate * dt
-        decay, weight = _shares(step)
-        old = state.moments if state.moments[0] > 0.0 else (weight, 0.0, 0.0, 0.0, 0.0)
-        moments = _aged(old, step, decay, weight)
-        degree, gains = _gains(moments, weight, min(state.degree + 1, self.degree), self.rate)
-
-        rows = _moved(state.derivatives.tolist(), dt)
-        differences = [x - fitted for x, fitted in zip(sample.tolist(), rows[0], strict=True)]
-        for k in range(degree + 1):
-            rows[k] = [d + gains[k] * e for d, e in zip(rows[k], differences, strict=True)]
+        moments, gains = self.update(state.moments, dt, min(state.degree + 1, self.degree))
+        with np.errstate(all="ignore"):
+            rows = formula.corrected(tuple(state.derivatives), dt, gains, sample)
+        degree = len(gains) - 1
         return FilterState(stamp_ns, state.start_ns, degree, moments, sample.copy(), np.array(rows))
 
+    def update(self, moments: Moments, dt: float, degree: int) -> tuple[Moments, tuple[float, ...]]:
+        """Moments after an interval, and gains of as many derivatives as they allow.
 
-def _shares(step: float) -> tuple[float, float]:
-    """What older samples keep of their weight after ``step`` (in units of 1/lambda), and the weight of the new one.
-
-    A sample stands for the interval before it: the bandwidth does not depend on the sample rate.
-    They add up to 1; the difference itself would lose the weight of a very short step.
-    """
-    return max(math.exp(-step), LEAST_DECAY), min(-math.expm1(-step), MOST_WEIGHT)
-
-
-def _aged(
-    moments: tuple[float, float, float, float, float], step: float, decay: float, weight: float
-) -> tuple[float, float, float, float, float]:
-    """Moments after ``step`` (in units of 1/lambda) and a new sample of age 0: binomial shift of the ages."""
-    m0, m1, m2, m3, m4 = moments
-    return (
-        decay * m0 + weight,
-        decay * (m1 + step * m0),
-        decay * (m2 + step * (2.0 * m1 + step * m0)),
-        decay * (m3 + step * (3.0 * m2 + step * (3.0 * m1 + step * m0))),
-        decay * (m4 + step * (4.0 * m3 + step * (6.0 * m2 + step * (4.0 * m1 + step * m0)))),
-    )
-
-
-def _gains(
-    moments: tuple[float, float, float, float, float], weight: float, degree: int, rate: float
-) -> tuple[int, tuple[float, float, float]]:
-    """Degree that the moments allow, and gains of value, first and second derivative.
-
-    They are the first column of the inverse of the Hankel matrix of the moments, times the weight
-    of the newest sample; d/dt = -lambda d/d(age) turns coefficients of powers of age into
-    derivatives.
-    """
-    m0, m1, m2, m3, m4 = moments
-    if degree == 2:
-        c0, c1, c2 = m2 * m4 - m3 * m3, m2 * m3 - m1 * m4, m1 * m3 - m2 * m2
-        det = m0 * c0 + m1 * c1 + m2 * c2
-        if det > LEAST_CONDITION * m0 * m2 * m4:
-            scale = weight / det
-            return 2, (scale * c0, -rate * scale * c1, 2.0 * rate * rate * scale * c2)
-    det = m0 * m2 - m1 * m1
-    if degree >= 1 and det > LEAST_CONDITION * m0 * m2:
-        scale = weight / det
-        return 1, (scale * m2, rate * scale * m1, 0.0)
-    return 0, (weight / m0, 0.0, 0.0)
-
-
-def _moved(derivatives: list[list[float]], dt: float) -> list[list[float]]:
-    """The polynomial, (D + 1, n), seen ``dt`` [s] later.
-
-    In plain floats: few joints cost NumPy more.
-    """
-    if len(derivatives) == 2:
-        value, first = derivatives
-        return [[d + dt * v for d, v in zip(value, first, strict=True)], first]
-    value, first, second = derivatives
-    half = 0.5 * dt * dt
-    return [
-        [d + dt * v + half * a for d, v, a in zip(value, first, second, strict=True)],
-        [v + dt * a for v, a in zip(first, second, strict=True)],
-        second,
-    ]
+        Args:
+            moments: before; zeros after the first sample.
+            dt: interval [s].
+            degree: highest degree that is looked for.
+        """
+        step = self.rate * dt
+        decay, weight = formula.weights(step)
+        if moments[0] == 0.0:  # the first sample has no interval: its weight is that of the second
+            moments = (weight, 0.0, 0.0, 0.0, 0.0)
+        moments = formula.aged(moments, step, decay, weight)
+        determinant, least, cofactors = formula.fit(moments, degree)
+        while degree > 0 and not determinant > least:
+            degree -= 1
+            determinant, least, cofactors = formula.fit(moments, degree)
+        return moments, formula.gains(cofactors, weight / determinant, self.rate)

@@ -128,8 +128,12 @@ class MotionEstimator:
             RejectedError: estimated rates are not finite.
         """
         measured = velocity is not None
-        filt, before = self._filter(measured), _before(state, measured)
-        after, event = filt.step(before, stamp_ns, position if velocity is None else velocity)
+        before = _before(state, measured)
+        if velocity is None:
+            filt, samples = self._position_filter, position
+        else:
+            filt, samples = self._velocity_filter, velocity
+        after, event = filt.step(before, stamp_ns, samples)
         if not all_finite(after.derivatives):
             raise _overflow()
         ready = filt.ready(after)
