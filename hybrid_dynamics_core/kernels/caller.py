@@ -1,7 +1,6 @@
-"""A Python function written for one kernel, so that nothing stands between a caller and the compiled code.
+"""A Python function written for one kernel: nothing stands between a caller and compiled code.
 
-Its text holds names of a program's inputs, shapes and numbers; names of inputs come from this
-package alone.
+Its text holds names of inputs, shapes and numbers alone. The names come from this package.
 """
 
 from __future__ import annotations
@@ -14,18 +13,22 @@ import numpy as np
 
 from ..ground.arrays import Array
 
-Again = Callable[
-    [dict[str, Any], Any, bool, int], Any
-]  # (inputs by name, out, check, threads) -> results
+# (inputs by name, out, check, threads) -> results
+Fallback = Callable[[dict[str, Any], Any, bool, int], Any]
 
 
 @dataclass(frozen=True)
 class Signature:
-    """How a kernel is called: its inputs in order, those that the caller gives, values of the others, the outputs.
+    """How a kernel is called.
 
-    `optional`: inputs that the caller may leave out although he gives them, with the value they
-    then have; `follows`: an input whose own value is only a start, so that a call without another
-    one is not for the compiled code alone.
+    Attributes:
+        inputs: names of all inputs, in order.
+        given: names of those that the caller gives.
+        values: values of the others.
+        shapes: shapes of the outputs, in order.
+        optional: inputs of `given` that may be left out, with the value that they then have.
+        follows: an input whose own value is only a start: a call without another value is not for
+            the compiled code alone.
     """
 
     inputs: Sequence[str]
@@ -36,42 +39,78 @@ class Signature:
     follows: str | None = None
 
 
-def make_caller(signature: Signature, one: Callable[..., int], again: Again) -> Callable[..., Any]:
-    """The function: given inputs, `out`, and the rest as keywords; what `one` does not settle goes to `again`."""
+def make_caller(
+    signature: Signature, one: Callable[..., int], fallback: Fallback
+) -> Callable[..., Any]:
+    """Write the function of a kernel.
+
+    Args:
+        signature: how the function is called.
+        one: the compiled code for one state.
+        fallback: takes what `one` does not settle.
+
+    Returns:
+        The function: given inputs and `out`, then `check`, `threads` and other inputs as keywords.
+
+    Raises:
+        ValueError: an input has a name that Python does not take.
+    """
     defaults = {**signature.values, **signature.optional}
-    scope: dict[str, Any] = {"empty": np.empty, "one": one, "again": again}
-    scope.update({f"own_{name}": value for name, value in defaults.items()})
-    exec(compile(_source(signature), "<caller>", "exec"), scope)  # noqa: S102  names of this package and numbers only
+    scope: dict[str, Any] = {"empty": np.empty, "one": one, "fallback": fallback}
+    for name, value in defaults.items():
+        scope[_default(name)] = value
+    exec(compile(_source(signature), "<caller>", "exec"), scope)  # noqa: S102  names and numbers only
     function: Callable[..., Any] = scope["call"]
     return function
+
+
+def _default(name: str) -> str:
+    return f"default_{name}"
 
 
 def _source(signature: Signature) -> str:
     if not all(name.isidentifier() for name in signature.inputs):
         raise ValueError(f"{list(signature.inputs)} are not all names")
-    given = [f"{n}=own_{n}" if n in signature.optional else n for n in signature.given]
-    others = [f"{n}=own_{n}" for n in signature.values]
     outs = [f"o{k}" for k in range(len(signature.shapes))]
-    result = ", ".join(outs)
-    rest = f"again(dict({', '.join(f'{n}={n}' for n in signature.inputs)}), out, check, threads)"
-    unsettled = f"one({', '.join([*signature.inputs, *outs])})"
+    by_name = ", ".join(f"{name}={name}" for name in signature.inputs)
+    settle = f"return fallback(dict({by_name}), out, check, threads)"
+    is_unsettled = f"one({', '.join([*signature.inputs, *outs])})"
     if signature.follows is not None:
-        unsettled = f"{signature.follows} is own_{signature.follows} or {unsettled}"
-    shapes = [shape[0] if len(shape) == 1 else shape for shape in signature.shapes]
+        start = _default(signature.follows)
+        is_unsettled = f"{signature.follows} is {start} or {is_unsettled}"
+    result = ", ".join(outs)
     lines = [
-        f"def call({', '.join([*given, 'out=None', '*', 'check=True', 'threads=1', *others])}):",
+        f"def call({', '.join(_parameters(signature))}):",
         "    if out is None:",
-        *(f"        {name} = empty({shape})" for name, shape in zip(outs, shapes, strict=True)),
-        *(
-            []
-            if len(outs) == 1
-            else ["    elif type(out) is not tuple or len(out) != " + f"{len(outs)}:"]
-        ),
-        *([] if len(outs) == 1 else [f"        return {rest}"]),
+        *_allocations(signature, outs),
+    ]
+    if len(outs) > 1:
+        lines += [
+            f"    elif type(out) is not tuple or len(out) != {len(outs)}:",
+            f"        {settle}",
+        ]
+    lines += [
         "    else:",
         f"        {result} = out",
-        f"    if {unsettled}:",
-        f"        return {rest}",
+        f"    if {is_unsettled}:",
+        f"        {settle}",
         f"    return {result}",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _parameters(signature: Signature) -> list[str]:
+    given = []
+    for name in signature.given:
+        default = f"={_default(name)}" if name in signature.optional else ""
+        given.append(name + default)
+    others = [f"{name}={_default(name)}" for name in signature.values]
+    return [*given, "out=None", "*", "check=True", "threads=1", *others]
+
+
+def _allocations(signature: Signature, outs: Sequence[str]) -> list[str]:
+    lines = []
+    for name, shape in zip(outs, signature.shapes, strict=True):
+        size = shape[0] if len(shape) == 1 else shape
+        lines.append(f"        {name} = empty({size})")
+    return lines

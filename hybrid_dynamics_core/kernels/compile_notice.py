@@ -1,8 +1,8 @@
-"""Word of compiling while one waits for it: after a second of silence, at most once a second, and never twice the same.
+"""A notice to people who wait for a compiler: after a second of silence, at most once a second.
 
-It goes to the logger of this module, at level INFO. Where nobody listens there, a terminal gets it
-as a line on stderr; a program whose output goes elsewhere, and one that finds everything in the
-cache, gets none.
+No line comes twice. It goes to the logger of this module, at level INFO. Where nobody listens
+there, a terminal gets it as a line on stderr. A program whose output goes elsewhere gets none, nor
+does one that finds everything in the cache.
 """
 
 from __future__ import annotations
@@ -14,29 +14,30 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-PATIENCE = 1.0  # [s] of compiling, of one program or of several, before a word is said
+PATIENCE = 1.0  # [s] of compiling, of one program or of several, before a line is written
 
 _log = logging.getLogger(__name__)
 
 
-class Waiting:
-    """How long compiling has gone on without a word."""
+class CompileNotice:
+    """How long compiling has gone on in silence."""
 
     def __init__(self) -> None:
-        self._silent = 0.0
-        self._said: set[str] = set()
+        self._silence = 0.0  # [s]
+        self._labels: set[str] = set()  # that were written
 
     @contextmanager
     def during(self, label: str) -> Iterator[None]:
-        """Around compiling: says `label` when it has lasted too long.
+        """Around compiling: writes `label` when it has lasted too long.
 
         A thread waits, since LLVM cannot be asked.
         """
-        if label in self._said:  # another part of the same
+        if label in self._labels:  # another part of the same program
             yield
             return
-        told = threading.Event()
-        timer = threading.Timer(max(0.0, PATIENCE - self._silent), _tell, (label, told))
+        written = threading.Event()
+        patience = max(0.0, PATIENCE - self._silence)
+        timer = threading.Timer(patience, _write, (label, written))
         timer.daemon = True
         start = time.monotonic()
         timer.start()
@@ -44,14 +45,14 @@ class Waiting:
             yield
         finally:
             timer.cancel()
-            self._silent += time.monotonic() - start
-            if told.is_set():
-                self._said.add(label)
-                self._silent = 0.0
+            self._silence += time.monotonic() - start
+            if written.is_set():
+                self._labels.add(label)
+                self._silence = 0.0
 
 
-def _tell(label: str, told: threading.Event) -> None:
-    told.set()
+def _write(label: str, written: threading.Event) -> None:
+    written.set()
     line = f"compiling {label}"
     if _log.isEnabledFor(logging.INFO):
         _log.info("%s", line)
@@ -60,4 +61,4 @@ def _tell(label: str, told: threading.Event) -> None:
         sys.stderr.flush()
 
 
-WAITING = Waiting()
+NOTICE = CompileNotice()

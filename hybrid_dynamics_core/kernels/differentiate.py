@@ -1,16 +1,15 @@
-"""Exact derivatives of what a program computes: forward differentiation of its graph, node by node.
+"""Exact derivatives of what a program computes: forward differentiation of its graph.
 
-Each node gets its derivatives in the directions asked, as further nodes of the same graph;
-directions in which it does
-not change are left out, so structural zeros cost nothing. An iteration is differentiated as the
-equations it solves:
-with residuals phi(x, p) = 0,  dx = -(d phi/dx)^-1 (d phi/dp) dp,  where d phi/dx is the Jacobian it
-iterates with.
+Each node gets its derivatives in the given directions, as further nodes of the same graph.
+Directions in which it does not change are left out, so structural zeros cost nothing. An iteration
+is differentiated as the equations that it solves. With residuals phi(x, p) = 0 it is
+dx = -(d phi/dx)^-1 (d phi/dp) dp, where d phi/dx is the Jacobian that it iterates with.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
 
 from ..algebra.linear import Inverse
 from ..algebra.numerics import invert, newton
@@ -32,23 +31,44 @@ _BINARY: Mapping[str, Callable[[Scalar, Scalar], Scalar]] = {
     "div": lambda a, b: a / b,
     "atan2": atan2,
 }
+# slopes that are the same everywhere
+_CONSTANT: Mapping[str, tuple[float, float]] = {
+    "add": (1.0, 1.0),
+    "sub": (1.0, -1.0),
+    "neg": (-1.0, 0.0),
+}
 
 
 def jacobian(outputs: Sequence[Operand], inputs: Sequence[Operand]) -> list[list[Operand]]:
-    """d outputs / d inputs (rows by output); all symbols of one graph, the inputs being inputs of it."""
-    seeds: dict[int, Tangent] = {
-        x.index: {k: 1.0} for k, x in enumerate(inputs) if isinstance(x, Symbol)
-    }
-    found = _Tangents(outputs, seeds)
-    return [[found.of(y).get(k, 0.0) for k in range(len(inputs))] for y in outputs]
+    """The derivatives of outputs with respect to inputs.
+
+    Args:
+        outputs: symbols of one graph, or constants.
+        inputs: input symbols of the same graph, or constants.
+
+    Returns:
+        One row for each output, one column for each input.
+    """
+    seeds: dict[int, Tangent] = {}
+    for direction, x in enumerate(inputs):
+        if isinstance(x, Symbol):
+            seeds[x.index] = {direction: 1.0}
+    tangents = _Tangents(outputs, seeds)
+    directions = range(len(inputs))
+    rows = []
+    for y in outputs:
+        tangent = tangents.of(y)
+        rows.append([tangent.get(direction, 0.0) for direction in directions])
+    return rows
 
 
 def substitute(outputs: Sequence[Operand], replaced: Mapping[Operand, Scalar]) -> list[Scalar]:
     """The outputs with input symbols replaced; what does not depend on them stays as it is."""
-    values = {
-        symbol.index: value for symbol, value in replaced.items() if isinstance(symbol, Symbol)
-    }
-    graph = next((y.graph for y in outputs if isinstance(y, Symbol)), None)
+    values: dict[int, Scalar] = {}
+    for symbol, value in replaced.items():
+        if isinstance(symbol, Symbol):
+            values[symbol.index] = value
+    graph = _graph_of(outputs)
     if graph is None:
         return list(outputs)
     for index in graph.live(outputs):
@@ -57,58 +77,70 @@ def substitute(outputs: Sequence[Operand], replaced: Mapping[Operand, Scalar]) -
     return evaluate(graph, outputs, values)
 
 
+def _graph_of(outputs: Sequence[Operand]) -> Graph | None:
+    return next((y.graph for y in outputs if isinstance(y, Symbol)), None)
+
+
 def evaluate(
     graph: Graph, outputs: Sequence[Operand], inputs: Mapping[int, Scalar]
 ) -> list[Scalar]:
     """The outputs over any scalars, given those of the live input nodes by index."""
-    values = dict(inputs)
-    blocks: dict[int, list[Scalar]] = {}
+    return _Evaluation(graph, outputs, inputs).values
 
-    def operand(x: Operand | int) -> Scalar:
+
+class _Evaluation:
+    """A graph run over scalars."""
+
+    def __init__(
+        self, graph: Graph, outputs: Sequence[Operand], inputs: Mapping[int, Scalar]
+    ) -> None:
+        self._graph = graph
+        self._nodes = dict(inputs)
+        self._blocks: dict[int, list[Scalar]] = {}
+        for index in graph.live(outputs):
+            if index not in self._nodes:
+                self._nodes[index] = self._node(index)
+        self.values = [self._operand(y) for y in outputs]
+
+    def _operand(self, x: Operand | int) -> Scalar:
         if isinstance(x, Symbol):
-            return values[x.index]
-        return values[x] if isinstance(x, int) else x
+            return self._nodes[x.index]
+        return self._nodes[x] if isinstance(x, int) else x
 
-    for index in graph.live(outputs):
-        op, a, b = graph.nodes[index]
-        if index in values:
-            continue
+    def _node(self, index: int) -> Scalar:
+        op, a, b = self._graph.nodes[index]
         if op == "block":
-            if int(a) not in blocks:
-                block = graph.blocks[int(a)]
-                blocks[int(a)] = _run(
-                    block, [[operand(x) for x in vector] for vector in block.arguments]
-                )
-            values[index] = blocks[int(a)][int(b)]
-        elif op in _UNARY:
-            values[index] = _UNARY[op](operand(a))
-        else:
-            values[index] = _BINARY[op](operand(a), operand(b))
-    return [operand(y) for y in outputs]
+            number = int(a)
+            if number not in self._blocks:
+                self._blocks[number] = self._block(self._graph.blocks[number])
+            return self._blocks[number][int(b)]
+        if op in _UNARY:
+            return _UNARY[op](self._operand(a))
+        return _BINARY[op](self._operand(a), self._operand(b))
 
-
-def _run(block: Block, arguments: list[list[Scalar]]) -> list[Scalar]:
-    if block.body is None:
-        return invert(arguments[0], block.size)
-    return newton(block.body, *arguments)
+    def _block(self, block: Block) -> list[Scalar]:
+        arguments = [list(map(self._operand, vector)) for vector in block.arguments]
+        if block.body is None:
+            return invert(arguments[0], block.size)
+        return newton(block.body, *arguments)
 
 
 class _Tangents:
     """Derivatives of every node that the outputs depend on."""
 
     def __init__(self, outputs: Sequence[Operand], seeds: Mapping[int, Tangent]) -> None:
-        self._of: dict[int, Tangent] = dict(seeds)
+        self._nodes: dict[int, Tangent] = dict(seeds)
         self._blocks: dict[int, list[Tangent]] = {}
-        self._graph = next((y.graph for y in outputs if isinstance(y, Symbol)), Graph())
+        self._graph = _graph_of(outputs) or Graph()
         for index in self._graph.live(outputs):
-            if index not in self._of:
-                self._of[index] = self._node(index)
+            if index not in self._nodes:
+                self._nodes[index] = self._node(index)
 
     def of(self, x: Operand | int) -> Tangent:
         """Derivatives of a node, by symbol or index, or of a constant."""
         if isinstance(x, Symbol):
-            return self._of[x.index]
-        return self._of[x] if isinstance(x, int) else {}
+            return self._nodes[x.index]
+        return self._nodes[x] if isinstance(x, int) else {}
 
     def _node(self, index: int) -> Tangent:
         op, a, b = self._graph.nodes[index]
@@ -126,8 +158,10 @@ class _Tangents:
 
     def _slopes(self, index: int) -> tuple[Operand, Operand]:
         """Derivatives of a node with respect to its operands."""
-        op, left, right = self._graph.nodes[index]
-        a, b = self._value(left), self._value(right)
+        op, first, second = self._graph.nodes[index]
+        if op in _CONSTANT:
+            return _CONSTANT[op]
+        a, b = self._value(first), self._value(second)
         if op == "mul":
             return b, a
         if op == "div":
@@ -135,37 +169,32 @@ class _Tangents:
         if op == "atan2":
             size = a * a + b * b
             return b / size, -a / size
+        return self._slope(op, a, Symbol(self._graph, index)), 0.0
+
+    def _slope(self, op: str, a: Scalar, result: Symbol) -> Scalar:
+        """Derivative of a function of one operand."""
         if op == "sqrt":
-            return 0.5 / Symbol(self._graph, index), 0.0
+            return 0.5 / result
         if op == "abs":
-            return a / Symbol(self._graph, index), 0.0
-        return (
-            {"sin": (cos(a), 0.0), "cos": (-sin(a), 0.0)}[op]
-            if op in ("sin", "cos")
-            else _LINEAR[op]
-        )
+            return a / result
+        slopes = {"sin": cos(a), "cos": -sin(a)}  # both are nodes: one often needs the other
+        return slopes[op]
 
     def _value(self, x: int | float) -> Scalar:
         return Symbol(self._graph, x) if isinstance(x, int) else x
 
     def _block(self, number: int) -> list[Tangent]:
         block = self._graph.blocks[number]
-        changes = [[self.of(x) for x in vector] for vector in block.arguments]
-        outputs = [self._graph.output(number, k) for k in range(_outputs(block))]
+        changes = [list(map(self.of, vector)) for vector in block.arguments]
+        outputs = [self._graph.output(number, k) for k in range(block.outputs)]
         if block.body is None:
             return _inverse_tangents(block.size, outputs, changes[0])
         return _newton_tangents(block, outputs[: block.size], changes[1])
 
 
-_LINEAR: Mapping[str, tuple[float, float]] = {
-    "add": (1.0, 1.0),
-    "sub": (1.0, -1.0),
-    "neg": (-1.0, 0.0),
-}
-
-
-def _outputs(block: Block) -> int:
-    return block.size * block.size + 1 if block.body is None else block.size + 1
+def _directions(changes: Sequence[Tangent]) -> set[int]:
+    """Directions in which any of them changes."""
+    return set(chain.from_iterable(changes))
 
 
 def _combine(slopes: Sequence[Operand], changes: Sequence[Tangent]) -> Tangent:
@@ -184,50 +213,69 @@ def _inverse_tangents(
     """d(A^-1) = -A^-1 dA A^-1,  d(det A) = det A tr(A^-1 dA)."""
     inverse = [outputs[k * size : (k + 1) * size] for k in range(size)]
     result: list[Tangent] = [{} for _ in outputs]
-    for direction in {d for change in changes for d in change}:
-        slope = [
-            [changes[i * size + j].get(direction, 0.0) for j in range(size)] for i in range(size)
-        ]
-        left = _product(inverse, slope)
-        whole = _product(left, inverse)
-        for i in range(size):
-            for j in range(size):
-                result[i * size + j][direction] = -whole[i][j]
-        result[-1][direction] = outputs[-1] * sum((left[i][i] for i in range(1, size)), left[0][0])
+    for direction in _directions(changes):
+        entries = [change.get(direction, 0.0) for change in changes]
+        slope = [entries[k * size : (k + 1) * size] for k in range(size)]
+        relative = _product(inverse, slope)
+        product = _product(relative, inverse)
+        for k, entry in enumerate(chain.from_iterable(product)):
+            result[k][direction] = -entry
+        trace = sum((relative[k][k] for k in range(1, size)), relative[0][0])
+        result[-1][direction] = outputs[-1] * trace
     return result
 
 
 def _product(a: Sequence[Sequence[Scalar]], b: Sequence[Sequence[Scalar]]) -> list[list[Scalar]]:
     columns = list(zip(*b, strict=True))
-    return [
-        [sum((x * y for x, y in zip(row, column, strict=True)), 0.0) for column in columns]
-        for row in a
-    ]
+    return [_dots(row, columns) for row in a]
+
+
+def _dots(row: Sequence[Scalar], columns: Sequence[Sequence[Scalar]]) -> list[Scalar]:
+    return [_dot(row, column) for column in columns]
+
+
+def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
+    return sum((x * y for x, y in zip(a, b, strict=True)), 0.0)
 
 
 def _newton_tangents(
     block: Block, solution: Sequence[Operand], changes: Sequence[Tangent]
 ) -> list[Tangent]:
-    """Of the equations solved, at their solution; whether the iteration converged does not change."""
+    """Of the solution of a block's equations; whether the iteration converged does not change."""
     size = block.size
     result: list[Tangent] = [{} for _ in range(size + 1)]
     if block.body is None or not any(changes):
         return result
     moving = [k for k, change in enumerate(changes) if change]
-    own = Graph()  # in a graph of their own, where the solution is an input like the parameters
-    unknowns = [own.input(0, k) for k in range(size)]
-    parameters = [own.input(1, k) for k in range(len(changes))]
-    values = block.body(unknowns, parameters)
-    partial = jacobian(values[:size], [parameters[k] for k in moving])
-    given = {
-        x.index: y
-        for x, y in zip((*unknowns, *parameters), (*solution, *block.arguments[1]), strict=True)
-    }
-    flat = evaluate(own, [*values[size:], *(slope for row in partial for slope in row)], given)
-    inverse = Inverse([flat[i * size : (i + 1) * size] for i in range(size)])
-    slopes = [flat[size * size + i * len(moving) :][: len(moving)] for i in range(size)]
-    pushes = [_combine(row, [changes[k] for k in moving]) for row in slopes]
-    for direction in {d for push in pushes for d in push}:
-        for k, value in enumerate(inverse.solve([-push.get(direction, 0.0) for push in pushes])):
+    partials, slopes = _partials(block, solution, moving)
+    inverse = Inverse(partials)
+    moves = [changes[k] for k in moving]
+    pushes = [_combine(row, moves) for row in slopes]
+    for direction in _directions(pushes):
+        residuals = [-push.get(direction, 0.0) for push in pushes]
+        for k, value in enumerate(inverse.solve(residuals)):
             result[k][direction] = value
     return result
+
+
+def _partials(
+    block: Block, solution: Sequence[Operand], moving: Sequence[int]
+) -> tuple[list[list[Scalar]], list[list[Scalar]]]:
+    """d phi/dx, and d phi/dp of the moving parameters, at the solution."""
+    assert block.body is not None  # noqa: S101  only equations have partials
+    size, parameters_given = block.size, block.arguments[1]
+    graph = Graph()  # of the equations alone: the solution is an input like the parameters
+    unknowns = [graph.input(0, k) for k in range(size)]
+    parameters = [graph.input(1, k) for k in range(len(parameters_given))]
+    values = block.body(unknowns, parameters)
+    partial = jacobian(values[:size], [parameters[k] for k in moving])
+    outputs = [*values[size:], *chain.from_iterable(partial)]
+    symbols = [*unknowns, *parameters]
+    at_solution = [*solution, *parameters_given]
+    inputs = {x.index: y for x, y in zip(symbols, at_solution, strict=True)}
+    flat = evaluate(graph, outputs, inputs)
+    return _rows(flat[: size * size], size), _rows(flat[size * size :], len(moving))
+
+
+def _rows(flat: Sequence[Scalar], width: int) -> list[list[Scalar]]:
+    return [list(flat[start : start + width]) for start in range(0, len(flat), width)]

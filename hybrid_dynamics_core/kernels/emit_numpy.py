@@ -1,4 +1,4 @@
-"""Python source from a trace, for many states: one NumPy call an operation, results put into memory used again."""
+"""Python source from a trace, for many states: one NumPy call an operation, in reused memory."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _UNARY = {"neg", "sin", "cos", "sqrt", "abs"}
 
 
 class _Rows:
-    """Statements for the live nodes; a row of scratch is free again after the last use of what it holds."""
+    """Statements for the live nodes; a row of scratch is free after the last use of its values."""
 
     def __init__(self, trace: Trace) -> None:
         self.trace = trace
@@ -32,11 +32,7 @@ class _Rows:
         self._names: dict[int, str] = {}
         self._called: set[int] = set()
         self._last = _last_uses(trace)
-        self._kept = {
-            o.index: f"o{k}"
-            for k, o in reversed([*enumerate(trace.outputs)])
-            if isinstance(o, Symbol)
-        }
+        self._outputs = _output_rows(trace)
         for index in trace.live:
             self._node(index)
 
@@ -45,16 +41,22 @@ class _Rows:
         if op == "input":
             self._names[index] = f"a{a}_{b}"
         elif op == "block":
-            if a not in self._called:
-                self._called.add(int(a))
-                self.lines.append(f"b{a} = {block_call(self.trace, int(a), self.value)}")
+            self._call(int(a))
             self._names[index] = f"b{a}[{int(b)}]"
         else:
-            operands = [self._operand(x) for x in ((a,) if op in _UNARY else (a, b))]
+            operands = [self._operand(a)]
+            if op not in _UNARY:
+                operands.append(self._operand(b))
             for x in self.trace.graph.operands(index):  # a result may lie where an operand lay
                 self._release(x, index)
-            name = self._names[index] = self._kept.get(index) or self._row()
+            name = self._outputs.get(index) or self._row()
+            self._names[index] = name
             self.lines.append(f"{_CALLS[op]}({', '.join(operands)}, {name})")
+
+    def _call(self, number: int) -> None:
+        if number not in self._called:
+            self._called.add(number)
+            self.lines.append(f"b{number} = {block_call(self.trace, number, self.value)}")
 
     def _operand(self, x: int | float) -> str:
         return self._names[x] if isinstance(x, int) else repr(x)
@@ -75,9 +77,21 @@ class _Rows:
         return self._names[x.index] if isinstance(x, Symbol) else repr(float(x))
 
 
+def _output_rows(trace: Trace) -> dict[int, str]:
+    """The name of the first output that each node is."""
+    names: dict[int, str] = {}
+    for k, output in enumerate(trace.outputs):
+        if isinstance(output, Symbol):
+            names.setdefault(output.index, f"o{k}")
+    return names
+
+
 def _last_uses(trace: Trace) -> dict[int, int]:
-    """The last node that uses each; what a check looks at is kept to the end."""
-    last = {x: index for index in trace.live for x in trace.graph.operands(index)}
+    """The last node that uses each; what a check looks at stays to the end."""
+    last: dict[int, int] = {}
+    for index in trace.live:
+        for x in trace.graph.operands(index):
+            last[x] = index
     for check in trace.checks:
         if isinstance(check.value, Symbol):
             last[check.value.index] = len(trace.graph.nodes)
@@ -85,25 +99,24 @@ def _last_uses(trace: Trace) -> dict[int, int]:
 
 
 def emit_columns(trace: Trace) -> str:
-    """`def kernel(a0, a1, ..., scratch, out, status)`: inputs by component, out (outputs, N) and status (N,) filled.
+    """The source of `kernel(a0, a1, ..., scratch, out, status)`.
 
-    `ROWS` says how many rows of N numbers the scratch needs.
+    Inputs come by component; `out` (outputs, N) and `status` (N,) are filled. `ROWS` says how many
+    rows of N numbers the scratch needs.
     """
     rows = _Rows(trace)
-    lines = [
-        f"def kernel({', '.join(f'a{v}' for v in range(len(trace.inputs)))}, scratch, out, status):"
-    ]
+    arguments = ", ".join(f"a{v}" for v in range(len(trace.inputs)))
+    lines = [f"def kernel({arguments}, scratch, out, status):"]
     lines += [f"a{v}_{k} = a{v}[{k}]" for v, k in sorted(trace.used_inputs())]
     lines += [f"s{k} = scratch[{k}]" for k in range(rows.rows)]
     lines += [f"o{k} = out[{k}]" for k in range(len(trace.outputs))]
     lines += rows.lines
-    for k, o in enumerate(trace.outputs):
-        if rows.value(o) != f"o{k}":
-            lines.append(f"o{k}[:] = {rows.value(o)}")
+    for k, output in enumerate(trace.outputs):
+        name = rows.value(output)
+        if name != f"o{k}":
+            lines.append(f"o{k}[:] = {name}")
     lines.append("status[:] = 0")
     for check in reversed(trace.checks):  # the first check that fails names the status
-        lines.append(
-            f"status[logical_not(greater({rows.value(check.value)}, {check.threshold!r}))] ="
-            f" {check.code}"
-        )
+        fails = f"logical_not(greater({rows.value(check.value)}, {check.threshold!r}))"
+        lines.append(f"status[{fails}] = {check.code}")
     return f"ROWS = {rows.rows}\n" + emit_bodies(trace) + "\n    ".join(lines) + "\n"

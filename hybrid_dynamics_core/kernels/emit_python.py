@@ -1,9 +1,12 @@
-"""Python source from a trace, for one state: numbered variables and numbers only, never a name out of a file."""
+"""Python source from a trace, for one state.
+
+It holds numbered variables and numbers, never a name out of a file.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from .graph import Operand, Symbol
@@ -28,19 +31,19 @@ class _Body:
         self.lines: list[str] = []
         self.terms: dict[int, _Term] = {}
         self._called: set[int] = set()
-        live = trace.live
-        uses = Counter(o for i in live for o in trace.graph.operands(i))
-        uses.update(o.index for o in trace.outputs if isinstance(o, Symbol))
-        uses.update(2 * [c.value.index for c in trace.checks if isinstance(c.value, Symbol)])
-        for index in live:
+        uses = _uses(trace)
+        for index in trace.live:
             term = self._term(index)
-            if trace.graph.nodes[index][0] == "input" or uses[index] > 1 or term.depth >= _DEPTH:
+            is_input = trace.graph.nodes[index][0] == "input"
+            if is_input or uses[index] > 1 or term.depth >= _DEPTH:
                 self.lines.append(f"v{index} = {term.text}")
                 term = _Term(f"v{index}", 0)
             self.terms[index] = term
 
     def _operand(self, x: int | float) -> _Term:
-        return self.terms[x] if isinstance(x, int) else _Term(f"({x!r})" if x < 0.0 else repr(x), 0)
+        if isinstance(x, int):
+            return self.terms[x]
+        return _Term(f"({x!r})" if x < 0.0 else repr(x), 0)
 
     def _term(self, index: int) -> _Term:
         op, a, b = self.trace.graph.nodes[index]
@@ -48,14 +51,14 @@ class _Body:
             return _Term(f"a{a}_{b}", 0)
         if op == "block":
             return self._block(int(a), int(b))
-        left = self._operand(a)
+        first = self._operand(a)
         if op == "neg":
-            return _Term(f"(-{left.text})", left.depth + 1)
-        right = self._operand(b)
-        depth = max(left.depth, right.depth) + 1
+            return _Term(f"(-{first.text})", first.depth + 1)
+        second = self._operand(b)
+        depth = max(first.depth, second.depth) + 1
         if op in _INFIX:
-            return _Term(f"({left.text} {_INFIX[op]} {right.text})", depth)
-        arguments = f"{left.text}, {right.text}" if op == "atan2" else left.text
+            return _Term(f"({first.text} {_INFIX[op]} {second.text})", depth)
+        arguments = f"{first.text}, {second.text}" if op == "atan2" else first.text
         return _Term(f"{_CALLS[op]}({arguments})", depth)
 
     def _block(self, number: int, output: int) -> _Term:
@@ -69,13 +72,27 @@ class _Body:
         return self.terms[x.index].text if isinstance(x, Symbol) else repr(float(x))
 
 
+def _uses(trace: Trace) -> Counter[int]:
+    """How often each node is used; a check uses its value twice."""
+    uses: Counter[int] = Counter()
+    for index in trace.live:
+        uses.update(trace.graph.operands(index))
+    results = [*trace.outputs, *(2 * [check.value for check in trace.checks])]
+    uses.update(x.index for x in results if isinstance(x, Symbol))
+    return uses
+
+
 def block_call(trace: Trace, number: int, value: Callable[[Operand], str]) -> str:
     """Source of a call of the function in `algebra.numerics` that does a block."""
     block = trace.graph.blocks[number]
-    vectors = [f"[{', '.join(value(x) for x in vector)}]" for vector in block.arguments]
+    vectors = [_list(map(value, vector)) for vector in block.arguments]
     if block.body is None:
         return f"{block.kind}({vectors[0]}, {block.size})"
     return f"{block.kind}({_function(body_name(trace, number))}, {', '.join(vectors)})"
+
+
+def _list(values: Iterable[str]) -> str:
+    return f"[{', '.join(values)}]"
 
 
 def _function(name: str) -> str:
@@ -83,39 +100,45 @@ def _function(name: str) -> str:
 
 
 def emit_bodies(trace: Trace) -> str:
-    """Source of what the live blocks iterate: unknowns and parameters in, flat residuals and Jacobian out."""
+    """Source of what the live blocks iterate.
+
+    Each function takes unknowns and parameters, and gives flat residuals and Jacobian.
+    """
     text = ""
     for number in trace.live_blocks():
         if trace.graph.blocks[number].body is not None:
             inner = trace_body(trace, number)
             body = _Body(inner)
             lines = [f"def {_function(inner.name)}(a0, a1):", *_unpacking(inner), *body.lines]
-            lines.append(f"return [{', '.join(body.value(o) for o in inner.outputs)}]")
+            lines.append(f"return {_list(map(body.value, inner.outputs))}")
             text += emit_bodies(inner) + "\n    ".join(lines) + "\n"
     return text
 
 
 def emit_scalar(trace: Trace) -> str:
-    """`def kernel(a0, a1, ...)`: sequences of floats in; (status, list of floats) out.
+    """The source of `kernel(a0, a1, ...)`.
 
-    Status 0 is good.
+    It takes sequences of floats, and gives the status (0 is good) and a list of floats.
     """
     body = _Body(trace)
-    head = f"def kernel({', '.join(f'a{v}' for v in range(len(trace.inputs)))}):"
-    lines = [head, *_unpacking(trace), *body.lines, "status = 0"]
-    lines += [  # the first check that fails names the status
-        f"if not {body.value(check.value)} > {check.threshold!r}: status = {check.code}"
-        for check in reversed(trace.checks)
-    ]
-    lines.append(f"return status, [{', '.join(body.value(o) for o in trace.outputs)}]")
+    arguments = ", ".join(f"a{v}" for v in range(len(trace.inputs)))
+    lines = [f"def kernel({arguments}):", *_unpacking(trace), *body.lines, "status = 0"]
+    for check in reversed(trace.checks):  # the first check that fails names the status
+        passes = f"{body.value(check.value)} > {check.threshold!r}"
+        lines.append(f"if not {passes}: status = {check.code}")
+    lines.append(f"return status, {_list(map(body.value, trace.outputs))}")
     return emit_bodies(trace) + "\n    ".join(lines) + "\n"
 
 
 def _unpacking(trace: Trace) -> list[str]:
+    """Statements that name the components of the inputs that are used."""
     used = trace.used_inputs()
     lines = []
-    for v, size in enumerate(trace.inputs):
-        names = [f"a{v}_{k}" if (v, k) in used else "_" for k in range(size)]
-        if any(n != "_" for n in names):
-            lines.append(f"{', '.join(names)}{',' if size == 1 else ''} = a{v}")
+    for vector, size in enumerate(trace.inputs):
+        components = [k for k in range(size) if (vector, k) in used]
+        if components:
+            names = ["_"] * size
+            for k in components:
+                names[k] = f"a{vector}_{k}"
+            lines.append(f"{', '.join(names)}{',' if size == 1 else ''} = a{vector}")
     return lines

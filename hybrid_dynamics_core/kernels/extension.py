@@ -1,7 +1,7 @@
-"""A compiled function as a built-in function of Python: the least there can be between a caller and the code.
+"""A compiled function as a built-in function of Python: the least between a caller and the code.
 
-The code reads arrays where they lie (`ir.entry`). Where the fields of an array lie is fixed by
-NumPy's binary interface; `usable` looks once whether it is so here, and refuses otherwise.
+The code reads arrays where they lie (`ir.entry`). NumPy's binary interface fixes where the fields
+of an array lie; `usable` checks once that it is so here.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .ir.entry import Header
 from .llvm import Loaded
@@ -33,7 +34,7 @@ class _Definition(ctypes.Structure):
 class _Self(np.ndarray):
     """The addresses that the code compares with; keeps alive what the function needs."""
 
-    kept: tuple[Any, ...]
+    referents: tuple[Any, ...]
 
 
 def header() -> Header:
@@ -50,16 +51,24 @@ def usable() -> bool:
     sample = np.zeros((3, 2))
     fixed = np.zeros(1)
     fixed.flags.writeable = False
-    return all(
-        _read(a, where.type, ctypes.c_void_p) == id(np.ndarray)
-        and _read(a, where.data, ctypes.c_void_p) == a.ctypes.data
-        and _read(a, where.ndim, ctypes.c_int) == a.ndim
-        and _read(a, where.descr, ctypes.c_void_p) == id(np.dtype(np.float64))
-        and _read(a, where.flags, ctypes.c_int) & 0x0501 == flags
-        and tuple((ctypes.c_int64 * a.ndim).from_address(_read(a, where.dims, ctypes.c_void_p)))
-        == a.shape
-        for a, flags in ((sample, 0x0501), (sample.T, 0x0500), (fixed, 0x0101))
-    )
+    samples = ((sample, 0x0501), (sample.T, 0x0500), (fixed, 0x0101))
+    return all(_is_laid_out(array, flags, where) for array, flags in samples)
+
+
+def _is_laid_out(array: NDArray[Any], flags: int, where: Header) -> bool:
+    """Whether the fields of an array hold what they should."""
+    fields = [
+        (where.type, ctypes.c_void_p, id(np.ndarray)),
+        (where.data, ctypes.c_void_p, array.ctypes.data),
+        (where.ndim, ctypes.c_int, array.ndim),
+        (where.descr, ctypes.c_void_p, id(np.dtype(np.float64))),
+    ]
+    if not all(_read(array, offset, kind) == value for offset, kind, value in fields):
+        return False
+    if _read(array, where.flags, ctypes.c_int) & 0x0501 != flags:
+        return False
+    dims = _read(array, where.dims, ctypes.c_void_p)
+    return tuple((ctypes.c_int64 * array.ndim).from_address(dims)) == array.shape
 
 
 def _read(thing: object, offset: int, kind: Any) -> Any:
@@ -68,18 +77,12 @@ def _read(thing: object, offset: int, kind: Any) -> Any:
 
 def function(code: Loaded) -> Callable[..., int]:
     """The entry of loaded code as a callable."""
-    kept = _Self(shape=(3,), dtype=np.int64)
-    kept[:] = [id(np.ndarray), id(np.dtype(np.float64)), id(np.dtype(np.int64))]
+    addresses = _Self(shape=(3,), dtype=np.int64)
+    addresses[:] = [id(np.ndarray), id(np.dtype(np.float64)), id(np.dtype(np.int64))]
     definition = _Definition(b"kernel", code.address, _FASTCALL, None)
-    kept.kept = (code, definition)
+    addresses.referents = (code, definition)
     make = ctypes.pythonapi.PyCFunction_NewEx
-    make.restype, make.argtypes = (
-        ctypes.py_object,
-        [
-            ctypes.c_void_p,
-            ctypes.py_object,
-            ctypes.c_void_p,
-        ],
-    )
-    result: Callable[..., int] = make(ctypes.addressof(definition), kept, None)
+    make.restype = ctypes.py_object
+    make.argtypes = [ctypes.c_void_p, ctypes.py_object, ctypes.c_void_p]
+    result: Callable[..., int] = make(ctypes.addressof(definition), addresses, None)
     return result

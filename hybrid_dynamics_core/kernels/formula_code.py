@@ -1,7 +1,7 @@
 """Digests of the code that kernels are made from, without comments, docstrings and line breaks.
 
 `PLACES` is all code that decides a graph of operations or its text. What else the package does,
-such as drawing, changes no kernel. tests/kernels holds the list against the imports of the programs.
+such as drawing, changes no kernel. tests/kernels holds the list against the programs' imports.
 """
 
 from __future__ import annotations

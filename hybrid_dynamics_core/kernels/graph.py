@@ -1,34 +1,52 @@
-"""A program run on symbols leaves a graph of elementary operations: equal ones merged, constants folded.
+"""The graph of elementary operations that a program leaves when it runs on symbols.
 
-Nothing here knows robots. A symbol behaves as a scalar; a product with the constant 0 is the
-constant 0, so the structural zeros of a mechanism never reach the generated code.
+Equal operations are one node, and constants are folded. A product with the constant 0 is the
+constant 0, so the structural zeros of a mechanism never reach the generated code. Nothing here
+knows robots.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any, Union
 
 Operand = Union["Symbol", float]
 Body = Callable[[Sequence[Any], Sequence[Any]], list[Any]]
-Key = tuple[
-    str, int | float, int | float
-]  # operation, operands: node index (int) or constant (float)
+# operation, operands: node index (int) or constant (float)
+Key = tuple[str, int | float, int | float]
+_COMMUTATIVE = ("add", "mul")
 
 
 @dataclass(frozen=True)
 class Block:
-    """An iterative or matrix operation: `kind` names the function of `algebra.numerics` that does it.
+    """An operation on vectors: the inverse of a matrix, or Newton's iteration.
 
-    `arguments`: vectors of operands; `body`: the traced function that Newton iterates, None
-    otherwise.
+    Attributes:
+        kind: name of the function of `algebra.numerics` that does it.
+        size: rows of the matrix, or number of unknowns.
+        arguments: vectors of operands.
+        body: what Newton iterates, unknowns and parameters in; None for an inverse.
     """
 
     kind: str
     size: int
     arguments: list[list[Operand]]
     body: Body | None
+
+    @property
+    def outputs(self) -> int:
+        """Number of outputs.
+
+        They are the inverse and the determinant, or the solution and the count of iterations.
+        """
+        return self.size**2 + 1 if self.body is None else self.size + 1
+
+    def symbols(self) -> list[Symbol]:
+        """Symbols among the arguments, in order."""
+        operands = chain.from_iterable(self.arguments)
+        return [x for x in operands if isinstance(x, Symbol)]
 
 
 class Graph:
@@ -48,15 +66,10 @@ class Graph:
 
     def apply(self, op: str, a: Operand, b: Operand = 0.0) -> Symbol:
         """The symbol of an operation, shared with an equal earlier one."""
-        left, right = _operand(a), _operand(b)
-        if (
-            op in ("add", "mul")
-            and isinstance(left, int)
-            and isinstance(right, int)
-            and left > right
-        ):
-            left, right = right, left
-        return Symbol(self, self._node((op, left, right)))
+        first, second = _operand(a), _operand(b)
+        if op in _COMMUTATIVE and isinstance(first, int) and isinstance(second, int):
+            first, second = sorted((first, second))
+        return Symbol(self, self._node((op, first, second)))
 
     def block(
         self,
@@ -82,16 +95,11 @@ class Graph:
         if op == "input":
             return []
         if op == "block":
-            return [
-                x.index
-                for vector in self.blocks[int(a)].arguments
-                for x in vector
-                if isinstance(x, Symbol)
-            ]
+            return [x.index for x in self.blocks[int(a)].symbols()]
         return [x for x in (a, b) if isinstance(x, int)]
 
     def live(self, roots: Sequence[Operand]) -> list[int]:
-        """Nodes that the roots are computed from, and the roots, in order; constants among them are passed over."""
+        """The roots and all nodes that they are computed from, in order; without constants."""
         wanted = bytearray(len(self.nodes))
         for root in roots:
             if isinstance(root, Symbol):
@@ -105,8 +113,7 @@ class Graph:
 
     def _node(self, key: Key) -> int:
         op, a, b = key
-        # node 1 and the number 1.0 compare equal, so the kind of each operand is part of what is
-        # looked up
+        # node 1 and the number 1.0 compare equal: the kind of each operand is part of the key
         full = (op, isinstance(a, int), a, isinstance(b, int), b)
         index = self._index.get(full)
         if index is None:
@@ -130,41 +137,45 @@ class Symbol:
         self.index = index
 
     def _negated(self) -> Symbol | None:
+        """What this is the negative of; None where it is no negative."""
         op, operand, _ = self.graph.nodes[self.index]
         return Symbol(self.graph, int(operand)) if op == "neg" else None
 
     def __add__(self, other: Operand) -> Operand:
-        if isinstance(other, Symbol):
-            inner = other._negated()
-            if inner is not None:
-                return self - inner
-            inner = self._negated()
-            if inner is not None:
-                return other - inner
-            return self.graph.apply("add", self, other)
-        return self if other == 0.0 else self.graph.apply("add", self, float(other))
+        if not isinstance(other, Symbol):
+            return self if other == 0.0 else self.graph.apply("add", self, float(other))
+        inner = other._negated()
+        if inner is not None:
+            return self - inner
+        inner = self._negated()
+        if inner is not None:
+            return other - inner
+        return self.graph.apply("add", self, other)
 
     __radd__ = __add__
 
     def __sub__(self, other: Operand) -> Operand:
-        if isinstance(other, Symbol):
-            if other.index == self.index:
-                return 0.0
-            inner = other._negated()
-            return self + inner if inner is not None else self.graph.apply("sub", self, other)
-        return self if other == 0.0 else self.graph.apply("sub", self, float(other))
+        if not isinstance(other, Symbol):
+            return self if other == 0.0 else self.graph.apply("sub", self, float(other))
+        if other.index == self.index:
+            return 0.0
+        inner = other._negated()
+        return self.graph.apply("sub", self, other) if inner is None else self + inner
 
     def __rsub__(self, other: float) -> Operand:
         return -self if other == 0.0 else self.graph.apply("sub", float(other), self)
 
     def __mul__(self, other: Operand) -> Operand:
-        if isinstance(other, Symbol):
-            a, b = self._negated(), other._negated()
-            if a is not None or b is not None:
-                product = (self if a is None else a) * (other if b is None else b)
-                return product if a is not None and b is not None else -product
+        if not isinstance(other, Symbol):
+            return self._times(float(other))
+        a, b = self._negated(), other._negated()
+        if a is None and b is None:
             return self.graph.apply("mul", self, other)
-        return self._times(float(other))
+        first = self if a is None else a
+        second = other if b is None else b
+        product = first * second
+        is_negative = a is None or b is None
+        return -product if is_negative else product
 
     __rmul__ = __mul__
 

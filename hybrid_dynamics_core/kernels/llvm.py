@@ -1,4 +1,4 @@
-"""LLVM, as llvmlite brings it: text of a module to object code, object code to addresses in this process."""
+"""LLVM, as llvmlite brings it: text of a module to object code, and that into this process."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from ..ground.arrays import Array
 from ..ground.lazy import lazy
 from . import artifact, generated, native
 from .backend import Artifact, Backend
-from .compile_notice import WAITING
+from .compile_notice import NOTICE
 from .ir.module import Form
 from .status import NOT_TAKEN
 from .threads import in_parts
@@ -152,7 +152,7 @@ class Kernel:
 
     def _waiting(self) -> AbstractContextManager[None]:
         where = "not kept: no cache" if self._identity is None else "once; kept in the cache"
-        return WAITING.during(f"{self._label} ({where})")
+        return NOTICE.during(f"{self._label} ({where})")
 
     def _stored(self, form: Form) -> Artifact | None:
         key = self._key(form)

@@ -1,9 +1,9 @@
-"""Many states in equal parts on several threads; compiled kernels let them run at the same time."""
+"""Many states in parts on several threads; compiled kernels let them run at the same time."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import Any
@@ -25,9 +25,17 @@ def in_parts(
     threads: int,
     shared: int = 1,
 ) -> int:
-    """Call a function of rows with (inputs, outs), on parts of them; inputs of `shared` dimensions go to all.
+    """Call a function of rows on parts of them.
 
-    The first answer that is not 0, or 0.
+    Args:
+        function: takes inputs and outs; 0 where all is well.
+        inputs: arrays of rows; those of `shared` dimensions go to all parts.
+        outs: arrays of rows, filled.
+        threads: how many threads work at a time.
+        shared: dimensions of an input that all rows share.
+
+    Returns:
+        The first answer that is not 0, or 0.
     """
     n = len(outs[-1])
     if threads == 1 or n <= PART:
@@ -36,15 +44,22 @@ def in_parts(
 
     def part(start: int) -> int:
         rows = slice(start, start + size)
-        return function(
-            *(a if a.ndim == shared else a[rows] for a in inputs), *(out[rows] for out in outs)
-        )
+        parts = [_rows_of(array, rows, shared) for array in inputs]
+        return function(*parts, *(out[rows] for out in outs))
 
     starts = iter(range(0, n, size))  # one next at a time, as the interpreter has it
 
     def work() -> int:
-        return next((answer for answer in map(part, starts) if answer), 0)
+        return _first_failure(map(part, starts))
 
     others = [_pool(os.getpid(), threads - 1).submit(work) for _ in range(threads - 1)]
     answers = [work(), *(other.result() for other in others)]
-    return next((answer for answer in answers if answer), 0)
+    return _first_failure(answers)
+
+
+def _rows_of(array: Any, rows: slice, shared: int) -> Any:
+    return array if array.ndim == shared else array[rows]
+
+
+def _first_failure(answers: Iterable[int]) -> int:
+    return next(filter(None, answers), 0)

@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
 from ..algebra.scalar import Scalar
 from .graph import Graph, Operand
 
 
 @dataclass(frozen=True)
 class Check:
-    """The state is refused with `code` unless value > threshold (NaN is refused too)."""
+    """The state is refused with `code` unless value > threshold; NaN is refused too."""
 
     value: Scalar
     threshold: float
@@ -24,7 +22,12 @@ class Check:
 
 @dataclass(frozen=True)
 class Results:
-    """What a program returns: named outputs (a scalar or nested sequences of scalars) and its checks."""
+    """What a program returns.
+
+    Attributes:
+        outputs: by name, a scalar or nested sequences of scalars each.
+        checks: conditions of a good state.
+    """
 
     outputs: Mapping[str, Any]
     checks: Sequence[Check]
@@ -35,9 +38,15 @@ Traceable = Callable[..., Results]
 
 @dataclass(frozen=True)
 class Trace:
-    """A traced program: the graph, the inputs' sizes, the flat outputs and their names and shapes in order.
+    """A traced program.
 
-    `name`: "0", and for the body of a block the name of its trace, a dot and the block's number.
+    Attributes:
+        graph: the operations.
+        inputs: sizes of the input vectors.
+        outputs: all values, flat and in order.
+        layout: names and shapes of the outputs, in order.
+        checks: conditions of a good state.
+        name: "0"; for the body of a block the name of its trace, a dot and the block's number.
     """
 
     graph: Graph
@@ -66,14 +75,15 @@ class Trace:
 def trace(program: Traceable, sizes: Sequence[int], name: str = "0") -> Trace:
     """Trace a program whose arguments are vectors of the given sizes."""
     graph = Graph()
-    arguments = [[graph.input(v, k) for k in range(size)] for v, size in enumerate(sizes)]
+    arguments = []
+    for vector, size in enumerate(sizes):
+        arguments.append([graph.input(vector, k) for k in range(size)])
     results = program(*arguments)
     flat: list[Operand] = []
     layout = []
     for output, value in results.outputs.items():
-        shape = _shape(value)
-        layout.append((output, shape))
-        flat += _flatten(value)
+        layout.append((output, _shape(value)))
+        flat += flatten(value)
     return Trace(graph, tuple(sizes), tuple(flat), tuple(layout), tuple(results.checks), name)
 
 
@@ -83,41 +93,31 @@ def body_name(outer: Trace, number: int) -> str:
 
 
 def trace_body(outer: Trace, number: int) -> Trace:
-    """The function that a Newton block iterates: unknowns and parameters in, flat residuals and Jacobian out."""
+    """The function that a Newton block iterates.
+
+    Its inputs are unknowns and parameters, its outputs flat residuals and Jacobian.
+    """
     block = outer.graph.blocks[number]
     function = block.body
     assert function is not None  # noqa: S101  only Newton has one
-    sizes = [len(v) for v in block.arguments]
-    return trace(
-        lambda x, p: Results({"values": function(x, p)}, []), sizes, body_name(outer, number)
-    )
+    sizes = [len(vector) for vector in block.arguments]
+    name = body_name(outer, number)
+    return trace(lambda x, p: Results({"values": function(x, p)}, []), sizes, name)
 
 
 def _shape(value: Any) -> tuple[int, ...]:
     if not isinstance(value, (list, tuple)):
         return ()
-    return (len(value), *(_shape(value[0]) if value else ()))
+    if not value:
+        return (0,)
+    return (len(value), *_shape(value[0]))
 
 
-def _flatten(value: Any) -> list[Any]:
+def flatten(value: Any) -> list[Any]:
+    """Scalars of nested sequences, in order."""
     if not isinstance(value, (list, tuple)):
         return [value]
-    return [leaf for item in value for leaf in _flatten(item)]
-
-
-def flat_results(results: Results) -> tuple[list[Any], list[Check]]:
-    """Outputs in flat order and checks: what a plain (untraced) run returns."""
-    return [leaf for value in results.outputs.values() for leaf in _flatten(value)], list(
-        results.checks
-    )
-
-
-def split(flat: np.ndarray, layout: Sequence[tuple[str, tuple[int, ...]]]) -> dict[str, np.ndarray]:
-    """Named views of flat results (..., size): each (..., *shape)."""
-    result = {}
-    start = 0
-    for name, shape in layout:
-        size = int(np.prod(shape, dtype=int))
-        result[name] = flat[..., start : start + size].reshape((*flat.shape[:-1], *shape))
-        start += size
-    return result
+    flat = []
+    for item in value:
+        flat += flatten(item)
+    return flat

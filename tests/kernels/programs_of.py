@@ -1,4 +1,4 @@
-"""Kernels of every program of every robot, on both backends, and the same programs run plainly on floats."""
+"""Kernels of every program of every robot on both backends, and the programs run on floats."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from hybrid_dynamics_core import ClosedState, programs
 from hybrid_dynamics_core.kernels import native
 from hybrid_dynamics_core.kernels.run import Kernel
-from hybrid_dynamics_core.kernels.trace import flat_results
+from hybrid_dynamics_core.kernels.trace import flatten
 from hybrid_dynamics_core.programs import Program
 from tests.robots import robot
 
@@ -72,10 +72,9 @@ def inputs(name: str, which: str, state: ClosedState, seed: int) -> list[np.ndar
 def plain(name: str, which: str, arguments: list[np.ndarray]) -> tuple[list[float], int]:
     """Flat outputs and status of the program run on floats, no graph between."""
     results = kernel(name, which, BACKENDS[0])._program(*(a.tolist() for a in arguments))
-    values, checks = flat_results(results)
-    return [float(v) for v in values], next(
-        (c.code for c in checks if not c.value > c.threshold), 0
-    )
+    values = [float(v) for output in results.outputs.values() for v in flatten(output)]
+    failed = (check.code for check in results.checks if not check.value > check.threshold)
+    return values, next(failed, 0)
 
 
 def split(
@@ -89,7 +88,7 @@ def split(
 
 
 def worst(found: dict[str, np.ndarray], expected: dict[str, np.ndarray]) -> float:
-    """Largest error relative to the largest value of its kind; how often Newton went round does not count."""
+    """Largest error relative to the largest value of its kind; iterations do not count."""
     errors = [0.0]
     for key, value in expected.items():
         if key != "iterations" and value.size:

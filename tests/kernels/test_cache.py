@@ -1,4 +1,4 @@
-"""Kept code: used when whole and meant for exactly this, made anew otherwise; any number of processes at once."""
+"""Code from the cache is used when it is complete and meant for exactly this, else made anew."""
 
 from __future__ import annotations
 
@@ -142,9 +142,10 @@ def test_another_number_in_the_description_is_another_entry() -> None:
 def test_digest_tells_types_orders_and_places_apart() -> None:
     shared = [1.0]
     things = [
-        None, True, 1, 1.0, -0.0, 0.0, "1", b"1", (), [], {}, set(), (1, 2), (2, 1), [1, 2], ((1,), 2), ("ab", "c"),
-        ("a", "bc"), {"a": 1}, {"a": 1.0}, {1: 2, 3: 4}, {3: 4, 1: 2}, frozenset({1, 2}), frozenset({1, 3}),
-        np.zeros(2), np.zeros((2, 1)), np.zeros(2, dtype=np.float32), np.array([0.0, -0.0]), int, float,
+        None, True, 1, 1.0, -0.0, 0.0, "1", b"1", (), [], {}, set(), (1, 2), (2, 1), [1, 2],
+        ((1,), 2), ("ab", "c"), ("a", "bc"), {"a": 1}, {"a": 1.0}, {1: 2, 3: 4}, {3: 4, 1: 2},
+        frozenset({1, 2}), frozenset({1, 3}), np.zeros(2), np.zeros((2, 1)),
+        np.zeros(2, dtype=np.float32), np.array([0.0, -0.0]), int, float,
         [shared, shared], [[1.0], [2.0]],
     ]  # fmt: skip
     assert len({digest.digest(thing) for thing in things}) == len(things)
@@ -222,7 +223,8 @@ import numpy as np
 from hybrid_dynamics_core import load
 k = load("forging_chu2020").kernels
 u = np.array([0.3, 0.15, 0.175, 0.4])
-print(k.inverse_dynamics(u, u, u).tobytes().hex(), k.inverse_dynamics(np.tile(u, (9, 1)), u, u)[8].tobytes().hex())
+print(k.inverse_dynamics(u, u, u).tobytes().hex())
+print(k.inverse_dynamics(np.tile(u, (9, 1)), u, u)[8].tobytes().hex())
 """
 
 

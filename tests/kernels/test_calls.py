@@ -1,4 +1,4 @@
-"""Fused calls: the numbers of the thorough calls, every kind of argument, and refusals with evidence."""
+"""Compiled calls: the numbers of thorough calls, every kind of argument, errors with evidence."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_fused_calls_are_the_thorough_calls(name: str) -> None:
 def test_closure_and_efforts_in_one_call_are_those_of_two_to_the_last_bit(
     name: str, laden: bool
 ) -> None:
-    """Recordings are computed by batches of two calls, the node's stream by one: they must agree."""
+    """Recordings take batches of two calls, the node's stream takes one: they must agree."""
     machine = robot(name)
     loads = _laden(machine) if laden else machine.loads
     call = machine.kernels.under(loads).closed_inverse_dynamics
@@ -129,7 +129,7 @@ def test_a_link_may_be_called_none() -> None:
 
 @pytest.mark.parametrize("name", ["seven_bar", "gough"])
 def test_loops_without_a_closed_form_are_followed(name: str) -> None:
-    """Far from the reference Newton may go to another assembly: without a guess the fused call takes the long way."""
+    """Far from the reference Newton may go to another assembly: so loops are followed."""
     machine = robot(name)
     for state in random_states(name, 3):
         s, ds = machine.kernels.close(state.u, state.du)

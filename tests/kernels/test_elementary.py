@@ -1,4 +1,4 @@
-"""Operations one by one: sine and cosine, roots, angles, inverses, Newton, on one state and on many."""
+"""Operations one by one, on one state and on many: sine, roots, angles, inverses, Newton."""
 
 from __future__ import annotations
 

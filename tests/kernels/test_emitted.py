@@ -1,4 +1,4 @@
-"""What is generated: numbered names and numbers only, whatever a description is called; long programs in parts."""
+"""Generated code holds numbered names and numbers only; long programs come in parts."""
 
 from __future__ import annotations
 

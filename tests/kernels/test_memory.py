@@ -27,7 +27,7 @@ print(more / (3 * u.nbytes + tau.nbytes))
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the unit of ru_maxrss differs between systems")
 def test_a_batch_takes_less_than_its_arrays_again() -> None:
-    """The output is a quarter of the arrays; the rest of the room is for rows at work, whatever the length."""
+    """The output is a quarter of the arrays; the other room is for rows at work."""
     answer = subprocess.run(
         [sys.executable, "-c", SCRIPT], capture_output=True, text=True, check=True
     )

@@ -1,1 +1,1 @@
-"""Traces as text of LLVM's intermediate representation: plain text in, nothing here needs a compiler installed."""
+"""Traces as text of LLVM's intermediate representation; needs no compiler."""

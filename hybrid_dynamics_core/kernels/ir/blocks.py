@@ -12,6 +12,10 @@ from ..trace import Trace, body_name, trace_body
 from .nodes import Fetch, Nodes
 from .text import Function, Lanes, constant
 
+_ONE, _ZERO = constant(1.0), constant(0.0)
+_INFINITY, _NAN = constant(float("inf")), constant(float("nan"))
+_SMALLEST = constant(1e-300)  # a divisor that is not 0
+
 
 def block_functions(trace: Trace) -> list[str]:
     """The functions that the live blocks of a trace call, inner ones first; equal ones once."""
@@ -23,8 +27,7 @@ def block_functions(trace: Trace) -> list[str]:
             result[_invert(block.size)] = None
         else:
             inner = trace_body(trace, number)
-            for text in block_functions(inner):
-                result[text] = None
+            result.update(dict.fromkeys(block_functions(inner)))
             result[_eliminate(block.size, 1)] = None
             result[_body(inner)] = None
             result[_newton(inner.name, block)] = None
@@ -35,31 +38,26 @@ def call_block(nodes: Nodes, number: int) -> list[str]:
     """Call the function of a block from straight-line code; the names of its outputs."""
     block = nodes.trace.graph.blocks[number]
     f, lanes = nodes.function, nodes.lanes
-    known = [nodes.value(x) for vector in block.arguments for x in vector]
-    given, answer = f.slot(lanes.kind, len(known)), f.slot(lanes.kind, outputs(block))
-    for k, name in enumerate(known):
-        f.store(name, given, k, kind=lanes.kind)
-    name = (
-        f"@invert.{block.size}"
-        if block.body is None
-        else f"@newton.{body_name(nodes.trace, number)}"
-    )
+    arguments: list[str] = []
+    for vector in block.arguments:
+        arguments += map(nodes.value, vector)
+    given, answer = f.slot(lanes.kind, len(arguments)), f.slot(lanes.kind, block.outputs)
+    for k, argument in enumerate(arguments):
+        f.store(argument, given, k, kind=lanes.kind)
+    name = f"@newton.{body_name(nodes.trace, number)}"
+    if block.body is None:
+        name = f"@invert.{block.size}"
     if lanes.width == 1:
         f.do(f"call void {name}(ptr {given}, ptr {answer})")
     else:
-        one, result = f.slot("double", len(known)), f.slot("double", outputs(block))
+        one, result = f.slot("double", len(arguments)), f.slot("double", block.outputs)
         with f.loop(0, lanes.width) as lane:
-            for k in range(len(known)):
+            for k in range(len(arguments)):
                 f.store(f.load(given, k * lanes.width, lane), one, k)
             f.do(f"call void {name}(ptr {one}, ptr {result})")
-            for k in range(outputs(block)):
+            for k in range(block.outputs):
                 f.store(f.load(result, k), answer, k * lanes.width, lane)
-    return [f.load(answer, k, kind=lanes.kind) for k in range(outputs(block))]
-
-
-def outputs(block: Block) -> int:
-    """Number of outputs: the inverse and the determinant, or the solution and the number of iterations."""
-    return block.size + 1 if block.body is not None else block.size**2 + 1
+    return [f.load(answer, k, kind=lanes.kind) for k in range(block.outputs)]
 
 
 def _body(inner: Trace) -> str:
@@ -83,73 +81,94 @@ def fetch_input(trace: Trace) -> Fetch:
 
 
 def _eliminate(n: int, m: int) -> str:
-    """`@eliminate.N.M(a)`: Gauss and Jordan with pivoting on the rows [A | B] (n, n + m); A^-1 B in B, det A returned.
+    """`@eliminate.N.M(a)`: Gauss and Jordan with pivoting on the rows [A | B] (n, n + m).
 
-    A singular matrix leaves values that are not finite, and a determinant of 0 or none.
+    It leaves A^-1 B in B and returns det A. A singular matrix leaves values that are not finite,
+    and a determinant of 0 or none.
     """
     width = n + m
     f = Function(f"define internal double @eliminate.{n}.{m}(ptr %a) noinline")
-    lanes = Lanes(f, 1)
     determinant, largest, row = f.slot("double"), f.slot("double"), f.slot("i64")
-    f.store(constant(1.0), determinant)
+    f.store(_ONE, determinant)
     with f.loop(0, n) as c:
-        own = f.at("%a", f.let(f"mul i64 {c}, {width}"))
-        f.store(constant(-1.0), largest)
-        f.store(c, row, kind="i64")
-        with f.loop(c, n) as r:
-            size = f.let(
-                "call double @llvm.fabs.f64(double"
-                f" {f.load('%a', f.let(f'mul i64 {r}, {width}'), c)})"
-            )
-            with f.when(f.let(f"fcmp ogt double {size}, {f.load(largest)}")):
-                f.store(size, largest)
-                f.store(r, row, kind="i64")
-        best = f.load(row, kind="i64")
-        other = f.at("%a", f.let(f"mul i64 {best}, {width}"))
-        pivot = f.load(other, c)
-        moved = f.let(f"icmp ne i64 {best}, {c}")
-        signed = f.let(f"select i1 {moved}, double {f.let(f'fneg double {pivot}')}, double {pivot}")
-        f.store(f.let(f"fmul double {f.load(determinant)}, {signed}"), determinant)
-        inverse = f.let(f"fdiv double {constant(1.0)}, {pivot}")
-        with f.loop(0, width) as k:
-            x, y = f.load(own, k), f.load(other, k)
-            f.store(x, other, k)
-            f.store(f.let(f"fmul double {y}, {inverse}"), own, k)
+        line = f.at("%a", f.product(c, width))
+        _find_pivot(f, n, width, c, largest, row)
+        _normalise_pivot(f, width, c, line, row, determinant)
         with f.loop(0, n) as r, f.when(f.let(f"icmp ne i64 {r}, {c}")):
-            line = f.at("%a", f.let(f"mul i64 {r}, {width}"))
-            factor = f.load(line, c)
-            with f.loop(c, width) as k:
-                part = lanes.arithmetic("fmul", factor, f.load(own, k))
-                f.store(lanes.arithmetic("fsub", f.load(line, k), part), line, k)
+            _subtract_line(f, width, c, line, f.at("%a", f.product(r, width)))
     f.do(f"ret double {f.load(determinant)}")
     return f.text()
 
 
+def _find_pivot(f: Function, n: int, width: int, c: str, largest: str, row: str) -> None:
+    """Put the row of the largest entry of column c, from row c on, into the slot `row`."""
+    f.store(constant(-1.0), largest)
+    f.store(c, row, kind="i64")
+    with f.loop(c, n) as r:
+        size = f.absolute(f.load("%a", f.product(r, width), c))
+        with f.when(f.let(f"fcmp ogt double {size}, {f.load(largest)}")):
+            f.store(size, largest)
+            f.store(r, row, kind="i64")
+
+
+def _normalise_pivot(
+    f: Function, width: int, c: str, line: str, row: str, determinant: str
+) -> None:
+    """Swap the pivot's row with line c, divide line c by the pivot, multiply the determinant."""
+    best = f.load(row, kind="i64")
+    other = f.at("%a", f.product(best, width))
+    pivot = f.load(other, c)
+    is_swapped = f.let(f"icmp ne i64 {best}, {c}")
+    negative = f.let(f"fneg double {pivot}")
+    signed = f.let(f"select i1 {is_swapped}, double {negative}, double {pivot}")
+    f.store(f.let(f"fmul double {f.load(determinant)}, {signed}"), determinant)
+    inverse = f.let(f"fdiv double {_ONE}, {pivot}")
+    with f.loop(0, width) as k:
+        x, y = f.load(line, k), f.load(other, k)
+        f.store(x, other, k)
+        f.store(f.let(f"fmul double {y}, {inverse}"), line, k)
+
+
+def _subtract_line(f: Function, width: int, c: str, line: str, target: str) -> None:
+    """Take so much of line c from another one that its entry in column c becomes 0."""
+    lanes = Lanes(f, 1)
+    factor = f.load(target, c)
+    with f.loop(c, width) as k:
+        part = lanes.arithmetic("fmul", factor, f.load(line, k))
+        f.store(lanes.arithmetic("fsub", f.load(target, k), part), target, k)
+
+
 def _invert(n: int) -> str:
-    """`@invert.N(a, out)`: the inverse row by row, then the determinant; NaN and 0 for a singular matrix."""
+    """`@invert.N(a, out)`: the inverse row by row, then the determinant.
+
+    A singular matrix has NaN and 0.
+    """
     f = Function(f"define internal void @invert.{n}(ptr %a, ptr %out)")
     work = f.slot("double", 2 * n * n)
     with f.loop(0, n) as r, f.loop(0, n) as c:
-        line, diagonal = f.let(f"mul i64 {r}, {2 * n}"), f.let(f"icmp eq i64 {r}, {c}")
-        f.store(f.load("%a", f.let(f"mul i64 {r}, {n}"), c), work, line, c)
-        one = f.let(f"select i1 {diagonal}, double {constant(1.0)}, double {constant(0.0)}")
-        f.store(one, work, line, c, n)
+        line, is_diagonal = f.product(r, 2 * n), f.let(f"icmp eq i64 {r}, {c}")
+        f.store(f.load("%a", f.product(r, n), c), work, line, c)
+        entry = f.let(f"select i1 {is_diagonal}, double {_ONE}, double {_ZERO}")
+        f.store(entry, work, line, c, n)
     determinant = f.let(f"call double @eliminate.{n}.{n}(ptr {work})")
-    good = f.let(f"fcmp one double {determinant}, {constant(0.0)}")
+    is_regular = f.let(f"fcmp one double {determinant}, {_ZERO}")
     with f.loop(0, n) as r, f.loop(0, n) as c:
-        value = f.load(work, f.let(f"mul i64 {r}, {2 * n}"), c, n)
-        value = f.let(f"select i1 {good}, double {value}, double {constant(float('nan'))}")
-        f.store(value, "%out", f.let(f"mul i64 {r}, {n}"), c)
-    f.store(f.let(f"select i1 {good}, double {determinant}, double {constant(0.0)}"), "%out", n * n)
+        value = f.load(work, f.product(r, 2 * n), c, n)
+        value = f.let(f"select i1 {is_regular}, double {value}, double {_NAN}")
+        f.store(value, "%out", f.product(r, n), c)
+    determinant = f.let(f"select i1 {is_regular}, double {determinant}, double {_ZERO}")
+    f.store(determinant, "%out", n * n)
     f.do("ret void")
     return f.text()
 
 
 def _newton(name: str, block: Block) -> str:
-    """`@newton.N(given, out)`: from guess and parameters to the solution and the iterations, negative if it failed."""
+    """`@newton.N(given, out)`: from guess and parameters to the solution and the iterations.
+
+    The count of iterations is negative where they failed.
+    """
     n = block.size
     f = Function(f"define internal void @newton.{name}(ptr %given, ptr %out) noinline")
-    lanes = Lanes(f, 1)
     values, work = f.slot("double", n + n * n), f.slot("double", n * (n + 1))
     working, largest = f.slot("i1"), f.slot("double")
     with f.loop(0, n) as k:
@@ -159,40 +178,48 @@ def _newton(name: str, block: Block) -> str:
         count = f.let(f"sitofp i64 {iteration} to double")
         f.store(f.let(f"fneg double {count}"), "%out", n)
         f.do(f"call void @body.{name}(ptr %out, ptr {f.at('%given', n)}, ptr {values})")
-        with f.loop(0, n) as r:
-            line = f.let(f"mul i64 {r}, {n + 1}")
-            with f.loop(0, n) as c:
-                f.store(f.load(values, f.let(f"mul i64 {r}, {n}"), n, c), work, line, c)
-            f.store(f.load(values, r), work, line, n)
+        _fill_system(f, values, work, n)
         f.let(f"call double @eliminate.{n}.1(ptr {work})")
         _largest_step(f, work, n, largest)
-        most = f.load(largest)
-        finite = f.let(f"fcmp olt double {most}, {constant(float('inf'))}")
-        f.store(finite, working, kind="i1", align=1)
-        with f.when(finite):
-            least = f.let(f"call double @llvm.maxnum.f64(double {most}, double {constant(1e-300)})")
-            share = f.let(f"fdiv double {constant(LARGEST_STEP)}, {least}")
-            share = f.let(f"call double @llvm.minnum.f64(double {share}, double {constant(1.0)})")
-            with f.loop(0, n) as k:
-                step = lanes.arithmetic(
-                    "fmul", share, f.load(work, f.let(f"mul i64 {k}, {n + 1}"), n)
-                )
-                f.store(lanes.arithmetic("fsub", f.load("%out", k), step), "%out", k)
-            with f.when(f.let(f"fcmp olt double {most}, {constant(SMALL_STEP)}")):
+        longest = f.load(largest)
+        is_finite = f.let(f"fcmp olt double {longest}, {_INFINITY}")
+        f.store(is_finite, working, kind="i1", align=1)
+        with f.when(is_finite):
+            _step(f, work, n, longest)
+            with f.when(f.let(f"fcmp olt double {longest}, {constant(SMALL_STEP)}")):
                 f.store(count, "%out", n)
                 f.store("false", working, kind="i1", align=1)
     f.do("ret void")
     return f.text()
 
 
+def _fill_system(f: Function, values: str, work: str, n: int) -> None:
+    """Put residuals and Jacobian into the rows [Jacobian | residual]."""
+    with f.loop(0, n) as r:
+        line = f.product(r, n + 1)
+        with f.loop(0, n) as c:
+            f.store(f.load(values, f.product(r, n), n, c), work, line, c)
+        f.store(f.load(values, r), work, line, n)
+
+
 def _largest_step(f: Function, work: str, n: int, largest: str) -> None:
     """The largest size of a step in the slot; infinite where one is not a number."""
-    f.store(constant(0.0), largest)
+    f.store(_ZERO, largest)
     with f.loop(0, n) as k:
-        size = f.let(
-            f"call double @llvm.fabs.f64(double {f.load(work, f.let(f'mul i64 {k}, {n + 1}'), n)})"
-        )
+        size = f.absolute(f.load(work, f.product(k, n + 1), n))
         with f.when(f.let(f"fcmp uno double {size}, {size}")):
-            f.store(constant(float("inf")), largest)
+            f.store(_INFINITY, largest)
         with f.when(f.let(f"fcmp ogt double {size}, {f.load(largest)}")):
             f.store(size, largest)
+
+
+def _step(f: Function, work: str, n: int, longest: str) -> None:
+    """Take the step from the solution, shortened so that none is longer than LARGEST_STEP."""
+    lanes = Lanes(f, 1)
+    divisor = f.let(f"call double @llvm.maxnum.f64(double {longest}, double {_SMALLEST})")
+    share = f.let(f"fdiv double {constant(LARGEST_STEP)}, {divisor}")
+    share = f.let(f"call double @llvm.minnum.f64(double {share}, double {_ONE})")
+    with f.loop(0, n) as k:
+        entry = f.load(work, f.product(k, n + 1), n)
+        step = lanes.arithmetic("fmul", share, entry)
+        f.store(lanes.arithmetic("fsub", f.load("%out", k), step), "%out", k)

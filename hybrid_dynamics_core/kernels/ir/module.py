@@ -16,12 +16,15 @@ Form = Literal["one", "rows"]
 
 
 def module_text(trace: Trace, form: Form, width: int, header: Header) -> str:
-    """LLVM IR with the function `call` for one state or for rows, the latter `width` side by side."""
+    """LLVM IR with the function `call`, for one state or for rows, `width` of them side by side."""
     widths = [1] if form == "one" or width == 1 else [1, width]
-    parts = [DECLARATIONS, *(line + "\n" for w in widths for line in declarations(w))]
-    parts += dict.fromkeys(
-        text for w in widths for text in (*sincos_functions(w), *atan2_functions(w))
-    )
+    parts = [DECLARATIONS]
+    for w in widths:
+        parts += [line + "\n" for line in declarations(w)]
+    functions: list[str] = []
+    for w in widths:
+        functions += [*sincos_functions(w), *atan2_functions(w)]
+    parts += dict.fromkeys(functions)  # each once
     parts += block_functions(trace)
     if form == "one":
         parts += [*one_functions(trace), one_entry(trace, header)]

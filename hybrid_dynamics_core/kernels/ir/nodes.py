@@ -10,12 +10,10 @@ from .text import Function, Lanes
 
 _ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 _INTRINSIC = {"sqrt": "sqrt", "abs": "fabs"}
-CallBlock = Callable[
-    ["Nodes", int], list[str]
-]  # (nodes, number of the block) -> names of its outputs
-Fetch = Callable[
-    [Lanes, int], str
-]  # (where to write, a node that was not computed here) -> name of its value
+# (nodes, number of the block) -> names of its outputs
+CallBlock = Callable[["Nodes", int], list[str]]
+# (where to write, a node that was not computed here) -> name of its value
+Fetch = Callable[[Lanes, int], str]
 
 
 class Nodes:
@@ -56,32 +54,28 @@ class Nodes:
             if int(a) not in self._blocks:
                 self._blocks[int(a)] = self._call(self, int(a))
             return self._blocks[int(a)][int(b)]
-        left = self.value(a)
+        first = self.value(a)
         if op == "neg":
-            return self.lanes.negative(left)
-        if op in _ARITHMETIC:
-            return self.lanes.arithmetic(_ARITHMETIC[op], left, self.value(b))
-        return self._call_function(op, left, b)
-
-    def _call_function(self, op: str, left: str, b: int | float) -> str:
+            return self.lanes.negative(first)
         if op in ("sin", "cos"):
-            return self._angle(left)[0 if op == "sin" else 1]
-        if op == "atan2":
-            kind = self.lanes.kind
-            return self.function.let(
-                f"call {kind} {_atan2(self.lanes.width)}({kind} {left}, {kind} {self.value(b)})"
-            )
-        return self.lanes.intrinsic(_INTRINSIC[op], left)
+            sine, cosine = self._angle(first)
+            return sine if op == "sin" else cosine
+        if op in _INTRINSIC:
+            return self.lanes.intrinsic(_INTRINSIC[op], first)
+        second = self.value(b)
+        if op in _ARITHMETIC:
+            return self.lanes.arithmetic(_ARITHMETIC[op], first, second)
+        kind, name = self.lanes.kind, _atan2(self.lanes.width)
+        return self.function.let(f"call {kind} {name}({kind} {first}, {kind} {second})")
 
     def _angle(self, angle: str) -> tuple[str, str]:
         if angle not in self._angles:
             f, kind = self.function, self.lanes.kind
             pair = f"{{ {kind}, {kind} }}"
             both = f.let(f"call {pair} @sincos.{self.lanes.width}({kind} {angle})")
-            self._angles[angle] = (
-                f.let(f"extractvalue {pair} {both}, 0"),
-                f.let(f"extractvalue {pair} {both}, 1"),
-            )
+            sine = f.let(f"extractvalue {pair} {both}, 0")
+            cosine = f.let(f"extractvalue {pair} {both}, 1")
+            self._angles[angle] = sine, cosine
         return self._angles[angle]
 
 
@@ -97,7 +91,8 @@ def atan2_functions(width: int) -> list[str]:
     f = Function(f"define internal {kind} {_atan2(width)}({kind} %y, {kind} %x)")
     result = "poison"
     for lane in range(width):
-        y, x = (f.let(f"extractelement {kind} {v}, i64 {lane}") for v in ("%y", "%x"))
+        y = f.let(f"extractelement {kind} %y, i64 {lane}")
+        x = f.let(f"extractelement {kind} %x, i64 {lane}")
         angle = f.let(f"call double @atan2(double {y}, double {x})")
         result = f.let(f"insertelement {kind} {result}, double {angle}, i64 {lane}")
     f.do(f"ret {kind} {result}")

@@ -1,8 +1,8 @@
 """A long trace in parts: functions one after the other, with memory for what a later one needs.
 
-The time that LLVM takes for one function grows faster than its length, so this keeps it
-proportional to the trace. A function that is not divided runs faster, though: values that pass
-between parts go through memory.
+The time that LLVM takes for one function grows faster than its length. Parts keep it proportional
+to the trace. A function that is not divided runs faster, though: values that pass between parts go
+through memory.
 """
 
 from __future__ import annotations
@@ -19,10 +19,14 @@ PART = 2000  # nodes of a part of a longer one
 
 
 class Parts:
-    """The live nodes of a trace, divided; `slots`: numbers (of lanes) that pass from a part to a later one.
+    """The live nodes of a trace, divided.
 
-    `name` of the functions, their `parameters` (typed, as in a definition), and how they `fetch`
-    inputs.
+    Attributes:
+        trace: the trace.
+        width: states side by side.
+        name: of the functions.
+        parameters: of the functions, typed as in a definition.
+        slots: how many numbers (of lanes) pass from a part to a later one at a time.
     """
 
     def __init__(
@@ -38,33 +42,27 @@ class Parts:
         if len(self._divided) == 1:
             return Nodes(self.trace, lanes, self._divided[0], self._fetch_input, call)
         memory = lanes.function.slot(lanes.kind, self.slots)
+        arguments = ", ".join([*self.parameters, f"ptr {memory}"])
         for k in range(len(self._divided)):
-            lanes.function.do(
-                f"call void @{self.name}.{k}({', '.join([*self.parameters, f'ptr {memory}'])})"
-            )
+            lanes.function.do(f"call void @{self.name}.{k}({arguments})")
         return Nodes(self.trace, lanes, [], self._from(memory), call)
 
     def functions(self, call: CallBlock) -> list[str]:
         """The parts as functions; none where one is enough."""
-        return (
-            []
-            if len(self._divided) == 1
-            else [self._function(k, call) for k in range(len(self._divided))]
-        )
+        if len(self._divided) == 1:
+            return []
+        return [self._function(k, call) for k in range(len(self._divided))]
 
     def _function(self, k: int, call: CallBlock) -> str:
-        f = Function(
-            f"define internal void @{self.name}.{k}({', '.join([*self.parameters, 'ptr %memory'])})"
-            " noinline"
-        )
+        parameters = ", ".join([*self.parameters, "ptr %memory"])
+        f = Function(f"define internal void @{self.name}.{k}({parameters}) noinline")
         lanes = Lanes(f, self.width)
         nodes = Nodes(self.trace, lanes, self._divided[k], self._from("%memory"), call)
         for index in self._divided[k]:
             if index in self._place:
                 value = nodes.value(index)
-                f.do(
-                    f"store {lanes.kind} {value}, ptr {self._address(f, '%memory', index)}, align 8"
-                )
+                place = self._address(f, "%memory", index)
+                f.do(f"store {lanes.kind} {value}, ptr {place}, align 8")
         f.do("ret void")
         return f.text()
 
@@ -94,22 +92,29 @@ def _divide(trace: Trace) -> list[list[int]]:
     return parts
 
 
-def _places(trace: Trace, parts: list[list[int]]) -> tuple[dict[int, int], int]:
-    """Where each node that a later part needs is kept, and how many places there are; they are used again."""
-    owner = {
-        index: k
-        for k, part in enumerate(parts)
-        for index in part
-        if trace.graph.nodes[index][0] != "input"
-    }
+def _last_uses(trace: Trace, parts: list[list[int]]) -> dict[int, int]:
+    """The last part that needs each node of an earlier part; results are needed after all."""
+    owner: dict[int, int] = {}
+    for k, part in enumerate(parts):
+        computed = [index for index in part if trace.graph.nodes[index][0] != "input"]
+        owner.update(dict.fromkeys(computed, k))
     last: dict[int, int] = {}
     for k, part in enumerate(parts):
         for index in part:
-            last.update({x: k for x in trace.graph.operands(index) if owner.get(x, k) < k})
-    results = [*trace.outputs, *(check.value for check in trace.checks)]
-    last.update(
-        {x.index: len(parts) for x in results if isinstance(x, Symbol) and x.index in owner}
-    )
+            operands = trace.graph.operands(index)
+            last.update({x: k for x in operands if owner.get(x, k) < k})
+    for result in (*trace.outputs, *(check.value for check in trace.checks)):
+        if isinstance(result, Symbol) and result.index in owner:
+            last[result.index] = len(parts)
+    return last
+
+
+def _places(trace: Trace, parts: list[list[int]]) -> tuple[dict[int, int], int]:
+    """Where each node that a later part needs is kept, and how many places there are.
+
+    A place is used for another node after the last use of its node.
+    """
+    last = _last_uses(trace, parts)
     place: dict[int, int] = {}
     free: list[int] = []
     total = 0

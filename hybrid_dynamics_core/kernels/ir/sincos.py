@@ -1,8 +1,9 @@
-"""Sine and cosine together, on lanes: reduction by pi/2 in three parts, then polynomials on [-pi/4, pi/4].
+"""Sine and cosine together, on lanes.
 
-Parts and coefficients are those of FDLIBM (Sun Microsystems, 1993: e_rem_pio2.c, k_sin.c, k_cos.c),
-whose error is below one unit in the last place. Angles from `LARGE` on, where the parts are too
-short, go to the C library.
+Angles are reduced by pi/2 in three parts, then polynomials hold on [-pi/4, pi/4]. Parts and
+coefficients are those of FDLIBM (Sun Microsystems, 1993: e_rem_pio2.c, k_sin.c, k_cos.c), whose
+error is below one unit in the last place. Angles from `LARGE` on, where the parts are too short, go
+to the C library.
 """
 
 from __future__ import annotations
@@ -14,14 +15,14 @@ from .text import Function, Lanes
 
 # [rad] multiples of pi/2 up to here have at most 16 bits, so their products with a part are exact
 LARGE = 1e5
-_ROUND = (
-    1.5 * 2.0**52
-)  # added and taken away again, it rounds to an integer and leaves it in the lowest bits
+# added and subtracted, it rounds to an integer, and leaves the integer in the lowest bits
+_ROUND = 1.5 * 2.0**52
+# of pi/2: 33 bits, 33 bits, the remainder
 _PARTS = (
     0x3FF921FB54400000,
     0x3DD0B4611A600000,
     0x3BA3198A2E037073,
-)  # of pi/2: 33 bits, 33 bits, the rest
+)
 _SIN = (
     -1.66666666666666324348e-01,
     8.33333333332248946124e-03,
@@ -41,76 +42,80 @@ _COS = (
 
 
 def sincos_functions(width: int) -> list[str]:
-    """`@sincos.W`: sine and cosine of an angle [rad] a lane; with the function that it leaves large angles to."""
+    """The functions of a width.
+
+    `@sincos.W` gives sine and cosine of an angle [rad] a lane. It leaves large angles to the
+    function before it.
+    """
     lanes = Lanes(Function(""), width)
     pair = f"{{ {lanes.kind}, {lanes.kind} }}"
     large = Function(f"define internal {pair} @sincos.large.{width}({lanes.kind} %x) noinline")
-    _return(
-        large, pair, [Lanes(large, width).intrinsic(name, "%x") for name in ("sin", "cos")], width
-    )
+    lanes = Lanes(large, width)
+    sine, cosine = lanes.intrinsic("sin", "%x"), lanes.intrinsic("cos", "%x")
+    _return(lanes, pair, sine, cosine)
 
     f = Function(f"define internal {pair} @sincos.{width}({lanes.kind} %x) alwaysinline")
     lanes = Lanes(f, width)
-    small = _reduced(lanes, "%x")
-    near = lanes.compare("olt", lanes.intrinsic("fabs", "%x"), lanes.constant(LARGE))
-    all_near = (
-        near
-        if width == 1
-        else f.let(f"call i1 @llvm.vector.reduce.and.v{width}i1({lanes.mask} {near})")
-    )
+    sine, cosine = _reduced(lanes, "%x")
+    is_near = lanes.compare("olt", lanes.intrinsic("fabs", "%x"), lanes.constant(LARGE))
+    all_near = is_near
+    if width > 1:
+        all_near = f.let(f"call i1 @llvm.vector.reduce.and.v{width}i1({lanes.mask} {is_near})")
     usual, far = f.label(), f.label()
     f.branch(all_near, usual, far)
     f.begin(far)
     both = f.let(f"call {pair} @sincos.large.{width}({lanes.kind} %x)")
-    parts = [f.let(f"extractvalue {pair} {both}, {k}") for k in (0, 1)]
+    far_sine = f.let(f"extractvalue {pair} {both}, 0")
+    far_cosine = f.let(f"extractvalue {pair} {both}, 1")
     # Lane by lane: a large angle changes nothing of the states beside it.
-    _return(
-        f,
-        pair,
-        [lanes.choose(near, lanes.kind, *two) for two in zip(small, parts, strict=True)],
-        width,
-    )
+    far_sine = lanes.choose(is_near, lanes.kind, sine, far_sine)
+    far_cosine = lanes.choose(is_near, lanes.kind, cosine, far_cosine)
+    _return(lanes, pair, far_sine, far_cosine)
     f.begin(usual)
-    _return(f, pair, small, width)
+    _return(lanes, pair, sine, cosine)
     return [large.text(), f.text()]
 
 
-def _return(f: Function, pair: str, values: Sequence[str], width: int) -> None:
-    kind = Lanes(f, width).kind
-    half = f.let(f"insertvalue {pair} poison, {kind} {values[0]}, 0")
-    f.do(f"ret {pair} {f.let(f'insertvalue {pair} {half}, {kind} {values[1]}, 1')}")
+def _return(lanes: Lanes, pair: str, sine: str, cosine: str) -> None:
+    f, kind = lanes.function, lanes.kind
+    half = f.let(f"insertvalue {pair} poison, {kind} {sine}, 0")
+    both = f.let(f"insertvalue {pair} {half}, {kind} {cosine}, 1")
+    f.do(f"ret {pair} {both}")
 
 
-def _reduced(lanes: Lanes, x: str) -> list[str]:
+def _reduced(lanes: Lanes, x: str) -> tuple[str, str]:
+    """Sine and cosine of an angle below LARGE."""
     f, n = lanes.function, lanes.constant
-    shifted = lanes.arithmetic(
-        "fadd", lanes.arithmetic("fmul", x, n(0.63661977236758134308)), n(_ROUND)
-    )
+    turns = lanes.arithmetic("fmul", x, n(0.63661977236758134308))  # quarters of a turn
+    shifted = lanes.arithmetic("fadd", turns, n(_ROUND))
     turns = lanes.arithmetic("fsub", shifted, n(_ROUND))
-    rest = x
+    remainder = x
     for part in _PARTS:
         value = struct.unpack("<d", struct.pack("<Q", part))[0]
-        rest = lanes.arithmetic("fsub", rest, lanes.arithmetic("fmul", turns, n(value)))
-    sine, cosine = _polynomials(lanes, rest)
+        product = lanes.arithmetic("fmul", turns, n(value))
+        remainder = lanes.arithmetic("fsub", remainder, product)
+    sine, cosine = _polynomials(lanes, remainder)
     quarter = f.let(f"bitcast {lanes.kind} {shifted} to {lanes.integer}")
-    odd = f.let(f"trunc {lanes.integer} {quarter} to {lanes.mask}")
-    after = f.let(f"add {lanes.integer} {quarter}, {lanes.spread('i64', 1)}")
-    swapped = [lanes.choose(odd, lanes.kind, *pair) for pair in ((cosine, sine), (sine, cosine))]
-    return [
-        _signed(lanes, value, turn) for value, turn in zip(swapped, (quarter, after), strict=True)
-    ]
+    is_swapped = f.let(f"trunc {lanes.integer} {quarter} to {lanes.mask}")
+    next_quarter = f.let(f"add {lanes.integer} {quarter}, {lanes.splat('i64', 1)}")
+    first = lanes.choose(is_swapped, lanes.kind, cosine, sine)
+    second = lanes.choose(is_swapped, lanes.kind, sine, cosine)
+    return _signed(lanes, first, quarter), _signed(lanes, second, next_quarter)
 
 
 def _signed(lanes: Lanes, value: str, quarters: str) -> str:
     """The value, negated where the second bit of the quarter turns is set."""
     f, kind = lanes.function, lanes.integer
-    second = f.let(f"and {kind} {quarters}, {lanes.spread('i64', 2)}")
-    sign = f.let(f"shl {kind} {second}, {lanes.spread('i64', 62)}")
-    bits = f.let(f"xor {kind} {f.let(f'bitcast {lanes.kind} {value} to {kind}')}, {sign}")
+    second = f.let(f"and {kind} {quarters}, {lanes.splat('i64', 2)}")
+    sign = f.let(f"shl {kind} {second}, {lanes.splat('i64', 62)}")
+    bits = f.let(f"bitcast {lanes.kind} {value} to {kind}")
+    bits = f.let(f"xor {kind} {bits}, {sign}")
     return f.let(f"bitcast {kind} {bits} to {lanes.kind}")
 
 
 def _polynomials(lanes: Lanes, x: str) -> tuple[str, str]:
+    """Sine and cosine on [-pi/4, pi/4]."""
+
     def do(operation: str, a: str, b: str) -> str:
         return lanes.arithmetic(operation, a, b)
 
@@ -127,7 +132,6 @@ def _polynomials(lanes: Lanes, x: str) -> tuple[str, str]:
 def _horner(lanes: Lanes, coefficients: Sequence[float], x: str) -> str:
     value = lanes.constant(coefficients[-1])
     for coefficient in coefficients[-2::-1]:
-        value = lanes.arithmetic(
-            "fadd", lanes.arithmetic("fmul", value, x), lanes.constant(coefficient)
-        )
+        product = lanes.arithmetic("fmul", value, x)
+        value = lanes.arithmetic("fadd", product, lanes.constant(coefficient))
     return value

@@ -7,6 +7,7 @@ the code of the first check that fails, or NOT_FINITE.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 
 from ..graph import Symbol
 from ..status import NOT_FINITE
@@ -33,53 +34,65 @@ def _outs(trace: Trace) -> list[str]:
     return [f"ptr %o{k}" for k in range(len(trace.layout))]
 
 
+def _places(trace: Trace) -> Iterator[tuple[int, int]]:
+    """(number of the output, place in it) of each flat output, in order."""
+    for number, size in enumerate(sizes(trace)):
+        for place in range(size):
+            yield number, place
+
+
 def one_functions(trace: Trace) -> list[str]:
-    """`@one(a0, ..., o0, ...)`: fill the outputs of a state, return its status; after the parts that it calls."""
-    parts = Parts(trace, 1, "one", _parameters(trace), fetch_input(trace))
-    f = Function(
-        f"define internal i64 @one({', '.join(_parameters(trace) + _outs(trace))}) alwaysinline"
-    )
+    """`@one(a0, ..., o0, ...)`: fill the outputs of a state, return its status.
+
+    The parts that it calls come before it.
+    """
+    parameters, outs = _parameters(trace), _outs(trace)
+    parts = Parts(trace, 1, "one", parameters, fetch_input(trace))
+    f = Function(f"define internal i64 @one({', '.join(parameters + outs)}) alwaysinline")
     nodes = parts.nodes(Lanes(f, 1), call_block)
     inputs = [f.load(f"%a{v}", k) for v, k in _read(trace)]
     status = _status(nodes, inputs)
-    values = iter(trace.outputs)
-    for k, size in enumerate(sizes(trace)):
-        for j in range(size):
-            f.store(nodes.value(next(values)), f"%o{k}", j)
+    for value, (number, place) in zip(trace.outputs, _places(trace), strict=True):
+        f.store(nodes.value(value), f"%o{number}", place)
     f.do(f"ret i64 {status}")
     return [*parts.functions(call_block), f.text()]
 
 
 def _read(trace: Trace) -> list[tuple[int, int]]:
-    """Input components that are looked at: all of the vectors of which any is used."""
+    """Input components that are read: all of the vectors of which any is used."""
     vectors = {v for v, _ in trace.used_inputs()}
-    return [(v, k) for v in sorted(vectors) for k in range(trace.inputs[v])]
+    components = []
+    for v in sorted(vectors):
+        components += [(v, k) for k in range(trace.inputs[v])]
+    return components
 
 
 def _status(nodes: Nodes, inputs: list[str]) -> str:
     """Status of each lane."""
     lanes, trace = nodes.lanes, nodes.trace
-    finite = lanes.compare("oeq", _not_finite(nodes, inputs), lanes.constant(0.0))
-    status = lanes.choose(
-        finite, lanes.integer, lanes.spread("i64", 0), lanes.spread("i64", NOT_FINITE)
-    )
+    is_finite = lanes.compare("oeq", _not_finite(nodes, inputs), lanes.constant(0.0))
+    good, not_finite = lanes.splat("i64", 0), lanes.splat("i64", NOT_FINITE)
+    status = lanes.choose(is_finite, lanes.integer, good, not_finite)
     for check in reversed(trace.checks):  # the first check that fails names the status
-        good = lanes.compare("ogt", nodes.value(check.value), lanes.constant(check.threshold))
-        status = lanes.choose(good, lanes.integer, status, lanes.spread("i64", check.code))
+        passes = lanes.compare("ogt", nodes.value(check.value), lanes.constant(check.threshold))
+        status = lanes.choose(passes, lanes.integer, status, lanes.splat("i64", check.code))
     return status
 
 
 def _not_finite(nodes: Nodes, inputs: list[str]) -> str:
-    """Zero, but NaN where an input or output is not finite: each times zero, summed in four chains."""
+    """Zero, but NaN where a number is not finite: each times zero, summed in four chains."""
     lanes = nodes.lanes
-    results = {o.index: nodes.value(o) for o in nodes.trace.outputs if isinstance(o, Symbol)}
+    results: dict[int, str] = {}  # an output that comes twice counts once
+    for output in nodes.trace.outputs:
+        if isinstance(output, Symbol):
+            results[output.index] = nodes.value(output)
     zero = lanes.constant(0.0)
     chains = [zero] * 4
     for k, value in enumerate([*inputs, *results.values()]):
-        chains[k % 4] = lanes.arithmetic(
-            "fadd", chains[k % 4], lanes.arithmetic("fmul", value, zero)
-        )
-    first, second = (lanes.arithmetic("fadd", a, b) for a, b in (chains[:2], chains[2:]))
+        product = lanes.arithmetic("fmul", value, zero)
+        chains[k % 4] = lanes.arithmetic("fadd", chains[k % 4], product)
+    first = lanes.arithmetic("fadd", chains[0], chains[1])
+    second = lanes.arithmetic("fadd", chains[2], chains[3])
     return lanes.arithmetic("fadd", first, second)
 
 
@@ -88,31 +101,25 @@ def wide_functions(trace: Trace, width: int) -> list[str]:
 
     Inputs come by component, outputs go to rows.
     """
-    column = {key: n for n, key in enumerate(_read(trace))}
+    columns = {key: n for n, key in enumerate(_read(trace))}
 
     def fetch(lanes: Lanes, index: int) -> str:
         _, vector, component = trace.graph.nodes[index]
-        return _load_column(lanes, column[int(vector), int(component)])
+        return _load_column(lanes, columns[int(vector), int(component)])
 
     parts = Parts(trace, width, "wide", ["ptr %in"], fetch)
-    f = Function(
-        f"define internal void @wide({', '.join(['ptr %in', *_outs(trace), 'ptr %status'])})"
-        " noinline"
-    )
+    parameters = ", ".join(["ptr %in", *_outs(trace), "ptr %status"])
+    f = Function(f"define internal void @wide({parameters}) noinline")
     lanes = Lanes(f, width)
     nodes = parts.nodes(lanes, call_block)
-    inputs = [_load_column(lanes, n) for n in column.values()]
+    inputs = [_load_column(lanes, n) for n in columns.values()]
     f.do(f"store {lanes.integer} {_status(nodes, inputs)}, ptr %status, align 8")
-    values = iter(trace.outputs)
-    for k, size in enumerate(sizes(trace)):
-        for j in range(size):
-            value = nodes.value(next(values))
-            for lane in range(width):
-                f.store(
-                    f.let(f"extractelement {lanes.kind} {value}, i64 {lane}"),
-                    f"%o{k}",
-                    lane * size + j,
-                )
+    lengths = sizes(trace)
+    for output, (number, place) in zip(trace.outputs, _places(trace), strict=True):
+        value = nodes.value(output)
+        for lane in range(width):
+            entry = f.let(f"extractelement {lanes.kind} {value}, i64 {lane}")
+            f.store(entry, f"%o{number}", lane * lengths[number] + place)
     f.do("ret void")
     return [*parts.functions(call_block), f.text()]
 
@@ -123,93 +130,112 @@ def _load_column(lanes: Lanes, number: int) -> str:
 
 
 def rows_function(trace: Trace, width: int) -> str:
-    """`@rows(n, a0, stride0, ..., o0, ..., status)`: n states; a stride (in numbers) is 0 where all share a vector."""
-    strided = "".join(f"ptr %a{v}, i64 %stride{v}, " for v in range(len(trace.inputs)))
-    outs = "".join(f"ptr %o{k}, " for k in range(len(trace.layout)))
-    f = Function(f"define internal void @rows(i64 %n, {strided}{outs}ptr %status) noinline")
+    """`@rows(n, a0, stride0, ..., o0, ..., status)`: n states.
+
+    A stride (in numbers) is 0 where all states share a vector.
+    """
+    parameters = ["i64 %n"]
+    for v in range(len(trace.inputs)):
+        parameters += [f"ptr %a{v}", f"i64 %stride{v}"]
+    parameters += [*_outs(trace), "ptr %status"]
+    f = Function(f"define internal void @rows({', '.join(parameters)}) noinline")
     if width == 1:
         _row_by_row(f, trace)
     else:
-        _blocks(f, trace, width)
+        _Blocks(f, trace, width).write()
     f.do("ret void")
     return f.text()
 
 
 def _row_by_row(f: Function, trace: Trace) -> None:
     with f.loop(0, "%n") as row:
-        places = [
-            f.at(f"%a{v}", f.let(f"mul i64 {row}, %stride{v}")) for v in range(len(trace.inputs))
-        ]
-        places += [
-            f.at(f"%o{k}", f.let(f"mul i64 {row}, {size}")) for k, size in enumerate(sizes(trace))
-        ]
-        status = f.let(f"call i64 @one({', '.join(f'ptr {p}' for p in places)})")
+        places = [_input_row(f, v, row) for v in range(len(trace.inputs))]
+        places += _output_rows(f, trace, row)
+        status = f.let(f"call i64 @one({', '.join(f'ptr {place}' for place in places)})")
         f.store(status, "%status", row, kind="i64")
 
 
-def _blocks(f: Function, trace: Trace, width: int) -> None:
-    read = _read(trace)
-    columns = f.slot("double", BLOCK * len(read))
-    spare = [f.slot("double", width * size) for size in sizes(trace)]
-    spare_status = f.slot("i64", width)
-    last = f.let("sub i64 %n, 1")
-    _gather(f, read, columns, "0", last, sorted({v for v, _ in read}))
-    with f.loop(0, "%n", BLOCK) as start:
-        for v in sorted({v for v, _ in read}):
-            with f.when(f.let(f"icmp ne i64 %stride{v}, 0")):
-                _gather(f, read, columns, start, last, [v])
-        left = f.let(f"sub i64 %n, {start}")
-        short = f.let(f"icmp slt i64 {left}, {BLOCK}")
-        with f.loop(0, f.let(f"select i1 {short}, i64 {left}, i64 {BLOCK}"), width) as first:
-            row, rest = f.let(f"add i64 {start}, {first}"), f.let(f"sub i64 {left}, {first}")
-            whole, part, on = f.label(), f.label(), f.label()
-            f.branch(f.let(f"icmp sge i64 {rest}, {width}"), whole, part)
-            f.begin(whole)
-            places = [
-                f.at(f"%o{k}", f.let(f"mul i64 {row}, {size}"))
-                for k, size in enumerate(sizes(trace))
-            ]
-            _call_wide(f, f.at(columns, first), places, f.at("%status", row, kind="i64"))
-            f.do(f"br label %{on}")
-            f.begin(part)
-            _call_wide(f, f.at(columns, first), spare, spare_status)
-            with f.loop(0, rest) as k:
-                to = f.let(f"add i64 {row}, {k}")
-                f.store(f.load(spare_status, k, kind="i64"), "%status", to, kind="i64")
-                for number, size in enumerate(sizes(trace)):
-                    _copy(f, spare[number], k, f"%o{number}", to, size)
-            f.do(f"br label %{on}")
-            f.begin(on)
+def _input_row(f: Function, vector: int, row: str) -> str:
+    """Address of a row of an input vector, or of the only one."""
+    return f.at(f"%a{vector}", f.let(f"mul i64 {row}, %stride{vector}"))
 
 
-def _gather(
-    f: Function,
-    read: list[tuple[int, int]],
-    columns: str,
-    start: str,
-    last: str,
-    vectors: list[int],
-) -> None:
-    """Put a block of states of some input vectors into columns; lanes after the last state repeat it."""
-    with f.loop(0, BLOCK) as lane:
-        row = f.let(f"add i64 {start}, {lane}")
-        over = f.let(f"icmp sgt i64 {row}, {last}")
-        row = f.let(f"select i1 {over}, i64 {last}, i64 {row}")
-        for v in vectors:
-            place = f.at(f"%a{v}", f.let(f"mul i64 {row}, %stride{v}"))
-            for n, (vector, k) in enumerate(read):
-                if vector == v:
-                    f.store(f.load(place, k), columns, n * BLOCK, lane)
+def _output_rows(f: Function, trace: Trace, row: str) -> list[str]:
+    """Addresses of a row of each output."""
+    return [f.at(f"%o{k}", f.product(row, size)) for k, size in enumerate(sizes(trace))]
 
 
-def _call_wide(f: Function, columns: str, outs: list[str], status: str) -> None:
-    f.do(f"call void @wide({', '.join(f'ptr {p}' for p in (columns, *outs, status))})")
+class _Blocks:
+    """States in blocks: inputs gathered by component, then as many at a time as a vector holds."""
 
+    def __init__(self, f: Function, trace: Trace, width: int) -> None:
+        self.f, self.trace, self.width = f, trace, width
+        self.read = _read(trace)
+        self.columns = f.slot("double", BLOCK * len(self.read))
+        self.sizes = sizes(trace)
+        # where results go that are more than the states that remain
+        self.spare = [f.slot("double", width * size) for size in self.sizes]
+        self.spare_status = f.slot("i64", width)
+        self.last = f.let("sub i64 %n, 1")
 
-def _copy(
-    f: Function, source: str, source_row: str, target: str, target_row: str, size: int
-) -> None:
-    if size:
-        a, b = (f.let(f"mul i64 {row}, {size}") for row in (source_row, target_row))
-        with f.loop(0, size) as j:
-            f.store(f.load(source, a, j), target, b, j)
+    def write(self) -> None:
+        f = self.f
+        vectors = sorted({v for v, _ in self.read})
+        self._gather("0", vectors)
+        with f.loop(0, "%n", BLOCK) as start:
+            for v in vectors:
+                with f.when(f.let(f"icmp ne i64 %stride{v}, 0")):
+                    self._gather(start, [v])
+            remaining = f.let(f"sub i64 %n, {start}")
+            is_short = f.let(f"icmp slt i64 {remaining}, {BLOCK}")
+            length = f.let(f"select i1 {is_short}, i64 {remaining}, i64 {BLOCK}")
+            with f.loop(0, length, self.width) as first:
+                self._vector(start, first, remaining)
+
+    def _gather(self, start: str, vectors: Sequence[int]) -> None:
+        """Put a block of states of some input vectors into columns; the last state is repeated."""
+        f = self.f
+        with f.loop(0, BLOCK) as lane:
+            row = f.let(f"add i64 {start}, {lane}")
+            is_beyond = f.let(f"icmp sgt i64 {row}, {self.last}")
+            row = f.let(f"select i1 {is_beyond}, i64 {self.last}, i64 {row}")
+            for v in vectors:
+                place = _input_row(f, v, row)
+                for n, (vector, k) in enumerate(self.read):
+                    if vector == v:
+                        f.store(f.load(place, k), self.columns, n * BLOCK, lane)
+
+    def _vector(self, start: str, first: str, remaining: str) -> None:
+        """The states from `first` of a block on; fewer than a vector go by way of spare memory."""
+        f = self.f
+        row = f.let(f"add i64 {start}, {first}")
+        count = f.let(f"sub i64 {remaining}, {first}")
+        full, part, on = f.label(), f.label(), f.label()
+        f.branch(f.let(f"icmp sge i64 {count}, {self.width}"), full, part)
+        f.begin(full)
+        places = _output_rows(f, self.trace, row)
+        self._call_wide(first, places, "%status", row)
+        f.do(f"br label %{on}")
+        f.begin(part)
+        self._call_wide(first, self.spare, self.spare_status)
+        with f.loop(0, count) as k:
+            target = f.let(f"add i64 {row}, {k}")
+            status = f.load(self.spare_status, k, kind="i64")
+            f.store(status, "%status", target, kind="i64")
+            for number, size in enumerate(self.sizes):
+                self._copy(self.spare[number], k, f"%o{number}", target, size)
+        f.do(f"br label %{on}")
+        f.begin(on)
+
+    def _call_wide(self, first: str, outs: list[str], status: str, *row: str) -> None:
+        f = self.f
+        columns = f.at(self.columns, first)
+        places = [columns, *outs, f.at(status, *row, kind="i64")]
+        f.do(f"call void @wide({', '.join(f'ptr {place}' for place in places)})")
+
+    def _copy(self, source: str, source_row: str, target: str, target_row: str, size: int) -> None:
+        f = self.f
+        if size:
+            a, b = f.product(source_row, size), f.product(target_row, size)
+            with f.loop(0, size) as j:
+                f.store(f.load(source, a, j), target, b, j)

@@ -33,6 +33,14 @@ class Function:
         self._lines.append(f"  {name} = {instruction}")
         return name
 
+    def product(self, index: str, factor: int) -> str:
+        """An index times a number."""
+        return self.let(f"mul i64 {index}, {factor}")
+
+    def absolute(self, value: str) -> str:
+        """The size of a double."""
+        return self.let(f"call double @llvm.fabs.f64(double {value})")
+
     def do(self, instruction: str) -> None:
         """Add an instruction without a value."""
         self._lines.append(f"  {instruction}")
@@ -81,14 +89,16 @@ class Function:
     def loop(
         self, start: str | int, stop: str | int, step: int = 1, while_: str | None = None
     ) -> Iterator[str]:
-        """Do what is written inside for each index from start to before stop, while the slot `while_` (i1) is set."""
-        counter, head, check, body, done = (
-            self.slot("i64"),
-            self.label(),
-            self.label(),
-            self.label(),
-            self.label(),
-        )
+        """Do what is written inside for each index.
+
+        Args:
+            start: the first index.
+            stop: the index before which it ends.
+            step: from one index to the next.
+            while_: a slot (i1); the loop ends where it is not set.
+        """
+        counter = self.slot("i64")
+        head, check, body, done = (self.label() for _ in range(4))
         self.store(start, counter, kind="i64")
         self.do(f"br label %{head}")
         self.begin(head)
@@ -121,7 +131,7 @@ class Function:
 
 
 class Lanes:
-    """Arithmetic on one double (width 1) or on a vector of them, one state a lane, inside a function."""
+    """Arithmetic inside a function, on one double (width 1) or on a vector, one state a lane."""
 
     def __init__(self, function: Function, width: int) -> None:
         self.function = function
@@ -136,32 +146,33 @@ class Lanes:
 
     def constant(self, value: float) -> str:
         """The same number in every lane."""
-        return self.spread("double", constant(value))
+        return self.splat("double", constant(value))
 
-    def spread(self, kind: str, value: str | int) -> str:
+    def splat(self, kind: str, value: str | int) -> str:
         """The same constant of any type in every lane."""
-        return str(value) if self.width == 1 else f"<{', '.join([f'{kind} {value}'] * self.width)}>"
+        if self.width == 1:
+            return str(value)
+        return f"<{', '.join([f'{kind} {value}'] * self.width)}>"
 
     def arithmetic(self, operation: str, a: str, b: str) -> str:
         """fadd, fsub, fmul or fdiv.
 
         Where a term of a sum is a product, both are one fused operation if the processor has it.
-        Which ones is said here and not left to LLVM, so that one state and many are rounded alike:
+        This code and not LLVM decides which ones, so that one state and many are rounded alike:
         they agree to the last bit.
         """
-        f = self.function
-        if operation in ("fadd", "fsub") and a in f.products:
-            return self.intrinsic(
-                "fmuladd", *f.products[a], b if operation == "fadd" else self.negative(b)
-            )
-        if operation in ("fadd", "fsub") and b in f.products:
-            left, right = f.products[b]
-            return self.intrinsic(
-                "fmuladd", left if operation == "fadd" else self.negative(left), right, a
-            )
-        value = f.let(f"{operation} {self.kind} {a}, {b}")
+        products = self.function.products
+        if operation in ("fadd", "fsub"):
+            is_sum = operation == "fadd"
+            if a in products:
+                return self.intrinsic("fmuladd", *products[a], b if is_sum else self.negative(b))
+            if b in products:
+                factor, other = products[b]
+                signed = factor if is_sum else self.negative(factor)
+                return self.intrinsic("fmuladd", signed, other, a)
+        value = self.function.let(f"{operation} {self.kind} {a}, {b}")
         if operation == "fmul":
-            f.products[value] = a, b
+            products[value] = a, b
         return value
 
     def negative(self, a: str) -> str:
@@ -170,7 +181,7 @@ class Lanes:
 
     def intrinsic(self, name: str, *values: str) -> str:
         """One of LLVM's functions on doubles."""
-        arguments = ", ".join(f"{self.kind} {v}" for v in values)
+        arguments = ", ".join(f"{self.kind} {value}" for value in values)
         return self.function.let(f"call {self.kind} @llvm.{name}.{self.suffix}({arguments})")
 
     def compare(self, relation: str, a: str, b: str) -> str:
@@ -186,14 +197,13 @@ def declarations(width: int) -> list[str]:
     """LLVM's functions on doubles of a width, and the ones of C."""
     lanes = Lanes(Function(""), width)
     one, two = f"({lanes.kind})", f"({lanes.kind}, {lanes.kind})"
-    unary = [
-        f"declare {lanes.kind} @llvm.{name}.{lanes.suffix}{one}"
-        for name in ("sqrt", "fabs", "sin", "cos")
-    ]
-    binary = [
-        f"declare {lanes.kind} @llvm.{name}.{lanes.suffix}{two}" for name in ("minnum", "maxnum")
-    ]
-    three = ", ".join([lanes.kind] * 3)
-    fused = [f"declare {lanes.kind} @llvm.fmuladd.{lanes.suffix}({three})"]
-    every = [] if width == 1 else [f"declare i1 @llvm.vector.reduce.and.v{width}i1({lanes.mask})"]
-    return unary + binary + fused + every
+    three = f"({', '.join([lanes.kind] * 3)})"
+    functions = [(name, one) for name in ("sqrt", "fabs", "sin", "cos")]
+    functions += [(name, two) for name in ("minnum", "maxnum")]
+    functions.append(("fmuladd", three))
+    lines = []
+    for name, arguments in functions:
+        lines.append(f"declare {lanes.kind} @llvm.{name}.{lanes.suffix}{arguments}")
+    if width > 1:
+        lines.append(f"declare i1 @llvm.vector.reduce.and.v{width}i1({lanes.mask})")
+    return lines

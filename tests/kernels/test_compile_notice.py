@@ -13,8 +13,7 @@ from types import SimpleNamespace
 import pytest
 
 from hybrid_dynamics_core import Robot, load
-from hybrid_dynamics_core.kernels import compile_notice as waiting
-from hybrid_dynamics_core.kernels import run
+from hybrid_dynamics_core.kernels import compile_notice, run
 
 DEADLINE = 60.0  # [s] for a thread to have its turn; nothing waits for this where all is well
 
@@ -37,7 +36,7 @@ class Terminal(io.StringIO):
 def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
     made = Terminal()
     monkeypatch.setattr(
-        waiting, "sys", SimpleNamespace(stderr=made)
+        compile_notice, "sys", SimpleNamespace(stderr=made)
     )  # pytest puts its own sys.stderr into its place
     return made
 
@@ -45,8 +44,8 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Terminal:
 def test_long_compiling_is_told_on_a_terminal(
     terminal: Terminal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(waiting, "PATIENCE", 0.0)
-    with waiting.Waiting().during("motion of arm (once; kept in the cache)"):
+    monkeypatch.setattr(compile_notice, "PATIENCE", 0.0)
+    with compile_notice.CompileNotice().during("motion of arm (once; kept in the cache)"):
         assert terminal.written.wait(DEADLINE)
     assert terminal.getvalue() == "compiling motion of arm (once; kept in the cache) ...\n"
 
@@ -54,8 +53,8 @@ def test_long_compiling_is_told_on_a_terminal(
 def test_parts_of_one_thing_are_told_once(
     terminal: Terminal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(waiting, "PATIENCE", 0.0)
-    word = waiting.Waiting()
+    monkeypatch.setattr(compile_notice, "PATIENCE", 0.0)
+    word = compile_notice.CompileNotice()
     for label in ("reactions of arm", "reactions of arm", "motion of arm"):
         told_before = label in terminal.getvalue()
         terminal.written.clear()
@@ -65,9 +64,9 @@ def test_parts_of_one_thing_are_told_once(
 
 
 def test_short_compiling_is_not_told(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(waiting, "PATIENCE", DEADLINE)
+    monkeypatch.setattr(compile_notice, "PATIENCE", DEADLINE)
     before = threading.active_count()
-    with waiting.Waiting().during("motion of arm"):
+    with compile_notice.CompileNotice().during("motion of arm"):
         pass
     assert terminal.getvalue() == ""
     for thread in threading.enumerate():
@@ -79,7 +78,7 @@ def test_short_compiling_is_not_told(terminal: Terminal, monkeypatch: pytest.Mon
 def test_many_short_ones_are_told_together_and_then_not_for_a_while(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Three programs of 0.4 s: the third is told, in whose time the second runs out; the next three begin anew."""
+    """Of programs of 0.4 s every third is told: in its time the second runs out."""
     delays: list[float] = []
     clock = iter([x for k in range(9) for x in (10.0 * k, 10.0 * k + 0.4)])
 
@@ -97,9 +96,11 @@ def test_many_short_ones_are_told_together_and_then_not_for_a_while(
         def cancel(self) -> None:
             pass
 
-    monkeypatch.setattr(waiting, "threading", SimpleNamespace(Timer=Timer, Event=threading.Event))
-    monkeypatch.setattr(waiting, "time", SimpleNamespace(monotonic=lambda: next(clock)))
-    together = waiting.Waiting()
+    monkeypatch.setattr(
+        compile_notice, "threading", SimpleNamespace(Timer=Timer, Event=threading.Event)
+    )
+    monkeypatch.setattr(compile_notice, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    together = compile_notice.CompileNotice()
     for k in range(6):
         with together.during(f"part {k} of arm"):
             pass
@@ -109,13 +110,13 @@ def test_many_short_ones_are_told_together_and_then_not_for_a_while(
 def test_whoever_listens_to_the_log_gets_it_there(
     terminal: Terminal, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(waiting, "PATIENCE", 0.0)
+    monkeypatch.setattr(compile_notice, "PATIENCE", 0.0)
     heard = threading.Event()
-    caplog.set_level(logging.INFO, waiting.__name__)
+    caplog.set_level(logging.INFO, compile_notice.__name__)
     monkeypatch.setattr(
         caplog.handler, "emit", lambda record: (caplog.records.append(record), heard.set())
     )
-    with waiting.Waiting().during("motion of arm"):
+    with compile_notice.CompileNotice().during("motion of arm"):
         assert heard.wait(DEADLINE)
     assert [record.getMessage() for record in caplog.records] == ["compiling motion of arm"]
     assert terminal.getvalue() == ""
@@ -123,8 +124,8 @@ def test_whoever_listens_to_the_log_gets_it_there(
 
 def test_a_pipe_and_a_process_without_stderr_get_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     for stream in (io.StringIO(), None):
-        monkeypatch.setattr(waiting, "sys", SimpleNamespace(stderr=stream))
-        waiting._tell("motion of arm", threading.Event())
+        monkeypatch.setattr(compile_notice, "sys", SimpleNamespace(stderr=stream))
+        compile_notice._write("motion of arm", threading.Event())
         assert stream is None or stream.getvalue() == ""
 
 
@@ -138,7 +139,7 @@ def labels(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         heard.append(label)
         yield
 
-    monkeypatch.setattr(run.WAITING, "during", during)
+    monkeypatch.setattr(run.NOTICE, "during", during)
     return heard
 
 
@@ -149,7 +150,7 @@ def torques(robot: Robot) -> None:
 def test_only_what_is_compiled_is_told(
     labels: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """With the robot and the program in words; from the cache nothing is told; without one, that it will come again."""
+    """With robot and program; nothing from the cache; without one, that it will come once more."""
     monkeypatch.setenv("HYBRID_DYNAMICS_CACHE", str(tmp_path))
     torques(load("five_bar"))
     assert set(labels) == {
