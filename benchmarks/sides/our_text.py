@@ -81,7 +81,7 @@ def inverse_dynamics(robot: Robot, engine: Any) -> Callable[..., list[Any]]:
 
     Gravity is a constant, and nothing is checked.
     """
-    model = robot._model  # noqa: SLF001  what programs run on
+    model = robot._model.program_model  # noqa: SLF001  what programs run on
     kind = type("EngineValue", (Value,), {"engine": engine, "__slots__": ()})
     branch = list(model.plan.branch)
     guess = list(model.plan.reference.q)

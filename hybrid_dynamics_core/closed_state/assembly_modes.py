@@ -1,10 +1,11 @@
-"""Assembly modes: their names and signs, and all of them at a given input."""
+"""Assembly modes: their names and branch signs, and all of them at a given input."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,193 +18,289 @@ from ..mechanism.configuration import Configuration, configuration_at, given_con
 from ..programs import Model
 from .state import ClosedState
 
-Found = tuple[Array, Array, Mapping[str, str]]  # branch signs, configuration s, mode names
-# of a Newton block: several for each of the modes a platform can have (40 for a Gough platform)
+# of a block closed by iteration: several for each of the modes a platform can have (40 for a Gough
+# platform)
 STARTS = 600
 SAME = 1e-6  # [rad or m] solutions nearer than this are one
 
 
 @dataclass(frozen=True, eq=False)
 class AssemblyMode:
-    """One way in which the loops close: `branch` names the mode of each loop, `state` is closed on it."""
+    """One way in which the loops close.
+
+    Attributes:
+        branch: name of the mode of each loop.
+        state: closed state on these modes.
+    """
 
     branch: Mapping[str, str]
     state: ClosedState
 
 
+class ModeSolution(NamedTuple):
+    """One way in which the loops close, as numbers.
+
+    Attributes:
+        signs: branch sign (blocks,) of each block, +1 or -1.
+        s: all coordinates (n_s,) [rad, m].
+        names: name of the mode of each loop.
+    """
+
+    signs: Array
+    s: Array
+    names: Mapping[str, str]
+
+
+class BlockSolution(NamedTuple):
+    """One way in which a block closes: its branch sign, its mode, and the configuration with it."""
+
+    sign: float
+    mode: str
+    configuration: Configuration
+
+
 def mode_of(modes: Sequence[AssemblyMode], state: ClosedState) -> int | None:
-    """Which of the modes a closed state is; None where it is none of them."""
-    apart = [float(np.abs(np.sin(0.5 * (mode.state.s - state.s))).max()) for mode in modes]
-    return int(np.argmin(apart)) if apart and min(apart) < SAME else None
+    """Index of the mode that a closed state is on; None where it is on none of them."""
+    if not modes:
+        return None
+    distances = [float(np.abs(np.sin(0.5 * (mode.state.s - state.s))).max()) for mode in modes]
+    nearest = int(np.argmin(distances))
+    if distances[nearest] < SAME:
+        return nearest
+    return None
+
+
+# -- names
 
 
 def branch_names(plan: ClosurePlan, modes: Sequence[str]) -> Mapping[str, str]:
-    """The mode of each loop from the mode of each step; joined by + where a loop closes in several steps."""
+    """The mode of each loop, joined by + where a loop closes in several blocks.
+
+    Args:
+        plan: closure plan.
+        modes: mode of each block.
+    """
     names: dict[str, list[str]] = {}
-    for step, mode in zip(plan.blocks, modes, strict=True):
-        parts = names.setdefault(step.name, [])
+    for block, mode in zip(plan.blocks, modes, strict=True):
+        parts = names.setdefault(block.name, [])
         if mode not in parts:
             parts.append(mode)
     return MappingProxyType({loop: "+".join(parts) for loop, parts in names.items()})
 
 
 def mode_names(plan: ClosurePlan) -> Mapping[str, tuple[str, ...]]:
-    """The modes that each loop can have; loops that close by iteration, whose modes have only numbers, are left out."""
-    numbered = {step.name for step in plan.blocks if step.iterates}
-    loops = dict.fromkeys(step.name for step in plan.blocks)
+    """The modes that each loop can have.
+
+    Loops that close by iteration are left out: their modes have only numbers.
+    """
+    numbered = {block.name for block in plan.blocks if block.iterates}
+    loops = dict.fromkeys(block.name for block in plan.blocks)
     return MappingProxyType({loop: _modes_of(plan, loop) for loop in loops if loop not in numbered})
 
 
-def no_mode(loop: str, mode: str, known: Sequence[str]) -> str:
+def no_such_mode(loop: str, mode: str, modes: Sequence[str]) -> str:
     """That a loop has no mode of this name, and what may have been meant."""
-    return f"loop '{loop}' has no mode '{mode}'{suggestion(mode, known)}; known: {', '.join(known)}"
+    return f"loop '{loop}' has no mode '{mode}'{suggestion(mode, modes)}; known: {', '.join(modes)}"
 
 
 def _modes_of(plan: ClosurePlan, loop: str) -> tuple[str, ...]:
-    return tuple(
-        dict.fromkeys(mode for step in plan.blocks if step.name == loop for mode in step.modes)
-    )
+    modes: list[str] = []
+    for block in plan.blocks:
+        if block.name == loop:
+            modes += block.modes
+    return tuple(dict.fromkeys(modes))
+
+
+# -- signs
 
 
 def signs_of_names(plan: ClosurePlan, signs: Array, branch: Mapping[str, str]) -> Array:
-    """The branch signs with some modes replaced by name; of a joined name a part is enough.
+    """Branch signs with some modes replaced by name; of a joined name a part is enough.
 
-    InputError for a loop or mode that does not exist.
+    Args:
+        plan: closure plan.
+        signs: branch signs (blocks,) to begin with.
+        branch: modes by loop name.
+
+    Returns:
+        Branch signs (blocks,).
+
+    Raises:
+        InputError: there is no such loop or mode.
     """
     if not isinstance(branch, Mapping):
         raise InputError(f"branch: expected assembly modes by loop name, got {branch!r}")
     result = np.array(signs)
-    loops = list(dict.fromkeys(step.name for step in plan.blocks))
-    for loop, name in branch.items():
+    loops = list(dict.fromkeys(block.name for block in plan.blocks))
+    for loop, names in branch.items():
         if loop not in loops:
             raise InputError(f"branch: {no_such_name('loop', loop, loops)}")
-        steps = {k: step.modes for k, step in enumerate(plan.blocks) if step.name == loop}
-        for mode in name.split("+"):
-            having = {k: modes.index(mode) for k, modes in steps.items() if mode in modes}
-            if not having:
-                raise InputError(f"branch: {no_mode(loop, mode, _modes_of(plan, loop))}")
-            for k, index in having.items():
-                result[k] = 1.0 - 2.0 * index
+        for mode in names.split("+"):
+            _set_mode(plan, result, loop, mode)
     return result
 
 
+def _set_mode(plan: ClosurePlan, signs: Array, loop: str, mode: str) -> None:
+    """Set the sign of every block of a loop that has this mode."""
+    exists = False
+    for k, block in enumerate(plan.blocks):
+        if block.name == loop and mode in block.modes:
+            signs[k] = block.signs[block.modes.index(mode)]
+            exists = True
+    if not exists:
+        raise InputError(f"branch: {no_such_mode(loop, mode, _modes_of(plan, loop))}")
+
+
 def matching_signs(model: Model, s: Array) -> Array:
-    """The branch signs on which a plan gives the closed configuration s (n_s,)."""
-    exact = configuration_at(model.tree, s)
+    """The branch signs (blocks,) on which a plan gives the closed configuration s (n_s,)."""
+    closed = configuration_at(model.tree, s)
     signs = []
-    for step in model.plan.blocks:
-        options = step.signs
-        signs.append(min(options, key=lambda sign, step=step: _miss(step, exact, sign, s)))  # type: ignore[misc]
+    for block in model.plan.blocks:
+        options = block.signs
+        errors = [_error_on(block, closed, sign, s) for sign in options]
+        signs.append(options[errors.index(min(errors))])
     return np.array(signs)
 
 
-def _miss(step: BlockSolver, exact: Configuration, sign: float, s: Array) -> float:
-    trial = exact.copy()
+def _error_on(block: BlockSolver, closed: Configuration, sign: float, s: Array) -> float:
+    """How far a block's solution on a sign is from the closed configuration s [rad, m]."""
+    trial = closed.copy()
     try:
-        margin = step.solve(trial, sign, s.tolist())
+        margin = block.solve(trial, sign, s.tolist())
     except ZeroDivisionError:
         return np.inf
-    miss = sum(abs(float(trial.q[k]) - float(s[k])) for k in step.unknowns)
-    return miss if margin > -SAME and np.isfinite(miss) else np.inf
+    error = sum(abs(float(trial.q[k]) - float(s[k])) for k in block.unknowns)
+    if margin > -SAME and np.isfinite(error):
+        return error
+    return np.inf
 
 
-def list_modes(model: Model, u: Array, signs: Array, start: Array) -> Iterator[Found]:
-    """Every way to close at u: branch signs, configuration s and mode names."""
+# -- all modes
+
+
+def list_modes(model: Model, u: Array, signs: Array, start: Array) -> Iterator[ModeSolution]:
+    """Every way to close at u.
+
+    Args:
+        model: tree and closure plan.
+        u: given coordinates (n,) [rad, m].
+        signs: branch signs (blocks,) of blocks whose mode is not looked for.
+        start: all coordinates (n_s,) where iterations start [rad, m].
+    """
     guess = start.tolist()
 
-    def extend(
-        k: int, configuration: Configuration, chosen: list[float], names: list[str]
-    ) -> Iterator[Found]:
+    def extend(configuration: Configuration, solved: list[BlockSolution]) -> Iterator[ModeSolution]:
+        k = len(solved)
         if k == len(model.plan.blocks):
             s = np.array([float(q) for q in configuration.q])
-            yield np.array(chosen), s, branch_names(model.plan, names)
+            names = branch_names(model.plan, [solution.mode for solution in solved])
+            yield ModeSolution(np.array([solution.sign for solution in solved]), s, names)
             return
-        for sign, name, closed in _solutions(model, k, configuration, float(signs[k]), guess):
-            yield from extend(k + 1, closed, [*chosen, sign], [*names, name])
+        block = model.plan.blocks[k]
+        for solution in _solutions(model, block, configuration, float(signs[k]), guess):
+            yield from extend(solution.configuration, [*solved, solution])
 
-    yield from extend(
-        0,
-        given_configuration(model.tree, dict(zip(model.plan.given, u.tolist(), strict=True))),
-        [],
-        [],
-    )
+    given = dict(zip(model.plan.given, u.tolist(), strict=True))
+    yield from extend(given_configuration(model.tree, given), [])
 
 
 def _solutions(
-    model: Model, k: int, configuration: Configuration, own: float, guess: Sequence[float]
-) -> Iterator[tuple[float, str, Configuration]]:
-    step = model.plan.blocks[k]
-    if step.iterates:
-        yield from _newton_solutions(model, step, configuration, guess)
+    model: Model,
+    block: BlockSolver,
+    configuration: Configuration,
+    sign: float,
+    guess: Sequence[float],
+) -> Iterator[BlockSolution]:
+    """Every way in which a block closes; `sign` is that of a block whose mode is not looked for."""
+    if block.iterates:
+        yield from _numbered_solutions(model, block, configuration, guess)
         return
-    options = [own] if step.modes_fixed else list(step.signs)
-    for sign in options:
+    signs = (sign,) if block.modes_fixed else block.signs
+    for option in signs:
         trial = configuration.copy()
         try:
-            margin = step.solve(trial, sign, guess)
+            margin = block.solve(trial, option, guess)
         except ZeroDivisionError:
             continue
         if margin > 0.0:
-            yield sign, step.modes[0 if sign > 0 else 1], trial
+            mode = block.modes[0] if option > 0 else block.modes[1]
+            yield BlockSolution(option, mode, trial)
 
 
-def _newton_solutions(
-    model: Model, step: BlockSolver, configuration: Configuration, guess: Sequence[float]
-) -> Iterator[tuple[float, str, Configuration]]:
-    """Newton from many starts at once; distinct answers, the one nearest the reference first."""
-    found = _many_starts(model, step, configuration, guess)
-    near = np.array([guess[k] for k in step.unknowns])
-    found.sort(key=lambda x: float(np.abs(_wrapped(model, step, x - near)).max()))
-    number = 1
-    for x in found:
-        trial = configuration.copy()
-        for coordinate, value in zip(
-            step.unknowns, near + _wrapped(model, step, x - near), strict=True
-        ):
-            put = trial.set_angle if model.tree.is_revolute(coordinate) else trial.set_length
-            put(coordinate, float(value))
-        yield 1.0, step.modes[0] if number == 1 else f"mode_{number}", trial
-        number += 1
+def _numbered_solutions(
+    model: Model, block: BlockSolver, configuration: Configuration, guess: Sequence[float]
+) -> Iterator[BlockSolution]:
+    """The distinct solutions of an iteration from many starts, the one nearest the guess first."""
+    near = np.array([guess[k] for k in block.unknowns])
+    starts = _starts(model, block, guess)
+    solutions = _distinct_solutions(model, block, configuration, starts)
+    moves = [_wrapped(model, block, x - near) for x in solutions]
+    moves.sort(key=lambda move: float(np.abs(move).max()))
+    for number, move in enumerate(moves, start=1):
+        mode = block.modes[0] if number == 1 else f"mode_{number}"
+        yield BlockSolution(1.0, mode, _with_unknowns(model, block, configuration, near + move))
 
 
-def _many_starts(
-    model: Model, step: BlockSolver, configuration: Configuration, guess: Sequence[float]
-) -> list[Array]:
+def _starts(model: Model, block: BlockSolver, guess: Sequence[float]) -> list[Array]:
+    """Where iterations start: for every coordinate its values, the guess first."""
     from scipy.stats import qmc  # noqa: PLC0415  slow to import, and only this needs it
 
-    length = max(equation.loop.length for equation in step.equations)
-    spans = np.array([np.pi if model.tree.is_revolute(k) else 1.5 * length for k in step.unknowns])
-    centre = np.array([0.0 if model.tree.is_revolute(k) else guess[k] for k in step.unknowns])
-    points = centre + spans * (2.0 * qmc.Halton(len(spans), scramble=False).random(STARTS) - 1.0)
-    points = np.vstack([[guess[k] for k in step.unknowns], points])
+    length = max(equation.loop.length for equation in block.equations)
+    spans, centres = [], []
+    for k in block.unknowns:
+        revolute = model.tree.is_revolute(k)
+        spans.append(np.pi if revolute else 1.5 * length)
+        centres.append(0.0 if revolute else guess[k])
+    samples = qmc.Halton(len(spans), scramble=False).random(STARTS)
+    points = np.array(centres) + np.array(spans) * (2.0 * samples - 1.0)
+    points = np.vstack([[guess[k] for k in block.unknowns], points])
     starts: list[Array] = [np.zeros(len(points))] * len(guess)
-    for column, k in enumerate(step.unknowns):
+    for column, k in enumerate(block.unknowns):
         starts[k] = points[:, column]
-    many = configuration.copy()
-    converged = np.asarray(step.solve(many, 1.0, starts)) > 0.0
-    answers = np.stack([many.q[k] for k in step.unknowns], axis=1)[converged]
-    kept: list[Array] = []
-    poses: list[Array] = []
+    return starts
+
+
+def _distinct_solutions(
+    model: Model, block: BlockSolver, configuration: Configuration, starts: Sequence[Array]
+) -> list[Array]:
+    """The unknowns of a block at each of its solutions that some start leads to."""
+    trials = configuration.copy()
+    converged = np.asarray(block.solve(trials, 1.0, starts)) > 0.0
+    answers = np.stack([trials.q[k] for k in block.unknowns], axis=1)[converged]
+    solutions: list[Array] = []
+    fingerprints: list[Array] = []
     for x in answers:
-        pose = _fingerprint(model, step, configuration, x)
-        if all(np.abs(pose - other).max() > SAME for other in poses):
-            kept.append(x)
-            poses.append(pose)
-    return kept
+        fingerprint = _fingerprint(model, block, configuration, x)
+        if all(np.abs(fingerprint - other).max() > SAME for other in fingerprints):
+            solutions.append(x)
+            fingerprints.append(fingerprint)
+    return solutions
 
 
-def _fingerprint(model: Model, step: BlockSolver, configuration: Configuration, x: Array) -> Array:
-    """Where the block's loops put their links: equal for two sets of angles that mean the same configuration."""
-    trial = configuration.copy()
-    for k, value in zip(step.unknowns, x, strict=True):
-        put = trial.set_angle if model.tree.is_revolute(k) else trial.set_length
-        put(k, float(value))
-    marks = [
-        mark for loop in dict.fromkeys(e.loop for e in step.equations) for mark in loop.marks(trial)
-    ]
-    return np.array([float(m) for m in marks])
+def _fingerprint(model: Model, block: BlockSolver, configuration: Configuration, x: Array) -> Array:
+    """Where the block's loops put their links.
+
+    It is equal for two sets of angles that mean the same configuration.
+    """
+    trial = _with_unknowns(model, block, configuration, x)
+    marks = []
+    for loop in dict.fromkeys(equation.loop for equation in block.equations):
+        marks += loop.marks(trial)
+    return np.array([float(mark) for mark in marks])
 
 
-def _wrapped(model: Model, step: BlockSolver, difference: Array) -> Array:
-    turn = np.array([model.tree.is_revolute(k) for k in step.unknowns])
-    return np.where(turn, np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi, difference)
+def _with_unknowns(
+    model: Model, block: BlockSolver, configuration: Configuration, x: Array
+) -> Configuration:
+    """The configuration with the unknowns of a block set to x."""
+    result = configuration.copy()
+    for k, value in zip(block.unknowns, x, strict=True):
+        result.set_value(k, float(value), revolute=model.tree.is_revolute(k))
+    return result
+
+
+def _wrapped(model: Model, block: BlockSolver, difference: Array) -> Array:
+    """A difference of the unknowns, with full turns taken out of angles."""
+    revolute = np.array([model.tree.is_revolute(k) for k in block.unknowns])
+    half_turned = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi
+    return np.where(revolute, half_turned, difference)

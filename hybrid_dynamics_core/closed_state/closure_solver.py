@@ -1,4 +1,8 @@
-"""Closing on the right branch: at once where the closure has a closed form, followed from a known state where not."""
+"""Closing on the right assembly mode.
+
+Where the closure has a closed form, it is evaluated at once. Where not, the configuration is
+followed from a closed one nearby.
+"""
 
 from __future__ import annotations
 
@@ -9,83 +13,108 @@ import numpy as np
 
 from ..ground.arrays import Array
 from ..kernels.run import Codes
-from ..kernels.status import JUMP
+from ..kernels.status import GOOD, JUMP
 from ..programs import Model
-from .continuation import Tracked, smooth, track
+from .continuation import Continuation, Mask, continue_to, is_continuous
 
 Values = dict[str, Array]
-RunClose = Callable[
-    [Array, Array, Array, Array], tuple[Values, Codes]
-]  # (u, du, branch signs, guess)
+# (u, du, branch signs, guess) -> results by name, status codes
+RunClose = Callable[[Array, Array, Array, Array], tuple[Values, Codes]]
 
 
 class Start(NamedTuple):
-    """A closed configuration s (n_s,) or (N, n_s) to come from, and R there."""
+    """A closed configuration to come from.
+
+    Attributes:
+        s: all coordinates (n_s,) or (N, n_s) [rad, m].
+        velocity_map: R there, (n_s, n) or (N, n_s, n).
+    """
 
     s: Array
     velocity_map: Array
 
 
-class Closer:
-    """Closes one model; `run` is its closure kernel.
+class ClosureSolver:
+    """Closes one model.
 
-    Rates of the iteration's trial states are zero.
+    Args:
+        model: tree and closure plan.
+        run: the closure kernel of the model.
+
+    Attributes:
+        given: indices of the given coordinates.
+        iterates: whether some loop has no closed form.
     """
 
     def __init__(self, model: Model, run: RunClose) -> None:
         self.given = list(model.plan.given)
-        self.iterates = any(step.iterates for step in model.plan.blocks)
+        self.iterates = any(block.iterates for block in model.plan.blocks)
         self._reference = np.array(model.plan.reference.q, dtype=float)
-        self._turns = np.array([model.tree.is_revolute(k) for k in range(len(self._reference))])
-        self._passive = np.array([k not in self.given for k in range(len(self._reference))])
+        indices = range(len(self._reference))
+        self._turns = np.array([model.tree.is_revolute(k) for k in indices])
+        self._passive = np.array([k not in self.given for k in indices])
         self._run = run
 
     def close(self, u: Array, du: Array, signs: Array, start: Start | None) -> tuple[Values, Codes]:
-        """At u (n,) or (N, n): directly without `start` where no step iterates; otherwise followed from there."""
+        """Close at u: directly, or followed from a start.
+
+        Args:
+            u: given coordinates (n,) or (N, n) [rad, m].
+            du: given rates of the same shape [rad/s, m/s].
+            signs: branch signs (blocks,), or (N, blocks).
+            start: where to come from. If None, a closure with a closed form is evaluated at once,
+                any other comes from the reference.
+
+        Returns:
+            Results by name, and the status codes () or (N,).
+        """
         if start is None and not self.iterates:
             return self._run(u, du, signs, self._reference)
         start = start or self.reference(signs)
         move = u - start.s[..., self.given]
         predicted = _mapped(start.velocity_map, move)
         values, codes = self._run(u, du, signs, start.s + predicted)
-        rough = ~smooth(
-            values["s"] - start.s, predicted, _mapped(values["R"], move), self._turns, self._passive
-        )
-        # a closed form that fails has no answer; an iteration may only have been started too far
-        # off
-        rough = rough | (codes != 0) if self.iterates else rough & (codes == 0)
-        if not np.any(rough):
+        moved = values["s"] - start.s
+        hindsight = _mapped(values["R"], move)
+        smooth = is_continuous(moved, predicted, hindsight, self._turns, self._passive)
+        must_follow = self._must_follow(smooth, codes)
+        if not np.any(must_follow):
             return values, codes
         if u.ndim == 1:
-            found = self._follow(start.s[None], u[None], signs)
-            values, codes = self._run(u, du, signs, found.s[0])
-            return values, _code(found.codes, codes)[0]
-        rows = np.flatnonzero(rough)
-        found = self._follow(
-            np.broadcast_to(start.s, (len(u), len(self._reference)))[rows], u[rows], signs
-        )
-        again, at_end = self._run(u[rows], du[rows], signs, found.s)
-        for key, value in values.items():
-            value[rows] = again[key]
-        codes = codes.copy()
-        codes[rows] = _code(found.codes, at_end)
-        return values, codes
+            return self._follow_one(u, du, signs, start)
+        return self._follow_rows(u, du, signs, start, must_follow, (values, codes))
 
     def path(self, u: Array, du: Array, signs: Array, start: Start | None) -> tuple[Values, Codes]:
-        """Along u (N, n), each row followed from the one before; after a row that fails all codes are that row's."""
+        """Close along a motion, each row followed from the one before.
+
+        After a row that fails all codes are that row's.
+
+        Args:
+            u: given coordinates (N, n) [rad, m].
+            du: given rates (N, n) [rad/s, m/s].
+            signs: branch signs (blocks,).
+            start: where the first row comes from; the reference if None.
+
+        Returns:
+            Results by name, and the status codes (N,).
+        """
         s = np.empty((len(u), len(self._reference)))
         failed = np.zeros(len(u), dtype=np.int64)
+        previous = self._reference
         for k, row in enumerate(u):
             values, code = self.close(row, np.zeros_like(row), signs, start)
-            if code != 0:
-                s[k:], failed[k:] = s[k - 1] if k else self._reference, code
+            if code != GOOD:
+                s[k:] = previous
+                failed[k:] = code
                 break
-            s[k], start = values["s"], Start(values["s"], values["R"])
+            previous = values["s"]
+            s[k] = previous
+            start = Start(previous, values["R"])
         values, codes = self._run(u, du, signs, s)
-        return values, np.where(failed != 0, failed, codes)
+        return values, np.where(failed != GOOD, failed, codes)
 
     def at(self, s: Array, signs: Array) -> tuple[Values, Codes]:
-        """The closure at a closed configuration s (n_s,)."""
+        """The closure at a closed configuration s (n_s,), at rest."""
         u = s[self.given]
         return self._run(u, np.zeros_like(u), signs, s)
 
@@ -94,20 +123,60 @@ class Closer:
         values, _ = self.at(self._reference, signs)
         return Start(values["s"], values["R"])
 
-    def _follow(self, start: Array, ends: Array, signs: Array) -> Tracked:
-        def close(at: Array, guess: Array) -> tuple[Values, Codes]:
-            return self._run(at, np.zeros_like(at), signs, guess)
+    def _must_follow(self, smooth: Mask, codes: Codes) -> Mask:
+        """Which states have to be followed in small steps."""
+        failed: Mask = codes != GOOD
+        if self.iterates:
+            # an iteration that fails may only have been started too far off
+            rows: Mask = ~smooth | failed
+        else:
+            # a closed form that fails has no solution
+            rows = ~smooth & ~failed
+        return rows
 
-        return track(close, start, start[:, self.given], ends, self._turns, self._passive)
+    def _follow_one(self, u: Array, du: Array, signs: Array, start: Start) -> tuple[Values, Codes]:
+        path = self._follow(start.s[None], u[None], signs)
+        values, code = self._run(u, du, signs, path.s[0])
+        return values, _code_after(path.codes, code)[0]
+
+    def _follow_rows(
+        self,
+        u: Array,
+        du: Array,
+        signs: Array,
+        start: Start,
+        must_follow: Mask,
+        direct: tuple[Values, Codes],
+    ) -> tuple[Values, Codes]:
+        """The direct results, with those of some rows replaced."""
+        values, codes = direct
+        rows = np.flatnonzero(must_follow)
+        starts = np.broadcast_to(start.s, (len(u), len(self._reference)))
+        path = self._follow(starts[rows], u[rows], signs)
+        followed, codes_at_end = self._run(u[rows], du[rows], signs, path.s)
+        for name, value in values.items():
+            value[rows] = followed[name]
+        codes = codes.copy()
+        codes[rows] = _code_after(path.codes, codes_at_end)
+        return values, codes
+
+    def _follow(self, start: Array, ends: Array, signs: Array) -> Continuation:
+        def close(u: Array, guess: Array) -> tuple[Values, Codes]:
+            return self._run(u, np.zeros_like(u), signs, guess)
+
+        return continue_to(close, start, start[:, self.given], ends, self._turns, self._passive)
 
 
-def _code(on_the_way: Codes, at_end: Codes) -> Codes:
-    """Status of rows that were followed: why the end does not close or, where it does, that the way was lost."""
-    lost = np.where(at_end == 0, JUMP, at_end)
-    return np.atleast_1d(np.where(on_the_way == 0, at_end, lost))
+def _code_after(on_the_way: Codes, at_end: Codes) -> Codes:
+    """Status of rows that were followed.
+
+    It says why the end does not close or, where it does, that the way was lost.
+    """
+    lost = np.where(at_end == GOOD, JUMP, at_end)
+    return np.atleast_1d(np.where(on_the_way == GOOD, at_end, lost))
 
 
 def _mapped(velocity_map: Array, move: Array) -> Array:
-    """R du, one state or many."""
+    """R du of one state, or of each row."""
     moved: Array = np.einsum("...ij,...j->...i", velocity_map, move)
     return moved

@@ -1,11 +1,13 @@
-"""Following a configuration along a motion: predict with R, correct with the closure, refuse a jump.
+"""Following a configuration along a motion: predict with R, correct with the closure.
 
-A mechanism on its branch moves smoothly, so the move of a step is what R foretells at its start and
-what R tells in hindsight at its end, the nearer the shorter the step. Where it is not, the step is
-shortened; where no step is short enough, the motion meets a singular place (a toggle, a change
-point) or would have to jump to another assembly mode, and is refused. Both ends are asked, because
-at a change point R jumps where the coordinates do not: a step that ends just beyond it is foretold
-well.
+On its assembly mode a mechanism moves smoothly. The move of a step is what R predicts at its start.
+It is also what R at its end gives in hindsight. Both agree better the shorter the step is.
+
+A step that does not agree is shortened. Where no step is short enough, the motion meets a singular
+place (a toggle, a change point), or would have to jump to another assembly mode.
+
+Both ends are compared, because R jumps at a change point where the coordinates do not. A step that
+ends just beyond a change point is predicted well.
 """
 
 from __future__ import annotations
@@ -17,14 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..ground.arrays import Array
-from ..kernels.status import JUMP
+from ..kernels.run import Codes
+from ..kernels.status import GOOD, JUMP
 
 Values = Mapping[str, Array]
-Close = Callable[
-    [Array, Array], tuple[Values, NDArray[np.int64]]
-]  # (u, guess) -> values with s and R, status codes
-
+# (u, guess) -> results with s and R, status codes
+Close = Callable[[Array, Array], tuple[Values, Codes]]
 Mask = NDArray[np.bool_]
+
 CORRECTION = 0.25  # largest part of the predicted step that the correction may be
 SLACK = 1e-9  # [rad or m] rounding that a correction may always have
 LARGEST = 0.5  # [rad or m] longest predicted step of a passive coordinate
@@ -33,61 +35,86 @@ MAX_ROUNDS = 400
 
 
 @dataclass(frozen=True)
-class Tracked:
-    """Where each row ended: all coordinates (N, n_s), status code (N,), and how far it came (N,) in [0, 1]."""
+class Continuation:
+    """Where each row ended.
+
+    Attributes:
+        s: all coordinates (N, n_s) [rad, m].
+        codes: status codes (N,).
+        progress: share of the way (N,) that each row came, in [0, 1].
+    """
 
     s: Array
-    codes: NDArray[np.int64]
+    codes: Codes
     progress: Array
 
 
-def track(
+def continue_to(
     close: Close, start_s: Array, start_u: Array, end_u: Array, turns: Mask, passive: Mask
-) -> Tracked:
-    """Follow each row (N, ...) along the straight line from start_u to end_u, beginning at the closed s there.
+) -> Continuation:
+    """Follow each row along the straight line between given coordinates.
 
-    `turns`, `passive`: which coordinates are angles, and which are not given (n_s,).
+    Args:
+        close: closes the loops at given coordinates, from a guess.
+        start_s: closed configurations (N, n_s) to come from [rad, m].
+        start_u: given coordinates (N, n) there [rad, m].
+        end_u: given coordinates (N, n) to go to [rad, m].
+        turns: which coordinates are angles (n_s,).
+        passive: which coordinates are not given (n_s,).
     """
-    n = len(end_u)
-    s, done, length = start_s.copy(), np.zeros(n), np.ones(n)
+    s = start_s.copy()
+    progress = np.zeros(len(end_u))
+    length = np.ones(len(end_u))
     values, codes = close(start_u, s)
     velocity_map = values["R"].copy()
     codes = codes.copy()
-    working = codes == 0
+    working = codes == GOOD
     for _ in range(MAX_ROUNDS):
-        rows = np.flatnonzero(working & (done < 1.0))
+        rows = np.flatnonzero(working & (progress < 1.0))
         if not len(rows):
             break
-        ahead = np.minimum(1.0, done[rows] + length[rows])
-        move = (ahead - done[rows])[:, None] * (end_u[rows] - start_u[rows])
+        way = end_u[rows] - start_u[rows]
+        ahead = np.minimum(1.0, progress[rows] + length[rows])
+        move = (ahead - progress[rows])[:, None] * way
         predicted = np.einsum("nij,nj->ni", velocity_map[rows], move)
-        goal = start_u[rows] + ahead[:, None] * (end_u[rows] - start_u[rows])
-        values, tried = close(goal, s[rows] + predicted)
+        goal = start_u[rows] + ahead[:, None] * way
+        values, trial_codes = close(goal, s[rows] + predicted)
         hindsight = np.einsum("nij,nj->ni", values["R"], move)
-        good = (tried == 0) & smooth(values["s"] - s[rows], predicted, hindsight, turns, passive)
-        kept = rows[good]
-        s[kept], velocity_map[kept], done[kept] = values["s"][good], values["R"][good], ahead[good]
-        length[kept] *= 2.0
-        lost = rows[~good]
-        length[lost] *= 0.5
-        codes[rows] = np.where(good, 0, np.where(tried == 0, JUMP, tried))
-        working[lost] = length[lost] >= SHORTEST
-    codes = np.where((codes == 0) & (done < 1.0), JUMP, codes)
-    return Tracked(s, codes, done)
+        smooth = is_continuous(values["s"] - s[rows], predicted, hindsight, turns, passive)
+        accepted = (trial_codes == GOOD) & smooth
+        forward = rows[accepted]
+        s[forward] = values["s"][accepted]
+        velocity_map[forward] = values["R"][accepted]
+        progress[forward] = ahead[accepted]
+        length[forward] *= 2.0
+        rejected = rows[~accepted]
+        length[rejected] *= 0.5
+        reason = np.where(trial_codes == GOOD, JUMP, trial_codes)
+        codes[rows] = np.where(accepted, GOOD, reason)
+        working[rejected] = length[rejected] >= SHORTEST
+    codes = np.where((codes == GOOD) & (progress < 1.0), JUMP, codes)
+    return Continuation(s, codes, progress)
 
 
-def smooth(moved: Array, predicted: Array, hindsight: Array, turns: Mask, passive: Mask) -> Mask:
-    """Whether the move (..., n_s) is the one that R foretells and tells in hindsight, but for a small correction.
+def is_continuous(
+    moved: Array, predicted: Array, hindsight: Array, turns: Mask, passive: Mask
+) -> Mask:
+    """Whether a move is the one that R gives at both ends, but for a small correction.
 
-    Whole turns of an angle are no move.
+    Full turns of an angle are no move.
+
+    Args:
+        moved: move (..., n_s) of all coordinates [rad, m].
+        predicted: the move by R at the start.
+        hindsight: the move by R at the end.
+        turns: which coordinates are angles (n_s,).
+        passive: which coordinates are not given (n_s,). Given coordinates may go any way.
     """
-    size = np.abs(predicted).max(
-        axis=-1, initial=0.0, where=passive
-    )  # given coordinates may go any way
+    size = np.abs(predicted).max(axis=-1, initial=0.0, where=passive)
     with np.errstate(invalid="ignore"):
-        whole = np.where(turns, 2.0 * np.pi * np.round((moved - predicted) / (2.0 * np.pi)), 0.0)
-        correction = np.maximum(
-            np.abs(moved - whole - predicted), np.abs(moved - whole - hindsight)
-        ).max(axis=-1, initial=0.0, where=passive)
-        near: Mask = (correction <= CORRECTION * size + SLACK) & (size <= LARGEST)
-    return near
+        nearest_turns = 2.0 * np.pi * np.round((moved - predicted) / (2.0 * np.pi))
+        moved = moved - np.where(turns, nearest_turns, 0.0)
+        errors = np.maximum(np.abs(moved - predicted), np.abs(moved - hindsight))
+        correction = errors.max(axis=-1, initial=0.0, where=passive)
+        small: Mask = (correction <= CORRECTION * size + SLACK) & (size <= LARGEST)
+    return small

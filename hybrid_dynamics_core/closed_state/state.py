@@ -1,4 +1,7 @@
-"""The proof that the loops are closed: everything after closure takes a ClosedState, never a raw vector."""
+"""The proof that the loops are closed.
+
+Everything after closure takes a ClosedState, never a raw vector.
+"""
 
 from __future__ import annotations
 
@@ -31,23 +34,29 @@ class ClosureStatus(IntEnum):
 class ClosedState(Picklable):
     """A state with its loops closed; for a batch every array has a leading N.
 
-    Coordinates s = [u; z] in the order of `robot.coordinates`, [rad] or [m], rates per second.
+    Coordinates are s = [u; z] in the order of `robot.coordinates`, in [rad] or [m], rates per
+    second.
 
     Attributes:
-        u, du: active coordinates and rates (n,).
-        s, ds: all coordinates and rates (n_s,).
+        u: active coordinates (n,).
+        du: active rates (n,).
+        s: all coordinates (n_s,).
+        ds: rates of all coordinates (n_s,).
         R: (n_s, n) with s' = R u', Chu (2020), Eq. 20.
         bias: R' u' (n_s,), the accelerations with u'' = 0.
         residual: largest error of the loop equations, in lengths of the loop (dimensionless) or
-        radians.
+            radians.
         branch: assembly mode of each loop by name.
+        signs: branch sign of each block of the closure plan, +1 or -1: (blocks,) for all rows, or
+            (N, blocks).
+        loops: names of the loops.
         distances: (loops,) distance of each loop to its nearest singularity, 0 singular, 1 best:
             2 |det J_z| / ||J_z||_F^2 with J_z made dimensionless.
+        status: ClosureStatus, an int array (N,) for a batch. Only `close(..., check=False)` returns
+            others than OK.
         iterations: of the closure; 0 where every loop has a closed form. (N,) for a batch.
-        dds: (n_s,) accelerations of all coordinates where they were given (`close_given`), else
-        None.
-        status: ClosureStatus (an int array for a batch); only `close(..., check=False)` returns
-        others than OK.
+        dds: accelerations of all coordinates (n_s,) where they were given (`close_given`), else
+            None.
     """
 
     u: Array
@@ -71,17 +80,15 @@ class ClosedState(Picklable):
 
     def __repr__(self) -> str:
         """Coordinates and rates (of a batch their shapes), and the evidence: the worst of all rows."""
-        parts = [f"{name}={_told(getattr(self, name))}" for name in ("u", "du", "z", "dz")]
-        residual, nearest = (
-            np.max(self.residual, initial=0.0),
-            np.min(self.singularity, initial=1.0),
-        )
-        met = "+".join(ClosureStatus(code).name for code in np.unique(self.status))
+        parts = [f"{name}={_text(getattr(self, name))}" for name in ("u", "du", "z", "dz")]
+        residual = np.max(self.residual, initial=0.0)
+        singularity = np.min(self.singularity, initial=1.0)
+        status = "+".join(ClosureStatus(code).name for code in np.unique(self.status))
         parts += [
             f"residual={residual:.2g}",
-            f"singularity={nearest:.3g}",
+            f"singularity={singularity:.3g}",
             f"branch={dict(self.branch)}",
-            f"status={met}",
+            f"status={status}",
         ]
         return f"ClosedState({', '.join(parts)})"
 
@@ -103,70 +110,95 @@ class ClosedState(Picklable):
     @property
     def singularity(self) -> float | Array:
         """Distance of the nearest loop to its singularity, in [0, 1]; 1 for a robot without loops."""
+        if self.u.ndim == 1:
+            return float(self.distances.min()) if self.loops else 1.0
         if not self.loops:
-            return 1.0 if self.u.ndim == 1 else np.ones(len(self.u))
-        nearest = self.distances.min(axis=-1)
-        return float(nearest) if self.u.ndim == 1 else nearest
+            return np.ones(len(self.u))
+        nearest: Array = self.distances.min(axis=-1)
+        return nearest
 
     @property
     def singular_loop(self) -> str | list[str]:
         """Name of the loop nearest to its singularity ('' for a robot without loops)."""
-        if not self.loops:
-            return "" if self.u.ndim == 1 else [""] * len(self.u)
         if self.u.ndim == 1:
-            distances = [-1.0 if math.isnan(d) else d for d in self.distances.tolist()]
-            return self.loops[distances.index(min(distances))]
+            return self._nearest_loop()
+        if not self.loops:
+            return [""] * len(self.u)
         nearest = np.argmin(np.nan_to_num(self.distances, nan=-1.0), axis=-1)
         return [self.loops[int(k)] for k in nearest]
 
-    def rows(self, which: Any) -> ClosedState:
-        """Some states of a batch, in the order of `which`, which indexes an axis (N,); one state for an integer.
+    def _nearest_loop(self) -> str:
+        """Of one state. Plain floats are quicker than NumPy here."""
+        nearest, least = "", math.inf
+        for loop, distance in zip(self.loops, self.distances.tolist(), strict=True):
+            # the distance of a loop that does not close is NaN
+            if math.isnan(distance):
+                return loop
+            if distance < least:
+                nearest, least = loop, distance
+        return nearest
 
-        Raises InputError for one state, which has no rows.
+    def rows(self, which: Any) -> ClosedState:
+        """Some states of a batch.
+
+        Args:
+            which: index into an axis (N,): an integer, a slice, indices or a mask.
+
+        Returns:
+            A batch in the order of `which`; one state for an integer.
+
+        Raises:
+            InputError: this is one state, not a batch.
         """
         if self.u.ndim == 1:
             raise InputError("this is one closed state, not a batch: it has no rows to choose from")
         parts = {name: values[which] for name, values in _columns(self).items()}
         if self.signs.ndim == 1:  # the same for all
             parts["signs"] = self.signs
-        if parts["u"].ndim == 2:
-            return replace(self, **parts)
-        residual, status, iterations = (
-            parts.pop(name).item() for name in ("residual", "status", "iterations")
-        )
-        return replace(
-            self, **parts, residual=residual, status=ClosureStatus(status), iterations=iterations
-        )
+        if parts["u"].ndim == 1:
+            parts["residual"] = parts["residual"].item()
+            parts["iterations"] = parts["iterations"].item()
+            parts["status"] = ClosureStatus(parts["status"].item())
+        return replace(self, **parts)
 
     @staticmethod
     def joined(states: Sequence[ClosedState]) -> ClosedState:
-        """One batch of states and batches of one robot, in their order; `branch` is that of the last."""
+        """One batch of states and batches of one robot, in their order.
+
+        Its `branch` is that of the last one. It has `dds` if all of them have.
+        """
         columns = [_columns(state) for state in states]
-        names = set.intersection(*(set(entry) for entry in columns))
         parts: dict[str, Any] = {"dds": None}
-        parts |= {name: np.concatenate([entry[name] for entry in columns]) for name in names}
+        for name in columns[0]:
+            if all(name in entry for entry in columns):
+                parts[name] = np.concatenate([entry[name] for entry in columns])
         signs = states[0].signs
         if signs.ndim == 1 and all(state.signs is signs for state in states):
             parts["signs"] = signs
         return replace(states[-1], **parts)
 
 
-def _told(values: Array) -> str:
-    """Values of one state, the shape of those of many."""
+def _text(values: Array) -> str:
+    """Values of one state, the shape of those of a batch."""
     if values.ndim > 1:
         return str(values.shape)
-    return f"[{', '.join(f'{value:.6g}' for value in (values + 0.0).tolist())}]"
+    # without negative zeros
+    numbers = ", ".join(f"{value:.6g}" for value in (values + 0.0).tolist())
+    return f"[{numbers}]"
 
 
 def _columns(state: ClosedState) -> dict[str, Any]:
     """What may differ from row to row of a batch, each with a leading N."""
-    one = state.u.ndim == 1
-    count = 1 if one else len(state.u)
-    names = _COLUMNS if state.dds is None else (*_COLUMNS, "dds")
-    found = {name: np.asarray(getattr(state, name))[None if one else slice(None)] for name in names}
-    found["iterations"] = np.broadcast_to(state.iterations, count)
-    found["signs"] = np.broadcast_to(state.signs, (count, state.signs.shape[-1]))
-    return found
+    rows = np.atleast_2d(state.u).shape[0]
+    columns: dict[str, Any] = {}
+    for name in _COLUMNS:
+        values = np.asarray(getattr(state, name))
+        columns[name] = values[None] if state.u.ndim == 1 else values
+    if state.dds is not None:
+        columns["dds"] = np.atleast_2d(state.dds)
+    columns["iterations"] = np.broadcast_to(state.iterations, rows)
+    columns["signs"] = np.broadcast_to(state.signs, (rows, state.signs.shape[-1]))
+    return columns
 
 
 def closure_statuses(codes: Codes) -> NDArray[np.int64]:
@@ -178,13 +210,22 @@ def closure_statuses(codes: Codes) -> NDArray[np.int64]:
     return np.where(outcome > OutcomeKind.SINGULAR, ClosureStatus.SINGULAR, outcome)
 
 
-def settle(state: ClosedState, values: Mapping[str, Array], codes: NDArray[np.int64]) -> None:
-    """What was computed for a state: NaN in rows that did not close, InputError where one that did has no number."""
+def settle(state: ClosedState, values: Mapping[str, Array], codes: Codes) -> None:
+    """Make results NaN in the rows of a state that did not close.
+
+    Args:
+        state: closed state or batch.
+        values: what was computed for it, by name.
+        codes: status codes of the computation, () or (N,).
+
+    Raises:
+        InputError: a row that did close has no finite result.
+    """
     if not codes.any():
         return
-    lost = np.flatnonzero((codes != 0) & (np.asarray(state.status) == 0))
-    if len(lost):
-        row = "" if codes.ndim == 0 else f" of row {lost[0]}"
+    overflowed = np.flatnonzero((codes != 0) & (np.asarray(state.status) == ClosureStatus.OK))
+    if len(overflowed):
+        row = "" if codes.ndim == 0 else f" of row {overflowed[0]}"
         raise InputError(f"the result{row} is not finite: the input is too large to compute with")
     for value in values.values():
         value[codes != 0] = np.nan

@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..closed_state.state import ClosedState
 from ..errors import InputError, StateError
 from ..ground.arrays import Array
+from .closed_kinematics import ClosedKinematics
 from .ik_descent import MAX_ITERATIONS, STARTS, Descent, Mask, Task, descend, spread
 from .pose import Pose
-
-if TYPE_CHECKING:
-    from ..robot.robot import Robot
 
 SOLVED = 1e-9  # residual [m] below which a target counts as reached, if nothing else is asked for
 SAME = 1e-6  # solutions closer than this in every coordinate are one
@@ -32,7 +29,7 @@ class Search:
     (or None); `tolerance`, the residual [m] below which the target counts as reached.
     """
 
-    robot: Robot
+    robot: ClosedKinematics
     task: Task
     start: Array
     near: ClosedState | None
@@ -116,7 +113,7 @@ class Search:
 
 
 def search_for(
-    robot: Robot,
+    robot: ClosedKinematics,
     target: Pose,
     rows: tuple[int, ...],
     seed: Array | None,
@@ -133,14 +130,16 @@ def search_for(
     return Search(robot, task, own if seed is None else seed, near, tolerance)
 
 
-def close(robot: Robot, u: Array, near: ClosedState | None, check: bool = True) -> ClosedState:
+def close(
+    robot: ClosedKinematics, u: Array, near: ClosedState | None, check: bool = True
+) -> ClosedState:
     """Closed on the modes of `near`, or on the robot's own; loops without a closed form are followed from there."""
     if near is None or robot.follows:
         return robot.close(u, check=check, near=near)
     return robot.close(u, check=check, branch=near.branch)
 
 
-def inside(robot: Robot, limits: Array) -> tuple[Array, Array]:
+def inside(robot: ClosedKinematics, limits: Array) -> tuple[Array, Array]:
     """Lower and upper limits (n,) each; a little drawn in where a loop ends, which is singular there."""
     ends = robot.closing_range
     width = np.where(np.isfinite(ends).all(axis=1), ends[:, 1] - ends[:, 0], 0.0)
@@ -149,7 +148,7 @@ def inside(robot: Robot, limits: Array) -> tuple[Array, Array]:
     )
 
 
-def revolute(robot: Robot) -> Mask:
+def revolute(robot: ClosedKinematics) -> Mask:
     """Which of the active coordinates are angles (n,)."""
     return np.array([robot.joint_types[name] == "revolute" for name in robot.active])
 
@@ -164,13 +163,15 @@ def joined(parts: Sequence[Descent]) -> Descent:
     )
 
 
-def _terms(robot: Robot, u: Array) -> tuple[Array, Array, Array, Array]:
+def _terms(robot: ClosedKinematics, u: Array) -> tuple[Array, Array, Array, Array]:
     """Position, rotation, Jacobian and status of many states, NaN rows where a loop does not close."""
     position, rotation, jacobian = robot.kernels.pose_and_jacobian(u, check=False)
     return position, rotation, jacobian, np.isnan(position[:, 0])
 
 
-def _terms_near(robot: Robot, near: ClosedState, u: Array) -> tuple[Array, Array, Array, Array]:
+def _terms_near(
+    robot: ClosedKinematics, near: ClosedState, u: Array
+) -> tuple[Array, Array, Array, Array]:
     """The same on the assembly modes of a closed state."""
     state = close(robot, u, near, check=False)
     pose = robot.forward_kinematics(state)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,13 +12,11 @@ from ..closed_state.state import ClosedState, ClosureStatus
 from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.check_arrays import finite_vectors
+from .closed_kinematics import ClosedKinematics
 from .ik_descent import MAX_ITERATIONS, IKStatus, distinct, unwound
 from .ik_failure import failure, remainder
 from .ik_problem import SAME, SOLVED, Search, joined, revolute, search_for
 from .pose import Pose, checked_pose
-
-if TYPE_CHECKING:
-    from ..robot.robot import Robot
 
 NEAREST = 25  # iterations towards a pose known to be out of reach, for the nearest one
 FARTHEST = 1e100  # [m] squares of distances stay far from the end of the range of numbers
@@ -59,7 +56,7 @@ class IKResult:
 
 
 def solve_inverse_kinematics(  # noqa: PLR0913, PLR0917 - as the robot's method
-    robot: Robot,
+    robot: ClosedKinematics,
     target: ArrayLike | Pose,
     seed: ArrayLike | None,
     all_solutions: bool,
@@ -145,7 +142,7 @@ def _tolerance(tolerance: float) -> float:
     return float(tolerance)
 
 
-def _check_near(robot: Robot, near: object) -> None:
+def _check_near(robot: ClosedKinematics, near: object) -> None:
     if near is None:
         return
     got = ""

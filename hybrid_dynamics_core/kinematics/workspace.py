@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,7 @@ from ..ground.arrays import Array
 from ..ground.progress import Progress
 from ..ground.suggestions import suggestion
 from ..ground.units import coordinate_unit
-
-if TYPE_CHECKING:
-    from ..robot.robot import Robot
+from .closed_kinematics import ClosedKinematics
 
 COUNT: Final = 100_000
 # of the end effector's distance from the base: how far a slide without limits is taken to go
@@ -146,7 +144,7 @@ class Workspace:
         return int(np.argmin(np.where(self.samples.reachable, self.samples.singularity, np.inf)))
 
 
-def margins_at(robot: Robot, u: Array, frame: str | None = None) -> Margins:
+def margins_at(robot: ClosedKinematics, u: Array, frame: str | None = None) -> Margins:
     """Close a batch u (N, n) and tell what became of every sample; nothing is raised for those that do not close."""
     state = robot.close(u, check=False)
     limit, joint = _limit_margins(robot, state)
@@ -160,7 +158,7 @@ def margins_at(robot: Robot, u: Array, frame: str | None = None) -> Margins:
 
 
 def find_workspace(
-    robot: Robot,
+    robot: ClosedKinematics,
     count: int = COUNT,
     frame: str | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None,
@@ -198,7 +196,7 @@ def find_workspace(
 
 
 def sampled_ranges(
-    robot: Robot,
+    robot: ClosedKinematics,
     told: Mapping[str, tuple[float, float]] | None,
     held: Mapping[str, float] | None = None,
 ) -> tuple[Array, tuple[str, ...]]:
@@ -244,7 +242,7 @@ def sampled_ranges(
 
 
 def _held(
-    robot: Robot, told: Mapping[str, tuple[float, float]], held: Mapping[str, float]
+    robot: ClosedKinematics, told: Mapping[str, tuple[float, float]], held: Mapping[str, float]
 ) -> Mapping[str, float]:
     """The same where they can be held, else an InputError."""
     for name, value in held.items():
@@ -273,7 +271,7 @@ def joined(parts: list[Margins]) -> Margins:
     )
 
 
-def limited_joints(robot: Robot) -> dict[str, tuple[float, float]]:
+def limited_joints(robot: ClosedKinematics) -> dict[str, tuple[float, float]]:
     """Joints with two limits, active or passive, narrowed by the strokes of their cylinders [rad or m]."""
     found = {}
     for name in robot.coordinates:
@@ -286,7 +284,7 @@ def limited_joints(robot: Robot) -> dict[str, tuple[float, float]]:
     return found
 
 
-def _limit_margins(robot: Robot, state: ClosedState) -> tuple[Array, NDArray[np.int64]]:
+def _limit_margins(robot: ClosedKinematics, state: ClosedState) -> tuple[Array, NDArray[np.int64]]:
     limits = limited_joints(robot)
     if not limits:
         return np.full(len(state.u), np.inf), np.full(len(state.u), -1, dtype=np.int64)

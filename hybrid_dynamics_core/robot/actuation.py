@@ -1,9 +1,8 @@
-"""The part of Robot that knows what drives it: forces of the drives from tau and back, hydraulic cylinders."""
+"""What drives a robot: forces of the drives from tau and back, hydraulic cylinders."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
@@ -14,112 +13,158 @@ from ..description.actuators import HydraulicCylinder
 from ..dynamics.hydraulics import CylinderState, cylinder_state
 from ..errors import InputError, SingularityError
 from ..ground.arrays import Array
-from .dynamics import RobotDynamics
+from ..ground.lazy import lazy
+from .closure import Closure
+from .model import RobotModel
 
-INDEPENDENT = 1e-9  # share of a drive's row of R that the rows before it must leave
+# share of a drive's row of R that the rows before it must leave
+INDEPENDENT = 1e-9
 
 
-class RobotActuators(RobotDynamics):
-    """Methods of Robot.
+class Actuation:
+    """Drives of a robot.
 
     A drive may sit on any joint of a loop, not only where the active coordinate is.
     """
 
+    def __init__(self, model: RobotModel, closure: Closure) -> None:
+        self._model = model
+        self._closure = closure
+
     @property
     def cylinders(self) -> Mapping[str, HydraulicCylinder]:
         """The hydraulic cylinders of the description, by joint."""
-        return self.description.actuators
+        return self._model.description.actuators
 
-    @cached_property
+    @lazy
     def drives(self) -> tuple[str, ...]:
-        """The n joints that are driven: those with an actuator, then active joints until the motion is determined.
+        """The n joints that are driven, in the order of the coordinates.
 
-        In the order of the coordinates.
+        These are the joints with an actuator, then active joints until the motion is determined.
         """
-        R = self.close(self.reference).R
-        chosen: list[str] = []
+        model = self._model
+        R = self._closure.close(model.reference).R
+        drives: list[str] = []
         basis: list[Array] = []
-        for name in (*self.cylinders, *self.active):
-            if name in chosen or len(chosen) == len(self.active):
+        for name in (*self.cylinders, *model.active):
+            if name in drives or len(drives) == len(model.active):
                 continue
-            row = R[self.coordinates.index(name)]
-            rest = row - sum((b @ row * b for b in basis), np.zeros_like(row))
-            if np.linalg.norm(rest) > INDEPENDENT * max(1.0, float(np.linalg.norm(row))):
-                basis.append(rest / np.linalg.norm(rest))
-                chosen.append(name)
-        return tuple(sorted(chosen, key=self.coordinates.index))
+            row = R[model.coordinates.index(name)]
+            dependent = sum((b @ row * b for b in basis), np.zeros_like(row))
+            remainder = row - dependent
+            if np.linalg.norm(remainder) > INDEPENDENT * max(1.0, float(np.linalg.norm(row))):
+                basis.append(remainder / np.linalg.norm(remainder))
+                drives.append(name)
+        return tuple(sorted(drives, key=model.coordinates.index))
 
     def generalised_forces(self, state: ClosedState, forces: Mapping[str, ArrayLike]) -> Array:
-        """tau (n,) or (N, n) of forces [N] and torques [N m] along any joints, by name: R^T f, Chu (2020), Eq. 22.
+        """Generalised forces of forces along any joints: tau = R^T f, Chu (2020), Eq. 22.
 
-        Forward dynamics from measured cylinder forces is `forward_dynamics(state,
-        generalised_forces(state, f))`.
+        Forward dynamics from measured cylinder forces is
+        `forward_dynamics(state, generalised_forces(state, forces))`.
+
+        Args:
+            state: closed state, or a batch of N.
+            forces: force [N] or torque [N m] along joints by name, each a number or (N,).
+
+        Returns:
+            tau (n,) or (N, n) [N m, N].
+
+        Raises:
+            InputError: there is no such joint, a shape is wrong, or a value is not finite.
         """
-        self._own(state)
+        self._closure.check_state(state)
+        coordinates = self._model.coordinates
         along = np.zeros_like(state.s)
         for name, force in forces.items():
-            if name not in self.coordinates:
-                raise InputError(
-                    f"there is no joint '{name}'; known: {', '.join(self.coordinates)}"
-                )
+            if name not in coordinates:
+                raise InputError(f"there is no joint '{name}'; known: {', '.join(coordinates)}")
             value = np.asarray(force, dtype=float)
             if value.shape not in ((), state.s.shape[:-1]) or not np.isfinite(value).all():
                 raise InputError(
                     f"the force on '{name}' has shape {value.shape}; expected finite numbers, one a"
                     " state"
                 )
-            along[..., self.coordinates.index(name)] += value
+            along[..., coordinates.index(name)] += value
         tau: Array = np.einsum("...ij,...i->...j", state.R, along)
         return tau
 
     def drive_forces(self, state: ClosedState, tau: ArrayLike) -> Mapping[str, Array]:
-        """Forces [N] and torques [N m] of the `drives` that give tau, by joint, each a number or (N,).
+        """Forces of the `drives` that give the generalised forces tau.
 
-        Raises SingularityError where the drives, as they stand, cannot give every tau.
+        Args:
+            state: closed state, or a batch of N.
+            tau: generalised forces (n,) or (N, n) [N m, N].
+
+        Returns:
+            Force [N] or torque [N m] by joint, each a number or (N,).
+
+        Raises:
+            SingularityError: the drives, as they stand, cannot give every tau.
+            InputError: a shape is wrong, or a value is not finite.
         """
-        tau = self._like(state, "tau", tau)
-        rows = state.R[..., [self.coordinates.index(name) for name in self.drives], :]
+        tau = self._closure.vector_like(state, "tau", tau)
+        indices = [self._model.coordinates.index(name) for name in self.drives]
+        rows = state.R[..., indices, :]
         self._check_drives(rows)
-        forces: Array = np.linalg.solve(np.swapaxes(rows, -1, -2), tau[..., None])[..., 0].astype(
-            np.float64
-        )
+        transposed = np.swapaxes(rows, -1, -2)
+        forces = np.linalg.solve(transposed, tau[..., None])[..., 0].astype(np.float64)
         return MappingProxyType({name: forces[..., k] for k, name in enumerate(self.drives)})
 
-    def _check_drives(self, rows: Array) -> None:
-        """Raise SingularityError where some motion, to the digits there are, moves none of the drives: rows of R."""
-        good = np.isfinite(rows).all(
-            axis=(-2, -1), keepdims=True
-        )  # rows that do not close stay NaN
-        sizes = np.linalg.norm(rows, axis=-1, keepdims=True)
-        scaled = np.where(good, rows / np.maximum(sizes, 1.0), np.eye(rows.shape[-1]))
-        _, values, motions = np.linalg.svd(scaled)
-        bad = np.atleast_1d(values[..., -1] < INDEPENDENT)
-        if not bad.any():
-            return
-        row = int(np.flatnonzero(bad)[0])
-        distance, motion = (
-            np.atleast_2d(values)[row, -1],
-            motions.reshape(-1, *motions.shape[-2:])[row, -1],
-        )
-        motion = motion / motion[np.argmax(np.abs(motion))]
-        told = ", ".join(
-            f"{n} ({x:+.3g})" for n, x in zip(self.active, motion, strict=True) if abs(x) > 1e-6
-        )
-        problem = (
-            f"the drives {', '.join(self.drives)} cannot give every tau here: moving {told} moves"
-            f" none of them (smallest singular value {distance:.2g})"
-        )
-        index = None if rows.ndim == 2 else row
-        raise SingularityError(problem, loop="", distance=float(distance), index=index)
-
     def hydraulics(self, state: ClosedState, tau: ArrayLike) -> Mapping[str, CylinderState]:
-        """Pressures, flows and stroke left of every cylinder, by joint, for efforts tau (n,) or (N, n) [N m, N]."""
+        """Pressures, flows and remaining stroke of every cylinder.
+
+        Args:
+            state: closed state, or a batch of N.
+            tau: generalised forces (n,) or (N, n) [N m, N].
+
+        Returns:
+            The state of each cylinder, by joint.
+
+        Raises:
+            SingularityError: the drives, as they stand, cannot give every tau.
+            InputError: a shape is wrong, or a value is not finite.
+        """
         forces = self.drive_forces(state, tau)
+        unloaded = np.zeros(state.s.shape[:-1])
         result = {}
         for name, cylinder in self.cylinders.items():
-            k = self.coordinates.index(name)
-            force = forces.get(name, np.zeros(state.s.shape[:-1]))
-            result[name] = cylinder_state(
-                cylinder, state.s[..., k], state.ds[..., k], np.asarray(force)
-            )
+            k = self._model.coordinates.index(name)
+            force = np.asarray(forces.get(name, unloaded))
+            result[name] = cylinder_state(cylinder, state.s[..., k], state.ds[..., k], force)
         return MappingProxyType(result)
+
+    def _check_drives(self, rows: Array) -> None:
+        """Raise where some motion, to the digits there are, moves none of the drives.
+
+        Args:
+            rows: the rows of R (n, n) or (N, n, n) that belong to the drives.
+        """
+        # rows that do not close stay NaN
+        closed = np.isfinite(rows).all(axis=(-2, -1), keepdims=True)
+        sizes = np.linalg.norm(rows, axis=-1, keepdims=True)
+        scaled = np.where(closed, rows / np.maximum(sizes, 1.0), np.eye(rows.shape[-1]))
+        _, values, motions = np.linalg.svd(scaled)
+        singular = np.atleast_1d(values[..., -1] < INDEPENDENT)
+        if not singular.any():
+            return
+        first = int(np.flatnonzero(singular)[0])
+        index = first if rows.ndim == 3 else None
+        distance = float(np.atleast_2d(values)[first, -1])
+        motion = motions.reshape(-1, *motions.shape[-2:])[first, -1]
+        raise self._dependent_drives(motion, distance, index)
+
+    def _dependent_drives(
+        self, motion: Array, distance: float, index: int | None
+    ) -> SingularityError:
+        """The error for drives that a motion (n,) of the active joints does not move."""
+        motion = motion / motion[np.argmax(np.abs(motion))]
+        moving = []
+        for name, part in zip(self._model.active, motion, strict=True):
+            if abs(part) > 1e-6:
+                moving.append(f"{name} ({part:+.3g})")
+        problem = (
+            f"the drives {', '.join(self.drives)} cannot give every tau here: moving"
+            f" {', '.join(moving)} moves none of them (smallest singular value {distance:.2g})"
+        )
+        return SingularityError(problem, loop="", distance=distance, index=index)

@@ -1,124 +1,119 @@
-"""One fused call: its fast way straight into compiled code, and the thorough one that says what is wrong."""
+"""One compiled call: a quick way straight into compiled code, and a thorough one that says why not."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .. import programs
 from ..errors import InputError
 from ..ground.arrays import Array, frozen
 from ..ground.check_arrays import finite_vectors, real_array
 from ..kernels.caller import Signature, make_caller
-from ..kernels.run import Codes
+from ..kernels.run import Codes, Kernel
+from ..programs import Program
+from .closure import Closure
 
-if TYPE_CHECKING:
-    from .robot import Robot
-
-OF_A_STATE = (
-    "u",
-    "du",
-    "ddu",
-    "tau",
-)  # inputs that belong to a state; a program's other inputs are the robot's own
-Explain = Callable[..., object]  # (closed state, inputs of a state) -> raises what is wrong with it
+# inputs that belong to a state; the other inputs of a program are constants of the robot
+STATE_INPUTS = ("u", "du", "ddu", "tau")
+# (closed state, inputs of a state) -> raises what is wrong with it
+Explain = Callable[..., object]
 
 
 class CompiledCall:
     """A program of a robot as one function of arrays.
 
-    `own`: the robot's values of inputs that do not belong to a state; `optional`: inputs of a state
-    that are zero where left out; `explain`: raises what is wrong with a state that closes, but has
-    no answer.
+    Args:
+        kernel: the compiled program.
+        program: names its inputs.
+        closure: closes loops without a closed form, and explains states that do not close.
+        constants: the robot's values of all inputs that do not belong to a state.
+        optional: inputs of a state that are zero where they are left out.
+        explain: raises what is wrong with a state that closes, but has no answer.
     """
 
     def __init__(
         self,
-        robot: Robot,
-        key: str,
-        program: programs.Program,
-        own: Mapping[str, Array],
+        kernel: Kernel,
+        program: Program,
+        closure: Closure,
+        constants: Mapping[str, Array],
         optional: Sequence[str] = (),
         explain: Explain | None = None,
     ) -> None:
-        self._robot, self._explain = robot, explain
-        self._kernel = robot.kernel(key, program)
-        self._inputs = program.inputs
-        self._sizes = dict(zip(program.inputs, self._kernel.facts["inputs"], strict=True))
-        self._given = [name for name in program.inputs if name in OF_A_STATE]
+        self._kernel = kernel
+        self._closure = closure
+        self._active = closure.model.active
+        self._explain = explain
+        self._names = program.inputs
+        self._sizes = dict(zip(program.inputs, kernel.facts["inputs"], strict=True))
+        self._of_state = [name for name in program.inputs if name in STATE_INPUTS]
         self._optional = {name: frozen(np.zeros(self._sizes[name])) for name in optional}
-        self._own = {name: own[name] for name in program.inputs if name not in OF_A_STATE}
+        others = [name for name in program.inputs if name not in STATE_INPUTS]
+        self._constants = {name: constants[name] for name in others}
 
     def caller(self) -> Callable[..., Any]:
-        """The function (given inputs, out=None, *, check=True, threads=1, other inputs) -> results."""
+        """The function (inputs of a state, out=None, *, check, threads, other inputs) -> results."""
         signature = Signature(
-            inputs=self._inputs,
-            given=self._given,
-            values=self._own,
+            inputs=self._names,
+            given=self._of_state,
+            values=self._constants,
             shapes=[shape for _, shape in self._kernel.layout],
             optional=self._optional,
             follows="guess" if self._kernel.facts["iterates"] else None,
         )
-        return make_caller(signature, self._kernel.one, self._thorough)
+        return make_caller(signature, self._kernel.one, self._call_thoroughly)
 
-    def _thorough(self, values: dict[str, Any], out: Any, check: bool, threads: Any) -> Any:
-        """Batches, arrays of other kinds, loops that are followed, and everything that is to be refused."""
+    def _call_thoroughly(self, values: dict[str, Any], out: Any, check: bool, threads: Any) -> Any:
+        """Batches, arrays of other kinds, loops that are followed, and all that is an error."""
         if not isinstance(threads, int) or threads < 1:
             raise InputError(f"threads is {threads!r}; expected 1 or more")
         inputs = self._checked_inputs(values)
-        rows = len(inputs["u"]) if inputs["u"].ndim == 2 else None
-        outs = self._checked_outs(out, rows)
-        inputs = {
-            name: a.copy() if any(_overlap(a, o) for o in outs) else a for name, a in inputs.items()
-        }
-        if self._kernel.facts["iterates"] and values["guess"] is self._own["guess"]:
-            state = self._robot.close(inputs["u"], check=check)
+        outs = self._checked_outs(out, _rows(inputs["u"]))
+        inputs = _apart(inputs, outs)
+        if self._kernel.facts["iterates"] and values["guess"] is self._constants["guess"]:
+            state = self._closure.close(inputs["u"], check=check)
             inputs |= {"branch": state.signs, "guess": state.s}
         codes = self._run(inputs, outs, threads)
         if codes.any():
-            for name in self._given:
-                finite_vectors(name, inputs[name], self._robot.active)
-            for array in outs:
-                array[codes != 0] = np.nan
-            if check:
-                self._refuse(inputs, codes)
-        return outs[0] if len(outs) == 1 else tuple(outs)
+            self._mark_failures(inputs, outs, codes, check)
+        if len(outs) == 1:
+            return outs[0]
+        return tuple(outs)
+
+    # -- arguments
 
     def _checked_inputs(self, values: dict[str, Any]) -> dict[str, Array]:
         inputs: dict[str, Array] = {}
         rows: int | None = None
         for name, value in values.items():
-            if name in self._given:
-                inputs[name] = (
-                    value
-                    if self._is_batch(value)
-                    else finite_vectors(name, value, self._robot.active)
-                )
-                shape = inputs[name].shape
-                if name == "u":
-                    rows = shape[0] if len(shape) == 2 else None
-                elif len(shape) == 2 and shape[0] != rows:
-                    expected = inputs["u"].shape
-                    raise InputError(
-                        f"{name} has shape {shape}; expected {expected} as u, or ({shape[1]},)"
-                        " for all"
-                    )
-            elif value is self._own[name]:
+            if name == "u":
+                inputs[name] = self._state_input(name, value)
+                rows = _rows(inputs[name])
+            elif name in self._of_state:
+                inputs[name] = self._state_input(name, value)
+                _check_rows(name, inputs[name], inputs["u"])
+            elif value is self._constants[name]:
                 inputs[name] = value
             else:
-                inputs[name] = self._checked_parameter(name, value, rows)
+                inputs[name] = self._checked_constant(name, value, rows)
         return inputs
 
+    def _state_input(self, name: str, value: Any) -> Array:
+        if self._is_batch(value):
+            batch: Array = value
+            return batch
+        return finite_vectors(name, value, self._active)
+
     def _is_batch(self, value: object) -> bool:
-        """Whether nothing has to be converted; that all is finite the kernel finds out itself."""
+        """Whether a value needs no conversion. The kernel finds out itself whether it is finite."""
         if type(value) is not np.ndarray or value.dtype != np.float64:
             return False
-        return value.ndim == 2 and value.shape[1] == len(self._robot.active)
+        return value.ndim == 2 and value.shape[1] == len(self._active)
 
-    def _checked_parameter(self, name: str, value: ArrayLike, rows: int | None) -> Array:
+    def _checked_constant(self, name: str, value: ArrayLike, rows: int | None) -> Array:
         array = real_array(name, value)
         size = self._sizes[name]
         if array.shape != (size,) and (rows is None or array.shape != (rows, size)):
@@ -131,39 +126,90 @@ class CompiledCall:
         return array
 
     def _checked_outs(self, out: Any, rows: int | None) -> list[Array]:
-        shapes = [shape if rows is None else (rows, *shape) for _, shape in self._kernel.layout]
+        names = [name for name, _ in self._kernel.layout]
+        shapes = [shape for _, shape in self._kernel.layout]
+        if rows is not None:
+            shapes = [(rows, *shape) for shape in shapes]
         if out is None:
             return [np.empty(shape) for shape in shapes]
-        outs = [out] if len(shapes) == 1 else list(out) if isinstance(out, (tuple, list)) else []
+        outs: list[Any] = []
+        if len(shapes) == 1:
+            outs = [out]
+        elif isinstance(out, (tuple, list)):
+            outs = list(out)
         if len(outs) != len(shapes):
-            names = ", ".join(name for name, _ in self._kernel.layout)
-            raise InputError(f"out: expected a tuple of {len(shapes)} arrays for {names}")
-        for (name, _), array, shape in zip(self._kernel.layout, outs, shapes, strict=True):
-            if type(array) is not np.ndarray or array.dtype != np.float64 or array.shape != shape:
-                told = f"{getattr(array, 'dtype', type(array).__name__)} of shape {np.shape(array)}"
-                raise InputError(f"out for {name}: is {told}; expected float64 of shape {shape}")
-            if not (array.flags.c_contiguous and array.flags.aligned and array.flags.writeable):
-                raise InputError(f"out for {name}: expected a writable array in C order")
+            expected = f"a tuple of {len(shapes)} arrays for {', '.join(names)}"
+            raise InputError(f"out: expected {expected}")
+        for name, array, shape in zip(names, outs, shapes, strict=True):
+            _check_out(name, array, shape)
         return outs
 
+    # -- computation
+
     def _run(self, inputs: dict[str, Array], outs: list[Array], threads: int) -> Codes:
-        arguments = [inputs[name] for name in self._inputs]
+        arguments = [inputs[name] for name in self._names]
         if inputs["u"].ndim == 1:
             return np.array(self._kernel.fill_one(arguments, outs))
         codes = np.empty(len(inputs["u"]), dtype=np.int64)
         self._kernel.fill_rows(arguments, outs, codes, threads)
         return codes
 
-    def _refuse(self, inputs: dict[str, Array], codes: Codes) -> None:
-        """Raise for the first row without an answer, as the thorough calls of the robot do."""
+    def _mark_failures(
+        self, inputs: dict[str, Array], outs: list[Array], codes: Codes, check: bool
+    ) -> None:
+        """NaN in rows without an answer; with `check` an error for the first of them."""
+        for name in self._of_state:
+            finite_vectors(name, inputs[name], self._active)
+        for array in outs:
+            array[codes != 0] = np.nan
+        if check:
+            self._raise_for_first(inputs, codes)
+
+    def _raise_for_first(self, inputs: dict[str, Array], codes: Codes) -> None:
+        """Raise for the first row without an answer what the methods of the robot raise for it."""
         du = np.broadcast_to(inputs.get("du", 0.0), inputs["u"].shape)
-        state = self._robot.close(inputs["u"], du)
+        state = self._closure.close(inputs["u"], du)
         if self._explain is not None:
-            self._explain(state, *(inputs[name] for name in self._given if name not in ("u", "du")))
-        place = "" if codes.ndim == 0 else f" in row {int(np.flatnonzero(codes)[0])}"
+            others = [inputs[name] for name in self._of_state if name not in ("u", "du")]
+            self._explain(state, *others)
+        place = ""
+        if codes.ndim == 1:
+            place = f" in row {int(np.flatnonzero(codes)[0])}"
         raise InputError(f"the result{place} is not finite: the input is too large to compute with")
 
 
-def _overlap(a: Array, b: Array) -> bool:
-    """Whether writing b could change what is still to be read of a."""
-    return bool(np.may_share_memory(a, b))
+def _rows(u: Array) -> int | None:
+    """Number of states in a batch, None for a single state."""
+    if u.ndim == 2:
+        return len(u)
+    return None
+
+
+def _check_rows(name: str, array: Array, u: Array) -> None:
+    """Raise where a batch has another number of rows than u."""
+    if array.ndim == 2 and len(array) != _rows(u):
+        raise InputError(
+            f"{name} has shape {array.shape}; expected {u.shape} as u, or ({array.shape[1]},)"
+            " for all"
+        )
+
+
+def _check_out(name: str, array: Any, shape: tuple[int, ...]) -> None:
+    """Raise where an array cannot be filled by compiled code."""
+    if type(array) is not np.ndarray or array.dtype != np.float64 or array.shape != shape:
+        kind = getattr(array, "dtype", type(array).__name__)
+        raise InputError(
+            f"out for {name}: is {kind} of shape {np.shape(array)}; expected float64 of shape"
+            f" {shape}"
+        )
+    if not (array.flags.c_contiguous and array.flags.aligned and array.flags.writeable):
+        raise InputError(f"out for {name}: expected a writable array in C order")
+
+
+def _apart(inputs: dict[str, Array], outs: list[Array]) -> dict[str, Array]:
+    """The inputs, copied where writing an output could change what is still to be read."""
+    result = {}
+    for name, array in inputs.items():
+        overlaps = any(np.may_share_memory(array, out) for out in outs)
+        result[name] = array.copy() if overlaps else array
+    return result

@@ -1,80 +1,112 @@
-"""The dynamic part of Robot: forces from motion and motion from forces, with everything that acts on the robot."""
+"""Forces from motion and motion from forces, with everything that acts on a robot."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
-from typing import TYPE_CHECKING
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import programs
 from ..closed_state.state import ClosedState, settle
-from ..description.model import Frame
 from ..dynamics.dae import SpanningTerms
 from ..dynamics.energy import Energy
 from ..dynamics.load_pattern import LoadPattern
-from ..dynamics.loads import Loads, described_loads
+from ..dynamics.loads import Loads
 from ..dynamics.mass import mass_singularity
-from ..dynamics.pack_loads import pack_loads
 from ..dynamics.parameters import Parameters, described_parameters
 from ..dynamics.pins import Pin, find_pins
 from ..dynamics.reactions import Reactions, named_reactions
-from ..errors import InputError
 from ..ground.arrays import Array
-from ..kernels.run import Kernel
-from ..kernels.status import MASS_SINGULAR
-from .closure import ClosingRobot
+from ..ground.lazy import lazy
+from ..kernels.run import Codes
+from ..kernels.status import GOOD, MASS_SINGULAR
+from .closure import Closure
+from .kernel_store import KernelStore
+from .loaded_programs import LoadedProgram, LoadedPrograms, Packed
+from .model import RobotModel
 
-LoadedProgram = Callable[[LoadPattern], programs.Program]
 MotionFunction = Callable[[Array, Array, Array], tuple[Array, float]]
 
 
-class RobotDynamics(ClosingRobot):
-    """Methods of Robot. States come from `robot.close`; one state gives (n,), a batch (N, n), in the order of `active`.
+class Dynamics:
+    """Dynamics of a robot in its active coordinates, from closed states.
 
-    `loads` is everything that acts besides the actuators; None: what the description gives,
-    `robot.loads`.
+    One state gives results (n,), a batch of N states (N, n), in the order of `active`. Loads are
+    everything that acts besides the actuators. Where they are None, those of the description act.
     """
 
-    if TYPE_CHECKING:  # in Robot
+    def __init__(self, model: RobotModel, kernels: KernelStore, closure: Closure) -> None:
+        self._model = model
+        self._kernels = kernels
+        self._closure = closure
+        self._programs = LoadedPrograms(model, kernels)
 
-        def _frame(self, frame: str | None) -> Frame: ...
-
-    @cached_property
+    @property
     def loads(self) -> Loads:
         """What the description says acts on the robot: gravity, payloads, friction, rotors, springs."""
-        return described_loads(self.description, self.coordinates)
+        return self._programs.described
+
+    def pack(self, loads: Loads) -> Packed:
+        """Which loads there are, and their values as inputs of a program on one state."""
+        return self._programs.pack(loads)
 
     def inverse_dynamics(
         self, state: ClosedState, ddu: ArrayLike, loads: Loads | None = None
     ) -> Array:
-        """Actuator torques [N m] and forces [N], (n,) or (N, n), for active accelerations ddu; Chu (2020), Eq. 25."""
-        ddu = self._like(state, "ddu", ddu)
-        return self._evaluate("inverse_dynamics", programs.inverse_dynamics, state, loads, ddu=ddu)[
-            "tau"
-        ]
+        """Actuator efforts for active accelerations; Chu (2020), Eq. 25.
+
+        Args:
+            state: closed state, or a batch of N.
+            ddu: active accelerations (n,) or (N, n) [rad/s^2, m/s^2].
+            loads: what acts besides the actuators; `robot.loads` if None.
+
+        Returns:
+            tau (n,) or (N, n) [N m, N].
+
+        Raises:
+            InputError: a shape is wrong, or the input or the result is not finite.
+        """
+        ddu = self._closure.vector_like(state, "ddu", ddu)
+        program = programs.inverse_dynamics
+        return self._evaluate("inverse_dynamics", program, state, loads, ddu=ddu)["tau"]
 
     def forward_dynamics(
         self, state: ClosedState, tau: ArrayLike, loads: Loads | None = None
     ) -> Array:
-        """Active accelerations (n,) or (N, n) [rad/s^2, m/s^2] from actuator torques [N m] and forces [N].
+        """Active accelerations from actuator efforts; Chu (2020), Eq. 25.
 
-        Raises MassSingularityError where M-bar is singular to working precision: some motion of the
-        active joints moves no mass. Chu (2020), Eq. 25.
+        Args:
+            state: closed state, or a batch of N.
+            tau: actuator efforts (n,) or (N, n) [N m, N].
+            loads: what acts besides the actuators; `robot.loads` if None.
+
+        Returns:
+            u'' (n,) or (N, n) [rad/s^2, m/s^2].
+
+        Raises:
+            MassSingularityError: M-bar is singular to working precision, since some motion of the
+                active joints moves no mass.
+            InputError: a shape is wrong, or the input or the result is not finite.
         """
-        tau = self._like(state, "tau", tau)
-        return self._evaluate("forward_dynamics", programs.forward_dynamics, state, loads, tau=tau)[
-            "ddu"
-        ]
+        tau = self._closure.vector_like(state, "tau", tau)
+        program = programs.forward_dynamics
+        return self._evaluate("forward_dynamics", program, state, loads, tau=tau)["ddu"]
 
     def inverse_dynamics_derivatives(
         self, state: ClosedState, ddu: ArrayLike, loads: Loads | None = None
     ) -> tuple[Array, Array, Array]:
-        """d tau/du, d tau/du' and d tau/du'' = M-bar, each (n, n) or (N, n, n), exact; rows by tau."""
-        ddu = self._like(state, "ddu", ddu)
+        """Exact derivatives of the actuator efforts.
+
+        Args:
+            state: closed state, or a batch of N.
+            ddu: active accelerations (n,) or (N, n) [rad/s^2, m/s^2].
+            loads: what acts besides the actuators; `robot.loads` if None.
+
+        Returns:
+            d tau/du, d tau/du' and d tau/du'' = M-bar, each (n, n) or (N, n, n), rows by tau.
+        """
+        ddu = self._closure.vector_like(state, "ddu", ddu)
         program = programs.inverse_dynamics_derivatives
         values = self._evaluate("inverse_dynamics_derivatives", program, state, loads, ddu=ddu)
         return values["d_u"], values["d_du"], values["d_ddu"]
@@ -82,11 +114,20 @@ class RobotDynamics(ClosingRobot):
     def forward_dynamics_derivatives(
         self, state: ClosedState, tau: ArrayLike, loads: Loads | None = None
     ) -> tuple[Array, Array, Array]:
-        """d u''/du, d u''/du' and d u''/d tau = M-bar^-1, each (n, n) or (N, n, n), exact; rows by u''.
+        """Exact derivatives of the active accelerations.
 
-        Raises MassSingularityError as `forward_dynamics` does.
+        Args:
+            state: closed state, or a batch of N.
+            tau: actuator efforts (n,) or (N, n) [N m, N].
+            loads: what acts besides the actuators; `robot.loads` if None.
+
+        Returns:
+            d u''/du, d u''/du' and d u''/d tau = M-bar^-1, each (n, n) or (N, n, n), rows by u''.
+
+        Raises:
+            MassSingularityError: as `forward_dynamics`.
         """
-        tau = self._like(state, "tau", tau)
+        tau = self._closure.vector_like(state, "tau", tau)
         program = programs.forward_dynamics_derivatives
         values = self._evaluate("forward_dynamics_derivatives", program, state, loads, tau=tau)
         return values["d_u"], values["d_du"], values["d_tau"]
@@ -94,16 +135,31 @@ class RobotDynamics(ClosingRobot):
     def minimal_form(
         self, state: ClosedState, loads: Loads | None = None
     ) -> tuple[Array, Array, Array]:
-        """M-bar (n, n), C-bar u' (n,) and G-bar (n,) of M-bar u'' + C-bar u' + G-bar = tau; Chu (2020), Eq. 25.
+        """Terms of M-bar u'' + C-bar u' + G-bar = tau; Chu (2020), Eq. 25.
 
-        Payloads and rotors are in them; what friction, springs and wrenches add to tau is
-        `passive_forces`.
+        Payloads and rotors are in them. `passive_forces` are what friction, springs and wrenches
+        add to tau.
+
+        Args:
+            state: closed state, or a batch of N.
+            loads: what acts besides the actuators; `robot.loads` if None.
+
+        Returns:
+            M-bar (n, n), C-bar u' (n,) and G-bar (n,), with a leading N for a batch.
         """
         values = self._evaluate("minimal_form", programs.minimal_form, state, loads)
         return values["M"], values["h"], values["g"]
 
     def passive_forces(self, state: ClosedState, loads: Loads | None = None) -> Array:
-        """What friction, springs and applied wrenches add to M-bar u'' + C-bar u' + G-bar = tau, (n,) or (N, n)."""
+        """What friction, springs and applied wrenches add to the efforts of `minimal_form`.
+
+        Args:
+            state: closed state, or a batch of N.
+            loads: what acts besides the actuators; `robot.loads` if None.
+
+        Returns:
+            Efforts (n,) or (N, n) [N m, N].
+        """
         return self._evaluate("passive_forces", programs.passive_forces, state, loads)["tau"]
 
     def regressor(
@@ -113,80 +169,119 @@ class RobotDynamics(ClosingRobot):
         parameters: Parameters | None = None,
         loads: Loads | None = None,
     ) -> Array:
-        """Y (n, p) or (N, n, p) of Y pi = tau: tau is linear in the parameters pi of links and joints.
+        """Regressor Y of Y pi = tau: tau is linear in the parameters pi of links and joints.
 
-        parameters: which, and in what order (None: the inertias of all links that have mass). Of
-        `loads` gravity and
-            the smoothing of friction count; payloads, springs and wrenches are not part of Y pi.
+        Args:
+            state: closed state, or a batch of N.
+            ddu: active accelerations (n,) or (N, n) [rad/s^2, m/s^2].
+            parameters: which parameters, in their order; the inertias of all links that have mass
+                if None.
+            loads: only gravity and the smoothing of friction count; payloads, springs and wrenches
+                are not part of Y pi. `robot.loads` if None.
 
-        Raises InputError where the result is not finite.
+        Returns:
+            Y (n, p) or (N, n, p).
+
+        Raises:
+            InputError: a shape is wrong, or the input or the result is not finite.
         """
-        ddu = self._like(state, "ddu", ddu)
-        parameters = described_parameters(self.description) if parameters is None else parameters
-        parameters.check(self.description)
-        loads = self.loads if loads is None else loads
-        known = {"u": state.u, "du": state.du, "ddu": ddu, "branch": state.signs, "guess": state.s}
-        known |= {"gravity": loads.gravity, "smoothing": loads.effects.smoothing}
-        values, codes = self._run(
-            f"regressor {parameters}", programs.regressor(parameters), None, **known
-        )
+        ddu = self._closure.vector_like(state, "ddu", ddu)
+        if parameters is None:
+            parameters = described_parameters(self._model.description)
+        parameters.check(self._model.description)
+        if loads is None:
+            loads = self.loads
+        inputs = {"u": state.u, "du": state.du, "ddu": ddu}
+        inputs |= {"branch": state.signs, "guess": state.s}
+        inputs |= {"gravity": loads.gravity, "smoothing": loads.effects.smoothing}
+        key, program = f"regressor {parameters}", programs.regressor(parameters)
+        values, codes = self._kernels.run(key, program, inputs)
         settle(state, values, codes)
         return values["Y"]
 
     def motion_near(self, state: ClosedState, loads: Loads | None = None) -> MotionFunction:
-        """For integrators: (u, u', tau) -> (u'', power in [W]), all (n,), followed from one closed state nearby.
+        """A function for integrators, whose loops are followed from one closed state nearby.
 
-        The power is that of tau and of applied wrenches, less friction's; energy changes by it.
-        Where the loops do not close the results are NaN. Raises MassSingularityError as
-        `forward_dynamics` does.
+        Args:
+            state: closed state to follow from.
+            loads: what acts besides the actuators; `robot.loads` if None.
+
+        Returns:
+            A function (u, u', tau) -> (u'', power [W]) of vectors (n,). The power is that of tau
+            and of applied wrenches, less that of friction: energy changes by it. Results are NaN
+            where the loops do not close. It raises MassSingularityError as `forward_dynamics`.
         """
-        self._own(state)
-        loads = self.loads if loads is None else loads
-        pattern, arrays = self._pack_loads(loads, None)
+        self._closure.check_state(state)
+        if loads is None:
+            loads = self.loads
+        gravity = loads.gravity
+        pattern, values_of_loads = self._programs.pack(loads)
         program, key = programs.motion(pattern), pattern.key("motion")
 
         def motion(u: Array, du: Array, tau: Array) -> tuple[Array, float]:
             guess = state.s + state.R @ (u - state.u)
-            known = {"branch": state.signs, "guess": guess, "gravity": loads.gravity, **arrays}
-            values, code = self._run(key, program, None, u=u, du=du, tau=tau, **known)
-            if code == 0:
+            inputs = {"u": u, "du": du, "tau": tau, "branch": state.signs, "guess": guess}
+            inputs |= {"gravity": gravity, **values_of_loads}
+            values, code = self._kernels.run(key, program, inputs)
+            if code == GOOD:
                 return values["ddu"], float(values["power"])
             if code == MASS_SINGULAR:
-                mass = self.minimal_form(self.close(u, du, near=state), loads)[0]
-                raise mass_singularity(mass, np.array(True), self.active)
+                near = self._closure.close(u, du, near=state)
+                mass, _, _ = self.minimal_form(near, loads)
+                raise mass_singularity(mass, np.array(True), self._model.active)
             return np.full_like(u, np.nan), np.nan
 
         return motion
 
     def energy(self, state: ClosedState, loads: Loads | None = None) -> Energy:
-        """Energies of motion, of gravity (zero at the base origin) and of springs [J], each a number or (N,)."""
+        """Energies of motion, of gravity (zero at the base origin) and of springs.
+
+        Args:
+            state: closed state, or a batch of N.
+            loads: what acts besides the actuators; `robot.loads` if None.
+
+        Returns:
+            The energies [J], each a number or (N,).
+        """
         values = self._evaluate("energy", programs.energy, state, loads)
         return Energy(values["kinetic"], values["potential"], values["springs"])
 
     def coriolis_matrix(self, state: ClosedState, loads: Loads | None = None) -> Array:
-        """C-bar (n, n) or (N, n, n), the Christoffel matrix of M-bar: M-bar' - 2 C-bar is skew.
+        """C-bar, the Christoffel matrix of M-bar: M-bar' - 2 C-bar is skew; Chu (2020), Eq. 25.
 
-        Chu (2020), Eq. 25.
+        Args:
+            state: closed state, or a batch of N.
+            loads: what acts besides the actuators; `robot.loads` if None.
+
+        Returns:
+            C-bar (n, n) or (N, n, n).
         """
         return self._evaluate("coriolis_matrix", programs.coriolis_matrix, state, loads)["C"]
 
     def velocity_map_rate(self, state: ClosedState) -> Array:
-        """R' (n_s, n) or (N, n_s, n), the rate of R along the motion: s'' = R u'' + R' u'.
+        """Rate of R along the motion: s'' = R u'' + R' u'; Chu (2020), Eq. 20.
 
-        Chu (2020), Eq. 20.
+        Args:
+            state: closed state, or a batch of N.
+
+        Returns:
+            R' (n_s, n) or (N, n_s, n).
         """
         return self._evaluate("coriolis_matrix", programs.coriolis_matrix, state, None)["dR"]
 
     def spanning_terms(
         self, state: ClosedState, ddu: ArrayLike | None = None, loads: Loads | None = None
     ) -> SpanningTerms:
-        """The terms of the full DAE in all coordinates s, Chu (2020), Eq. 10.
+        """Terms of the full DAE in all coordinates s; Chu (2020), Eq. 10.
 
-        ddu: active accelerations (n,) or (N, n) for which the multipliers are, zero if None.
+        Args:
+            state: closed state, or a batch of N.
+            ddu: active accelerations (n,) or (N, n) that the multipliers are for; zero if None.
+            loads: what acts besides the actuators; `robot.loads` if None.
         """
-        ddu = np.zeros_like(state.u) if ddu is None else self._like(state, "ddu", ddu)
+        ddu = self._accelerations(state, ddu)
         values = self._evaluate("spanning_terms", programs.spanning_terms, state, loads, ddu=ddu)
-        equations = [e for step in self._model.plan.blocks for e in step.equations]
+        loops = [e.loop.name for block in self._model.plan.blocks for e in block.equations]
         return SpanningTerms(
             M=values["M"],
             C=values["C"],
@@ -195,21 +290,27 @@ class RobotDynamics(ClosingRobot):
             J=values["J"],
             bias=values["bias"],
             multipliers=values["multipliers"],
-            loops=tuple(e.loop.name for e in equations),
+            loops=tuple(loops),
         )
 
     def reactions(
         self, state: ClosedState, ddu: ArrayLike | None = None, loads: Loads | None = None
     ) -> Reactions:
-        """What every closure pin, joint and the foundation bear [N, N m], to size them by.
+        """What every closure pin, joint and the foundation bear, to size them by.
 
-        ddu: active accelerations (n,) or (N, n), zero if None.
-
-        Base axes. In balance link by link with weight, inertia and loads; rotors count along their
+        They are in balance link by link with weight, inertia and loads. Rotors count along their
         joints only.
+
+        Args:
+            state: closed state, or a batch of N.
+            ddu: active accelerations (n,) or (N, n) [rad/s^2, m/s^2]; zero if None.
+            loads: what acts besides the actuators; `robot.loads` if None.
+
+        Returns:
+            Forces [N] and moments [N m] by name, in base axes.
         """
-        ddu = np.zeros_like(state.u) if ddu is None else self._like(state, "ddu", ddu)
-        closures = self.description.closures
+        ddu = self._accelerations(state, ddu)
+        closures = self._model.description.closures
 
         def program(pattern: LoadPattern) -> programs.Program:
             return programs.reactions(closures, pattern)
@@ -217,9 +318,14 @@ class RobotDynamics(ClosingRobot):
         values = self._evaluate("reactions", program, state, loads, ddu=ddu)
         return named_reactions(values, self._pins, self._model.tree, closures)
 
-    @cached_property
+    @lazy
     def _pins(self) -> list[Pin]:
-        return find_pins(self._model.tree, self._model.plan, self.description.closures)
+        return find_pins(self._model.tree, self._model.plan, self._model.description.closures)
+
+    def _accelerations(self, state: ClosedState, ddu: ArrayLike | None) -> Array:
+        if ddu is None:
+            return np.zeros_like(state.u)
+        return self._closure.vector_like(state, "ddu", ddu)
 
     def _evaluate(
         self,
@@ -227,56 +333,26 @@ class RobotDynamics(ClosingRobot):
         program: LoadedProgram,
         state: ClosedState,
         loads: Loads | None,
-        **more: Array,
+        **inputs: Array,
     ) -> dict[str, Array]:
         """Run a program on a state; rows that `close(..., check=False)` let through stay NaN."""
-        self._own(state)
-        loads = self.loads if loads is None else loads
-        pattern, arrays = self._pack_loads(loads, None if state.u.ndim == 1 else len(state.u))
-        kernel, names = self._loaded(key, program, pattern)
-        inputs = {
-            "u": state.u,
-            "du": state.du,
-            "branch": state.signs,
-            "guess": state.s,
-            "gravity": loads.gravity,
-        }
-        inputs |= arrays | more
-        values, codes = kernel(*(inputs[name] for name in names))
+        self._closure.check_state(state)
+        if loads is None:
+            loads = self._programs.described
+        rows = len(state.u) if state.u.ndim == 2 else None
+        pattern, values_of_loads = self._programs.pack(loads, rows)
+        kernel, names = self._programs.kernel(key, program, pattern)
+        inputs |= values_of_loads
+        inputs |= {"u": state.u, "du": state.du, "branch": state.signs, "guess": state.s}
+        inputs["gravity"] = loads.gravity
+        values, codes = kernel(*[inputs[name] for name in names])
         if codes.any():
-            singular = np.asarray(codes == MASS_SINGULAR)
-            if singular.any():
-                raise mass_singularity(self.minimal_form(state, loads)[0], singular, self.active)
+            self._raise_if_mass_singular(state, codes, loads)
             settle(state, values, codes)
         return values
 
-    def _loaded(
-        self, key: str, program: LoadedProgram, pattern: LoadPattern
-    ) -> tuple[Kernel, tuple[str, ...]]:
-        """The kernel of a program under a pattern, and the names of its inputs."""
-        known = self._loaded_kernels.get((key, pattern))
-        if known is None:
-            made = program(pattern)
-            known = self._loaded_kernels[key, pattern] = (
-                self.kernel(pattern.key(key), made),
-                made.inputs,
-            )
-        return known
-
-    @cached_property
-    def _loaded_kernels(self) -> dict[tuple[str, LoadPattern], tuple[Kernel, tuple[str, ...]]]:
-        return {}
-
-    def _pack_loads(self, loads: Loads, rows: int | None) -> tuple[LoadPattern, dict[str, Array]]:
-        if not isinstance(loads, Loads):
-            raise InputError(f"expected Loads, such as robot.loads, got {type(loads).__name__}")
-        known = self._known_loads.get(loads)
-        if known is None:
-            known = pack_loads(loads, self._model.tree, self._frame, rows)
-            if all(wrench.values.ndim == 1 for wrench in loads.wrenches.values()):
-                self._known_loads[loads] = known
-        return known
-
-    @cached_property
-    def _known_loads(self) -> WeakKeyDictionary[Loads, tuple[LoadPattern, dict[str, Array]]]:
-        return WeakKeyDictionary()
+    def _raise_if_mass_singular(self, state: ClosedState, codes: Codes, loads: Loads) -> None:
+        singular = np.asarray(codes == MASS_SINGULAR)
+        if singular.any():
+            mass, _, _ = self.minimal_form(state, loads)
+            raise mass_singularity(mass, singular, self._model.active)

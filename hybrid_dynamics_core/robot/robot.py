@@ -3,59 +3,186 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 
 from numpy.typing import ArrayLike
 
-from .. import programs
-from ..closed_state.assembly_modes import mode_names
 from ..closed_state.state import ClosedState
-from ..description.model import Frame
-from ..dynamics.load_pattern import LoadPattern
+from ..description.actuators import HydraulicCylinder
+from ..description.model import JointType, RobotDescription
 from ..dynamics.loads import Loads
-from ..errors import InputError
-from ..ground.arrays import Array, frozen
-from ..ground.suggestions import no_such_name
+from ..ground.arrays import Array
+from ..ground.lazy import lazy
 from ..kinematics.ik_problem import SOLVED
 from ..kinematics.inverse_kinematics import IKResult, solve_inverse_kinematics
 from ..kinematics.pose import Pose
-from ..kinematics.pose_chain import PoseChain, find_pose_chain
+from ..kinematics.pose_chain import PoseChain
 from ..kinematics.workspace import COUNT, Workspace, find_workspace
-from .actuation import RobotActuators
+from .actuation import Actuation
+from .closure import Closure
 from .compiled_calls import RobotKernels
+from .delegate import delegate
+from .dynamics import Dynamics
+from .kernel_store import KernelStore
+from .kinematics import Kinematics
+from .model import RobotModel
 
 
-class Robot(RobotActuators):
-    """A hybrid robot: closure, kinematics and minimal-form dynamics from the active coordinates u (n,) or (N, n).
+class Robot:
+    """A hybrid robot: closure, kinematics and minimal-form dynamics from the active coordinates.
 
-    Order: u = `active`, z = `passive`, s = `coordinates` = u + z. SI units, radians, base axes.
+    The active coordinates are u (n,), or (N, n) for a batch. Their order is u = `active`,
+    z = `passive`, s = `coordinates` = [u; z]. All values are in SI units, radians and base axes.
+
+    A robot is made of parts: the model, the kernels, closure, kinematics, dynamics and actuation.
+    Its methods are those of its parts.
     """
 
-    @cached_property
-    def kernels(self) -> RobotKernels:
-        """Fused calls, from active coordinates straight to a result: the fastest there is."""
-        return RobotKernels(self, self._frame, self._compiled_inputs, self.loads)
+    def __init__(self, description: RobotDescription) -> None:
+        self._model = RobotModel.from_description(description)
+        self._kernels = KernelStore(self._model)
+        self._closure = Closure(self._model, self._kernels)
+        self._kinematics = Kinematics(self._model, self._kernels, self._closure)
+        self._dynamics = Dynamics(self._model, self._kernels, self._closure)
+        self._actuation = Actuation(self._model, self._closure)
 
-    @cached_property
+    def __reduce__(self) -> tuple[type[Robot], tuple[RobotDescription]]:
+        """A robot is its description: what is pickled or copied is made anew from it."""
+        return type(self), (self.description,)
+
+    def __repr__(self) -> str:
+        return f"Robot('{self.name}', active={list(self.active)}, passive={list(self.passive)})"
+
+    # -- names and limits
+
+    @property
+    def description(self) -> RobotDescription:
+        """What the file says, with the independent coordinates as active ones."""
+        return self._model.description
+
+    @property
+    def name(self) -> str:
+        """Name of the robot."""
+        return self._model.name
+
+    @property
+    def active(self) -> tuple[str, ...]:
+        """Names of the active coordinates u."""
+        return self._model.active
+
+    @property
+    def passive(self) -> tuple[str, ...]:
+        """Names of the passive coordinates z."""
+        return self._model.passive
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of all coordinates s = [u; z]."""
+        return self._model.coordinates
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """Active coordinates that no motor drives."""
+        return self._model.idle
+
+    @property
+    def dependent_motors(self) -> tuple[str, ...]:
+        """Motors that follow from the other ones. They are passive coordinates."""
+        return self._model.dependent_motors
+
+    @property
+    def joint_types(self) -> Mapping[str, JointType]:
+        """'revolute' or 'prismatic' by coordinate name, in the order of `coordinates`."""
+        return self._model.joint_types
+
+    @property
+    def base_frame(self) -> str:
+        """Name of the base link, in whose frame poses are given."""
+        return self.description.base
+
+    @property
+    def end_effector(self) -> str:
+        """Name of the end-effector frame."""
+        return self.description.end_effector
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Names of the frames and links whose pose is known."""
+        return self._model.frames
+
+    @property
+    def loops(self) -> tuple[str, ...]:
+        """Names of the blocks of loops in the order in which they close.
+
+        A block is one loop, or several loops joined by +.
+        """
+        return self._model.loops
+
+    @property
+    def redundant_equations(self) -> Mapping[str, int]:
+        """By loop: how many of its equations follow from the others and are left out, by rank."""
+        return self._model.redundant_equations
+
+    @property
+    def reference(self) -> Array:
+        """Active coordinates (n,) of the description's reference configuration [rad, m]."""
+        return self._model.reference
+
+    @property
+    def limits(self) -> Array:
+        """Lower and upper limit (n, 2) of each active coordinate [rad, m], infinite if none.
+
+        They are the limits of the description, narrowed to the `closing_range`.
+        """
+        return self._model.limits
+
+    @property
+    def closing_range(self) -> Array:
+        """Range (n, 2) of each active coordinate between the toggle points of its loop [rad, m].
+
+        It is infinite for a coordinate in no loop, or in a loop with other given coordinates.
+        """
+        return self._model.closing_range
+
+    loop_distances = delegate("_model", RobotModel.loop_distances)
+
+    # -- closure
+
+    close = delegate("_closure", Closure.close)
+    closed_state = delegate("_closure", Closure.closed_state)
+    close_path = delegate("_closure", Closure.close_path)
+    close_given = delegate("_closure", Closure.close_given)
+    assembly_modes = delegate("_closure", Closure.assembly_modes)
+    owns = delegate("_closure", Closure.owns)
+
+    @property
     def mode_names(self) -> Mapping[str, tuple[str, ...]]:
-        """Names of the assembly modes of each loop; loops closed by iteration are left out: theirs are numbered."""
-        return mode_names(self._model.plan)
+        """Names of the assembly modes of each loop that has a closed form.
 
-    def forward_kinematics(self, state: ClosedState, frame: str | None = None) -> Pose:
-        """Pose of the end effector, or of any name in `frames`, in the base frame: (3,) and (3, 3), or (N, ...)."""
-        where = self._frame(frame)
-        values = self._checked(f"pose {frame!r}", programs.forward_kinematics(where), state)
-        return Pose(values["position"], values["rotation"])
+        The modes of the other loops have only numbers.
+        """
+        return self._model.mode_names
 
-    def jacobian(self, state: ClosedState, frame: str | None = None) -> Array:
-        """(6, n) or (N, 6, n): d(linear, angular velocity)/du' of the frame's origin, base axes [m/s, rad/s]."""
-        program = programs.jacobian(self._frame(frame))
-        return self._checked(f"jacobian {frame!r}", program, state)["jacobian"]
+    @property
+    def follows(self) -> bool:
+        """Whether some loop has no closed form.
 
-    def accelerations(self, state: ClosedState, ddu: ArrayLike) -> Array:
-        """s'' = R u'' + R' u' of all coordinates, (n_s,) or (N, n_s), from the active accelerations ddu."""
-        ddu = self._like(state, "ddu", ddu)
-        return self._checked("accelerations", programs.ACCELERATIONS, state, ddu)["dds"]
+        The assembly mode of such a loop is that of the state from which it is followed.
+        """
+        return self._model.follows
+
+    # -- kinematics
+
+    forward_kinematics = delegate("_kinematics", Kinematics.forward_kinematics)
+    jacobian = delegate("_kinematics", Kinematics.jacobian)
+    accelerations = delegate("_kinematics", Kinematics.accelerations)
+
+    @property
+    def pose_chain(self) -> PoseChain | None:
+        """The end effector's coordinates, where its pose determines them in closed form.
+
+        None where inverse kinematics has no closed form by such coordinates.
+        """
+        return self._kinematics.pose_chain
 
     def inverse_kinematics(
         self,
@@ -66,25 +193,28 @@ class Robot(RobotActuators):
         near: ClosedState | None = None,
         tolerance: float = SOLVED,
     ) -> IKResult:
-        """Active coordinates that bring the end effector to a position (3,) [m] or a Pose, within `limits`.
+        """Active coordinates within `limits` that bring the end effector to a target.
 
-        mask: which of x, y, z and the rotation about x, y, z (base axes) count; all that the target
-        gives if None. near: one closed state whose assembly modes are kept; the robot's own if
-        None. tolerance: `residual` [m] below which the target counts as reached; a target told with
-        few digits, of more coordinates than the robot has freedoms, is met no better than its
-        digits. The search starts at `seed` (if None at `near`, or else at the description's
-        reference) and, where that fails or `all_solutions` is asked, from a fixed set of starts
-        over the limits. Failure is told in `status`.
+        The search starts at `seed`, or else at `near`, or else at the reference. Where that fails,
+        or all solutions are wanted, it starts again from a fixed set of places over the limits.
 
-        Raises InputError for a target, seed, mask or `near` that is none, or that is too far away
-        to compute with.
+        Args:
+            target: position (3,) [m], or a Pose, in the base frame.
+            seed: active coordinates (n,) to start from [rad, m].
+            all_solutions: whether to search for all solutions.
+            mask: which of x, y, z and the rotation about x, y, z (base axes) count; all that the
+                target gives if None.
+            near: one closed state whose assembly modes are kept; the robot's modes if None.
+            tolerance: `residual` [m] below which the target counts as reached. A target with more
+                coordinates than the robot has freedoms is met no better than its digits.
+
+        Returns:
+            The solution, and a `status` that says why the search ended.
+
+        Raises:
+            InputError: an argument cannot be used, or the target is too far away to compute with.
         """
         return solve_inverse_kinematics(self, target, seed, all_solutions, mask, near, tolerance)
-
-    @cached_property
-    def follows(self) -> bool:
-        """Whether some loop has no closed form: its assembly mode is that of the state it is followed from."""
-        return any(step.iterates for step in self._model.plan.blocks)
 
     def workspace(
         self,
@@ -93,45 +223,74 @@ class Robot(RobotActuators):
         ranges: Mapping[str, tuple[float, float]] | None = None,
         held: Mapping[str, float] | None = None,
     ) -> Workspace:
-        """Where the end effector, or a frame, can be, and how near to singular places and limits the robot is there.
+        """Where a frame can be, and how near to singular places and limits the robot is there.
 
-        `count` samples are spread evenly over the active coordinates within `limits`, or within
-        narrower `ranges` by name [rad or m]; those that are `held` stay at their value [rad or m].
-        More samples are taken towards the ends and about the extremes. Samples that do not close
-        are told apart by their status. A run of more than a second shows its progress on a
-        terminal. Raises InputError for ranges that are empty or outside of the limits, and for held
-        coordinates that are not active, not finite, or have a range too.
+        More samples are taken towards the ends and about the extremes. The `status` of a sample
+        says whether it closes. A run of more than a second shows its progress on a terminal.
+
+        Args:
+            count: samples that are spread evenly over the active coordinates within `limits`.
+            frame: name in `frames`; the end effector if None.
+            ranges: narrower ranges by name [rad, m].
+            held: values of the coordinates that stay the same, by name [rad, m].
+
+        Returns:
+            The samples.
+
+        Raises:
+            InputError: a range is empty or outside of the limits; or a held coordinate is not
+                active, not finite, or has a range too.
         """
         return find_workspace(self, count, frame, ranges, held=held)
 
-    @cached_property
-    def pose_chain(self) -> PoseChain | None:
-        """The end effector's own coordinates where inverse kinematics has a closed form by them, else None."""
-        chain = find_pose_chain(self._model.tree, self._frame(None), len(self.active))
-        if chain is not None:
-            try:
-                self._model_for(tuple(self.coordinates[k] for k in (*chain.slides, *chain.turns)))
-            except InputError:
-                return None
-        return chain
+    # -- dynamics
 
-    def _compiled_inputs(self, loads: Loads) -> tuple[LoadPattern, dict[str, Array]]:
-        """Which loads there are, and the robot's own values of all inputs that do not belong to a state."""
-        pattern, arrays = self._pack_loads(loads, None)
-        return pattern, {
-            "branch": self._signs,
-            "guess": self._start,
-            "gravity": frozen(loads.gravity),
-            **arrays,
-        }
+    @property
+    def loads(self) -> Loads:
+        """What the description says acts on the robot besides its actuators.
 
-    def _frame(self, frame: str | None) -> Frame:
-        name = frame or self.end_effector
-        if name in self.description.frames:
-            return self.description.frames[name]
-        if name in self.description.links:
-            return Frame(name)
-        raise InputError(no_such_name("frame", name, self.frames))
+        Gravity, payloads, friction, rotors, springs.
+        """
+        return self._dynamics.loads
 
-    def __repr__(self) -> str:
-        return f"Robot('{self.name}', active={list(self.active)}, passive={list(self.passive)})"
+    inverse_dynamics = delegate("_dynamics", Dynamics.inverse_dynamics)
+    forward_dynamics = delegate("_dynamics", Dynamics.forward_dynamics)
+    inverse_dynamics_derivatives = delegate("_dynamics", Dynamics.inverse_dynamics_derivatives)
+    forward_dynamics_derivatives = delegate("_dynamics", Dynamics.forward_dynamics_derivatives)
+    minimal_form = delegate("_dynamics", Dynamics.minimal_form)
+    passive_forces = delegate("_dynamics", Dynamics.passive_forces)
+    regressor = delegate("_dynamics", Dynamics.regressor)
+    motion_near = delegate("_dynamics", Dynamics.motion_near)
+    energy = delegate("_dynamics", Dynamics.energy)
+    coriolis_matrix = delegate("_dynamics", Dynamics.coriolis_matrix)
+    velocity_map_rate = delegate("_dynamics", Dynamics.velocity_map_rate)
+    spanning_terms = delegate("_dynamics", Dynamics.spanning_terms)
+    reactions = delegate("_dynamics", Dynamics.reactions)
+
+    # -- actuation
+
+    @property
+    def cylinders(self) -> Mapping[str, HydraulicCylinder]:
+        """The hydraulic cylinders of the description, by joint."""
+        return self._actuation.cylinders
+
+    @property
+    def drives(self) -> tuple[str, ...]:
+        """The n joints that are driven, in the order of the coordinates.
+
+        These are the joints with an actuator, then active joints until the motion is determined.
+        """
+        return self._actuation.drives
+
+    generalised_forces = delegate("_actuation", Actuation.generalised_forces)
+    drive_forces = delegate("_actuation", Actuation.drive_forces)
+    hydraulics = delegate("_actuation", Actuation.hydraulics)
+
+    # -- kernels
+
+    @lazy
+    def kernels(self) -> RobotKernels:
+        """Compiled calls, from active coordinates straight to a result: the quickest way."""
+        return RobotKernels(self._kernels, self._closure, self._dynamics, self.loads)
+
+    kernel = delegate("_kernels", KernelStore.kernel)

@@ -10,7 +10,7 @@ from hybrid_dynamics_msgs.srv import DescribeRobot, ListAssemblyModes, SwitchAss
 from std_msgs.msg import Header
 
 from hybrid_dynamics_core import ClosedState, HybridDynamicsError, Robot
-from hybrid_dynamics_core.closed_state.assembly_modes import no_mode
+from hybrid_dynamics_core.closed_state.assembly_modes import no_such_mode
 from hybrid_dynamics_core.ground.suggestions import no_such_name, suggestion
 from hybrid_dynamics_core.ground.wording import counted, one_line
 
@@ -92,7 +92,7 @@ def _require_modes(robot: Robot, asked: Mapping[str, str]) -> None:
         known = robot.mode_names.get(loop)
         slips = [] if known is None else [part for part in name.split("+") if part not in known]
         if known and slips:
-            raise RejectedError(RejectionCode.BAD_REQUEST, no_mode(loop, slips[0], known))
+            raise RejectedError(RejectionCode.BAD_REQUEST, no_such_mode(loop, slips[0], known))
 
 
 def _how_else(asked: Mapping[str, str], there: Sequence[Mapping[str, str]]) -> str:

@@ -61,7 +61,7 @@ def acting(
         touching += [p for p in reactions.pins.values() if p.links[of_pin] == link]
         acts += [(sign * r.force, sign * r.moment, r.place) for r in touching]
     for frame, wrench in loads.wrenches.items():
-        if machine._frame(frame).link == link:
+        if machine._model.frame(frame).link == link:
             acts.append(
                 (
                     wrench.values[:3],

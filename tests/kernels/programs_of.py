@@ -31,7 +31,7 @@ PROGRAMS = (
 
 @cache
 def program(name: str, which: str) -> Program:
-    frame = robot(name)._frame(None)
+    frame = robot(name)._model.frame(None)
     return {
         "close": programs.CLOSE,
         "motion": programs.MOTION,

@@ -40,7 +40,7 @@ def machine(request: pytest.FixtureRequest, forging: Robot) -> Robot:
             ):
                 getattr(kernels, name)
         made.close(U)
-    assert {kernel.backend for kernel in made._kernels.values()} == {request.param}
+    assert {kernel.backend for kernel in made._kernels.kernels.values()} == {request.param}
     return made
 
 
@@ -341,12 +341,12 @@ def test_gravity_and_loads_are_arguments_of_the_same_code(machine: Robot) -> Non
         rel=1e-12,
         abs=1e-12,
     )
-    made = len(machine._kernels)
+    made = len(machine._kernels.kernels)
     for mass in (10.0, 20.0):
         loads = machine.loads.with_payload(Payload(mass))
         found = kernels.under(loads).inverse_dynamics(U, DU, DDU)
         assert found == pytest.approx(machine.inverse_dynamics(state, DDU, loads), rel=1e-12)
-    assert len(machine._kernels) == made
+    assert len(machine._kernels.kernels) == made
 
 
 def test_frames_by_name(machine: Robot) -> None:

@@ -1,0 +1,68 @@
+"""Programs under loads: the loads as arrays, and the kernels of each pattern of loads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from weakref import WeakKeyDictionary
+
+from ..dynamics.load_pattern import LoadPattern
+from ..dynamics.loads import Loads, described_loads
+from ..dynamics.pack_loads import pack_loads
+from ..errors import InputError
+from ..ground.arrays import Array
+from ..ground.lazy import lazy
+from ..kernels.run import Kernel
+from ..programs import Program
+from .kernel_store import KernelStore
+from .model import RobotModel
+
+LoadedProgram = Callable[[LoadPattern], Program]
+# which loads there are, and their values as inputs of a program
+Packed = tuple[LoadPattern, dict[str, Array]]
+
+
+class LoadedPrograms:
+    """Packs loads for kernels, and keeps what it has packed."""
+
+    def __init__(self, model: RobotModel, kernels: KernelStore) -> None:
+        self._model = model
+        self._kernels = kernels
+        self._packed: WeakKeyDictionary[Loads, Packed] = WeakKeyDictionary()
+        self._by_pattern: dict[tuple[str, LoadPattern], tuple[Kernel, tuple[str, ...]]] = {}
+
+    @lazy
+    def described(self) -> Loads:
+        """What the description says acts on the robot besides its actuators."""
+        return described_loads(self._model.description, self._model.coordinates)
+
+    def pack(self, loads: Loads, rows: int | None = None) -> Packed:
+        """The pattern of the loads, and their values as inputs of a program.
+
+        Args:
+            loads: what acts on the robot.
+            rows: N of the batch that they act on; None for a single state.
+
+        Raises:
+            InputError: these are no loads, act on unknown frames, or have another number of rows.
+        """
+        if not isinstance(loads, Loads):
+            raise InputError(f"expected Loads, such as robot.loads, got {type(loads).__name__}")
+        packed = self._packed.get(loads)
+        if packed is None:
+            packed = pack_loads(loads, self._model.tree, self._model.frame, rows)
+            # wrenches with rows belong to one batch
+            if all(wrench.values.ndim == 1 for wrench in loads.wrenches.values()):
+                self._packed[loads] = packed
+        return packed
+
+    def kernel(
+        self, key: str, program: LoadedProgram, pattern: LoadPattern
+    ) -> tuple[Kernel, tuple[str, ...]]:
+        """The kernel of a program under a pattern of loads, and the names of its inputs."""
+        loaded = self._by_pattern.get((key, pattern))
+        if loaded is None:
+            with_loads = program(pattern)
+            kernel = self._kernels.kernel(pattern.key(key), with_loads)
+            loaded = kernel, with_loads.inputs
+            self._by_pattern[key, pattern] = loaded
+        return loaded

@@ -1,0 +1,228 @@
+"""What a robot is: its description, the spanning tree, the closure plan, and their names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from ..closed_state.assembly_modes import mode_names
+from ..closure.mobility import find_mobility, with_mobility
+from ..closure.plan import ClosurePlan, build_plan
+from ..closure.toggle_range import allowed_range
+from ..description.model import Frame, JointType, RobotDescription
+from ..errors import DescriptionError, InputError
+from ..ground.arrays import Array, frozen
+from ..ground.lazy import lazy
+from ..ground.suggestions import no_such_name
+from ..ground.wording import counted
+from ..mechanism.tree import Tree, build_tree
+from ..programs import Model
+
+
+@dataclass(frozen=True, eq=False)
+class RobotModel:
+    """The constant part of a robot. All other parts read it.
+
+    Attributes:
+        description: what the file says, with the independent coordinates as active ones.
+        tree: spanning tree of the links.
+        plan: how the loops close from the active coordinates.
+        idle: active coordinates that no motor drives.
+        dependent_motors: motors that follow from the other ones. They are passive coordinates.
+    """
+
+    description: RobotDescription
+    tree: Tree
+    plan: ClosurePlan
+    idle: tuple[str, ...] = ()
+    dependent_motors: tuple[str, ...] = ()
+
+    @staticmethod
+    def from_description(description: RobotDescription) -> RobotModel:
+        """Build the tree and the closure plan.
+
+        Raises:
+            DescriptionError: the loops do not close, or do not fit the active joints.
+        """
+        tree = build_tree(description)
+        if description.active_set != "motors":
+            return RobotModel(description, tree, build_plan(tree, description))
+        mobility = find_mobility(tree, description)
+        description, tree = with_mobility(description, mobility)
+        plan = build_plan(tree, description)
+        return RobotModel(description, tree, plan, mobility.idle, mobility.dependent)
+
+    @property
+    def name(self) -> str:
+        """Name of the robot."""
+        return self.description.name
+
+    @lazy
+    def active(self) -> tuple[str, ...]:
+        """Names of the active coordinates u."""
+        return self.tree.coordinates[: self.tree.n_active]
+
+    @lazy
+    def passive(self) -> tuple[str, ...]:
+        """Names of the passive coordinates z."""
+        return self.tree.coordinates[self.tree.n_active :]
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of all coordinates s = [u; z]."""
+        return self.tree.coordinates
+
+    @lazy
+    def joint_types(self) -> Mapping[str, JointType]:
+        """'revolute' or 'prismatic' by coordinate name, in the order of `coordinates`."""
+        joints = self.description.joints
+        return MappingProxyType({name: joints[name].type for name in self.coordinates})
+
+    @lazy
+    def frames(self) -> tuple[str, ...]:
+        """Names of the frames and links whose pose is known."""
+        return tuple(dict.fromkeys((*self.description.frames, *self.description.links)))
+
+    def frame(self, name: str | None) -> Frame:
+        """The frame, or link, of a name; the end effector if None.
+
+        Raises:
+            InputError: there is no such frame.
+        """
+        name = name or self.description.end_effector
+        if name in self.description.frames:
+            return self.description.frames[name]
+        if name in self.description.links:
+            return Frame(name)
+        raise InputError(no_such_name("frame", name, self.frames))
+
+    @lazy
+    def loops(self) -> tuple[str, ...]:
+        """Names of the blocks of loops in the order in which they close.
+
+        A block is one loop, or several loops joined by +.
+        """
+        return tuple(dict.fromkeys(block.name for block in self.plan.blocks))
+
+    @lazy
+    def redundant_equations(self) -> Mapping[str, int]:
+        """By loop: how many of its equations follow from the others and are left out."""
+        counts: dict[str, int] = {}
+        for equation in self.plan.redundant:
+            counts[equation.loop.name] = counts.get(equation.loop.name, 0) + 1
+        return MappingProxyType(counts)
+
+    @lazy
+    def mode_names(self) -> Mapping[str, tuple[str, ...]]:
+        """Names of the assembly modes of each loop that has a closed form."""
+        return mode_names(self.plan)
+
+    @lazy
+    def follows(self) -> bool:
+        """Whether some loop has no closed form, so that its mode is that of a state nearby."""
+        return any(block.iterates for block in self.plan.blocks)
+
+    @lazy
+    def reference(self) -> Array:
+        """Active coordinates (n,) of the description's reference configuration [rad, m]."""
+        return frozen(self.plan.reference.q[: len(self.active)])
+
+    @lazy
+    def reference_s(self) -> Array:
+        """All coordinates (n_s,) of the reference configuration [rad, m]."""
+        return frozen(self.plan.reference.q)
+
+    @lazy
+    def limits(self) -> Array:
+        """Lower and upper limit (n, 2) of each active coordinate [rad, m], infinite if none.
+
+        They are the limits of the description, narrowed to the `closing_range`.
+        """
+        limits = [self.description.joints[name].limits for name in self.active]
+        lower, upper = np.array(limits).T
+        closes_from, closes_to = self.closing_range.T
+        narrowed = [np.maximum(lower, closes_from), np.minimum(upper, closes_to)]
+        return frozen(np.stack(narrowed, axis=1))
+
+    @lazy
+    def closing_range(self) -> Array:
+        """Range (n, 2) of each active coordinate between the toggle points of its loop [rad, m].
+
+        It is infinite for a coordinate in no loop, or in a loop with other given coordinates.
+        """
+        ranges = np.tile([-np.inf, np.inf], (len(self.active), 1))
+        for block in self.plan.blocks:
+            inputs = block.inputs
+            if len(inputs) != 1 or inputs[0] >= len(self.active):
+                continue
+            k = inputs[0]
+            start = float(self.reference[k])
+            allowed = allowed_range(self.tree, block, self.plan.reference, k, start)
+            if allowed is not None:
+                ranges[k, 0] = max(ranges[k, 0], allowed[0])
+                ranges[k, 1] = min(ranges[k, 1], allowed[1])
+        return frozen(ranges)
+
+    def loop_distances(self, distances: Array) -> Array:
+        """Distance to a singularity of each of `loops` (..., loops).
+
+        Args:
+            distances: distance of each block of the closure plan (..., blocks).
+        """
+        order, starts = self._loop_order
+        # where each block is a loop there is nothing to do
+        if not starts or order == starts:
+            return distances
+        nearest: Array = np.minimum.reduceat(distances[..., order], starts, axis=-1)
+        return nearest
+
+    @lazy
+    def _loop_order(self) -> tuple[list[int], list[int]]:
+        """The blocks, loop by loop as in `loops`, and where in them each loop begins."""
+        names = [block.name for block in self.plan.blocks]
+        order = sorted(range(len(names)), key=lambda k: self.loops.index(names[k]))
+        ordered = [names[k] for k in order]
+        return order, [ordered.index(loop) for loop in self.loops]
+
+    @lazy
+    def program_model(self) -> Model:
+        """What programs compute with: the tree and the plan from the active coordinates."""
+        return Model(self.tree, self.plan)
+
+    def program_model_from(self, given: tuple[str, ...]) -> Model:
+        """The same with other given coordinates.
+
+        Args:
+            given: n names of `coordinates`.
+
+        Raises:
+            InputError: a name is unknown, or these coordinates do not determine the other ones.
+        """
+        if given not in self._models_by_given:
+            self._models_by_given[given] = Model(self.tree, self._plan_from(given))
+        return self._models_by_given[given]
+
+    @lazy
+    def _models_by_given(self) -> dict[tuple[str, ...], Model]:
+        return {}
+
+    def _plan_from(self, given: tuple[str, ...]) -> ClosurePlan:
+        for name in given:
+            if name not in self.coordinates:
+                raise InputError(no_such_name("coordinate", name, self.coordinates))
+        names = ", ".join(given)
+        n = len(self.active)
+        if len(given) != n:
+            raise InputError(
+                f"{names} ({counted(len(given), 'coordinate')}) cannot be given together:"
+                f" the mechanism has {counted(n, 'degree')} of freedom; name {n}"
+            )
+        indices = [self.coordinates.index(name) for name in given]
+        near = dict(enumerate(self.reference_s.tolist()))
+        try:
+            return build_plan(self.tree, self.description, indices, near)
+        except DescriptionError as error:
+            raise InputError(f"{names} cannot be given together: {error.problem}") from error
