@@ -1,1 +1,4 @@
-"""From active coordinates to a closed state: solving, following, assembly modes, and why a loop does not close."""
+"""From active coordinates to a closed state.
+
+Solving, continuation, assembly modes, and why a loop does not close.
+"""

@@ -79,7 +79,7 @@ class ClosedState(Picklable):
             array.flags.writeable = False
 
     def __repr__(self) -> str:
-        """Coordinates and rates (of a batch their shapes), and the evidence: the worst of all rows."""
+        """Coordinates and rates (of a batch their shapes), and the worst evidence of all rows."""
         parts = [f"{name}={_text(getattr(self, name))}" for name in ("u", "du", "z", "dz")]
         residual = np.max(self.residual, initial=0.0)
         singularity = np.min(self.singularity, initial=1.0)
@@ -109,7 +109,7 @@ class ClosedState(Picklable):
 
     @property
     def singularity(self) -> float | Array:
-        """Distance of the nearest loop to its singularity, in [0, 1]; 1 for a robot without loops."""
+        """Distance of the nearest loop to its singularity, in [0, 1]; 1 without loops."""
         if self.u.ndim == 1:
             return float(self.distances.min()) if self.loops else 1.0
         if not self.loops:
@@ -119,7 +119,7 @@ class ClosedState(Picklable):
 
     @property
     def singular_loop(self) -> str | list[str]:
-        """Name of the loop nearest to its singularity ('' for a robot without loops)."""
+        """Name of the loop nearest to its singularity, '' without loops."""
         if self.u.ndim == 1:
             return self._nearest_loop()
         if not self.loops:

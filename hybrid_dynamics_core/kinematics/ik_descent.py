@@ -1,7 +1,7 @@
-"""Inverse kinematics over the active coordinates: damped least squares from several starts, all worked at once.
+"""Damped least squares over the active coordinates, from several starts at once.
 
-The Jacobian is the closed mechanism's, so the loops stay closed in every iterate and the assembly
-branch is kept.
+The Jacobian is the closed mechanism's. So the loops stay closed in every iterate, and the assembly
+modes are kept.
 """
 
 from __future__ import annotations
@@ -18,14 +18,15 @@ from ..ground.arrays import Array
 from .pose import rotation_vector
 
 Mask = NDArray[np.bool_]
-MAX_ITERATIONS = 200
-DAMPING = (1e-3, 1e-12, 1e6)  # first, smallest, largest; relative to the diagonal of J^T J
-STARTS = 64
 
-CREEP, PATIENCE = (
-    1e-6,
-    8,
-)  # a share of the cost; so many steps that gain less say that there is no more to gain
+MAX_ITERATIONS = 200
+# relative to the mean diagonal entry of J^T J
+FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-12, 1e6
+STARTS = 64
+# share of the cost: a step that gains less hardly comes nearer
+CREEP = 1e-6
+# so many such steps in a row say that there is no more to gain
+PATIENCE = 8
 
 
 class IKStatus(Enum):
@@ -40,11 +41,17 @@ class IKStatus(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """A target: `position` (3,) [m] and `rotation` (3, 3), of which the coordinates of `rows` count.
+    """A target, and which of its coordinates count.
 
-    rows: of x, y, z and the rotation vector's three parts, all in base axes; `length` [m] weighs a
-    radian against metres. `solve_terms(u)` gives for (N, n): position (N, 3), rotation (N, 3, 3),
-    Jacobian (N, 6, n), status (N,).
+    Attributes:
+        solve_terms: gives for u (N, n) the position (N, 3), rotation (N, 3, 3), Jacobian (N, 6, n)
+            and status (N,) of the end effector.
+        position: of the target (3,) in the base frame [m].
+        rotation: of the target (3, 3) in the base frame.
+        rows: which of x, y, z and the rotation vector's three parts count, all in base axes.
+        length: weighs a radian against metres [m].
+        lower: lower limits (n,) of the active coordinates [rad, m].
+        upper: upper limits (n,) of the active coordinates [rad, m].
     """
 
     solve_terms: Callable[[Array], tuple[Array, Array, Array, Array]]
@@ -56,20 +63,32 @@ class Task:
     upper: Array
 
     def error(self, u: Array) -> tuple[Array, Array, Mask]:
-        """Error (N, rows) [m], its Jacobian (N, rows, n), and whether each state closes (N,)."""
+        """Remaining error at u (N, n).
+
+        Returns:
+            Error (N, rows) [m], its Jacobian (N, rows, n), and whether each state closes (N,).
+        """
         position, rotation, jacobian, status = self.solve_terms(u)
-        good = status == 0
+        closed = status == 0
         turn = np.zeros_like(position)
-        if max(self.rows) >= 3 and good.any():
-            turn[good] = rotation_vector(self.rotation @ np.swapaxes(rotation[good], -1, -2))
+        if max(self.rows) >= 3 and closed.any():
+            turn[closed] = rotation_vector(self.rotation @ np.swapaxes(rotation[closed], -1, -2))
         error = np.concatenate([self.position - position, self.length * turn], axis=-1)
-        jacobian = jacobian * np.repeat([1.0, self.length], 3)[:, None]
-        return error[:, self.rows], jacobian[:, self.rows], good
+        weights = np.repeat([1.0, self.length], 3)
+        jacobian = jacobian * weights[:, None]
+        return error[:, self.rows], jacobian[:, self.rows], closed
 
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """Where each start ended: u (N, n), residual (N,) [m], whether progress had ended (not the iterations)."""
+    """Where each start ended.
+
+    Attributes:
+        u: active coordinates (N, n) [rad, m].
+        residual: root of the sum of the squares of the error (N,) [m]; infinite if not closed.
+        settled: whether progress had ended (N,), and not the iterations.
+        iterations: of the slowest start.
+    """
 
     u: Array
     residual: Array
@@ -77,66 +96,85 @@ class Descent:
     iterations: int
 
 
-def descend(task: Task, starts: Array, tolerance: float, most: int = MAX_ITERATIONS) -> Descent:
-    """Levenberg-Marquardt on every start; steps that open a loop or leave the limits are shortened."""
+def descend(
+    task: Task, starts: Array, tolerance: float, max_iterations: int = MAX_ITERATIONS
+) -> Descent:
+    """Levenberg-Marquardt on every start; steps that open a loop or leave the limits are shortened.
+
+    Args:
+        task: what to reach.
+        starts: active coordinates (N, n) to start from [rad, m].
+        tolerance: a start whose residual is below it ends with the first step that does not gain.
+        max_iterations: after which all starts end.
+    """
     u = np.clip(starts, task.lower, task.upper)
-    error, jacobian, good = task.error(u)
-    cost = np.where(good, np.einsum("ni,ni->n", error, error), np.inf)
-    damping = np.full(len(u), DAMPING[0])
-    idle = np.zeros(len(u), dtype=int)  # steps in a row that hardly came nearer
+    error, jacobian, closed = task.error(u)
+    cost = _cost(error, closed)
+    damping = np.full(len(u), FIRST_DAMPING)
+    creeping = np.zeros(len(u), dtype=int)
     iteration = 0
-    active = good.copy()
-    while active.any() and iteration < most:
+    active = closed.copy()
+    while active.any() and iteration < max_iterations:
         iteration += 1
         rows = np.flatnonzero(active)
-        held = _held(task, u[rows], jacobian[rows], error[rows])
-        step = _step(np.where(held[:, None], 0.0, jacobian[rows]), error[rows], damping[rows])
+        blocked = _at_limits(task, u[rows], jacobian[rows], error[rows])
+        free_jacobian = np.where(blocked[:, None], 0.0, jacobian[rows])
+        step = _step(free_jacobian, error[rows], damping[rows])
         trial = np.clip(u[rows] + step, task.lower, task.upper)
-        trial_error, trial_jacobian, trial_good = task.error(trial)
-        trial_cost = np.where(trial_good, np.einsum("ni,ni->n", trial_error, trial_error), np.inf)
+        trial_error, trial_jacobian, trial_closed = task.error(trial)
+        trial_cost = _cost(trial_error, trial_closed)
         better = trial_cost < cost[rows]
         moved = rows[better]
-        idle[moved] = np.where(trial_cost[better] > (1.0 - CREEP) * cost[moved], idle[moved] + 1, 0)
-        u[moved], error[moved], jacobian[moved] = (
-            trial[better],
-            trial_error[better],
-            trial_jacobian[better],
-        )
+        creeps = trial_cost[better] > (1.0 - CREEP) * cost[moved]
+        creeping[moved] = np.where(creeps, creeping[moved] + 1, 0)
+        u[moved] = trial[better]
+        error[moved] = trial_error[better]
+        jacobian[moved] = trial_jacobian[better]
         cost[moved] = trial_cost[better]
-        damping[moved] = np.maximum(damping[moved] * 0.1, DAMPING[1])
+        damping[moved] = np.maximum(damping[moved] * 0.1, LEAST_DAMPING)
         damping[rows[~better]] *= 8.0
-        active[rows] = (
-            (damping[rows] < DAMPING[2]) & (np.sqrt(cost[rows]) > 0.0) & (idle[rows] < PATIENCE)
-        )
-        done = rows[~better & (np.sqrt(cost[rows]) < tolerance)]
-        active[done] = False
+        residual = np.sqrt(cost[rows])
+        can_gain = (damping[rows] < MOST_DAMPING) & (creeping[rows] < PATIENCE)
+        reached = ~better & (residual < tolerance)
+        active[rows] = can_gain & (residual > 0.0) & ~reached
     return Descent(u, np.sqrt(cost), ~active, iteration)
 
 
-def _held(task: Task, u: Array, jacobian: Array, error: Array) -> Mask:
-    """Coordinates at a limit that the error pushes further out (N, n): they do not take part in the step."""
+def _cost(error: Array, closed: Mask) -> Array:
+    """Sum of the squares of the error (N,), infinite where a loop is open."""
+    return np.where(closed, np.einsum("ni,ni->n", error, error), np.inf)
+
+
+def _at_limits(task: Task, u: Array, jacobian: Array, error: Array) -> Mask:
+    """Coordinates at a limit that the error pushes further out (N, n). No step moves them."""
     push = np.einsum("nij,ni->nj", jacobian, error)
-    held: Mask = ((u <= task.lower) & (push < 0.0)) | ((u >= task.upper) & (push > 0.0))
-    return held
+    at_lower = (u <= task.lower) & (push < 0.0)
+    at_upper = (u >= task.upper) & (push > 0.0)
+    blocked: Mask = at_lower | at_upper
+    return blocked
 
 
 def _step(jacobian: Array, error: Array, damping: Array) -> Array:
+    """Steps (N, n) of damped least squares."""
     normal = np.einsum("nij,nik->njk", jacobian, jacobian)
-    size = np.trace(normal, axis1=1, axis2=2) / normal.shape[1]
-    normal = normal + (damping * size + 1e-300)[:, None, None] * np.eye(normal.shape[1])
-    right = np.einsum("nij,ni->nj", jacobian, error)
-    step: Array = np.linalg.solve(normal, right[..., None])[..., 0]
+    n = normal.shape[1]
+    size = np.trace(normal, axis1=1, axis2=2) / n
+    normal = normal + (damping * size + 1e-300)[:, None, None] * np.eye(n)
+    gradient = np.einsum("nij,ni->nj", jacobian, error)
+    step: Array = np.linalg.solve(normal, gradient[..., None])[..., 0]
     return step
 
 
-def spread(lower: Array, upper: Array, revolute: Sequence[bool], count: int) -> Array:
-    """Deterministic starts (count, n) that fill the box; an unlimited angle counts as one turn."""
-    low = np.where(np.isfinite(lower), lower, -math.pi)
-    high = np.where(np.isfinite(upper), upper, math.pi)
-    low = np.where(~np.isfinite(lower) & ~np.asarray(revolute), -1.0, low)
-    high = np.where(~np.isfinite(upper) & ~np.asarray(revolute), 1.0, high)
+def starts_within(lower: Array, upper: Array, revolute: Sequence[bool], count: int) -> Array:
+    """Starts (count, n) that fill the limits, always the same ones.
+
+    An unlimited angle counts as one turn, an unlimited length goes from -1 m to 1 m.
+    """
     from scipy.stats import qmc  # noqa: PLC0415  slow to import, and only restarts need it
 
+    reach = np.where(np.asarray(revolute), math.pi, 1.0)
+    low = np.where(np.isfinite(lower), lower, -reach)
+    high = np.where(np.isfinite(upper), upper, reach)
     points: Array = qmc.Halton(len(lower), scramble=False).random(count + 1)[1:]
     starts: Array = low + (0.02 + 0.96 * points) * (high - low)
     return starts
@@ -144,19 +182,20 @@ def spread(lower: Array, upper: Array, revolute: Sequence[bool], count: int) -> 
 
 def distinct(solutions: Array, revolute: Mask, tolerance: float) -> list[Array]:
     """Solutions that differ by more than the tolerance, angles compared modulo a turn."""
-    kept: list[Array] = []
+    result: list[Array] = []
     for u in solutions:
-        if all(np.abs(_difference(u, other, revolute)).max() > tolerance for other in kept):
-            kept.append(u)
-    return kept
+        if all(np.abs(_difference(u, other, revolute)).max() > tolerance for other in result):
+            result.append(u)
+    return result
 
 
 def _difference(a: Array, b: Array, revolute: Mask) -> Array:
-    d = a - b
-    return np.where(revolute, np.remainder(d + math.pi, 2.0 * math.pi) - math.pi, d)
+    difference = a - b
+    wrapped = np.remainder(difference + math.pi, 2.0 * math.pi) - math.pi
+    return np.where(revolute, wrapped, difference)
 
 
 def unwound(u: Array, near: Array, revolute: Mask, lower: Array, upper: Array) -> Array:
-    """Whole turns taken out of unlimited angles: each within pi of `near`."""
-    free = revolute & ~np.isfinite(lower) & ~np.isfinite(upper)
-    return np.where(free, near + _difference(u, near, revolute), u)
+    """Full turns taken out of unlimited angles: each is within pi of `near`."""
+    unlimited = revolute & ~np.isfinite(lower) & ~np.isfinite(upper)
+    return np.where(unlimited, near + _difference(u, near, revolute), u)

@@ -1,4 +1,4 @@
-"""What is left to a target, and why it was not reached."""
+"""What remains to a target, and why it was not reached."""
 
 from __future__ import annotations
 
@@ -10,176 +10,225 @@ from ..ground.arrays import Array
 from ..ground.units import coordinate_unit
 from ..ground.wording import counted
 from .ik_descent import Descent, IKStatus, Mask, Task, distinct, unwound
-from .ik_problem import SAME, Search, revolute
+from .ik_problem import SAME, IKProblem, is_revolute
 
-# distance to a singularity, and to the target in lengths: from there on EDGE hides what is left
+# distance to a singularity, and to the target in lengths: from there on EDGE hides what remains
 AT_TOGGLE = 2e-3
-TOLD = 1e-6  # [m or rad] what is left below it is told as nothing
-ANEW = 16  # starts of a search for less, beside the ends of the search for all
+NEGLIGIBLE = 1e-6  # [m or rad] what remains below it counts as nothing
+RESTARTS = 16  # starts of a search for less, beside the ends of the search for all
 STILL = 1e-9  # share of the largest entry of the Jacobian below which a coordinate does not move
 AXES = ("x", "y", "z", "the rotation about x", "the rotation about y", "the rotation about z")
+ALL_ROWS = tuple(range(len(AXES)))
 
 
-class Remainder(NamedTuple):
-    """What is left to a target: a distance [m] and an angle [rad], NaN where the target asks for none."""
+class RemainingError(NamedTuple):
+    """What remains to a target.
+
+    Attributes:
+        position: distance [m], NaN where no position counts.
+        angle: angle [rad], NaN where no rotation counts.
+    """
 
     position: float
     angle: float
 
     def __str__(self) -> str:
-        least = (
-            TOLD if max(value for value in self if not np.isnan(value)) > TOLD else 0.0
-        )  # beside the other, rounding
-        position, angle = (value if value > least else 0.0 for value in self)
-        parts = [] if np.isnan(self.position) else [f"{position:.3g} m"]
-        parts += [] if np.isnan(self.angle) else [f"{angle:.3g} rad ({np.degrees(angle):.3g} deg)"]
+        # beside a larger one, an error this small is rounding
+        threshold = 0.0
+        if self.position > NEGLIGIBLE or self.angle > NEGLIGIBLE:
+            threshold = NEGLIGIBLE
+        parts = []
+        if not np.isnan(self.position):
+            position = self.position if self.position > threshold else 0.0
+            parts.append(f"{position:.3g} m")
+        if not np.isnan(self.angle):
+            angle = self.angle if self.angle > threshold else 0.0
+            parts.append(f"{angle:.3g} rad ({np.degrees(angle):.3g} deg)")
         return " and ".join(parts)
 
 
-def remainder(task: Task, u: Array) -> Remainder:
-    """What is left at u (n,), in the coordinates of the task."""
-    error, _, good = task.error(u[None])
-    turns = np.array(task.rows) > 2
+def remaining_error(task: Task, u: Array) -> RemainingError:
+    """What remains at u (n,), in the coordinates that count."""
+    error, _, closed = task.error(u[None])
+    rotations = np.array(task.rows) > 2
+    position, turn = error[0, ~rotations], error[0, rotations]
+    if not closed[0]:
+        return RemainingError(np.nan, np.nan)
+    return RemainingError(_size(position), _size(turn) / task.length)
 
-    def size(part: Array) -> float:
-        return float(np.linalg.norm(part)) if part.size and good[0] else np.nan
 
-    return Remainder(size(error[0, ~turns]), size(error[0, turns]) / task.length)
+def _size(error: Array) -> float:
+    """The norm, NaN of nothing."""
+    if not error.size:
+        return np.nan
+    return float(np.linalg.norm(error))
 
 
-def failure(search: Search, descent: Descent, best: int, left: Remainder) -> tuple[IKStatus, str]:
-    """Which of the reasons it was, where the start `best` came nearest with this left."""
-    u, residual, task = descent.u[best], float(descent.residual[best]), search.task
+def explain_failure(
+    problem: IKProblem, descent: Descent, best: int, remaining: RemainingError
+) -> tuple[IKStatus, str]:
+    """Why a target was not reached.
+
+    Args:
+        problem: robot and target.
+        descent: where each start ended.
+        best: index of the start that came nearest.
+        remaining: what remains there.
+
+    Returns:
+        The status, and the reason in words.
+    """
+    u, residual = descent.u[best], float(descent.residual[best])
     if not np.isfinite(residual):
         return IKStatus.NOT_CONVERGED, "no start closes all loops; give a seed that does"
-    nearest = f"the nearest found is {left} away"
-    state = search.closed(u)
-    if (
-        state is not None
-        and float(state.singularity) < AT_TOGGLE
-        and residual < AT_TOGGLE * task.length
-    ):
-        where = (
-            f"only reached where loop '{state.singular_loop}' is singular and its joints cannot be"
-            " told"
-        )
-        return IKStatus.SINGULAR, f"{where}; {nearest}"
-    outside = _beyond(search, descent)
+    nearest = f"the nearest found is {remaining} away"
+    loop = _toggling_loop(problem, u, residual)
+    if loop is not None:
+        place = f"only reached where loop '{loop}' is singular and its joints cannot be told"
+        return IKStatus.SINGULAR, f"{place}; {nearest}"
+    outside = _solution_beyond_limits(problem, descent)
     if outside is not None:
-        return IKStatus.LIMIT, f"only reached beyond the limits of {_limits_left(search, outside)}"
-    cause = _cause(search, descent, u)
-    if search.whole or descent.settled[best]:
+        joints = _exceeded_limits(problem, outside)
+        return IKStatus.LIMIT, f"only reached beyond the limits of {joints}"
+    cause = _cause(problem, descent, u)
+    if problem.is_exhaustive or descent.settled[best]:
         return IKStatus.OUT_OF_REACH, f"out of reach: {nearest}{cause}"
-    return (
-        IKStatus.NOT_CONVERGED,
-        f"stopped {left} away after {descent.iterations} iterations{cause}",
-    )
+    stopped = f"stopped {remaining} away after {descent.iterations} iterations"
+    return IKStatus.NOT_CONVERGED, f"{stopped}{cause}"
 
 
-def _cause(search: Search, descent: Descent, u: Array) -> str:
-    """What of the target cannot be met, as far as it can be told; begins with a semicolon, or is empty."""
-    rows, joints = search.task.rows, len(search.robot.active)
-    moving = _moving(search)
-    still = [
-        AXES[row]
-        for row, off in zip(rows, _off(search.task, u), strict=True)
-        if off and row not in moving
-    ]
-    if still:
-        reached, left = _best(search.counting(moving), descent) if moving else (False, None)
-        rest = (
-            ": the rest is reached"
-            if reached
-            else f": of the rest {left} are left"
-            if moving
-            else ""
-        )
-        return f"; no active joint moves {' or '.join(still)}{rest}"
-    few = (
-        f"; {counted(joints, 'active joint')} cannot meet every target of {len(moving)} coordinates"
-    )
-    few *= joints < len(moving)
-    place = tuple(row for row in rows if row < 3)
-    if not 0 < len(place) < len(rows):
-        return few
-    reached, left = _best(search.counting(place), descent)
-    return (
-        f"; the position alone can be reached{few}"
-        if reached
-        else f"; the position alone stays {left} away too"
-    )
+# -- singular places
 
 
-def _best(search: Search, descent: Descent) -> tuple[bool, Remainder]:
-    """Whether a search for less reaches it, from the ends of the one for all and some anew, and what is left to it."""
-    anew = search.starts if len(descent.u) < len(search.starts) else search.starts[:ANEW]
-    found = search.descend(np.vstack([descent.u, anew]))
-    return bool(search.solved(found).any()), remainder(
-        search.task, found.u[int(np.argmin(found.residual))]
-    )
+def _toggling_loop(problem: IKProblem, u: Array, residual: float) -> str | None:
+    """The loop that is singular at u, where u is nearly at the target."""
+    state = problem.closed_at(u)
+    if state is None or residual >= AT_TOGGLE * problem.task.length:
+        return None
+    if float(state.singularity) >= AT_TOGGLE:
+        return None
+    return str(state.singular_loop)
 
 
-def _moving(search: Search) -> tuple[int, ...]:
-    """Which of the coordinates that count change with the active joints, anywhere within the limits."""
-    every = search.counting(tuple(range(len(AXES))))
-    _, jacobian, good = every.task.error(every.starts)
-    size = np.abs(jacobian[good]).max(
-        axis=(0, 2), initial=0.0
-    )  # of all six: of one alone, rounding would count
-    return tuple(row for row in search.task.rows if size[row] > STILL * size.max())
+# -- limits
 
 
-def _off(task: Task, u: Array) -> list[bool]:
-    """By coordinate that counts: whether something is left to it at u (n,)."""
-    error = task.error(u[None])[0][0]
-    return [abs(left) > TOLD * max(task.length, 1.0) for left in error.tolist()]
-
-
-def _beyond(search: Search, descent: Descent) -> Array | None:
-    """Active coordinates (n,) beyond their limits that would reach the target; None where none were found.
+def _solution_beyond_limits(problem: IKProblem, descent: Descent) -> Array | None:
+    """Active coordinates (n,) beyond their limits that would reach the target, or None.
 
     Of several those with the fewest beyond, and of these the nearest to the limits.
     """
-    robot, turns = search.robot, revolute(search.robot)
-    lower, upper = robot.limits.T
-    if search.whole:
-        wider = search.within(np.tile([-np.inf, np.inf], (len(robot.active), 1)))
-        ends = wider.closed_form()
-    else:
-        wider = search.within(robot.closing_range)
-        if np.array_equal(wider.task.lower, search.task.lower) and np.array_equal(
-            wider.task.upper, search.task.upper
-        ):
-            return None
-        nearest = distinct(descent.u[np.argsort(descent.residual)[:8]], turns, SAME)
-        ends = wider.descend(np.vstack([nearest, wider.starts[:ANEW]]))
-    if (
-        ends is None or not search.solved(ends).any()
-    ):  # a platform of fewer freedoms is placed as far as it can be
+    revolute = is_revolute(problem.robot)
+    lower, upper = problem.robot.limits.T
+    ends = _ends_beyond_limits(problem, descent, revolute)
+    # a platform of fewer freedoms is placed as far as it can be
+    if ends is None or not problem.solved(ends).any():
         return None
-    found = np.array([_wound(u, 0.5 * (lower + upper), turns) for u in ends.u[search.solved(ends)]])
-    excess = np.maximum(lower - found, 0.0) + np.maximum(found - upper, 0.0)
-    beyond = (excess > 0.0).sum(axis=1)
-    order = np.lexsort([excess.sum(axis=1), beyond])
-    best = next((k for k in order if beyond[k]), None)
-    return None if best is None else np.asarray(found[best])
+    middle = 0.5 * (lower + upper)
+    solutions = np.array([_wound(u, middle, revolute) for u in ends.u[problem.solved(ends)]])
+    excess = np.maximum(lower - solutions, 0.0) + np.maximum(solutions - upper, 0.0)
+    exceeded = (excess > 0.0).sum(axis=1)
+    for k in np.lexsort([excess.sum(axis=1), exceeded]):
+        if exceeded[k]:
+            return np.asarray(solutions[k])
+    return None
 
 
-def _wound(u: Array, middle: Array, turns: Mask) -> Array:
-    """Angles whole turns away, as near to the middle of their limits as they can be."""
-    whole = np.full_like(u, -np.inf), np.full_like(u, np.inf)
-    return unwound(u, np.where(np.isfinite(middle), middle, 0.0), turns, *whole)
+def _ends_beyond_limits(problem: IKProblem, descent: Descent, revolute: Mask) -> Descent | None:
+    """The solver's ends without the limits of the joints; None where loops are the only limits."""
+    if problem.is_exhaustive:
+        unlimited = np.tile([-np.inf, np.inf], (len(problem.robot.active), 1))
+        return problem.with_limits(unlimited).closed_form()
+    wider = problem.with_limits(problem.robot.closing_range)
+    same_lower = np.array_equal(wider.task.lower, problem.task.lower)
+    if same_lower and np.array_equal(wider.task.upper, problem.task.upper):
+        return None
+    nearest = distinct(descent.u[np.argsort(descent.residual)[:8]], revolute, SAME)
+    return wider.descend(np.vstack([nearest, wider.starts[:RESTARTS]]))
 
 
-def _limits_left(search: Search, u: Array) -> str:
+def _wound(u: Array, middle: Array, revolute: Mask) -> Array:
+    """Angles full turns away, as near to the middle of their limits as they can be."""
+    unlimited = np.full_like(u, np.inf)
+    near = np.where(np.isfinite(middle), middle, 0.0)
+    return unwound(u, near, revolute, -unlimited, unlimited)
+
+
+def _exceeded_limits(problem: IKProblem, u: Array) -> str:
     """'lift: 1.2 rad, limit 0.9 rad' of each of the coordinates that are beyond their limits."""
-    told = []
-    robot = search.robot
+    robot = problem.robot
+    joints = []
     for name, value, (lower, upper) in zip(robot.active, u, robot.limits, strict=True):
-        if not lower <= value <= upper:
-            limit, kind = (
-                (lower if value < lower else upper),
-                coordinate_unit(robot.joint_types[name]),
-            )
-            told.append(f"{name} ({value:.4g} {kind}, limit {limit:.4g} {kind})")
-    return ", ".join(told)
+        if lower <= value <= upper:
+            continue
+        limit = lower if value < lower else upper
+        unit = coordinate_unit(robot.joint_types[name])
+        joints.append(f"{name} ({value:.4g} {unit}, limit {limit:.4g} {unit})")
+    return ", ".join(joints)
+
+
+# -- targets that cannot be met
+
+
+def _cause(problem: IKProblem, descent: Descent, u: Array) -> str:
+    """What of the target cannot be met; begins with a semicolon, or is empty."""
+    moving = _moving_rows(problem)
+    unmoved = [row for row in _open_rows(problem.task, u) if row not in moving]
+    if unmoved:
+        axes = " or ".join(AXES[row] for row in unmoved)
+        return f"; no active joint moves {axes}{_outcome_of_rows(problem, descent, moving)}"
+    shortage = ""
+    joints = len(problem.robot.active)
+    if joints < len(moving):
+        count = counted(joints, "active joint")
+        shortage = f"; {count} cannot meet every target of {len(moving)} coordinates"
+    rows = problem.task.rows
+    position_rows = tuple(row for row in rows if row < 3)
+    if not position_rows or len(position_rows) == len(rows):
+        return shortage
+    reached, remaining = _solve_rows(problem, descent, position_rows)
+    if reached:
+        return f"; the position alone can be reached{shortage}"
+    return f"; the position alone stays {remaining} away too"
+
+
+def _outcome_of_rows(problem: IKProblem, descent: Descent, rows: tuple[int, ...]) -> str:
+    """What a search for the other coordinates gives."""
+    if not rows:
+        return ""
+    reached, remaining = _solve_rows(problem, descent, rows)
+    if reached:
+        return ": the rest is reached"
+    return f": of the rest {remaining} are left"
+
+
+def _solve_rows(
+    problem: IKProblem, descent: Descent, rows: tuple[int, ...]
+) -> tuple[bool, RemainingError]:
+    """Whether a search for some coordinates reaches them, and what remains.
+
+    It starts at the ends of the search for all, and at some further places.
+    """
+    smaller = problem.with_rows(rows)
+    starts = smaller.starts
+    if len(descent.u) >= len(starts):
+        starts = starts[:RESTARTS]
+    ends = smaller.descend(np.vstack([descent.u, starts]))
+    nearest = ends.u[int(np.argmin(ends.residual))]
+    return bool(smaller.solved(ends).any()), remaining_error(smaller.task, nearest)
+
+
+def _moving_rows(problem: IKProblem) -> tuple[int, ...]:
+    """Which of the coordinates that count change with the active joints, anywhere in the limits."""
+    # of all six: of one alone, rounding would count
+    every = problem.with_rows(ALL_ROWS)
+    _, jacobian, closed = every.task.error(every.starts)
+    size = np.abs(jacobian[closed]).max(axis=(0, 2), initial=0.0)
+    return tuple(row for row in problem.task.rows if size[row] > STILL * size.max())
+
+
+def _open_rows(task: Task, u: Array) -> list[int]:
+    """Which of the coordinates that count are not met at u (n,)."""
+    error = task.error(u[None])[0][0]
+    threshold = NEGLIGIBLE * max(task.length, 1.0)
+    return [row for row, part in zip(task.rows, error, strict=True) if abs(part) > threshold]

@@ -1,4 +1,4 @@
-"""Inverse kinematics of a robot: the target is checked, the solver run, the outcome put into words."""
+"""Inverse kinematics: the target is checked, the solver run, its outcome explained."""
 
 from __future__ import annotations
 
@@ -13,13 +13,25 @@ from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.check_arrays import finite_vectors
 from .closed_kinematics import ClosedKinematics
-from .ik_descent import MAX_ITERATIONS, IKStatus, distinct, unwound
-from .ik_failure import failure, remainder
-from .ik_problem import SAME, SOLVED, Search, joined, revolute, search_for
+from .ik_descent import MAX_ITERATIONS, Descent, IKStatus, distinct, unwound
+from .ik_failure import explain_failure, remaining_error
+from .ik_problem import (
+    POSE_ROWS,
+    POSITION_ROWS,
+    SAME,
+    SOLVED,
+    IKProblem,
+    build_problem,
+    is_revolute,
+    join_descents,
+)
 from .pose import Pose, checked_pose
 
-NEAREST = 25  # iterations towards a pose known to be out of reach, for the nearest one
+NEAREST = 25  # iterations towards a pose that is out of reach, for the nearest one
 FARTHEST = 1e100  # [m] squares of distances stay far from the end of the range of numbers
+UNSOLVED = 1e9  # solutions are sorted by distance to the start, all others after them
+INDEPENDENT = 1e-9  # share of the largest singular value of the Jacobian
+LOOSE = 1e-6  # part of a coordinate in a motion that the target does not see
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,19 +39,20 @@ class IKResult:
     """Outcome of inverse kinematics.
 
     Attributes:
-        u: (n,) active coordinates; with another status than SOLVED the nearest found, for
-        inspection only.
-        status, message: why the solver stopped.
+        u: active coordinates (n,) [rad, m]. With another status than SOLVED they are the nearest
+            found, for inspection only.
+        status: why the solver stopped.
         residual: what the solver makes small [m]: the root of the sum of the squares of
-        `position_error` and of
-            `angle_error` times the robot's reach at the start.
-        position_error, angle_error: what remains to the target, in the coordinates that count: a
-        distance [m] and an
-            angle [rad]; NaN where none of them counts, or no start closes.
-        branch, state: assembly modes and closed state at u (None if u does not close).
-        solutions: all distinct solutions found if asked, otherwise (u,) or nothing.
-        redundant: active coordinates that the target does not determine; they stay near the seed.
+            `position_error`, and of `angle_error` times the robot's reach at the start.
+        branch: assembly mode of each loop at u, by name.
+        state: closed state at u, None if u does not close.
+        solutions: all distinct solutions if asked for, otherwise (u,) or nothing.
+        message: why the solver stopped, in words.
+        redundant: active coordinates that the target does not determine. They stay near the seed.
         iterations: of the solver.
+        position_error: remaining distance to the target [m], in the coordinates that count. NaN
+            where no position counts, or no start closes.
+        angle_error: remaining angle [rad], likewise.
     """
 
     u: Array
@@ -58,82 +71,128 @@ class IKResult:
 def solve_inverse_kinematics(  # noqa: PLR0913, PLR0917 - as the robot's method
     robot: ClosedKinematics,
     target: ArrayLike | Pose,
-    seed: ArrayLike | None,
-    all_solutions: bool,
-    mask: Sequence[bool] | None,
+    seed: ArrayLike | None = None,
+    all_solutions: bool = False,
+    mask: Sequence[bool] | None = None,
     near: ClosedState | None = None,
     tolerance: float = SOLVED,
 ) -> IKResult:
-    """See `Robot.inverse_kinematics`."""
+    """Active coordinates within the limits that bring the end effector to a target.
+
+    Args:
+        robot: whose end effector is to reach the target.
+        target: position (3,) [m], or a Pose, in the base frame.
+        seed: active coordinates (n,) to start from [rad, m]; those of `near` or the reference if
+            None.
+        all_solutions: whether to search for all solutions.
+        mask: which of x, y, z and the rotation about x, y, z (base axes) count; all that the target
+            gives if None.
+        near: one closed state whose assembly modes are kept; the robot's modes if None.
+        tolerance: residual [m] below which the target counts as reached.
+
+    Raises:
+        InputError: an argument cannot be used, or the target is too far away to compute with.
+    """
     pose, rows = _target(target, mask)
     _check_near(robot, near)
-    start = None if seed is None else finite_vectors("seed", seed, robot.active, -1)
-    search = search_for(robot, pose, rows, start, near, _tolerance(tolerance))
-    start = search.start
-    descent = search.closed_form()
-    if descent is None or not search.solved(descent).any():
-        descent = search.descend(start[None], NEAREST if search.whole else MAX_ITERATIONS)
-    if not search.whole and (all_solutions or not search.solved(descent).any()):
-        descent = joined([descent, search.descend(search.starts)])
-    order = np.argsort(
-        np.where(
-            search.solved(descent),
-            np.linalg.norm(descent.u - start, axis=-1),
-            1e9 + descent.residual,
-        )
-    )
-    turns = revolute(robot)
-    ends = np.array([unwound(u, start, turns, *robot.limits.T) for u in descent.u[order]])
-    found = distinct(ends[: int(search.solved(descent).sum())], turns, SAME)
+    start = None
+    if seed is not None:
+        start = finite_vectors("seed", seed, robot.active, -1)
+    problem = build_problem(robot, pose, rows, start, near, _tolerance(tolerance))
+    descent = _solve(problem, all_solutions)
+    return _result(problem, descent, all_solutions)
+
+
+def _solve(problem: IKProblem, all_solutions: bool) -> Descent:
+    """From the start, and where that fails or all solutions are asked for from many more."""
+    descent = problem.closed_form()
+    if descent is None or not problem.solved(descent).any():
+        iterations = NEAREST if problem.is_exhaustive else MAX_ITERATIONS
+        descent = problem.descend(problem.start[None], iterations)
+    if problem.is_exhaustive:
+        return descent
+    if all_solutions or not problem.solved(descent).any():
+        descent = join_descents([descent, problem.descend(problem.starts)])
+    return descent
+
+
+def _result(problem: IKProblem, descent: Descent, all_solutions: bool) -> IKResult:
+    """The best end, what remains there to the target, and why."""
+    robot, start = problem.robot, problem.start
+    solved = problem.solved(descent)
+    distances = np.linalg.norm(descent.u - start, axis=-1)
+    order = np.argsort(np.where(solved, distances, UNSOLVED + descent.residual))
+    revolute = is_revolute(robot)
+    lower, upper = robot.limits.T
+    ends = np.array([unwound(u, start, revolute, lower, upper) for u in descent.u[order]])
+    solutions = distinct(ends[: int(solved.sum())], revolute, SAME)
     best = int(order[0])
-    left = remainder(search.task, descent.u[best])
-    verdict = (IKStatus.SOLVED, "reached") if found else failure(search, descent, best, left)
-    state = search.closed(ends[0])
+    remaining = remaining_error(problem.task, descent.u[best])
+    status, message = IKStatus.SOLVED, "reached"
+    if not solutions:
+        status, message = explain_failure(problem, descent, best, remaining)
+    state = problem.closed_at(ends[0])
+    if not all_solutions:
+        solutions = solutions[:1]
     return IKResult(
         u=ends[0],
-        status=verdict[0],
+        status=status,
         residual=float(descent.residual[best]),
         branch={} if state is None else state.branch,
         state=state,
-        solutions=tuple(found if all_solutions else found[:1]),
-        message=verdict[1],
-        redundant=_redundant(search, ends[0]),
+        solutions=tuple(solutions),
+        message=message,
+        redundant=_redundant(problem, ends[0]),
         iterations=descent.iterations,
-        position_error=left.position,
-        angle_error=left.angle,
+        position_error=remaining.position,
+        angle_error=remaining.angle,
     )
+
+
+# -- arguments
 
 
 def _target(target: ArrayLike | Pose, mask: Sequence[bool] | None) -> tuple[Pose, tuple[int, ...]]:
     """The pose, and which of the six coordinates count."""
+    rows: tuple[int, ...]
     if isinstance(target, Pose):
-        pose, rows = checked_pose(target), tuple(range(6))
+        pose, rows = checked_pose(target), POSE_ROWS
     else:
-        position = finite_vectors("target", target, ("x", "y", "z"))
-        if position.ndim != 1:
-            raise InputError(
-                f"the target has shape {position.shape}; expected one position (3,) or a Pose"
-            )
-        pose, rows = Pose(position, np.eye(3)), (0, 1, 2)
+        pose, rows = _position_target(target), POSITION_ROWS
     if mask is not None:
-        if len(mask) != 6 or not any(mask):
-            raise InputError(
-                "mask: expected six booleans for x, y, z and rotation about x, y, z, at least one"
-                " True"
-            )
-        rows = tuple(k for k in range(6) if mask[k])
+        rows = _masked_rows(mask)
         if max(rows) > 2 and not isinstance(target, Pose):
             raise InputError(
                 "mask: a rotation counts, but the target is only a position; give a Pose"
             )
-    for k in rows[:3]:
-        if k < 3 and abs(pose.position[k]) > FARTHEST:
-            told = f"{'xyz'[k]} is {pose.position[k]:g} m"
-            raise InputError(
-                f"target: {told}: out of reach, and too far away to compute the distance that is"
-                " left"
-            )
+    _check_distance(pose, rows)
     return pose, rows
+
+
+def _position_target(target: ArrayLike) -> Pose:
+    position = finite_vectors("target", target, ("x", "y", "z"))
+    if position.ndim != 1:
+        raise InputError(
+            f"the target has shape {position.shape}; expected one position (3,) or a Pose"
+        )
+    return Pose(position, np.eye(3))
+
+
+def _masked_rows(mask: Sequence[bool]) -> tuple[int, ...]:
+    if len(mask) != 6 or not any(mask):
+        raise InputError(
+            "mask: expected six booleans for x, y, z and rotation about x, y, z, at least one True"
+        )
+    return tuple(k for k in range(6) if mask[k])
+
+
+def _check_distance(pose: Pose, rows: Sequence[int]) -> None:
+    for k, axis in enumerate("xyz"):
+        if k in rows and abs(pose.position[k]) > FARTHEST:
+            raise InputError(
+                f"target: {axis} is {pose.position[k]:g} m: out of reach, and too far away to"
+                " compute the distance that is left"
+            )
 
 
 def _tolerance(tolerance: float) -> float:
@@ -145,27 +204,30 @@ def _tolerance(tolerance: float) -> float:
 def _check_near(robot: ClosedKinematics, near: object) -> None:
     if near is None:
         return
-    got = ""
+    problem = ""
     if not isinstance(near, ClosedState):
-        got = type(near).__name__
+        problem = type(near).__name__
     elif not robot.owns(near):
-        got = "a state of another robot"
+        problem = "a state of another robot"
     elif near.u.ndim != 1:
-        got = f"a batch of {len(near.u)}"
+        problem = f"a batch of {len(near.u)}"
     elif near.status != ClosureStatus.OK:
-        got = "one whose loops are not closed (its status says why)"
-    if got:
-        raise InputError(
-            f"near: one closed state of this robot is expected, from robot.close(u); got {got}"
-        )
+        problem = "one whose loops are not closed (its status says why)"
+    if problem:
+        expected = "one closed state of this robot is expected, from robot.close(u)"
+        raise InputError(f"near: {expected}; got {problem}")
 
 
-def _redundant(search: Search, u: Array) -> tuple[str, ...]:
+# -- results
+
+
+def _redundant(problem: IKProblem, u: Array) -> tuple[str, ...]:
     """Coordinates that can move without moving what the task asks for."""
-    _, jacobian, good = search.task.error(u[None])
-    if not good[0]:
+    _, jacobian, closed = problem.task.error(u[None])
+    if not closed[0]:
         return ()
-    _, sizes, rows = np.linalg.svd(jacobian[0])
-    rank = int((sizes > 1e-9 * sizes[0]).sum())
-    loose = np.abs(rows[rank:]).max(axis=0, initial=0.0) > 1e-6
-    return tuple(name for name, free in zip(search.robot.active, loose, strict=True) if free)
+    _, sizes, motions = np.linalg.svd(jacobian[0])
+    rank = int((sizes > INDEPENDENT * sizes[0]).sum())
+    parts = np.abs(motions[rank:]).max(axis=0, initial=0.0)
+    active = problem.robot.active
+    return tuple(name for name, part in zip(active, parts, strict=True) if part > LOOSE)

@@ -12,16 +12,20 @@ from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.check_arrays import real_array
 
-# largest deviation of a quaternion's norm from 1 accepted from outside; it is normalised then
+# largest deviation of a quaternion's norm from 1 that is accepted; it is normalised then
 UNIT = 1e-3
-ORTHONORMAL = (
-    1e-6  # largest error of R^T R accepted from outside: single-precision messages stay usable
-)
+# largest error of R^T R that is accepted: single-precision messages stay usable
+ORTHONORMAL = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """A frame in the base frame: `position` (3,) [m] and `rotation` (3, 3), or (N, 3) and (N, 3, 3)."""
+    """A frame in the base frame, or a batch of N.
+
+    Attributes:
+        position: origin of the frame (3,) or (N, 3) [m].
+        rotation: frame coordinates to base coordinates (3, 3) or (N, 3, 3).
+    """
 
     position: Array
     rotation: Array
@@ -43,27 +47,44 @@ class Pose:
 
     @staticmethod
     def from_quaternion(position: ArrayLike, quaternion: ArrayLike) -> Pose:
-        """From a position (3,) [m] and a quaternion x, y, z, w (4,) of length 1 (to `UNIT`, then normalised)."""
-        xyzw, place = real_array("quaternion", quaternion), real_array("position", position)
+        """From a position and a quaternion.
+
+        Args:
+            position: (3,) [m].
+            quaternion: x, y, z, w (4,). Its norm must be 1 to `UNIT`; it is normalised.
+
+        Raises:
+            InputError: a shape is wrong, a value is not finite, or the norm is not 1.
+        """
+        xyzw = real_array("quaternion", quaternion)
+        origin = real_array("position", position)
         if xyzw.shape != (4,):
             raise InputError(f"the quaternion has shape {xyzw.shape}; expected (4,): x, y, z, w")
         norm = float(np.linalg.norm(xyzw))
         if not abs(norm - 1.0) < UNIT:
-            told = ", ".join(f"{value:.6g}" for value in xyzw.tolist())
-            hint = f"; divide it by {norm:.6g}" if 0.0 < norm < np.inf else ""
-            raise InputError(
-                f"the quaternion x, y, z, w = {told} has the norm {norm:.6g}; expected 1 to"
-                f" {UNIT:g}{hint}"
-            )
-        return checked_pose(Pose(place, _transform().from_quat(xyzw).as_matrix()))
+            raise _not_normalised(xyzw, norm)
+        return checked_pose(Pose(origin, _transform().from_quat(xyzw).as_matrix()))
+
+
+def _not_normalised(xyzw: Array, norm: float) -> InputError:
+    values = ", ".join(f"{value:.6g}" for value in xyzw.tolist())
+    hint = ""
+    if 0.0 < norm < np.inf:
+        hint = f"; divide it by {norm:.6g}"
+    return InputError(
+        f"the quaternion x, y, z, w = {values} has the norm {norm:.6g}; expected 1 to"
+        f" {UNIT:g}{hint}"
+    )
 
 
 def checked_pose(pose: Pose) -> Pose:
-    """The pose, or an InputError if it is not one finite rigid pose."""
-    position, rotation = (
-        np.asarray(pose.position, dtype=float),
-        np.asarray(pose.rotation, dtype=float),
-    )
+    """The pose as float64 arrays.
+
+    Raises:
+        InputError: it is not one finite rigid pose.
+    """
+    position = np.asarray(pose.position, dtype=float)
+    rotation = np.asarray(pose.rotation, dtype=float)
     if position.shape != (3,) or rotation.shape != (3, 3):
         raise InputError(
             f"expected a position (3,) and a rotation (3, 3), got {position.shape} and"
@@ -71,10 +92,8 @@ def checked_pose(pose: Pose) -> Pose:
         )
     if not (np.isfinite(position).all() and np.isfinite(rotation).all()):
         raise InputError("the pose is not finite")
-    if (
-        np.abs(rotation @ rotation.T - np.eye(3)).max() > ORTHONORMAL
-        or np.linalg.det(rotation) < 0.0
-    ):
+    error = np.abs(rotation @ rotation.T - np.eye(3)).max()
+    if error > ORTHONORMAL or np.linalg.det(rotation) < 0.0:
         raise InputError("the rotation matrix is not orthonormal and right-handed")
     return Pose(position, rotation)
 
@@ -86,8 +105,7 @@ def rotation_vector(rotation: Array) -> Array:
 
 
 def _transform() -> Any:
-    from scipy.spatial.transform import (  # noqa: PLC0415  slow to import, and not every use needs it
-        Rotation,
-    )
+    """SciPy's rotations: slow to import, and not every use needs them."""
+    from scipy.spatial.transform import Rotation  # noqa: PLC0415
 
     return Rotation

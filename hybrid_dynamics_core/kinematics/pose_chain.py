@@ -1,6 +1,6 @@
-"""Inverse kinematics in closed form, where the end effector is carried by slides and then by joints that meet.
+"""Inverse kinematics in closed form, for slides followed by joints whose axes meet.
 
-That is how a platform's pose is written: its coordinates follow from the pose one after the other,
+That is how a platform's pose is written. Its coordinates follow from the pose one after the other,
 and the legs follow from them by closure. Everything is in the frame of the base, each joint as it
 stands at zero (product of exponentials).
 """
@@ -9,14 +9,16 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ..algebra.vector import axis_rotation, constant
 from ..description.model import Frame
 from ..ground.arrays import Array
-from ..mechanism.tree import Tree
+from ..mechanism.tree import Body, Tree
 
 MEET = 1e-9  # [m] up to which axes count as meeting in one point
 PARALLEL = 1e-6  # sine below which two axes count as parallel
@@ -24,9 +26,16 @@ PARALLEL = 1e-6  # sine below which two axes count as parallel
 
 @dataclass(frozen=True)
 class PoseChain:
-    """Slides `directions` (k, 3), then axes (m, 3) that meet in `centre`; `rotation`, `position` of the frame at zero.
+    """Slides, then revolute joints that meet in a point.
 
-    `slides`, `turns`: the coordinates, in order from the base.
+    Attributes:
+        slides: coordinates of the slides (k,), in order from the base.
+        turns: coordinates of the revolute joints (m,), in order from the base.
+        directions: of the slides (k, 3), base axes.
+        axes: of the revolute joints (m, 3), base axes at zero.
+        centre: point (3,) where the axes meet at zero [m].
+        rotation: of the frame (3, 3) at zero.
+        position: of the frame (3,) at zero [m].
     """
 
     slides: tuple[int, ...]
@@ -38,9 +47,17 @@ class PoseChain:
     position: Array
 
     def solve(self, position: Array, rotation: Array | None, seed: Array) -> list[dict[int, float]]:
-        """Coordinates that bring the frame to a pose, up to two ways; to be checked, as the pose may not be reachable.
+        """Coordinates that bring the frame to a pose, in up to two ways.
 
-        Without `rotation` the turns stay as in `seed` (all coordinates).
+        They are to be checked, since the pose may not be reachable.
+
+        Args:
+            position: of the frame (3,) [m].
+            rotation: of the frame (3, 3); if None, the turns stay as in `seed`.
+            seed: all coordinates (n_s,) [rad, m].
+
+        Returns:
+            Values by coordinate [rad, m].
         """
         if rotation is None:
             options = [[float(seed[k]) for k in self.turns]]
@@ -54,90 +71,119 @@ class PoseChain:
             turned = turned @ _turn(axis, angle)
         arm = turned @ (self.position - self.centre)
         moved = position - arm - self.centre
-        strokes = (
-            np.linalg.lstsq(self.directions.T, moved, rcond=None)[0]
-            if len(self.slides)
-            else np.zeros(0)
-        )
-        return {
-            **dict(zip(self.slides, strokes.tolist(), strict=True)),
-            **dict(zip(self.turns, angles, strict=True)),
-        }
+        strokes: list[float] = []
+        if self.slides:
+            strokes = np.linalg.lstsq(self.directions.T, moved, rcond=None)[0].tolist()
+        coordinates = (*self.slides, *self.turns)
+        return dict(zip(coordinates, [*strokes, *angles], strict=True))
 
 
 def find_pose_chain(tree: Tree, frame: Frame, size: int) -> PoseChain | None:
-    """The pose chain of a frame, if its joints are `size` coordinates of that kind; None otherwise."""
+    """The pose chain of a frame, if its joints are `size` coordinates of that kind; else None."""
     bodies = [tree.bodies[i] for i in tree.path(tree.body_index(frame.link))]
-    kinds = [b.type for b in bodies]
-    slides = kinds.count("prismatic")
-    if len(bodies) != size or "prismatic" in kinds[slides:] or slides > 3 or size - slides > 3:
+    kinds = [body.type for body in bodies]
+    k = kinds.count("prismatic")
+    if len(bodies) != size or "prismatic" in kinds[k:] or k > 3 or size - k > 3:
         return None
-    lines = []
-    for body in bodies:
-        rotation, origin = tree.zero_pose(tree.body_index(body.name))
-        lines.append((rotation @ np.array(body.axis), origin))
-    directions = np.array([axis for axis, _ in lines[:slides]]).reshape(slides, 3)
-    axes = np.array([axis for axis, _ in lines[slides:]]).reshape(size - slides, 3)
-    centre = _meeting_point(lines[slides:])
-    if centre is None or np.linalg.matrix_rank(directions, tol=PARALLEL) < slides:
+    lines = [_axis_at_zero(tree, body) for body in bodies]
+    directions = np.array([line.direction for line in lines[:k]]).reshape(k, 3)
+    axes = np.array([line.direction for line in lines[k:]]).reshape(size - k, 3)
+    centre = _meeting_point(lines[k:])
+    if centre is None or np.linalg.matrix_rank(directions, tol=PARALLEL) < k:
         return None
     if any(np.linalg.norm(np.cross(a, b)) < PARALLEL for a, b in itertools.pairwise(axes)):
         return None
     rotation, origin = tree.zero_pose(tree.body_index(frame.link))
-    coordinates = [b.coordinate for b in bodies]
+    coordinates = [body.coordinate for body in bodies]
     return PoseChain(
-        tuple(coordinates[:slides]),
-        tuple(coordinates[slides:]),
-        directions,
-        axes,
-        centre,
-        rotation @ np.array(frame.rotation),
-        rotation @ np.array(frame.translation) + origin,
+        slides=tuple(coordinates[:k]),
+        turns=tuple(coordinates[k:]),
+        directions=directions,
+        axes=axes,
+        centre=centre,
+        rotation=rotation @ np.array(frame.rotation),
+        position=rotation @ np.array(frame.translation) + origin,
     )
 
 
-def _meeting_point(lines: list[tuple[Array, Array]]) -> Array | None:
-    """The point that all lines (axis, point) pass through."""
+class _Line(NamedTuple):
+    """A line in base axes: its direction (3,) and one of its points (3,) [m]."""
+
+    direction: Array
+    point: Array
+
+
+def _axis_at_zero(tree: Tree, body: Body) -> _Line:
+    """The axis of a body's joint with all coordinates at zero."""
+    rotation, origin = tree.zero_pose(tree.body_index(body.name))
+    return _Line(rotation @ np.array(body.axis), origin)
+
+
+def _meeting_point(lines: Sequence[_Line]) -> Array | None:
+    """The point (3,) that all lines pass through [m], or None."""
     if not lines:
         return np.zeros(3)
     rows = np.vstack([np.eye(3) - np.outer(axis, axis) for axis, _ in lines])
-    right = np.concatenate([point - axis * (axis @ point) for axis, point in lines])
-    point: Array = np.linalg.lstsq(rows, right, rcond=None)[0]
-    return point if float(np.abs(rows @ point - right).max()) < MEET else None
+    offsets = np.concatenate([point - axis * (axis @ point) for axis, point in lines])
+    point: Array = np.linalg.lstsq(rows, offsets, rcond=None)[0]
+    if float(np.abs(rows @ point - offsets).max()) < MEET:
+        return point
+    return None
 
 
 def _angles(axes: Array, wanted: Array) -> list[list[float]]:
-    """Angles about up to three axes whose turns, in order, make the rotation `wanted` (if they can)."""
+    """Angles about up to three axes whose turns, in order, make a rotation, if any do."""
     if len(axes) == 0:
         return [[]]
-    if len(axes) < 3:
-        other = axes[1] if len(axes) == 2 else np.eye(3)[int(np.argmin(np.abs(axes[0])))]
-        first = _between(axes[0], other, wanted @ other)
-        rest = _turn(axes[0], -first) @ wanted
-        return [[first, *angles] for angles in _angles(axes[1:], rest)]
+    if len(axes) == 3:
+        return _three_angles(axes, wanted)
+    first = _first_angle(axes, wanted)
+    remaining = _turn(axes[0], -first) @ wanted
+    return [[first, *angles] for angles in _angles(axes[1:], remaining)]
+
+
+def _first_angle(axes: Array, wanted: Array) -> float:
+    """The angle about the first of one or two axes.
+
+    It is seen at the second axis, which the second turn leaves alone, or at any other vector.
+    """
+    other = np.eye(3)[int(np.argmin(np.abs(axes[0])))]
+    if len(axes) == 2:
+        other = axes[1]
+    return _between(axes[0], other, wanted @ other)
+
+
+def _three_angles(axes: Array, wanted: Array) -> list[list[float]]:
+    """The same for three axes: the second angle has up to two values."""
     w1, w2, w3 = axes
     goal = wanted @ w3
-    return [
-        [first, second, _angles(axes[2:], _turn(w2, -second) @ _turn(w1, -first) @ wanted)[0][0]]
-        for second in _heights(w1, w2, w3, float(w1 @ goal))
-        for first in [_between(w1, _turn(w2, second) @ w3, goal)]
-    ]
+    solutions = []
+    for second in _heights(w1, w2, w3, float(w1 @ goal)):
+        first = _between(w1, _turn(w2, second) @ w3, goal)
+        remaining = _turn(w2, -second) @ _turn(w1, -first) @ wanted
+        (third,) = _angles(axes[2:], remaining)[0]
+        solutions.append([first, second, third])
+    return solutions
 
 
 def _heights(w1: Array, w2: Array, w3: Array, height: float) -> list[float]:
     """Angles about w2 at which w3 has the given component along w1."""
     along = float((w2 @ w3) * (w1 @ w2))
-    a, b, c = float(w1 @ w3) - along, float(w1 @ np.cross(w2, w3)), height - along
+    a = float(w1 @ w3) - along
+    b = float(w1 @ np.cross(w2, w3))
+    c = height - along
     size = math.hypot(a, b)
     if abs(c) > size * (1.0 + 1e-12):
         return []
-    middle, half = math.atan2(b, a), math.acos(max(-1.0, min(1.0, c / size)))
+    middle = math.atan2(b, a)
+    half = math.acos(max(-1.0, min(1.0, c / size)))
     return [_principal(middle + half), _principal(middle - half)]
 
 
 def _between(axis: Array, start: Array, end: Array) -> float:
     """Angle about the axis from one vector to another, seen along it."""
-    a, b = start - axis * (axis @ start), end - axis * (axis @ end)
+    a = start - axis * (axis @ start)
+    b = end - axis * (axis @ end)
     return math.atan2(float(axis @ np.cross(a, b)), float(a @ b))
 
 

@@ -1,4 +1,4 @@
-"""One compiled call: a quick way straight into compiled code, and a thorough one that says why not."""
+"""One compiled call: a quick way straight into compiled code, and a thorough one."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class CompiledCall:
         self._constants = {name: constants[name] for name in others}
 
     def caller(self) -> Callable[..., Any]:
-        """The function (inputs of a state, out=None, *, check, threads, other inputs) -> results."""
+        """The function: inputs of a state, out, check, threads, other inputs -> results."""
         signature = Signature(
             inputs=self._names,
             given=self._of_state,

@@ -84,7 +84,7 @@ class RobotKernels:
 
     @lazy
     def jacobian(self) -> Call:
-        """(u) -> (6, n): d(linear, angular velocity)/du' of the end effector's origin, base axes."""
+        """(u) -> (6, n): d(linear, angular velocity)/du' of the end effector, base axes."""
         return self._compile_at_frame("jacobian", programs.jacobian)
 
     @lazy

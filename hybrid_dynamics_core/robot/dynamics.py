@@ -44,7 +44,7 @@ class Dynamics:
 
     @property
     def loads(self) -> Loads:
-        """What the description says acts on the robot: gravity, payloads, friction, rotors, springs."""
+        """What the description says acts on the robot besides its actuators."""
         return self._programs.described
 
     def pack(self, loads: Loads) -> Packed:

@@ -18,13 +18,8 @@ from ...ground.arrays import Array
 from ...ground.check_arrays import finite_vectors
 from ...ground.suggestions import suggestion
 from ...ground.units import coordinate_unit
-from ...kinematics.workspace import (
-    Margins,
-    SampleStatus,
-    limited_joints,
-    margins_at,
-    sampled_ranges,
-)
+from ...kinematics.sampling import sampled_ranges
+from ...kinematics.workspace import Margins, SampleStatus, limited_joints, margins_at
 from ...robot.robot import Robot
 from ...scene.style import BLUE, INK, QUIET, STEEL, STYLE
 from ..options import Colour
