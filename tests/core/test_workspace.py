@@ -159,6 +159,6 @@ def test_wrong_ranges_are_refused(five_bar: Robot, ranges: dict, words: str) -> 
 def test_progress_is_shown_where_it_lasts(five_bar: Robot, monkeypatch, capsys) -> None:
     monkeypatch.setattr("hybrid_dynamics_core.ground.progress.PATIENCE", -1.0)
     monkeypatch.setattr("hybrid_dynamics_core.ground.progress.PAUSE", 0.0)
-    monkeypatch.setattr(workspace, "_AT_ONCE", 100)
+    monkeypatch.setattr(workspace, "_BATCH", 100)
     find_workspace(five_bar, 300, shown=True)
     assert "workspace of five_bar |" in capsys.readouterr().err
