@@ -17,9 +17,9 @@ from hybrid_dynamics_core import ClosedState
 from hybrid_dynamics_core.errors import HybridDynamicsError
 
 from ..messages.joint_samples import (
-    ActiveMotion,
     FloatArray,
     JointSample,
+    OrderedMotion,
     RejectedError,
     Rejection,
     RejectionCode,
@@ -156,7 +156,7 @@ class BulkPipeline:
         for run in rates.runs():
             rate, acceleration = rates.at(run)
             runs.append(
-                evaluator.evaluate(stamps[run], ActiveMotion(position[run], rate, acceleration))
+                evaluator.evaluate(stamps[run], OrderedMotion(position[run], rate, acceleration))
             )
         return rates, runs
 

@@ -9,7 +9,7 @@ from typing import Any, Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.cdr import Bytes, JointStateLayout, LayoutError, layout_of
+from ..messages.cdr import Bytes
 from ..messages.interfaces import JOINT_MOTION, JOINT_STATE, typestore
 from ..messages.joint_samples import (
     LARGEST,
@@ -22,6 +22,7 @@ from ..messages.joint_samples import (
     RejectionCode,
     nanoseconds,
 )
+from ..messages.joint_state_layout import JointStateLayout, LayoutError, layout_of
 from .storage.bag_reader import Messages
 
 _LAYOUTS: Final = 32  # kept at a time: a bag has a handful

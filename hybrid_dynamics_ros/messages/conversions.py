@@ -16,24 +16,29 @@ from hybrid_dynamics_msgs.msg import JointMotion
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
+from .cdr import NS
 from .joint_samples import FloatArray, JointSample, nanoseconds
-from .link_transforms import quaternion
-
-_NS: int = 10**9
+from .quaternions import quaternion
 
 
 def stamp_to_ns(stamp: Time) -> int:
-    """Stamp in nanoseconds; negative where the message says so, or where its nanoseconds are a second or more."""
+    """Stamp in nanoseconds.
+
+    Negative where the message says so, or where its nanoseconds are a second or more.
+    """
     return nanoseconds(stamp.sec, stamp.nanosec)
 
 
 def ns_to_stamp(stamp_ns: int) -> Time:
     """Inverse of :func:`stamp_to_ns`."""
-    return Time(sec=stamp_ns // _NS, nanosec=stamp_ns % _NS)
+    return Time(sec=stamp_ns // NS, nanosec=stamp_ns % NS)
 
 
 def to_field(values: FloatArray) -> array.array[float]:
-    """An array as a float64[] field takes it fastest: lists are 5 times slower, ndarrays 20 times."""
+    """An array as a float64[] field takes it fastest.
+
+    Lists are 5 times slower, ndarrays 20 times.
+    """
     return array.array("d", np.ascontiguousarray(values, dtype=np.float64).tobytes())
 
 
@@ -60,13 +65,14 @@ def sample_of_motion(message: JointMotion, *, complete: bool = True) -> JointSam
 
     Args:
         message: the motion.
-        complete: whether it has to have all three arrays: an empty one stays an array of wrong
-        length then, else
-            it is one that is not given.
+        complete: whether it has to have all three arrays. An empty one then stays an array of
+            wrong length; else it is one that is not given.
     """
 
     def part(field: Any) -> FloatArray | None:
-        return from_field(field) if complete or len(field) else None
+        if complete or len(field):
+            return from_field(field)
+        return None
 
     return JointSample(
         stamp_ns=stamp_to_ns(message.header.stamp),
@@ -84,7 +90,10 @@ def joint_state(
     velocity: FloatArray | None = None,
     effort: FloatArray | None = None,
 ) -> JointState:
-    """A JointState of the named joints, arrays in their order; None leaves a field empty: unknown."""
+    """A JointState of the named joints, arrays in their order.
+
+    None leaves a field empty: it is not known.
+    """
     message = JointState(header=header, name=list(names), position=to_field(position))
     if velocity is not None:
         message.velocity = to_field(velocity)
@@ -97,18 +106,16 @@ def pose_stamped(header: Header, position: FloatArray, rotation: FloatArray) -> 
     """A pose from a position (3,) [m] and a rotation matrix (3, 3), in the frame of the header."""
     px, py, pz = position.tolist()
     x, y, z, w = quaternion(rotation).tolist()
-    return PoseStamped(
-        header=header,
-        pose=Pose(position=Point(x=px, y=py, z=pz), orientation=Quaternion(x=x, y=y, z=z, w=w)),
-    )
+    pose = Pose(position=Point(x=px, y=py, z=pz), orientation=Quaternion(x=x, y=y, z=z, w=w))
+    return PoseStamped(header=header, pose=pose)
 
 
 def pose_arrays(pose: Pose) -> tuple[FloatArray, FloatArray]:
     """Position (3,) [m] and quaternion (4,) x y z w, as they are in the message."""
-    p, o = pose.position, pose.orientation
-    return np.array([p.x, p.y, p.z], dtype=np.float64), np.array(
-        [o.x, o.y, o.z, o.w], dtype=np.float64
-    )
+    place, turn = pose.position, pose.orientation
+    position = np.array([place.x, place.y, place.z], dtype=np.float64)
+    orientation = np.array([turn.x, turn.y, turn.z, turn.w], dtype=np.float64)
+    return position, orientation
 
 
 def joint_motion(

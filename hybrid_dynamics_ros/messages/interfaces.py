@@ -12,17 +12,15 @@ from rosbags.typesys.store import Typestore
 JOINT_STATE: Final = "sensor_msgs/msg/JointState"
 JOINT_MOTION: Final = "hybrid_dynamics_msgs/msg/JointMotion"
 _PACKAGE: Final = Path(__file__).resolve().parents[1]
-_PLACES: Final = (
-    _PACKAGE / "interfaces",
-    _PACKAGE.parent / "msg_defs" / "msg",
-)  # installed, or in the repository
+_INSTALLED: Final = _PACKAGE / "interfaces"
+_IN_REPOSITORY: Final = _PACKAGE.parent / "msg_defs" / "msg"
 
 
 @cache
 def typestore() -> Typestore:
     """The message types of ROS 2 Jazzy and of this project."""
     store = get_typestore(Stores.ROS2_JAZZY)
-    folder = next(place for place in _PLACES if place.is_dir())
+    folder = _INSTALLED if _INSTALLED.is_dir() else _IN_REPOSITORY
     for path in sorted(folder.glob("*.msg")):
         name = f"hybrid_dynamics_msgs/msg/{path.stem}"
         store.register(get_types_from_msg(path.read_text(encoding="utf-8"), name))

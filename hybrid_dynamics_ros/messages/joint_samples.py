@@ -20,14 +20,17 @@ from hybrid_dynamics_core.ground.suggestions import suggestion
 from hybrid_dynamics_core.ground.wording import counted, one_line
 
 FloatArray = NDArray[np.float64]
-# of any measured number, in its unit: no joint is there, and all that follows from it is finite
+# Of any measured number, in its unit: no joint is there, and all that follows from it is finite.
 LARGEST: Final = 1e12
-_TOLD: Final = 12  # names in a message
-_LOOKED_AT: Final = 64  # names among which a slip is looked for: messages may be long and many
+_MOST_LISTED: Final = 12  # names in a text
+_MOST_COMPARED: Final = 64  # names among which a slip is looked for: messages may be long and many
 
 
 def nanoseconds(sec: int, nanosec: int) -> int:
-    """A stamp in nanoseconds; negative where it says so, or where its nanoseconds are a second or more."""
+    """A stamp in nanoseconds.
+
+    Negative where it says so, or where its nanoseconds are a second or more.
+    """
     return int(sec) * 10**9 + int(nanosec) if nanosec < 10**9 else -1
 
 
@@ -101,23 +104,33 @@ class JointSample(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """Sensors: coordinate = factor * (reading - offset), arrays (n,) in the order of the measured joints."""
+    """Sensors: coordinate = factor * (reading - offset).
+
+    Attributes:
+        offset, factor: (n,) in the order of the measured joints.
+    """
 
     offset: FloatArray
     factor: FloatArray
 
 
-class ActiveMotion(NamedTuple):
-    """Motion of the measured joints in their order, finite: arrays (n,) as in :class:`JointSample`."""
+class OrderedMotion(NamedTuple):
+    """Motion of some joints in a fixed order, finite: arrays (n,), or of rows (N, n).
+
+    Attributes:
+        position: [rad or m].
+        velocity: [rad/s or m/s], or None where it is not known.
+        acceleration: [rad/s^2 or m/s^2], or None where it is not known.
+    """
 
     position: FloatArray
     velocity: FloatArray | None
     acceleration: FloatArray | None
 
-    def calibrated(self, calibration: Calibration) -> ActiveMotion:
+    def calibrated(self, calibration: Calibration) -> OrderedMotion:
         """The motion of the joints from the readings of their sensors."""
         factor = calibration.factor
-        return ActiveMotion(
+        return OrderedMotion(
             factor * (self.position - calibration.offset),
             None if self.velocity is None else factor * self.velocity,
             None if self.acceleration is None else factor * self.acceleration,
@@ -136,78 +149,74 @@ class ActiveMotion(NamedTuple):
         return self.position, self.velocity, self.acceleration
 
 
-def _few(names: Sequence[str]) -> str:
-    return ", ".join(names[:_TOLD]) + (", ..." if len(names) > _TOLD else "")
-
-
 def wrong_length(what: str, size: int, count: int) -> str:
     """That an array has not one value for each joint name."""
-    rest = (
-        f"{count}, zeros for a robot at rest"
-        if size == 0 and what in ("velocity", "acceleration")
-        else f"{count}"
-    )
-    return (
-        f"{what} has {counted(size, 'value')} for {counted(count, 'joint name')}; expected {rest}"
-    )
+    expected = str(count)
+    if size == 0 and what in ("velocity", "acceleration"):
+        expected = f"{count}, zeros for a robot at rest"
+    values, names = counted(size, "value"), counted(count, "joint name")
+    return f"{what} has {values} for {names}; expected {expected}"
 
 
-def _why_missing(missing: Sequence[str], names: Sequence[str], active: Sequence[str]) -> str:
-    """The name that is nearly that of a missing joint; where there is none, those that were given."""
-    others = [name for name in names[:_LOOKED_AT] if name not in active]
-    hints = ((name, suggestion(name, missing[:_TOLD])) for name in others)
-    slip = next((f"'{name}' is none of {_few(active)}{hint}" for name, hint in hints if hint), "")
-    return slip or f"named are {_few(names)}"
+def _listed(names: Sequence[str]) -> str:
+    text = ", ".join(names[:_MOST_LISTED])
+    return f"{text}, ..." if len(names) > _MOST_LISTED else text
+
+
+def _why_missing(missing: Sequence[str], names: Sequence[str], joints: Sequence[str]) -> str:
+    """The name that is nearly that of a missing joint; where there is none, the given ones."""
+    for name in names[:_MOST_COMPARED]:
+        if name not in joints:
+            hint = suggestion(name, missing[:_MOST_LISTED])
+            if hint:
+                return f"'{name}' is none of {_listed(joints)}{hint}"
+    return f"named are {_listed(names)}"
 
 
 class JointOrder:
-    """Picks the active joints out of samples. Other joints are ignored, whatever they hold."""
+    """Picks joints out of samples, in an order. Other joints are ignored, whatever they hold."""
 
-    def __init__(self, active: Sequence[str]) -> None:
-        self._active = tuple(active)
+    def __init__(self, joints: Sequence[str]) -> None:
+        self._joints = tuple(joints)
         # Streams repeat the same names: their places are looked up once.
         self._names: tuple[str, ...] = ()
         self._places = np.zeros(0, dtype=np.intp)
 
-    def arrange(self, sample: JointSample) -> ActiveMotion:
-        """The motion of the active joints.
+    def arrange(self, sample: JointSample) -> OrderedMotion:
+        """The motion of the joints.
 
         Raises:
             RejectedError: names are missing or doubled, lengths differ, or a number is not finite
-            or beyond `LARGEST`.
+                or beyond `LARGEST`.
         """
         places = self._find(tuple(sample.names))
         count = len(sample.names)
         velocity, acceleration = sample.velocity, sample.acceleration
-        return ActiveMotion(
-            self._pick("position", sample.position, count, places),
-            None if velocity is None else self._pick("velocity", velocity, count, places),
-            (
-                None
-                if acceleration is None
-                else self._pick("acceleration", acceleration, count, places)
-            ),
-        )
+        position = self._pick("position", sample.position, count, places)
+        if velocity is not None:
+            velocity = self._pick("velocity", velocity, count, places)
+        if acceleration is not None:
+            acceleration = self._pick("acceleration", acceleration, count, places)
+        return OrderedMotion(position, velocity, acceleration)
 
     def _find(self, names: tuple[str, ...]) -> NDArray[np.intp]:
+        """Where the joints are among the names of a sample."""
         if names == self._names and names:
             return self._places
         if not names:
             raise RejectedError(
-                RejectionCode.EMPTY, f"no joint is named, expected {', '.join(self._active)}"
+                RejectionCode.EMPTY, f"no joint is named, expected {', '.join(self._joints)}"
             )
-        missing = [name for name in self._active if name not in names]
+        missing = [name for name in self._joints if name not in names]
         if missing:
-            raise RejectedError(
-                RejectionCode.MISSING_JOINT,
-                f"{_few(missing)} not named; {_why_missing(missing, names, self._active)}",
-            )
-        doubled = [name for name in self._active if names.count(name) > 1]
+            why = _why_missing(missing, names, self._joints)
+            raise RejectedError(RejectionCode.MISSING_JOINT, f"{_listed(missing)} not named; {why}")
+        doubled = [name for name in self._joints if names.count(name) > 1]
         if doubled:
             raise RejectedError(
                 RejectionCode.DUPLICATE_JOINT, f"joint {', '.join(doubled)} is named twice"
             )
-        self._places = np.array([names.index(name) for name in self._active], dtype=np.intp)
+        self._places = np.array([names.index(name) for name in self._joints], dtype=np.intp)
         self._names = names
         return self._places
 
@@ -215,24 +224,24 @@ class JointOrder:
         self, what: str, values: FloatArray, count: int, places: NDArray[np.intp]
     ) -> FloatArray:
         if values.shape != (count,):
-            raise RejectedError(
-                RejectionCode.WRONG_LENGTH,
-                wrong_length(what, values.size, count),
-            )
+            text = wrong_length(what, values.size, count)
+            raise RejectedError(RejectionCode.WRONG_LENGTH, text)
         picked: FloatArray = values[places]
-        if (
-            not sum(map(abs, picked.tolist())) < LARGEST
-        ):  # NaN is not; in plain floats this costs least
-            self._refuse(what, picked)
+        size = sum(map(abs, picked.tolist()))  # in plain floats this costs least
+        if not size < LARGEST:  # NaN is not
+            self._require_good(what, picked)
         return picked
 
-    def _refuse(self, what: str, picked: FloatArray) -> None:
-        for good, code, why in (
-            (np.isfinite(picked), RejectionCode.NOT_FINITE, ""),
-            (np.abs(picked) < LARGEST, RejectionCode.OVERFLOW, f", expected less than {LARGEST:g}"),
-        ):
-            if not good.all():
-                bad = int(np.argmin(good))
-                raise RejectedError(
-                    code, f"{what} of joint {self._active[bad]} is {picked[bad]}{why}"
-                )
+    def _require_good(self, what: str, picked: FloatArray) -> None:
+        finite = np.isfinite(picked)
+        if not finite.all():
+            raise RejectedError(RejectionCode.NOT_FINITE, self._value(what, picked, finite))
+        small = np.abs(picked) < LARGEST
+        if not small.all():
+            text = f"{self._value(what, picked, small)}, expected less than {LARGEST:g}"
+            raise RejectedError(RejectionCode.OVERFLOW, text)
+
+    def _value(self, what: str, picked: FloatArray, good: NDArray[np.bool_]) -> str:
+        """The first value that is not good, in words."""
+        bad = int(np.argmin(good))
+        return f"{what} of joint {self._joints[bad]} is {picked[bad]}"

@@ -11,9 +11,9 @@ from typing import Any
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
-from ..messages.cdr import JointStateLayout, LayoutError, layout_of
 from ..messages.conversions import sample_of_state
 from ..messages.joint_samples import JointSample
+from ..messages.joint_state_layout import JointStateLayout, LayoutError, layout_of
 
 Read = Callable[[bytes], JointSample]
 

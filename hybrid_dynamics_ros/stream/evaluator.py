@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hybrid_dynamics_core import ClosedState, Loads, Robot
 from hybrid_dynamics_core.robot.compiled_calls import Call
 
-from ..messages.joint_samples import ActiveMotion, Calibration, FloatArray
+from ..messages.joint_samples import Calibration, FloatArray, OrderedMotion
 from .filter.filter import StampEvent
 from .filter.rate_estimator import EstimatorState, MotionEstimator, RateRows
 from .results import MotionResult, OneOrRows
@@ -115,7 +115,7 @@ class MotionEvaluator:
         """Forget the samples so far."""
         self._memory, self._near = None, self.mode
 
-    def step(self, stamp_ns: int, motion: ActiveMotion) -> MotionResult:
+    def step(self, stamp_ns: int, motion: OrderedMotion) -> MotionResult:
         """The result of one sample.
 
         A sample with accelerations is taken as it is, needs velocities too, and leaves the filter
@@ -137,7 +137,7 @@ class MotionEvaluator:
         memory, rates = self.estimator.step(
             self._memory, stamp_ns, motion.position, motion.velocity
         )
-        motion = ActiveMotion(motion.position, rates.velocity, rates.acceleration)
+        motion = OrderedMotion(motion.position, rates.velocity, rates.acceleration)
         result = self.evaluate(stamp_ns, motion, rates.event)
         if rates.event is StampEvent.GAP and self._memory is not None:
             self.gap = (stamp_ns - self._memory.filter.stamp_ns) * 1e-9
@@ -168,7 +168,7 @@ class MotionEvaluator:
     def evaluate(
         self,
         stamp_ns: OneOrRows,
-        motion: ActiveMotion,
+        motion: OrderedMotion,
         event: StampEvent | None = None,
     ) -> MotionResult:
         """Loops closed and the model evaluated, as far as rates are known.
@@ -189,14 +189,14 @@ class MotionEvaluator:
         efforts = None
         if du is not None and acceleration is not None:
             efforts = self.robot.inverse_dynamics(state, acceleration, self._loads)
-        known = ActiveMotion(state.u, None if du is None else state.du, acceleration)
+        known = OrderedMotion(state.u, None if du is None else state.du, acceleration)
         return self._result(stamp_ns, state, known, efforts, event)
 
     def _evaluate_compiled(
         self,
         compiled: Call,
         stamp_ns: OneOrRows,
-        motion: ActiveMotion,
+        motion: OrderedMotion,
         event: StampEvent | None,
     ) -> MotionResult:
         """The same to the last bit, in one call of compiled code."""
@@ -228,7 +228,7 @@ class MotionEvaluator:
         self,
         stamp_ns: OneOrRows,
         state: ClosedState,
-        active: ActiveMotion,
+        active: OrderedMotion,
         efforts: FloatArray | None,
         event: StampEvent | None,
     ) -> MotionResult:
@@ -248,7 +248,7 @@ class MotionEvaluator:
         )
 
     def _close(
-        self, motion: ActiveMotion, event: StampEvent | None
+        self, motion: OrderedMotion, event: StampEvent | None
     ) -> tuple[ClosedState, FloatArray | None]:
         """The closed state, and the accelerations of the active joints where they are known."""
         if self.is_plain:
@@ -263,7 +263,7 @@ class MotionEvaluator:
             return state, motion.acceleration
         return state, state.dds[: state.n]
 
-    def _close_measured(self, motion: ActiveMotion, near: ClosedState | None) -> ClosedState:
+    def _close_measured(self, motion: OrderedMotion, near: ClosedState | None) -> ClosedState:
         values = dict(zip(self.measured, motion.position.tolist(), strict=True))
         rates, accelerations = self._by_name(motion.velocity), self._by_name(motion.acceleration)
         return self.robot.close_given(values, rates, accelerations, near=near)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hybrid_dynamics_core import ClosedState, Loads, Pose, Robot
 from hybrid_dynamics_core.errors import SingularityError
 
-from ..messages.joint_samples import ActiveMotion, FloatArray
+from ..messages.joint_samples import FloatArray, OrderedMotion
 from .filter.filter import StampEvent
 
 OneOrRows = Any  # of one sample a number, of N rows an array (N,)
@@ -44,7 +44,7 @@ class MotionResult:
     robot: Robot
     loads: Loads
     stamp_ns: OneOrRows
-    active: ActiveMotion
+    active: OrderedMotion
     position: FloatArray
     velocity: FloatArray | None
     efforts: FloatArray | None
@@ -106,7 +106,7 @@ class MotionResult:
         return replace(
             self,
             stamp_ns=self.stamp_ns[which],
-            active=ActiveMotion(
+            active=OrderedMotion(
                 self.active.position[which],
                 _rows_of(self.active.velocity, which),
                 _rows_of(self.active.acceleration, which),
@@ -136,7 +136,7 @@ class MotionResult:
         return replace(
             first,
             stamp_ns=np.array([result.stamp_ns for result in results], dtype=np.int64),
-            active=ActiveMotion(
+            active=OrderedMotion(
                 np.array([result.active.position for result in results]),
                 _stacked([result.active.velocity for result in results]),
                 _stacked([result.active.acceleration for result in results]),

@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 from hybrid_dynamics_core import CylinderState, Robot
 from hybrid_dynamics_core.dynamics.reactions import PinReaction
 
-from ..messages import layouts
 from ..messages.cdr import Template
 from ..messages.interfaces import JOINT_STATE
 from ..messages.joint_samples import FloatArray
-from ..messages.link_transforms import LinkTransforms, quaternion
+from ..messages.joint_state_layout import joint_state_template
+from ..messages.link_transforms import LinkTransforms
+from ..messages.quaternions import quaternion
 from ..parameters import TF_RATE, TOPIC_RATES, Parameter
 from .results import MotionResult
 from .stroke_margins import Strokes
@@ -77,7 +78,7 @@ class JointStates(Topic):
         self._drives_are_active = set(robot.drives) == set(robot.active)
         self._drive_places = [robot.coordinates.index(name) for name in robot.drives]
         self._templates = {
-            known: layouts.joint_state(robot.coordinates, velocity=known[0], effort=known[1])
+            known: joint_state_template(robot.coordinates, velocity=known[0], effort=known[1])
             for known in itertools.product((False, True), repeat=2)
         }
 
@@ -124,7 +125,7 @@ class RequiredEfforts(Topic):
     name, kind = "required_efforts", JOINT_STATE
 
     def __init__(self, robot: Robot) -> None:
-        self._template = layouts.joint_state(robot.active, velocity=True, effort=True)
+        self._template = joint_state_template(robot.active, velocity=True, effort=True)
 
     def message(self, result: MotionResult) -> Message | None:
         """Position, velocity and effort."""

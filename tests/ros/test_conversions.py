@@ -12,7 +12,7 @@ from std_msgs.msg import Header
 
 from hybrid_dynamics_ros.bags.decode import Decoder
 from hybrid_dynamics_ros.messages import conversions
-from hybrid_dynamics_ros.messages.link_transforms import quaternion
+from hybrid_dynamics_ros.messages.quaternions import quaternion
 from hybrid_dynamics_ros.node.input_reader import StateReader
 from tests.bags.messages import START, joint_state, messages_of
 

@@ -12,9 +12,9 @@ from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import JointState
 
 from hybrid_dynamics_core import load
-from hybrid_dynamics_ros.messages import layouts
 from hybrid_dynamics_ros.messages.interfaces import typestore
 from hybrid_dynamics_ros.messages.joint_samples import JointSample
+from hybrid_dynamics_ros.messages.joint_state_layout import joint_state_template
 from hybrid_dynamics_ros.node.publishers import message_class
 from hybrid_dynamics_ros.parameters import (
     LEAST_RATE,
@@ -101,7 +101,7 @@ def test_tf_without_its_package_is_refused_with_what_to_do():
 )
 def test_a_message_with_values_missing_or_of_another_kind_is_refused(wrong, words):
     """Bytes that go out for every input: what does not fit would shift all behind it."""
-    template = layouts.joint_state(["a", "b"], velocity=True, effort=True)
+    template = joint_state_template(["a", "b"], velocity=True, effort=True)
     told = deserialize_message(template.fill(7, [TWO, TWO, TWO]), JointState)
     assert [told.header.stamp.nanosec, *told.position, *told.velocity, *told.effort] == [7] + [
         1.0
@@ -114,7 +114,7 @@ def test_a_message_with_values_missing_or_of_another_kind_is_refused(wrong, word
     ("sec", "fits"), [(2**31 - 1, True), (2**31, False), (-(2**31), True), (-(2**31) - 1, False)]
 )
 def test_a_stamp_beyond_what_messages_hold_is_told(sec, fits):
-    template = layouts.joint_state(["a"], velocity=False, effort=False)
+    template = joint_state_template(["a"], velocity=False, effort=False)
     stamp_ns = sec * 10**9 + 5
     if fits:
         told = deserialize_message(template.fill(stamp_ns, [np.ones(1)]), JointState).header.stamp
