@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..algebra.rotations import rotation_matrix
 from ..algebra.vector import constant
 from ..ground.arrays import Array, frozen
 
@@ -105,14 +106,8 @@ def rotation_with_z_axis(axis: Array) -> Array:
 
 def rotation_from_quaternion(quaternion: Array) -> Array:
     """Rotation matrix (3, 3) of a quaternion w, x, y, z of any length above zero."""
-    w, x, y, z = quaternion / np.linalg.norm(quaternion)
-    return snapped(
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-        ]
-    )
+    w, x, y, z = quaternion
+    return snapped(rotation_matrix((x, y, z, w)))
 
 
 def snapped(matrix: Sequence[Sequence[float]] | Array) -> Array:

@@ -95,8 +95,9 @@ def coriolis(b: Body, omega: Vector, twist: Twist) -> Wrench:
 def _at_joint(tree: TreeDynamics, body: int, twist: Twist) -> Twist:
     """A twist of the parent, about the child's origin and in its axes."""
     omega, v = twist
-    to_child = transpose(tree.rotations[body])
-    return matvec(to_child, omega), matvec(to_child, add(v, cross(omega, tree.origins[body])))
+    rotation, origin = tree.transforms[body]
+    to_child = transpose(rotation)
+    return matvec(to_child, omega), matvec(to_child, add(v, cross(omega, origin)))
 
 
 def _plus(b: Body, twist: Twist, rate: Scalar) -> Twist:

@@ -8,22 +8,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ..algebra.scalar import Scalar
-from ..algebra.vector import (
-    IDENTITY3,
-    ZERO3,
-    Rotation,
-    Vector,
-    add,
-    axis_rotation,
-    cross,
-    dot,
-    matmul,
-    matvec,
-    scale,
-    sub,
-    transpose,
-)
+from ..algebra.transform import IDENTITY, RigidTransform, compose
+from ..algebra.vector import ZERO3, Vector, add, cross, dot, matvec, scale, sub, transpose
 from ..mechanism.configuration import Configuration
+from ..mechanism.joint_transform import (
+    Column,
+    jacobian_column,
+    joint_transforms,
+    pose_in_base,
+    poses_in_base,
+)
 from ..mechanism.tree import Body, Tree
 
 Wrench = tuple[Vector, Vector]  # force and moment about the link origin, in link axes
@@ -33,46 +27,43 @@ BodyMotion = tuple[
 
 
 class TreeDynamics:
-    """Joint transforms of the tree at a configuration: per body, rotation and origin in the parent frame."""
+    """The spanning tree at a configuration.
+
+    Attributes:
+        tree: the tree.
+        transforms: pose of each body in the frame of its parent.
+    """
 
     def __init__(self, tree: Tree, configuration: Configuration) -> None:
         self.tree = tree
-        self.rotations: list[Rotation] = []
-        self.origins: list[Vector] = []
-        for body in tree.bodies:
-            rotation, origin = _joint_transform(body, configuration)
-            self.rotations.append(rotation)
-            self.origins.append(origin)
+        self.transforms = joint_transforms(tree, configuration)
 
-    def pose(self, body: int) -> tuple[Rotation, Vector]:
+    def pose(self, body: int) -> RigidTransform:
         """Rotation and origin of a body in the base frame (the base itself: -1)."""
-        rotation, origin = IDENTITY3, ZERO3
-        for i in reversed(self.tree.path(body)):
-            origin = add(matvec(self.rotations[i], origin), self.origins[i])
-            rotation = matmul(self.rotations[i], rotation)
-        return rotation, origin
+        return pose_in_base(self.tree, self.transforms, body)
 
-    def poses(self) -> list[tuple[Rotation, Vector]]:
+    def poses(self) -> list[RigidTransform]:
         """Rotation and origin of every body in the base frame."""
-        result: list[tuple[Rotation, Vector]] = []
-        for b, rotation, origin in zip(self.tree.bodies, self.rotations, self.origins, strict=True):
-            outer, start = result[b.parent] if b.parent >= 0 else (IDENTITY3, ZERO3)
-            result.append((matmul(outer, rotation), add(start, matvec(outer, origin))))
-        return result
+        return poses_in_base(self.tree, self.transforms)
 
-    def jacobian(self, body: int, point: Vector) -> dict[int, tuple[Vector, Vector]]:
-        """Per coordinate on the path to `body`: linear velocity of `point` (base frame) and angular velocity."""
-        columns: dict[int, tuple[Vector, Vector]] = {}
-        rotation, origin = IDENTITY3, ZERO3
+    def jacobian(self, body: int, point: Vector) -> dict[int, Column]:
+        """Velocity of a point of a body per unit rate, by coordinate on the path to the body.
+
+        Args:
+            body: index of the body, -1 for the base.
+            point: the point (3,) [m], base frame.
+
+        Returns:
+            Linear velocity of the point and angular velocity (3,), base frame, by coordinate.
+        """
+        columns: dict[int, Column] = {}
+        pose = IDENTITY
         for i in self.tree.path(body):
-            b = self.tree.bodies[i]
-            origin = add(origin, matvec(rotation, self.origins[i]))
-            rotation = matmul(rotation, self.rotations[i])
-            axis = matvec(rotation, b.axis)
-            turn = b.type == "revolute"
-            columns[b.coordinate] = (
-                (cross(axis, sub(point, origin)), axis) if turn else (axis, ZERO3)
-            )
+            link = self.tree.bodies[i]
+            pose = compose(pose, self.transforms[i])
+            rotation, origin = pose
+            axis = matvec(rotation, link.axis)
+            columns[link.coordinate] = jacobian_column(link, axis, origin, point)
         return columns
 
     def inverse_dynamics(
@@ -102,8 +93,8 @@ class TreeDynamics:
         motions: list[BodyMotion] = []
         for i, b in enumerate(self.tree.bodies):
             omega, alpha, accel = motions[b.parent] if b.parent >= 0 else base
-            r = self.origins[i]
-            to_child = transpose(self.rotations[i])
+            rotation, r = self.transforms[i]
+            to_child = transpose(rotation)
             accel = add(accel, add(cross(alpha, r), cross(omega, cross(omega, r))))
             omega, alpha, accel = (matvec(to_child, v) for v in (omega, alpha, accel))
             step, ddq = scale(ds[b.coordinate], b.axis), scale(dds[b.coordinate], b.axis)
@@ -134,8 +125,9 @@ class TreeDynamics:
 
     def to_parent(self, body: int, wrench: Wrench) -> Wrench:
         """A wrench on a body, about the parent's origin and in its axes."""
-        force = matvec(self.rotations[body], wrench[0])
-        return force, add(matvec(self.rotations[body], wrench[1]), cross(self.origins[body], force))
+        rotation, origin = self.transforms[body]
+        force = matvec(rotation, wrench[0])
+        return force, add(matvec(rotation, wrench[1]), cross(origin, force))
 
     def along_joints(self, wrenches: Sequence[Wrench]) -> list[Scalar]:
         """The part of each joint's wrench along its axis, in the order of s."""
@@ -152,15 +144,3 @@ def _newton_euler(b: Body, omega: Vector, alpha: Vector, accel: Vector) -> Wrenc
     )
     moment = add(matvec(b.inertia, alpha), cross(omega, matvec(b.inertia, omega)))
     return force, add(moment, cross(b.first_moment, accel))
-
-
-def _joint_transform(body: Body, configuration: Configuration) -> tuple[Rotation, Vector]:
-    k = body.coordinate
-    if body.type == "revolute":
-        return (
-            matmul(body.rotation, axis_rotation(body.axis, configuration.c[k], configuration.s[k])),
-            body.translation,
-        )
-    return body.rotation, add(
-        body.translation, matvec(body.rotation, scale(configuration.q[k], body.axis))
-    )

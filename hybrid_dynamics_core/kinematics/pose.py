@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..algebra.rotations import canonical, quaternion, rotation_matrix
 from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.check_arrays import real_array
@@ -33,8 +34,7 @@ class Pose:
     @property
     def quaternion(self) -> Array:
         """Unit quaternion x, y, z, w: (4,) or (N, 4), with w >= 0."""
-        quaternion: Array = _transform().from_matrix(self.rotation).as_quat(canonical=True)
-        return quaternion
+        return canonical(quaternion(self.rotation))
 
     @property
     def matrix(self) -> Array:
@@ -63,7 +63,7 @@ class Pose:
         norm = float(np.linalg.norm(xyzw))
         if not abs(norm - 1.0) < UNIT:
             raise _not_normalised(xyzw, norm)
-        return checked_pose(Pose(origin, _transform().from_quat(xyzw).as_matrix()))
+        return checked_pose(Pose(origin, rotation_matrix(xyzw)))
 
 
 def _not_normalised(xyzw: Array, norm: float) -> InputError:

@@ -35,6 +35,11 @@ class Body:
     inertia: Rotation
     limits: tuple[float, float]
 
+    @property
+    def is_revolute(self) -> bool:
+        """Whether the joint turns; otherwise it slides."""
+        return self.type == "revolute"
+
 
 @dataclass(frozen=True)
 class Tree:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from ..algebra.scalar import Scalar
-from ..algebra.vector import Rotation, Vector, add, matmul, matvec
+from ..algebra.transform import RigidTransform, compose
+from ..algebra.vector import Rotation, Vector
 from ..closure.closed_motion import ClosedMotion
 from ..description.model import Frame
 from ..dynamics.spanning import TreeDynamics
@@ -13,11 +14,10 @@ from .closure import closed_motion
 from .model import Inputs, Model, Program
 
 
-def frame_pose(tree: TreeDynamics, frame: Frame) -> tuple[Rotation, Vector]:
+def frame_pose(tree: TreeDynamics, frame: Frame) -> RigidTransform:
     """Rotation and origin of a named frame in the base frame."""
-    rotation, origin = tree.pose(tree.tree.body_index(frame.link))
-    own_rotation, own_origin = frame_offset(frame)
-    return matmul(rotation, own_rotation), add(origin, matvec(rotation, own_origin))
+    pose = tree.pose(tree.tree.body_index(frame.link))
+    return compose(pose, frame_offset(frame))
 
 
 def forward_kinematics(frame: Frame) -> Program:

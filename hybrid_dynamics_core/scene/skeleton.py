@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ..closed_state.state import ClosedState
 from ..description.model import Closure, ClosureKind, Frame, JointType, RobotDescription
 from ..errors import InputError
 from ..ground.arrays import Array
+from ..mechanism.configuration import configuration_at
+from ..mechanism.joint_transform import joint_transforms, poses_in_base
 from ..mechanism.tree import Tree, build_tree
 from ..robot.robot import Robot
 
@@ -188,8 +189,7 @@ def place_skeleton(robot: Robot, state: ClosedState) -> Skeleton:
     _check_state(robot, state)
     description = robot.description
     tree = build_tree(description)
-    values = dict(zip(robot.coordinates, state.s.tolist(), strict=True))
-    poses = link_poses(description, tree, values)
+    poses = link_poses(tree, state.s)
     end_effector = description.end_effector
     tip = description.frames.get(end_effector, Frame(end_effector))
     named = {end_effector: tip, **description.frames}
@@ -220,23 +220,21 @@ def _check_state(robot: Robot, state: ClosedState) -> None:
         raise InputError("the state is not closed: it has coordinates that are not finite")
 
 
-def link_poses(
-    description: RobotDescription, tree: Tree, values: Mapping[str, float]
-) -> dict[str, Pose]:
-    """Pose of every link in the base frame, from the values of all coordinates [rad or m]."""
-    poses: dict[str, Pose] = {description.base: (np.eye(3), np.zeros(3))}
-    for body in tree.bodies:
-        joint = description.joints[body.joint]
-        value = values[body.joint]
-        parent_rotation, parent_origin = poses[joint.parent]
-        rotation = parent_rotation @ joint.rotation
-        origin = parent_rotation @ joint.translation + parent_origin
-        if joint.type == "revolute":
-            turn = Rotation.from_rotvec(value * joint.axis)
-            rotation = rotation @ turn.as_matrix()
-        else:
-            origin = origin + rotation @ (value * joint.axis)
-        poses[joint.child] = (rotation, origin)
+def link_poses(tree: Tree, s: Array) -> dict[str, Pose]:
+    """Pose of every link in the base frame.
+
+    Args:
+        tree: the spanning tree.
+        s: all coordinates (n_s,) [rad or m].
+
+    Returns:
+        By link: rotation (3, 3) to base axes and origin (3,) [m].
+    """
+    transforms = joint_transforms(tree, configuration_at(tree, s))
+    poses: dict[str, Pose] = {tree.base: (np.eye(3), np.zeros(3))}
+    for body, pose in zip(tree.bodies, poses_in_base(tree, transforms), strict=True):
+        rotation, origin = pose
+        poses[body.name] = (np.array(rotation), np.array(origin))
     return poses
 
 

@@ -87,7 +87,7 @@ class Shape:
 
     def poses(self, state: ClosedState) -> dict[str, Pose]:
         """Pose of every link in a closed state."""
-        return poses_of(self.robot, self.tree, state)
+        return link_poses(self.tree, state.s)
 
 
 def shape_of(robot: Robot, state: ClosedState) -> Shape:
@@ -107,7 +107,7 @@ def shape_of(robot: Robot, state: ClosedState) -> Shape:
     unit = UNIT * size
     marks = solid_marks(skeleton, groups, attached, choose_projection(skeleton), unit)
     marks += base_marks(skeleton, groups, attached[skeleton.base], unit)
-    maker = _Maker(robot, skeleton, groups, unit, poses_of(robot, tree, state))
+    maker = _Maker(robot, skeleton, groups, unit, link_poses(tree, state.s))
     for mark in marks:
         maker.add(mark)
     for group in groups:
@@ -127,13 +127,6 @@ def shape_of(robot: Robot, state: ClosedState) -> Shape:
         unit,
         size,
         points,
-    )
-
-
-def poses_of(robot: Robot, tree: Tree, state: ClosedState) -> dict[str, Pose]:
-    """Pose of every link in a closed state."""
-    return link_poses(
-        robot.description, tree, dict(zip(robot.coordinates, state.s.tolist(), strict=True))
     )
 
 

@@ -8,8 +8,8 @@ from typing import Final
 
 import numpy as np
 import viser
-from scipy.spatial.transform import Rotation
 
+from ..algebra.rotations import quaternion
 from ..closed_state.state import ClosedState
 from ..ground.arrays import Array
 from ..scene.skeleton import PlacedJoint, Pose, Skeleton
@@ -260,7 +260,7 @@ def node(*parts: str) -> str:
 
 def wxyz(rotation: Array) -> Array:
     """Unit quaternion (4,) of a rotation (3, 3)."""
-    x, y, z, w = Rotation.from_matrix(rotation).as_quat()
+    x, y, z, w = quaternion(rotation)
     return np.array([w, x, y, z])
 
 

@@ -16,9 +16,10 @@ from hybrid_dynamics_msgs.msg import JointMotion
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
+from hybrid_dynamics_core.algebra.rotations import quaternion
+
 from .cdr import NS
 from .joint_samples import FloatArray, JointSample, nanoseconds
-from .quaternions import quaternion
 
 
 def stamp_to_ns(stamp: Time) -> int:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.algebra.rotations import quaternion
 
 from .joint_samples import FloatArray
-from .quaternions import quaternion
 
 
 class LinkTransforms:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hybrid_dynamics_core import CylinderState, Robot
+from hybrid_dynamics_core.algebra.rotations import quaternion
 from hybrid_dynamics_core.dynamics.reactions import PinReaction
 
 from ..messages.cdr import Template
@@ -22,7 +23,6 @@ from ..messages.interfaces import JOINT_STATE
 from ..messages.joint_samples import FloatArray
 from ..messages.joint_state_layout import joint_state_template
 from ..messages.link_transforms import LinkTransforms
-from ..messages.quaternions import quaternion
 from ..parameters import TF_RATE, TOPIC_RATES, Parameter
 from .results import MotionResult
 from .stroke_margins import Strokes

@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
+from hybrid_dynamics_core.algebra.rotations import quaternion
 from hybrid_dynamics_ros.bags.decode import Decoder
 from hybrid_dynamics_ros.messages import conversions
-from hybrid_dynamics_ros.messages.quaternions import quaternion
 from hybrid_dynamics_ros.node.input_reader import StateReader
 from tests.bags.messages import START, joint_state, messages_of
 

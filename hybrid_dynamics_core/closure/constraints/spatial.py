@@ -11,23 +11,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...algebra.scalar import Scalar
+from ...algebra.transform import IDENTITY, compose
 from ...algebra.vector import (
     IDENTITY3,
     ZERO3,
     Rotation,
     Vector,
     add,
-    axis_rotation,
     cross,
     dot,
     matmul,
-    matvec,
     scale,
     sub,
     transpose,
 )
 from ...description.model import Closure
 from ...mechanism.configuration import Configuration
+from ...mechanism.joint_transform import Column, jacobian_column, through_joint
 from ...mechanism.tree import Body, Tree, rows
 from .equations import Linearised, LoopEquations, Row
 
@@ -47,32 +47,28 @@ class Chain:
 
     def at(self, configuration: Configuration) -> ChainState:
         """The chain at a configuration."""
-        rotation, origin = IDENTITY3, ZERO3
-        axes, origins = [], []
+        pose = IDENTITY
+        axes: list[Vector] = []
+        origins: list[Vector] = []
         for body in self.bodies:
-            k = body.coordinate
-            origin = add(origin, matvec(rotation, body.translation))
-            rotation = matmul(rotation, body.rotation)
-            axes.append(matvec(rotation, body.axis))
-            if body.type == "revolute":
-                rotation = matmul(
-                    rotation, axis_rotation(body.axis, configuration.c[k], configuration.s[k])
-                )
-            else:
-                origin = add(origin, scale(configuration.q[k], axes[-1]))
-            origins.append(origin)
-        return ChainState(
-            self,
-            axes,
-            origins,
-            add(origin, matvec(rotation, self.point)),
-            matmul(rotation, self.rotation),
-        )
+            pose, axis = through_joint(pose, body, configuration)
+            axes.append(axis)
+            origins.append(pose[1])
+        rotation, end = compose(pose, (self.rotation, self.point))
+        return ChainState(self, axes, origins, end, rotation)
 
 
 @dataclass
 class ChainState:
-    """Joint axes and origins (after the joint), end point and end rotation, in the frame of the first link."""
+    """A chain at a configuration, in the frame of the link where it starts.
+
+    Attributes:
+        chain: the chain.
+        axes: axis of each joint.
+        origins: origin of each body, after its joint [m].
+        end: origin of the frame at the end [m].
+        rotation: rotation of that frame.
+    """
 
     chain: Chain
     axes: list[Vector]
@@ -80,15 +76,12 @@ class ChainState:
     end: Vector
     rotation: Rotation
 
-    def columns(self) -> dict[int, tuple[Vector, Vector]]:
-        """Per coordinate: linear velocity of the end and angular velocity, per unit rate."""
-        result = {}
+    def columns(self) -> dict[int, Column]:
+        """Velocity of the end per unit rate, by coordinate."""
+        columns: dict[int, Column] = {}
         for body, axis, origin in zip(self.chain.bodies, self.axes, self.origins, strict=True):
-            turn = body.type == "revolute"
-            result[body.coordinate] = (
-                (cross(axis, sub(self.end, origin)), axis) if turn else (axis, ZERO3)
-            )
-        return result
+            columns[body.coordinate] = jacobian_column(body, axis, origin, self.end)
+        return columns
 
     def velocity(self, rates: Sequence[Scalar]) -> tuple[Vector, Vector]:
         """Linear velocity of the end and angular velocity."""

@@ -13,6 +13,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
+from ...algebra.rotations import canonical, quaternion
 from ...description.model import Closure, Joint, RobotDescription, effects_of
 from ...ground.arrays import Array
 from .. import shapes
@@ -215,9 +216,5 @@ def _tie(equality: Element, closure: Closure) -> None:
 
 def _quaternion(rotation: Array) -> str:
     """w, x, y, z, as MuJoCo has it."""
-    from scipy.spatial.transform import Rotation  # noqa: PLC0415  slow to import
-
-    x, y, z, w = Rotation.from_matrix(np.array(rotation)).as_quat(
-        canonical=True
-    )  # SciPy 1.11 wants to write
+    x, y, z, w = canonical(quaternion(rotation))
     return numbers(np.array([w, x, y, z]))

@@ -1,0 +1,94 @@
+"""Forward kinematics over any scalar: of a joint, along a chain, of the whole tree.
+
+The one text of it: closures, dynamics, drawings and shapes all take their poses from here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..algebra.transform import IDENTITY, RigidTransform, compose
+from ..algebra.vector import ZERO3, Vector, add, axis_rotation, cross, matmul, matvec, scale, sub
+from .configuration import Configuration
+from .tree import Body, Tree
+
+Column = tuple[Vector, Vector]  # linear and angular velocity per unit rate
+
+
+def joint_transform(body: Body, configuration: Configuration) -> RigidTransform:
+    """The pose of a body in the frame of its parent."""
+    k = body.coordinate
+    if body.is_revolute:
+        turn = axis_rotation(body.axis, configuration.c[k], configuration.s[k])
+        return matmul(body.rotation, turn), body.translation
+    slide = scale(configuration.q[k], body.axis)
+    return body.rotation, add(body.translation, matvec(body.rotation, slide))
+
+
+def joint_transforms(tree: Tree, configuration: Configuration) -> list[RigidTransform]:
+    """The pose of every body in the frame of its parent."""
+    return [joint_transform(body, configuration) for body in tree.bodies]
+
+
+def through_joint(
+    outer: RigidTransform, body: Body, configuration: Configuration
+) -> tuple[RigidTransform, Vector]:
+    """Carry a frame through a joint, from parent to child.
+
+    This is `compose(outer, joint_transform(body, configuration))` with the constants of the joint
+    multiplied in first: it takes fewer operations, and the joint's axis comes with it.
+
+    Args:
+        outer: the pose of the parent in any frame.
+        body: the child, with its joint.
+        configuration: values of the coordinates.
+
+    Returns:
+        The pose of the child and its joint's axis (3,), both in that frame.
+    """
+    k = body.coordinate
+    rotation, origin = compose(outer, (body.rotation, body.translation))
+    axis = matvec(rotation, body.axis)
+    if body.is_revolute:
+        turn = axis_rotation(body.axis, configuration.c[k], configuration.s[k])
+        return (matmul(rotation, turn), origin), axis
+    return (rotation, add(origin, scale(configuration.q[k], axis))), axis
+
+
+def pose_in_base(tree: Tree, transforms: Sequence[RigidTransform], body: int) -> RigidTransform:
+    """The pose of one body in the base frame, from the joint transforms of the tree.
+
+    The base itself is body -1.
+    """
+    pose = IDENTITY
+    for i in reversed(tree.path(body)):
+        pose = compose(transforms[i], pose)
+    return pose
+
+
+def poses_in_base(tree: Tree, transforms: Sequence[RigidTransform]) -> list[RigidTransform]:
+    """The pose of every body in the base frame, from the joint transforms of the tree."""
+    poses: list[RigidTransform] = []
+    for body, transform in zip(tree.bodies, transforms, strict=True):
+        outer = IDENTITY
+        if body.parent >= 0:
+            outer = poses[body.parent]
+        poses.append(compose(outer, transform))
+    return poses
+
+
+def jacobian_column(body: Body, axis: Vector, origin: Vector, point: Vector) -> Column:
+    """Velocity that a joint gives to a point behind it, per unit rate.
+
+    Args:
+        body: the body that the joint carries.
+        axis: axis of the joint (3,).
+        origin: a point on the axis (3,) [m].
+        point: the point (3,) [m], all in one frame.
+
+    Returns:
+        Linear velocity of the point and angular velocity, in that frame.
+    """
+    if body.is_revolute:
+        return cross(axis, sub(point, origin)), axis
+    return axis, ZERO3
