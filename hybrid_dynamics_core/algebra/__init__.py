@@ -1,1 +1,4 @@
-"""Scalar-agnostic algebra: the same text runs on floats, on NumPy arrays (one array a scalar) and on traced symbols."""
+"""Algebra over any scalar: floats, NumPy arrays (one array a scalar) and traced symbols.
+
+The same text runs on all of them.
+"""

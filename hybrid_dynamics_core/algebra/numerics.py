@@ -1,4 +1,4 @@
-"""The two things that are not written out over scalars: the inverse of a larger matrix, and Newton's iteration.
+"""What is not written out over scalars: the inverse of a larger matrix, and Newton's method.
 
 Both take any scalar type. Symbols record them as one block of the graph, whose generated code calls
 the same functions on floats or arrays.
@@ -12,21 +12,29 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..ground.arrays import Array
 from .scalar import Scalar
 
-Array = NDArray[np.float64]
-Body = Callable[
-    [Sequence[Scalar], Sequence[Scalar]], list[Scalar]
-]  # (x, p) -> residuals, then the Jacobian row by row
+# unknowns and parameters in; residuals, then the Jacobian row by row, out
+Body = Callable[[Sequence[Scalar], Sequence[Scalar]], list[Scalar]]
 
 MAX_ITERATIONS = 40
 LARGEST_STEP = 0.5  # [rad or m] a longer step is shortened: the linear model does not hold that far
 SMALL_STEP = 1e-9  # convergence is quadratic, so the step after this one is rounding
+TINY = 1e-300
 
 
 def invert(entries: Sequence[Scalar], size: int) -> list[Scalar]:
-    """The inverse (row by row) and the determinant of a matrix given row by row; NaN where it is singular."""
-    symbol = _symbol(entries)
+    """Invert a square matrix.
+
+    Args:
+        entries: the matrix row by row, size * size scalars.
+        size: number of rows.
+
+    Returns:
+        The inverse row by row, NaN where the matrix is singular, then the determinant.
+    """
+    symbol = _first_symbol(entries)
     if symbol is not None:
         result: list[Scalar] = symbol.graph.block("invert", size, size * size + 1, [list(entries)])
         return result
@@ -35,35 +43,44 @@ def invert(entries: Sequence[Scalar], size: int) -> list[Scalar]:
     return invert_floats(entries, size)
 
 
-@np.errstate(all="ignore")  # what is not finite is told by the status
+@np.errstate(all="ignore")  # the status tells what is not finite
 def invert_floats(entries: Sequence[float], size: int) -> list[float]:
     """`invert` of floats."""
     matrix = np.array(entries).reshape(size, size)
     try:
-        return [*np.linalg.inv(matrix).ravel().tolist(), float(np.linalg.det(matrix))]
+        inverse = np.linalg.inv(matrix)
     except np.linalg.LinAlgError:
         return [np.nan] * (size * size) + [0.0]
+    return [*inverse.ravel().tolist(), float(np.linalg.det(matrix))]
 
 
-@np.errstate(all="ignore")  # what is not finite is told by the status
+@np.errstate(all="ignore")  # the status tells what is not finite
 def invert_columns(entries: Sequence[Scalar], size: int) -> list[Scalar]:
     """`invert` of many matrices, one array an entry."""
     matrices = np.stack(np.broadcast_arrays(*entries), axis=-1).reshape(-1, size, size)
     determinant = np.linalg.det(matrices)
-    good = np.isfinite(determinant) & (determinant != 0.0)
+    regular = np.isfinite(determinant) & (determinant != 0.0)
     inverse = np.full_like(matrices, np.nan)
-    inverse[good] = np.linalg.inv(matrices[good])
+    inverse[regular] = np.linalg.inv(matrices[regular])
     return [*inverse.reshape(-1, size * size).T, determinant]
 
 
 def newton(body: Body, guess: Sequence[Scalar], parameters: Sequence[Scalar]) -> list[Scalar]:
-    """Solve body(x, p) residuals = 0 from a guess: x, then the number of iterations, negative if not converged."""
-    symbol = _symbol([*guess, *parameters])
+    """Solve a square system of equations by Newton's method.
+
+    Args:
+        body: residuals and Jacobian of the system.
+        guess: where the unknowns start.
+        parameters: what else the body takes.
+
+    Returns:
+        The unknowns, then the number of iterations, negative where they did not converge.
+    """
+    symbol = _first_symbol([*guess, *parameters])
     if symbol is not None:
         size = len(guess)
-        result: list[Scalar] = symbol.graph.block(
-            "newton", size, size + 1, [list(guess), list(parameters)], body
-        )
+        arguments = [list(guess), list(parameters)]
+        result: list[Scalar] = symbol.graph.block("newton", size, size + 1, arguments, body)
         return result
     if any(isinstance(e, np.ndarray) for e in (*guess, *parameters)):
         return newton_columns(body, guess, parameters)
@@ -78,49 +95,57 @@ def newton_floats(body: Body, guess: Sequence[float], parameters: Sequence[float
     while count < MAX_ITERATIONS:
         count += 1
         values = np.array(body(x.tolist(), parameters))
+        jacobian = values[size:].reshape(size, size)
         try:
-            step = np.linalg.solve(values[size:].reshape(size, size), values[:size])
+            step = np.linalg.solve(jacobian, values[:size])
         except np.linalg.LinAlgError:
             break
         largest = float(np.abs(step).max())
         if not largest < np.inf:
             break
-        x = x - step * min(1.0, LARGEST_STEP / max(largest, 1e-300))
+        x = x - step * min(1.0, LARGEST_STEP / max(largest, TINY))
         if largest < SMALL_STEP:
             return [*x.tolist(), float(count)]
     return [*x.tolist(), -float(count)]
 
 
-@np.errstate(all="ignore")  # what is not finite is told by the status
+@np.errstate(all="ignore")  # the status tells what is not finite
 def newton_columns(
     body: Body, guess: Sequence[Scalar], parameters: Sequence[Scalar]
 ) -> list[Scalar]:
-    """`newton` on arrays, one problem a column; each stops for itself."""
+    """`newton` on arrays, one problem a column; each stops by itself."""
     size = len(guess)
-    full = np.broadcast_arrays(*guess, *parameters)
-    x, known = np.array(full[:size]), np.array(full[size:])
+    columns = np.broadcast_arrays(*guess, *parameters)
+    x = np.array(columns[:size])
+    constants = np.array(columns[size:])
     count = np.zeros(x.shape[1])
-    converged, working = np.zeros(x.shape[1], dtype=bool), np.ones(x.shape[1], dtype=bool)
+    converged = np.zeros(x.shape[1], dtype=bool)
+    working = np.ones(x.shape[1], dtype=bool)
     for _ in range(MAX_ITERATIONS):
         rows = np.flatnonzero(working)
         if not len(rows):
             break
-        values = np.array(
-            np.broadcast_arrays(x[0, rows], *body(list(x[:, rows]), list(known[:, rows])))[1:]
-        )
-        jacobian = np.moveaxis(values[size:], 0, -1).reshape(-1, size, size)
-        fine = np.isfinite(values).all(axis=0) & (np.abs(np.linalg.det(jacobian)) > 0.0)
-        jacobian[~fine] = np.eye(size)
-        step = np.linalg.solve(jacobian, values[:size].T[..., None])[..., 0].T
+        step, finite = _newton_steps(body, x[:, rows], constants[:, rows])
         largest = np.abs(step).max(axis=0)
-        x[:, rows] -= np.where(
-            fine, step * np.minimum(1.0, LARGEST_STEP / np.maximum(largest, 1e-300)), 0.0
-        )
+        shortened = step * np.minimum(1.0, LARGEST_STEP / np.maximum(largest, TINY))
+        x[:, rows] -= np.where(finite, shortened, 0.0)
         count[rows] += 1.0
-        converged[rows] = fine & (largest < SMALL_STEP)
-        working[rows] = fine & ~converged[rows]
+        converged[rows] = finite & (largest < SMALL_STEP)
+        working[rows] = finite & ~converged[rows]
     return [*x, np.where(converged, count, -count)]
 
 
-def _symbol(entries: Sequence[Scalar]) -> Any:
+def _newton_steps(body: Body, x: Array, constants: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Steps (size, k) at unknowns (size, k), and where they are finite (k,)."""
+    size = len(x)
+    results = body(list(x), list(constants))
+    values = np.array(np.broadcast_arrays(x[0], *results)[1:])
+    jacobian = np.moveaxis(values[size:], 0, -1).reshape(-1, size, size)
+    finite = np.isfinite(values).all(axis=0) & (np.abs(np.linalg.det(jacobian)) > 0.0)
+    jacobian[~finite] = np.eye(size)
+    step = np.linalg.solve(jacobian, values[:size].T[..., None])[..., 0].T
+    return step, finite
+
+
+def _first_symbol(entries: Sequence[Scalar]) -> Any:
     return next((e for e in entries if hasattr(e, "graph")), None)

@@ -1,7 +1,7 @@
-"""Elementary functions that take a float, an ndarray (one entry a state) or any object with methods of these names.
+"""Elementary functions of a float, an array (one entry a state) or any object with such methods.
 
 The algorithms of this package are written once over such scalars. A traced symbol
-(`kernels.graph.Symbol`) brings its own methods; floats go to `math`, arrays to NumPy. A root of a
+(`kernels.graph.Symbol`) brings its own methods. Floats go to `math`, arrays to NumPy. A root of a
 negative number is NaN everywhere.
 """
 
@@ -19,20 +19,26 @@ def sin(x: Scalar) -> Scalar:
     """Sine of an angle [rad]."""
     if isinstance(x, (float, int)):
         return math.sin(x)
-    return np.sin(x) if isinstance(x, np.ndarray) else x.sin()
+    if isinstance(x, np.ndarray):
+        return np.sin(x)
+    return x.sin()
 
 
 def cos(x: Scalar) -> Scalar:
     """Cosine of an angle [rad]."""
     if isinstance(x, (float, int)):
         return math.cos(x)
-    return np.cos(x) if isinstance(x, np.ndarray) else x.cos()
+    if isinstance(x, np.ndarray):
+        return np.cos(x)
+    return x.cos()
 
 
 def sqrt(x: Scalar) -> Scalar:
     """Square root; NaN below zero."""
     if isinstance(x, (float, int)):
-        return math.sqrt(x) if x >= 0.0 else math.nan
+        if x >= 0.0:
+            return math.sqrt(x)
+        return math.nan
     if isinstance(x, np.ndarray):
         with np.errstate(invalid="ignore"):
             return np.sqrt(x)
@@ -41,15 +47,20 @@ def sqrt(x: Scalar) -> Scalar:
 
 def atan2(y: Scalar, x: Scalar) -> Scalar:
     """Angle of the vector (x, y) [rad], in (-pi, pi]."""
-    if isinstance(y, (float, int)) and isinstance(x, (float, int)):
+    y_is_number = isinstance(y, (float, int))
+    if y_is_number and isinstance(x, (float, int)):
         return math.atan2(y, x)
     if isinstance(y, np.ndarray) or isinstance(x, np.ndarray):
         return np.arctan2(y, x)
-    return x.atan2_of(y) if isinstance(y, (float, int)) else y.atan2(x)
+    if y_is_number:
+        return x.atan2_of(y)
+    return y.atan2(x)
 
 
 def absolute(x: Scalar) -> Scalar:
     """Absolute value."""
     if isinstance(x, (float, int)):
         return math.fabs(x)
-    return np.abs(x) if isinstance(x, np.ndarray) else x.absolute()
+    if isinstance(x, np.ndarray):
+        return np.abs(x)
+    return x.absolute()

@@ -15,6 +15,7 @@ Rotation = tuple[Vector, Vector, Vector]  # rows
 
 ZERO3: Vector = (0.0, 0.0, 0.0)
 IDENTITY3: Rotation = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+DUST = 1e-15  # of constants next to -1, 0 and 1
 
 
 def add(a: Vector, b: Vector) -> Vector:
@@ -42,12 +43,19 @@ def dot(a: Vector, b: Vector) -> Scalar:
 
 def cross(a: Vector, b: Vector) -> Vector:
     """a x b, in three dimensions."""
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+    ax, ay, az = a
+    bx, by, bz = b
+    return (
+        ay * bz - az * by,
+        az * bx - ax * bz,
+        ax * by - ay * bx,
+    )
 
 
 def perp(a: Vector) -> Vector:
     """The plane vector a turned by +90 degrees."""
-    return (-a[1], a[0])
+    x, y = a
+    return (-y, x)
 
 
 def cross2(a: Vector, b: Vector) -> Scalar:
@@ -57,7 +65,11 @@ def cross2(a: Vector, b: Vector) -> Scalar:
 
 def turn(c: Scalar, s: Scalar, a: Vector) -> Vector:
     """The plane vector a turned by the angle with cosine c and sine s."""
-    return (c * a[0] - s * a[1], s * a[0] + c * a[1])
+    x, y = a
+    return (
+        c * x - s * y,
+        s * x + c * y,
+    )
 
 
 def matvec(m: Rotation, a: Vector) -> Vector:
@@ -72,24 +84,45 @@ def transposed_matvec(m: Rotation, a: Vector) -> Vector:
 
 def transpose(m: Rotation) -> Rotation:
     """M^T."""
-    return ((m[0][0], m[1][0], m[2][0]), (m[0][1], m[1][1], m[2][1]), (m[0][2], m[1][2], m[2][2]))
+    (a, b, c), (d, e, f), (g, h, i) = m
+    return (
+        (a, d, g),
+        (b, e, h),
+        (c, f, i),
+    )
 
 
 def matmul(a: Rotation, b: Rotation) -> Rotation:
     """A B."""
-    bt = transpose(b)
-    return tuple(tuple(dot(row, column) for column in bt) for row in a)  # type: ignore[return-value]
+    x, y, z = transpose(b)
+    first, second, third = ((dot(row, x), dot(row, y), dot(row, z)) for row in a)
+    return (first, second, third)
 
 
 def axis_rotation(axis: Vector, c: Scalar, s: Scalar) -> Rotation:
-    """Rotation about a constant unit axis by the angle with cosine c and sine s (Rodrigues)."""
+    """Rotation about a constant unit axis by the angle with cosine c and sine s (Rodrigues).
+
+    About a coordinate axis it is written out, so that no products with constants remain.
+    """
     x, y, z = axis
-    if x == y == 0.0:  # the coordinate axes, written out: no products with constants remain
-        return ((c, -z * s, 0.0), (z * s, c, 0.0), (0.0, 0.0, 1.0))
+    if x == y == 0.0:
+        return (
+            (c, -z * s, 0.0),
+            (z * s, c, 0.0),
+            (0.0, 0.0, 1.0),
+        )
     if x == z == 0.0:
-        return ((c, 0.0, y * s), (0.0, 1.0, 0.0), (-y * s, 0.0, c))
+        return (
+            (c, 0.0, y * s),
+            (0.0, 1.0, 0.0),
+            (-y * s, 0.0, c),
+        )
     if y == z == 0.0:
-        return ((1.0, 0.0, 0.0), (0.0, c, -x * s), (0.0, x * s, c))
+        return (
+            (1.0, 0.0, 0.0),
+            (0.0, c, -x * s),
+            (0.0, x * s, c),
+        )
     k = 1.0 - c
     return (
         (c + k * (x * x), k * (x * y) - s * z, k * (x * z) + s * y),
@@ -99,12 +132,12 @@ def axis_rotation(axis: Vector, c: Scalar, s: Scalar) -> Rotation:
 
 
 def constant(values: Iterable[float]) -> Vector:
-    """A tuple of Python floats, with rounding dust next to -1, 0 and 1 removed so that structure shows."""
-    return tuple(_snap(float(v)) for v in values)
+    """A tuple of Python floats, with rounding dust removed so that structure shows."""
+    return tuple(_without_dust(float(value)) for value in values)
 
 
-def _snap(v: float) -> float:
+def _without_dust(value: float) -> float:
     for exact in (0.0, 1.0, -1.0):
-        if abs(v - exact) < 1e-15:
+        if abs(value - exact) < DUST:
             return exact
-    return v
+    return value

@@ -17,7 +17,7 @@ from ..algebra.definite import Definite
 from ..algebra.scalar import Scalar
 from ..algebra.vector import ZERO3, Rotation, Vector, add, constant, dot, matvec, scale
 from ..closure.closed_motion import ClosedMotion
-from ..closure.constraints.planar import plane_basis
+from ..closure.constraints.plane import plane_basis
 from ..closure.constraints.spatial import chains_length, closure_chains
 from ..closure.plan import ClosurePlan
 from ..description.model import Closure

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..closure.constraints.planar import plane_basis
+from ..closure.constraints.plane import plane_basis
 from ..description.effects import Payload
 from ..description.geometry import rotation_with_z_axis
 from ..description.model import Closure, Frame, RobotDescription

@@ -31,6 +31,15 @@ class Configuration:
         other.s = list(self.s)
         return other
 
+    def with_zeros(self, coordinates: Iterable[int]) -> Configuration:
+        """A copy with some coordinates at zero."""
+        other = self.copy()
+        for k in coordinates:
+            other.q[k] = 0.0
+            other.c[k] = 1.0
+            other.s[k] = 0.0
+        return other
+
     def set_value(self, k: int, q: Scalar, *, revolute: bool) -> None:
         """Set a coordinate from its angle [rad] or displacement [m]."""
         if revolute:

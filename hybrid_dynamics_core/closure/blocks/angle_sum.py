@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from ...algebra.scalar import Scalar
 from ...algebra.vector import Vector, constant, turn
 from ...mechanism.configuration import Configuration
+from ..constraints.angle_sum import AngleSum
 from ..constraints.equations import Equation
-from ..constraints.planar import AngleSum
 from .block_solver import BlockSolver
 
 

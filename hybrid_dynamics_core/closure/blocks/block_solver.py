@@ -9,7 +9,11 @@ from ...algebra.scalar import Scalar
 from ...mechanism.configuration import Configuration
 from ..constraints.equations import Equation
 
+# names of assembly modes
 ONLY = ("only",)
+ORIENTATIONS = ("counterclockwise", "clockwise")
+STROKES = ("extended", "retracted")
+SIDES = ("front", "back")
 
 
 class BlockSolver(ABC):

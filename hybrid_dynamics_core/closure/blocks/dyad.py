@@ -1,8 +1,8 @@
-"""Planar loops with two unknown joints: closed by a triangle (circle intersection) or, for two slides, linearly.
+"""Planar loops with two unknown joints: a dyad, closed by a triangle or, for two slides, linearly.
 
-Notation of the module: the loop closes when  P1 + R1 (v + R2 w) = C  (both unknowns on one chain)
-or
-P1 + R1 w1 = P2 + R2 w2  (one on each). Directions are found as (cos, sin); angles only afterwards.
+Notation: with both unknowns on one chain the loop closes when P1 + R1 (v + R2 w) = C, with one on
+each chain when P1 + R1 w1 = P2 + R2 w2. P are pivots, R plane rotations, C the end of the chain
+without unknowns. Directions come as (cos, sin); angles follow from them.
 """
 
 from __future__ import annotations
@@ -14,10 +14,9 @@ from ...algebra.vector import Vector, add, cross2, dot, scale, sub, turn
 from ...mechanism.configuration import Configuration
 from ..constraints.equations import Equation
 from ..constraints.planar import PlanarJoint, PlanarPin
-from .block_solver import BlockSolver
+from .block_solver import ORIENTATIONS, STROKES, BlockSolver
 
-TURNS = ("counterclockwise", "clockwise")
-SLIDES = ("extended", "retracted")
+Joints = tuple[PlanarJoint, PlanarJoint]
 
 
 class DyadBlock(BlockSolver):
@@ -25,46 +24,52 @@ class DyadBlock(BlockSolver):
 
     needs_mode = True
 
-    def __init__(
-        self, pin: PlanarPin, unknowns: tuple[PlanarJoint, PlanarJoint], near: Mapping[int, float]
-    ) -> None:
+    def __init__(self, pin: PlanarPin, joints: Joints, near: Mapping[int, float]) -> None:
         self.pin = pin
         self.equations = (Equation(pin, 0), Equation(pin, 1))
-        self.joints = unknowns
-        self.unknowns = tuple(j.coordinate for j in unknowns)
+        self.joints = joints
+        self.unknowns = tuple(joint.coordinate for joint in joints)
         self.near = near
 
-    def place(self, joint: PlanarJoint, c: Scalar, s: Scalar, configuration: Configuration) -> None:
+    def set_turn(
+        self, configuration: Configuration, joint: PlanarJoint, c: Scalar, s: Scalar
+    ) -> None:
         """Set an unknown revolute joint from its turn about the loop's normal."""
-        configuration.set_direction(
-            joint.coordinate, c, joint.sign * s, self.near.get(joint.coordinate, 0.0)
-        )
+        near = self.near.get(joint.coordinate, 0.0)
+        configuration.set_direction(joint.coordinate, c, joint.sign * s, near)
 
 
-class _Cut:
-    """The loop with its unknown joints at zero: where each unknown stands, and the ends of both chains."""
+class _OpenLoop:
+    """The loop with its unknown joints at zero.
 
-    def __init__(self, step: DyadBlock, configuration: Configuration) -> None:
-        at_zero = configuration.copy()
-        for joint in step.joints:
-            k = joint.coordinate
-            at_zero.q[k], at_zero.c[k], at_zero.s[k] = 0.0, 1.0, 0.0
-        a, b = step.pin.chains(at_zero)
-        self.on_a = [j in step.pin.geometry.chain_a for j in step.joints]
-        self.same_chain = self.on_a[0] == self.on_a[1]
-        self.where: list[Vector] = []
-        for joint in step.joints:
-            chain = a if joint in step.pin.geometry.chain_a else b
-            index = list(chain.joints).index(joint)
-            self.where.append(chain.pivots[index] or chain.directions[index] or ())
-        self.ends = [a.end if on_a else b.end for on_a in self.on_a]
-        self.target = b.end if self.on_a[0] else a.end  # the end of the chain without unknowns
+    Attributes:
+        same_chain: whether both unknowns are on one chain.
+        places: pivot or direction of each unknown.
+        ends: end point of the chain of each unknown.
+        target: end point of the chain that does not have the first unknown.
+    """
+
+    def __init__(self, block: DyadBlock, configuration: Configuration) -> None:
+        a, b = block.pin.chains(configuration.with_zeros(block.unknowns))
+        on_a = [joint in a.joints for joint in block.joints]
+        self.same_chain = on_a[0] == on_a[1]
+        self.places: list[Vector] = []
+        self.ends: list[Vector] = []
+        for joint, is_on_a in zip(block.joints, on_a, strict=True):
+            chain = b
+            if is_on_a:
+                chain = a
+            self.places.append(chain.places[list(chain.joints).index(joint)])
+            self.ends.append(chain.end)
+        self.target = a.end
+        if on_a[0]:
+            self.target = b.end
 
 
-class TwoTurns(DyadBlock):
-    """Two revolute unknowns: a triangle with known sides; two assembly modes."""
+class TwoRevolute(DyadBlock):
+    """Two revolute unknowns: a triangle with known sides and two assembly modes."""
 
-    modes = TURNS
+    modes = ORIENTATIONS
 
     def solve(
         self,
@@ -72,46 +77,55 @@ class TwoTurns(DyadBlock):
         branch: Scalar,
         guess: Sequence[Scalar],  # noqa: ARG002
     ) -> Scalar:
-        """Circle intersection in (cos, sin)."""
-        cut = _Cut(self, configuration)
+        """Intersect two circles, in (cos, sin)."""
+        loop = _OpenLoop(self, configuration)
         first, second = self.joints
-        p1, p2 = cut.where
-        if cut.same_chain:
-            v, w, reach = sub(p2, p1), sub(cut.ends[1], p2), sub(cut.target, p1)
-            c2, s2, margin = _triangle(v, w, dot(reach, reach) - dot(v, v) - dot(w, w), branch)
-            c1, s1 = _between(add(v, turn(c2, s2, w)), reach)
+        p1, p2 = loop.places
+        v = sub(p2, p1)
+        if loop.same_chain:
+            w = sub(loop.ends[1], p2)
+            reach = sub(loop.target, p1)
+            twice = dot(reach, reach) - dot(v, v) - dot(w, w)
+            c2, s2, margin = _triangle(v, w, twice, branch)
+            c1, s1 = _turn_from(add(v, turn(c2, s2, w)), reach)
         else:
-            v, w1, w2 = sub(p2, p1), sub(cut.ends[0], p1), sub(cut.ends[1], p2)
-            c1, s1, margin = _triangle(v, w1, dot(v, v) + dot(w1, w1) - dot(w2, w2), branch)
-            c2, s2 = _between(w2, sub(turn(c1, s1, w1), v))
-        self.place(first, c1, s1, configuration)
-        self.place(second, c2, s2, configuration)
+            w1 = sub(loop.ends[0], p1)
+            w2 = sub(loop.ends[1], p2)
+            twice = dot(v, v) + dot(w1, w1) - dot(w2, w2)
+            c1, s1, margin = _triangle(v, w1, twice, branch)
+            c2, s2 = _turn_from(w2, sub(turn(c1, s1, w1), v))
+        self.set_turn(configuration, first, c1, s1)
+        self.set_turn(configuration, second, c2, s2)
         return margin
 
 
 def _triangle(v: Vector, w: Vector, twice: Scalar, branch: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-    """(cos, sin) of the turn of w for which 2 v . (turned w) = twice; v to turned w is counterclockwise if branch = 1.
+    """The turn R of w with 2 v . (R w) = `twice`; from v to R w is counterclockwise if branch = 1.
 
-    The margin is sin^2 of the angle between v and the turned w.
+    Returns:
+        Its cosine, its sine and the margin: sin^2 of the angle between v and R w.
     """
     squared = dot(v, v) * dot(w, w)
     k = 0.5 * twice
     margin = 1.0 - k * k / squared
-    height = branch * sqrt(squared * margin)  # v x (turned w)
-    a, b = dot(v, w), cross2(v, w)
-    return (a * k + b * height) / squared, (a * height - b * k) / squared, margin
+    height = branch * sqrt(squared * margin)  # v x (R w)
+    a = dot(v, w)
+    b = cross2(v, w)
+    cosine = (a * k + b * height) / squared
+    sine = (a * height - b * k) / squared
+    return cosine, sine, margin
 
 
-def _between(a: Vector, b: Vector) -> tuple[Scalar, Scalar]:
-    """(cos, sin) of the turn that takes a to b, equally long."""
+def _turn_from(a: Vector, b: Vector) -> tuple[Scalar, Scalar]:
+    """Cosine and sine of the turn that takes a to b, equally long."""
     squared = dot(a, a)
     return dot(a, b) / squared, cross2(a, b) / squared
 
 
-class TurnAndSlide(DyadBlock):
-    """One revolute and one prismatic unknown: a circle cut by a line; two assembly modes."""
+class RevoluteAndPrismatic(DyadBlock):
+    """One revolute and one prismatic unknown: a circle cut by a line, and two assembly modes."""
 
-    modes = SLIDES
+    modes = STROKES
 
     def solve(
         self,
@@ -119,36 +133,43 @@ class TurnAndSlide(DyadBlock):
         branch: Scalar,
         guess: Sequence[Scalar],  # noqa: ARG002
     ) -> Scalar:
-        """The stroke from a quadratic, then the direction."""
-        cut = _Cut(self, configuration)
-        turn_index = 0 if self.joints[0].revolute else 1
-        pivot, slide = cut.where[turn_index], cut.where[1 - turn_index]
-        if (
-            cut.same_chain and turn_index == 0
-        ):  # |v + q e| = |C - P1|: the slide turns with the joint
-            start, radius = sub(cut.ends[0], pivot), sub(cut.target, pivot)
-        elif cut.same_chain:  # |C - P2 - q e| = |w|: the joint rides on the slide
-            start, radius = sub(pivot, cut.target), sub(cut.ends[0], pivot)
+        """The stroke q from a quadratic, then the direction."""
+        loop = _OpenLoop(self, configuration)
+        revolute = 1
+        if self.joints[0].revolute:
+            revolute = 0
+        prismatic = 1 - revolute
+        pivot = loop.places[revolute]
+        e = loop.places[prismatic]
+        slide_turns = loop.same_chain and revolute == 0
+        joint_rides = loop.same_chain and revolute == 1
+        if slide_turns:  # |v + q e| = |C - P1|: the slide turns with the joint
+            start = sub(loop.ends[0], pivot)
+            radius = sub(loop.target, pivot)
+        elif joint_rides:  # |C - P2 - q e| = |w|: the joint rides on the slide
+            start = sub(pivot, loop.target)
+            radius = sub(loop.ends[0], pivot)
         else:  # |P + q e - P2| = |w2|: slide and joint face each other
-            start, radius = sub(cut.ends[1 - turn_index], pivot), sub(cut.ends[turn_index], pivot)
-        along, across = dot(start, slide), cross2(slide, start)
+            start = sub(loop.ends[prismatic], pivot)
+            radius = sub(loop.ends[revolute], pivot)
+        along = dot(start, e)
+        across = cross2(e, start)
         squared = dot(radius, radius)
         margin = 1.0 - across * across / squared
         stroke = branch * sqrt(squared * margin) - along
-        reached = add(start, scale(stroke, slide))
-        configuration.set_length(self.joints[1 - turn_index].coordinate, stroke)
-        if cut.same_chain and turn_index == 1:
-            reached = scale(-1.0, reached)
-        c, s = (
-            _between(reached, radius)
-            if cut.same_chain and turn_index == 0
-            else _between(radius, reached)
-        )
-        self.place(self.joints[turn_index], c, s, configuration)
+        reached = add(start, scale(stroke, e))
+        configuration.set_length(self.joints[prismatic].coordinate, stroke)
+        if slide_turns:
+            c, s = _turn_from(reached, radius)
+        elif joint_rides:
+            c, s = _turn_from(radius, scale(-1.0, reached))
+        else:
+            c, s = _turn_from(radius, reached)
+        self.set_turn(configuration, self.joints[revolute], c, s)
         return margin
 
 
-class TwoSlides(DyadBlock):
+class TwoPrismatic(DyadBlock):
     """Two prismatic unknowns: two linear equations, one solution."""
 
     def solve(
@@ -158,21 +179,24 @@ class TwoSlides(DyadBlock):
         guess: Sequence[Scalar],  # noqa: ARG002
     ) -> Scalar:
         """Cramer's rule."""
-        cut = _Cut(self, configuration)
-        e1, e2 = cut.where
-        if cut.same_chain:
-            gap = sub(cut.target, cut.ends[0])
+        loop = _OpenLoop(self, configuration)
+        e1, e2 = loop.places
+        if loop.same_chain:
+            gap = sub(loop.target, loop.ends[0])
         else:
-            gap, e2 = sub(cut.ends[1], cut.ends[0]), scale(-1.0, e2)
-        det = cross2(e1, e2)
-        configuration.set_length(self.unknowns[0], cross2(gap, e2) / det)
-        configuration.set_length(self.unknowns[1], cross2(e1, gap) / det)
-        return det * det
+            gap = sub(loop.ends[1], loop.ends[0])
+            e2 = scale(-1.0, e2)
+        determinant = cross2(e1, e2)
+        configuration.set_length(self.unknowns[0], cross2(gap, e2) / determinant)
+        configuration.set_length(self.unknowns[1], cross2(e1, gap) / determinant)
+        return determinant * determinant
 
 
-def dyad(
-    pin: PlanarPin, unknowns: tuple[PlanarJoint, PlanarJoint], near: Mapping[int, float]
-) -> DyadBlock:
+def dyad(pin: PlanarPin, joints: Joints, near: Mapping[int, float]) -> DyadBlock:
     """The block that closes a planar loop for two unknown joints."""
-    turns = sum(j.revolute for j in unknowns)
-    return (TwoSlides, TurnAndSlide, TwoTurns)[turns](pin, unknowns, near)
+    revolute = [joint.revolute for joint in joints]
+    if all(revolute):
+        return TwoRevolute(pin, joints, near)
+    if any(revolute):
+        return RevoluteAndPrismatic(pin, joints, near)
+    return TwoPrismatic(pin, joints, near)

@@ -10,17 +10,19 @@ from dataclasses import dataclass
 
 from ...description.model import Closure
 from ...mechanism.tree import Tree
+from ..constraints.angle_sum import AngleSum
 from ..constraints.joint_coupling import JointCoupling
 from ..constraints.leg import Direction, Distance
 from ..constraints.parallelogram import PARALLELOGRAM
-from ..constraints.planar import AngleSum, PlanarPin
+from ..constraints.planar import PlanarPin
 from ..matching import EquationBlock
 from .angle_sum import AngleBlock
 from .block_solver import ONLY, BlockSolver
 from .dyad import dyad
 from .joint_coupling import JointCouplingBlock
-from .leg_blocks import PivotDirection, SlideDistance, ThreeSpheres, TurnDistance, slides_only
+from .leg_blocks import PivotDirection, SlideDistance, TurnDistance
 from .newton import NewtonBlock
+from .three_spheres import ThreeSpheres, slides_only
 
 
 @dataclass(frozen=True)

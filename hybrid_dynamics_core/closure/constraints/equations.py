@@ -1,4 +1,4 @@
-"""What every loop closure can say of itself: its equations, their Jacobian and their bias, at any configuration."""
+"""What every loop closure says of itself: equations, Jacobian and bias at any configuration."""
 
 from __future__ import annotations
 
@@ -10,11 +10,16 @@ from typing import NamedTuple
 from ...algebra.scalar import Scalar
 from ...mechanism.configuration import Configuration
 
-Row = dict[int, Scalar]  # coordinate -> coefficient, zeros left out
+Row = dict[int, Scalar]  # coordinate -> coefficient, zeros omitted
 
 
 class Linearised(NamedTuple):
-    """Rows of J_s (J_s s' = 0) and residuals of the equations; lengths are divided by the loop's length."""
+    """Equations at a configuration, lengths divided by the loop's length.
+
+    Attributes:
+        rows: rows of J_s, where J_s s' = 0.
+        residual: value of each equation.
+    """
 
     rows: list[Row]
     residual: list[Scalar]
@@ -23,11 +28,14 @@ class Linearised(NamedTuple):
 class LoopEquations(ABC):
     """Some scalar equations of one loop.
 
-    `involved`: per equation, the coordinates it can depend on.
+    Attributes:
+        name: name of the closure.
+        length: a length [m] that makes the equations dimensionless.
+        involved: per equation, the coordinates it can depend on.
     """
 
     name: str
-    length: float  # [m], makes the equations dimensionless
+    length: float
     involved: tuple[frozenset[int], ...]
 
     @property
@@ -49,18 +57,23 @@ class LoopEquations(ABC):
         """(d/dt J_s) s' of each equation [1/s^2] at a closed configuration."""
 
     def marks(self, configuration: Configuration) -> list[Scalar]:  # noqa: ARG002
-        """Where the loop puts its links: equal where two sets of joint values mean the same configuration."""
+        """Numbers that are equal where two sets of joint values put the links at one place."""
         return []
 
     def gaps(self, configuration: Configuration) -> list[float]:
-        """How far each equation is from closed, at a configuration of floats: where a search from afar has to go.
+        """How far each equation is from closed, for a search from afar.
 
-        The residuals, unless these vanish at places that the guards refuse.
+        The residuals, unless these vanish at places that the guards refuse. The configuration holds
+        floats.
         """
-        return [float(r) for r in self.linearise(configuration).residual]
+        return [float(residual) for residual in self.linearise(configuration).residual]
 
     def guards(self, configuration: Configuration) -> list[Scalar]:  # noqa: ARG002  most closures need none
-        """Scalars that must be positive: what the equations alone cannot tell, such as a frame turned half round."""
+        """Scalars that must be positive where the equations hold.
+
+        They refuse solutions of the equations that do not close the loop, such as a frame turned
+        half round.
+        """
         return []
 
 
@@ -75,3 +88,8 @@ class Equation:
     def involved(self) -> frozenset[int]:
         """Coordinates it can depend on."""
         return self.loop.involved[self.index]
+
+
+def loops_of(equations: Sequence[Equation]) -> list[LoopEquations]:
+    """The loops of some equations, each once, in order."""
+    return list(dict.fromkeys(equation.loop for equation in equations))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 
 from ...description.model import Closure, RobotDescription
 from ...mechanism.tree import Tree
@@ -10,20 +11,31 @@ from .equations import LoopEquations
 from .joint_coupling import JointCoupling
 from .leg import Direction, Distance, find_pivot
 from .parallelogram import PARALLELOGRAM, parallelogram_equations
-from .planar import PlanarPin, planar_equations
+from .planar import PlanarPin
+from .planar_loops import planar_equations
 from .spatial import Chain, SpatialClosure, closure_chains
+
+Chains = tuple[Chain, Chain]
 
 
 def loop_equations(
     tree: Tree, robot: RobotDescription, unknowns: frozenset[int]
 ) -> list[LoopEquations]:
-    """Every closure and every follower as equations, in the form that splits best for the unknown coordinates."""
-    seen: dict[int, int] = {}
-    chains = {c.name: closure_chains(tree, c) for c in robot.closures}
-    for a, b in chains.values():
-        for k in a.coordinates | b.coordinates:
-            seen[k] = seen.get(k, 0) + 1
-    private = frozenset(k for k, count in seen.items() if count == 1) & unknowns
+    """Every closure and every follower as equations.
+
+    Args:
+        tree: the spanning tree.
+        robot: its description.
+        unknowns: the equations take the form that splits best for these coordinates.
+
+    Returns:
+        Equations of the closures, then of the joints that follow others.
+
+    Raises:
+        DescriptionError: a closure is not of the kind that the file says.
+    """
+    chains = {closure.name: closure_chains(tree, closure) for closure in robot.closures}
+    private = _in_one_loop(chains.values()) & unknowns
     loops: list[LoopEquations] = []
     for closure in robot.closures:
         try:
@@ -32,19 +44,27 @@ def loop_equations(
             if closure.kind == "planar":
                 raise robot.error(robot.closure_key(closure.name), str(error)) from error
             equations = _spatial(closure, chains[closure.name], private)
-        loops += (
-            _as_parallelogram(robot, closure, equations)
-            if closure.assembly == PARALLELOGRAM
-            else equations
-        )
+        if closure.assembly == PARALLELOGRAM:
+            loops += _as_parallelogram(robot, closure, equations)
+        else:
+            loops += equations
     return loops + [_follower(tree, robot, name) for name in robot.mimics]
+
+
+def _in_one_loop(chains: Iterable[Chains]) -> frozenset[int]:
+    """Coordinates that belong to one loop only."""
+    loops = Counter[int]()
+    for a, b in chains:
+        loops.update(a.coordinates | b.coordinates)
+    return frozenset(k for k, count in loops.items() if count == 1)
 
 
 def _as_parallelogram(
     robot: RobotDescription, closure: Closure, equations: Sequence[LoopEquations]
 ) -> Sequence[LoopEquations]:
-    """The claim of the file, as linear equations in place of the pin's."""
-    pin, key = equations[0], f"{robot.closure_key(closure.name)}.assembly"
+    """The linear equations of a parallelogram in place of the pin's."""
+    pin = equations[0]
+    key = f"{robot.closure_key(closure.name)}.assembly"
     if not isinstance(pin, PlanarPin) or len(equations) > 1:
         raise robot.error(key, "is not a parallelogram: it is not a planar loop closed by a pin")
     try:
@@ -53,21 +73,20 @@ def _as_parallelogram(
         raise robot.error(key, f"is not a parallelogram: {error}") from error
 
 
-def _spatial(
-    closure: Closure, chains: tuple[Chain, Chain], private: frozenset[int]
-) -> list[LoopEquations]:
+def _spatial(closure: Closure, chains: Chains, private: frozenset[int]) -> list[LoopEquations]:
+    """The equations of a loop in space; a leg on a universal joint has them split."""
+    first, second = chains
     if closure.kind == "point":
-        for leg, target in (chains, chains[::-1]):
+        for leg, target in ((first, second), (second, first)):
             pivot = find_pivot(leg, private)
             if pivot is not None:
-                return [
-                    Distance(closure.name, pivot, target),
-                    Direction(closure.name, pivot, leg, target),
-                ]
-    return [SpatialClosure(closure.name, closure.kind, *chains)]
+                distance = Distance(closure.name, pivot, target)
+                return [distance, Direction(closure.name, pivot, leg, target)]
+    return [SpatialClosure(closure.name, closure.kind, first, second)]
 
 
 def _follower(tree: Tree, robot: RobotDescription, name: str) -> JointCoupling:
     mimic = robot.mimics[name]
-    own, source = tree.coordinates.index(name), tree.coordinates.index(mimic.source)
-    return JointCoupling(name, {own: 1.0, source: -mimic.multiplier}, -mimic.offset)
+    follower = tree.coordinates.index(name)
+    source = tree.coordinates.index(mimic.source)
+    return JointCoupling(name, {follower: 1.0, source: -mimic.multiplier}, -mimic.offset)

@@ -1,7 +1,7 @@
-"""A leg on a universal joint: two revolute joints in a row whose axes meet, then what carries the leg's end.
+"""A leg on a universal joint: two revolute joints whose axes meet, then what carries the leg's end.
 
 The distance from the meeting point to the end does not depend on the two angles. So a point closure
-splits into one equation of distance, without them, and two of direction: platform and legs then
+splits into one equation of distance, without them, and two of direction. Platform and legs then
 close one after the other.
 """
 
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,14 +21,19 @@ from .equations import Linearised, LoopEquations, Row
 from .spatial import Chain, ChainState, chains_length
 
 MEET = 1e-9  # [m] up to which two axes count as meeting
-SQUARE = 1e-6  # sine of the angle below which they count as parallel
+PARALLEL = 1e-6  # sine of the angle below which two axes count as parallel
 
 
 @dataclass(frozen=True)
 class Pivot:
-    """A universal joint in a chain: `before` ends in the meeting point O; `first` and `second` are its bodies.
+    """A universal joint in a chain.
 
-    `after`: the rest of the chain, in the second body's frame; `centre`: O in that frame.
+    Attributes:
+        before: the chain up to the meeting point O of the two axes.
+        first: the body of its first joint.
+        second: the body of its second joint.
+        after: the remaining chain, in the second body's frame.
+        centre: O in that frame (3,) [m].
     """
 
     before: Chain
@@ -38,43 +44,50 @@ class Pivot:
 
 
 def find_pivot(chain: Chain, only: frozenset[int]) -> Pivot | None:
-    """The first pair of neighbouring revolute joints of the chain, both in `only`, whose axes meet in a point."""
-    for k, (first, second) in enumerate(zip(chain.bodies, chain.bodies[1:], strict=False)):
-        if (
-            not {first.coordinate, second.coordinate} <= only
-            or not first.type == second.type == "revolute"
-        ):
+    """The first universal joint of a chain, of two coordinates that are both in `only`."""
+    for k, (first, second) in enumerate(pairwise(chain.bodies)):
+        if not {first.coordinate, second.coordinate} <= only:
             continue
-        meeting = _meeting(first, second)
+        if not (first.is_revolute and second.is_revolute):
+            continue
+        meeting = _meeting_point(first, second)
         if meeting is not None:
+            in_parent, in_second = meeting
+            before = Chain(chain.bodies[:k], in_parent)
             after = Chain(chain.bodies[k + 2 :], chain.point)
-            return Pivot(Chain(chain.bodies[:k], meeting[0]), first, second, after, meeting[1])
+            return Pivot(before, first, second, after, in_second)
     return None
 
 
-def _meeting(first: Body, second: Body) -> tuple[Vector, Vector] | None:
-    """The meeting point in the frame before the first joint, and in the second body's frame; None if they miss."""
-    a, b = np.array(first.axis), np.array(second.rotation) @ np.array(second.axis)
+def _meeting_point(first: Body, second: Body) -> tuple[Vector, Vector] | None:
+    """Where two axes meet: before the first joint, and in the second body's frame."""
+    a = np.array(first.axis)
+    b = np.array(second.rotation) @ np.array(second.axis)
     offset = np.array(second.translation, dtype=float)
     normal = np.cross(a, b)
     size = float(normal @ normal)
-    if size < SQUARE**2 or abs(float(offset @ normal)) > MEET:
+    if size < PARALLEL**2 or abs(float(offset @ normal)) > MEET:
         return None
-    along = float(np.cross(offset, b) @ normal) / size  # the point a * along on the first axis
-    point = a * along
+    along = float(np.cross(offset, b) @ normal) / size
+    point = a * along  # on the first axis
     in_parent = np.array(first.rotation) @ point + np.array(first.translation)
     in_second = np.array(second.rotation).T @ (point - offset)
     return constant(in_parent), constant(in_second)
 
 
 class Distance(LoopEquations):
-    """(|end - O|^2 - |leg|^2) / 2 = 0: O the meeting point, leg its vector to the leg's end in the second body."""
+    """(|end - O|^2 - |leg|^2) / 2 = 0.
+
+    O is the meeting point of the pivot, leg the vector from it to the leg's end in the second body.
+    """
 
     def __init__(self, name: str, pivot: Pivot, target: Chain) -> None:
-        self.name, self.pivot, self.target = name, pivot, target
-        self.length = chains_length(pivot.before, pivot.after, target)
+        self.name = name
+        self.pivot = pivot
+        self.target = target
         chains = (pivot.before, pivot.after, target)
-        self.involved = (frozenset().union(*(c.coordinates for c in chains)),)
+        self.length = chains_length(*chains)
+        self.involved = (frozenset().union(*(chain.coordinates for chain in chains)),)
 
     def ends(self, configuration: Configuration) -> tuple[ChainState, ChainState, ChainState]:
         """Meeting point, leg vector, target point."""
@@ -89,14 +102,12 @@ class Distance(LoopEquations):
         gap = sub(target.end, origin.end)
         unit = 1.0 / self.length**2
         row: Row = {}
-        for sign, vector, state in (
-            (unit, gap, target),
-            (-unit, gap, origin),
-            (-unit, leg.end, leg),
-        ):
+        terms = ((unit, gap, target), (-unit, gap, origin), (-unit, leg.end, leg))
+        for factor, vector, state in terms:
             for k, (linear, _) in state.columns().items():
-                row[k] = sign * dot(vector, linear)
-        return Linearised([row], [0.5 * unit * (dot(gap, gap) - dot(leg.end, leg.end))])
+                row[k] = factor * dot(vector, linear)
+        residual = 0.5 * unit * (dot(gap, gap) - dot(leg.end, leg.end))
+        return Linearised([row], [residual])
 
     def bias(self, configuration: Configuration, rates: Sequence[Scalar]) -> list[Scalar]:
         """Second derivative with joint accelerations zero."""
@@ -104,7 +115,8 @@ class Distance(LoopEquations):
         gap = sub(target.end, origin.end)
         speed = sub(target.velocity(rates)[0], origin.velocity(rates)[0])
         stretch = leg.velocity(rates)[0]
-        total = dot(speed, speed) + dot(gap, sub(target.bias(rates)[0], origin.bias(rates)[0]))
+        acceleration = sub(target.bias(rates)[0], origin.bias(rates)[0])
+        total = dot(speed, speed) + dot(gap, acceleration)
         total = total - dot(stretch, stretch) - dot(leg.end, leg.bias(rates)[0])
         return [total / self.length**2]
 
@@ -115,32 +127,43 @@ class Distance(LoopEquations):
 
 
 class Direction(LoopEquations):
-    """The two other parts of the point closure: along the motion that each angle of the pivot gives the leg's end."""
+    """The two other parts of the point closure.
 
-    def __init__(self, name: str, pivot: Pivot, whole: Chain, target: Chain) -> None:
-        self.name, self.pivot, self.whole, self.target = name, pivot, whole, target
-        self.length = chains_length(whole, target)
-        self.involved = (whole.coordinates | target.coordinates,) * 2
+    They are taken along the motions that the two angles of the pivot give to the leg's end.
+    """
+
+    def __init__(self, name: str, pivot: Pivot, leg: Chain, target: Chain) -> None:
+        self.name = name
+        self.pivot = pivot
+        self.leg = leg
+        self.target = target
+        self.length = chains_length(leg, target)
+        self.involved = (leg.coordinates | target.coordinates,) * 2
 
     def linearise(self, configuration: Configuration) -> Linearised:
         """The difference of the end points and its Jacobian, projected."""
-        leg, target = self.whole.at(configuration), self.target.at(configuration)
-        along = self._along(leg)
+        leg = self.leg.at(configuration)
+        target = self.target.at(configuration)
+        directions = self._directions(leg)
         rows: list[Row] = [{}, {}]
         for sign, state in ((1.0, leg), (-1.0, target)):
             for k, (linear, _) in state.columns().items():
-                for row, direction in zip(rows, along, strict=True):
+                for row, direction in zip(rows, directions, strict=True):
                     row[k] = sign * dot(direction, linear)
         gap = sub(leg.end, target.end)
-        return Linearised(rows, [dot(direction, gap) for direction in along])
+        return Linearised(rows, [dot(direction, gap) for direction in directions])
 
     def bias(self, configuration: Configuration, rates: Sequence[Scalar]) -> list[Scalar]:
-        """The difference of the accelerations, projected; the direction's own rate meets a closed gap."""
-        leg, target = self.whole.at(configuration), self.target.at(configuration)
-        gap = sub(leg.bias(rates)[0], target.bias(rates)[0])
-        return [dot(direction, gap) for direction in self._along(leg)]
+        """The difference of the accelerations, projected.
 
-    def _along(self, leg: ChainState) -> list[Vector]:
+        The rates of the directions are multiplied by a gap that is closed.
+        """
+        leg = self.leg.at(configuration)
+        target = self.target.at(configuration)
+        gap = sub(leg.bias(rates)[0], target.bias(rates)[0])
+        return [dot(direction, gap) for direction in self._directions(leg)]
+
+    def _directions(self, leg: ChainState) -> list[Vector]:
         columns = leg.columns()
         joints = (self.pivot.first.coordinate, self.pivot.second.coordinate)
         return [scale(1.0 / self.length**2, columns[k][0]) for k in joints]

@@ -14,7 +14,8 @@ import numpy as np
 
 from ...algebra.vector import Vector
 from ...ground.arrays import Array
-from .planar import AngleSum, PlanarGeometry, PlanarJoint, PlanarPin, Turns
+from .angle_sum import AngleSum, Turns
+from .planar import PlanarGeometry, PlanarJoint, PlanarPin
 
 EQUAL = 1e-9  # relative difference up to which two bars count as equal, two pivots as one
 PARALLELOGRAM = "parallelogram"

@@ -1,6 +1,6 @@
 """Loops in space: two chains from the link where they part, and the equations that tie their ends.
 
-Everything is written in the frame of that link, whose own motion does not matter.
+Everything is written in the frame of that link, whose motion does not matter.
 """
 
 from __future__ import annotations
@@ -26,15 +26,29 @@ from ...algebra.vector import (
     transpose,
 )
 from ...description.model import Closure
+from ...ground.arrays import Array
 from ...mechanism.configuration import Configuration
 from ...mechanism.joint_transform import Column, jacobian_column, through_joint
 from ...mechanism.tree import Body, Tree, rows
 from .equations import Linearised, LoopEquations, Row
 
+SHORTEST = 1e-3  # [m] least length of a loop
+# pairs (axis of a, axis of b) that stay at right angles, by kind
+_PAIRS = {"point": (), "axis": ((0, 2), (1, 2)), "frame": ()}
+# axes that must not be opposed
+_PARALLEL_AXES = {"point": (), "axis": (2,), "frame": (0, 1, 2)}
+_SIZES = {"point": 3, "axis": 5, "frame": 6}
+
 
 @dataclass(frozen=True)
 class Chain:
-    """Bodies from a link outward, and a frame on the last one (on the link itself if there are none)."""
+    """Bodies from a link outward, and a frame on the last one.
+
+    Attributes:
+        bodies: the bodies, the nearest first.
+        point: origin of the frame on the last body, or on the link itself if there is none [m].
+        rotation: rotation of that frame.
+    """
 
     bodies: tuple[Body, ...]
     point: Vector
@@ -43,7 +57,13 @@ class Chain:
     @property
     def coordinates(self) -> frozenset[int]:
         """Coordinates of its joints."""
-        return frozenset(b.coordinate for b in self.bodies)
+        return frozenset(body.coordinate for body in self.bodies)
+
+    @property
+    def offsets(self) -> list[float]:
+        """Lengths [m] between the joints, then to the frame, at zero."""
+        vectors = [*(body.translation for body in self.bodies), self.point]
+        return [float(np.linalg.norm(np.array(vector, dtype=float))) for vector in vectors]
 
     def at(self, configuration: Configuration) -> ChainState:
         """The chain at a configuration."""
@@ -83,104 +103,118 @@ class ChainState:
             columns[body.coordinate] = jacobian_column(body, axis, origin, self.end)
         return columns
 
-    def velocity(self, rates: Sequence[Scalar]) -> tuple[Vector, Vector]:
-        """Linear velocity of the end and angular velocity."""
-        linear, angular = ZERO3, ZERO3
+    def velocity(self, rates: Sequence[Scalar]) -> Column:
+        """Linear velocity of the end and angular velocity, from s'."""
+        linear: Vector = ZERO3
+        angular: Vector = ZERO3
         for k, (v, w) in self.columns().items():
-            linear, angular = add(linear, scale(rates[k], v)), add(angular, scale(rates[k], w))
+            linear = add(linear, scale(rates[k], v))
+            angular = add(angular, scale(rates[k], w))
         return linear, angular
 
-    def bias(self, rates: Sequence[Scalar]) -> tuple[Vector, Vector]:
-        """Linear acceleration of the end and angular acceleration with all joint accelerations zero."""
-        omega, alpha, accel = ZERO3, ZERO3, ZERO3
-        last = ZERO3
+    def bias(self, rates: Sequence[Scalar]) -> Column:
+        """Linear acceleration of the end and angular acceleration, from s' with s'' = 0."""
+        omega: Vector = ZERO3
+        alpha: Vector = ZERO3
+        accel: Vector = ZERO3
+        last: Vector = ZERO3
         for body, axis, origin in zip(self.chain.bodies, self.axes, self.origins, strict=True):
             accel = add(accel, _carried(omega, alpha, sub(origin, last)))
             last = origin
-            step = scale(rates[body.coordinate], axis)
-            if body.type == "revolute":
-                alpha, omega = add(alpha, cross(omega, step)), add(omega, step)
+            rate = scale(rates[body.coordinate], axis)
+            if body.is_revolute:
+                alpha = add(alpha, cross(omega, rate))
+                omega = add(omega, rate)
             else:
-                accel = add(accel, scale(2.0, cross(omega, step)))
+                accel = add(accel, scale(2.0, cross(omega, rate)))
         return add(accel, _carried(omega, alpha, sub(self.end, last))), alpha
 
 
 def _carried(omega: Vector, alpha: Vector, arm: Vector) -> Vector:
+    """Acceleration of the end of an arm that turns with a body."""
     return add(cross(alpha, arm), cross(omega, cross(omega, arm)))
 
 
 def closure_chains(tree: Tree, closure: Closure) -> tuple[Chain, Chain]:
     """The two chains of a closure, from the last link they share."""
-    a, b = tree.body_index(closure.link_a), tree.body_index(closure.link_b)
+    a = tree.body_index(closure.link_a)
+    b = tree.body_index(closure.link_b)
     path_a, path_b, _ = tree.branches(a, b)
     return (
-        Chain(_bodies(tree, path_a), tuple(map(float, closure.point_a)), rows(closure.rotation_a)),
-        Chain(_bodies(tree, path_b), tuple(map(float, closure.point_b)), rows(closure.rotation_b)),
+        _chain(tree, path_a, closure.point_a, closure.rotation_a),
+        _chain(tree, path_b, closure.point_b, closure.rotation_b),
     )
 
 
-def _bodies(tree: Tree, path: list[int]) -> tuple[Body, ...]:
-    return tuple(tree.bodies[i] for i in path)
+def _chain(tree: Tree, path: Sequence[int], point: Array, rotation: Array) -> Chain:
+    bodies = tuple(tree.bodies[i] for i in path)
+    return Chain(bodies, tuple(map(float, point)), rows(rotation))
 
 
 def chains_length(*chains: Chain) -> float:
-    """A length [m] typical of the loop: the farthest any origin or end is from the start, at zero."""
-    sizes = [1e-3]
-    for chain in chains:
-        total = sum(
-            float(np.linalg.norm(np.array(b.translation, dtype=float))) for b in chain.bodies
-        )
-        sizes.append(total + float(np.linalg.norm(np.array(chain.point, dtype=float))))
-    return max(sizes)
+    """A length [m] typical of a loop: the longest of its chains, stretched."""
+    return max(SHORTEST, *(_stretched_length(chain) for chain in chains))
 
 
-# pairs (column of the rotation of a, column of the rotation of b) that stay at right angles
-_PAIRS = {"point": (), "axis": ((0, 2), (1, 2)), "frame": ()}
-_SIZES = {"point": 3, "axis": 5, "frame": 6}
+def _stretched_length(chain: Chain) -> float:
+    *between_joints, to_frame = chain.offsets
+    return sum(between_joints) + to_frame
 
 
 class SpatialClosure(LoopEquations):
     """The ends' points coincide; for kind axis their z axes, for kind frame all axes are parallel."""
 
     def __init__(self, name: str, kind: str, a: Chain, b: Chain) -> None:
-        self.name, self.kind, self.a, self.b = name, kind, a, b
+        self.name = name
+        self.kind = kind
+        self.a = a
+        self.b = b
         self.pairs = _PAIRS[kind]
         self.length = chains_length(a, b)
         self.involved = (a.coordinates | b.coordinates,) * _SIZES[kind]
 
     def linearise(self, configuration: Configuration) -> Linearised:
-        """Difference of the end points, then cosines of axes at right angles, or the turn between the frames."""
-        a, b = self.a.at(configuration), self.b.at(configuration)
+        """Difference of the end points, then what ties the rotations.
+
+        That is the cosines of axes at right angles, or the turn between the frames.
+        """
+        a = self.a.at(configuration)
+        b = self.b.at(configuration)
         residual = list(scale(1.0 / self.length, sub(a.end, b.end)))
         normals: list[Vector] = []
         for i, j in self.pairs:
-            x, y = transpose(a.rotation)[i], transpose(b.rotation)[j]
+            x = transpose(a.rotation)[i]
+            y = transpose(b.rotation)[j]
             residual.append(dot(x, y))
             normals.append(cross(x, y))
         if self.kind == "frame":
             residual += _turn_between(a.rotation, b.rotation)
             normals += IDENTITY3
-        rows_: list[Row] = [{} for _ in residual]
+        jacobian: list[Row] = [{} for _ in residual]
         for sign, state in ((1.0, a), (-1.0, b)):
             for k, (linear, angular) in state.columns().items():
-                parts = (*scale(1.0 / self.length, linear), *(dot(angular, n) for n in normals))
-                for row, part in zip(rows_, parts, strict=True):
-                    row[k] = sign * part
-        return Linearised(rows_, residual)
+                translation = scale(1.0 / self.length, linear)
+                turns = [dot(angular, normal) for normal in normals]
+                for row, entry in zip(jacobian, (*translation, *turns), strict=True):
+                    row[k] = sign * entry
+        return Linearised(jacobian, residual)
 
     def bias(self, configuration: Configuration, rates: Sequence[Scalar]) -> list[Scalar]:
         """Differences of the ends' accelerations with joint accelerations zero."""
-        a, b = self.a.at(configuration), self.b.at(configuration)
-        (accel_a, alpha_a), (accel_b, alpha_b) = a.bias(rates), b.bias(rates)
+        a = self.a.at(configuration)
+        b = self.b.at(configuration)
+        accel_a, alpha_a = a.bias(rates)
+        accel_b, alpha_b = b.bias(rates)
         result: list[Scalar] = list(scale(1.0 / self.length, sub(accel_a, accel_b)))
-        if (
-            self.kind == "frame"
-        ):  # at a closed configuration the frames turn together, so no other term is left
+        # at a closed configuration the frames turn together, so no other term remains
+        if self.kind == "frame":
             result += sub(alpha_a, alpha_b)
         if self.pairs:
-            omega_a, omega_b = a.velocity(rates)[1], b.velocity(rates)[1]
+            _, omega_a = a.velocity(rates)
+            _, omega_b = b.velocity(rates)
             for i, j in self.pairs:
-                x, y = transpose(a.rotation)[i], transpose(b.rotation)[j]
+                x = transpose(a.rotation)[i]
+                y = transpose(b.rotation)[j]
                 turning = add(cross(cross(omega_a, x), y), cross(x, cross(omega_b, y)))
                 result.append(
                     dot(sub(alpha_a, alpha_b), cross(x, y)) + dot(sub(omega_a, omega_b), turning)
@@ -188,28 +222,31 @@ class SpatialClosure(LoopEquations):
         return result
 
     def marks(self, configuration: Configuration) -> list[Scalar]:
-        """Joint origins and ends of both chains, and how the ends lie."""
-        states = [chain.at(configuration) for chain in (self.a, self.b)]
-        return [
-            x for state in states for v in (*state.origins, state.end, *state.rotation) for x in v
-        ]
+        """Joint origins and ends of both chains, and how the ends are turned."""
+        marks: list[Scalar] = []
+        for chain in (self.a, self.b):
+            state = chain.at(configuration)
+            for vector in (*state.origins, state.end, *state.rotation):
+                marks += vector
+        return marks
 
     def guards(self, configuration: Configuration) -> list[Scalar]:
         """Axes that the equations make parallel must not be opposed."""
-        if self.kind == "point":
+        axes = _PARALLEL_AXES[self.kind]
+        if not axes:
             return []
-        a, b = (transpose(chain.at(configuration).rotation) for chain in (self.a, self.b))
-        return [dot(a[i], b[i]) for i in ((2,) if self.kind == "axis" else (0, 1, 2))]
+        a = transpose(self.a.at(configuration).rotation)
+        b = transpose(self.b.at(configuration).rotation)
+        return [dot(a[i], b[i]) for i in axes]
 
 
 def _turn_between(a: Rotation, b: Rotation) -> Vector:
-    """2 tan(angle / 2) times the axis of the turn from b to a: its rate is the difference of angular velocities at 0.
+    """2 tan(angle / 2) times the axis of the turn from b to a.
 
-    Unlike sines and cosines of single axes it vanishes for no other turn, so Newton does not end
-    half round.
+    At zero its rate is the difference of the angular velocities. Unlike sines and cosines of single
+    axes it vanishes for no other turn, so Newton's method does not end half round.
     """
     turn = matmul(a, transpose(b))
     factor = 2.0 / (1.0 + turn[0][0] + turn[1][1] + turn[2][2])
-    return scale(
-        factor, (turn[2][1] - turn[1][2], turn[0][2] - turn[2][0], turn[1][0] - turn[0][1])
-    )
+    axis = (turn[2][1] - turn[1][2], turn[0][2] - turn[2][0], turn[1][0] - turn[0][1])
+    return scale(factor, axis)

@@ -1,0 +1,114 @@
+"""The plane in which the joints of a loop move."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...ground.arrays import Array
+from ...mechanism.tree import Tree
+
+PARALLEL = 1e-9  # sine of the angle up to which two constant axes count as parallel
+
+
+class _JointAxis(NamedTuple):
+    """A joint with its axis (3,) in the frame of the link where the chains part, at zero."""
+
+    joint: str
+    is_revolute: bool
+    axis: Array
+
+    def moves_in_plane(self, normal: Array) -> bool:
+        """Whether the joint moves its link in the plane of this normal."""
+        if self.is_revolute:
+            tilt = float(np.linalg.norm(np.cross(normal, self.axis)))
+        else:
+            tilt = abs(float(normal @ self.axis))
+        return not tilt > PARALLEL
+
+
+def plane_basis(tree: Tree, bodies: Sequence[int], ancestor: int) -> Array:
+    """Axes of the plane of a loop.
+
+    Args:
+        tree: the spanning tree.
+        bodies: bodies of the loop's joints, one chain after the other.
+        ancestor: the body where the chains part, -1 for the base.
+
+    Returns:
+        (3, 3), rows in the frame of that body: two axes in the plane and its normal, which is the
+        axis of the first revolute joint.
+
+    Raises:
+        ValueError: the loop is not planar. The message says why.
+    """
+    axes = [_joint_axis(tree, body, ancestor) for body in bodies]
+    normals = [axis.axis for axis in axes if axis.is_revolute]
+    if not normals:
+        raise ValueError("it has no revolute joint")
+    outside = [_outside(axes, normal) for normal in normals]
+    if outside[0]:
+        _require_one_direction(axes, outside)
+        raise ValueError(_not_planar(axes, normals, outside))
+    normal = normals[0]
+    first = _some_axis_across(normal)
+    return np.array([first, np.cross(normal, first), normal])
+
+
+def _joint_axis(tree: Tree, index: int, ancestor: int) -> _JointAxis:
+    body = tree.bodies[index]
+    rotation, _ = tree.zero_pose(index, ancestor)
+    return _JointAxis(body.joint, body.is_revolute, rotation @ body.axis)
+
+
+def _some_axis_across(normal: Array) -> Array:
+    """A unit vector at right angles to the normal."""
+    if max(abs(normal)) < 1.0:
+        side = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    else:
+        side = np.roll(np.abs(normal), 1)
+    across: Array = side - (side @ normal) * normal
+    return across / np.linalg.norm(across)
+
+
+def _outside(axes: Sequence[_JointAxis], normal: Array) -> list[str]:
+    """Joints that do not move in the plane of this normal."""
+    return [axis.joint for axis in axes if not axis.moves_in_plane(normal)]
+
+
+def _require_one_direction(axes: Sequence[_JointAxis], outside: Sequence[Sequence[str]]) -> None:
+    """Raise where two joints turn about different axes and either may be the wrong one."""
+    turning = [axis for axis in axes if axis.is_revolute]
+    if len(turning) != 2:
+        return
+    first, second = turning
+    if [*outside[0], *outside[1]] == [second.joint, first.joint]:
+        ways = " and ".join(f"'{one.joint}' about [{_text(one.axis)}]" for one in turning)
+        raise ValueError(
+            f"joints turn about different axes, {ways}; mend the rpy of one's origin, or its axis"
+        )
+
+
+def _not_planar(
+    axes: Sequence[_JointAxis], normals: Sequence[Array], outside: Sequence[Sequence[str]]
+) -> str:
+    """Which joints are outside of the plane that most joints move in."""
+    best = min(range(len(normals)), key=lambda k: len(outside[k]))
+    inside = [axis.joint for axis in axes if axis.joint not in outside[best]]
+    verb = "joints {} do"
+    if len(outside[best]) == 1:
+        verb = "joint {} does"
+    return (
+        f"{verb.format(_listed(outside[best]))} not move in the plane of {_listed(inside)}, with"
+        f" axes [{_text(normals[best])}]; mend the rpy of its origin, or its axis"
+    )
+
+
+def _text(axis: Array) -> str:
+    return ", ".join(f"{x + 0.0:.3g}" for x in axis.round(12))
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join(f"'{name}'" for name in names)
