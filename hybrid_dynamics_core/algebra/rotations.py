@@ -10,6 +10,7 @@ import numpy as np
 from ..ground.arrays import Array
 from .scalar import Scalar, sqrt
 
+
 def quaternion(rotation: Array) -> Array:
     """Unit quaternions with w >= 0 of rotation matrices.
 

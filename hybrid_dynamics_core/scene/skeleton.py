@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..closed_state.state import ClosedState
-from ..description.model import Closure, ClosureKind, Frame, JointType, RobotDescription
+from ..description.model import Closure, ClosureKind, Frame, JointType
 from ..errors import InputError
 from ..ground.arrays import Array
 from ..mechanism.configuration import configuration_at
