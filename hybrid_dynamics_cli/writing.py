@@ -14,7 +14,7 @@ from typing import Any, Final, TypeVar
 import click
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.formats.output_files import sources
+from hybrid_dynamics_core.formats.output_files import source_files
 from hybrid_dynamics_core.ground.file_kinds import classify_path
 
 from .exit_codes import Misused
@@ -121,7 +121,7 @@ def picture_for(machine: Robot, path: str, *, overwrite: bool) -> Path:
 
 def read_by(machine: Robot) -> list[Path]:
     """The files that a robot was read from."""
-    return sources(machine.description)
+    return source_files(machine.description)
 
 
 def _alternatives(endings: Sequence[str]) -> str:

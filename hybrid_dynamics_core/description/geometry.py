@@ -104,6 +104,12 @@ def rotation_with_z_axis(axis: Array) -> Array:
     return snapped(np.column_stack([x, np.cross(axis, x), axis]))
 
 
+def rpy_to_axis(axis: Array) -> list[float]:
+    """Roll, pitch, yaw [rad] of a frame whose z axis is a unit vector (3,)."""
+    angles: list[float] = rpy_of(rotation_with_z_axis(axis)).tolist()
+    return angles
+
+
 def rotation_from_quaternion(quaternion: Array) -> Array:
     """Rotation matrix (3, 3) of a quaternion w, x, y, z of any length above zero."""
     w, x, y, z = quaternion

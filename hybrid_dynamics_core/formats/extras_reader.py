@@ -1,4 +1,7 @@
-"""What a file of another format says beyond that format, in entries of a description file (`export.rest` writes it)."""
+"""What a file of another format says beyond that format, in entries of a description file.
+
+`extras_writer` writes it.
+"""
 
 from __future__ import annotations
 
@@ -10,78 +13,106 @@ from ..description.located_yaml import read_yaml
 from ..ground.suggestions import suggestion
 
 TAG = "hybrid_dynamics"  # of the element, text or key that holds the entries
+EXTRAS_DEFINITION = "rest"  # name of their schema
+
+_CHECKED_SECTIONS = {  # of the extras, and of the document that has to have their names
+    "joints": "joints",
+    "closures": "closures",
+    "loops": "closures",
+    "zero": "joints",
+}
 
 
-def extend(document: Document, text: str, file: FilePath, line: int) -> None:
-    """Join the entries written in a text that begins at a line of a file with those that the format gave.
+def read_extras(document: Document, text: str, file: FilePath, line: int) -> None:
+    """Join entries written in a file of another format with those that the format gave.
 
-    DescriptionError where they are not entries of this kind, or name what the format did not give.
+    Args:
+        document: what the format gave.
+        text: the entries, as YAML.
+        file: in which they stand.
+        line: of the file in which the text begins.
+
+    Raises:
+        DescriptionError: the text has other entries, or names what the format did not give.
     """
-    inner = read_yaml("\n" * (line - 1) + text, file)
-    check_schema(inner, "rest")
-    apply_rest(document, inner)
+    extras = read_yaml("\n" * (line - 1) + text, file)
+    check_schema(extras, EXTRAS_DEFINITION)
+    apply_extras(document, extras)
 
 
-def apply_rest(document: Document, inner: Document) -> None:
-    """The same for entries that are read and checked."""
-    _rename_base(document, inner.data.pop("base", ""))
-    _check_names(document, inner)
+def apply_extras(document: Document, extras: Document) -> None:
+    """Join entries that are read and checked with those that the format gave.
+
+    Raises:
+        DescriptionError: they name what the format did not give.
+    """
+    _rename_base(document, extras.data.pop("base", ""))
+    _check_names(document, extras)
     closures = document.section("closures")
-    for entry in inner.data.get("closures", {}).values():
+    for entry in extras.data.get("closures", {}).values():
         closures.pop(entry.pop("second", ""), None)
-    for name in inner.data.get(
-        "payloads", {}
-    ):  # bodies of their own where the format has no payloads
-        document.section("links").pop(payload_body(name), None)
-        document.section("joints").pop(f"{payload_body(name)}_fixed", None)
-    for name in inner.data.get("links", {}):
+    for name in extras.data.get("payloads", {}):
+        _remove_payload_body(document, name)
+    for name in extras.data.get("links", {}):
         document.section("links").pop(name, None)
-    if "reference" in inner.data:  # in place of what the format draws
+    if "reference" in extras.data:  # in place of what the format draws
         document.data["reference"] = {}
-    _count_from(document, inner.data.pop("zero", {}))
-    document.merge(inner)
-    for name in inner.data.get("loops", {}):
-        _as_loop(document, name)
+    _shift_coordinates(document, extras.data.pop("zero", {}))
+    document.merge(extras)
+    for name in extras.data.get("loops", {}):
+        _turn_into_loop(document, name)
 
 
-def payload_body(name: str) -> str:
+def payload_body(payload: str) -> str:
     """The link that stands for a payload in other formats."""
-    return f"{name}_payload"
+    return f"{payload}_payload"
 
 
 def _rename_base(document: Document, name: str) -> None:
-    old = document.data.get("base", "base")
-    if not name or name == old:
+    old_name = document.data.get("base", "base")
+    if not name or name == old_name:
         return
     document.data["base"] = name
     for joint in document.section("joints").values():
-        joint["parent"] = name if joint["parent"] == old else joint["parent"]
+        if joint["parent"] == old_name:
+            joint["parent"] = name
     for frame in document.section("frames").values():
-        frame["link"] = name if frame["link"] == old else frame["link"]
+        if frame["link"] == old_name:
+            frame["link"] = name
     for closure in document.section("closures").values():
-        closure["between"] = {
-            name if link == old else link: place for link, place in closure["between"].items()
-        }
+        between: dict[str, Any] = {}
+        for link, end in closure["between"].items():
+            new_link = name if link == old_name else link
+            between[new_link] = end
+        closure["between"] = between
 
 
-def _check_names(document: Document, inner: Document) -> None:
-    for section, known_in in (
-        ("joints", "joints"),
-        ("closures", "closures"),
-        ("loops", "closures"),
-        ("zero", "joints"),
-    ):
-        known = document.section(known_in)
-        for name in inner.data.get(section, {}):
-            if name not in known:
-                problem = (
-                    f"there is no {known_in[:-1]} '{name}'{suggestion(name, known)} in the file"
+def _check_names(document: Document, extras: Document) -> None:
+    for section, document_section in _CHECKED_SECTIONS.items():
+        names = document.section(document_section)
+        kind = document_section.removesuffix("s")
+        for name in extras.data.get(section, {}):
+            if name not in names:
+                hint = suggestion(name, names)
+                raise extras.error(
+                    (section, name), f"there is no {kind} '{name}'{hint} in the file"
                 )
-                raise inner.error((section, name), problem)
 
 
-def _count_from(document: Document, zero: dict[str, Any]) -> None:
-    """Coordinates that the format counts from the pose it draws, counted as the robot does."""
+def _remove_payload_body(document: Document, payload: str) -> None:
+    """Remove the link that stands for a payload, where the format has no payloads."""
+    body = payload_body(payload)
+    document.section("links").pop(body, None)
+    document.section("joints").pop(f"{body}_fixed", None)
+
+
+def _shift_coordinates(document: Document, zero: dict[str, float]) -> None:
+    """Count coordinates as the robot does, where the format counts from the pose it draws.
+
+    Args:
+        document: what the format gave.
+        zero: the robot's coordinates in that pose, by joint [rad or m].
+    """
     joints = document.section("joints")
     for name, value in zero.items():
         joint = joints[name]
@@ -89,21 +120,22 @@ def _count_from(document: Document, zero: dict[str, Any]) -> None:
         if "limits" in joint:
             joint["limits"] = [limit + value for limit in joint["limits"]]
         if "spring" in joint:
-            joint["spring"]["rest"] = joint["spring"].get("rest", 0.0) + value
+            spring = joint["spring"]
+            spring["rest"] = spring.get("rest", 0.0) + value
     for name, joint in joints.items():
         mimic = joint.get("mimic")
         if mimic and (name in zero or mimic["joint"] in zero):
-            mimic["offset"] += zero.get(name, 0.0) - mimic["multiplier"] * zero.get(
-                mimic["joint"], 0.0
-            )
+            source_zero = zero.get(mimic["joint"], 0.0)
+            mimic["offset"] += zero.get(name, 0.0) - mimic["multiplier"] * source_zero
 
 
-def _as_loop(document: Document, name: str) -> None:
-    """A planar closure that is a loop of Type A to D: the same pin under `loops`."""
-    closure, loop = document.section("closures").pop(name), document.section("loops")[name]
-    loop["pin"] = {
-        link: place["xyz"] if isinstance(place, dict) else place
-        for link, place in closure["between"].items()
-    }
+def _turn_into_loop(document: Document, name: str) -> None:
+    """Move a planar closure that is a loop of Type A to D to the loops."""
+    closure = document.section("closures").pop(name)
+    loop = document.section("loops")[name]
+    pin: dict[str, Any] = {}
+    for link, end in closure["between"].items():
+        pin[link] = end["xyz"] if isinstance(end, dict) else end
+    loop["pin"] = pin
     if "assembly" in closure:
         loop["assembly"] = closure["assembly"]

@@ -1,25 +1,23 @@
-"""What a robot says that a format has no words for, as the entries of a description file that would say it.
+"""What a robot says that a format has no words for, as entries of a description file.
 
-Each writer puts it where its format lets other programs pass it over; `description.extension` reads
-it back.
+Each writer puts them where other programs pass them over; `extras_reader` reads them back.
 """
 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Collection, Mapping
+from enum import Enum, auto
 from typing import Any
-from xml.etree.ElementTree import Comment, Element
 
 import numpy as np
 import yaml
 
 from ..description.actuators import HydraulicCylinder
 from ..description.effects import SMOOTHING, JointEffect, Payload
-from ..description.model import Joint, Link, RobotDescription
+from ..description.model import Closure, Joint, Link, Loop, Mimic, RobotDescription
 
-WORDS = {  # what comments call the entries
+_DESCRIPTIONS = {  # of the entries, in comments
     "gravity": "gravity",
     "links": "masses of the base and of massless links",
     "joints": "limits, friction, drives and springs that the format cannot say",
@@ -34,45 +32,50 @@ WORDS = {  # what comments call the entries
 }
 
 
-def rest_of(robot: RobotDescription, carried: Collection[str]) -> dict[str, Any]:
-    """Entries of format 1 beyond what a format carries.
+class Feature(Enum):
+    """What some formats say themselves, and others cannot."""
 
-    `carried`, what the format says itself: "gravity", "friction" (viscous and Coulomb), "spring"
-    (without preload), "mimic", "one-sided" limits, "unlimited" slides.
+    GRAVITY = auto()
+    FRICTION = auto()  # viscous and Coulomb
+    SPRING = auto()  # without preload
+    MIMIC = auto()
+    ONE_SIDED_LIMITS = auto()
+    UNLIMITED_SLIDES = auto()
+
+
+def extras_of(robot: RobotDescription, features: Collection[Feature]) -> dict[str, Any]:
+    """Entries of format 1 beyond what a format says.
+
+    Args:
+        robot: that is written.
+        features: what the format says itself.
     """
-    rest: dict[str, Any] = {"source": robot.source}
-    if "gravity" not in carried:
-        rest["gravity"] = robot.gravity.tolist()
-    joints = {name: _joint(robot, joint, carried) for name, joint in robot.joints.items()}
-    rest["joints"] = {name: entry for name, entry in joints.items() if entry}
-    rest["loops"] = {
-        name: {"type": loop.type, "base": loop.base, "arm": loop.arm, "k1": loop.k1, "k2": loop.k2}
-        for name, loop in robot.loops.items()
+    extras: dict[str, Any] = {"source": robot.source}
+    if Feature.GRAVITY not in features:
+        extras["gravity"] = robot.gravity.tolist()
+    extras["joints"] = _joint_entries(robot, features)
+    extras["loops"] = {loop.name: _loop_entry(loop) for loop in robot.loops.values()}
+    extras["closures"] = {closure.name: _closure_entry(closure) for closure in robot.closures}
+    extras["active"] = list(robot.active)
+    extras["active_set"] = robot.active_set
+    extras["end_effector"] = {"link": robot.end_effector}
+    extras["payloads"] = {
+        name: _payload_entry(frame, payload) for name, (frame, payload) in robot.payloads.items()
     }
-    rest["closures"] = {
-        closure.name: (
-            {"kind": closure.kind} | ({"assembly": closure.assembly} if closure.assembly else {})
-        )
-        for closure in robot.closures
+    extras["actuators"] = {
+        joint: _cylinder_entry(cylinder) for joint, cylinder in robot.actuators.items()
     }
-    rest["active"] = list(robot.active)
-    rest["active_set"] = robot.active_set
-    rest["end_effector"] = {"link": robot.end_effector}
-    rest["payloads"] = {
-        name: _payload(on, payload) for name, (on, payload) in robot.payloads.items()
-    }
-    rest["actuators"] = {name: _cylinder(cylinder) for name, cylinder in robot.actuators.items()}
-    rest["reference"] = dict(robot.reference)
-    return {key: value for key, value in rest.items() if value}
+    extras["reference"] = dict(robot.reference)
+    return without_empty(extras)
 
 
-def as_text(rest: Mapping[str, Any], one_line: bool = False) -> str:
-    """The entries as YAML, every digit of every number."""
-    flow = True if one_line else None
+def extras_text(extras: Mapping[str, Any], one_line: bool = False) -> str:
+    """The entries as YAML, with every digit of every number."""
+    flow_style = True if one_line else None
     text: str = yaml.dump(
-        dict(rest),
+        dict(extras),
         Dumper=_Dumper,
-        default_flow_style=flow,
+        default_flow_style=flow_style,
         sort_keys=False,
         width=math.inf,
         allow_unicode=True,
@@ -80,21 +83,14 @@ def as_text(rest: Mapping[str, Any], one_line: bool = False) -> str:
     return text.strip()
 
 
-def in_words(rest: Mapping[str, Any]) -> str:
-    """The entries for a comment."""
-    return ", ".join(words for key, words in WORDS.items() if key in rest)
+def extras_summary(extras: Mapping[str, Any]) -> str:
+    """The entries in words, for a comment."""
+    return ", ".join(text for key, text in _DESCRIPTIONS.items() if key in extras)
 
 
-def comment(element: Element, text: str) -> None:
-    """Put a comment first in an element; names may hold two hyphens side by side, which comments may not."""
-    element.insert(0, Comment(f" {re.sub('-(?=-)', '- ', text)} "))
-
-
-class _Dumper(yaml.SafeDumper):
-    """Repeated lists are written out, since aliases help nobody who reads."""
-
-    def ignore_aliases(self, data: Any) -> bool:  # noqa: ARG002
-        return True
+def without_empty(entries: Mapping[str, Any]) -> dict[str, Any]:
+    """Entries without those that are zero, none or empty."""
+    return {key: value for key, value in entries.items() if value}
 
 
 def link_entry(link: Link) -> dict[str, Any]:
@@ -104,55 +100,82 @@ def link_entry(link: Link) -> dict[str, Any]:
     return {"mass": link.mass, "com": link.com.tolist(), "inertia": link.inertia.tolist()}
 
 
-def _joint(robot: RobotDescription, joint: Joint, carried: Collection[str]) -> dict[str, Any]:
-    entry: dict[str, Any] = {}
-    ends = [math.isfinite(limit) for limit in joint.limits]
-    half = any(ends) and not all(ends) and "one-sided" not in carried
-    slide = joint.type == "prismatic" and not any(ends) and "unlimited" not in carried
-    if half or slide:
-        entry["limits"] = list(joint.limits)
-    effect = robot.effects.get(joint.name)
-    if effect is not None:
-        entry |= _effect(effect, carried)
-    mimic = robot.mimics.get(joint.name)
-    if mimic is not None and "mimic" not in carried:
-        entry["mimic"] = {
-            "joint": mimic.source,
-            "multiplier": mimic.multiplier,
-            "offset": mimic.offset,
-        }
-    return entry
+class _Dumper(yaml.SafeDumper):
+    """Writes repeated lists out, since aliases help nobody who reads."""
+
+    def ignore_aliases(self, data: Any) -> bool:  # noqa: ARG002
+        return True
 
 
-def _effect(effect: JointEffect, carried: Collection[str]) -> dict[str, Any]:
-    entry: dict[str, Any] = {}
-    friction = (
-        {"viscous": effect.viscous, "coulomb": effect.coulomb} if "friction" not in carried else {}
-    )
+def _joint_entries(robot: RobotDescription, features: Collection[Feature]) -> dict[str, Any]:
+    entries: dict[str, Any] = {}
+    for name, joint in robot.joints.items():
+        entry: dict[str, Any] = {}
+        if _limits_are_extra(joint, features):
+            entry["limits"] = list(joint.limits)
+        if name in robot.effects:
+            entry |= _effect_entries(robot.effects[name], features)
+        if name in robot.mimics and Feature.MIMIC not in features:
+            entry["mimic"] = _mimic_entry(robot.mimics[name])
+        entries[name] = entry
+    return without_empty(entries)
+
+
+def _limits_are_extra(joint: Joint, features: Collection[Feature]) -> bool:
+    """Whether a format cannot say limits on one side, or none at all."""
+    lower, upper = map(math.isfinite, joint.limits)
+    if lower != upper:
+        return Feature.ONE_SIDED_LIMITS not in features
+    is_unlimited_slide = joint.type == "prismatic" and not lower
+    return is_unlimited_slide and Feature.UNLIMITED_SLIDES not in features
+
+
+def _effect_entries(effect: JointEffect, features: Collection[Feature]) -> dict[str, Any]:
+    entries: dict[str, Any] = {}
+    friction: dict[str, float] = {}
+    if Feature.FRICTION not in features:
+        friction = {"viscous": effect.viscous, "coulomb": effect.coulomb}
     if effect.smoothing != SMOOTHING:
         friction["smoothing"] = effect.smoothing
     if any(friction.values()):
-        entry["friction"] = friction
+        entries["friction"] = friction
     if effect.rotor_inertia:
-        entry["drive"] = {"rotor_inertia": effect.rotor_inertia, "gear_ratio": effect.gear_ratio}
-    spring = {"stiffness": effect.stiffness, "rest": effect.rest} if "spring" not in carried else {}
+        entries["drive"] = {"rotor_inertia": effect.rotor_inertia, "gear_ratio": effect.gear_ratio}
+    spring: dict[str, float] = {}
+    if Feature.SPRING not in features:
+        spring = {"stiffness": effect.stiffness, "rest": effect.rest}
     if effect.preload:
         spring["preload"] = effect.preload
     if any(spring.values()):
-        entry["spring"] = spring
+        entries["spring"] = spring
+    return entries
+
+
+def _mimic_entry(mimic: Mimic) -> dict[str, Any]:
+    return {"joint": mimic.source, "multiplier": mimic.multiplier, "offset": mimic.offset}
+
+
+def _loop_entry(loop: Loop) -> dict[str, Any]:
+    return {"type": loop.type, "base": loop.base, "arm": loop.arm, "k1": loop.k1, "k2": loop.k2}
+
+
+def _closure_entry(closure: Closure) -> dict[str, Any]:
+    entry: dict[str, Any] = {"kind": closure.kind}
+    if closure.assembly:
+        entry["assembly"] = closure.assembly
     return entry
 
 
-def _payload(on: str, payload: Payload) -> dict[str, Any]:
-    entry: dict[str, Any] = {
-        "on": on,
+def _payload_entry(frame: str, payload: Payload) -> dict[str, Any]:
+    return {
+        "on": frame,
         "mass": payload.mass,
         "com": np.asarray(payload.com).tolist(),
+        "inertia": np.asarray(payload.inertia).tolist(),
     }
-    return entry | {"inertia": np.asarray(payload.inertia).tolist()}
 
 
-def _cylinder(cylinder: HydraulicCylinder) -> dict[str, Any]:
+def _cylinder_entry(cylinder: HydraulicCylinder) -> dict[str, Any]:
     entry: dict[str, Any] = {
         "kind": "hydraulic_cylinder",
         "bore": cylinder.bore,
@@ -163,6 +186,8 @@ def _cylinder(cylinder: HydraulicCylinder) -> dict[str, Any]:
         "return_pressure": cylinder.return_pressure,
         "supply_pressure": cylinder.supply_pressure,
     }
-    return {
-        key: value for key, value in entry.items() if value not in ([-math.inf, math.inf], math.inf)
-    }
+    if cylinder.stroke == (-math.inf, math.inf):
+        del entry["stroke"]
+    if cylinder.supply_pressure == math.inf:
+        del entry["supply_pressure"]
+    return entry

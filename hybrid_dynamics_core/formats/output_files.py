@@ -1,4 +1,4 @@
-"""Written files: never in place of what a robot was read from, and of others only where that is asked for."""
+"""Files that a robot is exported to."""
 
 from __future__ import annotations
 
@@ -14,11 +14,18 @@ def write_files(
 ) -> None:
     """Write the files that a robot was exported to: all of them, or none.
 
-    Raises InputError where one is there already and `overwrite` is not asked for, and where one is
-    a file that the robot was read from, whatever is asked for; OSError where one cannot be written.
+    Args:
+        texts: text of each file.
+        robot: that was exported. The files that it was read from are never replaced.
+        overwrite: whether other files are replaced.
+
+    Raises:
+        InputError: a file is there already, or the robot was read from it.
+        OSError: a file cannot be written.
     """
+    sources = source_files(robot)
     for path in texts:
-        if path.exists() and any(_same(path, source) for source in sources(robot)):
+        if any(_is_same_file(path, source) for source in sources):
             raise InputError(
                 f"{path}: the robot is read from this file, which is not replaced; name another one"
             )
@@ -31,14 +38,11 @@ def write_files(
         path.write_text(text, encoding="utf-8")
 
 
-def sources(robot: RobotDescription) -> list[Path]:
+def source_files(robot: RobotDescription) -> list[Path]:
     """Every file that a robot was read from."""
-    return [
-        Path(file)
-        for file in dict.fromkeys((robot.file, *robot.files.values()))
-        if file is not None
-    ]
+    files = dict.fromkeys((robot.file, *robot.files.values()))
+    return [Path(file) for file in files if file is not None]
 
 
-def _same(path: Path, source: Path) -> bool:
-    return source.exists() and path.samefile(source)
+def _is_same_file(path: Path, source: Path) -> bool:
+    return path.exists() and source.exists() and path.samefile(source)

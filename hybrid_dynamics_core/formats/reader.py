@@ -12,7 +12,7 @@ from ..description.checks.names import check_names
 from ..description.checks.schema import check_schema
 from ..description.checks.values import check_values
 from ..description.defaults import driven_joints, farthest_link
-from ..description.document import Document
+from ..description.document import Document, FilePath
 from ..description.expand.short_forms import expand_short_forms
 from ..description.files import read_text
 from ..description.located_yaml import read_yaml
@@ -22,35 +22,53 @@ from .gepetto.reader import gepetto_document, is_gepetto
 from .mjcf.reader import mjcf_document
 from .sdf.reader import sdf_document
 from .urdf.reader import expand_urdf
-from .xml.tree import parse_xml
+from .xml.located_xml import parse_xml
+
+_ALL_DRIVEN = ["all"]  # until the joints are known
+_FARTHEST = {"link": "farthest"}
 
 
 def read_description(path: str | Path) -> RobotDescription:
     """Read, check and expand a description file; its content tells which kind it is.
 
-    YAML of format 1, a robot.yaml beside its URDF, URDF and URDF+, SDFormat, MJCF as this library
-    writes it. Raises DescriptionError with file, line, key, what was expected and how to mend it;
-    NoDescriptionError, which is one, where there is nothing, or a file of another kind.
+    Kinds: YAML of format 1, a robot.yaml beside its URDF, URDF and URDF+, SDFormat, MJCF as this
+    library writes it.
+
+    Args:
+        path: of the file.
+
+    Raises:
+        DescriptionError: the file is wrong; with file, line, key, what was expected, what to do.
+        NoDescriptionError: there is nothing, or a file of another kind; it is a DescriptionError.
     """
-    require_description(Path(path))
-    text = read_text(Path(path))
+    path = Path(path)
+    require_description(path)
+    text = read_text(path)
     if not text.removeprefix("\ufeff").lstrip().startswith("<"):
         return parse_description(text, file=path)
-    root = parse_xml(text, Path(path))
+    root = parse_xml(text, path)
     if root.tag == "sdf":
-        return describe(sdf_document(root, Path(path)))
+        return _described(sdf_document(root, path))
     if root.tag == "mujoco":
-        return describe(mjcf_document(root, Path(path)))
+        return _described(mjcf_document(root, path))
     return read_urdf(path)
 
 
-def parse_description(text: str, file: str | Path | None = None) -> RobotDescription:
-    """The same from text; `file` is named in messages."""
+def parse_description(text: str, file: FilePath = None) -> RobotDescription:
+    """Read, check and expand the text of a YAML description.
+
+    Args:
+        text: the description.
+        file: named in messages; its folder is where other files are looked for.
+
+    Raises:
+        DescriptionError: the text is wrong.
+    """
     document = read_yaml(text, file)
     if is_gepetto(document.data):
-        return describe(gepetto_document(document))
+        return _described(gepetto_document(document))
     check_schema(document)
-    return describe(document)
+    return _described(document)
 
 
 def read_urdf(
@@ -60,43 +78,49 @@ def read_urdf(
     end_effector: str | Mapping[str, Any] | None = None,
     **entries: Any,
 ) -> RobotDescription:
-    """A robot from a URDF file, its loops and its driven joints, all as plain data of a description file.
+    """A robot from a URDF file, with loops and driven joints as plain data of a description file.
 
-    `closures`: {name: {kind, between: {link: place, link: place}}}; `active`: may be left out where
-    there are none, or where a URDF+ has them; `end_effector`: a link or {link, xyz, rpy}, the link
-    behind the most joints if None; `entries`: anything else a description file may hold, such as
-    `reference` or `frames`. Raises DescriptionError.
+    Args:
+        path: of the URDF.
+        closures: {name: {kind, between: {link: place, link: place}}}.
+        active: driven joints; all without closures, those of a URDF+ where it has them.
+        end_effector: a link or {link, xyz, rpy}; None for the link behind the most joints.
+        entries: others of a description file, such as `reference` or `frames`.
+
+    Raises:
+        DescriptionError: the file is wrong, or the entries do not fit it.
     """
     path = Path(path)
     require_description(path)
+    if isinstance(end_effector, str):
+        end_effector = {"link": end_effector}
     data = {
         "format": 1,
         "name": "robot",
         "urdf": path.name,
         "closures": dict(closures or {}),
         **entries,
+        "active": list(active or _ALL_DRIVEN),
+        "end_effector": dict(_FARTHEST if end_effector is None else end_effector),
     }
-    data["active"] = list(active) or ["all"]
-    told = {"link": end_effector} if isinstance(end_effector, str) else end_effector
-    data["end_effector"] = {"link": "farthest"} if told is None else dict(told)
     document = Document(data, path, {})
     check_schema(document)
-    data["name"] = expand_urdf(document, alone=True)
+    data["name"] = expand_urdf(document, is_alone=True)
     data.update(entries)
     if active:
         data["active"] = list(active)
     elif closures:
         raise document.error(("active",), "with closures, name the driven joints")
-    elif data["active"] == ["all"]:
+    elif data["active"] == _ALL_DRIVEN:
         data["active"] = driven_joints(document)
-    if told is not None:
-        data["end_effector"] = dict(told)
-    elif data["end_effector"] == {"link": "farthest"}:
+    if end_effector is not None:
+        data["end_effector"] = dict(end_effector)
+    elif data["end_effector"] == _FARTHEST:
         data["end_effector"] = {"link": farthest_link(document)}
-    return describe(document)
+    return _described(document)
 
 
-def describe(document: Document) -> RobotDescription:
+def _described(document: Document) -> RobotDescription:
     """Expand, check and build a document that fits the schema."""
     expand_urdf(document)
     expand_short_forms(document)

@@ -1,4 +1,4 @@
-"""A robot.yaml beside its URDF: pairs of frames that close the loops, and the motors. Read as people have it.
+"""A robot.yaml beside its URDF: pairs of frames that close the loops, and the motors.
 
 Keys: closed_loop (pairs), type (3d or 6d, one a pair), name_mot (motors), joint_name and joint_type
 (joints to replace: SPHERICAL, UJOINT_XY and the like, FIXED). A pair names links, or joints for the
@@ -15,54 +15,63 @@ from ...description.defaults import farthest_link, neutral_coordinate
 from ...description.document import Document, KeyPath
 from ...ground.suggestions import suggestion
 from ...ground.wording import counted
-from ..extras_reader import TAG, apply_rest
+from ..extras_reader import EXTRAS_DEFINITION, TAG, apply_extras
 from ..urdf.reader import add_urdf
 
-KINDS = {"3d": "point", "6d": "frame"}
-PAIRS = frozenset({"closed_loop", "type", "name_mot", "joint_name", "joint_type"})
-USED = PAIRS | {TAG}
+_KINDS = {"3d": "point", "6d": "frame"}
+_KEYS = frozenset({"closed_loop", "type", "name_mot", "joint_name", "joint_type"})
+_MAX_LISTED = 5  # files in a message
 
 
 def is_gepetto(data: Any) -> bool:
     """Whether a YAML document is of this kind."""
-    return isinstance(data, dict) and "format" not in data and not PAIRS.isdisjoint(data)
+    return isinstance(data, dict) and "format" not in data and not _KEYS.isdisjoint(data)
 
 
 def gepetto_document(document: Document) -> Document:
-    """The same robot as a document of format 1, with the lines of both files."""
-    return _Pair(document).read()
+    """The same robot as a document of format 1, with the lines of both files.
+
+    Raises:
+        DescriptionError: one of the files is wrong, or says what is not covered.
+    """
+    reader = _GepettoReader(document)
+    reader.read()
+    return document
 
 
-class _Pair:
+class _GepettoReader:
     def __init__(self, document: Document) -> None:
         self.document = document
-        self.told: dict[str, Any] = document.data
+        self.given: dict[str, Any] = document.data  # the keys of the robot.yaml
         check_schema(document, "gepetto")
-        self.rest = document.subdocument(TAG)  # what the file says beyond pairs and motors
-        check_schema(self.rest, "rest")
+        self.extras = document.subdocument(TAG)
+        check_schema(self.extras, EXTRAS_DEFINITION)
 
-    def read(self) -> Document:
-        document, told = self.document, self.told
-        for key in told.keys() - USED:
-            document.notes.append(f"{key}: not used")
+    def read(self) -> None:
+        """Fill the document with the URDF, its closures and motors."""
+        document = self.document
+        for key in self.given:
+            if key not in _KEYS and key != TAG:
+                document.notes.append(f"{key}: not used")
         document.data = {"format": 1}
-        urdf = self.urdf()
-        document.data["name"] = add_urdf(document, urdf, self.replace(), ("joint_name",))
+        urdf = self.urdf_file()
+        document.data["name"] = add_urdf(document, urdf, self.replacements(), ("joint_name",))
         document.data["source"] = f"{urdf.name} and its loops"
-        names = self.rest.data.pop("pairs", [])
-        for k, pair in enumerate(told.get("closed_loop") or []):
-            self.closure(k, pair, names[k] if k < len(names) else f"loop_{k + 1}")
+        self.add_closures()
         document.data["active"] = self.motors()
         document.data["active_set"] = "motors"
-        if "end_effector" not in self.rest.data:
+        if "end_effector" not in self.extras.data:
             document.data["end_effector"] = {"link": farthest_link(document)}
         for name, joint in document.section("joints").items():
             if joint["type"] != "fixed":
                 document.add(("reference", name), neutral_coordinate(joint), ("joints", name))
-        apply_rest(document, self.rest)
-        return document
+        apply_extras(document, self.extras)
 
-    def urdf(self) -> Path:
+    def given_list(self, key: str) -> list[Any]:
+        """The list of a key, which may be empty or missing."""
+        return list(self.given.get(key) or [])
+
+    def urdf_file(self) -> Path:
         """robot.urdf beside robot.yaml, or the only URDF of the folder."""
         if not self.document.file:
             raise self.document.error(
@@ -73,23 +82,24 @@ class _Pair:
         if beside.is_file():
             return beside
         others = sorted(file.parent.glob("*.urdf"))
-        if len(others) != 1:
-            told = (
-                f"{len(others)} others ({', '.join(o.name for o in others[:5])})"
-                if others
-                else "no other"
-            )
-            raise self.document.error(
-                (), f"there is no {beside.name} beside it, and {told}; keep the two together"
-            )
-        return others[0]
+        if len(others) == 1:
+            return others[0]
+        existing = "no other"
+        if others:
+            listed = ", ".join(other.name for other in others[:_MAX_LISTED])
+            existing = f"{len(others)} others ({listed})"
+        raise self.document.error(
+            (), f"there is no {beside.name} beside it, and {existing}; keep the two together"
+        )
 
-    def replace(self) -> dict[str, str]:
-        names, kinds = (list(self.told.get(key) or []) for key in ("joint_name", "joint_type"))
+    def replacements(self) -> dict[str, str]:
+        """What joints are replaced by."""
+        names = self.given_list("joint_name")
+        kinds = self.given_list("joint_type")
         if len(names) != len(kinds):
+            entries = counted(len(kinds), "entry", "entries")
             raise self.document.error(
-                ("joint_type",),
-                f"has {counted(len(kinds), 'entry', 'entries')} for {len(names)} of joint_name",
+                ("joint_type",), f"has {entries} for {len(names)} of joint_name"
             )
         for k, name in enumerate(names):
             if name in names[:k]:
@@ -97,27 +107,42 @@ class _Pair:
             self.document.alias(("joint_name", name), ("joint_name", k))
         return dict(zip(names, kinds, strict=True))
 
-    def closure(self, k: int, pair: list[str], name: str) -> None:
-        kinds = self.told.get("type") or []
-        pairs = self.told["closed_loop"]
-        if kinds and len(kinds) != len(pairs):
-            raise self.document.error(
-                ("type",),
-                f"has {counted(len(kinds), 'entry', 'entries')} for {counted(len(pairs), 'pair')}"
-                " of closed_loop",
-            )
-        if k == 0 and not kinds:
-            self.document.notes.append("type: not given; every pair is taken as 6d")
-        a, b = (self.frame(name, ("closed_loop", k, n)) for n, name in enumerate(pair))
-        if a == b:
-            raise self.document.error(("closed_loop", k), "names one frame twice")
-        kind = KINDS[kinds[k].lower()] if kinds else "frame"
-        entry = {"kind": kind, "between": {a: [0, 0, 0], b: [0, 0, 0]}}
-        self.document.add(("closures", name), entry, ("closed_loop", k))
+    # -- closures
 
-    def frame(self, name: str, path: KeyPath) -> str:
+    def add_closures(self) -> None:
+        pairs = self.given_list("closed_loop")
+        names = self.extras.data.pop("pairs", [])
+        kinds = self.kinds(len(pairs))
+        for k, pair in enumerate(pairs):
+            name = f"loop_{k + 1}"
+            if k < len(names):
+                name = names[k]
+            self.add_closure(name, kinds[k], pair, ("closed_loop", k))
+
+    def kinds(self, count: int) -> list[str]:
+        """The kind of closure of each pair."""
+        types = self.given_list("type")
+        if count and not types:
+            self.document.notes.append("type: not given; every pair is taken as 6d")
+            types = ["6d"] * count
+        if count and len(types) != count:
+            entries = counted(len(types), "entry", "entries")
+            raise self.document.error(
+                ("type",), f"has {entries} for {counted(count, 'pair')} of closed_loop"
+            )
+        return [_KINDS[pair_type.lower()] for pair_type in types]
+
+    def add_closure(self, name: str, kind: str, pair: list[str], path: KeyPath) -> None:
+        a, b = (self.link(frame, (*path, n)) for n, frame in enumerate(pair))
+        if a == b:
+            raise self.document.error(path, "names one frame twice")
+        entry = {"kind": kind, "between": {a: [0, 0, 0], b: [0, 0, 0]}}
+        self.document.add(("closures", name), entry, path)
+
+    def link(self, name: str, path: KeyPath) -> str:
         """The link under a name; a joint stands for the frame of its child."""
-        links, joints = self.document.section("links"), self.document.section("joints")
+        links = self.document.section("links")
+        joints = self.document.section("joints")
         if name in links:
             return name
         if name in joints:
@@ -125,15 +150,15 @@ class _Pair:
                 f"{name}: a joint where a frame is meant; taken as its child link"
             )
             return str(joints[name]["child"])
-        known = [*links, *joints]
-        raise self.document.error(
-            path, f"there is no frame '{name}'{suggestion(name, known)} in the URDF"
-        )
+        hint = suggestion(name, [*links, *joints])
+        raise self.document.error(path, f"there is no frame '{name}'{hint} in the URDF")
+
+    # -- motors
 
     def motors(self) -> list[str]:
         joints = self.document.section("joints")
         moving = [name for name, joint in joints.items() if joint["type"] != "fixed"]
-        motors: list[str] = list(self.told.get("name_mot") or [])
+        motors: list[str] = self.given_list("name_mot")
         for k, name in enumerate(motors):
             path: KeyPath = ("name_mot", k)
             if name not in moving:
@@ -151,6 +176,9 @@ class _Pair:
     def no_motor(self, name: str, moving: list[str]) -> str:
         if name in self.document.section("joints"):
             return f"'{name}' is a fixed joint; a motor moves one"
-        parts = [own for own in moving if own[:-2] == name and own[-2:] in ("_X", "_Y", "_Z")]
-        hint = f"; it is replaced by {', '.join(parts)}" if parts else suggestion(name, moving)
+        axes = (f"{name}_X", f"{name}_Y", f"{name}_Z")
+        replaced_by = [joint for joint in moving if joint in axes]
+        hint = suggestion(name, moving)
+        if replaced_by:
+            hint = f"; it is replaced by {', '.join(replaced_by)}"
         return f"there is no joint '{name}'{hint} in the URDF"

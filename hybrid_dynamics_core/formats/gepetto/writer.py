@@ -1,25 +1,25 @@
-"""A robot as the pair that Gepetto's loader for Pinocchio reads: a robot.yaml with closed_loop pairs, and its URDF.
+"""A robot as the pair that Gepetto's loader for Pinocchio reads: a robot.yaml, and its URDF.
 
-The URDF is the spanning tree with a link without mass at either end of every closure. A pair of
-type 3d ties two origins, one of 6d two frames; an axis is two pairs of type 3d along it, of whose
-six equations five are independent.
+The robot.yaml has closed_loop pairs. The URDF is the spanning tree, with a link without mass at
+either end of every closure. A pair of type 3d ties two origins, one of 6d two frames. An axis is
+two pairs of type 3d along it, with six equations of which five are independent.
 """
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
-from xml.etree.ElementTree import Comment
-
-import numpy as np
+from xml.etree.ElementTree import Element
 
 from ...description.model import Closure, Frame, RobotDescription
 from .. import shapes
 from ..extras_reader import TAG
-from ..extras_writer import as_text, in_words, rest_of
-from ..urdf.writer import CARRIED, add_frame, as_xml, tree_element
+from ..extras_writer import extras_of, extras_summary, extras_text
+from ..urdf.writer import FEATURES, add_frame, tree_element
+from ..xml.writer import insert_comment, xml_text
 
-ARM = 0.5  # between the two points that tie an axis, over the size of the robot
-TYPES = {"planar": "3d", "point": "3d", "axis": "3d", "frame": "6d"}
+_AXIS_ARM = 0.5  # between the two points that tie an axis, over the size of the robot
+_PAIR_TYPES = {"planar": "3d", "point": "3d", "axis": "3d", "frame": "6d"}
+_URDF_COMMENT = "The tree of a robot; its loops are in the robot.yaml beside it."
 
 
 class Pair(NamedTuple):
@@ -34,51 +34,67 @@ def to_gepetto(robot: RobotDescription) -> Pair:
 
     What the pair has no words for stands under a key of its own, which Gepetto's loader passes
     over.
+
+    Args:
+        robot: that is written.
     """
     root = tree_element(robot)
-    taken = {element.get("name", "") for element in root.findall("link")}
-    marks = [mark for link in (robot.base, *robot.links) for mark in shapes.marks(robot, link)]
-    arm = ARM * max((float(np.linalg.norm(mark)) for mark in marks), default=1.0)
-    pairs: list[list[str]] = []
-    names: list[str] = []
-    types: list[str] = []
-    rest = rest_of(robot, CARRIED)
+    pairs = _Pairs(root, _AXIS_ARM * shapes.robot_size(robot))
+    extras = extras_of(robot, FEATURES)
     for closure in robot.closures:
-        for suffix, shift in (
-            (("", 0.0), ("_axis", arm)) if closure.kind == "axis" else (("", 0.0),)
-        ):
-            ends = [_free(f"{closure.name}{suffix}_{end}", taken) for end in "AB"]
-            for name, frame in zip(ends, _frames(closure, shift), strict=True):
-                add_frame(root, name, frame)
-            pairs.append(ends)
-            types.append(TYPES[closure.kind])
-            names.append(f"{closure.name}{suffix}")
+        pairs.add(closure, "", 0.0)
         if closure.kind == "axis":
-            rest["closures"][closure.name]["second"] = f"{closure.name}_axis"
-    told: dict[str, Any] = {"closed_loop": pairs, "type": types, "name_mot": list(robot.active)}
-    told |= {"joint_name": [], "joint_type": [], TAG: {"pairs": names, **rest}}
-    root.insert(0, Comment(" The tree of a robot; its loops are in the robot.yaml beside it. "))
-    head = (
+            pairs.add(closure, "_axis", pairs.arm)
+            extras["closures"][closure.name]["second"] = f"{closure.name}_axis"
+    entries: dict[str, Any] = {
+        "closed_loop": pairs.ends,
+        "type": pairs.types,
+        "name_mot": list(robot.active),
+        "joint_name": [],
+        "joint_type": [],
+        TAG: {"pairs": pairs.names, **extras},
+    }
+    insert_comment(root, _URDF_COMMENT)
+    comment = (
         f"# {robot.name}: pairs of frames that close the loops of the URDF beside this file, and"
-        " the motors.\n"
+        f" the motors.\n# {TAG}: what pairs have no words for: {extras_summary(extras)}.\n"
     )
-    more = f"# {TAG}: what pairs have no words for: {in_words(rest)}.\n"
-    return Pair(f"{head}{more}{as_text(told)}\n", as_xml(root))
+    return Pair(f"{comment}{extras_text(entries)}\n", xml_text(root))
 
 
-def _frames(closure: Closure, shift: float) -> tuple[Frame, Frame]:
-    ends = (
-        (closure.link_a, closure.rotation_a, closure.point_a),
-        (closure.link_b, closure.rotation_b, closure.point_b),
-    )
-    one, other = (
-        Frame(link, rotation, point + shift * rotation[:, 2]) for link, rotation, point in ends
-    )
-    return one, other
+class _Pairs:
+    """Pairs of links without mass at the ends of closures.
 
+    Attributes:
+        arm: between the two points that tie an axis [m].
+        ends: names of the two links of each pair.
+        types: 3d or 6d of each pair.
+        names: of the pairs.
+    """
 
-def _free(name: str, taken: set[str]) -> str:
-    while name in taken:
-        name += "_"
-    taken.add(name)
-    return name
+    def __init__(self, root: Element, arm: float) -> None:
+        self.root = root
+        self.arm = arm
+        self.ends: list[list[str]] = []
+        self.types: list[str] = []
+        self.names: list[str] = []
+        self._taken_names = {element.get("name", "") for element in root.findall("link")}
+
+    def add(self, closure: Closure, suffix: str, shift: float) -> None:
+        """Add the pair of a closure, shifted along z [m]."""
+        name = f"{closure.name}{suffix}"
+        point_a = closure.point_a + shift * closure.rotation_a[:, 2]
+        point_b = closure.point_b + shift * closure.rotation_b[:, 2]
+        end_a = self._free_name(f"{name}_A")
+        end_b = self._free_name(f"{name}_B")
+        add_frame(self.root, end_a, Frame(closure.link_a, closure.rotation_a, point_a))
+        add_frame(self.root, end_b, Frame(closure.link_b, closure.rotation_b, point_b))
+        self.ends.append([end_a, end_b])
+        self.types.append(_PAIR_TYPES[closure.kind])
+        self.names.append(name)
+
+    def _free_name(self, name: str) -> str:
+        while name in self._taken_names:
+            name += "_"
+        self._taken_names.add(name)
+        return name

@@ -1,7 +1,8 @@
-"""MJCF as this library writes it -> a document: bodies on hinges and slides, closures as equality constraints, motors.
+"""MJCF as this library writes it -> a document: bodies on hinges and slides, closures, motors.
 
-MuJoCo's format says much that has no meaning here (contacts, tendons, defaults, meshes that make up
-masses). What would change the robot is refused with its line; what is only seen is left out.
+Closures are equality constraints. MuJoCo's format says much that has no meaning here: contacts,
+tendons, defaults, meshes that make up masses. What would change the robot is refused with its line;
+what is only seen is omitted.
 """
 
 from __future__ import annotations
@@ -16,241 +17,271 @@ from ...description.defaults import driven_joints, farthest_link
 from ...description.document import Document, KeyPath
 from ...description.geometry import rotation_from_quaternion, rpy_of
 from ...errors import DescriptionError
-from ..extras_reader import TAG, extend
-from ..xml.elements import XmlFile
-from ..xml.tree import Element
-from ..xml.vocabulary import WordCheck
-from .vocabulary import MJCF, NUMBERS, ONLY
+from ..extras_reader import TAG, read_extras
+from ..xml.located_xml import LocatedElement
+from ..xml.reader import XmlReader
+from ..xml.vocabulary import VocabularyCheck
+from .vocabulary import ADVICE, JOINT_NUMBERS, MJCF
 
-TYPES = {"hinge": "revolute", "slide": "prismatic"}
-KINDS = {"connect": "point", "weld": "frame"}
-NOTHING = 1e-9  # [kg, kg m^2] what stands for none, since MuJoCo wants some mass of what moves
+NEGLIGIBLE = 1e-9  # [kg, kg m^2] stands for none, since MuJoCo wants some mass of what moves
+_JOINT_TYPES = {"hinge": "revolute", "slide": "prismatic"}
+_CLOSURE_KINDS = {"connect": "point", "weld": "frame"}
+_GRAVITY = (0.0, 0.0, -9.81)  # of a file that does not say
+_ZERO_VECTOR = (0.0, 0.0, 0.0)
+_Z_AXIS = (0.0, 0.0, 1.0)
+_NO_TURN = (1.0, 0.0, 0.0, 0.0)
+_OTHER_ORIENTATIONS = ("euler", "axisangle", "xyaxes", "zaxis")
+_SHORTEST_QUATERNION = 1e-9
 
 
-def mjcf_document(root: Element, file: Path) -> Document:
-    """The document of an MJCF file; DescriptionError where it says what is not covered."""
-    document = Document({"format": 1, "name": root.attributes.get("model", file.stem)}, file, {})
-    reader = _Mjcf(document, XmlFile(file, root))
-    WordCheck(reader.xml, MJCF, ONLY).check(root)
-    reader.settings()
+def mjcf_document(root: LocatedElement, file: Path) -> Document:
+    """The document of an MJCF file.
+
+    Raises:
+        DescriptionError: the file says what is not covered.
+    """
+    document = Document({"format": 1, "name": root.get("model", file.stem)}, file, {})
+    xml = XmlReader(file, root)
+    VocabularyCheck(xml, MJCF, ADVICE).check(root)
+    reader = _MjcfReader(document, xml)
+    reader.read_settings()
     for world in root.all("worldbody"):
-        reader.body(world, "world")
-    reader.ties()
-    reader.drives()
-    reader.reference()
+        reader.add_content(world, "world")
+    reader.add_equalities()
+    reader.add_active()
+    reader.add_reference()
     for custom in root.all("custom"):
         for text in custom.all("text"):
-            if text.attributes.get("name") == TAG:
-                extend(document, text.attributes.get("data", ""), file, text.line)
+            if text.get("name") == TAG:
+                read_extras(document, text.get("data"), file, text.line)
     if "end_effector" not in document.data:
         document.data["end_effector"] = {"link": farthest_link(document)}
     return document
 
 
-class _Mjcf:
-    def __init__(self, document: Document, xml: XmlFile) -> None:
-        self.document, self.xml = document, xml
-        self.sites: dict[str, tuple[str, dict[str, Any]]] = {}
-        self.order: list[str] = []  # joints as MuJoCo numbers them
+class _MjcfReader:
+    def __init__(self, document: Document, xml: XmlReader) -> None:
+        self.document = document
+        self.xml = xml
+        self.sites: dict[str, tuple[str, dict[str, Any]]] = {}  # link and pose on it
+        self.joint_order: list[str] = []  # as MuJoCo numbers them
         document.data.update(
-            base="world", links={}, joints={}, closures={}, source=f"{xml.file.name}"
+            base="world", links={}, joints={}, closures={}, source=str(xml.file.name)
         )
 
-    def error(self, element: Element, problem: str) -> DescriptionError:
-        name = element.attributes.get("name", "")
-        return self.xml.error(element, (element.tag, name) if name else (element.tag,), problem)
+    def error(self, element: LocatedElement, problem: str) -> DescriptionError:
+        key: KeyPath = (element.tag,)
+        if element.get("name"):
+            key = (element.tag, element.get("name"))
+        return self.xml.error(element, key, problem)
 
-    def settings(self) -> None:
-        """Angles, bounds and gravity; of an attribute that is given twice the last one holds, as in MuJoCo."""
-        angle = "degree"
-        for compiler in self.xml.root.all("compiler"):
-            angle = compiler.attributes.get("angle", angle)
-            self.bounds(compiler)
-        if angle != "radian":
+    # -- settings
+
+    def read_settings(self) -> None:
+        """Read angles, bounds and gravity; of repeated attributes the last holds, as in MuJoCo."""
+        root = self.xml.root
+        angle_unit = "degree"
+        for compiler in root.all("compiler"):
+            angle_unit = compiler.get("angle", angle_unit)
+            self.check_bounds(compiler)
+        if angle_unit != "radian":
             raise self.xml.error(
-                self.xml.root, ("compiler",), 'counts angles in degrees; expected angle="radian"'
+                root, ("compiler",), 'counts angles in degrees; expected angle="radian"'
             )
-        gravity = [0.0, 0.0, -9.81]
-        for option in self.xml.root.all("option"):
+        gravity = list(_GRAVITY)
+        for option in root.all("option"):
             gravity = self.xml.numbers(option, "gravity", 3, ("option",), gravity)
         self.document.data["gravity"] = gravity
 
-    def bounds(self, compiler: Element) -> None:
-        """MuJoCo raises lighter bodies to its bounds: refused where that is more than what stands for none."""
-        for key in ("boundmass", "boundinertia"):
-            bound = self.xml.numbers(compiler, key, 1, ("compiler",), [0.0])[0]
-            if bound > NOTHING:
-                problem = (
-                    f"{key} is {bound:g}, to which MuJoCo raises lighter bodies; expected"
-                    f" {NOTHING:g} at most"
-                )
+    def check_bounds(self, compiler: LocatedElement) -> None:
+        """Refuse bounds above what stands for none: MuJoCo raises lighter bodies to them."""
+        for attribute in ("boundmass", "boundinertia"):
+            bound = self.xml.number(compiler, attribute, ("compiler",), 0.0)
+            if bound > NEGLIGIBLE:
                 raise self.xml.error(
-                    compiler, ("compiler",), f"{problem}: give each body the mass that is meant"
+                    compiler,
+                    ("compiler",),
+                    f"{attribute} is {bound:g}, to which MuJoCo raises lighter bodies; expected"
+                    f" {NEGLIGIBLE:g} at most: give each body the mass that is meant",
                 )
 
     # -- bodies
 
-    def body(self, element: Element, link: str) -> None:
-        for geom in element.all("geom"):
+    def add_content(self, body: LocatedElement, link: str) -> None:
+        """Add sites and bodies that stand on a body."""
+        for geom in body.all("geom"):
             if geom.attributes.get("mass") not in ("0", "0.0"):
                 raise self.error(
                     geom, 'a <geom> makes up mass; give it mass="0" and the body an <inertial>'
                 )
-        for site in element.all("site"):
+        for site in body.all("site"):
             name = self.xml.name(site, "sites")
             if name in self.sites:
                 raise self.error(site, "has the name of another site; rename one of them")
             self.sites[name] = (link, self.pose(site, ("sites",)))
-        for body in element.all("body"):
-            self.hang(body, link)
+        for child in body.all("body"):
+            self.add_body(child, link)
 
-    def hang(self, element: Element, parent: str) -> None:
-        link = self.xml.name(element, "links")
-        joints = element.all("joint")
-        self.document.add_located(
-            ("links", link), self.inertial(element, link), self.xml.file, element.line
-        )
+    def add_body(self, body: LocatedElement, parent: str) -> None:
+        """Add a body as a link on a joint, and all that stands on it."""
+        link = self.xml.name(body, "links")
+        link_path = ("links", link)
+        inertial = self.inertial(body, link_path)
+        self.document.add_located(link_path, inertial, self.xml.file, body.line)
         entry: dict[str, Any] = {
             "parent": parent,
             "child": link,
-            "origin": self.pose(element, ("links", link)),
+            "origin": self.pose(body, link_path),
         }
+        name = f"{link}_fixed"
+        line = body.line
+        joint = self.only_joint(body, link)
+        if joint is None:
+            entry["type"] = "fixed"
+        else:
+            name = self.xml.name(joint, "joints")
+            line = joint.line
+            entry |= self.joint(joint, name)
+        self.document.add_located(("joints", name), entry, self.xml.file, line)
+        self.add_content(body, link)
+
+    def only_joint(self, body: LocatedElement, link: str) -> LocatedElement | None:
+        joints = body.all("joint")
         if len(joints) > 1:
             raise self.error(
                 joints[1],
                 f"body '{link}' has {len(joints)} joints; expected one, or none where it is fixed",
             )
-        name = self.xml.name(joints[0], "joints") if joints else f"{link}_fixed"
-        entry |= self.joint(joints[0], name) if joints else {"type": "fixed"}
-        line = joints[0].line if joints else element.line
-        self.document.add_located(("joints", name), entry, self.xml.file, line)
-        self.body(element, link)
+        return body.first("joint")
 
-    def inertial(self, element: Element, link: str) -> dict[str, Any]:
-        inertial, path = element.first("inertial"), ("links", link)
+    def inertial(self, body: LocatedElement, path: KeyPath) -> dict[str, Any]:
+        """Mass, centre of mass and inertia of a body; nothing where they stand for none."""
+        inertial = body.first("inertial")
         if inertial is None:
             return {}
-        mass = self.xml.numbers(inertial, "mass", 1, (*path, "mass"))[0]
+        mass = self.xml.number(inertial, "mass", (*path, "mass"))
         pose = self.pose(inertial, path)
-        if "fullinertia" in inertial.attributes:
-            xx, yy, zz, xy, xz, yz = self.xml.numbers(
-                inertial, "fullinertia", 6, (*path, "inertia")
-            )
-        else:
-            xx, yy, zz = self.xml.numbers(inertial, "diaginertia", 3, (*path, "inertia"))
-            xy = xz = yz = 0.0
-        if mass <= NOTHING and max(xx, yy, zz) <= NOTHING:
+        tensor = self.tensor(inertial, (*path, "inertia"))
+        if mass <= NEGLIGIBLE and max(tensor["xx"], tensor["yy"], tensor["zz"]) <= NEGLIGIBLE:
             return {}
-        moments = {"xx": xx, "yy": yy, "zz": zz, "xy": xy, "xz": xz, "yz": yz}
-        return {
-            "mass": mass,
-            "com": pose["xyz"],
-            "inertia": {**moments, "frame": {"rpy": pose["rpy"]}},
-        }
+        inertia = {**tensor, "frame": {"rpy": pose["rpy"]}}
+        return {"mass": mass, "com": pose["xyz"], "inertia": inertia}
 
-    def joint(self, element: Element, name: str) -> dict[str, Any]:
+    def tensor(self, inertial: LocatedElement, key: KeyPath) -> dict[str, float]:
+        """Components of an inertia tensor [kg m^2]."""
+        if "fullinertia" in inertial.attributes:
+            values = self.xml.numbers(inertial, "fullinertia", 6, key)
+        else:
+            values = [*self.xml.numbers(inertial, "diaginertia", 3, key), 0.0, 0.0, 0.0]
+        return dict(zip(("xx", "yy", "zz", "xy", "xz", "yz"), values, strict=True))
+
+    def joint(self, joint: LocatedElement, name: str) -> dict[str, Any]:
+        """Type, axis, limits and effects of a joint."""
         path: KeyPath = ("joints", name)
-        kind = element.attributes.get("type", "hinge")
-        if kind not in TYPES:
-            raise self.xml.error(
-                element, (*path, "type"), f"is '{kind}'; expected {' or '.join(TYPES)}"
-            )
-        self.order.append(name)
-        number = {
-            key: self.xml.numbers(element, key, 1, path, [0.0])[0]
-            for key in sorted(NUMBERS & set(element.attributes))
-        }
+        mujoco_type = joint.get("type", "hinge")
+        if mujoco_type not in _JOINT_TYPES:
+            expected = " or ".join(_JOINT_TYPES)
+            raise self.xml.error(joint, (*path, "type"), f"is '{mujoco_type}'; expected {expected}")
+        self.joint_order.append(name)
+        effects = self.effects(joint, path)
         entry: dict[str, Any] = {
-            "type": TYPES[kind],
-            "axis": self.xml.numbers(element, "axis", 3, path, [0.0, 0.0, 1.0]),
+            "type": _JOINT_TYPES[mujoco_type],
+            "axis": self.xml.numbers(joint, "axis", 3, path, _Z_AXIS),
         }
-        if "range" in element.attributes and element.attributes.get("limited", "auto") != "false":
-            entry["limits"] = self.xml.numbers(element, "range", 2, (*path, "limits"))
-        if "damping" in number or "frictionloss" in number:
-            entry["friction"] = {
-                "viscous": number.get("damping", 0.0),
-                "coulomb": number.get("frictionloss", 0.0),
-            }
-        if "armature" in number:
-            entry["drive"] = {"rotor_inertia": number["armature"]}
-        if "stiffness" in number:
-            entry["spring"] = {
-                "stiffness": number["stiffness"],
-                "rest": number.get("springref", 0.0),
-            }
-        return entry
+        if "range" in joint.attributes and joint.get("limited") != "false":
+            entry["limits"] = self.xml.numbers(joint, "range", 2, (*path, "limits"))
+        return entry | effects
 
-    def pose(self, element: Element, path: KeyPath) -> dict[str, list[float]]:
-        turned = [
-            key for key in ("euler", "axisangle", "xyaxes", "zaxis") if key in element.attributes
-        ]
-        if turned:
-            raise self.xml.error(element, path, f"is turned by {turned[0]}; expected quat")
-        quaternion = self.xml.numbers(element, "quat", 4, path, [1.0, 0.0, 0.0, 0.0])
-        if math.hypot(*quaternion) < 1e-9:
+    def effects(self, joint: LocatedElement, path: KeyPath) -> dict[str, Any]:
+        """Friction, drive and spring of a joint."""
+        numbers: dict[str, float] = {}
+        for attribute in sorted(JOINT_NUMBERS.intersection(joint.attributes)):
+            numbers[attribute] = self.xml.number(joint, attribute, path)
+        entries: dict[str, Any] = {}
+        if "damping" in numbers or "frictionloss" in numbers:
+            viscous = numbers.get("damping", 0.0)
+            coulomb = numbers.get("frictionloss", 0.0)
+            entries["friction"] = {"viscous": viscous, "coulomb": coulomb}
+        if "armature" in numbers:
+            entries["drive"] = {"rotor_inertia": numbers["armature"]}
+        if "stiffness" in numbers:
+            rest = numbers.get("springref", 0.0)
+            entries["spring"] = {"stiffness": numbers["stiffness"], "rest": rest}
+        return entries
+
+    def pose(self, element: LocatedElement, path: KeyPath) -> dict[str, list[float]]:
+        for attribute in _OTHER_ORIENTATIONS:
+            if attribute in element.attributes:
+                raise self.xml.error(element, path, f"is turned by {attribute}; expected quat")
+        quaternion = self.xml.numbers(element, "quat", 4, path, _NO_TURN)
+        if math.hypot(*quaternion) < _SHORTEST_QUATERNION:
             raise self.xml.error(element, path, "has a quat without length; 1 0 0 0 is no turn")
-        xyz = self.xml.numbers(element, "pos", 3, path, [0.0, 0.0, 0.0])
-        return {
-            "xyz": xyz,
-            "rpy": [float(v) for v in rpy_of(rotation_from_quaternion(np.array(quaternion)))],
-        }
+        rotation = rotation_from_quaternion(np.array(quaternion))
+        translation = self.xml.numbers(element, "pos", 3, path, _ZERO_VECTOR)
+        return {"xyz": translation, "rpy": rpy_of(rotation).tolist()}
 
-    # -- the rest
+    # -- equality constraints
 
-    def ties(self) -> None:
-        """Closures between sites, followers, and the sites that are left as frames."""
-        tied: set[str] = set()
+    def add_equalities(self) -> None:
+        """Add closures between sites and followers; all other sites become frames."""
+        tied_sites: set[str] = set()
         for equality in self.xml.root.all("equality"):
             for element in equality.children:
                 if element.tag == "joint":
-                    self.follower(element)
-                elif element.tag in KINDS:
-                    tied |= self.tie(element)
+                    self.add_follower(element)
+                elif element.tag in _CLOSURE_KINDS:
+                    tied_sites.update(self.add_closure(element))
                 else:
                     raise self.error(
                         element, f"<{element.tag}> is not covered; expected connect, weld or joint"
                     )
         frames = self.document.section("frames")
         for name, (link, pose) in self.sites.items():
-            if name not in tied:
+            if name not in tied_sites:
                 frames[name] = {"link": link, **pose}
 
-    def tie(self, element: Element) -> set[str]:
-        ends = [element.attributes.get(key, "") for key in ("site1", "site2")]
-        for end in ends:
-            if end not in self.sites:
+    def add_closure(self, element: LocatedElement) -> tuple[str, str]:
+        """Add a closure; returns the names of its sites."""
+        sites = (element.get("site1"), element.get("site2"))
+        between: dict[str, Any] = {}
+        for site in sites:
+            if site not in self.sites:
                 raise self.error(
                     element,
-                    f"ties the site '{end}', which is not there; name two sites as site1 and site2",
+                    f"ties the site '{site}', which is not there; name two sites as site1 and"
+                    " site2",
                 )
-        between = {self.sites[end][0]: self.sites[end][1] for end in ends}
+            link, pose = self.sites[site]
+            between[link] = pose
         if len(between) < 2:
             raise self.error(element, "ties two sites of one body")
-        entry = {"kind": KINDS[element.tag], "between": between}
-        self.document.add_located(
-            ("closures", self.xml.name(element, "closures")), entry, self.xml.file, element.line
-        )
-        return set(ends)
+        entry = {"kind": _CLOSURE_KINDS[element.tag], "between": between}
+        name = self.xml.name(element, "closures")
+        self.document.add_located(("closures", name), entry, self.xml.file, element.line)
+        return sites
 
-    def follower(self, element: Element) -> None:
-        own, source = (element.attributes.get(key, "") for key in ("joint1", "joint2"))
-        offset, factor, *rest = self.xml.numbers(element, "polycoef", 5, ("joints", own, "mimic"))
-        if own not in self.document.section("joints") or not source or any(rest):
+    def add_follower(self, element: LocatedElement) -> None:
+        follower = element.get("joint1")
+        source = element.get("joint2")
+        key = ("joints", follower, "mimic")
+        offset, multiplier, *higher = self.xml.numbers(element, "polycoef", 5, key)
+        joints = self.document.section("joints")
+        if follower not in joints or not source or any(higher):
             raise self.error(
                 element, "expected joint1 that follows joint2 by a polynomial of first degree"
             )
-        self.document.section("joints")[own]["mimic"] = {
-            "joint": source,
-            "multiplier": factor,
-            "offset": offset,
-        }
+        mimic = {"joint": source, "multiplier": multiplier, "offset": offset}
+        joints[follower]["mimic"] = mimic
 
-    def drives(self) -> None:
-        active = []
+    # -- motors and reference
+
+    def add_active(self) -> None:
+        """Make the joints with motors active."""
+        active: list[str] = []
         for actuator in self.xml.root.all("actuator"):
             for element in actuator.children:
-                joint = element.attributes.get("joint", "")
-                if element.tag != "motor" or joint not in self.order:
+                joint = element.get("joint")
+                if element.tag != "motor" or joint not in self.joint_order:
                     raise self.error(
                         element, f"<{element.tag}> is not covered; expected <motor joint=...>"
                     )
@@ -264,13 +295,14 @@ class _Mjcf:
         self.document.data["active"] = active or driven_joints(self.document)
         self.document.data["active_set"] = "motors"
 
-    def reference(self) -> None:
-        """The first keyframe, or where all coordinates are zero."""
-        keys = [key for frame in self.xml.root.all("keyframe") for key in frame.all("key")]
-        zero = [0.0] * len(self.order)
-        values = (
-            self.xml.numbers(keys[0], "qpos", len(self.order), ("keyframe",), zero)
-            if keys
-            else zero
-        )
-        self.document.data["reference"] = dict(zip(self.order, values, strict=True))
+    def add_reference(self) -> None:
+        """Read the first keyframe; without one, all coordinates are zero."""
+        count = len(self.joint_order)
+        zero = [0.0] * count
+        values = zero
+        for keyframe in self.xml.root.all("keyframe"):
+            key = keyframe.first("key")
+            if key is not None:
+                values = self.xml.numbers(key, "qpos", count, ("keyframe",), zero)
+                break
+        self.document.data["reference"] = dict(zip(self.joint_order, values, strict=True))

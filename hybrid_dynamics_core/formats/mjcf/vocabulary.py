@@ -1,25 +1,27 @@
-"""The words of MJCF: what is read, what changes no robot, and what may have the value only that MuJoCo takes anyway.
+"""The vocabulary of MJCF: what is read, and what changes no robot.
 
-https://mujoco.readthedocs.io/en/stable/XMLreference.html. Settings of solver, contacts, pictures
-and files are free.
+https://mujoco.readthedocs.io/en/stable/XMLreference.html. Some attributes may have only the value
+that MuJoCo takes anyway. Settings of solver, contacts, pictures and files are free.
 """
 
 from __future__ import annotations
 
-from ..xml.vocabulary import Words, words
+from ..xml.vocabulary import Vocabulary, vocabulary
 
-ONLY = "; of MJCF what this library writes is read, bodies with their inertia on hinges and slides"
-NUMBERS = frozenset({"armature", "damping", "frictionloss", "stiffness", "springref"})
-TURNS = "quat euler axisangle xyaxes zaxis"
-SOFT = "solref solimp"
-ON = "enable"
+ADVICE = (
+    "; of MJCF what this library writes is read, bodies with their inertia on hinges and slides"
+)
+JOINT_NUMBERS = frozenset({"armature", "damping", "frictionloss", "stiffness", "springref"})
+_ORIENTATIONS = "quat euler axisangle xyaxes zaxis"
+_SOLVER_SETTINGS = "solref solimp"
+_ENABLED = "enable"
 
-MJCF: dict[str, Words] = {
-    "mujoco": words(
+MJCF: dict[str, Vocabulary] = {
+    "mujoco": vocabulary(
         "model",
         "compiler option worldbody equality actuator keyframe custom size visual statistic asset",
     ),
-    "compiler": words(
+    "compiler": vocabulary(
         "angle boundmass boundinertia autolimits alignfree assetdir meshdir texturedir strippath"
         " discardvisual convexhull usethread fusestatic eulerseq fitaabb inertiagrouprange"
         " exactmeshinertia conflict saveinertial savecanonical savecompiled",
@@ -29,7 +31,7 @@ MJCF: dict[str, Words] = {
         inertiafromgeom="auto|false",  # shapes have no mass here
         settotalmass="-1",
     ),
-    "option": words(
+    "option": vocabulary(
         "gravity timestep apirate integrator solver iterations tolerance ls_iterations ls_tolerance"
         " noslip_iterations noslip_tolerance ccd_iterations ccd_tolerance mpr_iterations"
         " mpr_tolerance sdf_iterations sdf_initpoints sleep_tolerance impratio cone jacobian"
@@ -39,33 +41,35 @@ MJCF: dict[str, Words] = {
         viscosity="0",
         wind="0",
     ),
-    "flag": words(
+    "flag": vocabulary(
         "contact clampctrl warmstart filterparent refsafe sensor midphase nativeccd multiccd island"
         " eulerdamp autoreset override energy fwdinv invdiscrete sensornoise sleep diagexact",
-        constraint=ON,
-        equality=ON,
-        frictionloss=ON,
-        limit=ON,
-        passive=ON,
-        spring=ON,
-        damper=ON,
-        gravity=ON,
-        actuation=ON,
+        constraint=_ENABLED,
+        equality=_ENABLED,
+        frictionloss=_ENABLED,
+        limit=_ENABLED,
+        passive=_ENABLED,
+        spring=_ENABLED,
+        damper=_ENABLED,
+        gravity=_ENABLED,
+        actuation=_ENABLED,
     ),
-    "worldbody": words("", "inertial joint site geom body light camera"),
-    "body": words(
-        f"name pos user {TURNS}",
+    "worldbody": vocabulary("", "inertial joint site geom body light camera"),
+    "body": vocabulary(
+        f"name pos user {_ORIENTATIONS}",
         "inertial joint site geom body light camera",
         mocap="false",
         gravcomp="0",
     ),
-    "inertial": words(f"mass pos diaginertia fullinertia {TURNS}"),
-    "site": words(f"name pos type size rgba group material user {TURNS}"),
-    "joint": words(f"name type axis range limited {' '.join(sorted(NUMBERS))}"),
-    "equality": words("", None),
-    "connect": words(f"name site1 site2 {SOFT}", active="true"),
-    "weld": words(f"name site1 site2 {SOFT}", active="true"),
-    "equality/joint": words(f"name joint1 joint2 polycoef {SOFT}", active="true"),
-    "actuator": words("", None),
-    "motor": words("name joint group user ctrlrange ctrllimited forcerange forcelimited", gear="1"),
+    "inertial": vocabulary(f"mass pos diaginertia fullinertia {_ORIENTATIONS}"),
+    "site": vocabulary(f"name pos type size rgba group material user {_ORIENTATIONS}"),
+    "joint": vocabulary(f"name type axis range limited {' '.join(sorted(JOINT_NUMBERS))}"),
+    "equality": vocabulary("", None),
+    "connect": vocabulary(f"name site1 site2 {_SOLVER_SETTINGS}", active="true"),
+    "weld": vocabulary(f"name site1 site2 {_SOLVER_SETTINGS}", active="true"),
+    "equality/joint": vocabulary(f"name joint1 joint2 polycoef {_SOLVER_SETTINGS}", active="true"),
+    "actuator": vocabulary("", None),
+    "motor": vocabulary(
+        "name joint group user ctrlrange ctrllimited forcerange forcelimited", gear="1"
+    ),
 }

@@ -1,4 +1,4 @@
-"""A robot as MJCF for MuJoCo: its tree, its closures as equality constraints, a motor on each active joint.
+"""A robot as MJCF for MuJoCo: tree, equality constraints for closures, motors of active joints.
 
 MuJoCo holds loops by stiff springs, so it agrees with this library as far as these are stiff. The
 keyframe `reference` is the closed reference configuration, with the motors' efforts that hold it.
@@ -7,214 +7,231 @@ keyframe `reference` is the closed reference configuration, with the motors' eff
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from typing import Any
+from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
 from ...algebra.rotations import canonical, quaternion
-from ...description.model import Closure, Joint, RobotDescription, effects_of
+from ...description.effects import Payload
+from ...description.model import Closure, Frame, Joint, RobotDescription, effects_of
 from ...ground.arrays import Array
+from ...robot.robot import Robot
 from .. import shapes
 from ..extras_reader import TAG
-from ..extras_writer import as_text, comment, in_words, link_entry, rest_of
-from ..shapes import number, numbers
-from .reader import NOTHING
+from ..extras_writer import Feature, extras_of, extras_summary, extras_text, link_entry
+from ..xml.writer import insert_comment, number_text, numbers_text, xml_text
+from .reader import NEGLIGIBLE
 
-if TYPE_CHECKING:
-    from ...robot.robot import Robot
-
-STEP = 5e-4  # [s] of MuJoCo's integrator
-STIFF = {
-    "solref": "0.001 1",
-    "solimp": "0.9999 0.9999 0.001 0.5 2",
-}  # the stiffest that MuJoCo takes at this step
-CARRIED = frozenset(
-    {"gravity", "friction", "mimic"}
-)  # what MJCF says of all that a format may not say
-ARM = 0.5  # between the two points that tie an axis, over the size of the robot
+_TIME_STEP = 5e-4  # [s] of MuJoCo's integrator
+# The stiffest that MuJoCo takes at this step:
+_STIFF = {"solref": "0.001 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
+_FEATURES = frozenset({Feature.GRAVITY, Feature.FRICTION, Feature.MIMIC})
+_AXIS_ARM = 0.5  # between the two points that tie an axis, over the size of the robot
+_INVISIBLE_TO_CONTACTS = {"contype": "0", "conaffinity": "0"}
 
 
 def to_mjcf(robot: Robot) -> str:
-    """MJCF text of a robot: the same names of links and joints.
+    """MJCF text of a robot, with the same names of links and joints.
 
-    Weight, masses, friction, drives and springs are taken over; Coulomb friction is MuJoCo's, which
-    needs no smoothing. Hydraulic pressures are not: motors give forces.
+    Weight, masses, friction, drives and springs are the same. Coulomb friction is MuJoCo's, which
+    needs no smoothing. Hydraulic pressures are omitted: motors give forces.
+
+    Args:
+        robot: that is written.
     """
-    return _Writer(robot).text()
+    return _MjcfWriter(robot).text()
 
 
-class _Writer:
+class _MjcfWriter:
     def __init__(self, robot: Robot) -> None:
-        self.robot, self.description = robot, robot.description
-        self.children: dict[str, list[Joint]] = {}
+        self.robot = robot
+        self.description = robot.description
+        self.size = shapes.robot_size(robot.description)
+        self.joints_on: dict[str, list[Joint]] = {}
         for joint in self.description.joints.values():
-            self.children.setdefault(joint.parent, []).append(joint)
-        points = [
-            mark
-            for link in (self.description.base, *self.description.links)
-            for mark in self.marks(link)
-        ]
-        self.size = max((float(np.linalg.norm(point)) for point in points), default=1.0)
+            self.joints_on.setdefault(joint.parent, []).append(joint)
 
     def text(self) -> str:
         root = Element("mujoco", model=self.robot.name)
-        SubElement(
-            root,
-            "compiler",
-            angle="radian",
-            boundmass=number(NOTHING),
-            boundinertia=number(NOTHING),
-        )
-        option = SubElement(
-            root,
-            "option",
-            timestep=number(STEP),
-            gravity=numbers(self.description.gravity),
-            integrator="implicitfast",
-        )
-        SubElement(option, "flag", contact="disable")
+        self.add_settings(root)
         world = SubElement(root, "worldbody")
         self.fill(world, self.description.base)
-        equality = SubElement(root, "equality")
-        for closure in self.description.closures:
-            _tie(equality, closure)
-        for follower, mimic in self.description.mimics.items():
-            polynomial = f"{number(mimic.offset)} {number(mimic.multiplier)} 0 0 0"
-            SubElement(
-                equality,
-                "joint",
-                {"joint1": follower, "joint2": mimic.source, "polycoef": polynomial, **STIFF},
-            )
+        self.add_equalities(root)
         actuator = SubElement(root, "actuator")
         for name in self.robot.active:
             SubElement(actuator, "motor", name=name, joint=name)
-        self.keyframe(root, world)
-        self.rest(root)
-        indent(root)
-        return tostring(root, encoding="unicode") + "\n"
+        self.add_keyframe(root, world)
+        self.add_extras(root)
+        return xml_text(root, declaration=False)
 
-    def rest(self, root: Element) -> None:
-        """What MJCF has no words for, where MuJoCo keeps texts of users."""
-        description = self.description
-        rest: dict[str, Any] = {"base": description.base, **rest_of(description, CARRIED)}
-        if description.base in description.links:
-            rest["links"] = {description.base: link_entry(description.links[description.base])}
-        for closure in description.closures:
-            if closure.kind == "axis":
-                rest["closures"][closure.name]["second"] = f"{closure.name}_axis"
-        told = (
-            f"The text {TAG} holds what MJCF has no words for: {in_words(rest)}. MuJoCo passes it"
-            " over."
+    def add_settings(self, root: Element) -> None:
+        bound = number_text(NEGLIGIBLE)
+        SubElement(root, "compiler", angle="radian", boundmass=bound, boundinertia=bound)
+        option = SubElement(
+            root,
+            "option",
+            timestep=number_text(_TIME_STEP),
+            gravity=numbers_text(self.description.gravity),
+            integrator="implicitfast",
         )
-        comment(root, told)
-        SubElement(SubElement(root, "custom"), "text", name=TAG, data=as_text(rest, one_line=True))
+        SubElement(option, "flag", contact="disable")
 
-    def marks(self, link: str) -> Iterator[Array]:
-        return shapes.marks(self.description, link)
+    def add_extras(self, root: Element) -> None:
+        """Add what MJCF has no words for, where MuJoCo keeps texts of users."""
+        robot = self.description
+        extras: dict[str, Any] = {"base": robot.base, **extras_of(robot, _FEATURES)}
+        if robot.base in robot.links:
+            extras["links"] = {robot.base: link_entry(robot.links[robot.base])}
+        for closure in robot.closures:
+            if closure.kind == "axis":
+                extras["closures"][closure.name]["second"] = f"{closure.name}_axis"
+        insert_comment(
+            root,
+            f"The text {TAG} holds what MJCF has no words for: {extras_summary(extras)}. MuJoCo"
+            " passes it over.",
+        )
+        custom = SubElement(root, "custom")
+        SubElement(custom, "text", name=TAG, data=extras_text(extras, one_line=True))
+
+    # -- bodies
 
     def fill(self, body: Element, link: str) -> None:
-        """Shapes, sites, payloads and the bodies that hang on a link."""
-        self.rods(body, link)
+        """Add shapes, sites, payloads and the bodies that hang on a link."""
+        self.add_rods(body, link)
         for closure in self.description.closures:
-            for name, where, rotation in _ends(closure, link, ARM * self.size):
-                SubElement(body, "site", name=name, pos=numbers(where), quat=_quaternion(rotation))
-        for name, frame in shapes.frames(self.description):
+            self.add_closure_sites(body, link, closure)
+        for name, frame in shapes.extra_frames(self.description):
             if frame.link == link:
-                SubElement(
-                    body,
-                    "site",
-                    name=name,
-                    pos=numbers(frame.translation),
-                    quat=_quaternion(frame.rotation),
-                )
-        for name, frame, payload in shapes.payloads(self.description, link):
-            place = {"pos": numbers(frame.translation), "quat": _quaternion(frame.rotation)}
-            load = SubElement(body, "body", {"name": name, **place})
-            _inertial(load, payload.mass, np.asarray(payload.com), np.asarray(payload.inertia))
-        for joint in self.children.get(link, []):
-            self.fill(self.body(body, joint), joint.child)
+                _add_site(body, name, frame.translation, frame.rotation)
+        for name, frame, payload in shapes.payload_bodies(self.description, link):
+            _add_payload(body, name, frame, payload)
+        for joint in self.joints_on.get(link, []):
+            child = self.add_body(body, joint)
+            self.fill(child, joint.child)
 
-    def rods(self, body: Element, link: str) -> None:
-        radius = number(shapes.THICKNESS * self.size)
-        for mark in self.marks(link):
-            if float(np.linalg.norm(mark)) > shapes.SMALLEST:
-                line = numbers(np.concatenate([np.zeros(3), mark]))
-                seen = {"type": "capsule", "fromto": line, "size": radius, "mass": "0"}
-                SubElement(body, "geom", {**seen, "contype": "0", "conaffinity": "0"})
+    def add_rods(self, body: Element, link: str) -> None:
+        radius = number_text(shapes.ROD_RADIUS * self.size)
+        for end in shapes.rods(shapes.attachment_points(self.description, link)):
+            ends = numbers_text([0.0, 0.0, 0.0, *end])
+            shape = {"type": "capsule", "fromto": ends, "size": radius, "mass": "0"}
+            SubElement(body, "geom", {**shape, **_INVISIBLE_TO_CONTACTS})
 
-    def body(self, parent: Element, joint: Joint) -> Element:
-        link = self.description.links[joint.child]
-        quaternion = _quaternion(joint.rotation)
-        element = SubElement(
-            parent, "body", name=link.name, pos=numbers(joint.translation), quat=quaternion
+    def add_closure_sites(self, body: Element, link: str, closure: Closure) -> None:
+        """Add sites at the ends of a closure on a link, and for an axis others along it."""
+        ends = (
+            ("a", closure.link_a, closure.point_a, closure.rotation_a),
+            ("b", closure.link_b, closure.point_b, closure.rotation_b),
         )
-        _inertial(element, link.mass, link.com, link.inertia)
-        kind = "hinge" if joint.type == "revolute" else "slide"
-        told = {
+        for letter, end_link, point, rotation in ends:
+            if end_link != link:
+                continue
+            name = f"{closure.name}_{letter}"
+            _add_site(body, name, point, rotation)
+            if closure.kind == "axis":
+                arm = _AXIS_ARM * self.size * rotation[:, 2]
+                _add_site(body, f"{name}_axis", point + arm, rotation)
+
+    def add_body(self, parent: Element, joint: Joint) -> Element:
+        link = self.description.links[joint.child]
+        element = _add_placed(parent, "body", link.name, joint.translation, joint.rotation)
+        _add_inertial(element, link.mass, link.com, link.inertia)
+        attributes = {
             "name": joint.name,
-            "type": kind,
-            "axis": numbers(joint.axis),
-            **_effects(self.description, joint.name),
+            "type": "hinge" if joint.type == "revolute" else "slide",
+            "axis": numbers_text(joint.axis),
+            **_effect_attributes(self.description, joint.name),
         }
-        lower, upper = joint.limits
-        if math.isfinite(lower) and math.isfinite(upper):
-            told |= {"limited": "true", "range": f"{number(lower)} {number(upper)}"}
-        SubElement(element, "joint", told)
+        if all(map(math.isfinite, joint.limits)):
+            attributes["limited"] = "true"
+            attributes["range"] = numbers_text(joint.limits)
+        SubElement(element, "joint", attributes)
         return element
 
-    def keyframe(self, root: Element, world: Element) -> None:
-        """The closed reference, coordinates in MuJoCo's order, and the efforts that hold it."""
+    # -- constraints and reference
+
+    def add_equalities(self, root: Element) -> None:
+        equality = SubElement(root, "equality")
+        for closure in self.description.closures:
+            _add_tie(equality, closure, "")
+            if closure.kind == "axis":
+                _add_tie(equality, closure, "_axis")
+        for follower, mimic in self.description.mimics.items():
+            polynomial = f"{number_text(mimic.offset)} {number_text(mimic.multiplier)} 0 0 0"
+            joints = {"joint1": follower, "joint2": mimic.source}
+            SubElement(equality, "joint", {**joints, "polycoef": polynomial, **_STIFF})
+
+    def add_keyframe(self, root: Element, world: Element) -> None:
+        """Add the closed reference, coordinates in MuJoCo's order, and the efforts that hold it."""
         state = self.robot.close(self.robot.reference)
-        values = dict(zip(self.robot.coordinates, state.s.tolist(), strict=True))
+        coordinates = dict(zip(self.robot.coordinates, state.s.tolist(), strict=True))
         order = [joint.get("name", "") for joint in world.iter("joint")]
-        held = self.robot.inverse_dynamics(state, np.zeros(len(self.robot.active)))
-        frame = SubElement(root, "keyframe")
-        qpos = " ".join(number(values[name]) for name in order)
-        SubElement(frame, "key", name="reference", qpos=qpos, ctrl=numbers(held))
+        efforts = self.robot.inverse_dynamics(state, np.zeros(len(self.robot.active)))
+        keyframe = SubElement(root, "keyframe")
+        qpos = numbers_text(coordinates[name] for name in order)
+        SubElement(keyframe, "key", name="reference", qpos=qpos, ctrl=numbers_text(efforts))
 
 
-def _inertial(element: Element, mass: float, com: Array, J: Array) -> None:
-    if mass == 0.0 and not J.any():
-        mass, J = NOTHING, NOTHING * np.eye(3)
-    moments = numbers(np.array([J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]]))
+def _add_placed(
+    parent: Element, tag: str, name: str, translation: Array, rotation: Array
+) -> Element:
+    """Add an element with a name at a pose on its parent."""
+    pos = numbers_text(translation)
+    return SubElement(parent, tag, name=name, pos=pos, quat=_quaternion(rotation))
+
+
+def _add_site(body: Element, name: str, translation: Array, rotation: Array) -> None:
+    _add_placed(body, "site", name, translation, rotation)
+
+
+def _add_payload(body: Element, name: str, frame: Frame, payload: Payload) -> None:
+    element = _add_placed(body, "body", name, frame.translation, frame.rotation)
+    _add_inertial(element, payload.mass, np.asarray(payload.com), np.asarray(payload.inertia))
+
+
+def _add_inertial(element: Element, mass: float, com: Array, inertia: Array) -> None:
+    if mass == 0.0 and not inertia.any():
+        inertia = NEGLIGIBLE * np.eye(3)
+    J = inertia
+    moments = (J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2])
     SubElement(
-        element, "inertial", pos=numbers(com), mass=number(max(mass, NOTHING)), fullinertia=moments
+        element,
+        "inertial",
+        pos=numbers_text(com),
+        mass=number_text(max(mass, NEGLIGIBLE)),
+        fullinertia=numbers_text(moments),
     )
 
 
-def _effects(robot: RobotDescription, joint: str) -> dict[str, str]:
+def _effect_attributes(robot: RobotDescription, joint: str) -> dict[str, str]:
+    """Drive, friction and spring of a joint; a preload shifts the spring's rest."""
     effect = effects_of(robot, joint)
-    told = {"armature": effect.armature, "damping": effect.viscous, "frictionloss": effect.coulomb}
+    attributes: dict[str, str] = {}
+    if effect.armature:
+        attributes["armature"] = number_text(effect.armature)
+    if effect.viscous:
+        attributes["damping"] = number_text(effect.viscous)
+    if effect.coulomb:
+        attributes["frictionloss"] = number_text(effect.coulomb)
     if effect.stiffness:
-        told |= {
-            "stiffness": effect.stiffness,
-            "springref": effect.rest - effect.preload / effect.stiffness,
-        }
-    return {name: number(value) for name, value in told.items() if value or name == "springref"}
+        rest = effect.rest - effect.preload / effect.stiffness
+        attributes["stiffness"] = number_text(effect.stiffness)
+        attributes["springref"] = number_text(rest)
+    return attributes
 
 
-def _ends(closure: Closure, link: str, arm: float) -> Iterator[tuple[str, Array, Array]]:
-    """Sites of a closure on a link: at its point, and for a tied axis another one along it."""
-    for end, body, point, rotation in (
-        ("a", closure.link_a, closure.point_a, closure.rotation_a),
-        ("b", closure.link_b, closure.point_b, closure.rotation_b),
-    ):
-        if body == link:
-            yield f"{closure.name}_{end}", point, rotation
-            if closure.kind == "axis":
-                yield f"{closure.name}_{end}_axis", point + arm * rotation[:, 2], rotation
-
-
-def _tie(equality: Element, closure: Closure) -> None:
-    kind = "weld" if closure.kind == "frame" else "connect"
-    for suffix in ("", "_axis") if closure.kind == "axis" else ("",):
-        sites = {"site1": f"{closure.name}_a{suffix}", "site2": f"{closure.name}_b{suffix}"}
-        SubElement(equality, kind, {"name": f"{closure.name}{suffix}", **sites, **STIFF})
+def _add_tie(equality: Element, closure: Closure, suffix: str) -> None:
+    """Add a constraint between two sites of a closure."""
+    tag = "weld" if closure.kind == "frame" else "connect"
+    attributes = {
+        "name": f"{closure.name}{suffix}",
+        "site1": f"{closure.name}_a{suffix}",
+        "site2": f"{closure.name}_b{suffix}",
+    }
+    SubElement(equality, tag, {**attributes, **_STIFF})
 
 
 def _quaternion(rotation: Array) -> str:
     """w, x, y, z, as MuJoCo has it."""
     x, y, z, w = canonical(quaternion(rotation))
-    return numbers(np.array([w, x, y, z]))
+    return numbers_text([w, x, y, z])

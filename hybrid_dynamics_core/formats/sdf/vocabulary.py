@@ -1,4 +1,4 @@
-"""The words of SDFormat 1.7 to 1.12: what is read, what changes no robot, and what may have one value only.
+"""The vocabulary of SDFormat 1.7 to 1.12: what is read, and what changes no robot.
 
 http://sdformat.org/spec. Shapes, sensors, plugins and settings of one engine change no mass, no
 place and no axis.
@@ -10,80 +10,89 @@ import re
 from itertools import combinations_with_replacement
 
 from ..extras_reader import TAG
-from ..xml.elements import XmlFile
-from ..xml.tree import Element
-from ..xml.vocabulary import WordCheck, Words, words
+from ..xml.located_xml import LocatedElement
+from ..xml.reader import XmlReader
+from ..xml.vocabulary import Vocabulary, VocabularyCheck, vocabulary
 
-OLDEST = (1, 7)
-CONVERT = "'gz sdf -p FILE' prints a file in the newest version"
-ADVICE = f"; it may change the robot, so it is not passed over: take it out ({CONVERT})"
-SEEN = (
+_OLDEST = (1, 7)
+_CONVERT = "'gz sdf -p FILE' prints a file in the newest version"
+_ADVICE = f"; it may change the robot, so it is not passed over: take it out ({_CONVERT})"
+_WITHOUT_EFFECT = (
     "visual collision sensor projector audio_sink audio_source battery light particle_emitter"
     " plugin self_collide"
 )
-ADDED_MASS = {"".join(pair): "0" for pair in combinations_with_replacement("xyzpqr", 2)}
+_ADDED_MASS = {"".join(pair): "0" for pair in combinations_with_replacement("xyzpqr", 2)}
 
-WORLD = words(
+_WORLD = vocabulary(
     "name",
     "model gravity include frame light actor plugin road audio wind magnetic_field atmosphere gui"
     " physics scene spherical_coordinates state population",
 )
-ROBOT: dict[str, Words] = {
-    "model": words(
+_MODEL: dict[str, Vocabulary] = {
+    "model": vocabulary(
         "name canonical_link namespace",
         f"link joint frame pose plugin gripper self_collide allow_auto_disable {TAG}",
         static="false",
         enable_wind="false",
         placement_frame="__model__",
     ),
-    "link": words(
+    "link": vocabulary(
         "name",
-        f"pose inertial velocity_decay {SEEN}",
+        f"pose inertial velocity_decay {_WITHOUT_EFFECT}",
         gravity="true",
         kinematic="false",
         enable_wind="false",
         must_be_base_link="false",
     ),
-    "velocity_decay": words(linear="0", angular="0"),
-    "inertial": words(
+    "velocity_decay": vocabulary(linear="0", angular="0"),
+    "inertial": vocabulary(
         "", "mass pose inertia fluid_added_mass density auto_inertia_params", auto="false"
     ),
-    "inertia": words("", "ixx iyy izz ixy ixz iyz"),
-    "fluid_added_mass": words(**ADDED_MASS),
-    "joint": words(
+    "inertia": vocabulary("", "ixx iyy izz ixy ixz iyz"),
+    "fluid_added_mass": vocabulary(**_ADDED_MASS),
+    "joint": vocabulary(
         "name type",
         "parent child pose axis axis2 sensor plugin physics "
         # of types that are refused
         "gearbox_ratio gearbox_reference_body thread_pitch screw_thread_pitch",
     ),
-    "axis": words(
+    "axis": vocabulary(
         "", "xyz limit dynamics mimic", use_parent_model_frame="false", initial_position="0"
     ),
-    "xyz": words("expressed_in"),
-    "limit": words("", "lower upper effort velocity stiffness dissipation"),
-    "dynamics": words("", "damping friction spring_reference spring_stiffness"),
-    "mimic": words("joint", "multiplier offset reference", axis="axis"),
-    "frame": words("name attached_to", "pose"),
-    "pose": words("relative_to rotation_format degrees", frame=""),
-    "model/pose": words("rotation_format degrees", relative_to="world", frame=""),
-    "inertial/pose": words("rotation_format degrees", relative_to="", frame=""),
+    "xyz": vocabulary("expressed_in"),
+    "limit": vocabulary("", "lower upper effort velocity stiffness dissipation"),
+    "dynamics": vocabulary("", "damping friction spring_reference spring_stiffness"),
+    "mimic": vocabulary("joint", "multiplier offset reference", axis="axis"),
+    "frame": vocabulary("name attached_to", "pose"),
+    "pose": vocabulary("relative_to rotation_format degrees", frame=""),
+    "model/pose": vocabulary("rotation_format degrees", relative_to="world", frame=""),
+    "inertial/pose": vocabulary("rotation_format degrees", relative_to="", frame=""),
 }
 
 
-def check_version(xml: XmlFile) -> None:
-    """Raise a DescriptionError at a version that counts axes in other frames: up to 1.4 always, to 1.6 where told."""
-    told = xml.root.attributes.get("version", "")
-    found = re.fullmatch(r"\s*(\d+)\.(\d+)(\.\d+)?\s*", told)
-    if found is None or (int(found[1]), int(found[2])) < OLDEST:
-        problem = (
-            f"is '{told}'; expected 1.7 or later, since older files give poses and axes in other"
-            f" frames; {CONVERT}"
+def check_version(xml: XmlReader) -> None:
+    """Check that a file counts poses and axes as this library does.
+
+    Raises:
+        DescriptionError: its version is older than 1.7, or none.
+    """
+    version = xml.root.get("version")
+    match = re.fullmatch(r"\s*(\d+)\.(\d+)(\.\d+)?\s*", version)
+    if match is None or (int(match[1]), int(match[2])) < _OLDEST:
+        raise xml.error(
+            xml.root,
+            ("version",),
+            f"is '{version}'; expected 1.7 or later, since older files give poses and axes in other"
+            f" frames; {_CONVERT}",
         )
-        raise xml.error(xml.root, ("version",), problem)
 
 
-def check_words(xml: XmlFile, model: Element, world: Element | None) -> None:
-    """Raise a DescriptionError at the first entry of the robot's model, or of its world, that may change the robot."""
-    WordCheck(xml, ROBOT, ADVICE).check(model)
+def check_vocabulary(xml: XmlReader, model: LocatedElement, world: LocatedElement | None) -> None:
+    """Check a model, and the world around it, for entries that may change the robot.
+
+    Raises:
+        DescriptionError: the first one that is not covered.
+    """
+    VocabularyCheck(xml, _MODEL, _ADVICE).check(model)
     if world is not None:
-        WordCheck(xml, {"world": WORLD}, ADVICE).check(world)
+        VocabularyCheck(xml, {"world": _WORLD}, _ADVICE).check(world)

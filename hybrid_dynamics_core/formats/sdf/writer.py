@@ -1,259 +1,295 @@
-"""A robot as SDFormat 1.11, which Gazebo Harmonic reads: a world with its gravity and one model, loops as joints.
+"""A robot as SDFormat 1.11, which Gazebo Harmonic reads: a world with its gravity and one model.
 
-SDFormat draws a model in one configuration and counts coordinates from there, and a loop joint is
-at rest there. So the model is drawn at the closed reference: coordinates that are in loops count
-from it, all others as the robot does.
+Loops are joints. SDFormat draws a model in one configuration and counts coordinates from there, and
+a loop joint is at rest there. So the model is drawn at the closed reference. Coordinates in loops
+count from it, all others as the robot does.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
+from ...description.effects import Payload
 from ...description.geometry import Transform, rotation_about, rotation_with_z_axis, rpy_of
-from ...description.model import Closure, Frame, Joint, Link, RobotDescription, effects_of
+from ...description.model import Closure, Frame, Joint, Link, Mimic, RobotDescription, effects_of
 from ...errors import InputError
 from ...ground.arrays import Array, frozen
 from ...mechanism.tree import build_tree
+from ...robot.robot import Robot
 from .. import shapes
 from ..extras_reader import TAG
-from ..extras_writer import as_text, comment, in_words, link_entry, rest_of
-from ..shapes import number, numbers
-from ..urdf.writer import as_xml
+from ..extras_writer import (
+    Feature,
+    extras_of,
+    extras_summary,
+    extras_text,
+    link_entry,
+    without_empty,
+)
+from ..xml.writer import add_text, insert_comment, number_text, numbers_text, xml_text
+from .poses import WORLD
 
-if TYPE_CHECKING:
-    from ...robot.robot import Robot
-
-VERSION = "1.11"
-SPACE = f"urn:{TAG}"  # SDFormat wants elements of others in a name space of their own
-NOTHING = 1e-9  # [kg, kg m^2] a link needs some mass
-TYPES = {"planar": "revolute", "axis": "revolute", "point": "ball", "frame": "fixed"}
-CARRIED = frozenset({"gravity", "friction", "spring", "mimic", "one-sided", "unlimited"})
-WORLD = "world"
+_VERSION = "1.11"
+_NAMESPACE = f"urn:{TAG}"  # SDFormat wants elements of others in a name space of their own
+_SMALLEST_INERTIA = 1e-9  # [kg, kg m^2] a link needs some mass
+_LOOP_TYPES = {"planar": "revolute", "axis": "revolute", "point": "ball", "frame": "fixed"}
+_FEATURES = frozenset(Feature)
+_Z_AXIS = frozen([0.0, 0.0, 1.0])
 
 
 def to_sdf(robot: Robot) -> str:
-    """SDFormat text of a robot: the same names of links and joints, loops as joints between links that hang already.
+    """SDFormat text of a robot, with the same names of links and joints.
 
-    Raises InputError where a name is one that SDFormat keeps for itself.
+    Loops become joints between links that hang already.
+
+    Args:
+        robot: that is written.
+
+    Raises:
+        InputError: a name is one that SDFormat keeps for itself, or names two things.
     """
-    return _Writer(robot).text()
+    return _SdfWriter(robot).text()
 
 
-class _Writer:
+class _SdfWriter:
     def __init__(self, robot: Robot) -> None:
-        self.description = robot.description
-        state = robot.close(robot.reference)
-        self.values = dict(zip(robot.coordinates, state.s.tolist(), strict=True))
-        looped = _in_loops(self.description)
-        self.zero = {name: self.values[name] for name in self.description.joints if name in looped}
-        marks = [mark for link in self.links() for mark in shapes.marks(self.description, link)]
-        self.size = max((float(np.linalg.norm(mark)) for mark in marks), default=1.0)
-
-    def links(self) -> dict[str, Link]:
-        return {self.description.base: Link(self.description.base), **self.description.links}
+        self.robot = robot.description
+        self.zero = _drawn_coordinates(robot)
+        self.size = shapes.robot_size(self.robot)
+        self.links = shapes.all_links(self.robot)
+        self.joint_to = {joint.child: joint for joint in self.robot.joints.values()}
 
     def text(self) -> str:
-        _check_names(self.description)
-        root = Element("sdf", {"version": VERSION, f"xmlns:{TAG}": SPACE})
-        world = SubElement(root, "world", name=f"{self.description.name}_world")
-        _tell(world, "gravity", numbers(self.description.gravity))
-        model = SubElement(world, "model", name=self.description.name)
-        self.tree(model)
-        for closure in self.description.closures:
-            self.loop(model, closure)
-        rest = self.rest()
-        told = (
-            f"<{TAG}:{TAG}> holds what SDFormat has no words for: {in_words(rest)}. Other programs"
-            " pass it over."
+        _check_names(self.robot)
+        root = Element("sdf", {"version": _VERSION, f"xmlns:{TAG}": _NAMESPACE})
+        world = SubElement(root, "world", name=f"{self.robot.name}_world")
+        add_text(world, "gravity", numbers_text(self.robot.gravity))
+        model = SubElement(world, "model", name=self.robot.name)
+        self.add_tree(model)
+        for closure in self.robot.closures:
+            self.add_loop(model, closure)
+        extras = self.extras()
+        insert_comment(
+            model,
+            f"<{TAG}:{TAG}> holds what SDFormat has no words for: {extras_summary(extras)}. Other"
+            " programs pass it over.",
         )
-        comment(model, told)
-        SubElement(model, f"{TAG}:{TAG}").text = f"\n{as_text(rest)}\n"
-        return as_xml(root)
+        add_text(model, f"{TAG}:{TAG}", f"\n{extras_text(extras)}\n")
+        return xml_text(root)
 
-    def rest(self) -> dict[str, Any]:
-        rest = rest_of(self.description, CARRIED)
-        light = {
-            name: link_entry(link)
-            for name, link in self.links().items()
-            if not link.mass and name != WORLD
-        }
-        rest["links"] = light
-        rest["zero"] = {name: value for name, value in self.zero.items() if value}
-        return {key: value for key, value in rest.items() if value}
+    def extras(self) -> dict[str, Any]:
+        extras = extras_of(self.robot, _FEATURES)
+        massless: dict[str, Any] = {}
+        for name, link in self.links.items():
+            if not link.mass and name != WORLD:
+                massless[name] = link_entry(link)
+        extras["links"] = massless
+        extras["zero"] = without_empty(self.zero)
+        return without_empty(extras)
 
-    def tree(self, model: Element) -> None:
-        base = self.description.base
-        above = {joint.child: joint for joint in self.description.joints.values()}
-        for name, link in self.links().items():
+    def add_tree(self, model: Element) -> None:
+        """Add links, joints, frames and payloads."""
+        base = self.robot.base
+        for name, link in self.links.items():
             if name != WORLD:
-                self.link(model, link, above.get(name))
+                self.add_link(model, link)
         if base != WORLD:
-            _joint(model, f"{base}_to_world", "fixed", WORLD, base)
-        for joint in self.description.joints.values():
-            self.joint(model, joint)
-        for name, frame in shapes.frames(self.description):
-            attached = {"attached_to": frame.link} if frame.link != WORLD else {}
-            _pose(
-                SubElement(model, "frame", {"name": name, **attached}),
-                frame.rotation,
-                frame.translation,
-            )
-        for name in self.links():
-            self.payloads(model, name)
+            _add_joint(model, f"{base}_to_world", "fixed", WORLD, base)
+        for joint in self.robot.joints.values():
+            self.add_joint(model, joint)
+        for name, frame in shapes.extra_frames(self.robot):
+            _add_frame(model, name, frame)
+        for link_name in self.links:
+            for name, frame, payload in shapes.payload_bodies(self.robot, link_name):
+                _add_payload(model, name, frame, payload)
 
-    def link(self, model: Element, link: Link, joint: Joint | None) -> None:
+    # -- links
+
+    def add_link(self, model: Element, link: Link) -> None:
         element = SubElement(model, "link", name=link.name)
+        joint = self.joint_to.get(link.name)
         if joint is not None:
-            pose = _placed(joint, self.zero.get(joint.name, 0.0))
-            around = "" if joint.parent == WORLD else joint.parent
-            _pose(element, pose.rotation, pose.translation, around)
-        _inertial(element, link)
-        for k, mark in enumerate(shapes.marks(self.description, link.name)):
-            length = float(np.linalg.norm(mark))
-            if length > shapes.SMALLEST:
-                visual = SubElement(element, "visual", name=f"{link.name}_rod_{k}")
-                _pose(visual, rotation_with_z_axis(mark / length), 0.5 * mark)
-                cylinder = SubElement(SubElement(visual, "geometry"), "cylinder")
-                _tell(cylinder, "radius", number(shapes.THICKNESS * self.size))
-                _tell(cylinder, "length", number(length))
+            pose = _child_pose(joint, self.zero.get(joint.name, 0.0))
+            _add_pose(element, pose.rotation, pose.translation, joint.parent)
+        _add_inertial(element, link)
+        for k, end in enumerate(shapes.attachment_points(self.robot, link.name)):
+            if shapes.norm(end) > shapes.SHORTEST_ROD:
+                self.add_rod(element, f"{link.name}_rod_{k}", end)
 
-    def joint(self, model: Element, joint: Joint) -> None:
+    def add_rod(self, link: Element, name: str, end: Array) -> None:
+        length = shapes.norm(end)
+        visual = SubElement(link, "visual", name=name)
+        _add_pose(visual, rotation_with_z_axis(end / length), 0.5 * end)
+        geometry = SubElement(visual, "geometry")
+        cylinder = SubElement(geometry, "cylinder")
+        add_text(cylinder, "radius", number_text(shapes.ROD_RADIUS * self.size))
+        add_text(cylinder, "length", number_text(length))
+
+    # -- joints
+
+    def add_joint(self, model: Element, joint: Joint) -> None:
         zero = self.zero.get(joint.name, 0.0)
-        lower, upper = (limit - zero for limit in joint.limits)
-        endless = joint.type == "revolute" and not (math.isfinite(lower) or math.isfinite(upper))
-        element = _joint(
-            model, joint.name, "continuous" if endless else joint.type, joint.parent, joint.child
-        )
-        axis = _axis(element, joint.axis)
+        is_limited = any(map(math.isfinite, joint.limits))
+        is_continuous = joint.type == "revolute" and not is_limited
+        sdf_type = "continuous" if is_continuous else joint.type
+        element = _add_joint(model, joint.name, sdf_type, joint.parent, joint.child)
+        axis = _add_axis(element, joint.axis)
         limit = SubElement(axis, "limit")
-        for key, value in (("lower", lower), ("upper", upper)):
-            if math.isfinite(value):
-                _tell(limit, key, number(value))
-        self.effects(axis, joint.name, zero)
-        mimic = self.description.mimics.get(joint.name)
-        if mimic is not None:
-            follows = SubElement(axis, "mimic", joint=mimic.source)
-            shifted = mimic.offset + mimic.multiplier * self.zero.get(mimic.source, 0.0) - zero
-            for key, value in (
-                ("multiplier", mimic.multiplier),
-                ("offset", shifted),
-                ("reference", 0.0),
-            ):
-                _tell(follows, key, number(value))
+        for tag, bound in zip(("lower", "upper"), joint.limits, strict=True):
+            if math.isfinite(bound):
+                add_text(limit, tag, number_text(bound - zero))
+        self.add_dynamics(axis, joint.name, zero)
+        if joint.name in self.robot.mimics:
+            self.add_mimic(axis, self.robot.mimics[joint.name], zero)
 
-    def effects(self, axis: Element, joint: str, zero: float) -> None:
-        effect = effects_of(self.description, joint)
+    def add_dynamics(self, axis: Element, joint: str, zero: float) -> None:
+        """Add friction and spring of a joint."""
+        effect = effects_of(self.robot, joint)
         if not (effect.viscous or effect.coulomb or effect.stiffness):
             return
         dynamics = SubElement(axis, "dynamics")
-        _tell(dynamics, "damping", number(effect.viscous))
-        _tell(dynamics, "friction", number(effect.coulomb))
-        _tell(dynamics, "spring_reference", number(effect.rest - zero))
-        _tell(dynamics, "spring_stiffness", number(effect.stiffness))
+        add_text(dynamics, "damping", number_text(effect.viscous))
+        add_text(dynamics, "friction", number_text(effect.coulomb))
+        add_text(dynamics, "spring_reference", number_text(effect.rest - zero))
+        add_text(dynamics, "spring_stiffness", number_text(effect.stiffness))
 
-    def payloads(self, model: Element, link: str) -> None:
-        for name, frame, payload in shapes.payloads(self.description, link):
-            body = Link(name, payload.mass, frozen(payload.com), frozen(payload.inertia))
-            element = SubElement(model, "link", name=name)
-            _pose(element, frame.rotation, frame.translation, "" if link == WORLD else link)
-            _inertial(element, body)
-            _joint(model, f"{name}_fixed", "fixed", link, name)
+    def add_mimic(self, axis: Element, mimic: Mimic, zero: float) -> None:
+        source_zero = self.zero.get(mimic.source, 0.0)
+        offset = mimic.offset + mimic.multiplier * source_zero - zero
+        element = SubElement(axis, "mimic", joint=mimic.source)
+        add_text(element, "multiplier", number_text(mimic.multiplier))
+        add_text(element, "offset", number_text(offset))
+        add_text(element, "reference", number_text(0.0))
 
-    def loop(self, model: Element, closure: Closure) -> None:
-        """A joint between two links that hang already, its frame given on the child."""
-        on_a, on_b = shapes.hinge(self.description, closure)
-        ends = [(closure.link_a, Frame(closure.link_a, on_a, closure.point_a))]
-        ends.append((closure.link_b, Frame(closure.link_b, on_b, closure.point_b)))
-        if closure.link_b == WORLD:  # which cannot be a child
-            ends.reverse()
-        (parent, _), (child, frame) = ends
-        element = _joint(model, closure.name, TYPES[closure.kind], parent, child)
-        _pose(element, frame.rotation, frame.translation, child)
-        if TYPES[closure.kind] == "revolute":
-            _axis(element, np.array([0.0, 0.0, 1.0]))
+    def add_loop(self, model: Element, closure: Closure) -> None:
+        """Add a joint between two links that hang already, its frame given on the child."""
+        rotation_a, rotation_b = shapes.hinge_rotations(self.robot, closure)
+        parent = Frame(closure.link_a, rotation_a, closure.point_a)
+        child = Frame(closure.link_b, rotation_b, closure.point_b)
+        if child.link == WORLD:  # which cannot be a child
+            parent, child = child, parent
+        sdf_type = _LOOP_TYPES[closure.kind]
+        element = _add_joint(model, closure.name, sdf_type, parent.link, child.link)
+        _add_pose(element, child.rotation, child.translation, child.link)
+        if sdf_type == "revolute":
+            _add_axis(element, _Z_AXIS)
 
 
-def _in_loops(robot: RobotDescription) -> set[str]:
+def _drawn_coordinates(robot: Robot) -> dict[str, float]:
+    """Coordinates of joints in loops at the closed reference [rad or m].
+
+    SDFormat counts them from there.
+    """
+    state = robot.close(robot.reference)
+    coordinates = dict(zip(robot.coordinates, state.s.tolist(), strict=True))
+    in_loops = _joints_in_loops(robot.description)
+    return {name: coordinates[name] for name in robot.description.joints if name in in_loops}
+
+
+def _joints_in_loops(robot: RobotDescription) -> set[str]:
     """Joints of loops, and those that follow or lead others."""
     tree = build_tree(robot)
-    found = set(robot.mimics) | {mimic.source for mimic in robot.mimics.values()}
+    joints: set[str] = set()
+    for follower, mimic in robot.mimics.items():
+        joints.update((follower, mimic.source))
     for closure in robot.closures:
-        one, other, _ = tree.branches(
-            tree.body_index(closure.link_a), tree.body_index(closure.link_b)
-        )
-        found |= {tree.bodies[k].joint for k in (*one, *other)}
-    return found
+        a = tree.body_index(closure.link_a)
+        b = tree.body_index(closure.link_b)
+        path_a, path_b, _ = tree.branches(a, b)
+        joints.update(tree.bodies[body].joint for body in (*path_a, *path_b))
+    return joints
 
 
 def _check_names(robot: RobotDescription) -> None:
+    """Refuse names that SDFormat keeps for itself, and names of two things."""
+    names_by_kind: dict[str, list[str]] = {
+        "link": list(robot.links),
+        "joint": list(robot.joints),
+        "closure": [closure.name for closure in robot.closures],
+        "frame": [name for name, _ in shapes.extra_frames(robot)],
+    }
     kinds: dict[str, list[str]] = {}
-    for kind, names in (
-        ("link", robot.links),
-        ("joint", robot.joints),
-        ("closure", [closure.name for closure in robot.closures]),
-        ("frame", [name for name, _ in shapes.frames(robot)]),
-    ):
+    for kind, names in names_by_kind.items():
         for name in names:
             kinds.setdefault(name, []).append(kind)
     for name in kinds:
-        if (name == WORLD and name != robot.base) or (
-            name.startswith("__") and name.endswith("__")
-        ):
+        is_other_world = name == WORLD and name != robot.base
+        if is_other_world or (name.startswith("__") and name.endswith("__")):
             raise InputError(
                 f"'{name}' is a name that SDFormat keeps for itself; rename it in the robot"
             )
     for name, (kind, *others) in kinds.items():
         if others:
-            told = f"'{name}' names two things, a {kind} and a {others[0]}, which SDFormat refuses"
-            raise InputError(f"{told}; rename one of them in the robot")
+            raise InputError(
+                f"'{name}' names two things, a {kind} and a {others[0]}, which SDFormat refuses;"
+                " rename one of them in the robot"
+            )
 
 
-def _placed(joint: Joint, value: float) -> Transform:
-    """The child frame in the parent frame at a value of the coordinate."""
-    place = Transform(joint.rotation, joint.translation)
+def _child_pose(joint: Joint, coordinate: float) -> Transform:
+    """The child frame in the parent frame at a value of the coordinate [rad or m]."""
+    at_zero = Transform(joint.rotation, joint.translation)
     if joint.type == "revolute":
-        return place @ Transform(rotation_about(joint.axis, value), frozen(np.zeros(3)))
-    return place @ Transform(frozen(np.eye(3)), frozen(value * joint.axis))
+        return at_zero @ Transform(rotation_about(joint.axis, coordinate))
+    return at_zero @ Transform(translation=frozen(coordinate * joint.axis))
 
 
-def _joint(model: Element, name: str, kind: str, parent: str, child: str) -> Element:
-    element = SubElement(model, "joint", name=name, type=kind)
-    _tell(element, "parent", parent)
-    _tell(element, "child", child)
+def _add_joint(model: Element, name: str, sdf_type: str, parent: str, child: str) -> Element:
+    element = SubElement(model, "joint", name=name, type=sdf_type)
+    add_text(element, "parent", parent)
+    add_text(element, "child", child)
     return element
 
 
-def _axis(joint: Element, direction: Array) -> Element:
+def _add_axis(joint: Element, direction: Array) -> Element:
     axis = SubElement(joint, "axis")
-    _tell(axis, "xyz", numbers(direction))
+    add_text(axis, "xyz", numbers_text(direction))
     return axis
 
 
-def _inertial(element: Element, link: Link) -> None:
-    mass, J = (link.mass, link.inertia) if link.mass else (NOTHING, NOTHING * np.eye(3))
+def _add_frame(model: Element, name: str, frame: Frame) -> None:
+    element = SubElement(model, "frame", name=name)
+    if frame.link != WORLD:
+        element.set("attached_to", frame.link)
+    _add_pose(element, frame.rotation, frame.translation)
+
+
+def _add_payload(model: Element, name: str, frame: Frame, payload: Payload) -> None:
+    body = Link(name, payload.mass, frozen(payload.com), frozen(payload.inertia))
+    element = SubElement(model, "link", name=name)
+    _add_pose(element, frame.rotation, frame.translation, frame.link)
+    _add_inertial(element, body)
+    _add_joint(model, f"{name}_fixed", "fixed", frame.link, name)
+
+
+def _add_inertial(element: Element, link: Link) -> None:
+    mass = link.mass
+    J = link.inertia
+    if not mass:
+        mass = _SMALLEST_INERTIA
+        J = _SMALLEST_INERTIA * np.eye(3)
     inertial = SubElement(element, "inertial")
-    _pose(inertial, np.eye(3), link.com)
-    _tell(inertial, "mass", number(mass))
+    _add_pose(inertial, np.eye(3), link.com)
+    add_text(inertial, "mass", number_text(mass))
     inertia = SubElement(inertial, "inertia")
-    for key, value in (
-        ("ixx", J[0, 0]),
-        ("ixy", J[0, 1]),
-        ("ixz", J[0, 2]),
-        ("iyy", J[1, 1]),
-        ("iyz", J[1, 2]),
-        ("izz", J[2, 2]),
-    ):
-        _tell(inertia, key, number(value))
+    add_text(inertia, "ixx", number_text(J[0, 0]))
+    add_text(inertia, "ixy", number_text(J[0, 1]))
+    add_text(inertia, "ixz", number_text(J[0, 2]))
+    add_text(inertia, "iyy", number_text(J[1, 1]))
+    add_text(inertia, "iyz", number_text(J[1, 2]))
+    add_text(inertia, "izz", number_text(J[2, 2]))
 
 
-def _pose(element: Element, rotation: Array, translation: Array, relative_to: str = "") -> None:
-    told = {"relative_to": relative_to} if relative_to else {}
-    SubElement(element, "pose", told).text = f"{numbers(translation)} {numbers(rpy_of(rotation))}"
-
-
-def _tell(element: Element, tag: str, text: str) -> None:
-    SubElement(element, tag).text = text
+def _add_pose(
+    element: Element, rotation: Array, translation: Array, relative_to: str = WORLD
+) -> None:
+    """Add a pose; nothing is said of a pose relative to the world, or to the element's default."""
+    pose = add_text(
+        element, "pose", f"{numbers_text(translation)} {numbers_text(rpy_of(rotation))}"
+    )
+    if relative_to != WORLD:
+        pose.set("relative_to", relative_to)

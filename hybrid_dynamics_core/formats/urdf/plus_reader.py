@@ -10,123 +10,133 @@ from typing import Any
 
 from ...description.defaults import driven_joints
 from ...description.document import Document
-from ...description.geometry import rotation_with_z_axis, rpy_of, unit_axis
-from ...errors import DescriptionError
+from ...description.geometry import rpy_to_axis, unit_axis
+from ...ground.arrays import Array
 from ...ground.suggestions import suggestion
-from ..extras_reader import TAG, extend
-from ..xml.elements import XmlFile
-from ..xml.tree import Element
+from ..extras_reader import TAG, read_extras
+from ..xml.located_xml import LocatedElement
+from ..xml.reader import XmlReader
 
 SPHERICAL = "spherical"  # not in URDF+, which has no word for it
-HINGES = ("revolute", "continuous")
+_LOOP_KINDS = {"revolute": "axis", "continuous": "axis", "fixed": "frame", SPHERICAL: "point"}
+_ENDS = ("predecessor", "successor")
 
 
-def has_loops(root: Element) -> bool:
+def has_loops(root: LocatedElement) -> bool:
     """Whether a URDF is a URDF+."""
     return any(child.tag in ("loop", "coupling", TAG) for child in root.children)
 
 
-def add_loops(document: Document, xml: XmlFile) -> None:
-    """Closures and followers of a URDF+ whose links and joints the document has."""
-    reader = _Loops(document, xml)
+def add_loops(document: Document, xml: XmlReader) -> None:
+    """Add closures and followers of a URDF+ whose links and joints the document has."""
+    reader = _PlusReader(document, xml)
     for element in xml.root.all("loop"):
-        reader.loop(element)
+        reader.add_loop(element)
     for element in xml.root.all("coupling"):
-        reader.coupling(element)
+        reader.add_coupling(element)
 
 
-def add_rest(document: Document, xml: XmlFile) -> None:
-    """Its active joints, and what else it says."""
-    document.data["active"] = _Loops(document, xml).independent()
-    document.data["active_set"] = "motors"  # no reference is given: one near zero is looked for
+def add_extras(document: Document, xml: XmlReader) -> None:
+    """Add the active joints of a URDF+, and what it says beyond the format."""
+    document.data["active"] = _PlusReader(document, xml).independent_joints()
+    document.data["active_set"] = "motors"  # no reference is given: one near zero is searched for
     for element in xml.root.all(TAG):
-        extend(document, element.text, xml.file, element.line)
+        read_extras(document, element.text, xml.file, element.line)
 
 
-class _Loops:
-    def __init__(self, document: Document, xml: XmlFile) -> None:
-        self.document, self.xml = document, xml
+class _PlusReader:
+    def __init__(self, document: Document, xml: XmlReader) -> None:
+        self.document = document
+        self.xml = xml
 
-    def error(self, element: Element, problem: str) -> DescriptionError:
-        return self.xml.error(
-            element, (f"{element.tag}s", element.attributes.get("name", "")), problem
-        )
-
-    def loop(self, element: Element) -> None:
-        name, kind = self.xml.name(element, "loops"), element.attributes.get("type", "")
-        if kind not in (*HINGES, SPHERICAL, "fixed"):
-            problem = (
-                f"is a loop of type '{kind}'; expected revolute, continuous, fixed or {SPHERICAL}"
+    def add_loop(self, element: LocatedElement) -> None:
+        name = self.xml.name(element, "loops")
+        loop_type = element.get("type")
+        if loop_type not in _LOOP_KINDS:
+            raise self.xml.error_at(
+                element,
+                f"is a loop of type '{loop_type}'; expected revolute, continuous, fixed or"
+                f" {SPHERICAL}; cut the loop at a joint of these types",
             )
-            raise self.error(element, f"{problem}; cut the loop at a joint of these types")
-        entry: dict[str, Any] = {
-            "kind": "axis" if kind in HINGES else "frame" if kind == "fixed" else "point"
-        }
-        axis = element.first("axis")
-        z = (
-            [1.0, 0.0, 0.0]
-            if axis is None
-            else self.xml.numbers(axis, "xyz", 3, ("loops", name, "axis"))
-        )
-        places: dict[str, Any] = {}
-        for tag in ("predecessor", "successor"):
+        kind = _LOOP_KINDS[loop_type]
+        direction = self.axis(element, name)
+        between: dict[str, Any] = {}
+        for tag in _ENDS:
             end = self.end(element, tag)
-            pose = self.xml.origin(end, ("loops", name, tag), self.document)
-            place: Any = [pose, {"rpy": rpy_to(z)}] if entry["kind"] == "axis" else pose
-            if end.attributes["link"] in places:
-                raise self.error(element, "has both ends on one link")
-            places[end.attributes["link"]] = place
-        self.document.add_located(
-            ("closures", name), {**entry, "between": places}, self.xml.file, element.line
-        )
+            link = end.get("link")
+            pose: Any = self.xml.origin(end, ("loops", name, tag), self.document)
+            if kind == "axis":
+                pose = [pose, {"rpy": rpy_to_axis(direction)}]
+            if link in between:
+                raise self.xml.error_at(element, "has both ends on one link")
+            between[link] = pose
+        entry = {"kind": kind, "between": between}
+        self.document.add_located(("closures", name), entry, self.xml.file, element.line)
 
-    def end(self, element: Element, tag: str) -> Element:
+    def axis(self, element: LocatedElement, name: str) -> Array:
+        """The unit vector (3,) along the axis of a loop."""
+        axis = element.first("axis")
+        if axis is None:
+            return unit_axis("x")
+        key = ("loops", name, "axis")
+        direction = self.xml.numbers(axis, "xyz", 3, key)
+        try:
+            return unit_axis(direction)
+        except ValueError as error:
+            raise self.xml.error(axis, key, str(error)) from error
+
+    def end(self, element: LocatedElement, tag: str) -> LocatedElement:
         end = element.first(tag)
-        if end is None or not end.attributes.get("link"):
-            raise self.error(element, f"has no <{tag} link=...>")
-        known = list(self.document.section("links"))
-        if end.attributes["link"] not in known:
-            link = end.attributes["link"]
-            raise self.error(end, f"<{tag}>: there is no link '{link}'{suggestion(link, known)}")
+        if end is None or not end.get("link"):
+            raise self.xml.error_at(element, f"has no <{tag} link=...>")
+        link = end.get("link")
+        links = self.document.section("links")
+        if link not in links:
+            hint = suggestion(link, links)
+            raise self.xml.error_at(end, f"<{tag}>: there is no link '{link}'{hint}")
         return end
 
-    def coupling(self, element: Element) -> None:
-        """q_successor = ratio q_predecessor, each the one joint between its link and the last one they share."""
+    def add_coupling(self, element: LocatedElement) -> None:
+        """Read q_successor = ratio q_predecessor as a follower.
+
+        Each coordinate is that of the one joint between its link and the last link they share.
+        """
         name = self.xml.name(element, "couplings")
         ratio = element.first("ratio")
         if ratio is None:
-            raise self.error(element, "has no <ratio value=...>")
-        paths = [
-            self.path(self.end(element, tag).attributes["link"])
-            for tag in ("predecessor", "successor")
-        ]
-        shared = set(paths[0]) & set(paths[1])
-        source, own = ([joint for joint in path if joint not in shared] for path in paths)
-        if len(source) != 1 or len(own) != 1:
-            told = f"couples {', '.join(source) or 'no joint'} to {', '.join(own) or 'no joint'}"
-            raise self.error(element, f"{told}; one joint that follows one other is covered")
-        value = self.xml.numbers(ratio, "value", 1, ("couplings", name, "ratio"))[0]
-        mimic = {"joint": source[0], "multiplier": value, "offset": 0.0}
-        self.document.section("joints")[own[0]].setdefault("mimic", mimic)
+            raise self.xml.error_at(element, "has no <ratio value=...>")
+        source_path, follower_path = (self.joints_below(self.end(element, tag)) for tag in _ENDS)
+        sources = [joint for joint in source_path if joint not in follower_path]
+        followers = [joint for joint in follower_path if joint not in source_path]
+        if len(sources) != 1 or len(followers) != 1:
+            one = ", ".join(sources) or "no joint"
+            other = ", ".join(followers) or "no joint"
+            raise self.xml.error_at(
+                element, f"couples {one} to {other}; one joint that follows one other is covered"
+            )
+        multiplier = self.xml.number(ratio, "value", ("couplings", name, "ratio"))
+        mimic = {"joint": sources[0], "multiplier": multiplier, "offset": 0.0}
+        self.document.section("joints")[followers[0]].setdefault("mimic", mimic)
 
-    def path(self, link: str) -> list[str]:
+    def joints_below(self, end: LocatedElement) -> list[str]:
         """Moving joints from a link to the base."""
-        above = {
-            joint["child"]: (name, joint) for name, joint in self.document.section("joints").items()
-        }
+        link = end.get("link")
+        joints = self.document.section("joints")
+        joint_to = {joint["child"]: name for name, joint in joints.items()}
         path: list[str] = []
-        while link in above and len(path) <= len(above):
-            name, joint = above[link]
-            path += [name] if joint["type"] != "fixed" else []
-            link = joint["parent"]
+        while link in joint_to and len(path) <= len(joint_to):
+            name = joint_to[link]
+            if joints[name]["type"] != "fixed":
+                path.append(name)
+            link = joints[name]["parent"]
         return path
 
-    def independent(self) -> list[str]:
-        told = {
-            e.attributes.get("name", ""): e.attributes.get("independent", "true")
-            for e in self.xml.root.all("joint")
-        }
-        active = [name for name in driven_joints(self.document) if told[name] in ("true", "True")]
+    def independent_joints(self) -> list[str]:
+        independent: set[str] = set()
+        for element in self.xml.root.all("joint"):
+            if element.get("independent", "true") in ("true", "True"):
+                independent.add(element.get("name"))
+        active = [name for name in driven_joints(self.document) if name in independent]
         if not active:
             raise self.xml.error(
                 self.xml.root,
@@ -134,8 +144,3 @@ class _Loops:
                 'no joint is independent="true"; name the driven joints so',
             )
         return active
-
-
-def rpy_to(z: list[float]) -> list[float]:
-    """Roll, pitch, yaw of a frame whose z axis is a vector of any length."""
-    return [float(angle) for angle in rpy_of(rotation_with_z_axis(unit_axis(z)))]

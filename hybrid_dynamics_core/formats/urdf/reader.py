@@ -1,13 +1,12 @@
 """URDF -> links and joints of a document. Fixed joints are merged later, like any others.
 
-Visuals, collisions, materials, transmissions and what simulators add are left out. Joints may be
-replaced on the way: a spherical joint is three revolute joints NAME_X, NAME_Y, NAME_Z whose axes
-meet, a universal joint two.
+Visuals, collisions, materials, transmissions and what simulators add are omitted. Joints may be
+replaced: a spherical joint becomes three revolute joints NAME_X, NAME_Y, NAME_Z whose axes meet, a
+universal joint two.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -15,9 +14,10 @@ from typing import Any
 from ...description.document import Document, KeyPath
 from ...ground.suggestions import suggestion
 from ..extras_reader import TAG
-from ..xml.elements import XmlFile
-from ..xml.tree import Element, read_xml
-from .plus_reader import add_loops, add_rest, has_loops
+from ..xml.located_xml import LocatedElement, read_xml
+from ..xml.reader import XmlReader
+from .plus_reader import add_extras, add_loops, has_loops
+from .replacements import add_replacement
 
 JOINT_TYPES = {
     "revolute": "revolute",
@@ -25,230 +25,272 @@ JOINT_TYPES = {
     "prismatic": "prismatic",
     "fixed": "fixed",
 }
-SILENT = frozenset({"link", "joint", "material", "transmission", "gazebo", "loop", "coupling", TAG})
-_AXES = re.compile(r"^U(?:JOINT|NIVERSAL)_([XYZ])([XYZ])$")
-REPLACEMENTS = "SPHERICAL, FIXED, UJOINT_XY and the like"
+_COVERED = frozenset({"link", "joint", "loop", "coupling", TAG})
+_WITHOUT_EFFECT = frozenset({"material", "transmission", "gazebo"})
+_INERTIA_KEYS = ("xx", "yy", "zz", "xy", "xz", "yz")
+_X_AXIS = (1.0, 0.0, 0.0)
+_MAX_LISTED = 8  # links in a message
 
 
 def add_urdf(
     document: Document,
     file: Path,
-    replace: Mapping[str, str],
-    replace_path: KeyPath,
-    alone: bool = False,
+    replacements: Mapping[str, str],
+    replacements_path: KeyPath,
+    is_alone: bool = False,
 ) -> str:
-    """Add links, joints and loops of a URDF(+) to a document; its root link becomes the base. Returns the robot's name.
+    """Add links, joints and loops of a URDF(+) to a document; its root link becomes the base.
 
-    `replace`: joint -> SPHERICAL, FIXED, UJOINT_XY, ...; `replace_path`: where that is written;
-    `alone`: no other file says which joints are driven, and what else a URDF has no words for.
+    Args:
+        document: to which they are added.
+        file: the URDF.
+        replacements: what joints become by name: SPHERICAL, FIXED, UJOINT_XY and the like.
+        replacements_path: where these are written.
+        is_alone: no other file says which joints are driven, and what else URDF has no words for.
+
+    Returns:
+        The name of the robot.
+
+    Raises:
+        DescriptionError: the file is wrong, or says what is not covered.
     """
     root = read_xml(file)
-    reader = _Urdf(document, file, root)
+    xml = XmlReader(file, root)
+    reader = _UrdfReader(document, xml)
     reader.check_root()
-    for joint in replace:
-        known = [element.attributes.get("name", "") for element in root.all("joint")]
-        if joint not in known:
-            problem = f"there is no joint '{joint}' in {file.name}{suggestion(joint, known)}"
-            raise document.error((*replace_path, joint), problem)
-    for link in root.all("link"):
-        reader.link(link)
-    for joint_element in root.all("joint"):
-        reader.joint(joint_element, replace, replace_path)
-    reader.base()
-    add_loops(document, reader)
-    if alone and has_loops(root):
-        add_rest(document, reader)
-    return root.attributes.get("name", file.stem)
-
-
-class _Urdf(XmlFile):
-    def __init__(self, document: Document, file: Path, root: Element) -> None:
-        super().__init__(file, root)
-        self.document = document
-        self.children: dict[str, str] = {}
-
-    def check_root(self) -> None:
-        """Refuse what is no URDF, and note what is left out."""
-        if self.root.tag == "sdf":
-            raise self.error(self.root, (), "is SDFormat, not URDF; load() reads it")
-        if self.root.tag != "robot":
-            raise self.error(self.root, (), f"<{self.root.tag}> is not a URDF; its root is <robot>")
-        if any(name.startswith("xmlns:xacro") for name in self.root.attributes) and any(
-            child.tag.startswith("xacro:") for child in self.root.children
-        ):
-            raise self.error(self.root, (), "is a xacro file; run it through xacro first")
-        others = {child.tag: child for child in self.root.children if child.tag not in SILENT}
-        for tag, child in others.items():
-            if tag == "loop_joint":
-                raise self.error(child, (tag,), "is not URDF; give the loop under closures")
-            self.document.notes.append(f"{self.file.name}: <{tag}> is left out")
-
-    # -- links
-
-    def link(self, element: Element) -> None:
-        name = self.name(element, "links")
-        path = ("links", name)
-        entry: dict[str, Any] = {}
-        inertial = element.first("inertial")
-        if inertial is not None:
-            entry = self.inertial(inertial, path)
-            for key in entry:
-                self.document.set_location((*path, key), self.file, inertial.line)
-        self.document.add_located(path, entry, self.file, element.line)
-        self.document.rounded_links.add(name)
-
-    def inertial(self, element: Element, path: KeyPath) -> dict[str, Any]:
-        mass = element.first("mass")
-        if mass is None:
-            raise self.error(element, path, "<inertial> has no <mass>")
-        origin = self.origin(element, path, self.document)
-        entry: dict[str, Any] = {
-            "mass": self.numbers(mass, "value", 1, (*path, "mass"))[0],
-            "com": origin["xyz"],
-        }
-        inertia = element.first("inertia")
-        if inertia is not None:
-            moments = {
-                key: self.numbers(inertia, f"i{key}", 1, (*path, "inertia"), [0.0])[0]
-                for key in ("xx", "yy", "zz", "xy", "xz", "yz")
-            }
-            entry["inertia"] = {**moments, "frame": {"rpy": origin["rpy"]}}
-        return entry
-
-    # -- joints
-
-    def joint(self, element: Element, replace: Mapping[str, str], replace_path: KeyPath) -> None:
-        name = self.name(element, "joints")
-        path = ("joints", name)
-        kind = element.attributes.get("type", "")
-        if kind not in JOINT_TYPES:
-            free = "; a base that moves freely is not covered: leave the joint out, or fix the base"
-            hint = free if kind == "floating" else ""
-            problem = f"is '{kind}'; expected one of {', '.join(JOINT_TYPES)}{hint}"
-            raise self.error(element, (*path, "type"), problem)
-        entry: dict[str, Any] = {
-            "type": JOINT_TYPES[kind],
-            "parent": self.end(element, "parent", path),
-            "child": self.end(element, "child", path),
-            "origin": self.origin(element, path, self.document),
-        }
-        self.children.setdefault(entry["child"], name)
-        if name in replace:
-            self.replaced(element, name, entry, replace[name].upper(), (*replace_path, name))
-            return
-        if kind != "fixed":
-            self.moving(element, entry, kind, path)
-        self.document.add_located(path, entry, self.file, element.line)
-
-    def moving(self, element: Element, entry: dict[str, Any], kind: str, path: KeyPath) -> None:
-        axis = element.first("axis")
-        entry["axis"] = (
-            [1.0, 0.0, 0.0] if axis is None else self.numbers(axis, "xyz", 3, (*path, "axis"))
-        )
-        if axis is not None:
-            self.document.set_location((*path, "axis"), self.file, axis.line)
-        limit = element.first("limit")
-        if limit is not None and kind != "continuous":
-            self.document.set_location((*path, "limits"), self.file, limit.line)
-            lower, upper = (
-                self.numbers(limit, key, 1, (*path, "limits"), [0.0])[0]
-                for key in ("lower", "upper")
+    joint_names = [element.get("name") for element in root.all("joint")]
+    for joint in replacements:
+        if joint not in joint_names:
+            hint = suggestion(joint, joint_names)
+            raise document.error(
+                (*replacements_path, joint), f"there is no joint '{joint}' in {file.name}{hint}"
             )
-            if lower or upper:  # both 0 is what exporters write for no limits
-                entry["limits"] = [lower, upper]
-        self.friction(element, entry, path)
-        mimic = element.first("mimic")
-        if mimic is not None:
-            self.document.set_location((*path, "mimic"), self.file, mimic.line)
-            factor, offset = (
-                self.numbers(mimic, key, 1, (*path, "mimic"), [default])[0]
-                for key, default in (("multiplier", 1.0), ("offset", 0.0))
-            )
-            source = mimic.attributes.get("joint", "")
-            entry["mimic"] = {"joint": source, "multiplier": factor, "offset": offset}
-
-    def friction(self, element: Element, entry: dict[str, Any], path: KeyPath) -> None:
-        told = element.first("dynamics")
-        if told is None:
-            return
-        self.document.set_location((*path, "friction"), self.file, told.line)
-        keys = (("viscous", "damping"), ("coulomb", "friction"))
-        values = {
-            key: self.numbers(told, name, 1, (*path, "friction"), [0.0])[0] for key, name in keys
-        }
-        entry["friction"] = values
-
-    def replaced(
-        self, element: Element, name: str, entry: dict[str, Any], kind: str, written: KeyPath
-    ) -> None:
-        """Joints that stand in place of one: about the axes of its frame, massless links between."""
-        universal = _AXES.match(kind)
-        if kind == "FIXED":
-            self.document.add_located(
-                ("joints", name), {**entry, "type": "fixed"}, self.file, element.line
-            )
-            self.document.notes.append(f"{name}: fixed at its zero")
-            return
-        if kind != "SPHERICAL" and (universal is None or universal[1] == universal[2]):
-            raise self.document.error(written, f"is '{kind}'; expected {REPLACEMENTS}")
-        letters = "XYZ" if universal is None else f"{universal[1]}{universal[2]}"
-        parent, origin = entry["parent"], entry["origin"]
-        for letter in letters:
-            own = f"{name}_{letter}"
-            child = entry["child"] if letter == letters[-1] else own
-            if child == own:
-                self.document.add_located(("links", own), {}, self.file, element.line)
-            joint = {
-                "type": "revolute",
-                "parent": parent,
-                "child": child,
-                "origin": origin,
-                "axis": letter.lower(),
-            }
-            self.document.add_located(("joints", own), joint, self.file, element.line)
-            parent, origin = child, {}
-
-    def end(self, element: Element, which: str, path: KeyPath) -> str:
-        child = element.first(which)
-        link = "" if child is None else child.attributes.get("link", "")
-        if child is None or not link:
-            raise self.error(element, (*path, which), f"has no <{which} link=...>")
-        self.document.set_location((*path, which), self.file, child.line)
-        return link
-
-    # -- values
-
-    def base(self) -> None:
-        """The one link that is no child is the base."""
-        links = [element.attributes["name"] for element in self.root.all("link")]
-        roots = [name for name in links if name not in self.children]
-        if len(roots) != 1:
-            problem = (
-                "the joints form a cycle, no link is without a parent; cut it and give the loop"
-                " under closures"
-                if links and not roots
-                else (
-                    f"{len(roots)} links are without a parent ({', '.join(roots[:8])}); a robot"
-                    " has one"
-                )
-            )
-            raise self.error(self.root, (), problem)
-        self.document.data.setdefault("base", roots[0])
+    for element in root.all("link"):
+        reader.add_link(element)
+    for element in root.all("joint"):
+        reader.add_joint(element, replacements, replacements_path)
+    reader.add_base()
+    add_loops(document, xml)
+    if is_alone and has_loops(root):
+        add_extras(document, xml)
+    return root.get("name", file.stem)
 
 
-def expand_urdf(document: Document, alone: bool = False) -> str:
-    """The URDF file that a description names, from the folder of the description. Returns the name it gives.
+def expand_urdf(document: Document, is_alone: bool = False) -> str:
+    """Add the URDF file that a description names, from the folder of the description.
 
-    `alone`: as of `add_urdf`.
+    Args:
+        document: the description.
+        is_alone: no other file says which joints are driven, and what else URDF has no words for.
+
+    Returns:
+        The name that the URDF gives the robot; empty where the description names none.
+
+    Raises:
+        DescriptionError: the file is not there or wrong, or says what is not covered.
     """
     entry = document.data.pop("urdf", None)
     if entry is None:
         return ""
-    told: dict[str, Any] = {"file": entry} if isinstance(entry, str) else entry
-    key: KeyPath = ("urdf",) if isinstance(entry, str) else ("urdf", "file")
-    file = (Path(document.file).parent if document.file else Path()) / told["file"]
+    key: KeyPath = ("urdf", "file")
+    if isinstance(entry, str):
+        entry = {"file": entry}
+        key = ("urdf",)
+    folder = Path()
+    if document.file:
+        folder = Path(document.file).parent
+    file = folder / entry["file"]
     if not file.is_file():
         raise document.error(
             key, f"there is no file {file}; the path starts at the folder of this file"
         )
-    return add_urdf(document, file, told.get("replace", {}), ("urdf", "replace"), alone)
+    return add_urdf(document, file, entry.get("replace", {}), ("urdf", "replace"), is_alone)
+
+
+class _UrdfReader:
+    def __init__(self, document: Document, xml: XmlReader) -> None:
+        self.document = document
+        self.xml = xml
+        self.children: set[str] = set()  # links that hang on a joint
+
+    def check_root(self) -> None:
+        """Refuse what is no URDF, and note what is omitted."""
+        root = self.xml.root
+        if root.tag == "sdf":
+            raise self.xml.error(root, (), "is SDFormat, not URDF; load() reads it")
+        if root.tag != "robot":
+            raise self.xml.error(root, (), f"<{root.tag}> is not a URDF; its root is <robot>")
+        if _is_xacro(root):
+            raise self.xml.error(root, (), "is a xacro file; run it through xacro first")
+        others: dict[str, LocatedElement] = {}
+        for child in root.children:
+            if child.tag not in _COVERED and child.tag not in _WITHOUT_EFFECT:
+                others[child.tag] = child
+        for tag, child in others.items():
+            if tag == "loop_joint":
+                raise self.xml.error(child, (tag,), "is not URDF; give the loop under closures")
+            self.document.notes.append(f"{self.xml.file.name}: <{tag}> is left out")
+
+    # -- links
+
+    def add_link(self, element: LocatedElement) -> None:
+        name = self.xml.name(element, "links")
+        path = ("links", name)
+        entry: dict[str, Any] = {}
+        inertial = element.first("inertial")
+        if inertial is not None:
+            entry = self.body(inertial, path)
+            for key in entry:
+                self.locate((*path, key), inertial)
+        self.document.add_located(path, entry, self.xml.file, element.line)
+        self.document.rounded_links.add(name)
+
+    def body(self, inertial: LocatedElement, path: KeyPath) -> dict[str, Any]:
+        """Mass, centre of mass and inertia of a link."""
+        mass = inertial.first("mass")
+        if mass is None:
+            raise self.xml.error(inertial, path, "<inertial> has no <mass>")
+        origin = self.xml.origin(inertial, path, self.document)
+        entry: dict[str, Any] = {
+            "mass": self.xml.number(mass, "value", (*path, "mass")),
+            "com": origin["xyz"],
+        }
+        inertia = inertial.first("inertia")
+        if inertia is not None:
+            tensor: dict[str, Any] = {}
+            for key in _INERTIA_KEYS:
+                tensor[key] = self.xml.number(inertia, f"i{key}", (*path, "inertia"), 0.0)
+            tensor["frame"] = {"rpy": origin["rpy"]}
+            entry["inertia"] = tensor
+        return entry
+
+    # -- joints
+
+    def add_joint(
+        self,
+        element: LocatedElement,
+        replacements: Mapping[str, str],
+        replacements_path: KeyPath,
+    ) -> None:
+        name = self.xml.name(element, "joints")
+        path = ("joints", name)
+        urdf_type = self.joint_type(element, path)
+        entry: dict[str, Any] = {
+            "type": JOINT_TYPES[urdf_type],
+            "parent": self.linked(element, "parent", path),
+            "child": self.linked(element, "child", path),
+            "origin": self.xml.origin(element, path, self.document),
+        }
+        self.children.add(entry["child"])
+        if name in replacements:
+            kind = replacements[name].upper()
+            written = (*replacements_path, name)
+            add_replacement(
+                self.document, (self.xml.file, element.line), name, entry, kind, written
+            )
+            return
+        if urdf_type != "fixed":
+            self.add_motion(element, entry, urdf_type, path)
+        self.document.add_located(path, entry, self.xml.file, element.line)
+
+    def joint_type(self, element: LocatedElement, path: KeyPath) -> str:
+        urdf_type = element.get("type")
+        if urdf_type in JOINT_TYPES:
+            return urdf_type
+        hint = ""
+        if urdf_type == "floating":
+            hint = "; a base that moves freely is not covered: leave the joint out, or fix the base"
+        raise self.xml.error(
+            element,
+            (*path, "type"),
+            f"is '{urdf_type}'; expected one of {', '.join(JOINT_TYPES)}{hint}",
+        )
+
+    def add_motion(
+        self, element: LocatedElement, entry: dict[str, Any], urdf_type: str, path: KeyPath
+    ) -> None:
+        """Add axis, limits, friction and mimic of a joint that moves."""
+        self.add_axis(element, entry, path)
+        if urdf_type != "continuous":
+            self.add_limits(element, entry, path)
+        self.add_friction(element, entry, path)
+        self.add_mimic(element, entry, path)
+
+    def add_axis(self, joint: LocatedElement, entry: dict[str, Any], path: KeyPath) -> None:
+        entry["axis"] = list(_X_AXIS)
+        axis = joint.first("axis")
+        if axis is not None:
+            key = (*path, "axis")
+            entry["axis"] = self.xml.numbers(axis, "xyz", 3, key)
+            self.locate(key, axis)
+
+    def add_limits(self, joint: LocatedElement, entry: dict[str, Any], path: KeyPath) -> None:
+        limit = joint.first("limit")
+        if limit is None:
+            return
+        key = (*path, "limits")
+        self.locate(key, limit)
+        lower = self.xml.number(limit, "lower", key, 0.0)
+        upper = self.xml.number(limit, "upper", key, 0.0)
+        if lower or upper:  # both 0 is what exporters write for no limits
+            entry["limits"] = [lower, upper]
+
+    def add_friction(self, joint: LocatedElement, entry: dict[str, Any], path: KeyPath) -> None:
+        dynamics = joint.first("dynamics")
+        if dynamics is None:
+            return
+        key = (*path, "friction")
+        self.locate(key, dynamics)
+        entry["friction"] = {
+            "viscous": self.xml.number(dynamics, "damping", key, 0.0),
+            "coulomb": self.xml.number(dynamics, "friction", key, 0.0),
+        }
+
+    def add_mimic(self, joint: LocatedElement, entry: dict[str, Any], path: KeyPath) -> None:
+        mimic = joint.first("mimic")
+        if mimic is None:
+            return
+        key = (*path, "mimic")
+        self.locate(key, mimic)
+        entry["mimic"] = {
+            "joint": mimic.get("joint"),
+            "multiplier": self.xml.number(mimic, "multiplier", key, 1.0),
+            "offset": self.xml.number(mimic, "offset", key, 0.0),
+        }
+
+    def linked(self, joint: LocatedElement, tag: str, path: KeyPath) -> str:
+        """The parent or child link of a joint."""
+        key = (*path, tag)
+        end = joint.first(tag)
+        if end is None or not end.get("link"):
+            raise self.xml.error(joint, key, f"has no <{tag} link=...>")
+        self.locate(key, end)
+        return end.get("link")
+
+    # -- base
+
+    def add_base(self) -> None:
+        """Make the one link that is no child the base."""
+        links = [element.get("name") for element in self.xml.root.all("link")]
+        roots = [name for name in links if name not in self.children]
+        if len(roots) == 1:
+            self.document.data.setdefault("base", roots[0])
+            return
+        listed = ", ".join(roots[:_MAX_LISTED])
+        problem = f"{len(roots)} links are without a parent ({listed}); a robot has one"
+        if links and not roots:
+            problem = (
+                "the joints form a cycle, no link is without a parent; cut it and give the loop"
+                " under closures"
+            )
+        raise self.xml.error(self.xml.root, (), problem)
+
+    def locate(self, path: KeyPath, element: LocatedElement) -> None:
+        """Errors at a path point at an element."""
+        self.document.set_location(path, self.xml.file, element.line)
+
+
+def _is_xacro(root: LocatedElement) -> bool:
+    has_namespace = any(name.startswith("xmlns:xacro") for name in root.attributes)
+    has_elements = any(child.tag.startswith("xacro:") for child in root.children)
+    return has_namespace and has_elements

@@ -1,137 +1,153 @@
-"""A robot as URDF: its spanning tree, loops cut. Every joint, passive ones too, is one that something has to drive.
+"""A robot as URDF: its spanning tree, with all joints, loops cut.
 
-URDF knows no loops: positions of all joints, as `robot.close` gives them, show the robot as it is.
+URDF knows no loops. Positions of all joints, as `robot.close` gives them, show the robot as it is.
 Links are drawn as thin rods to their joints, pins and frames, since a description has no shapes.
 """
 
 from __future__ import annotations
 
 import math
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
+from ...description.effects import Payload
 from ...description.geometry import rotation_with_z_axis, rpy_of
-from ...description.model import Frame, Joint, Link, RobotDescription, effects_of
+from ...description.model import Frame, Joint, Link, Mimic, RobotDescription, effects_of
 from ...ground.arrays import Array
 from .. import shapes
-from ..extras_writer import comment, in_words, rest_of
-from ..shapes import number, numbers
+from ..extras_writer import Feature, extras_of, extras_summary
+from ..xml.writer import insert_comment, number_text, numbers_text, xml_text
 
-UNLIMITED = 1e3  # [m] travel of a prismatic joint without limits, which URDF does not know
-CARRIED = frozenset({"friction", "mimic"})  # what a URDF says of all that it may not say
-EFFORT = (
-    1e9  # [N m or N], RATE [rad/s or m/s]: limits that URDF wants and a description does not give
-)
-RATE = 1e3
+FEATURES = frozenset({Feature.FRICTION, Feature.MIMIC})
+_LONGEST_TRAVEL = 1e3  # [m] of a slide without limits, which URDF does not know
+# Limits that URDF wants and a description does not give:
+_MAX_EFFORT = 1e9  # [N m or N]
+_MAX_RATE = 1e3  # [rad/s or m/s]
 
 
 def to_urdf(robot: RobotDescription) -> str:
-    """The spanning tree of a robot as URDF text: the same link frames, joint names, axes, limits, masses and inertias.
+    """The spanning tree of a robot as URDF text, with the same link frames and joint names.
 
-    Frames of the robot that are no links become links without mass on fixed joints, payloads links
-    with mass. A comment at the top names the loops that are cut and whatever else a URDF has no
-    words for.
+    Axes, limits, masses and inertias are the same too. Frames become links without mass on fixed
+    joints, payloads links with mass. A comment at the top names the loops that are cut, and what
+    else a URDF has no words for.
+
+    Args:
+        robot: that is written.
     """
     root = tree_element(robot)
     cut = ", ".join(closure.name for closure in robot.closures) or "none"
-    lost = in_words(rest_of(robot, CARRIED))
-    comment(root, f"Loops that are cut: {cut}. Not in this file: {lost}.")
-    return as_xml(root)
+    omitted = extras_summary(extras_of(robot, FEATURES))
+    insert_comment(root, f"Loops that are cut: {cut}. Not in this file: {omitted}.")
+    return xml_text(root)
 
 
 def tree_element(robot: RobotDescription) -> Element:
     """The <robot> element of the spanning tree."""
     root = Element("robot", name=robot.name)
-    links = {robot.base: Link(robot.base), **robot.links}
-    marks = {name: list(shapes.marks(robot, name)) for name in links}
-    size = max(
-        (float(np.linalg.norm(point)) for points in marks.values() for point in points), default=1.0
-    )
+    links = shapes.all_links(robot)
+    radius = shapes.ROD_RADIUS * shapes.robot_size(robot)
     for name, link in links.items():
-        _add_link(root, link, marks[name], shapes.THICKNESS * size)
+        element = _add_link(root, link)
+        for end in shapes.rods(shapes.attachment_points(robot, name)):
+            _add_rod(element, end, radius)
     for joint in robot.joints.values():
         _add_joint(root, joint, robot)
-    for name, frame in shapes.frames(robot):
+    for name, frame in shapes.extra_frames(robot):
         add_frame(root, name, frame)
     for link_name in links:
-        for name, frame, payload in shapes.payloads(robot, link_name):
-            body = Link(name, payload.mass, np.asarray(payload.com), np.asarray(payload.inertia))
-            _add_link(root, body, [], 0.0)
-            _add_fixed(root, name, frame)
+        for name, frame, payload in shapes.payload_bodies(robot, link_name):
+            _add_payload(root, name, frame, payload)
     return root
 
 
-def as_xml(root: Element) -> str:
-    """The text of a file."""
-    indent(root)
-    return tostring(root, encoding="unicode", xml_declaration=True) + "\n"
-
-
 def add_frame(root: Element, name: str, frame: Frame) -> None:
-    """A place on a link as a link without mass."""
+    """Add a frame as a link without mass."""
     SubElement(root, "link", name=name)
-    _add_fixed(root, name, frame)
-
-
-def _add_link(root: Element, link: Link, marks: list[Array], radius: float) -> None:
-    element = SubElement(root, "link", name=link.name)
-    if link.mass > 0.0 or link.inertia.any():
-        inertial = SubElement(element, "inertial")
-        SubElement(inertial, "origin", xyz=numbers(link.com), rpy="0 0 0")
-        SubElement(inertial, "mass", value=number(link.mass))
-        J = link.inertia
-        moments = {
-            "ixx": J[0, 0],
-            "ixy": J[0, 1],
-            "ixz": J[0, 2],
-            "iyy": J[1, 1],
-            "iyz": J[1, 2],
-            "izz": J[2, 2],
-        }
-        SubElement(inertial, "inertia", {name: number(value) for name, value in moments.items()})
-    for mark in marks:
-        length = float(np.linalg.norm(mark))
-        if length > shapes.SMALLEST:
-            visual = SubElement(element, "visual")
-            add_origin(visual, 0.5 * mark, rotation_with_z_axis(mark / length))
-            geometry = SubElement(visual, "geometry")
-            SubElement(geometry, "cylinder", radius=number(radius), length=number(length))
-
-
-def _add_joint(root: Element, joint: Joint, robot: RobotDescription) -> None:
-    lower, upper = joint.limits
-    limited = math.isfinite(lower) and math.isfinite(upper)
-    endless = joint.type == "revolute" and not limited
-    element = SubElement(
-        root, "joint", name=joint.name, type="continuous" if endless else joint.type
-    )
-    add_origin(element, joint.translation, joint.rotation)
-    SubElement(element, "parent", link=joint.parent)
-    SubElement(element, "child", link=joint.child)
-    SubElement(element, "axis", xyz=numbers(joint.axis))
-    limit = {"effort": number(EFFORT), "velocity": number(RATE)}
-    if not endless:
-        lower, upper = max(lower, -UNLIMITED), min(upper, UNLIMITED)
-        limit |= {"lower": number(lower), "upper": number(upper)}
-    SubElement(element, "limit", limit)
-    effect, mimic = effects_of(robot, joint.name), robot.mimics.get(joint.name)
-    if effect.viscous or effect.coulomb:
-        SubElement(
-            element, "dynamics", damping=number(effect.viscous), friction=number(effect.coulomb)
-        )
-    if mimic is not None:
-        follows = {"multiplier": number(mimic.multiplier), "offset": number(mimic.offset)}
-        SubElement(element, "mimic", {"joint": mimic.source, **follows})
-
-
-def _add_fixed(root: Element, name: str, frame: Frame) -> None:
-    element = SubElement(root, "joint", name=f"{name}_fixed", type="fixed")
-    add_origin(element, frame.translation, frame.rotation)
-    SubElement(element, "parent", link=frame.link)
-    SubElement(element, "child", link=name)
+    _add_fixed_joint(root, name, frame)
 
 
 def add_origin(element: Element, translation: Array, rotation: Array) -> None:
-    """A pose as URDF has it."""
-    SubElement(element, "origin", xyz=numbers(translation), rpy=numbers(rpy_of(rotation)))
+    """Add a pose as URDF has it: translation (3,) [m], rotation (3, 3)."""
+    rpy = rpy_of(rotation)
+    SubElement(element, "origin", xyz=numbers_text(translation), rpy=numbers_text(rpy))
+
+
+def _add_link(root: Element, link: Link) -> Element:
+    element = SubElement(root, "link", name=link.name)
+    if link.mass <= 0.0 and not link.inertia.any():
+        return element
+    inertial = SubElement(element, "inertial")
+    SubElement(inertial, "origin", xyz=numbers_text(link.com), rpy="0 0 0")
+    SubElement(inertial, "mass", value=number_text(link.mass))
+    J = link.inertia
+    SubElement(
+        inertial,
+        "inertia",
+        ixx=number_text(J[0, 0]),
+        ixy=number_text(J[0, 1]),
+        ixz=number_text(J[0, 2]),
+        iyy=number_text(J[1, 1]),
+        iyz=number_text(J[1, 2]),
+        izz=number_text(J[2, 2]),
+    )
+    return element
+
+
+def _add_rod(link: Element, end: Array, radius: float) -> None:
+    """A rod from the origin of a link to a point of it."""
+    length = shapes.norm(end)
+    visual = SubElement(link, "visual")
+    add_origin(visual, 0.5 * end, rotation_with_z_axis(end / length))
+    geometry = SubElement(visual, "geometry")
+    SubElement(geometry, "cylinder", radius=number_text(radius), length=number_text(length))
+
+
+def _add_payload(root: Element, name: str, frame: Frame, payload: Payload) -> None:
+    body = Link(name, payload.mass, np.asarray(payload.com), np.asarray(payload.inertia))
+    _add_link(root, body)
+    _add_fixed_joint(root, name, frame)
+
+
+def _add_joint(root: Element, joint: Joint, robot: RobotDescription) -> None:
+    is_limited = all(map(math.isfinite, joint.limits))
+    is_continuous = joint.type == "revolute" and not is_limited
+    urdf_type = "continuous" if is_continuous else joint.type
+    element = SubElement(root, "joint", name=joint.name, type=urdf_type)
+    add_origin(element, joint.translation, joint.rotation)
+    SubElement(element, "parent", link=joint.parent)
+    SubElement(element, "child", link=joint.child)
+    SubElement(element, "axis", xyz=numbers_text(joint.axis))
+    limit = {"effort": number_text(_MAX_EFFORT), "velocity": number_text(_MAX_RATE)}
+    if not is_continuous:
+        lower, upper = joint.limits
+        limit["lower"] = number_text(max(lower, -_LONGEST_TRAVEL))
+        limit["upper"] = number_text(min(upper, _LONGEST_TRAVEL))
+    SubElement(element, "limit", limit)
+    _add_friction(element, robot, joint.name)
+    mimic = robot.mimics.get(joint.name)
+    if mimic is not None:
+        _add_mimic(element, mimic)
+
+
+def _add_friction(joint: Element, robot: RobotDescription, name: str) -> None:
+    effect = effects_of(robot, name)
+    if not effect.viscous and not effect.coulomb:
+        return
+    damping = number_text(effect.viscous)
+    friction = number_text(effect.coulomb)
+    SubElement(joint, "dynamics", damping=damping, friction=friction)
+
+
+def _add_mimic(joint: Element, mimic: Mimic) -> None:
+    multiplier = number_text(mimic.multiplier)
+    offset = number_text(mimic.offset)
+    SubElement(joint, "mimic", joint=mimic.source, multiplier=multiplier, offset=offset)
+
+
+def _add_fixed_joint(root: Element, link: str, frame: Frame) -> None:
+    element = SubElement(root, "joint", name=f"{link}_fixed", type="fixed")
+    add_origin(element, frame.translation, frame.rotation)
+    SubElement(element, "parent", link=frame.link)
+    SubElement(element, "child", link=link)

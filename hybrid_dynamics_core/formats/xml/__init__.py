@@ -1,1 +1,1 @@
-"""What the XML formats share: trees with line numbers, typed attributes, known elements."""
+"""What the XML formats share: elements with their lines, typed values, vocabularies, texts."""

@@ -1,4 +1,4 @@
-"""Which words of a format a reader knows: what it reads, and what cannot change the robot.
+"""Which attributes and elements of a format are covered: what is read, and what changes no robot.
 
 All others are refused.
 """
@@ -9,95 +9,118 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ...description.document import KeyPath
-from .elements import XmlFile
-from .tree import Element
+from .located_xml import LocatedElement
+from .reader import XmlReader
 
-TRUTH = {"true": "1", "false": "0"}
-KEYS = {"body": "links"}  # what other elements are called in messages: their tag and an s
+_BOOLEANS = {"true": "1", "false": "0"}
+_SECTIONS = {"body": "links"}  # in messages; of all other elements their tag and an s
 
 
 @dataclass(frozen=True)
-class Words:
-    """What an element may hold: attributes, elements (None: any), and words that may have one value only."""
+class Vocabulary:
+    """What an element may hold.
+
+    Attributes:
+        attributes: names of attributes.
+        elements: tags of elements; None for any.
+        fixed: values that change nothing, parted by |, of further attributes and elements.
+    """
 
     attributes: frozenset[str] = frozenset()
     elements: frozenset[str] | None = frozenset()
-    fixed: Mapping[str, str] = field(
-        default_factory=dict
-    )  # attributes and elements: values that say nothing, by |
+    fixed: Mapping[str, str] = field(default_factory=dict)
 
 
-def words(attributes: str = "", elements: str | None = "", **fixed: str) -> Words:
-    """Words from names with blanks between them."""
-    known = None if elements is None else frozenset(elements.split())
-    return Words(frozenset(attributes.split()), known, fixed)
+def vocabulary(attributes: str = "", elements: str | None = "", **fixed: str) -> Vocabulary:
+    """A vocabulary from names with blanks between them."""
+    tags = None
+    if elements is not None:
+        tags = frozenset(elements.split())
+    return Vocabulary(frozenset(attributes.split()), tags, fixed)
 
 
-class WordCheck:
-    """Goes through a file; `table` has the words of an element by tag, or by its parent's tag and its own (`a/b`).
+class VocabularyCheck:
+    """Goes through the elements of a file.
 
-    Elements without words are not looked into. `advice` ends every message. Names with a colon
-    belong to others.
+    Elements without a vocabulary are not looked into. Names with a colon belong to other programs.
+
+    Args:
+        xml: the file.
+        table: vocabularies by tag, or by the parent's tag and the element's (`a/b`).
+        advice: ends every message.
     """
 
-    def __init__(self, xml: XmlFile, table: Mapping[str, Words], advice: str) -> None:
-        self.xml, self.table, self.advice = xml, table, advice
+    def __init__(self, xml: XmlReader, table: Mapping[str, Vocabulary], advice: str) -> None:
+        self.xml = xml
+        self.table = table
+        self.advice = advice
 
-    def check(self, element: Element, parent: str = "", key: KeyPath = ()) -> None:
-        """Raise a DescriptionError at the first word in an element that is not known."""
-        known = self.table.get(f"{parent}/{element.tag}", self.table.get(element.tag))
-        if known is None:
+    def check(self, element: LocatedElement, parent: str = "", key: KeyPath = ()) -> None:
+        """Check an element and all in it.
+
+        Raises:
+            DescriptionError: the first attribute or element that is not covered.
+        """
+        covered = self.table.get(f"{parent}/{element.tag}", self.table.get(element.tag))
+        if covered is None:
             return
-        if element.attributes.get("name"):
-            key = (KEYS.get(element.tag, f"{element.tag}s"), element.attributes["name"])
-        for name, value in element.attributes.items():
-            if name not in known.attributes and ":" not in name and name != "xmlns":
-                self.value(element, f"{name} of <{element.tag}>", value, known.fixed.get(name), key)
+        if element.get("name"):
+            section = _SECTIONS.get(element.tag, f"{element.tag}s")
+            key = (section, element.get("name"))
+        self._check_attributes(element, covered, key)
         for child in element.children:
-            if child.tag in known.fixed:
-                self.value(
-                    child,
-                    f"<{child.tag}> of <{element.tag}>",
-                    child.text,
-                    known.fixed[child.tag],
-                    key,
-                )
-            elif (
-                known.elements is not None
-                and child.tag not in known.elements
-                and ":" not in child.tag
-            ):
-                raise self.xml.error(
-                    child, key or (element.tag,), f"<{child.tag}> is not covered{self.advice}"
-                )
+            self._check_child(element, child, covered, key)
             self.check(child, element.tag, key)
 
-    def value(
-        self, element: Element, name: str, value: str, wanted: str | None, key: KeyPath
+    def _check_attributes(self, element: LocatedElement, covered: Vocabulary, key: KeyPath) -> None:
+        for name, value in element.attributes.items():
+            if name in covered.attributes or name == "xmlns" or ":" in name:
+                continue
+            shown = f"{name} of <{element.tag}>"
+            if name not in covered.fixed:
+                raise self._not_covered(element, shown, key)
+            self._check_value(element, shown, value, covered.fixed[name], key)
+
+    def _check_child(
+        self, element: LocatedElement, child: LocatedElement, covered: Vocabulary, key: KeyPath
     ) -> None:
-        """Raise a DescriptionError where a word has not the value it may have."""
-        if wanted is None:
-            raise self.xml.error(
-                element, key or (element.tag,), f"{name} is not covered{self.advice}"
-            )
-        values = wanted.split("|")
-        if value.strip() and not any(alike(value, one) for one in values):
-            expected = " or ".join(f"'{one}'" for one in values)
-            problem = (
-                f"{name} is '{value.strip()}', which is not covered; expected"
-                f" {expected}{self.advice}"
-            )
-            raise self.xml.error(element, key or (element.tag,), problem)
+        tag = child.tag
+        if tag in covered.fixed:
+            shown = f"<{tag}> of <{element.tag}>"
+            self._check_value(child, shown, child.text, covered.fixed[tag], key)
+            return
+        if covered.elements is None or tag in covered.elements or ":" in tag:
+            return
+        raise self._not_covered(child, f"<{tag}>", key or (element.tag,))
+
+    def _check_value(
+        self, element: LocatedElement, shown: str, value: str, fixed: str, key: KeyPath
+    ) -> None:
+        """Check that an attribute or element has one of the values that change nothing."""
+        value = value.strip()
+        alternatives = fixed.split("|")
+        if not value or any(_equal(value, alternative) for alternative in alternatives):
+            return
+        expected = " or ".join(f"'{alternative}'" for alternative in alternatives)
+        raise self.xml.error(
+            element,
+            key or (element.tag,),
+            f"{shown} is '{value}', which is not covered; expected {expected}{self.advice}",
+        )
+
+    def _not_covered(self, element: LocatedElement, shown: str, key: KeyPath) -> Exception:
+        problem = f"{shown} is not covered{self.advice}"
+        return self.xml.error(element, key or (element.tag,), problem)
 
 
-def alike(one: str, other: str) -> bool:
+def _equal(one: str, other: str) -> bool:
     """Whether two values say the same; 0 stands for any number of zeros."""
-    return _plain(one) == _plain(other)
+    return _normalized(one) == _normalized(other)
 
 
-def _plain(value: str) -> list[float] | str:
+def _normalized(value: str) -> list[float] | str:
     text = value.strip().lower()
-    text = TRUTH.get(text, text)
+    text = _BOOLEANS.get(text, text)
     try:
         numbers = [float(part) for part in text.split()]
     except ValueError:

@@ -1,0 +1,106 @@
+"""XML as plain elements with the lines where they open.
+
+Document types are refused, so no entity can grow or reach outside.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.parsers import expat
+
+from ...description.files import read_text
+from ...errors import DescriptionError
+
+MAX_ELEMENTS = 200_000
+MAX_DEPTH = 50
+
+
+@dataclass
+class LocatedElement:
+    """An element of a file.
+
+    Attributes:
+        tag: of the element.
+        attributes: by name.
+        line: where it opens (1-based).
+        children: elements inside it.
+        text: right inside it.
+    """
+
+    tag: str
+    attributes: dict[str, str]
+    line: int
+    children: list[LocatedElement] = field(default_factory=list)
+    text: str = ""
+
+    def get(self, attribute: str, default: str = "") -> str:
+        """The text of an attribute."""
+        return self.attributes.get(attribute, default)
+
+    def all(self, tag: str) -> list[LocatedElement]:
+        """Children with a tag."""
+        return [child for child in self.children if child.tag == tag]
+
+    def first(self, tag: str) -> LocatedElement | None:
+        """The first child with a tag."""
+        return next(iter(self.all(tag)), None)
+
+
+def read_xml(path: Path) -> LocatedElement:
+    """The root element of a file.
+
+    Raises:
+        DescriptionError: it is not plain XML.
+    """
+    return parse_xml(read_text(path), path)
+
+
+def parse_xml(text: str, path: Path) -> LocatedElement:
+    """The root element of a text; `path` is named in messages.
+
+    Raises:
+        DescriptionError: it is not plain XML.
+    """
+    parser = _Parser(path)
+    try:
+        parser.expat.Parse(text.removeprefix("\ufeff"), True)
+    except expat.ExpatError as error:
+        problem = f"not valid XML: {expat.ErrorString(error.code)}"
+        raise DescriptionError(problem, file=path, line=error.lineno) from error
+    return parser.root
+
+
+class _Parser:
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.root = LocatedElement("", {}, 1)
+        self.open: list[LocatedElement] = []
+        self.count = 0
+        self.expat = expat.ParserCreate()
+        self.expat.StartElementHandler = self.start
+        self.expat.EndElementHandler = self.end
+        self.expat.CharacterDataHandler = self.characters
+        self.expat.StartDoctypeDeclHandler = self.refuse_doctype
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        element = LocatedElement(tag, attributes, self.expat.CurrentLineNumber)
+        self.count += 1
+        if self.count > MAX_ELEMENTS or len(self.open) >= MAX_DEPTH:
+            problem = "too many elements for a robot"
+            raise DescriptionError(problem, file=self.path, line=element.line)
+        if self.open:
+            self.open[-1].children.append(element)
+        else:
+            self.root = element
+        self.open.append(element)
+
+    def characters(self, text: str) -> None:
+        self.open[-1].text += text
+
+    def end(self, _: str) -> None:
+        self.open.pop()
+
+    def refuse_doctype(self, *_: object) -> None:
+        problem = "has a document type (<!DOCTYPE ...>), which could define entities; remove it"
+        raise DescriptionError(problem, file=self.path, line=self.expat.CurrentLineNumber)

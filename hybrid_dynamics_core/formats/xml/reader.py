@@ -1,0 +1,125 @@
+"""Names and numbers out of XML elements, with messages that name file, line and entry."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from ...description.document import Document, KeyPath, dotted
+from ...errors import DescriptionError
+from ...ground.wording import counted
+from .located_xml import LocatedElement
+
+_ZERO_VECTOR = (0.0, 0.0, 0.0)
+
+
+class XmlReader:
+    """Reads the elements of one file.
+
+    Attributes:
+        file: path of the file.
+        root: its root element.
+    """
+
+    def __init__(self, file: Path, root: LocatedElement) -> None:
+        self.file = file
+        self.root = root
+
+    def error(self, element: LocatedElement, key: KeyPath, problem: str) -> DescriptionError:
+        """A DescriptionError at an element, with the key of its entry."""
+        return DescriptionError(problem, key=dotted(key), file=self.file, line=element.line)
+
+    def error_at(self, element: LocatedElement, problem: str) -> DescriptionError:
+        """A DescriptionError at an element with a name, as `joints.NAME`."""
+        return self.error(element, (f"{element.tag}s", element.get("name")), problem)
+
+    def name(self, element: LocatedElement, kind: str) -> str:
+        """The name of an element that has to have one; `kind` is the key in messages."""
+        name = element.get("name")
+        if not name:
+            raise self.error(element, (kind,), f"a <{element.tag}> has no name")
+        return name
+
+    def number(
+        self, element: LocatedElement, attribute: str, key: KeyPath, default: float | None = None
+    ) -> float:
+        """The finite number of an attribute.
+
+        Args:
+            element: that has the attribute.
+            attribute: name of it.
+            key: of the entry, for messages.
+            default: where there is no such attribute; None where there has to be.
+        """
+        defaults = None
+        if default is not None:
+            defaults = [default]
+        return self.numbers(element, attribute, 1, key, defaults)[0]
+
+    def numbers(
+        self,
+        element: LocatedElement,
+        attribute: str,
+        count: int,
+        key: KeyPath,
+        default: Sequence[float] | None = None,
+    ) -> list[float]:
+        """The finite numbers of an attribute.
+
+        Args:
+            element: that has the attribute.
+            attribute: name of it.
+            count: how many numbers it has.
+            key: of the entry, for messages.
+            default: where there is no such attribute; None where there has to be.
+        """
+        text = element.attributes.get(attribute)
+        if text is not None:
+            return self._parse(element, text, count, key, f'{attribute}="{text}"')
+        if default is None:
+            raise self._no_numbers(element, count, key, f"{attribute} is missing")
+        return list(default)
+
+    def text_number(self, element: LocatedElement | None, key: KeyPath, default: float) -> float:
+        """The finite number between the tags of an element; the default without the element."""
+        return self.text_numbers(element, 1, key, [default])[0]
+
+    def text_numbers(
+        self, element: LocatedElement | None, count: int, key: KeyPath, default: Sequence[float]
+    ) -> list[float]:
+        """The finite numbers between the tags of an element; the default without the element."""
+        if element is None:
+            return list(default)
+        return self._parse(element, element.text, count, key, f"'{element.text.strip()}'")
+
+    def origin(
+        self, element: LocatedElement, path: KeyPath, document: Document
+    ) -> dict[str, list[float]]:
+        """The <origin> of an element, as URDF has it."""
+        origin = element.first("origin")
+        if origin is None:
+            return {"xyz": list(_ZERO_VECTOR), "rpy": list(_ZERO_VECTOR)}
+        key = (*path, "origin")
+        document.set_location(key, self.file, origin.line)
+        return {
+            "xyz": self.numbers(origin, "xyz", 3, (*key, "xyz"), _ZERO_VECTOR),
+            "rpy": self.numbers(origin, "rpy", 3, (*key, "rpy"), _ZERO_VECTOR),
+        }
+
+    def _parse(
+        self, element: LocatedElement, text: str, count: int, key: KeyPath, shown: str
+    ) -> list[float]:
+        try:
+            values = [float(part) for part in text.split()]
+        except ValueError:
+            values = []
+        if len(values) != count or not all(map(math.isfinite, values)):
+            raise self._no_numbers(element, count, key, shown)
+        return values
+
+    def _no_numbers(
+        self, element: LocatedElement, count: int, key: KeyPath, shown: str
+    ) -> DescriptionError:
+        expected = "a number" if count == 1 else counted(count, "number")
+        return self.error(element, key, f"<{element.tag}> {shown}; expected {expected}")
