@@ -19,32 +19,32 @@ from hybrid_dynamics_core.control import ComputedTorque, FeedForward, JointTraje
 from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
 
 BILLET = Payload(150.0, com=[0.15, 0.0, 0.0])  # from the end of the gripper [kg], [m]
-KP, KD = 400.0, 40.0  # [1/s^2], [1/s]: both roots at -20/s
-START, END = [0.0, 0.10, 0.15, 0.0], [0.8, 0.20, 0.12, 0.5]
+KP = 400.0  # [1/s^2] with KD: both roots at -20/s
+KD = 40.0  # [1/s]
+START = [0.0, 0.10, 0.15, 0.0]  # q1 [rad], q12 [m], q22 [m], q4 [rad]
+END = [0.8, 0.20, 0.12, 0.5]
 OFF = [0.0, 0.01, 0.0, 0.0]  # where the robot stands beside the start of the motion
 
 
 def follow() -> dict[str, Simulation]:
-    """One and a half seconds, half a second of them holding the end, by controller."""
+    """Motions of one and a half seconds by controller; the last half second holds the end."""
     robot = load("forging_chu2020")
     path = JointTrajectory.between(START, END, 1.0)
     truth = robot.loads.with_payload(BILLET)
-    stiffness = KP * np.diag(
-        robot.minimal_form(robot.close(START), truth)[0]
-    )  # at the start, joint by joint
+    mass_matrix = robot.minimal_form(robot.close(START), truth)[0]
+    stiffness = KP * np.diag(mass_matrix)  # at the start, joint by joint
+    damping = KD / KP * stiffness
     controllers = {
         "computed torque, billet known": ComputedTorque(robot, path, KP, KD, truth),
         "computed torque, billet unknown": ComputedTorque(robot, path, KP, KD),
-        "springs and dampers alone": FeedForward(
-            robot, path, stiffness, KD / KP * stiffness, model=False
-        ),
+        "springs and dampers alone": FeedForward(robot, path, stiffness, damping, model=False),
     }
     settings = Settings(loads=truth, method="RK45", hold=4e-3, rate=100.0, rtol=1e-6, atol=1e-8)
     start = np.add(START, OFF)
-    return {
-        name: simulate(robot, start, None, tau, (0.0, 1.5), settings)
-        for name, tau in controllers.items()
-    }
+    motions = {}
+    for name, tau in controllers.items():
+        motions[name] = simulate(robot, start, None, tau, (0.0, 1.5), settings)
+    return motions
 
 
 def errors(motion: Simulation) -> np.ndarray:
@@ -54,26 +54,21 @@ def errors(motion: Simulation) -> np.ndarray:
 
 def plot(motions: dict[str, Simulation], path: str) -> None:
     """Errors of both cylinders."""
-    from hybrid_dynamics_core.drawing.page import written_page  # noqa: PLC0415  needs Matplotlib
+    # Matplotlib is an extra.
+    from hybrid_dynamics_core.drawing.page import written_page  # noqa: PLC0415
 
-    about = (
-        f"the gripper holds {BILLET.mass:.0f} kg; cylinder 1 starts {1e3 * OFF[1]:.0f} mm beside"
-        " its path"
-    )
-    with written_page(
-        path, "The forging robot under three controllers", about, height=3.5
-    ) as figure:
+    offset = f"cylinder 1 starts {1e3 * OFF[1]:.0f} mm beside its path"
+    about = f"the gripper holds {BILLET.mass:.0f} kg; {offset}"
+    title = "The forging robot under three controllers"
+    with written_page(path, title, about, height=3.5) as figure:
         panels = figure.subplots(1, 2, sharex=True)
-        for axes, joint in zip(panels, (1, 2), strict=True):
+        for axes, cylinder, joint in zip(panels, (1, 2), ("q12", "q22"), strict=True):
             for name, motion in motions.items():
-                axes.plot(motion.t, 1e3 * errors(motion)[:, joint], label=name)
-            name = "q12" if joint == 1 else "q22"
-            axes.set(
-                xlabel="t [s]", ylabel=f"error of {name} [mm]", title=f"cylinder {joint}: {name}"
-            )
-        figure.legend(
-            *panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=3, fontsize=8
-        )
+                axes.plot(motion.t, 1e3 * errors(motion)[:, cylinder], label=name)
+            axes.set(xlabel="t [s]", ylabel=f"error of {joint} [mm]")
+            axes.set_title(f"cylinder {cylinder}: {joint}")
+        lines, labels = panels[0].get_legend_handles_labels()
+        figure.legend(lines, labels, loc="outside lower left", ncols=3, fontsize=8)
 
 
 def main() -> None:

@@ -1,12 +1,12 @@
-"""Masses from a recording: a bag of joint states with efforts tells what a robot weighs, with confidence.
+"""Masses from a recording: base parameters from a bag of joint states with efforts.
 
 python examples/identify_from_bag.py [--bag FOLDER] [--plot FILE]
 
-A forging robot whose forearm is 20 % and whose gripper is 30 % heavier than its file says moves for
+The forearm of a forging robot is 20 % heavier than its file says, its gripper 30 %. It moves for
 half a minute, and its joint states are recorded with noise. From the bag alone the base parameters
-are found, those combinations of masses and inertias that any motion can show; the last quarter of
-the bag is kept back to test them on. The same on the command line: `hybrid-dynamics bag make` and
-`hybrid-dynamics bag identify`.
+are estimated: the combinations of masses and inertias that a motion can show. The last quarter of
+the bag tests them. The same on the command line: `hybrid-dynamics bag make` and `hybrid-dynamics
+bag identify`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,9 @@ from hybrid_dynamics_ros.bags.process import INPUT
 
 HEAVIER = {"l3": 1.2, "l4": 1.3}  # mass and inertia of these links, in parts of the file's
 NOISE = {"position": 1e-6, "effort": 5.0}  # standard deviations [rad or m], [N m or N]
-SECONDS, RATE = 30.0, 1000.0  # of the recording
+SECONDS = 30.0  # of the recording
+RATE = 1000.0  # [Hz]
+TICKS = (-100, -10, -1, 0, 1, 10, 100)
 
 
 def real_robot() -> Robot:
@@ -34,9 +36,8 @@ def real_robot() -> Robot:
     description = load("forging_chu2020").description
     links = dict(description.links)
     for name, share in HEAVIER.items():
-        links[name] = replace(
-            links[name], mass=share * links[name].mass, inertia=share * links[name].inertia
-        )
+        link = links[name]
+        links[name] = replace(link, mass=share * link.mass, inertia=share * link.inertia)
     return Robot(replace(description, links=links))
 
 
@@ -51,47 +52,39 @@ def identified(bag: Path) -> Found:
     return identify_track(collect(bag, "forging_chu2020", smooth="spline", most=3000))
 
 
-def truth(found: Found) -> np.ndarray:
+def base_parameters(identification: Found, robot: Robot) -> np.ndarray:
+    """The base parameters (b,) of a robot."""
+    base = identification.result.base
+    return base.values(base.parameters.values(robot.description))
+
+
+def truth(identification: Found) -> np.ndarray:
     """The base parameters (b,) of the robot as it is."""
-    base = found.result.base
-    return base.values(base.parameters.values(real_robot().description))
+    return base_parameters(identification, real_robot())
 
 
-def plot(found: Found, path: str) -> None:
+def plot(identification: Found, path: str) -> None:
     """Estimates with their intervals, less the truth, each in parts of its interval."""
-    from hybrid_dynamics_core.drawing.page import (  # noqa: PLC0415  needs Matplotlib
-        entitled,
-        written_page,
-    )
+    # Matplotlib is an extra.
+    from hybrid_dynamics_core.drawing.page import entitled, written_page  # noqa: PLC0415
     from hybrid_dynamics_core.drawing.style import GRID  # noqa: PLC0415
 
-    reach = 0.5 * np.ptp(found.result.interval, axis=1)
-    base = found.result.base
-    told = base.values(base.parameters.values(load("forging_chu2020").description))
+    true = truth(identification)
+    half_interval = 0.5 * np.ptp(identification.result.interval, axis=1)
+    estimate_error = (identification.result.estimate - true) / half_interval
+    from_file = base_parameters(identification, load("forging_chu2020"))
+    file_error = (from_file - true) / half_interval
     heavier = ", ".join(f"{name} {share:g} times" for name, share in HEAVIER.items())
     about = f"links of the recorded robot are heavier than its file says: {heavier}"
-    with written_page(
-        path, "Base parameters of the forging robot from a recording", about, height=3.5
-    ) as figure:
+    title = "Base parameters of the forging robot from a recording"
+    with written_page(path, title, about, height=3.5) as figure:
         axes = figure.subplots()
         axes.axhspan(-1.0, 1.0, color=GRID, linewidth=0.0, label="95 % interval")
-        axes.plot(
-            (found.result.estimate - truth(found)) / reach,
-            "o",
-            markersize=4.5,
-            label="estimate less the truth",
-        )
-        axes.plot(
-            (told - truth(found)) / reach, "x", markersize=5.5, label="robot file less the truth"
-        )
-        axes.set(
-            xlabel="number of the base parameter",
-            ylabel="difference, in half intervals",
-            yscale="symlog",
-        )
-        axes.set_yticks(
-            [-100, -10, -1, 0, 1, 10, 100], ["−100", "−10", "−1", "0", "1", "10", "100"]
-        )
+        axes.plot(estimate_error, "o", markersize=4.5, label="estimate less the truth")
+        axes.plot(file_error, "x", markersize=5.5, label="robot file less the truth")
+        axes.set(xlabel="number of the base parameter", ylabel="difference, in half intervals")
+        axes.set_yscale("symlog")
+        axes.set_yticks(TICKS, [str(tick).replace("-", "−") for tick in TICKS])
         entitled(axes, "what was found, and what the file says", 3)
 
 
@@ -104,16 +97,16 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         bag = options.bag or Path(folder) / "recording"
         print(f"{record(bag)} messages recorded")
-        found = identified(bag)
-    inside = (truth(found) >= found.result.interval[:, 0]) & (
-        truth(found) <= found.result.interval[:, 1]
-    )
+        identification = identified(bag)
+    low, high = identification.result.interval.T
+    true = truth(identification)
+    inside = (low <= true) & (true <= high)
     print(f"{inside.sum()} of {len(inside)} base parameters are within their 95 % intervals")
     print("effort left unexplained on the part kept back: by the file, and identified")
     for k, joint in enumerate(("q1 [N m]", "q12 [N]", "q22 [N]", "q4 [N m]")):
-        print(f"  {joint:<9}{found.before[k]:10.1f}{found.noise[k]:10.2f}")
+        print(f"  {joint:<9}{identification.before[k]:10.1f}{identification.noise[k]:10.2f}")
     if options.plot:
-        plot(found, options.plot)
+        plot(identification, options.plot)
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
-"""A palletizer carries a box along a straight line: its parallelograms keep the wrist level, no motor does.
+"""A palletizer carries a box along a straight line: parallelograms keep its wrist level.
 
 python examples/palletizer_level_wrist.py [--plot FILE]
 
 The box is picked at one place, lifted, carried and put down at another, without turning. Inverse
-kinematics gives the four motors for every pose; how far the hand tilts is then read from the closed
-mechanism.
+kinematics gives the four motors for every pose. How far the hand tilts is then read from the closed
+mechanism. No motor holds it.
 """
 
 from __future__ import annotations
@@ -16,12 +16,15 @@ import numpy as np
 
 from hybrid_dynamics_core import IKStatus, Pose, load
 
-CORNERS = np.array(
-    [[1.6, -0.8, 0.9], [1.6, -0.8, 1.5], [1.4, 0.9, 1.5], [1.4, 0.9, 0.9]]
-)  # of the path [m]
-DOWN = np.array(
-    [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]
-)  # gripper downward, box along x
+CORNERS = np.array(  # of the path [m]
+    [
+        [1.6, -0.8, 0.9],
+        [1.6, -0.8, 1.5],
+        [1.4, 0.9, 1.5],
+        [1.4, 0.9, 0.9],
+    ]
+)
+DOWN = np.diag([1.0, -1.0, -1.0])  # rotation: gripper downward, box along x
 
 
 def line(per_side: int = 20) -> np.ndarray:
@@ -32,41 +35,44 @@ def line(per_side: int = 20) -> np.ndarray:
 
 
 def carry() -> dict[str, np.ndarray]:
-    """Motors (N, 4) [rad]; tilt (N,) of the hand and turn (N,) of the box [rad]; error (N,) of the path [m]."""
+    """The motion along the path.
+
+    Returns:
+        `points` (N, 3) [m], `motors` (N, 4) [rad], `tilt` (N,) of the hand and `turn` (N,) of the
+        box [rad], `error` (N,) of the path [m], `forearm` (N,) angle of the hand against it [rad].
+    """
     robot = load("palletizer")
-    points, motors, seed = line(), [], robot.reference
+    points = line()
+    motors = []
+    seed = robot.reference
     for point in points:
-        found = robot.inverse_kinematics(Pose(point, DOWN), seed=seed)
-        if found.status is not IKStatus.SOLVED:
-            raise SystemExit(f"{point} m: {found.message}")
-        motors.append(seed := found.u)
+        result = robot.inverse_kinematics(Pose(point, DOWN), seed=seed)
+        if result.status is not IKStatus.SOLVED:
+            raise SystemExit(f"{point} m: {result.message}")
+        seed = result.u
+        motors.append(seed)
     state = robot.close(np.array(motors))
-    hand, tip = robot.forward_kinematics(state, "hand").rotation, robot.forward_kinematics(state)
+    hand = robot.forward_kinematics(state, "hand").rotation
+    tip = robot.forward_kinematics(state)
+    out_of_level = np.hypot(hand[:, 2, 0], hand[:, 2, 2])
     return {
         "points": points,
         "motors": state.u,
-        "tilt": np.arctan2(
-            np.hypot(hand[:, 2, 0], hand[:, 2, 2]), hand[:, 2, 1]
-        ),  # the hand's y axis points up
+        "tilt": np.arctan2(out_of_level, hand[:, 2, 1]),  # the hand's y axis points up
         "turn": np.arctan2(tip.rotation[:, 1, 0], tip.rotation[:, 0, 0]),
         "error": np.linalg.norm(tip.position - points, axis=1),
-        "forearm": state.s[
-            :, robot.coordinates.index("p6")
-        ],  # hand against forearm: that does turn
+        "forearm": state.s[:, robot.coordinates.index("p6")],
     }
 
 
 def plot(result: dict[str, np.ndarray], path: str) -> None:
     """Motors, and what the hand does."""
-    from hybrid_dynamics_core.drawing.page import (  # noqa: PLC0415  needs Matplotlib
-        entitled,
-        written_page,
-    )
+    # Matplotlib is an extra.
+    from hybrid_dynamics_core.drawing.page import entitled, written_page  # noqa: PLC0415
     from hybrid_dynamics_core.drawing.style import QUIET, RED  # noqa: PLC0415
 
-    along = np.concatenate(
-        [[0.0], np.cumsum(np.linalg.norm(np.diff(result["points"], axis=0), axis=1))]
-    )
+    steps = np.linalg.norm(np.diff(result["points"], axis=0), axis=1)
+    along = np.concatenate([[0.0], np.cumsum(steps)])
     about = (
         "a box is lifted, carried along straight lines and put down; two parallelograms keep the"
         " hand level"
@@ -91,15 +97,11 @@ def main() -> None:
     result = carry()
     turned = np.degrees(np.ptp(result["forearm"]))
     print(f"{len(result['points'])} poses, off the path by at most {result['error'].max():.1e} m")
-    print(
-        f"the hand turns by {turned:.0f} degrees against the forearm and tilts by"
-        f" {result['tilt'].max():.1e} rad"
-    )
+    tilt = result["tilt"].max()
+    print(f"the hand turns by {turned:.0f} degrees against the forearm and tilts by {tilt:.1e} rad")
     column = np.degrees(np.ptp(result["motors"][:, 0]))
-    print(
-        f"the column turns by {column:.0f} degrees, the box by"
-        f" {np.abs(result['turn']).max():.1e} rad"
-    )
+    box = np.abs(result["turn"]).max()
+    print(f"the column turns by {column:.0f} degrees, the box by {box:.1e} rad")
     if options.plot:
         plot(result, options.plot)
 

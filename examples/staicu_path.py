@@ -1,9 +1,9 @@
-"""Staicu's robot of two modules follows a circle with a tilted platform: poses to legs, and legs back to poses.
+"""Staicu's robot of two modules on a circle: poses to legs, and legs back to poses.
 
 python examples/staicu_path.py [--plot FILE]
 
 The lower module carries the platform round a circle, the upper one tilts it towards the middle. All
-18 leg variables follow from the pose with their rates; then the six legs alone are given, and the
+18 leg variables follow from the pose with their rates. Then the six legs alone are given, and the
 pose comes back.
 """
 
@@ -16,14 +16,18 @@ import numpy as np
 
 from hybrid_dynamics_core import load
 
-RADIUS, TILT, PERIOD = 0.08, 0.15, 4.0  # of the circle [m], of the platform [rad], for one turn [s]
+RADIUS = 0.08  # of the circle [m]
+TILT = 0.15  # of the platform [rad]
+PERIOD = 4.0  # of one turn [s]
+STYLES = {"A": "-", "B": "-", "C": "-", "D": "--", "E": "--", "F": "--"}  # of the legs' curves
 POSE = ("x", "y", "z", "alpha_1", "alpha_2", "alpha_3")
 
 
 def pose(t: float) -> tuple[dict[str, float], dict[str, float]]:
     """Pose by coordinate [m, rad] and its rates at a time [s]."""
     w = 2.0 * math.pi / PERIOD
-    c, s = math.cos(w * t), math.sin(w * t)
+    c = math.cos(w * t)
+    s = math.sin(w * t)
     values = {
         "x": RADIUS * c,
         "y": RADIUS * s,
@@ -37,59 +41,61 @@ def pose(t: float) -> tuple[dict[str, float], dict[str, float]]:
 
 
 def follow(count: int = 81) -> dict[str, np.ndarray]:
-    """Time (N,) [s], legs (N, 6) [m] and their rates [m/s], pose wanted and found (N, 6), singularity (N,)."""
+    """The motion, at so many times.
+
+    Returns:
+        `t` (N,) [s], `legs` (N, 6) [m] and their `rates` [m/s], the `wanted` pose and the one
+        `from_legs` (N, 6) with its `speeds`, `singularity` (N,).
+    """
     robot = load("staicu2015")
-    t, near, rows = np.linspace(0.0, PERIOD, count), None, []
-    for moment in t:
-        near = robot.close_given(
-            *pose(float(moment)), near=near
-        )  # inverse kinematics, on its branch
-        rows.append((near.u, near.du))
-    legs, rates = (np.array(part) for part in zip(*rows, strict=True))
-    back = robot.close_path(legs, rates)  # forward kinematics, from leg lengths alone
+    t = np.linspace(0.0, PERIOD, count)
+    near = None
+    wanted = []
+    legs = []
+    rates = []
+    for moment in t.tolist():
+        values, speeds = pose(moment)
+        near = robot.close_given(values, speeds, near=near)  # inverse kinematics, on its branch
+        wanted.append(list(values.values()))
+        legs.append(near.u)
+        rates.append(near.du)
+    state = robot.close_path(legs, rates)  # forward kinematics, from leg lengths alone
     columns = [robot.coordinates.index(name) for name in POSE]
-    wanted = np.array([list(pose(float(moment))[0].values()) for moment in t])
     return {
         "t": t,
-        "legs": legs,
-        "rates": rates,
-        "wanted": wanted,
-        "found": back.s[:, columns],
-        "speeds": back.ds[:, columns],
-        "singularity": np.asarray(back.singularity),
+        "legs": np.array(legs),
+        "rates": np.array(rates),
+        "wanted": np.array(wanted),
+        "from_legs": state.s[:, columns],
+        "speeds": state.ds[:, columns],
+        "singularity": np.asarray(state.singularity),
     }
 
 
 def plot(result: dict[str, np.ndarray], path: str) -> None:
     """Legs and their rates."""
-    from hybrid_dynamics_core.drawing.page import written_page  # noqa: PLC0415  needs Matplotlib
+    # Matplotlib is an extra.
+    from hybrid_dynamics_core.drawing.page import written_page  # noqa: PLC0415
     from hybrid_dynamics_core.drawing.style import LOOPS  # noqa: PLC0415
 
     about = (
         "round a circle, tilting; legs A to C belong to the lower module, D to F (dashed) to the"
         " upper one"
     )
-    with written_page(
-        path, "Legs of Staicu's robot along a closed path", about, height=3.6
-    ) as figure:
+    title = "Legs of Staicu's robot along a closed path"
+    t = result["t"]
+    with written_page(path, title, about, height=3.6) as figure:
         panels = figure.subplots(1, 2, sharex=True)
-        for axes, part, label in zip(
-            panels, ("legs", "rates"), ("extension [mm]", "rate [mm/s]"), strict=True
-        ):
-            for leg, column, colour in zip("ABCDEF", 1e3 * result[part].T, LOOPS, strict=True):
-                axes.plot(
-                    result["t"],
-                    column,
-                    "--" if leg in "DEF" else "-",
-                    color=colour,
-                    label=f"leg {leg}",
-                )
-            axes.set(xlabel="t [s]", ylabel=label, xlim=result["t"][[0, -1]])
+        for axes, part in zip(panels, ("legs", "rates"), strict=True):
+            for k, leg in enumerate("ABCDEF"):
+                style = STYLES[leg]
+                axes.plot(t, 1e3 * result[part][:, k], style, color=LOOPS[k], label=f"leg {leg}")
+        panels[0].set(xlabel="t [s]", ylabel="extension [mm]", xlim=t[[0, -1]])
+        panels[1].set(xlabel="t [s]", ylabel="rate [mm/s]", xlim=t[[0, -1]])
         panels[0].set_title("how far the legs are out")
         panels[1].set_title("how fast they move")
-        figure.legend(
-            *panels[0].get_legend_handles_labels(), loc="outside lower left", ncols=6, fontsize=8
-        )
+        lines, labels = panels[0].get_legend_handles_labels()
+        figure.legend(lines, labels, loc="outside lower left", ncols=6, fontsize=8)
 
 
 def main() -> None:
@@ -99,15 +105,11 @@ def main() -> None:
     options = parser.parse_args()
     result = follow()
     for k, leg in enumerate("ABCDEF"):
-        span, fastest = (
-            1e3 * np.ptp(result["legs"][:, k]),
-            1e3 * np.abs(result["rates"][:, k]).max(),
-        )
-        print(f"leg {leg}: travels {span:6.1f} mm, up to {fastest:6.1f} mm/s")
-    print(
-        f"pose from the legs: {np.abs(result['found'] - result['wanted']).max():.0e} m or rad"
-        " beside the wanted one"
-    )
+        travel = 1e3 * np.ptp(result["legs"][:, k])
+        fastest = 1e3 * np.abs(result["rates"][:, k]).max()
+        print(f"leg {leg}: travels {travel:6.1f} mm, up to {fastest:6.1f} mm/s")
+    error = np.abs(result["from_legs"] - result["wanted"]).max()
+    print(f"pose from the legs: {error:.0e} m or rad beside the wanted one")
     print(f"nearest to a singularity: {result['singularity'].min():.2f} (0 singular, 1 best)")
     if options.plot:
         plot(result, options.plot)

@@ -1,10 +1,10 @@
-"""Chu et al. (2020), Figure 8: forward kinematics, where the end effector goes along the paper's motion.
+"""Chu et al. (2020), Figure 8: forward kinematics of the end effector along the paper's motion.
 
 python examples/figures/chu2020_figure_8.py [FILE]
 
-The print gives curves without numbers. Eq. 33 prints sin for cos in f8, with which the carrier
-would tilt and the end effector with it: the consistent reading is used. The assembly mode is that
-of the paper's Figure 6.
+The print gives curves without numbers. Eq. 33 prints sin for cos in f8. With sin the carrier would
+tilt, and the end effector with it, so cos is used. The assembly mode is that of the paper's
+Figure 6.
 """
 
 from __future__ import annotations
@@ -33,13 +33,14 @@ def draw() -> Figure:
         " Figure 6."
     )
     figure = page("Chu et al. (2020), Figure 8: path of the end effector", caption)
-    over, path = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
+    curve, path = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
     for name, column, colour in zip("xyz", position.T, (BLUE, GREEN, ORANGE), strict=True):
-        over.plot(t, column, color=colour, label=name)
-    over.set(xlabel="t [s]", ylabel="position [m]", xlim=(0.0, 10.0))
-    over.legend(ncols=3, frameon=False)
-    path.plot(np.hypot(*position[:, :2].T), position[:, 2], color=BLUE)
-    path.plot(np.hypot(*position[0, :2]), position[0, 2], "o", color=BLUE, markersize=5)
+        curve.plot(t, column, color=colour, label=name)
+    curve.set(xlabel="t [s]", ylabel="position [m]", xlim=(0.0, 10.0))
+    curve.legend(ncols=3, frameon=False)
+    distance = np.hypot(position[:, 0], position[:, 1])
+    path.plot(distance, position[:, 2], color=BLUE)
+    path.plot(distance[0], position[0, 2], "o", color=BLUE, markersize=5)
     path.set(xlabel="distance from the column [m]", ylabel="height [m]", aspect="equal")
     path.set_title("in the turning plane of the arm, dot: t = 0", fontsize=9)
     return figure

@@ -2,9 +2,9 @@
 
 python examples/figures/chu2020_figure_9.py [FILE]
 
-Each pose of the forward kinematics is given to the inverse kinematics, started from the solution
-before; what comes back is drawn over the motion that made the poses. Position and orientation are
-given: the roll q4 of the gripper does not move its tip. f8 of Eq. 33 is read with cos (printed:
+Each pose of the forward kinematics is given to the inverse kinematics, which starts from the
+solution before. Its answers are drawn over the motion that made the poses. Position and orientation
+are given: the roll q4 of the gripper does not move its tip. f8 of Eq. 33 is read with cos (printed:
 sin).
 """
 
@@ -25,25 +25,29 @@ def curves(times: np.ndarray) -> np.ndarray:
     """Active coordinates (N, 4) found from the poses that the motion has at times (N,) [s]."""
     robot = load("forging_chu2020")
     poses = robot.forward_kinematics(robot.close_path(MOTION(times).u))
-    found, seed = [], robot.reference
+    solutions = []
+    seed = robot.reference
     for position, rotation in zip(poses.position, poses.rotation, strict=True):
         seed = robot.inverse_kinematics(Pose(position, rotation), seed=seed).u
-        found.append(seed)
-    return np.array(found)
+        solutions.append(seed)
+    return np.array(solutions)
 
 
 def draw() -> Figure:
-    """Each joint: found, and given."""
+    """Each joint: solved, and given."""
     t = np.linspace(0.0, 10.0, 41)
-    found, given = curves(t), MOTION(t).u
-    worst = np.abs(found - given).max()
-    caption = f"""Dots: found from the poses of Figure 8; lines: the motion that made them, {LAW}. Largest difference
-        {worst:.0e} rad or m. f8 of Eq. 33 read with cos (printed: sin)."""
+    solved = curves(t)
+    given = MOTION(t).u
+    worst = np.abs(solved - given).max()
+    caption = f"""Dots: found from the poses of Figure 8; lines: the motion that made them, {LAW}.
+        Largest difference {worst:.0e} rad or m. f8 of Eq. 33 read with cos (printed: sin)."""
     figure = page("Chu et al. (2020), Figure 9: joints from the path of the end effector", caption)
     for k, axes in enumerate(figure.subplots(2, 2, sharex=True).flat):
         axes.plot(t, given[:, k], color=BLUE, linewidth=1.4)
-        axes.plot(t, found[:, k], "o", color=ORANGE, markersize=3.2, markeredgecolor="none")
-        axes.set(ylabel=JOINTS[k], xlabel="t [s]" if k > 1 else "", xlim=(-0.2, 10.2))
+        axes.plot(t, solved[:, k], "o", color=ORANGE, markersize=3.2, markeredgecolor="none")
+        axes.set(ylabel=JOINTS[k], xlim=(-0.2, 10.2))
+        if k > 1:
+            axes.set_xlabel("t [s]")
     figure.align_ylabels()
     return figure
 

@@ -18,7 +18,9 @@ __all__ = ["BLUE", "GREEN", "ORANGE", "QUIET", "page", "write"]
 
 def write(draw: Callable[[], Figure], script: str) -> None:
     """Draw, and write to the file named on the command line; SCRIPT.svg where none is."""
-    path = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(script).with_suffix(".svg").name
+    path = Path(Path(script).with_suffix(".svg").name)
+    if len(sys.argv) > 1:
+        path = Path(sys.argv[1])
     with mpl.rc_context(PLOTS):
-        save(draw(), Path(path))
+        save(draw(), path)
     print(path)

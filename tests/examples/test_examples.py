@@ -182,7 +182,7 @@ def test_computed_torque_dies_out_as_its_gains_say() -> None:
 def test_staicus_robot_tracks_its_path() -> None:
     example = run("staicu_path")
     result = example["follow"](13)
-    assert np.abs(result["found"] - result["wanted"]).max() < 1e-10
+    assert np.abs(result["from_legs"] - result["wanted"]).max() < 1e-10
     rates = np.array(
         [
             [example["pose"](float(t))[1].get(name, 0.0) for name in example["POSE"]]
