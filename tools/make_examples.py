@@ -1,4 +1,4 @@
-"""Run every example and figure script, and the verbs that draw maps: the pictures of docs/examples.md."""
+"""Make the pictures of docs/examples.md: run examples, figure scripts and verbs that draw maps."""
 
 from __future__ import annotations
 
@@ -16,18 +16,10 @@ ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images" / "examples"
 LARGEST = 250_000  # bytes of a picture
 MAPS = {
-    "workspace_forging.png": ["workspace", "forging_chu2020", "--draw"],
-    "workspace_delta.png": ["workspace", "delta", "--draw"],
-    "margins_forging.png": [
-        "workspace",
-        "forging_chu2020",
-        "--samples",
-        "1000",
-        "--over",
-        "q12,q22",
-        "--draw",
-    ],
-    "modes_five_bar.svg": ["branches", "five_bar", "--draw"],
+    "workspace_forging.png": "workspace forging_chu2020 --draw",
+    "workspace_delta.png": "workspace delta --draw",
+    "margins_forging.png": "workspace forging_chu2020 --samples 1000 --over q12,q22 --draw",
+    "modes_five_bar.svg": "branches five_bar --draw",
 }
 
 
@@ -52,7 +44,7 @@ def main() -> None:
         for script in sorted((ROOT / "examples" / "figures").glob("*_figure_*.py")):
             run(script)
         for name, words in MAPS.items():
-            app([*words, name, "--overwrite"], standalone_mode=False)
+            app([*words.split(), name, "--overwrite"], standalone_mode=False)
         for place in sorted(Path().iterdir()):
             size = place.stat().st_size
             print(f"{place}: {size} bytes")

@@ -1,4 +1,4 @@
-"""Draw every shipped robot into docs/images/robots and write docs/robots.md, the page that shows them."""
+"""Draw every shipped robot into docs/images/robots, and write the page docs/robots.md."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from pathlib import Path
 from textwrap import fill
 
 from hybrid_dynamics_core import Robot, load, shipped_robots
+from hybrid_dynamics_core.description.model import Closure
 from hybrid_dynamics_core.drawing import draw, draw_modes
+from hybrid_dynamics_core.drawing.options import Names
 from hybrid_dynamics_core.drawing.paint.legend import loop_type
 from hybrid_dynamics_core.scene.projection import find_plane
 from hybrid_dynamics_core.scene.skeleton import place_skeleton
@@ -18,36 +20,41 @@ IMAGES = "images/robots"
 LARGEST = 150_000  # bytes of a picture
 MODES = ("forging_chu2020",)  # robots whose assembly modes are shown too
 
-HEAD = """\
-# The shipped robots
-
-Each is one file, taken by name: `load("excavator")`. In the pictures what a motor or a cylinder drives is vermilion,
-with the name of its joint; the arm is grey, and each loop has a colour of its own. A robot of yours is drawn with
-
+TITLE = "# The shipped robots"
+BEFORE_COMMAND = """\
+Each is one file, taken by name: `load("excavator")`. In the pictures what a motor or a cylinder
+drives is vermilion, with the name of its joint; the arm is grey, and each loop has a colour of its
+own. A robot of yours is drawn with
+"""
+COMMAND = """\
 ```bash
 python -m hybrid_dynamics_core.drawing excavator excavator.svg     # or the path of your file
 ```
-
-or, from Python, with `draw(robot, path="my_robot.svg")` of `hybrid_dynamics_core.drawing`; `draw_modes` puts its
-assembly modes side by side. `tools/make_pictures.py` makes this page and its pictures.
+"""
+AFTER_COMMAND = """\
+or, from Python, with `draw(robot, path="my_robot.svg")` of `hybrid_dynamics_core.drawing`;
+`draw_modes` puts its assembly modes side by side. `tools/make_pictures.py` makes this page and its
+pictures.
 """
 
 
 def page() -> str:
     """The text of docs/robots.md."""
-    return "\n".join([HEAD, *(section(load(name)) for name in shipped_robots())])
+    head = [TITLE, "", wrapped(BEFORE_COMMAND), "", COMMAND, wrapped(AFTER_COMMAND), ""]
+    sections = [section(load(name)) for name in shipped_robots()]
+    return "\n".join([*head, *sections])
 
 
 def section(robot: Robot) -> str:
     """One robot: picture, what it is, where its numbers come from, active joints and loops."""
-    name, description = robot.name, robot.description
+    name = robot.name
     motors = ", ".join(f"`{joint}` ({robot.joint_types[joint]})" for joint in robot.active)
     lines = [
         f"## {name}\n",
         f"![{name}: links, joints and loops]({IMAGES}/{name}.svg)\n",
         f"{wrapped(about(name))}\n",
         wrapped(f"* file: [`{name}.yaml`](../{ROBOTS}/{name}.yaml)"),
-        wrapped(f"* numbers: {description.source}"),
+        wrapped(f"* numbers: {robot.description.source}"),
         wrapped(f"* active joints: {motors}"),
         wrapped(f"* loops: {loops(robot)}"),
     ]
@@ -58,7 +65,9 @@ def section(robot: Robot) -> str:
 
 def wrapped(text: str) -> str:
     """Text in lines of at most 120 characters; those of a list item stand under it."""
-    indent = "  " if text.startswith("* ") else ""
+    indent = ""
+    if text.startswith("* "):
+        indent = "  "
     return fill(text, 120, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
 
 
@@ -76,27 +85,29 @@ def about(name: str) -> str:
 
 def loops(robot: Robot) -> str:
     """Loops by type: names, then what closes them."""
-    told = [
-        (loop_type(robot.description, closure), f"`{closure.name}`")
-        for closure in robot.description.closures
-    ]
-    groups = [
-        (kind, [name for _, name in members])
-        for kind, members in groupby(told, key=lambda pair: pair[0])
-    ]
-    return "; ".join(
-        f"{', '.join(names)}: {kind if 'Type' in kind else f'closed by a {kind}'}"
-        for kind, names in groups
-    )
+
+    def kind_of(closure: Closure) -> str:
+        return loop_type(robot.description, closure)
+
+    texts = []
+    for kind, members in groupby(robot.description.closures, key=kind_of):
+        names = ", ".join(f"`{closure.name}`" for closure in members)
+        closed_by = kind
+        if "Type" not in kind:
+            closed_by = f"closed by a {kind}"
+        texts.append(f"{names}: {closed_by}")
+    return "; ".join(texts)
 
 
 def pictures(folder: Path) -> None:
     """Draw every robot. Planar ones have room for the names of all joints."""
     for name in shipped_robots():
         robot = load(name)
-        planar = find_plane(place_skeleton(robot, robot.close(robot.reference))) is not None
+        names: Names = "active"
+        if find_plane(place_skeleton(robot, robot.close(robot.reference))) is not None:
+            names = "joints"
         files = [folder / f"{name}.svg"]
-        draw(robot, path=files[0], names="joints" if planar else "active")
+        draw(robot, path=files[0], names=names)
         if name in MODES:
             files.append(folder / f"{name}_modes.svg")
             draw_modes(robot, path=files[1])

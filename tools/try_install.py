@@ -1,6 +1,8 @@
-"""Try what colcon built: imports, shared files, and the node as `ros2 run` would start it, answering a call.
+"""Try what colcon built: imports, shared files, and a call that the node answers.
 
 python tools/try_install.py INSTALL (in an environment where INSTALL/setup.bash was sourced)
+
+The node is started as `ros2 run` would start it.
 """
 
 import signal
@@ -34,10 +36,8 @@ def main(install: Path) -> None:
     for name in ("hybrid_dynamics_core", "hybrid_dynamics_ros", "hybrid_dynamics_msgs"):
         folder = Path(str(import_module(name).__file__)).parent
         require(folder.is_relative_to(install), f"{name} comes from {folder}, not from {install}")
-        require(
-            not missing(name, folder),
-            f"not installed from {name}: {', '.join(missing(name, folder))}",
-        )
+        absent = missing(name, folder)
+        require(not absent, f"not installed from {name}: {', '.join(absent)}")
     share = Path(get_package_share_directory(PACKAGE))
     for name in SHARED:
         require((share / name).is_file(), f"{share / name} is missing")
@@ -58,12 +58,14 @@ def main(install: Path) -> None:
 def missing(package: str, installed: Path) -> list[str]:
     """Source files of a package, data included, that were not installed."""
     source = ROOT / package
-    files = (path.relative_to(source) for path in source.rglob("*") if path.is_file())
-    return [
-        str(file)
-        for file in files
-        if "__pycache__" not in file.parts and not (installed / file).exists()
-    ]
+    absent = []
+    for path in source.rglob("*"):
+        file = path.relative_to(source)
+        if not path.is_file() or "__pycache__" in file.parts:
+            continue
+        if not (installed / file).exists():
+            absent.append(str(file))
+    return absent
 
 
 def call_forward_kinematics(node: subprocess.Popen[bytes]) -> None:
@@ -84,9 +86,8 @@ def call_forward_kinematics(node: subprocess.Popen[bytes]) -> None:
         if answer.error_code != ErrorCode.NOT_READY or time.monotonic() > deadline:
             break
         time.sleep(0.1)
-    require(
-        answer.error_code == ErrorCode.OK and len(answer.poses) == 1, f"solve_fk answered {answer}"
-    )
+    is_right = answer.error_code == ErrorCode.OK and len(answer.poses) == 1
+    require(is_right, f"solve_fk answered {answer}")
     rclpy.shutdown()
 
 

@@ -24,7 +24,8 @@ from hybrid_dynamics_core.view.viewer import Viewer
 from tools.browser import NoBrowserError, opened_page
 
 ROOT = Path(__file__).resolve().parents[1]
-WIDTH, HEIGHT = 1280, 800
+WIDTH = 1280  # pixels of the window
+HEIGHT = 800
 SETTLE = 4000  # [ms] until the light and the shadows are there
 PATIENCE = 180_000  # [ms] rendering in software takes its time
 COLOURS = 256  # a third of the bytes, and no difference to the eye
@@ -47,7 +48,14 @@ def running(robot: Robot, motion: Motion | None = None) -> Iterator[Viewer]:
 def take(
     robot: Robot, path: Path, change: Callable[[Viewer], None], motion: Motion | None = None
 ) -> None:
-    """One picture of the page, after a change of what is shown."""
+    """Take one picture of the page.
+
+    Args:
+        robot: what the viewer shows.
+        path: of the picture.
+        change: what is done before.
+        motion: to be played back.
+    """
     with running(robot, motion) as viewer, opened_page(viewer.url, WIDTH, HEIGHT) as page:
         viewer.ask("picture", lambda: change(viewer))
         page.wait_for_timeout(SETTLE)
@@ -62,6 +70,11 @@ def turned(viewer: Viewer) -> None:
     """A pose in which the efforts differ, with a load."""
     viewer.session.move(np.add(viewer.session.state.u, [0.35, 0.06, 0.02, 0.4]))
     viewer.session.payload = 40.0
+
+
+def raised(viewer: Viewer) -> None:
+    """All legs a little longer."""
+    viewer.session.move(viewer.session.state.u + 0.02)
 
 
 def dig(robot: Robot) -> Motion:
@@ -81,17 +94,16 @@ def main(folder: Path) -> None:
     take(load("forging_chu2020"), folder / "view_forging.png", turned)
     excavator = load("excavator")
     take(excavator, folder / "view_excavator.png", half_way, dig(excavator))
-    take(
-        load("gough"),
-        folder / "view_gough.png",
-        lambda viewer: viewer.session.move(viewer.session.state.u + 0.02),
-    )
+    take(load("gough"), folder / "view_gough.png", raised)
 
 
 if __name__ == "__main__":
     if len(sys.argv) > 2:
         sys.exit(__doc__)
+    folder = ROOT / "docs" / "images"
+    if len(sys.argv) == 2:
+        folder = Path(sys.argv[1])
     try:
-        main(Path(sys.argv[1]) if len(sys.argv) == 2 else ROOT / "docs" / "images")
+        main(folder)
     except NoBrowserError as problem:
         sys.exit(str(problem))

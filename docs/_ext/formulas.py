@@ -1,4 +1,7 @@
-"""Formulas as drawings within the page, made by ziamath while it is built: nothing to fetch, no script, no fonts."""
+"""Formulas as drawings within the page, made by ziamath while it is built.
+
+The reader's browser fetches nothing for them: no script, no fonts.
+"""
 
 from __future__ import annotations
 
@@ -13,21 +16,20 @@ from sphinx.writers.html5 import HTML5Translator
 
 SIZE = 18.0  # of the font in the drawing; on the page it is that of the text around
 BOX = re.compile(r'viewBox="([^"]+)"')
-ziamath.config.svg2 = (
-    False  # glyphs as paths: names of glyphs would be shared by all drawings of a page
-)
+ziamath.config.svg2 = False  # glyphs as paths: all drawings of a page would share their names
 
 
 def drawn(tex: str, *, within_a_line: bool) -> str:
-    """A formula as an SVG element in the text's colour, in units of its font's size, with its TeX to be read aloud."""
+    """A formula as an SVG element in the text's colour, in units of its font's size.
+
+    Its TeX is the label that is read aloud.
+    """
     svg = str(ziamath.Latex(tex, size=SIZE, color="currentColor", inline=within_a_line).svg())
     _, top, width, height = (float(side) / SIZE for side in BOX.findall(svg)[0].split())
-    style = (  # its baseline is at 0
-        f"width:{width:.3f}em;height:{height:.3f}em;vertical-align:{-top - height:.3f}em"
-    )
-    return svg.replace(
-        "<svg ", f'<svg class="formula" role="img" aria-label="{escape(tex)}" style="{style}" ', 1
-    )
+    baseline = -top - height
+    style = f"width:{width:.3f}em;height:{height:.3f}em;vertical-align:{baseline:.3f}em"
+    attributes = f'class="formula" role="img" aria-label="{escape(tex)}" style="{style}"'
+    return svg.replace("<svg ", f"<svg {attributes} ", 1)
 
 
 def inline(self: HTML5Translator, node: nodes.math) -> None:

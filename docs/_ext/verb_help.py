@@ -1,4 +1,4 @@
-"""The directive `verbs`: what `hybrid-dynamics VERB --help` says, a section for each verb and verb of a group."""
+"""The directive `verbs`: what `hybrid-dynamics VERB --help` says, a section a verb."""
 
 from __future__ import annotations
 
@@ -20,15 +20,13 @@ class VerbsDirective(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """One section a verb."""
-        return [
-            self._section(name, command, context)
-            for name, command, context in verbs(program, PROGRAM)
-        ]
+        return [self._section(*verb) for verb in verbs(program, PROGRAM)]
 
     def _section(self, name: str, command: click.Command, context: click.Context) -> nodes.section:
         section = nodes.section(ids=[nodes.make_id(name)], names=[nodes.fully_normalize_name(name)])
         section += nodes.title("", "", nodes.literal(name, name))
-        section += nodes.literal_block(text := command.get_help(context), text, language="text")
+        text = command.get_help(context)
+        section += nodes.literal_block(text, text, language="text")
         self.state.document.note_explicit_target(section)
         return section
 
@@ -36,7 +34,16 @@ class VerbsDirective(SphinxDirective):
 def verbs(
     group: click.Group, name: str, parent: click.Context | None = None
 ) -> Iterator[tuple[str, click.Command, click.Context]]:
-    """Every verb with its full name and a context to write its help in, groups before their members."""
+    """Every verb, groups before their members.
+
+    Args:
+        group: of verbs.
+        name: of the group.
+        parent: context of the group's own group.
+
+    Yields:
+        Full name, command, and a context to write its help in.
+    """
     context = click.Context(
         group, parent, info_name=name, terminal_width=WIDTH, **group.context_settings
     )
@@ -44,8 +51,9 @@ def verbs(
         command = group.get_command(context, verb)
         if command is None:
             raise KeyError(verb)
-        own = click.Context(command, context, info_name=verb, terminal_width=WIDTH)
-        yield own.command_path.removeprefix(f"{PROGRAM} "), command, own
+        verb_context = click.Context(command, context, info_name=verb, terminal_width=WIDTH)
+        full_name = verb_context.command_path.removeprefix(f"{PROGRAM} ")
+        yield full_name, command, verb_context
         if isinstance(command, click.Group):
             yield from verbs(command, verb, context)
 
