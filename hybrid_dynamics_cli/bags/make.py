@@ -12,7 +12,7 @@ from hybrid_dynamics_core.ground.wording import counted
 from hybrid_dynamics_ros.bags.make import PARTS, simulated, write_trajectory
 from hybrid_dynamics_ros.bags.process import INPUT
 from hybrid_dynamics_ros.bags.provenance import robot_notes
-from hybrid_dynamics_ros.bags.storage.mcap_writer import require_new, require_replaceable
+from hybrid_dynamics_ros.bags.storage.bag_writer import require_new, require_replaceable
 from hybrid_dynamics_ros.bags.trajectory_file import Trajectory, read_trajectory
 
 from ..output import show, written

@@ -14,7 +14,7 @@ from hybrid_dynamics_ros.bags.parallel import WrongCall, run_jobs
 from hybrid_dynamics_ros.bags.process import SMOOTHINGS, Job, Outcome
 from hybrid_dynamics_ros.bags.settings import read_settings
 from hybrid_dynamics_ros.bags.storage.bag_reader import bags_of
-from hybrid_dynamics_ros.bags.storage.mcap_writer import THERE, require_new, require_replaceable
+from hybrid_dynamics_ros.bags.storage.bag_writer import THERE, require_new, require_replaceable
 
 from ..exit_codes import FAILED, MISUSED, Misused
 from ..output import show, written
@@ -151,7 +151,7 @@ def _facts(job: Job, result: Outcome | str) -> dict[str, Any]:
         "seconds": result.shares,
         "rejections": result.rejections,
         "losses": result.losses,
-        "strays": result.strays,
+        "strays": result.outliers,
     }
 
 
@@ -178,8 +178,8 @@ def _tell(job: Job, result: Outcome | str) -> None:
     )
     for code, text in result.rejections.items():
         click.echo(f"  rejected, {code}: {text}")
-    for text in result.strays[:FEW]:
+    for text in result.outliers[:FEW]:
         click.echo(f"  without accelerations, {text}")
-    if len(result.strays) > FEW:
-        click.echo(f"  and {len(result.strays) - FEW} more like this")
+    if len(result.outliers) > FEW:
+        click.echo(f"  and {len(result.outliers) - FEW} more like this")
     tell_losses(result.losses)

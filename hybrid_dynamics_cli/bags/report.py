@@ -10,7 +10,7 @@ import click
 from hybrid_dynamics_core.ground.units import effort_unit
 from hybrid_dynamics_core.ground.wording import counted, singular_or_plural
 from hybrid_dynamics_ros.bags.analysis.collect import Track, collect
-from hybrid_dynamics_ros.bags.analysis.effort_error import Spread, spreads
+from hybrid_dynamics_ros.bags.analysis.effort_error import EffortError, effort_errors
 from hybrid_dynamics_ros.bags.process import SMOOTHINGS
 from hybrid_dynamics_ros.bags.settings import read_settings
 
@@ -80,7 +80,7 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     place = place_for(output or beside(bag), (".html",), [bag], overwrite=overwrite)
     track = collect(bag, robot, topic, smooth, read_settings(params), span=span_of(start, end))
     write_report(track, bag.resolve().name, place)
-    summary, apart = track.counts.summary(), spreads(track)
+    summary, apart = track.counts.summary(), effort_errors(track)
     told = {
         "page": str(place),
         "received": track.counts.received,
@@ -93,8 +93,8 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
             "missing": sum(count for _, _, count in track.stamps.missing),
             "gaps": len(track.gaps),
         },
-        "efforts": {spread.joint: spread.facts for spread in apart},
-        "strays": [stray.told(track.measured, track.start_ns) for stray in track.strays],
+        "efforts": {error.joint: error.facts for error in apart},
+        "strays": [outlier.describe(track.measured, track.start_ns) for outlier in track.outliers],
         "losses": track.losses,
     }
     show(
@@ -118,7 +118,7 @@ def beside(bag: Path) -> Path:
     return (bag.resolve() if bag.name in ("", "..") else bag).with_suffix(".html")
 
 
-def efforts_of(track: Track, apart: Sequence[Spread]) -> list[str]:
+def efforts_of(track: Track, apart: Sequence[EffortError]) -> list[str]:
     """How far recorded and computed efforts are apart, a row a joint."""
     if not apart:
         why = "; `bag process --keep` takes those of the recording over" if track.computed else ""
@@ -147,7 +147,7 @@ def off_the_motion(track: Track) -> list[str]:
     """How many samples have positions or velocities that do not fit the motion around them."""
     if track.smooth == "causal":
         return []
-    count = len(track.strays)
+    count = len(track.outliers)
     return [
         "",
         (

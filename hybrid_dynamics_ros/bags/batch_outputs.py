@@ -12,7 +12,7 @@ from ..parameters import TF_RATE, Settings
 from ..stream.rate_limit import Pace
 from ..stream.topics import Topic, topics_of
 from .batch_pipeline import Motion
-from .storage.mcap_chunk import Block
+from .storage.mcap_chunk import RecordBlock
 
 NODE: Final = "/hybrid_dynamics"
 
@@ -26,7 +26,7 @@ class Output:
     rate: float
     pace: Pace = field(default_factory=Pace)
 
-    def blocks(self, channel: int, motion: Motion) -> Iterator[Block]:
+    def blocks(self, channel: int, motion: Motion) -> Iterator[RecordBlock]:
         """The messages of the motion."""
         due = self.pace.due_rows(motion.stamp_ns, self.rate)
         for run, log_ns in motion.at(due):
@@ -36,7 +36,7 @@ class Output:
                 if message is not None:
                     template, values = message
                     slots = template.named(part.stamp_ns, values)
-                    yield Block.filled(channel, log_ns[rows], template, slots)
+                    yield RecordBlock.filled(channel, log_ns[rows], template, slots)
 
 
 def outputs_of(robot: Robot, settings: Settings) -> list[Output]:

@@ -23,7 +23,7 @@ from ..messages.joint_samples import (
     nanoseconds,
 )
 from ..messages.joint_state_layout import JointStateLayout, LayoutError, layout_of
-from .storage.bag_reader import Messages
+from .storage.storage import Messages
 
 _LAYOUTS: Final = 32  # kept at a time: a bag has a handful
 T = TypeVar("T")

@@ -16,9 +16,9 @@ from ..messages.interfaces import JOINT_STATE
 from ..messages.joint_samples import FloatArray
 from .errors import BagError
 from .smooth import split
-from .storage.bag_reader import Topic
-from .storage.mcap_chunk import Block
-from .storage.mcap_writer import new_bag
+from .storage.bag_writer import new_bag
+from .storage.mcap_chunk import RecordBlock
+from .storage.storage import Topic
 from .trajectory_file import Trajectory
 
 _AT_ONCE: Final = 8192
@@ -98,7 +98,7 @@ def write_trajectory(
                 if getattr(trajectory, part) is not None
             }
             values |= {"sec": stamps[rows] // 10**9, "nanosec": stamps[rows] % 10**9}
-            bag.write([Block.filled(1, stamps[rows], template, values)])
+            bag.write([RecordBlock.filled(1, stamps[rows], template, values)])
     return len(stamps)
 
 

@@ -7,17 +7,9 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from rosbags.interfaces import (
-    Qos,
-    QosDurability,
-    QosHistory,
-    QosLiveliness,
-    QosReliability,
-    QosTime,
-)
 
 from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_core.errors import HybridDynamicsError
@@ -38,15 +30,18 @@ from .errors import BagCallError, BagError
 from .provenance import robot_notes
 from .settings import require_known_sensors
 from .smooth import estimates_of, joined, split
-from .storage.bag_reader import Losses, Messages, Source, Topic
-from .storage.mcap_chunk import Block
-from .storage.mcap_writer import BagWriter, new_bag
+from .storage.bag_reader import BagReader
+from .storage.bag_writer import BagWriter, new_bag
+from .storage.mcap_chunk import RecordBlock
+from .storage.qos import reliable_profile
+from .storage.storage import Losses, Messages, Topic
 
 INPUT: Final = f"{NODE}/active_joint_states"
 KINDS: Final = (JOINT_STATE, JOINT_MOTION)  # that the node takes
 DESCRIPTION: Final = "/robot_description"
 SMOOTHINGS: Final = ("causal", "savgol", "spline")
 _AT_ONCE: Final = 2048  # samples that go through the model together, and into one chunk
+_OUTPUT_DEPTH: Final = 200  # messages that publishers of results keep
 _STRING: Final = "std_msgs/msg/String"
 
 
@@ -84,7 +79,7 @@ class Outcome:
         losses: what could not be read, a sentence each; after a thousand, how many more of each
         kind.
         rejections: the first text of each kind of rejection.
-        strays: samples that `smooth` made no accelerations of, as they do not fit the motion around
+        outliers: samples that `smooth` made no accelerations of, as they do not fit the motion around
         them, a text each.
         bulk: share of the samples that were decoded in bulk.
         shares: [s] spent on reading, decoding, the model, what the messages hold (encoding), and
@@ -98,7 +93,7 @@ class Outcome:
     summary: str = ""
     losses: list[str] = field(default_factory=list)
     rejections: dict[str, str] = field(default_factory=dict)
-    strays: list[str] = field(default_factory=list)
+    outliers: list[str] = field(default_factory=list)
     bulk: float = 0.0
     shares: Counter[str] = field(default_factory=Counter)
     beside: float = 0.0
@@ -137,7 +132,7 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
     pipeline = make_pipeline(robot, job.settings)
     evaluator = pipeline.evaluator
     outputs = outputs_of(robot, job.settings)
-    with Source(job.source) as source:
+    with BagReader(job.source) as source:
         topic = input_topic(source, job.topic, KINDS)
         kind = source.topics[topic].kind
         if kind == JOINT_MOTION and job.smooth != "causal":
@@ -146,10 +141,9 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
                 f"{source.path}: {topic} has {told}: nothing can be smoothed; leave out --smooth"
                 f" {job.smooth}"
             )
-        topics = [
-            Topic(output.name, output.topic.kind, (_offered(latched=False),)) for output in outputs
-        ]
-        topics.append(Topic(DESCRIPTION, _STRING, (_offered(latched=True),)))
+        profile = reliable_profile(_OUTPUT_DEPTH)
+        topics = [Topic(output.name, output.topic.kind, (profile,)) for output in outputs]
+        topics.append(Topic(DESCRIPTION, _STRING, (reliable_profile(1, latched=True),)))
         kept = _kept(source, topics) if job.keep else []
         notes = {**robot_notes(job.robot, robot), "source": job.source.name, "smooth": job.smooth}
         watch.lap("start")
@@ -165,12 +159,15 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
             )
             worker.run(source, topic, {entry.name for entry in kept}, shown)
             _require_some(
-                outcome, topic, pipeline.counts, [*worker.losses.told, *source.losses.told]
+                outcome,
+                topic,
+                pipeline.counts,
+                [*worker.losses.describe(), *source.losses.describe()],
             )
             watch.lap("writing")
         watch.lap("writing")
-        outcome.beside = bag.beside
-        outcome.losses += [*worker.losses.told, *source.losses.told]
+        outcome.beside = bag.thread_time
+        outcome.losses += [*worker.losses.describe(), *source.losses.describe()]
     outcome.summary = pipeline.counts.summary()
     return outcome
 
@@ -203,7 +200,9 @@ def make_pipeline(robot: Robot, settings: Settings) -> Pipeline:
     return pipeline
 
 
-def input_topic(source: Source, wanted: str | None, kinds: Sequence[str] = (JOINT_STATE,)) -> str:
+def input_topic(
+    source: BagReader, wanted: str | None, kinds: Sequence[str] = (JOINT_STATE,)
+) -> str:
     """The topic with the samples.
 
     Args:
@@ -265,9 +264,9 @@ class _Worker:
         self._first, self._last = 2**63 - 1, -(2**63)
         self._described = False
 
-    def run(self, source: Source, topic: str, kept: set[str], shown: bool | None) -> None:
+    def run(self, source: BagReader, topic: str, kept: set[str], shown: bool | None) -> None:
         """All messages."""
-        total = source.expected if kept else source.topics[topic].told or 0
+        total = source.message_count if kept else source.topics[topic].message_count or 0
         wanted = None if kept else frozenset([topic])
         waiting: list[Samples] = []
         with Progress(f"{self._job.source.name}", total or 1, shown) as progress:
@@ -275,7 +274,7 @@ class _Worker:
             for name, messages in source.read(wanted):
                 self._watch.lap("reading")
                 if name in kept:
-                    self._bag.write(list(Block.copies(self._bag.channels[name], messages)))
+                    self._bag.write(list(RecordBlock.copies(self._bag.channels[name], messages)))
                     self._watch.lap("writing")
                 for part in _pieces(messages) if name == topic else ():
                     samples = self._decode(part)
@@ -315,7 +314,7 @@ class _Worker:
             evaluator.measured,
             int(samples.stamp_ns[samples.usable][:1].sum()),
         )
-        self._outcome.strays = [stray.told(joints, first) for stray in estimates.strays]
+        self._outcome.outliers = [outlier.describe(joints, first) for outlier in estimates.outliers]
         self._watch.lap("model")
         for rows in split(len(samples), _AT_ONCE):
             part, own = samples.part(rows), estimates.part(rows)
@@ -337,7 +336,7 @@ class _Worker:
             self._described = True
             text = Template().string(to_urdf(self._bulk.pipeline.evaluator.robot.description))
             blocks.append(
-                Block.filled(self._bag.channels[DESCRIPTION], motion.log_ns[:1], text, {})
+                RecordBlock.filled(self._bag.channels[DESCRIPTION], motion.log_ns[:1], text, {})
             )
         self._watch.lap("encoding")
         self._bag.write(blocks)
@@ -349,24 +348,6 @@ def _pieces(messages: Messages) -> Iterator[Messages]:
         yield messages.part(np.arange(rows.start, rows.stop))
 
 
-def _kept(source: Source, own: list[Topic]) -> list[Topic]:
+def _kept(source: BagReader, own: list[Topic]) -> list[Topic]:
     taken = {topic.name for topic in own}
     return [topic for topic in source.topics.values() if topic.name not in taken]
-
-
-def _offered(*, latched: bool) -> Qos:
-    endless = QosTime(9223372036, 854775807)  # as ROS writes "no deadline"
-    fields: dict[str, Any] = {
-        "deadline": endless,
-        "lifespan": endless,
-        "liveliness_lease_duration": endless,
-    }
-    return Qos(
-        history=QosHistory.KEEP_LAST,
-        depth=1 if latched else 200,
-        reliability=QosReliability.RELIABLE,
-        durability=QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
-        liveliness=QosLiveliness.AUTOMATIC,
-        avoid_ros_namespace_conventions=False,
-        **fields,
-    )

@@ -27,7 +27,7 @@ _LASTS: Final = (
 
 
 @dataclass(frozen=True)
-class Stray:
+class SampleOutlier:
     """A sample off the curve through those around it.
 
     Attributes:
@@ -49,7 +49,7 @@ class Stray:
         """Seconds since some stamp [ns]."""
         return (self.stamp_ns - start_ns) * 1e-9
 
-    def told(self, joints: Sequence[str], start_ns: int) -> str:
+    def describe(self, joints: Sequence[str], start_ns: int) -> str:
         """A sentence, with the time since some stamp [ns]."""
         unit = "(rad or m)/s" if self.rate else "rad or m"
         late = (
@@ -66,9 +66,9 @@ class Stray:
         return "late" if self.late > 0.0 else "early"
 
 
-def strays(
+def find_outliers(
     stamps: NDArray[np.int64], position: FloatArray, velocity: FloatArray | None
-) -> dict[int, Stray]:
+) -> dict[int, SampleOutlier]:
     """The rows of a run that do not fit those around them.
 
     Such a sample is off the least-squares spline through the others both by more than the largest
@@ -80,7 +80,7 @@ def strays(
         position: (N, n) [rad or m].
         velocity: (N, n) where it was measured.
     """
-    found: dict[int, Stray] = {}
+    found: dict[int, SampleOutlier] = {}
     if len(stamps) < _LEAST:
         return found
     time, n = (stamps - stamps[0]) * 1e-9, position.shape[1]
@@ -91,7 +91,7 @@ def strays(
         for row, column, off in _off(time[window], values, least, len(time) * len(least)):
             whole = row + window.start
             late = _late(time, position, whole, least[:n])
-            found[whole] = Stray(int(stamps[whole]), column % n, column >= n, off, late)
+            found[whole] = SampleOutlier(int(stamps[whole]), column % n, column >= n, off, late)
     return found
 
 

@@ -15,7 +15,7 @@ from ..messages.joint_samples import FloatArray
 from ..stream.evaluator import MotionEvaluator
 from ..stream.filter.rate_estimator import RateRows
 from .decode import Samples
-from .sample_outliers import Stray, strays
+from .sample_outliers import SampleOutlier, find_outliers
 
 _DEGREE = 5  # of the spline: accelerations are cubic
 _ORDER = 4  # of Savitzky-Golay polynomials
@@ -28,10 +28,10 @@ class SmoothRates(RateRows):
     """Rates of the samples of a recording.
 
     Attributes:
-        strays: samples that rates were not made of, as they do not fit the motion around them.
+        outliers: samples that rates were not made of, as they do not fit the motion around them.
     """
 
-    strays: list[Stray] = field(default_factory=list)
+    outliers: list[SampleOutlier] = field(default_factory=list)
 
 
 def joined(parts: Sequence[Samples]) -> Samples:
@@ -60,7 +60,7 @@ def estimates_of(samples: Samples, method: str, evaluator: MotionEvaluator) -> S
 
     Velocities that were measured are smoothed as they are; where there are none, positions are.
     Samples that do not fit the motion around them are left out, have no acceleration, and are told
-    in `SmoothRates.strays`.
+    in `SmoothRates.outliers`.
 
     Args:
         samples: of a whole recording.
@@ -84,9 +84,10 @@ def estimates_of(samples: Samples, method: str, evaluator: MotionEvaluator) -> S
     estimator = evaluator.estimator
     for run in _runs(np.flatnonzero(usable), samples, estimator.max_gap):
         measured = bool(samples.measured[run[0]])
-        stray = strays(samples.stamp_ns[run], position[run], velocity[run] if measured else None)
-        rates.strays += [stray[row] for row in sorted(stray)]
-        rows = np.delete(run, list(stray))
+        measured_rates = velocity[run] if measured else None
+        outliers = find_outliers(samples.stamp_ns[run], position[run], measured_rates)
+        rates.outliers += [outliers[row] for row in sorted(outliers)]
+        rows = np.delete(run, list(outliers))
         if len(rows) < _LEAST:
             continue
         time = (samples.stamp_ns[rows] - samples.stamp_ns[rows[0]]) * 1e-9

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bags.storage.storage import RawMessage
+from ..messages.interfaces import deserialize
 from ..stream.filter.rate_estimator import EstimatorState, MotionEstimator
-from .bags import RawMessage, decode
 from .topics import EFFORTS, INPUT, POSE, STATES, TYPES
 
 FloatArray = NDArray[np.float64]
@@ -58,7 +59,7 @@ def expect(messages: Sequence[RawMessage], bandwidth: float, max_gap: float) -> 
     state: EstimatorState | None = None
     stamps, accelerations = [], []
     for _, data in messages:
-        message = decode(data, TYPES[INPUT])
+        message = deserialize(data, TYPES[INPUT])
         stamps.append(message.header.stamp.sec * 10**9 + message.header.stamp.nanosec)
         state, estimate = estimator.step(state, stamps[-1], message.position, message.velocity)
         unknown = np.full(len(message.velocity), np.nan)

@@ -9,9 +9,10 @@ from typing import Final, TextIO
 
 from hybrid_dynamics_core import Robot, load
 
+from ..bags.errors import BagError
+from ..bags.storage.bag_writer import new_bag
 from ..parameters import BANDWIDTH, MAX_GAP
-from .bags import new_bag
-from .errors import InterruptedDemoError
+from .errors import DemoError, InterruptedDemoError
 from .expectation import expect
 from .judge.plot import save_figure
 from .judge.results import read_results
@@ -19,7 +20,7 @@ from .judge.verdict import Verdict, judge
 from .play.live import LiveView
 from .play.recording import shipped_messages
 from .session import Session, stop_signals
-from .topics import EFFORTS, INPUT, POSE, STATES, TYPES
+from .topics import EFFORTS, INPUT, POSE, STATES, TYPES, bag_topics
 from .trajectory import ROBOT, SOURCE
 
 SUBTITLE: Final = f"Trajectory of {SOURCE}; efforts and poses as received from the running node"
@@ -55,7 +56,13 @@ def run(output: Path, rate: float, live: bool, out: TextIO) -> bool:
         DemoError: the node or the player failed.
         InterruptedDemoError: a signal asked to stop.
     """
+    try:
+        return _run(output, rate, live, out)
+    except BagError as error:
+        raise DemoError(str(error)) from error
 
+
+def _run(output: Path, rate: float, live: bool, out: TextIO) -> bool:
     def say(text: str) -> None:
         out.write(text + "\n")
         out.flush()
@@ -67,7 +74,7 @@ def run(output: Path, rate: float, live: bool, out: TextIO) -> bool:
     output.mkdir(parents=True, exist_ok=True)
     bag = output / f"{ROBOT}_results"
     with stop_signals() as stop:
-        with new_bag(bag, TYPES, {"source": SOURCE, "robot": ROBOT}) as writer:
+        with new_bag(bag, bag_topics(TYPES), {"source": SOURCE, "robot": ROBOT}) as writer:
             Session(expected, output, say if live else _be_quiet, view, stop).record(writer, rate)
         if stop.is_set():
             raise InterruptedDemoError("Stopped.")

@@ -16,10 +16,10 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
+from ..bags.storage.bag_writer import BagWriter
 from ..node.lifecycle import UNCONFIGURED
 from ..parameters import INPUT_DEPTH, OUTPUT_DEPTH, Parameter
 from ..parameters import ROBOT as ROBOT_PARAMETER
-from .bags import BagWriter
 from .errors import DemoError, InterruptedDemoError
 from .expectation import Expectation
 from .play.live import LiveView

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Final
+
+from ..bags.storage.qos import reliable_profile
+from ..bags.storage.storage import Topic
 
 NODE: Final = "/hybrid_dynamics"
 INPUT: Final = f"{NODE}/active_joint_states"
@@ -17,3 +21,9 @@ TYPES: Final = {
     POSE: "geometry_msgs/msg/PoseStamped",
 }
 OUTPUTS: Final = (STATES, EFFORTS, POSE)
+_DEPTH: Final = 50  # messages that publishers keep
+
+
+def bag_topics(names: Iterable[str]) -> list[Topic]:
+    """Topics of the demo as a bag holds them."""
+    return [Topic(name, TYPES[name], (reliable_profile(_DEPTH),)) for name in names]

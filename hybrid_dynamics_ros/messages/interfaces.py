@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
@@ -25,3 +25,8 @@ def typestore() -> Typestore:
         name = f"hybrid_dynamics_msgs/msg/{path.stem}"
         store.register(get_types_from_msg(path.read_text(encoding="utf-8"), name))
     return store
+
+
+def deserialize(data: bytes, kind: str) -> Any:
+    """A message of rosbags from its CDR bytes and its type."""
+    return typestore().deserialize_cdr(data, kind)

@@ -8,7 +8,7 @@ import numpy as np
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
 from hybrid_dynamics_ros.bags.process import INPUT
-from hybrid_dynamics_ros.bags.storage.bag_reader import Messages
+from hybrid_dynamics_ros.bags.storage.storage import Messages
 from hybrid_dynamics_ros.messages.interfaces import JOINT_MOTION, JOINT_STATE, typestore
 
 START = 1_700_000_000 * 10**9  # [ns]

@@ -18,8 +18,10 @@ from hybrid_dynamics_core.ground.file_kinds import BAG_METADATA
 from hybrid_dynamics_ros.bags.errors import BagError
 from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
 from hybrid_dynamics_ros.bags.process import INPUT, Job, process
-from hybrid_dynamics_ros.bags.storage.bag_reader import MOST_LOSSES, Losses, Source, Topic
-from hybrid_dynamics_ros.bags.storage.mcap_writer import new_bag
+from hybrid_dynamics_ros.bags.storage.bag_reader import BagReader
+from hybrid_dynamics_ros.bags.storage.bag_writer import new_bag
+from hybrid_dynamics_ros.bags.storage.mcap_chunk import RecordBlock
+from hybrid_dynamics_ros.bags.storage.storage import MAX_LOSSES, Losses, Messages, Topic
 from tests.bags.messages import START, bag, recorded
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -28,13 +30,13 @@ JOINT_STATE = "sensor_msgs/msg/JointState"
 
 def read(path, topic=INPUT):
     """(log time, bytes) of all messages of a topic, and what was lost."""
-    with Source(path) as source:
+    with BagReader(path) as source:
         pairs = [
             (int(m.log_ns[k]), m.message(k))
             for _, m in source.read(frozenset([topic]))
             for k in range(len(m))
         ]
-        return pairs, source.losses.told
+        return pairs, source.losses.describe()
 
 
 FORMS = {
@@ -103,13 +105,10 @@ def whole(forging, tmp_path_factory):
     write_trajectory(path, motion, INPUT, {})
     pairs, _ = read(path)
     chunked = path.parent / "chunked"
-    from hybrid_dynamics_ros.bags.storage.bag_reader import Messages
-    from hybrid_dynamics_ros.bags.storage.mcap_chunk import Block
-
     with new_bag(chunked, [Topic(INPUT, JOINT_STATE)]) as out:
         for piece in pieces:
             times, data = zip(*pairs[piece], strict=True)
-            out.write(list(Block.copies(1, Messages.of(list(times), list(data)))))
+            out.write(list(RecordBlock.copies(1, Messages.of(list(times), list(data)))))
     return chunked, pairs
 
 
@@ -159,28 +158,28 @@ def test_thousands_of_lost_messages_are_told_in_a_thousand_lines_and_counted(for
     mixed = [(START + k * 10**6, data if k % 2 else data[:20]) for k, data in enumerate(good)]
     path = bag(tmp_path / "in", mixed)
     outcome = process(Job(path, tmp_path / "out", forging.name))
-    assert len(outcome.losses) == MOST_LOSSES + 1
+    assert len(outcome.losses) == MAX_LOSSES + 1
     assert outcome.losses[0].startswith(
         "message 0, logged at 1700000000000000000 ns: no JointState"
     )
-    assert outcome.losses[MOST_LOSSES - 1].startswith(f"message {2 * MOST_LOSSES - 2}, ")
+    assert outcome.losses[MAX_LOSSES - 1].startswith(f"message {2 * MAX_LOSSES - 2}, ")
     told = re.fullmatch(
         r"\.\.\. and (\d+) more: message N, logged at N ns: no JointState.*", outcome.losses[-1]
     )
     assert told is not None
-    assert int(told[1]) == LOST_MESSAGES - MOST_LOSSES
+    assert int(told[1]) == LOST_MESSAGES - MAX_LOSSES
 
 
 def test_losses_told_again_are_told_once_and_kinds_stay_few():
     losses = Losses()
-    for k in range(MOST_LOSSES):
+    for k in range(MAX_LOSSES):
         for _ in range(2):
             losses.add(f"/arm_2: sample {k} is lost")
-    assert losses.told == [f"/arm_2: sample {k} is lost" for k in range(MOST_LOSSES)]
+    assert losses.describe() == [f"/arm_2: sample {k} is lost" for k in range(MAX_LOSSES)]
     for k in range(5000):
-        losses.add(f"/arm_2: sample {k + MOST_LOSSES} is lost")
+        losses.add(f"/arm_2: sample {k + MAX_LOSSES} is lost")
         losses.add(f"/arm_2: {'x' * (k % 40)} is lost")
-    more = losses.told[MOST_LOSSES:]
+    more = losses.describe()[MAX_LOSSES:]
     assert more[0] == "... and 5000 more: /arm_2: sample N is lost"
     assert len(more) < 30
     assert sum(int(text.split()[2]) for text in more) == 10_000

@@ -13,7 +13,7 @@ from hybrid_dynamics_ros.bags.batch_outputs import NODE
 from hybrid_dynamics_ros.bags.decode import Decoder
 from hybrid_dynamics_ros.bags.errors import BagError
 from hybrid_dynamics_ros.bags.process import INPUT, KINDS, Job, input_topic, process
-from hybrid_dynamics_ros.bags.storage.bag_reader import Source
+from hybrid_dynamics_ros.bags.storage.bag_reader import BagReader
 from hybrid_dynamics_ros.messages.interfaces import JOINT_MOTION, JOINT_STATE, typestore
 from hybrid_dynamics_ros.messages.joint_samples import Calibration
 from hybrid_dynamics_ros.parameters import Settings
@@ -164,7 +164,7 @@ def test_joint_states_come_first_and_motions_where_they_are_named(forging, tmp_p
     # fourth sample on
     assert told[0] == told[1] == "40 received, 40 accepted, 37 with efforts"
     assert told[2] == "40 received, 40 accepted, 40 with efforts"
-    with Source(path) as source:
+    with BagReader(path) as source:
         assert input_topic(source, None, KINDS) == "/states"
         with pytest.raises(
             BagError, match=r"no topic /motions of type sensor_msgs/msg/JointState; .*: /states$"

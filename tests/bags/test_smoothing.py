@@ -6,9 +6,10 @@ import pytest
 from hybrid_dynamics_core import load
 from hybrid_dynamics_ros.bags.analysis.collect import collect
 from hybrid_dynamics_ros.bags.process import Job, process
-from hybrid_dynamics_ros.bags.storage.bag_reader import Messages
-from hybrid_dynamics_ros.bags.storage.mcap_chunk import Block, Packer, zstd
-from hybrid_dynamics_ros.bags.storage.mcap_reader import PREFIX
+from hybrid_dynamics_ros.bags.storage.compression import zstd
+from hybrid_dynamics_ros.bags.storage.mcap_chunk import ChunkPacker, RecordBlock
+from hybrid_dynamics_ros.bags.storage.mcap_format import PREFIX
+from hybrid_dynamics_ros.bags.storage.storage import Messages
 from hybrid_dynamics_ros.parameters import MEASURED, Settings
 from hybrid_dynamics_ros.stream.rate_limit import Pace
 from tests.bags.messages import START, bag, joint_state, motion_of
@@ -62,8 +63,8 @@ def test_a_rate_of_once_in_an_age_sends_the_first(rate):
 
 def test_messages_without_a_byte_are_packed():
     messages = Messages.of([START, START + 5, START + 7], [b"", b"some", b""])
-    chunk = Packer().chunk(list(Block.copies(3, messages)))
-    records = zstd.decompress(chunk.packed)
+    chunk = ChunkPacker().pack(list(RecordBlock.copies(3, messages)))
+    records = zstd.decompress(chunk.compressed)
     assert len(records) == chunk.size == 3 * PREFIX + 4
     assert records.count(b"some") == 1
     assert chunk.indices[3][:, 0].tolist() == [START, START + 5, START + 7]

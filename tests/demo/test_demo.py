@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hybrid_dynamics_ros.demo.bags import read_raw
+from hybrid_dynamics_ros.bags.storage.bag_reader import read_raw
 from hybrid_dynamics_ros.demo.judge.results import read_results
 from hybrid_dynamics_ros.demo.play.recording import shipped_messages
 from hybrid_dynamics_ros.demo.topics import INPUT

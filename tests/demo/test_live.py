@@ -4,12 +4,12 @@ import io
 
 import pytest
 
-from hybrid_dynamics_ros.demo.bags import typestore
 from hybrid_dynamics_ros.demo.play.live import LiveView
 from hybrid_dynamics_ros.demo.play.recording import START_NS
 from hybrid_dynamics_ros.demo.play.snapshot import take_snapshot
 from hybrid_dynamics_ros.demo.play.table import Progress, table
 from hybrid_dynamics_ros.demo.topics import EFFORTS, INPUT, POSE, STATES, TYPES
+from hybrid_dynamics_ros.messages.interfaces import typestore
 
 COUNTS = {INPUT: 501, STATES: 501, EFFORTS: 498, POSE: 501}
 PRISMATIC = frozenset({"q12", "q22"})

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import Reader
 
-from hybrid_dynamics_ros.demo.bags import decode, new_bag, read_raw
+from hybrid_dynamics_ros.bags.storage.bag_reader import read_raw
+from hybrid_dynamics_ros.bags.storage.bag_writer import new_bag
 from hybrid_dynamics_ros.demo.play.recording import (
     SHIPPED,
     START_NS,
@@ -12,7 +13,8 @@ from hybrid_dynamics_ros.demo.play.recording import (
     recorded_messages,
     shipped_messages,
 )
-from hybrid_dynamics_ros.demo.topics import INPUT, TYPES
+from hybrid_dynamics_ros.demo.topics import INPUT, TYPES, bag_topics
+from hybrid_dynamics_ros.messages.interfaces import deserialize
 
 NODE_INPUT = "/hybrid_dynamics/active_joint_states"
 
@@ -35,7 +37,7 @@ def test_the_shipped_recording_is_small_mcap_of_one_topic():
 
 
 def test_the_shipped_recording_is_the_papers_trajectory_at_100_hz():
-    messages = [decode(data, TYPES[INPUT]) for _, data in shipped_messages()]
+    messages = [deserialize(data, TYPES[INPUT]) for _, data in shipped_messages()]
     assert len(messages) == 1001
     for k, message in enumerate(messages):
         t = k / 100
@@ -58,15 +60,15 @@ def test_log_times_are_the_stamps():
 
 def test_a_new_bag_takes_the_place_of_the_old_one(tmp_path):
     for data in (b"\x00\x01\x00\x00old!", b"\x00\x01\x00\x00new!"):
-        with new_bag(tmp_path / "bag", {INPUT: TYPES[INPUT]}) as bag:
-            bag.write(INPUT, 5, data)
+        with new_bag(tmp_path / "bag", bag_topics([INPUT])) as bag:
+            bag.write_message(INPUT, 5, data)
     assert read_raw(tmp_path / "bag", INPUT) == [(5, b"\x00\x01\x00\x00new!")]
     assert [path.name for path in tmp_path.iterdir()] == ["bag"]
 
 
 def write_half_a_bag(path):
-    with new_bag(path, {INPUT: TYPES[INPUT]}) as bag:
-        bag.write(INPUT, 5, b"\x00\x01\x00\x00new!")
+    with new_bag(path, bag_topics([INPUT])) as bag:
+        bag.write_message(INPUT, 5, b"\x00\x01\x00\x00new!")
         raise KeyboardInterrupt
 
 

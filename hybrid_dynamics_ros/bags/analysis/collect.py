@@ -25,9 +25,9 @@ from ..decode import Decoder, Samples
 from ..errors import BagError
 from ..process import SMOOTHINGS, input_topic, make_pipeline
 from ..provenance import known_robot, smoothing_of
-from ..sample_outliers import Stray
+from ..sample_outliers import SampleOutlier
 from ..smooth import estimates_of, joined, split
-from ..storage.bag_reader import Source
+from ..storage.bag_reader import BagReader
 from .stamp_intervals import Stamps
 
 Span = tuple[float, float]  # from, to [s]
@@ -52,7 +52,7 @@ class Track:
         every: each how manieth sample is here.
         gaps: (from, to) [s] where stamps are further apart than the largest gap.
         bad: (time [s], why) of samples that were refused.
-        strays: samples that do not fit the motion around them, and have no acceleration; none of
+        outliers: samples that do not fit the motion around them, and have no acceleration; none of
         the causal filter.
         measured: joints of the bag's samples, the active ones unless the node's parameter says
         otherwise.
@@ -79,7 +79,7 @@ class Track:
     counts: Counts
     gaps: list[tuple[float, float]]
     bad: list[tuple[float, str]]
-    strays: list[Stray]
+    outliers: list[SampleOutlier]
     measured: tuple[str, ...]
     max_gap: float
     intervals: FloatArray
@@ -204,7 +204,7 @@ class _Kept:
     gaps: list[tuple[int, int]] = field(default_factory=list)
     bad: list[tuple[int, str]] = field(default_factory=list)
     intervals: list[NDArray[np.int64]] = field(default_factory=list)
-    strays: list[Stray] = field(default_factory=list)
+    outliers: list[SampleOutlier] = field(default_factory=list)
     origin: int | None = None  # the first stamp of the bag [ns]
     first: int | None = None  # and of what is looked at
     last: int | None = None
@@ -239,10 +239,10 @@ def collect(  # noqa: PLR0913 - the command's options
     evaluator = pipeline.evaluator
     bulk, decoder = BulkPipeline(pipeline), Decoder(evaluator.measured)
     kept, errors = _Kept(), Errors.none(len(machine.active))
-    with Source(path) as source:
+    with BagReader(path) as source:
         name = topic or _own_states(source) or input_topic(source, None)
         name = input_topic(source, name)
-        every = max(1, math.ceil((source.topics[name].told or 1) / most))
+        every = max(1, math.ceil((source.topics[name].message_count or 1) / most))
         parts: list[Samples] = []
         for samples in _read(source, name, decoder, kept, span):
             _watch(kept, samples, settings[MAX_GAP])
@@ -258,11 +258,11 @@ def collect(  # noqa: PLR0913 - the command's options
         if parts:
             whole = joined(parts)
             estimates = estimates_of(whole, smooth, evaluator)
-            kept.strays = estimates.strays
+            kept.outliers = estimates.outliers
             for rows in split(len(whole), _AT_ONCE):
                 samples = whole.part(rows)
                 _keep(kept, errors, samples, bulk.process(samples, estimates.part(rows)), every)
-        losses = source.losses.told
+        losses = source.losses.describe()
     if not kept.motions:
         told = "".join(f"; {code}: {text}" for code, text in bulk.first_rejections.items())
         where = "" if span == WHOLE else f" from {span[0]:g} s {end_text(span)} of the bag"
@@ -281,7 +281,7 @@ def _smoothing(path: Path) -> str:
     return told if told in SMOOTHINGS else "spline"
 
 
-def _own_states(source: Source) -> str | None:
+def _own_states(source: BagReader) -> str | None:
     """The node's output, in a bag without its input."""
     own, given = _COMPUTED, f"{NODE}/active_joint_states"
     if given in source.topics or own not in source.topics:
@@ -295,10 +295,10 @@ def _own_states(source: Source) -> str | None:
 
 
 def _read(
-    source: Source, name: str, decoder: Decoder, kept: _Kept, span: Span
+    source: BagReader, name: str, decoder: Decoder, kept: _Kept, span: Span
 ) -> Iterator[Samples]:
     """The samples of a topic within the span, some at a time."""
-    with Progress(source.path.name, source.topics[name].told or 1) as progress:
+    with Progress(source.path.name, source.topics[name].message_count or 1) as progress:
         done = 0
         for _, messages in source.read(frozenset([name])):
             for rows in split(len(messages), _AT_ONCE):
@@ -395,7 +395,7 @@ def _track(  # noqa: PLR0913, PLR0917 - a line for each attribute
         counts=pipeline.counts,
         gaps=[((a - start) * 1e-9, (b - start) * 1e-9) for a, b in kept.gaps],
         bad=[((at - start) * 1e-9, why) for at, why in kept.bad],
-        strays=kept.strays,
+        outliers=kept.outliers,
         measured=pipeline.evaluator.measured,
         max_gap=max_gap,
         first=0.0 if kept.first is None else (kept.first - start) * 1e-9,

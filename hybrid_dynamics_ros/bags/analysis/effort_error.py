@@ -16,7 +16,7 @@ _ROUNDING = 1e-12  # of the largest: without noise only rounding is left about t
 
 
 @dataclass(frozen=True)
-class Spread:
+class EffortError:
     """Recorded less computed of one joint, in the unit of its effort.
 
     Attributes:
@@ -44,20 +44,20 @@ class Spread:
         }
 
 
-def spreads(track: Track) -> list[Spread]:
+def effort_errors(track: Track) -> list[EffortError]:
     """One for each active joint with recorded efforts; of the samples that the track kept."""
     left = track.recorded - track.efforts
     found = (_spread(track, k, part[np.isfinite(part)]) for k, part in enumerate(left.T))
-    return [spread for spread in found if spread.count]
+    return [error for error in found if error.count]
 
 
-def _spread(track: Track, k: int, left: FloatArray) -> Spread:
+def _spread(track: Track, k: int, left: FloatArray) -> EffortError:
     name, rms = track.robot.active[k], float(track.errors.rms[k])
     if not len(left):
-        return Spread(name, np.nan, np.nan, np.nan, 0, 0, rms)
+        return EffortError(name, np.nan, np.nan, np.nan, 0, 0, rms)
     sizes = np.abs(left)
     median, near = (float(value) for value in np.percentile(sizes, [50.0, 95.0]))
     about = left - np.median(left)  # an offset of all samples is no reason to count them
     limit = noise_limit(len(sizes)) * float(robust_deviation(about[:, None])[0])
     far = int((np.abs(about) > limit + _ROUNDING * sizes.max()).sum())
-    return Spread(name, median, near, limit, far, len(sizes), rms)
+    return EffortError(name, median, near, limit, far, len(sizes), rms)

@@ -174,7 +174,7 @@ def margins(track: Track) -> Figure:
 def sampling(track: Track) -> Figure:
     """Intervals between stamps, and where samples are missing, off or refused."""
     missing = track.stamps.missing
-    regular = not (missing or track.gaps or track.strays or track.bad)
+    regular = not (missing or track.gaps or track.outliers or track.bad)
     figure, axes = _panels(1, 1 if regular else 2, 2.4)
     steps = _intervals(axes[0][0], track.stamps)
     if regular:
@@ -189,7 +189,7 @@ def sampling(track: Track) -> Figure:
     rows = [
         ("missing", ORANGE, [at for at, _, _ in missing]),
         *(
-            [("off the motion", PURPLE, [stray.at(first) for stray in track.strays])]
+            [("off the motion", PURPLE, [outlier.at(first) for outlier in track.outliers])]
             if looked
             else []
         ),

@@ -43,7 +43,7 @@ class LeftOut:
     Attributes:
         time: [s] since the start of the bag.
         joint: the one that is furthest off.
-        off: by how much: an effort [N m or N], for a stray sample a position [rad or m] or a
+        off: by how much: an effort [N m or N], for a sample outlier a position [rad or m] or a
         velocity.
         what: of these three which.
         late: by how much later than the motion says a stray's stamp is [s]; NaN where that is not
@@ -266,7 +266,7 @@ def _strays(track: Track) -> list[LeftOut]:
     names, start = track.measured, track.start_ns
     return [
         LeftOut(s.at(start), names[s.joint], s.off, "velocity" if s.rate else "position", s.late)
-        for s in track.strays
+        for s in track.outliers
     ]
 
 

@@ -15,7 +15,7 @@ from hybrid_dynamics_core.ground.units import coordinate_unit, effort_unit
 from hybrid_dynamics_core.ground.wording import singular_or_plural
 
 from .collect import Track
-from .effort_error import spreads
+from .effort_error import effort_errors
 from .figures import Draw, closure, efforts, energy, margins, sampling, svg, trajectories
 
 _STYLE: Final = """
@@ -77,7 +77,7 @@ def report(track: Track, title: str) -> str:
         if draw is efforts:
             parts.append(f"<p>{accelerations_of(track)}</p>")
         parts.append(_wide(svg(draw, track, heading.split()[0].lower())))
-    if track.strays:
+    if track.outliers:
         parts.append(_strays(track))
     if track.bad:
         parts.append(_bad(track))
@@ -131,12 +131,12 @@ def _facts(track: Track) -> str:
     if track.smooth != "causal":
         told = "".join(
             f"{'; ' if k else ', at '}{s.at(track.start_ns):.3f} s"
-            for k, s in enumerate(track.strays[:3])
+            for k, s in enumerate(track.outliers[:3])
         )
         rows.append(
             [
                 "samples off the motion",
-                f"{len(track.strays)}{told}{' ...' if len(track.strays) > 3 else ''}",
+                f"{len(track.outliers)}{told}{' ...' if len(track.outliers) > 3 else ''}",
             ]
         )
     meaning = (
@@ -188,13 +188,15 @@ def _missing(track: Track) -> str:
 
 def _strays(track: Track) -> str:
     rows = []
-    for stray in track.strays[:_LISTED]:
-        name = track.measured[stray.joint]
+    for outlier in track.outliers[:_LISTED]:
+        name = track.measured[outlier.joint]
         kind = track.robot.joint_types[name]
-        unit = coordinate_unit(kind, "/s" if stray.rate else "")
-        late = "" if np.isnan(stray.late) else f"{1e3 * abs(stray.late):.1f} ms {stray.word}"
-        rows.append([f"{stray.at(track.start_ns):.3f} s", name, f"{stray.off:.3g} {unit}", late])
-    more = len(track.strays) - len(rows)
+        unit = coordinate_unit(kind, "/s" if outlier.rate else "")
+        late = "" if np.isnan(outlier.late) else f"{1e3 * abs(outlier.late):.1f} ms {outlier.word}"
+        rows.append(
+            [f"{outlier.at(track.start_ns):.3f} s", name, f"{outlier.off:.3g} {unit}", late]
+        )
+    more = len(track.outliers) - len(rows)
     unlisted = f" {more} more {singular_or_plural(more, 'is', 'are')} not listed." if more else ""
     told = (
         "These samples do not fit the motion around them: accelerations are not made of them, nor"
@@ -206,10 +208,10 @@ def _strays(track: Track) -> str:
 def _errors(track: Track) -> str:
     errors = track.errors
     rows, active = [], track.robot.active
-    for spread in spreads(track):
-        k, name = active.index(spread.joint), spread.joint
-        sizes = [_digits(value) for value in (spread.median, spread.near)]
-        sizes.append(f"{spread.far} of {spread.count}, beyond {_digits(spread.limit)}")
+    for error in effort_errors(track):
+        k, name = active.index(error.joint), error.joint
+        sizes = [_digits(value) for value in (error.median, error.near)]
+        sizes.append(f"{error.far} of {error.count}, beyond {_digits(error.limit)}")
         sizes += [_digits(value) for value in (errors.rms[k], errors.mean[k])]
         sizes.append(
             f"{_digits(errors.largest[k])} at"

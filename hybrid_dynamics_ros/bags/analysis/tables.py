@@ -15,7 +15,7 @@ from hybrid_dynamics_core.ground.suggestions import suggestion
 
 from ...messages.interfaces import typestore
 from ..errors import BagCallError, BagError
-from ..storage.bag_reader import Source
+from ..storage.bag_reader import BagReader
 
 FORMATS: Final = ("csv", "parquet", "npz")
 _NAMES: Final = (
@@ -86,7 +86,7 @@ def export(
             f"{target}: there is something in it already, and tables of two bags would mix; name a"
             " new folder, or give --overwrite to replace the files of the same names"
         )
-    with Source(path) as source:
+    with BagReader(path) as source:
         missing = [topic for topic in topics if topic not in source.topics]
         if missing:
             hint = suggestion(missing[0], source.topics)
@@ -107,7 +107,7 @@ def export(
             {name: topic.kind for name, topic in wanted.items()},
             path.name,
         )
-        losses = source.losses.told
+        losses = source.losses.describe()
     target.mkdir(parents=True, exist_ok=True)
     for name, columns in tables.items():
         file = table_file(target, name, kind)
@@ -118,10 +118,10 @@ def export(
 
 
 def _tables(
-    source: Source, wanted: frozenset[str], kinds: Mapping[str, str], label: str
+    source: BagReader, wanted: frozenset[str], kinds: Mapping[str, str], label: str
 ) -> dict[str, Columns]:
     tables: dict[str, Columns] = {}
-    total = sum(source.topics[name].told or 0 for name in wanted) or 1
+    total = sum(source.topics[name].message_count or 0 for name in wanted) or 1
     with Progress(label, total) as progress:
         done = 0
         for name, messages in source.read(wanted):

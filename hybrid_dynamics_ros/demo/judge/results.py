@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bags import RawMessage, decode, read_raw
+from ...bags.storage.bag_reader import read_raw
+from ...bags.storage.storage import RawMessage
+from ...messages.interfaces import deserialize
 from ..topics import EFFORTS, INPUT, POSE, STATES, TYPES
 
 FloatArray = NDArray[np.float64]
@@ -72,7 +74,7 @@ def read_results(bag: Path) -> Results:
     """Read a bag that the demo recorded.
 
     Raises:
-        rosbags.rosbag2.ReaderError: there is no bag, or it cannot be read.
+        BagError: there is no bag, or it cannot be read.
     """
     return Results(
         inputs=_joint_series(read_raw(bag, INPUT)),
@@ -83,7 +85,7 @@ def read_results(bag: Path) -> Results:
 
 
 def _joint_series(raw: list[RawMessage]) -> JointSeries:
-    messages = [decode(data, TYPES[INPUT]) for _, data in raw]
+    messages = [deserialize(data, TYPES[INPUT]) for _, data in raw]
     names = tuple(messages[0].name) if messages else ()
     return JointSeries(
         names,
@@ -102,7 +104,7 @@ def _table(messages: list[Any], names: tuple[str, ...], field: str) -> FloatArra
 
 
 def _pose_series(raw: list[RawMessage]) -> PoseSeries:
-    messages = [decode(data, TYPES[POSE]) for _, data in raw]
+    messages = [deserialize(data, TYPES[POSE]) for _, data in raw]
     positions = [message.pose.position for message in messages]
     turns = [message.pose.orientation for message in messages]
     return PoseSeries(

@@ -22,7 +22,8 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 from sensor_msgs.msg import JointState
 
-from ..bags import RawMessage, read_raw
+from ...bags.storage.bag_reader import read_raw
+from ...bags.storage.storage import RawMessage
 from ..topics import INPUT
 
 MATCH_DEADLINE: Final = 120.0  # [s]

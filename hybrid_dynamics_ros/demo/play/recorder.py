@@ -11,7 +11,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 from sensor_msgs.msg import JointState
 
-from ..bags import BagWriter
+from ...bags.storage.bag_writer import BagWriter
 from ..topics import EFFORTS, INPUT, NODE, OUTPUTS, POSE, STATES
 from ..trajectory import JOINTS, paper_trajectory
 
@@ -68,7 +68,7 @@ class Recorder:
         stamp = "source_timestamp" if topic == INPUT else "received_timestamp"
 
         def keep(data: bytes, info: dict[str, Any]) -> None:
-            self._bag.write(topic, int(info[stamp]), data)
+            self._bag.write_message(topic, int(info[stamp]), data)
             self.counts[topic] += 1
             self.latest[topic] = data
             self.last_arrival = time.monotonic()

@@ -9,8 +9,11 @@ import sys
 from pathlib import Path
 from typing import Final
 
-from ..bags import RawMessage, new_bag, read_raw, typestore
-from ..topics import INPUT, TYPES
+from ...bags.storage.bag_reader import read_raw
+from ...bags.storage.bag_writer import new_bag
+from ...bags.storage.storage import RawMessage
+from ...messages.interfaces import typestore
+from ..topics import INPUT, TYPES, bag_topics
 from ..trajectory import JOINTS, ROBOT, SOURCE, paper_trajectory
 
 SHIPPED: Final = Path(__file__).resolve().parents[2] / "recordings" / ROBOT
@@ -50,9 +53,9 @@ def recorded_messages() -> list[RawMessage]:
 
 def make_recording(path: Path) -> None:
     """Write the recording to the folder ``path``, in place of one there."""
-    with new_bag(path, {INPUT: TYPES[INPUT]}, {"source": SOURCE, "robot": ROBOT}) as bag:
+    with new_bag(path, bag_topics([INPUT]), {"source": SOURCE, "robot": ROBOT}) as bag:
         for message in recorded_messages():
-            bag.write(INPUT, message.log_ns, message.data)
+            bag.write_message(INPUT, message.log_ns, message.data)
 
 
 def shipped_messages() -> list[RawMessage]:

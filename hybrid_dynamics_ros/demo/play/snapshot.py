@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ..bags import decode
+from ...messages.interfaces import deserialize
 from ..topics import EFFORTS, POSE, STATES, TYPES
 
 
@@ -37,9 +37,9 @@ def take_snapshot(latest: Mapping[str, bytes]) -> Snapshot | None:
     """
     if STATES not in latest or POSE not in latest:
         return None
-    states = decode(latest[STATES], TYPES[STATES])
-    pose = decode(latest[POSE], TYPES[POSE]).pose
-    efforts = decode(latest[EFFORTS], TYPES[EFFORTS]) if EFFORTS in latest else None
+    states = deserialize(latest[STATES], TYPES[STATES])
+    pose = deserialize(latest[POSE], TYPES[POSE]).pose
+    efforts = deserialize(latest[EFFORTS], TYPES[EFFORTS]) if EFFORTS in latest else None
     stamp = states.header.stamp
     return Snapshot(
         stamp_ns=stamp.sec * 10**9 + stamp.nanosec,

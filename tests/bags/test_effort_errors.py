@@ -11,7 +11,7 @@ import pytest
 
 from hybrid_dynamics_core import load
 from hybrid_dynamics_ros.bags.analysis.collect import collect
-from hybrid_dynamics_ros.bags.analysis.effort_error import spreads
+from hybrid_dynamics_ros.bags.analysis.effort_error import effort_errors
 from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
 from hybrid_dynamics_ros.bags.process import INPUT
 from tests.cli.calling import call
@@ -34,16 +34,16 @@ def recording(tmp_path: Path, python_kernels: None) -> Path:  # noqa: ARG001
 
 
 def test_what_is_far_off_is_counted_and_moves_the_rms_alone(recording: Path) -> None:
-    first, *others = spreads(collect(recording, smooth="spline"))
+    first, *others = effort_errors(collect(recording, smooth="spline"))
     assert (first.far, first.joint) == (len(SPIKES), "q_L")
-    assert [spread.far for spread in others] == [0] * len(others)
-    for spread in (first, *others):
-        assert spread.median == pytest.approx(
+    assert [error.far for error in others] == [0] * len(others)
+    for error in (first, *others):
+        assert error.median == pytest.approx(
             MEDIAN, rel=0.15
         )  # of 500 samples: three deviations of their median
-        assert spread.near == pytest.approx(1.96, rel=0.15)
+        assert error.near == pytest.approx(1.96, rel=0.15)
     assert first.rms > 50.0
-    assert max(spread.rms for spread in others) < 2.0
+    assert max(error.rms for error in others) < 2.0
 
 
 @pytest.mark.parametrize("bag", ["recording", "recording/"])
@@ -102,6 +102,6 @@ def test_an_offset_of_all_samples_puts_none_of_them_far_off(recording: Path, noi
     spikes = np.zeros_like(track.efforts)
     spikes[[10, 20]] = 500.0  # N m
     noisy = noise * np.random.default_rng(0).standard_normal(track.efforts.shape)
-    for spread in spreads(replace(track, recorded=track.efforts + 8.0 + noisy + spikes)):
-        assert spread.median == pytest.approx(8.0, abs=0.1)
-        assert spread.far in range(2, 5)  # noise goes beyond its limit in one recording of 20
+    for error in effort_errors(replace(track, recorded=track.efforts + 8.0 + noisy + spikes)):
+        assert error.median == pytest.approx(8.0, abs=0.1)
+        assert error.far in range(2, 5)  # noise goes beyond its limit in one recording of 20

@@ -15,7 +15,7 @@ from hybrid_dynamics_ros.bags.analysis.collect import collect
 from hybrid_dynamics_ros.bags.analysis.stamp_intervals import Stamps
 from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
 from hybrid_dynamics_ros.bags.process import INPUT, Job, process
-from hybrid_dynamics_ros.bags.sample_outliers import strays
+from hybrid_dynamics_ros.bags.sample_outliers import find_outliers
 from tests.bags.calling import printed, run
 
 ROBOT = "five_bar"
@@ -49,7 +49,7 @@ def test_a_stamp_that_is_late_is_found_and_by_how_much(row, measured):
     late, position, velocity = 0.04, position[kept], velocity[kept]
     moved = time[kept]
     moved[row] += late
-    found = strays(ns(moved), position, velocity if measured else None)
+    found = find_outliers(ns(moved), position, velocity if measured else None)
     assert list(found) == [row]
     assert found[row].late == pytest.approx(late, abs=2e-3)  # a parabola through six neighbours
     assert found[row].stamp_ns == ns(moved)[row]
@@ -59,7 +59,7 @@ def test_a_stamp_that_is_late_is_found_and_by_how_much(row, measured):
 def test_a_reading_that_jumps_is_found_with_its_joint(measured):
     time, position, velocity = waves()
     position[300, 1] += 0.5
-    (row,) = found = strays(ns(time), position, velocity if measured else None)
+    (row,) = found = find_outliers(ns(time), position, velocity if measured else None)
     assert (row, found[row].joint, found[row].rate) == (300, 1, False)
     assert found[row].off == pytest.approx(0.5, abs=0.05)
 
@@ -69,7 +69,7 @@ def test_several_bad_samples_are_all_found():
     rows = [10, 11, 200, 239, 240, 241, 700]
     position[rows, 0] += 0.4 * np.array([1, -1, 1, 1, -1, 1, 1])
     velocity[500, 1] += 3.0
-    found = strays(ns(time), position, velocity)
+    found = find_outliers(ns(time), position, velocity)
     assert sorted(found) == [10, 11, 200, 239, 240, 241, 500, 700]
     assert found[500].rate
 
@@ -96,16 +96,16 @@ def test_what_is_no_fault_of_a_sample_is_none():
         np.random.default_rng(2).random((900, 2)) < 0.02
     )  # a digit that flickers
     gap = np.delete(np.arange(900), np.arange(400, 413))
-    assert not strays(ns(time), position, velocity)
-    assert not strays(ns(time), position, None)
-    assert not strays(ns(time), counts, None)
-    assert not strays(ns(time), still, None)
-    assert not strays(ns(time), sampled_late(time, position), None)
-    assert not strays(ns(time)[gap], position[gap], velocity[gap])
-    assert not strays(ns(time), *corners(time))
-    assert not strays(ns(time), corners(time)[0], None)
-    assert not strays(ns(time), np.zeros((900, 2)), np.zeros((900, 2)))
-    assert not strays(ns(time)[:5], position[:5], velocity[:5])
+    assert not find_outliers(ns(time), position, velocity)
+    assert not find_outliers(ns(time), position, None)
+    assert not find_outliers(ns(time), counts, None)
+    assert not find_outliers(ns(time), still, None)
+    assert not find_outliers(ns(time), sampled_late(time, position), None)
+    assert not find_outliers(ns(time)[gap], position[gap], velocity[gap])
+    assert not find_outliers(ns(time), *corners(time))
+    assert not find_outliers(ns(time), corners(time)[0], None)
+    assert not find_outliers(ns(time), np.zeros((900, 2)), np.zeros((900, 2)))
+    assert not find_outliers(ns(time)[:5], position[:5], velocity[:5])
 
 
 def recording(folder: Path, change, seconds=10.0, noise=0.05) -> Path:
@@ -138,9 +138,9 @@ def test_a_late_stamp_spoils_neither_efforts_nor_estimates_and_is_named(tmp_path
     path = recording(tmp_path, late_first)
     for smooth in ("spline", "savgol"):
         track = collect(path, smooth=smooth)
-        (stray,) = track.strays
-        assert stray.at(track.start_ns) == 0.0
-        assert stray.late == pytest.approx(
+        (outlier,) = track.outliers
+        assert outlier.at(track.start_ns) == 0.0
+        assert outlier.late == pytest.approx(
             0.046, abs=0.003
         )  # a parabola through six samples, 46 ms before them
         assert np.isnan(track.efforts[0]).all()
@@ -161,7 +161,7 @@ def test_a_late_stamp_spoils_neither_efforts_nor_estimates_and_is_named(tmp_path
         printed("identify", path),
     )
     outcome = process(Job(path, tmp_path / "out", ROBOT, smooth="spline"))
-    assert len(outcome.strays) == 1
+    assert len(outcome.outliers) == 1
     assert "ms late" in printed(
         "process", path, tmp_path / "again", "--robot", ROBOT, "--smooth", "spline"
     )

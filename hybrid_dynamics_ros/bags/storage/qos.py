@@ -1,0 +1,62 @@
+"""Quality-of-service profiles of publishers: read from bags, and offered for new topics."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any, Final
+
+import yaml
+from rosbags.interfaces import (
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2.metadata import dump_qos_v9, parse_qos
+
+_INFINITE: Final = QosTime(9223372036, 854775807)  # as ROS writes "no deadline"
+
+
+def reliable_profile(depth: int, *, latched: bool = False) -> Qos:
+    """A reliable profile that keeps the last messages.
+
+    Args:
+        depth: how many messages are kept.
+        latched: whether late subscribers get them too.
+    """
+    durability = QosDurability.VOLATILE
+    if latched:
+        durability = QosDurability.TRANSIENT_LOCAL
+    return Qos(
+        history=QosHistory.KEEP_LAST,
+        depth=depth,
+        reliability=QosReliability.RELIABLE,
+        durability=durability,
+        deadline=_INFINITE,
+        lifespan=_INFINITE,
+        liveliness=QosLiveliness.AUTOMATIC,
+        liveliness_lease_duration=_INFINITE,
+        avoid_ros_namespace_conventions=False,
+    )
+
+
+def read_profiles(raw: Any) -> tuple[Qos, ...]:
+    """The profiles that a bag holds for a topic; none where they cannot be read."""
+    try:
+        return tuple(parse_qos(raw or []))
+    except Exception:  # noqa: BLE001 - a profile is no reason to refuse a bag
+        return ()
+
+
+def profile_entries(profiles: Sequence[Qos]) -> list[Any]:
+    """Profiles as `metadata.yaml` lists them."""
+    return list(dump_qos_v9(list(profiles)))
+
+
+@cache  # most topics of a bag have the same
+def profile_text(profiles: tuple[Qos, ...]) -> str:
+    """Profiles as a channel of an MCAP file holds them: YAML."""
+    return yaml.safe_dump(profile_entries(profiles), sort_keys=False).strip()

@@ -1,0 +1,187 @@
+"""What bags are made of, whatever their storage: topics, messages, and what could not be read."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any, Final, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.interfaces import Qos
+
+from ...messages.cdr import Bytes
+from ...messages.interfaces import typestore
+from .compression import ZSTD_ERRORS, zstd
+
+MAX_LOSSES: Final = 1000  # sentences
+_MAX_LOSS_KINDS: Final = 20  # of the losses that are only counted
+_OTHER_KINDS: Final = "of other kinds"
+_NUMBER: Final = re.compile(r"(?<![\w/.-])\d+(?![\w/])")  # numbers in names stay
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A topic of a bag.
+
+    Attributes:
+        name: its name.
+        kind: its message type.
+        qos: the profiles that its publishers offered.
+        definition: the text of its message definition.
+        digest: RIHS hash of its message type.
+        message_count: how many messages the bag says it has; None where it does not say.
+    """
+
+    name: str
+    kind: str
+    qos: tuple[Qos, ...] = ()
+    definition: str = ""
+    digest: str = ""
+    message_count: int | None = None
+
+    def with_type_description(self) -> Topic:
+        """The topic with the definition and the hash of its type, where the type is known."""
+        store = typestore()
+        if self.kind not in store.types:
+            return self
+        definition = self.definition
+        if not definition:
+            definition, _ = store.generate_msgdef(self.kind, ros_version=2)
+        digest = self.digest or store.hash_rihs01(self.kind)
+        return replace(self, definition=str(definition), digest=str(digest))
+
+
+class RawMessage(NamedTuple):
+    """One message: log time [ns] and CDR bytes."""
+
+    log_ns: int
+    data: bytes
+
+
+@dataclass(frozen=True, eq=False)
+class Messages:
+    """Messages of one topic.
+
+    Attributes:
+        log_ns: log times (N,) [ns].
+        data: bytes that hold the messages.
+        offsets: where in `data` each message begins (N,).
+        lengths: bytes of each message (N,).
+    """
+
+    log_ns: NDArray[np.int64]
+    data: Bytes
+    offsets: NDArray[np.int64]
+    lengths: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.log_ns)
+
+    def sizes(self) -> list[int]:
+        """The lengths that occur, in ascending order."""
+        lengths = self.lengths
+        if len(lengths) and (lengths == lengths[0]).all():
+            return [int(lengths[0])]
+        return [int(size) for size in np.unique(lengths)]
+
+    def message(self, row: int) -> bytes:
+        """The bytes of one message."""
+        start = int(self.offsets[row])
+        return self.data[start : start + int(self.lengths[row])].tobytes()
+
+    def raw(self) -> Iterator[RawMessage]:
+        """The messages one by one."""
+        for row, log_ns in enumerate(self.log_ns.tolist()):
+            yield RawMessage(log_ns, self.message(row))
+
+    def block(self, rows: NDArray[np.intp], size: int) -> Bytes:
+        """Messages of one size (k, size); a view where they are equally spaced."""
+        offsets = self.offsets[rows]
+        step = size
+        if len(rows) > 1:
+            step = int(offsets[1] - offsets[0])
+        if step > 0 and (np.diff(offsets) == step).all():
+            start = self.data[int(offsets[0]) :]
+            shape = (len(rows), size)
+            return np.lib.stride_tricks.as_strided(start, shape, (step, 1), writeable=False)
+        gathered: Bytes = self.data[offsets[:, None] + np.arange(size)]
+        return gathered
+
+    def part(self, rows: NDArray[Any]) -> Messages:
+        """The messages of some rows, in the order of the rows."""
+        return Messages(self.log_ns[rows], self.data, self.offsets[rows], self.lengths[rows])
+
+    @staticmethod
+    def of(log_ns: list[int], messages: list[bytes]) -> Messages:
+        """Messages from log times [ns] and the bytes of each."""
+        lengths = np.array([len(message) for message in messages], dtype=np.int64)
+        data = np.frombuffer(b"".join(messages), dtype=np.uint8)
+        offsets = np.cumsum(lengths) - lengths
+        return Messages(np.array(log_ns, dtype=np.int64), data, offsets, lengths)
+
+
+class Storage(Protocol):
+    """One file of a bag."""
+
+    def topics(self) -> list[Topic]:
+        """The topics that the file says it holds."""
+
+    def read(self, wanted: frozenset[str] | None) -> Iterator[tuple[str, Messages]]:
+        """Messages in pieces, each topic in the order of log times.
+
+        Args:
+            wanted: names of topics; None for all.
+        """
+
+    def close(self) -> None:
+        """Close the file."""
+
+
+@dataclass(eq=False)
+class Losses:
+    """What could not be read, a sentence each.
+
+    After a thousand sentences further losses are only counted, by kind.
+    """
+
+    _texts: dict[str, None] = field(default_factory=dict)
+    _counts: Counter[str] = field(default_factory=Counter)
+
+    def add(self, text: str) -> None:
+        """Add a loss, unless the same sentence is there already."""
+        if text in self._texts:
+            return
+        if len(self._texts) < MAX_LOSSES:
+            self._texts[text] = None
+        else:
+            self._counts[self._kind_of(text)] += 1
+
+    def describe(self) -> list[str]:
+        """The sentences, then how many more there were of each kind."""
+        counts = [f"... and {count} more: {kind}" for kind, count in self._counts.items()]
+        return [*self._texts, *counts]
+
+    def _kind_of(self, text: str) -> str:
+        kind = _NUMBER.sub("N", text)
+        if kind in self._counts or len(self._counts) < _MAX_LOSS_KINDS:
+            return kind
+        return _OTHER_KINDS
+
+
+def decompress_each(messages: Messages, losses: Losses, file_name: str) -> Messages:
+    """Decompress messages that were compressed one by one; damaged ones become losses."""
+    times: list[int] = []
+    contents: list[bytes] = []
+    for log_ns, data in messages.raw():
+        try:
+            contents.append(zstd.decompress(data))
+        except ZSTD_ERRORS as error:
+            losses.add(
+                f"{file_name}: the message logged at {log_ns} ns cannot be unpacked ({error})"
+            )
+            continue
+        times.append(log_ns)
+    return Messages.of(times, contents)
