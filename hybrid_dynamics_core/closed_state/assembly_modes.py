@@ -61,13 +61,13 @@ class BlockSolution(NamedTuple):
 
 def mode_of(modes: Sequence[AssemblyMode], state: ClosedState) -> int | None:
     """Index of the mode that a closed state is on; None where it is on none of them."""
-    if not modes:
-        return None
-    distances = [float(np.abs(np.sin(0.5 * (mode.state.s - state.s))).max()) for mode in modes]
-    nearest = int(np.argmin(distances))
-    if distances[nearest] < SAME:
-        return nearest
-    return None
+    nearest, least = None, SAME
+    for k, mode in enumerate(modes):
+        halves = np.sin(0.5 * (mode.state.s - state.s))
+        distance = float(np.abs(halves).max())
+        if distance < least:
+            nearest, least = k, distance
+    return nearest
 
 
 # -- names
@@ -85,7 +85,8 @@ def branch_names(plan: ClosurePlan, modes: Sequence[str]) -> Mapping[str, str]:
         parts = names.setdefault(block.name, [])
         if mode not in parts:
             parts.append(mode)
-    return MappingProxyType({loop: "+".join(parts) for loop, parts in names.items()})
+    joined = {loop: "+".join(parts) for loop, parts in names.items()}
+    return MappingProxyType(joined)
 
 
 def mode_names(plan: ClosurePlan) -> Mapping[str, tuple[str, ...]]:
@@ -93,9 +94,11 @@ def mode_names(plan: ClosurePlan) -> Mapping[str, tuple[str, ...]]:
 
     Loops that close by iteration are left out: their modes have only numbers.
     """
-    numbered = {block.name for block in plan.blocks if block.iterates}
-    loops = dict.fromkeys(block.name for block in plan.blocks)
-    return MappingProxyType({loop: _modes_of(plan, loop) for loop in loops if loop not in numbered})
+    modes = {block.name: _modes_of(plan, block.name) for block in plan.blocks}
+    for block in plan.blocks:
+        if block.iterates:
+            modes.pop(block.name, None)
+    return MappingProxyType(modes)
 
 
 def no_such_mode(loop: str, mode: str, modes: Sequence[str]) -> str:
@@ -114,7 +117,11 @@ def _modes_of(plan: ClosurePlan, loop: str) -> tuple[str, ...]:
 # -- signs
 
 
-def signs_of_names(plan: ClosurePlan, signs: Array, branch: Mapping[str, str]) -> Array:
+def signs_of_names(
+    plan: ClosurePlan,
+    signs: Array,
+    branch: Mapping[str, str],
+) -> Array:
     """Branch signs with some modes replaced by name; of a joined name a part is enough.
 
     Args:
@@ -140,7 +147,12 @@ def signs_of_names(plan: ClosurePlan, signs: Array, branch: Mapping[str, str]) -
     return result
 
 
-def _set_mode(plan: ClosurePlan, signs: Array, loop: str, mode: str) -> None:
+def _set_mode(
+    plan: ClosurePlan,
+    signs: Array,
+    loop: str,
+    mode: str,
+) -> None:
     """Set the sign of every block of a loop that has this mode."""
     exists = False
     for k, block in enumerate(plan.blocks):
@@ -162,14 +174,21 @@ def matching_signs(model: Model, s: Array) -> Array:
     return np.array(signs)
 
 
-def _error_on(block: BlockSolver, closed: Configuration, sign: float, s: Array) -> float:
+def _error_on(
+    block: BlockSolver,
+    closed: Configuration,
+    sign: float,
+    s: Array,
+) -> float:
     """How far a block's solution on a sign is from the closed configuration s [rad, m]."""
     trial = closed.copy()
     try:
         margin = block.solve(trial, sign, s.tolist())
     except ZeroDivisionError:
         return np.inf
-    error = sum(abs(float(trial.q[k]) - float(s[k])) for k in block.unknowns)
+    error = 0.0
+    for k in block.unknowns:
+        error += abs(float(trial.q[k]) - float(s[k]))
     if margin > -SAME and np.isfinite(error):
         return error
     return np.inf
@@ -178,7 +197,12 @@ def _error_on(block: BlockSolver, closed: Configuration, sign: float, s: Array) 
 # -- all modes
 
 
-def list_modes(model: Model, u: Array, signs: Array, start: Array) -> Iterator[ModeSolution]:
+def list_modes(
+    model: Model,
+    u: Array,
+    signs: Array,
+    start: Array,
+) -> Iterator[ModeSolution]:
     """Every way to close at u.
 
     Args:
@@ -192,16 +216,28 @@ def list_modes(model: Model, u: Array, signs: Array, start: Array) -> Iterator[M
     def extend(configuration: Configuration, solved: list[BlockSolution]) -> Iterator[ModeSolution]:
         k = len(solved)
         if k == len(model.plan.blocks):
-            s = np.array([float(q) for q in configuration.q])
-            names = branch_names(model.plan, [solution.mode for solution in solved])
-            yield ModeSolution(np.array([solution.sign for solution in solved]), s, names)
+            yield _mode_solution(model.plan, solved, configuration)
             return
-        block = model.plan.blocks[k]
-        for solution in _solutions(model, block, configuration, float(signs[k]), guess):
+        block, sign = model.plan.blocks[k], float(signs[k])
+        for solution in _solutions(model, block, configuration, sign, guess):
             yield from extend(solution.configuration, [*solved, solution])
 
     given = dict(zip(model.plan.given, u.tolist(), strict=True))
     yield from extend(given_configuration(model.tree, given), [])
+
+
+def _mode_solution(
+    plan: ClosurePlan,
+    solved: Sequence[BlockSolution],
+    configuration: Configuration,
+) -> ModeSolution:
+    """The solutions of all blocks as one."""
+    signs, modes = [], []
+    for solution in solved:
+        signs.append(solution.sign)
+        modes.append(solution.mode)
+    s = [float(q) for q in configuration.q]
+    return ModeSolution(np.array(signs), np.array(s), branch_names(plan, modes))
 
 
 def _solutions(
@@ -223,7 +259,7 @@ def _solutions(
         except ZeroDivisionError:
             continue
         if margin > 0.0:
-            mode = block.modes[0] if option > 0 else block.modes[1]
+            mode = block.modes[block.signs.index(option)]
             yield BlockSolution(option, mode, trial)
 
 
@@ -241,22 +277,23 @@ def _numbered_solutions(
         yield BlockSolution(1.0, mode, _with_unknowns(model, block, configuration, near + move))
 
 
-def _starts(model: Model, block: BlockSolver, guess: Sequence[float]) -> list[Array]:
+def _starts(
+    model: Model,
+    block: BlockSolver,
+    guess: Sequence[float],
+) -> list[Array]:
     """Where iterations start: for every coordinate its values, the guess first."""
     from scipy.stats import qmc  # noqa: PLC0415  slow to import, and only this needs it
 
     length = max(equation.loop.length for equation in block.equations)
-    spans, centres = [], []
-    for k in block.unknowns:
-        revolute = model.tree.is_revolute(k)
-        spans.append(np.pi if revolute else 1.5 * length)
-        centres.append(0.0 if revolute else guess[k])
-    samples = qmc.Halton(len(spans), scramble=False).random(STARTS)
-    points = np.array(centres) + np.array(spans) * (2.0 * samples - 1.0)
-    points = np.vstack([[guess[k] for k in block.unknowns], points])
-    starts: list[Array] = [np.zeros(len(points))] * len(guess)
-    for column, k in enumerate(block.unknowns):
-        starts[k] = points[:, column]
+    samples = qmc.Halton(len(block.unknowns), scramble=False).random(STARTS)
+    starts: list[Array] = [np.zeros(1 + STARTS)] * len(guess)
+    for k, sample in zip(block.unknowns, samples.T, strict=True):
+        centre, span = guess[k], 1.5 * length
+        if model.tree.is_revolute(k):
+            centre, span = 0.0, np.pi
+        points = centre + span * (2.0 * sample - 1.0)
+        starts[k] = np.concatenate([[guess[k]], points])
     return starts
 
 
@@ -266,18 +303,28 @@ def _distinct_solutions(
     """The unknowns of a block at each of its solutions that some start leads to."""
     trials = configuration.copy()
     converged = np.asarray(block.solve(trials, 1.0, starts)) > 0.0
-    answers = np.stack([trials.q[k] for k in block.unknowns], axis=1)[converged]
+    answers = np.stack([trials.q[k] for k in block.unknowns], axis=1)
     solutions: list[Array] = []
     fingerprints: list[Array] = []
-    for x in answers:
+    for x in answers[converged]:
         fingerprint = _fingerprint(model, block, configuration, x)
-        if all(np.abs(fingerprint - other).max() > SAME for other in fingerprints):
+        if not _is_among(fingerprint, fingerprints):
             solutions.append(x)
             fingerprints.append(fingerprint)
     return solutions
 
 
-def _fingerprint(model: Model, block: BlockSolver, configuration: Configuration, x: Array) -> Array:
+def _is_among(fingerprint: Array, others: Sequence[Array]) -> bool:
+    """Whether some other fingerprint is the same."""
+    return any(np.abs(fingerprint - other).max() <= SAME for other in others)
+
+
+def _fingerprint(
+    model: Model,
+    block: BlockSolver,
+    configuration: Configuration,
+    x: Array,
+) -> Array:
     """Where the block's loops put their links.
 
     It is equal for two sets of angles that mean the same configuration.
@@ -301,6 +348,6 @@ def _with_unknowns(
 
 def _wrapped(model: Model, block: BlockSolver, difference: Array) -> Array:
     """A difference of the unknowns, with full turns taken out of angles."""
-    revolute = np.array([model.tree.is_revolute(k) for k in block.unknowns])
-    half_turned = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi
-    return np.where(revolute, half_turned, difference)
+    revolute = [model.tree.is_revolute(k) for k in block.unknowns]
+    wrapped = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi
+    return np.where(revolute, wrapped, difference)

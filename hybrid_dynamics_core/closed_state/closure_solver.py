@@ -18,8 +18,10 @@ from ..programs import Model
 from .continuation import Continuation, Mask, continue_to, is_continuous
 
 Values = dict[str, Array]
-# (u, du, branch signs, guess) -> results by name, status codes
-RunClose = Callable[[Array, Array, Array, Array], tuple[Values, Codes]]
+# results by name, and the status codes () or (N,)
+ClosureResults = tuple[Values, Codes]
+# (u, du, branch signs, guess) -> results
+RunClose = Callable[[Array, Array, Array, Array], ClosureResults]
 
 
 class Start(NamedTuple):
@@ -51,11 +53,19 @@ class ClosureSolver:
         self.iterates = any(block.iterates for block in model.plan.blocks)
         self._reference = np.array(model.plan.reference.q, dtype=float)
         indices = range(len(self._reference))
-        self._turns = np.array([model.tree.is_revolute(k) for k in indices])
-        self._passive = np.array([k not in self.given for k in indices])
+        revolute = [model.tree.is_revolute(k) for k in indices]
+        passive = [k not in self.given for k in indices]
+        self._turns = np.array(revolute)
+        self._passive = np.array(passive)
         self._run = run
 
-    def close(self, u: Array, du: Array, signs: Array, start: Start | None) -> tuple[Values, Codes]:
+    def close(
+        self,
+        u: Array,
+        du: Array,
+        signs: Array,
+        start: Start | None,
+    ) -> ClosureResults:
         """Close at u: directly, or followed from a start.
 
         Args:
@@ -84,7 +94,13 @@ class ClosureSolver:
             return self._follow_one(u, du, signs, start)
         return self._follow_rows(u, du, signs, start, must_follow, (values, codes))
 
-    def path(self, u: Array, du: Array, signs: Array, start: Start | None) -> tuple[Values, Codes]:
+    def path(
+        self,
+        u: Array,
+        du: Array,
+        signs: Array,
+        start: Start | None,
+    ) -> ClosureResults:
         """Close along a motion, each row followed from the one before.
 
         After a row that fails all codes are that row's.
@@ -113,7 +129,7 @@ class ClosureSolver:
         values, codes = self._run(u, du, signs, s)
         return values, np.where(failed != GOOD, failed, codes)
 
-    def at(self, s: Array, signs: Array) -> tuple[Values, Codes]:
+    def at(self, s: Array, signs: Array) -> ClosureResults:
         """The closure at a closed configuration s (n_s,), at rest."""
         u = s[self.given]
         return self._run(u, np.zeros_like(u), signs, s)
@@ -134,7 +150,13 @@ class ClosureSolver:
             rows = ~smooth & ~failed
         return rows
 
-    def _follow_one(self, u: Array, du: Array, signs: Array, start: Start) -> tuple[Values, Codes]:
+    def _follow_one(
+        self,
+        u: Array,
+        du: Array,
+        signs: Array,
+        start: Start,
+    ) -> ClosureResults:
         path = self._follow(start.s[None], u[None], signs)
         values, code = self._run(u, du, signs, path.s[0])
         return values, _code_after(path.codes, code)[0]
@@ -146,12 +168,13 @@ class ClosureSolver:
         signs: Array,
         start: Start,
         must_follow: Mask,
-        direct: tuple[Values, Codes],
-    ) -> tuple[Values, Codes]:
+        direct: ClosureResults,
+    ) -> ClosureResults:
         """The direct results, with those of some rows replaced."""
         values, codes = direct
         rows = np.flatnonzero(must_follow)
-        starts = np.broadcast_to(start.s, (len(u), len(self._reference)))
+        shape = (len(u), len(self._reference))
+        starts = np.broadcast_to(start.s, shape)
         path = self._follow(starts[rows], u[rows], signs)
         followed, codes_at_end = self._run(u[rows], du[rows], signs, path.s)
         for name, value in values.items():
@@ -161,7 +184,7 @@ class ClosureSolver:
         return values, codes
 
     def _follow(self, start: Array, ends: Array, signs: Array) -> Continuation:
-        def close(u: Array, guess: Array) -> tuple[Values, Codes]:
+        def close(u: Array, guess: Array) -> ClosureResults:
             return self._run(u, np.zeros_like(u), signs, guess)
 
         return continue_to(close, start, start[:, self.given], ends, self._turns, self._passive)

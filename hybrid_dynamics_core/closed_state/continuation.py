@@ -32,6 +32,7 @@ SLACK = 1e-9  # [rad or m] rounding that a correction may always have
 LARGEST = 0.5  # [rad or m] longest predicted step of a passive coordinate
 SHORTEST = 1e-7  # of the way: a shorter step means that there is no smooth way on
 MAX_ROUNDS = 400
+TURN = 2.0 * np.pi  # [rad]
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,12 @@ class Continuation:
 
 
 def continue_to(
-    close: Close, start_s: Array, start_u: Array, end_u: Array, turns: Mask, passive: Mask
+    close: Close,
+    start_s: Array,
+    start_u: Array,
+    end_u: Array,
+    turns: Mask,
+    passive: Mask,
 ) -> Continuation:
     """Follow each row along the straight line between given coordinates.
 
@@ -80,7 +86,8 @@ def continue_to(
         goal = start_u[rows] + ahead[:, None] * way
         values, trial_codes = close(goal, s[rows] + predicted)
         hindsight = np.einsum("nij,nj->ni", values["R"], move)
-        smooth = is_continuous(values["s"] - s[rows], predicted, hindsight, turns, passive)
+        moved = values["s"] - s[rows]
+        smooth = is_continuous(moved, predicted, hindsight, turns, passive)
         accepted = (trial_codes == GOOD) & smooth
         forward = rows[accepted]
         s[forward] = values["s"][accepted]
@@ -112,9 +119,12 @@ def is_continuous(
     """
     size = np.abs(predicted).max(axis=-1, initial=0.0, where=passive)
     with np.errstate(invalid="ignore"):
-        nearest_turns = 2.0 * np.pi * np.round((moved - predicted) / (2.0 * np.pi))
-        moved = moved - np.where(turns, nearest_turns, 0.0)
-        errors = np.maximum(np.abs(moved - predicted), np.abs(moved - hindsight))
+        full_turns = np.round((moved - predicted) / TURN)
+        moved = moved - np.where(turns, TURN * full_turns, 0.0)
+        error = np.abs(moved - predicted)
+        error_in_hindsight = np.abs(moved - hindsight)
+        errors = np.maximum(error, error_in_hindsight)
         correction = errors.max(axis=-1, initial=0.0, where=passive)
-        small: Mask = (correction <= CORRECTION * size + SLACK) & (size <= LARGEST)
+        bound = CORRECTION * size + SLACK
+        small: Mask = (correction <= bound) & (size <= LARGEST)
     return small

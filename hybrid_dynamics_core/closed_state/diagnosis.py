@@ -16,7 +16,13 @@ from ..programs import Model, Outcome, OutcomeKind
 EDGE = 1e-9
 
 
-def raise_for_status(model: Model, u: Array, signs: Array, codes: Codes, distances: Array) -> None:
+def raise_for_status(
+    model: Model,
+    u: Array,
+    signs: Array,
+    codes: Codes,
+    distances: Array,
+) -> None:
     """Raise the error of the first state that has no answer.
 
     Args:
@@ -83,7 +89,8 @@ def error_for(
 
 def _inconsistent(model: Model, index: int | None) -> ClosureError:
     """The error for redundant equations that do not hold away from the reference."""
-    names = "+".join(dict.fromkeys(equation.loop.name for equation in model.plan.redundant))
+    loops = [equation.loop.name for equation in model.plan.redundant]
+    names = "+".join(dict.fromkeys(loops))
     problem = (
         "closes at the reference but not here: it has more equations than it can meet in motion"
     )
@@ -109,7 +116,10 @@ def _singular(loop: str, distance: float, index: int | None) -> SingularityError
 
 def _jump(model: Model, index: int | None) -> SingularityError:
     """The error for a motion that has no smooth way on."""
-    names = "+".join(dict.fromkeys(name for block in model.plan.blocks for name in block.loops))
+    loops: list[str] = []
+    for block in model.plan.blocks:
+        loops += block.loops
+    names = "+".join(dict.fromkeys(loops))
     problem = (
         "the way there leaves this assembly mode: it meets a toggle or change point, or would have"
         " to jump to another mode; take another way, or start from a state on the wanted mode"
@@ -117,7 +127,12 @@ def _jump(model: Model, index: int | None) -> SingularityError:
     return SingularityError(problem, loop=names, distance=0.0, index=index)
 
 
-def _configuration_before(block: int, model: Model, u: Array, signs: Array) -> Configuration:
+def _configuration_before(
+    block: int,
+    model: Model,
+    u: Array,
+    signs: Array,
+) -> Configuration:
     """The configuration with all blocks before this one solved."""
     given = dict(zip(model.plan.given, u.tolist(), strict=True))
     configuration = given_configuration(model.tree, given)
@@ -184,7 +199,11 @@ def _out_of_range(
     )
 
 
-def _narrower_limits(model: Model, coordinate: int, allowed: tuple[float, float]) -> str:
+def _narrower_limits(
+    model: Model,
+    coordinate: int,
+    allowed: tuple[float, float],
+) -> str:
     """The limits of a coordinate, where they leave less than the loop does."""
     tree = model.tree
     lower, upper = next(body.limits for body in tree.bodies if body.coordinate == coordinate)

@@ -19,7 +19,18 @@ from ..ground.arrays import Array, Picklable
 from ..kernels.run import Codes
 from ..programs import OutcomeKind, kinds
 
-_COLUMNS: Final = ("u", "du", "s", "ds", "R", "bias", "residual", "distances", "status")
+# fields with a row for each state of a batch
+_COLUMNS: Final = (
+    "u",
+    "du",
+    "s",
+    "ds",
+    "R",
+    "bias",
+    "residual",
+    "distances",
+    "status",
+)
 
 
 class ClosureStatus(IntEnum):
@@ -83,7 +94,8 @@ class ClosedState(Picklable):
         parts = [f"{name}={_text(getattr(self, name))}" for name in ("u", "du", "z", "dz")]
         residual = np.max(self.residual, initial=0.0)
         singularity = np.min(self.singularity, initial=1.0)
-        status = "+".join(ClosureStatus(code).name for code in np.unique(self.status))
+        statuses = [ClosureStatus(code).name for code in np.unique(self.status)]
+        status = "+".join(statuses)
         parts += [
             f"residual={residual:.2g}",
             f"singularity={singularity:.3g}",
@@ -110,11 +122,12 @@ class ClosedState(Picklable):
     @property
     def singularity(self) -> float | Array:
         """Distance of the nearest loop to its singularity, in [0, 1]; 1 without loops."""
+        if self.loops:
+            nearest: Array = self.distances.min(axis=-1)
+        else:
+            nearest = np.ones(self.u.shape[:-1])
         if self.u.ndim == 1:
-            return float(self.distances.min()) if self.loops else 1.0
-        if not self.loops:
-            return np.ones(len(self.u))
-        nearest: Array = self.distances.min(axis=-1)
+            return float(nearest)
         return nearest
 
     @property
@@ -124,7 +137,8 @@ class ClosedState(Picklable):
             return self._nearest_loop()
         if not self.loops:
             return [""] * len(self.u)
-        nearest = np.argmin(np.nan_to_num(self.distances, nan=-1.0), axis=-1)
+        distances = np.nan_to_num(self.distances, nan=-1.0)
+        nearest = np.argmin(distances, axis=-1)
         return [self.loops[int(k)] for k in nearest]
 
     def _nearest_loop(self) -> str:
@@ -152,7 +166,8 @@ class ClosedState(Picklable):
         """
         if self.u.ndim == 1:
             raise InputError("this is one closed state, not a batch: it has no rows to choose from")
-        parts = {name: values[which] for name, values in _columns(self).items()}
+        columns = _columns(self)
+        parts = {name: values[which] for name, values in columns.items()}
         if self.signs.ndim == 1:  # the same for all
             parts["signs"] = self.signs
         if parts["u"].ndim == 1:
@@ -193,11 +208,14 @@ def _columns(state: ClosedState) -> dict[str, Any]:
     columns: dict[str, Any] = {}
     for name in _COLUMNS:
         values = np.asarray(getattr(state, name))
-        columns[name] = values[None] if state.u.ndim == 1 else values
+        if state.u.ndim == 1:
+            values = values[None]
+        columns[name] = values
     if state.dds is not None:
         columns["dds"] = np.atleast_2d(state.dds)
     columns["iterations"] = np.broadcast_to(state.iterations, rows)
-    columns["signs"] = np.broadcast_to(state.signs, (rows, state.signs.shape[-1]))
+    blocks = state.signs.shape[-1]
+    columns["signs"] = np.broadcast_to(state.signs, (rows, blocks))
     return columns
 
 
@@ -210,7 +228,11 @@ def closure_statuses(codes: Codes) -> NDArray[np.int64]:
     return np.where(outcome > OutcomeKind.SINGULAR, ClosureStatus.SINGULAR, outcome)
 
 
-def settle(state: ClosedState, values: Mapping[str, Array], codes: Codes) -> None:
+def settle(
+    state: ClosedState,
+    values: Mapping[str, Array],
+    codes: Codes,
+) -> None:
     """Make results NaN in the rows of a state that did not close.
 
     Args:
@@ -223,9 +245,12 @@ def settle(state: ClosedState, values: Mapping[str, Array], codes: Codes) -> Non
     """
     if not codes.any():
         return
-    overflowed = np.flatnonzero((codes != 0) & (np.asarray(state.status) == ClosureStatus.OK))
+    closed = np.asarray(state.status) == ClosureStatus.OK
+    overflowed = np.flatnonzero(closed & (codes != 0))
     if len(overflowed):
-        row = "" if codes.ndim == 0 else f" of row {overflowed[0]}"
+        row = ""
+        if codes.ndim == 1:
+            row = f" of row {overflowed[0]}"
         raise InputError(f"the result{row} is not finite: the input is too large to compute with")
     for value in values.values():
         value[codes != 0] = np.nan

@@ -107,8 +107,16 @@ class ClosedKinematics(Protocol):
     ) -> ClosedState:
         """Close from any independent set of n coordinates."""
 
-    def forward_kinematics(self, state: ClosedState, frame: str | None = None) -> Pose:
+    def forward_kinematics(
+        self,
+        state: ClosedState,
+        frame: str | None = None,
+    ) -> Pose:
         """Pose of a frame in the base frame."""
 
-    def jacobian(self, state: ClosedState, frame: str | None = None) -> Array:
+    def jacobian(
+        self,
+        state: ClosedState,
+        frame: str | None = None,
+    ) -> Array:
         """Jacobian (6, n) or (N, 6, n) of a frame's origin, base axes."""

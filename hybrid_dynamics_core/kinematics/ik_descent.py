@@ -18,6 +18,8 @@ from ..ground.arrays import Array
 from .pose import rotation_vector
 
 Mask = NDArray[np.bool_]
+# positions, rotations, Jacobians and status of a batch
+Terms = tuple[Array, Array, Array, Array]
 
 MAX_ITERATIONS = 200
 # relative to the mean diagonal entry of J^T J
@@ -54,7 +56,7 @@ class Task:
         upper: upper limits (n,) of the active coordinates [rad, m].
     """
 
-    solve_terms: Callable[[Array], tuple[Array, Array, Array, Array]]
+    solve_terms: Callable[[Array], Terms]
     position: Array
     rotation: Array
     rows: tuple[int, ...]
@@ -72,8 +74,10 @@ class Task:
         closed = status == 0
         turn = np.zeros_like(position)
         if max(self.rows) >= 3 and closed.any():
-            turn[closed] = rotation_vector(self.rotation @ np.swapaxes(rotation[closed], -1, -2))
-        error = np.concatenate([self.position - position, self.length * turn], axis=-1)
+            backward = np.swapaxes(rotation[closed], -1, -2)
+            turn[closed] = rotation_vector(self.rotation @ backward)
+        move = self.position - position
+        error = np.concatenate([move, self.length * turn], axis=-1)
         weights = np.repeat([1.0, self.length], 3)
         jacobian = jacobian * weights[:, None]
         return error[:, self.rows], jacobian[:, self.rows], closed
@@ -142,10 +146,16 @@ def descend(
 
 def _cost(error: Array, closed: Mask) -> Array:
     """Sum of the squares of the error (N,), infinite where a loop is open."""
-    return np.where(closed, np.einsum("ni,ni->n", error, error), np.inf)
+    cost = np.einsum("ni,ni->n", error, error)
+    return np.where(closed, cost, np.inf)
 
 
-def _at_limits(task: Task, u: Array, jacobian: Array, error: Array) -> Mask:
+def _at_limits(
+    task: Task,
+    u: Array,
+    jacobian: Array,
+    error: Array,
+) -> Mask:
     """Coordinates at a limit that the error pushes further out (N, n). No step moves them."""
     push = np.einsum("nij,ni->nj", jacobian, error)
     at_lower = (u <= task.lower) & (push < 0.0)
@@ -159,13 +169,20 @@ def _step(jacobian: Array, error: Array, damping: Array) -> Array:
     normal = np.einsum("nij,nik->njk", jacobian, jacobian)
     n = normal.shape[1]
     size = np.trace(normal, axis1=1, axis2=2) / n
-    normal = normal + (damping * size + 1e-300)[:, None, None] * np.eye(n)
+    added = damping * size + 1e-300
+    normal = normal + added[:, None, None] * np.eye(n)
     gradient = np.einsum("nij,ni->nj", jacobian, error)
-    step: Array = np.linalg.solve(normal, gradient[..., None])[..., 0]
+    solution = np.linalg.solve(normal, gradient[..., None])
+    step: Array = solution[..., 0]
     return step
 
 
-def starts_within(lower: Array, upper: Array, revolute: Sequence[bool], count: int) -> Array:
+def starts_within(
+    lower: Array,
+    upper: Array,
+    revolute: Sequence[bool],
+    count: int,
+) -> Array:
     """Starts (count, n) that fill the limits, always the same ones.
 
     An unlimited angle counts as one turn, an unlimited length goes from -1 m to 1 m.
@@ -175,16 +192,24 @@ def starts_within(lower: Array, upper: Array, revolute: Sequence[bool], count: i
     reach = np.where(np.asarray(revolute), math.pi, 1.0)
     low = np.where(np.isfinite(lower), lower, -reach)
     high = np.where(np.isfinite(upper), upper, reach)
-    points: Array = qmc.Halton(len(lower), scramble=False).random(count + 1)[1:]
-    starts: Array = low + (0.02 + 0.96 * points) * (high - low)
+    sampler = qmc.Halton(len(lower), scramble=False)
+    # the first point is a corner
+    points = sampler.random(count + 1)[1:]
+    shares = 0.02 + 0.96 * points
+    starts: Array = low + shares * (high - low)
     return starts
 
 
-def distinct(solutions: Array, revolute: Mask, tolerance: float) -> list[Array]:
+def distinct(
+    solutions: Array,
+    revolute: Mask,
+    tolerance: float,
+) -> list[Array]:
     """Solutions that differ by more than the tolerance, angles compared modulo a turn."""
     result: list[Array] = []
     for u in solutions:
-        if all(np.abs(_difference(u, other, revolute)).max() > tolerance for other in result):
+        differences = [_difference(u, other, revolute) for other in result]
+        if all(np.abs(difference).max() > tolerance for difference in differences):
             result.append(u)
     return result
 
@@ -195,7 +220,13 @@ def _difference(a: Array, b: Array, revolute: Mask) -> Array:
     return np.where(revolute, wrapped, difference)
 
 
-def unwound(u: Array, near: Array, revolute: Mask, lower: Array, upper: Array) -> Array:
+def unwound(
+    u: Array,
+    near: Array,
+    revolute: Mask,
+    lower: Array,
+    upper: Array,
+) -> Array:
     """Full turns taken out of unlimited angles: each is within pi of `near`."""
     unlimited = revolute & ~np.isfinite(lower) & ~np.isfinite(upper)
     return np.where(unlimited, near + _difference(u, near, revolute), u)

@@ -16,6 +16,7 @@ from .ik_problem import SAME, IKProblem, is_revolute
 AT_TOGGLE = 2e-3
 NEGLIGIBLE = 1e-6  # [m or rad] what remains below it counts as nothing
 RESTARTS = 16  # starts of a search for less, beside the ends of the search for all
+NEAREST = 8  # ends of the search that a search beyond the limits starts from
 STILL = 1e-9  # share of the largest entry of the Jacobian below which a coordinate does not move
 AXES = ("x", "y", "z", "the rotation about x", "the rotation about y", "the rotation about z")
 ALL_ROWS = tuple(range(len(AXES)))
@@ -100,7 +101,11 @@ def explain_failure(
 # -- singular places
 
 
-def _toggling_loop(problem: IKProblem, u: Array, residual: float) -> str | None:
+def _toggling_loop(
+    problem: IKProblem,
+    u: Array,
+    residual: float,
+) -> str | None:
     """The loop that is singular at u, where u is nearly at the target."""
     state = problem.closed_at(u)
     if state is None or residual >= AT_TOGGLE * problem.task.length:
@@ -121,12 +126,18 @@ def _solution_beyond_limits(problem: IKProblem, descent: Descent) -> Array | Non
     revolute = is_revolute(problem.robot)
     lower, upper = problem.robot.limits.T
     ends = _ends_beyond_limits(problem, descent, revolute)
+    if ends is None:
+        return None
+    solved = problem.solved(ends)
     # a platform of fewer freedoms is placed as far as it can be
-    if ends is None or not problem.solved(ends).any():
+    if not solved.any():
         return None
     middle = 0.5 * (lower + upper)
-    solutions = np.array([_wound(u, middle, revolute) for u in ends.u[problem.solved(ends)]])
-    excess = np.maximum(lower - solutions, 0.0) + np.maximum(solutions - upper, 0.0)
+    wound = [_wound(u, middle, revolute) for u in ends.u[solved]]
+    solutions = np.array(wound)
+    below = np.maximum(lower - solutions, 0.0)
+    above = np.maximum(solutions - upper, 0.0)
+    excess = below + above
     exceeded = (excess > 0.0).sum(axis=1)
     for k in np.lexsort([excess.sum(axis=1), exceeded]):
         if exceeded[k]:
@@ -134,17 +145,24 @@ def _solution_beyond_limits(problem: IKProblem, descent: Descent) -> Array | Non
     return None
 
 
-def _ends_beyond_limits(problem: IKProblem, descent: Descent, revolute: Mask) -> Descent | None:
+def _ends_beyond_limits(
+    problem: IKProblem,
+    descent: Descent,
+    revolute: Mask,
+) -> Descent | None:
     """The solver's ends without the limits of the joints; None where loops are the only limits."""
     if problem.is_exhaustive:
-        unlimited = np.tile([-np.inf, np.inf], (len(problem.robot.active), 1))
+        n = len(problem.robot.active)
+        unlimited = np.tile([-np.inf, np.inf], (n, 1))
         return problem.with_limits(unlimited).closed_form()
     wider = problem.with_limits(problem.robot.closing_range)
     same_lower = np.array_equal(wider.task.lower, problem.task.lower)
     if same_lower and np.array_equal(wider.task.upper, problem.task.upper):
         return None
-    nearest = distinct(descent.u[np.argsort(descent.residual)[:8]], revolute, SAME)
-    return wider.descend(np.vstack([nearest, wider.starts[:RESTARTS]]))
+    order = np.argsort(descent.residual)
+    nearest = distinct(descent.u[order[:NEAREST]], revolute, SAME)
+    starts = np.vstack([nearest, wider.starts[:RESTARTS]])
+    return wider.descend(starts)
 
 
 def _wound(u: Array, middle: Array, revolute: Mask) -> Array:
@@ -158,7 +176,8 @@ def _exceeded_limits(problem: IKProblem, u: Array) -> str:
     """'lift: 1.2 rad, limit 0.9 rad' of each of the coordinates that are beyond their limits."""
     robot = problem.robot
     joints = []
-    for name, value, (lower, upper) in zip(robot.active, u, robot.limits, strict=True):
+    for k, name in enumerate(robot.active):
+        value, (lower, upper) = u[k], robot.limits[k]
         if lower <= value <= upper:
             continue
         limit = lower if value < lower else upper
@@ -192,7 +211,11 @@ def _cause(problem: IKProblem, descent: Descent, u: Array) -> str:
     return f"; the position alone stays {remaining} away too"
 
 
-def _outcome_of_rows(problem: IKProblem, descent: Descent, rows: tuple[int, ...]) -> str:
+def _outcome_of_rows(
+    problem: IKProblem,
+    descent: Descent,
+    rows: tuple[int, ...],
+) -> str:
     """What a search for the other coordinates gives."""
     if not rows:
         return ""
@@ -215,7 +238,8 @@ def _solve_rows(
         starts = starts[:RESTARTS]
     ends = smaller.descend(np.vstack([descent.u, starts]))
     nearest = ends.u[int(np.argmin(ends.residual))]
-    return bool(smaller.solved(ends).any()), remaining_error(smaller.task, nearest)
+    reached = bool(smaller.solved(ends).any())
+    return reached, remaining_error(smaller.task, nearest)
 
 
 def _moving_rows(problem: IKProblem) -> tuple[int, ...]:
@@ -223,12 +247,15 @@ def _moving_rows(problem: IKProblem) -> tuple[int, ...]:
     # of all six: of one alone, rounding would count
     every = problem.with_rows(ALL_ROWS)
     _, jacobian, closed = every.task.error(every.starts)
-    size = np.abs(jacobian[closed]).max(axis=(0, 2), initial=0.0)
-    return tuple(row for row in problem.task.rows if size[row] > STILL * size.max())
+    entries = np.abs(jacobian[closed])
+    sizes = entries.max(axis=(0, 2), initial=0.0)
+    threshold = STILL * sizes.max()
+    return tuple(row for row in problem.task.rows if sizes[row] > threshold)
 
 
 def _open_rows(task: Task, u: Array) -> list[int]:
     """Which of the coordinates that count are not met at u (n,)."""
-    error = task.error(u[None])[0][0]
+    errors, _, _ = task.error(u[None])
     threshold = NEGLIGIBLE * max(task.length, 1.0)
-    return [row for row, part in zip(task.rows, error, strict=True) if abs(part) > threshold]
+    is_open = np.abs(errors[0]) > threshold
+    return [row for k, row in enumerate(task.rows) if is_open[k]]

@@ -17,7 +17,7 @@ from ..errors import InputError, StateError
 from ..ground.arrays import Array
 from ..ground.lazy import lazy
 from .closed_kinematics import ClosedKinematics
-from .ik_descent import MAX_ITERATIONS, STARTS, Descent, Mask, Task, descend, starts_within
+from .ik_descent import MAX_ITERATIONS, STARTS, Descent, Mask, Task, Terms, descend, starts_within
 from .pose import Pose
 
 SOLVED = 1e-9  # residual [m] below which a target counts as reached, if nothing else is asked for
@@ -67,8 +67,10 @@ class IKProblem:
             return None
         u = np.array(solutions)
         error, _, closed = task.error(u)
-        residual = np.where(closed, np.linalg.norm(error, axis=-1), np.inf)
-        return Descent(u, residual, np.ones(len(u), dtype=bool), 0)
+        sizes = np.linalg.norm(error, axis=-1)
+        residual = np.where(closed, sizes, np.inf)
+        settled = np.ones(len(u), dtype=bool)
+        return Descent(u, residual, settled, iterations=0)
 
     def _platform_solutions(self, near: ClosedState) -> list[Array]:
         """Active coordinates (n,) of each platform pose that closes on the modes of `near`."""
@@ -78,13 +80,14 @@ class IKProblem:
         rotation = task.rotation if self.is_exhaustive else None
         solutions = []
         for values in chain.solve(task.position, rotation, near.s):
-            by_name = {self.robot.coordinates[k]: value for k, value in values.items()}
+            names = [self.robot.coordinates[k] for k in values]
+            by_name = dict(zip(names, values.values(), strict=True))
             try:
                 state = self.robot.close_given(by_name, near=near)
             except (InputError, StateError):
                 continue
-            within_limits = (task.lower <= state.u).all() and (state.u <= task.upper).all()
-            if within_limits and state.branch == near.branch:
+            within_limits = (task.lower <= state.u) & (state.u <= task.upper)
+            if within_limits.all() and state.branch == near.branch:
                 solutions.append(state.u)
         return solutions
 
@@ -106,22 +109,27 @@ class IKProblem:
         """
         task = self.task
         if max(task.rows) >= 3:
-            task = replace(task, rows=tuple(sorted({*task.rows, 3, 4, 5})))
-        starts = starts_within(task.lower, task.upper, is_revolute(self.robot).tolist(), STARTS)
+            rows = sorted({*task.rows, 3, 4, 5})
+            task = replace(task, rows=tuple(rows))
+        revolute = is_revolute(self.robot).tolist()
+        starts = starts_within(task.lower, task.upper, revolute, STARTS)
         _, jacobian, closed = task.error(starts)
-        size = np.abs(jacobian[closed]).max(axis=(0, 1), initial=0.0)
-        idle = size < 1e-12 * max(size.max(), 1e-300)
+        entries = np.abs(jacobian[closed])
+        sizes = entries.max(axis=(0, 1), initial=0.0)
+        idle = sizes < 1e-12 * max(sizes.max(), 1e-300)
         starts[:, idle] = self.start[idle]
         return starts
 
     def with_limits(self, limits: Array) -> IKProblem:
         """The same problem within other limits (n, 2) [rad, m]."""
         lower, upper = inner_limits(self.robot, limits)
-        return replace(self, task=replace(self.task, lower=lower, upper=upper))
+        task = replace(self.task, lower=lower, upper=upper)
+        return replace(self, task=task)
 
     def with_rows(self, rows: tuple[int, ...]) -> IKProblem:
         """The same problem where only these of the six coordinates count."""
-        return replace(self, task=replace(self.task, rows=rows))
+        task = replace(self.task, rows=rows)
+        return replace(self, task=task)
 
     def closed_at(self, u: Array) -> ClosedState | None:
         """The closed state at u (n,); None where there is none."""
@@ -149,13 +157,27 @@ def build_problem(
         near: closed state whose assembly modes are kept; the robot's modes if None.
         tolerance: residual [m] below which the target counts as reached.
     """
-    start = robot.reference if near is None else near.u
+    if near is None:
+        start = robot.reference
+        terms = partial(_terms, robot)
+    else:
+        start = near.u
+        terms = partial(_terms_near, robot, near)
     pose = robot.forward_kinematics(close(robot, start, near))
-    length = max(float(np.linalg.norm(pose.position)), LEAST_LENGTH)
-    terms = partial(_terms, robot) if near is None else partial(_terms_near, robot, near)
+    distance = float(np.linalg.norm(pose.position))
     lower, upper = inner_limits(robot, robot.limits)
-    task = Task(terms, target.position, target.rotation, rows, length, lower, upper)
-    return IKProblem(robot, task, start if seed is None else seed, near, tolerance)
+    task = Task(
+        solve_terms=terms,
+        position=target.position,
+        rotation=target.rotation,
+        rows=rows,
+        length=max(distance, LEAST_LENGTH),
+        lower=lower,
+        upper=upper,
+    )
+    if seed is not None:
+        start = seed
+    return IKProblem(robot, task, start, near, tolerance)
 
 
 def close(
@@ -172,34 +194,38 @@ def inner_limits(robot: ClosedKinematics, limits: Array) -> tuple[Array, Array]:
     first, last = robot.closing_range.T
     finite = np.isfinite(robot.closing_range).all(axis=1)
     margin = EDGE * np.where(finite, last - first, 0.0)
-    return np.maximum(limits[:, 0], first + margin), np.minimum(limits[:, 1], last - margin)
+    lower = np.maximum(limits[:, 0], first + margin)
+    upper = np.minimum(limits[:, 1], last - margin)
+    return lower, upper
 
 
 def is_revolute(robot: ClosedKinematics) -> Mask:
     """Which of the active coordinates are angles (n,)."""
-    return np.array([robot.joint_types[name] == "revolute" for name in robot.active])
+    revolute = [robot.joint_types[name] == "revolute" for name in robot.active]
+    return np.array(revolute)
 
 
 def join_descents(descents: Sequence[Descent]) -> Descent:
     """The ends of several descents as one."""
     return Descent(
-        np.vstack([descent.u for descent in descents]),
-        np.concatenate([descent.residual for descent in descents]),
-        np.concatenate([descent.settled for descent in descents]),
-        sum(descent.iterations for descent in descents),
+        u=np.vstack([descent.u for descent in descents]),
+        residual=np.concatenate([descent.residual for descent in descents]),
+        settled=np.concatenate([descent.settled for descent in descents]),
+        iterations=sum(descent.iterations for descent in descents),
     )
 
 
-def _terms(robot: ClosedKinematics, u: Array) -> tuple[Array, Array, Array, Array]:
+def _terms(robot: ClosedKinematics, u: Array) -> Terms:
     """Position, rotation, Jacobian and status of a batch; rows that do not close are NaN."""
     position, rotation, jacobian = robot.kernels.pose_and_jacobian(u, check=False)
-    return position, rotation, jacobian, np.isnan(position[:, 0])
+    is_open = np.isnan(position[:, 0])
+    return position, rotation, jacobian, is_open
 
 
-def _terms_near(
-    robot: ClosedKinematics, near: ClosedState, u: Array
-) -> tuple[Array, Array, Array, Array]:
+def _terms_near(robot: ClosedKinematics, near: ClosedState, u: Array) -> Terms:
     """The same on the assembly modes of a closed state."""
     state = close(robot, u, near, check=False)
     pose = robot.forward_kinematics(state)
-    return pose.position, pose.rotation, robot.jacobian(state), np.asarray(state.status)
+    jacobian = robot.jacobian(state)
+    status = np.asarray(state.status)
+    return pose.position, pose.rotation, jacobian, status

@@ -31,6 +31,7 @@ NEAREST = 25  # iterations towards a pose that is out of reach, for the nearest 
 FARTHEST = 1e100  # [m] squares of distances stay far from the end of the range of numbers
 UNSOLVED = 1e9  # solutions are sorted by distance to the start, all others after them
 INDEPENDENT = 1e-9  # share of the largest singular value of the Jacobian
+Rows = tuple[int, ...]
 LOOSE = 1e-6  # part of a coordinate in a motion that the target does not see
 
 
@@ -124,7 +125,8 @@ def _result(problem: IKProblem, descent: Descent, all_solutions: bool) -> IKResu
     order = np.argsort(np.where(solved, distances, UNSOLVED + descent.residual))
     revolute = is_revolute(robot)
     lower, upper = robot.limits.T
-    ends = np.array([unwound(u, start, revolute, lower, upper) for u in descent.u[order]])
+    unwinding = [unwound(u, start, revolute, lower, upper) for u in descent.u[order]]
+    ends = np.array(unwinding)
     solutions = distinct(ends[: int(solved.sum())], revolute, SAME)
     best = int(order[0])
     remaining = remaining_error(problem.task, descent.u[best])
@@ -152,9 +154,9 @@ def _result(problem: IKProblem, descent: Descent, all_solutions: bool) -> IKResu
 # -- arguments
 
 
-def _target(target: ArrayLike | Pose, mask: Sequence[bool] | None) -> tuple[Pose, tuple[int, ...]]:
+def _target(target: ArrayLike | Pose, mask: Sequence[bool] | None) -> tuple[Pose, Rows]:
     """The pose, and which of the six coordinates count."""
-    rows: tuple[int, ...]
+    rows: Rows
     if isinstance(target, Pose):
         pose, rows = checked_pose(target), POSE_ROWS
     else:
@@ -178,7 +180,7 @@ def _position_target(target: ArrayLike) -> Pose:
     return Pose(position, np.eye(3))
 
 
-def _masked_rows(mask: Sequence[bool]) -> tuple[int, ...]:
+def _masked_rows(mask: Sequence[bool]) -> Rows:
     if len(mask) != 6 or not any(mask):
         raise InputError(
             "mask: expected six booleans for x, y, z and rotation about x, y, z, at least one True"
@@ -230,4 +232,4 @@ def _redundant(problem: IKProblem, u: Array) -> tuple[str, ...]:
     rank = int((sizes > INDEPENDENT * sizes[0]).sum())
     parts = np.abs(motions[rank:]).max(axis=0, initial=0.0)
     active = problem.robot.active
-    return tuple(name for name, part in zip(active, parts, strict=True) if part > LOOSE)
+    return tuple(name for k, name in enumerate(active) if parts[k] > LOOSE)

@@ -39,7 +39,8 @@ class Pose:
     @property
     def matrix(self) -> Array:
         """Homogeneous transform (4, 4) or (N, 4, 4): frame coordinates to base coordinates."""
-        matrix = np.zeros((*self.position.shape[:-1], 4, 4))
+        rows = self.position.shape[:-1]
+        matrix = np.zeros((*rows, 4, 4))
         matrix[..., :3, :3] = self.rotation
         matrix[..., :3, 3] = self.position
         matrix[..., 3, 3] = 1.0
@@ -90,10 +91,12 @@ def checked_pose(pose: Pose) -> Pose:
             f"expected a position (3,) and a rotation (3, 3), got {position.shape} and"
             f" {rotation.shape}"
         )
-    if not (np.isfinite(position).all() and np.isfinite(rotation).all()):
+    finite = np.isfinite(position).all() and np.isfinite(rotation).all()
+    if not finite:
         raise InputError("the pose is not finite")
-    error = np.abs(rotation @ rotation.T - np.eye(3)).max()
-    if error > ORTHONORMAL or np.linalg.det(rotation) < 0.0:
+    errors = rotation @ rotation.T - np.eye(3)
+    is_orthonormal = np.abs(errors).max() <= ORTHONORMAL
+    if not is_orthonormal or np.linalg.det(rotation) < 0.0:
         raise InputError("the rotation matrix is not orthonormal and right-handed")
     return Pose(position, rotation)
 

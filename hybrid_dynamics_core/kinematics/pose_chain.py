@@ -46,7 +46,12 @@ class PoseChain:
     rotation: Array
     position: Array
 
-    def solve(self, position: Array, rotation: Array | None, seed: Array) -> list[dict[int, float]]:
+    def solve(
+        self,
+        position: Array,
+        rotation: Array | None,
+        seed: Array,
+    ) -> list[dict[int, float]]:
         """Coordinates that bring the frame to a pose, in up to two ways.
 
         They are to be checked, since the pose may not be reachable.
@@ -65,7 +70,11 @@ class PoseChain:
             options = _angles(self.axes, rotation @ self.rotation.T)
         return [self._with_slides(position, angles) for angles in options]
 
-    def _with_slides(self, position: Array, angles: list[float]) -> dict[int, float]:
+    def _with_slides(
+        self,
+        position: Array,
+        angles: list[float],
+    ) -> dict[int, float]:
         turned = np.eye(3)
         for axis, angle in zip(self.axes, angles, strict=True):
             turned = turned @ _turn(axis, angle)
@@ -73,27 +82,35 @@ class PoseChain:
         moved = position - arm - self.centre
         strokes: list[float] = []
         if self.slides:
-            strokes = np.linalg.lstsq(self.directions.T, moved, rcond=None)[0].tolist()
+            solution, *_ = np.linalg.lstsq(self.directions.T, moved, rcond=None)
+            strokes = solution.tolist()
         coordinates = (*self.slides, *self.turns)
         return dict(zip(coordinates, [*strokes, *angles], strict=True))
 
 
-def find_pose_chain(tree: Tree, frame: Frame, size: int) -> PoseChain | None:
+def find_pose_chain(
+    tree: Tree,
+    frame: Frame,
+    size: int,
+) -> PoseChain | None:
     """The pose chain of a frame, if its joints are `size` coordinates of that kind; else None."""
-    bodies = [tree.bodies[i] for i in tree.path(tree.body_index(frame.link))]
+    end = tree.body_index(frame.link)
+    bodies = [tree.bodies[i] for i in tree.path(end)]
     kinds = [body.type for body in bodies]
     k = kinds.count("prismatic")
-    if len(bodies) != size or "prismatic" in kinds[k:] or k > 3 or size - k > 3:
+    if len(bodies) != size or "prismatic" in kinds[k:]:
+        return None
+    if k > 3 or size - k > 3:
         return None
     lines = [_axis_at_zero(tree, body) for body in bodies]
-    directions = np.array([line.direction for line in lines[:k]]).reshape(k, 3)
-    axes = np.array([line.direction for line in lines[k:]]).reshape(size - k, 3)
+    directions = _directions(lines[:k])
+    axes = _directions(lines[k:])
     centre = _meeting_point(lines[k:])
     if centre is None or np.linalg.matrix_rank(directions, tol=PARALLEL) < k:
         return None
-    if any(np.linalg.norm(np.cross(a, b)) < PARALLEL for a, b in itertools.pairwise(axes)):
+    if _some_are_parallel(axes):
         return None
-    rotation, origin = tree.zero_pose(tree.body_index(frame.link))
+    rotation, origin = tree.zero_pose(end)
     coordinates = [body.coordinate for body in bodies]
     return PoseChain(
         slides=tuple(coordinates[:k]),
@@ -119,15 +136,34 @@ def _axis_at_zero(tree: Tree, body: Body) -> _Line:
     return _Line(rotation @ np.array(body.axis), origin)
 
 
+def _directions(lines: Sequence[_Line]) -> Array:
+    """The directions (N, 3) of lines."""
+    directions = [line.direction for line in lines]
+    return np.array(directions).reshape(len(lines), 3)
+
+
+def _some_are_parallel(axes: Array) -> bool:
+    """Whether an axis has the direction of the one before."""
+    normals = [np.cross(a, b) for a, b in itertools.pairwise(axes)]
+    return any(np.linalg.norm(normal) < PARALLEL for normal in normals)
+
+
 def _meeting_point(lines: Sequence[_Line]) -> Array | None:
     """The point (3,) that all lines pass through [m], or None."""
     if not lines:
         return np.zeros(3)
-    rows = np.vstack([np.eye(3) - np.outer(axis, axis) for axis, _ in lines])
-    offsets = np.concatenate([point - axis * (axis @ point) for axis, point in lines])
-    point: Array = np.linalg.lstsq(rows, offsets, rcond=None)[0]
-    if float(np.abs(rows @ point - offsets).max()) < MEET:
-        return point
+    rows: list[Array] = []
+    offsets: list[Array] = []
+    for axis, point in lines:
+        rows.append(np.eye(3) - np.outer(axis, axis))
+        offsets.append(point - axis * (axis @ point))
+    matrix = np.vstack(rows)
+    right = np.concatenate(offsets)
+    solution, *_ = np.linalg.lstsq(matrix, right, rcond=None)
+    centre = solution.astype(np.float64)
+    errors = matrix @ centre - right
+    if float(np.abs(errors).max()) < MEET:
+        return centre
     return None
 
 
@@ -147,7 +183,8 @@ def _first_angle(axes: Array, wanted: Array) -> float:
 
     It is seen at the second axis, which the second turn leaves alone, or at any other vector.
     """
-    other = np.eye(3)[int(np.argmin(np.abs(axes[0])))]
+    least = int(np.argmin(np.abs(axes[0])))
+    other = np.eye(3)[least]
     if len(axes) == 2:
         other = axes[1]
     return _between(axes[0], other, wanted @ other)
@@ -161,12 +198,17 @@ def _three_angles(axes: Array, wanted: Array) -> list[list[float]]:
     for second in _heights(w1, w2, w3, float(w1 @ goal)):
         first = _between(w1, _turn(w2, second) @ w3, goal)
         remaining = _turn(w2, -second) @ _turn(w1, -first) @ wanted
-        (third,) = _angles(axes[2:], remaining)[0]
+        third = _first_angle(axes[2:], remaining)
         solutions.append([first, second, third])
     return solutions
 
 
-def _heights(w1: Array, w2: Array, w3: Array, height: float) -> list[float]:
+def _heights(
+    w1: Array,
+    w2: Array,
+    w3: Array,
+    height: float,
+) -> list[float]:
     """Angles about w2 at which w3 has the given component along w1."""
     along = float((w2 @ w3) * (w1 @ w2))
     a = float(w1 @ w3) - along
@@ -184,7 +226,8 @@ def _between(axis: Array, start: Array, end: Array) -> float:
     """Angle about the axis from one vector to another, seen along it."""
     a = start - axis * (axis @ start)
     b = end - axis * (axis @ end)
-    return math.atan2(float(axis @ np.cross(a, b)), float(a @ b))
+    sine = float(axis @ np.cross(a, b))
+    return math.atan2(sine, float(a @ b))
 
 
 def _principal(angle: float) -> float:
@@ -192,4 +235,5 @@ def _principal(angle: float) -> float:
 
 
 def _turn(axis: Array, angle: float) -> Array:
-    return np.array(axis_rotation(constant(axis), math.cos(angle), math.sin(angle)))
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return np.array(axis_rotation(constant(axis), cosine, sine))

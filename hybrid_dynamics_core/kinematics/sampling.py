@@ -22,7 +22,9 @@ Ranges = Mapping[str, tuple[float, float]]
 
 
 def sampled_ranges(
-    robot: ClosedKinematics, ranges: Ranges | None, held: Mapping[str, float] | None = None
+    robot: ClosedKinematics,
+    ranges: Ranges | None,
+    held: Mapping[str, float] | None = None,
 ) -> tuple[Array, tuple[str, ...]]:
     """Ranges to sample, within the limits.
 
@@ -71,7 +73,8 @@ def _limited_ranges(robot: ClosedKinematics, given: set[str]) -> tuple[Array, li
         assumed.append(name)
         reach = math.pi if robot.joint_types[name] == "revolute" else slide
         chosen = robot.reference[k] + np.array([-reach, reach])
-        box[k] = np.where(np.isfinite(box[k]), box[k], chosen)
+        unlimited = ~np.isfinite(box[k])
+        box[k, unlimited] = chosen[unlimited]
     return box, assumed
 
 
@@ -82,7 +85,11 @@ def _check_active(robot: ClosedKinematics, label: str, name: str) -> None:
         raise InputError(f"{label}: '{name}' is not an active joint{hint}; they are {active}")
 
 
-def _check_range(robot: ClosedKinematics, name: str, limits: tuple[float, float]) -> None:
+def _check_range(
+    robot: ClosedKinematics,
+    name: str,
+    limits: tuple[float, float],
+) -> None:
     low, high = limits
     lower, upper = robot.limits[robot.active.index(name)]
     finite = math.isfinite(low) and math.isfinite(high)
@@ -107,14 +114,23 @@ def halton_samples(box: Array, count: int, denser: int) -> Array:
     from scipy.stats import qmc  # noqa: PLC0415  slow to import
 
     total = count + denser
+    sampler = qmc.Halton(len(box), scramble=False)
     # the first point is a corner
-    points = qmc.Halton(len(box), scramble=False).random(total + 1)[1:]
-    points[count:] = 0.5 - 0.5 * np.cos(math.pi * points[count:])
-    samples: Array = box[:, 0] + points * np.ptp(box, axis=1)
+    points = sampler.random(total + 1)[1:]
+    angles = math.pi * points[count:]
+    points[count:] = 0.5 - 0.5 * np.cos(angles)
+    widths = np.ptp(box, axis=1)
+    samples: Array = box[:, 0] + points * widths
     return samples
 
 
-def samples_about(centres: Array, box: Array, width: float, count: int, seed: int) -> Array:
+def samples_about(
+    centres: Array,
+    box: Array,
+    width: float,
+    count: int,
+    seed: int,
+) -> Array:
     """Samples (M count, n) about each of the centres (M, n), within ranges.
 
     Limits belong to the workspace, toggle points do not. So half of the samples that leave the
@@ -127,10 +143,12 @@ def samples_about(centres: Array, box: Array, width: float, count: int, seed: in
         count: samples about each centre.
         seed: of the random numbers.
     """
+    n = len(box)
     rng = np.random.default_rng(seed)
-    moves = rng.uniform(-1.0, 1.0, (len(centres), count, len(box)))
+    moves = rng.uniform(-1.0, 1.0, (len(centres), count, n))
     steps = width * moves * np.ptp(box, axis=1)
-    samples: Array = (centres[:, None] + steps).reshape(-1, len(box))
+    moved = centres[:, None] + steps
+    samples: Array = moved.reshape(-1, n)
     low, high = box.T
     from_low = np.where(samples < low, 2.0 * low - samples, samples)
     reflected = np.where(samples > high, 2.0 * high - samples, from_low)

@@ -64,12 +64,16 @@ class Margins:
 
     def first(self, count: int) -> Margins:
         """The first samples alone."""
-        return Margins(*(getattr(self, name)[:count] for name in Margins.__annotations__))
+        columns = [getattr(self, name)[:count] for name in _COLUMNS]
+        return Margins(*columns)
 
     @property
     def reachable(self) -> NDArray[np.bool_]:
         """(N,) whether the loops close with all joints within their limits."""
         return np.asarray(self.status == SampleStatus.OK)
+
+
+_COLUMNS: Final = tuple(Margins.__annotations__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +123,8 @@ class Workspace:
         if not len(rows):
             return None
         positions = self.samples.position[rows]
-        ends = np.stack([positions.argmin(axis=0), positions.argmax(axis=0)], axis=1)
+        first, last = positions.argmin(axis=0), positions.argmax(axis=0)
+        ends = np.stack([first, last], axis=1)
         return np.asarray(rows[ends], dtype=np.int64)
 
     def share(self, status: SampleStatus = SampleStatus.OK) -> float:
@@ -139,7 +144,8 @@ class Workspace:
         reachable = self.samples.reachable
         if not reachable.any():
             return None
-        return int(np.argmin(np.where(reachable, self.samples.singularity, np.inf)))
+        singularity = np.where(reachable, self.samples.singularity, np.inf)
+        return int(np.argmin(singularity))
 
 
 def find_workspace(
@@ -178,13 +184,19 @@ def find_workspace(
             best = _best_samples(samples)
             if not len(best):
                 break
-            trials = samples_about(samples.u[best], box, _WIDTH * _SHRINK**k, _TRIALS, seed=k)
+            width = _WIDTH * _SHRINK**k
+            trials = samples_about(samples.u[best], box, width, _TRIALS, seed=k)
             samples = join_margins([samples, margins_at(robot, trials, frame)])
             progress.update(len(parts) + k + 1)
-    return Workspace(frame or robot.end_effector, box, assumed, samples, count, len(u))
+    name = frame or robot.end_effector
+    return Workspace(name, box, assumed, samples, count, spread=len(u))
 
 
-def margins_at(robot: ClosedKinematics, u: Array, frame: str | None = None) -> Margins:
+def margins_at(
+    robot: ClosedKinematics,
+    u: Array,
+    frame: str | None = None,
+) -> Margins:
     """Close a batch, and say what became of every sample. A sample that does not close is no error.
 
     Args:
@@ -198,16 +210,25 @@ def margins_at(robot: ClosedKinematics, u: Array, frame: str | None = None) -> M
     status[(status == SampleStatus.OK) & (limit < 0.0)] = SampleStatus.BEYOND
     loop = np.full(len(u), -1, dtype=np.int64)
     if robot.loops:
-        loop = np.argmin(np.nan_to_num(state.distances, nan=np.inf), axis=1).astype(np.int64)
-    position = robot.forward_kinematics(state, frame).position
-    return Margins(u, status, position, np.asarray(state.singularity), loop, limit, joint)
+        distances = np.nan_to_num(state.distances, nan=np.inf)
+        loop = np.argmin(distances, axis=1).astype(np.int64)
+    return Margins(
+        u=u,
+        status=status,
+        position=robot.forward_kinematics(state, frame).position,
+        singularity=np.asarray(state.singularity),
+        loop=loop,
+        limit=limit,
+        joint=joint,
+    )
 
 
 def join_margins(parts: Sequence[Margins]) -> Margins:
     """One after the other."""
     columns = {}
-    for name in Margins.__annotations__:
-        columns[name] = np.concatenate([getattr(part, name) for part in parts])
+    for name in _COLUMNS:
+        column = [getattr(part, name) for part in parts]
+        columns[name] = np.concatenate(column)
     return Margins(**columns)
 
 
@@ -232,13 +253,16 @@ def _limit_margins(robot: ClosedKinematics, state: ClosedState) -> tuple[Array, 
     rows = len(state.u)
     limits = limited_joints(robot)
     if not limits:
-        return np.full(rows, np.inf), np.full(rows, -1, dtype=np.int64)
+        no_joint = np.full(rows, -1, dtype=np.int64)
+        return np.full(rows, np.inf), no_joint
     columns = np.array([robot.coordinates.index(name) for name in limits])
     lower, upper = np.array(list(limits.values())).T
     values = state.s[:, columns]
-    margins = np.minimum(values - lower, upper - values) / (0.5 * (upper - lower))
+    half_range = 0.5 * (upper - lower)
+    margins = np.minimum(values - lower, upper - values) / half_range
     nearest = np.argmin(np.nan_to_num(margins, nan=np.inf), axis=1)
-    return margins[np.arange(rows), nearest], columns[nearest].astype(np.int64)
+    joints = columns[nearest].astype(np.int64)
+    return margins[np.arange(rows), nearest], joints
 
 
 def _best_samples(samples: Margins) -> NDArray[np.int64]:

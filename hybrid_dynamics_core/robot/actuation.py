@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -50,10 +50,9 @@ class Actuation:
             if name in drives or len(drives) == len(model.active):
                 continue
             row = R[model.coordinates.index(name)]
-            dependent = sum((b @ row * b for b in basis), np.zeros_like(row))
-            remainder = row - dependent
-            if np.linalg.norm(remainder) > INDEPENDENT * max(1.0, float(np.linalg.norm(row))):
-                basis.append(remainder / np.linalg.norm(remainder))
+            direction = _independent_direction(row, basis)
+            if direction is not None:
+                basis.append(direction)
                 drives.append(name)
         return tuple(sorted(drives, key=model.coordinates.index))
 
@@ -79,13 +78,7 @@ class Actuation:
         for name, force in forces.items():
             if name not in coordinates:
                 raise InputError(f"there is no joint '{name}'; known: {', '.join(coordinates)}")
-            value = np.asarray(force, dtype=float)
-            if value.shape not in ((), state.s.shape[:-1]) or not np.isfinite(value).all():
-                raise InputError(
-                    f"the force on '{name}' has shape {value.shape}; expected finite numbers, one a"
-                    " state"
-                )
-            along[..., coordinates.index(name)] += value
+            along[..., coordinates.index(name)] += _checked_force(state, name, force)
         tau: Array = np.einsum("...ij,...i->...j", state.R, along)
         return tau
 
@@ -108,8 +101,10 @@ class Actuation:
         rows = state.R[..., indices, :]
         self._check_drives(rows)
         transposed = np.swapaxes(rows, -1, -2)
-        forces = np.linalg.solve(transposed, tau[..., None])[..., 0].astype(np.float64)
-        return MappingProxyType({name: forces[..., k] for k, name in enumerate(self.drives)})
+        solution = np.linalg.solve(transposed, tau[..., None])
+        forces = solution[..., 0].astype(np.float64)
+        by_name = {name: forces[..., k] for k, name in enumerate(self.drives)}
+        return MappingProxyType(by_name)
 
     def hydraulics(self, state: ClosedState, tau: ArrayLike) -> Mapping[str, CylinderState]:
         """Pressures, flows and remaining stroke of every cylinder.
@@ -130,8 +125,10 @@ class Actuation:
         result = {}
         for name, cylinder in self.cylinders.items():
             k = self._model.coordinates.index(name)
+            stroke = state.s[..., k]
+            speed = state.ds[..., k]
             force = np.asarray(forces.get(name, unloaded))
-            result[name] = cylinder_state(cylinder, state.s[..., k], state.ds[..., k], force)
+            result[name] = cylinder_state(cylinder, stroke, speed, force)
         return MappingProxyType(result)
 
     def _check_drives(self, rows: Array) -> None:
@@ -140,18 +137,20 @@ class Actuation:
         Args:
             rows: the rows of R (n, n) or (N, n, n) that belong to the drives.
         """
+        n = rows.shape[-1]
         # rows that do not close stay NaN
         closed = np.isfinite(rows).all(axis=(-2, -1), keepdims=True)
         sizes = np.linalg.norm(rows, axis=-1, keepdims=True)
-        scaled = np.where(closed, rows / np.maximum(sizes, 1.0), np.eye(rows.shape[-1]))
-        _, values, motions = np.linalg.svd(scaled)
-        singular = np.atleast_1d(values[..., -1] < INDEPENDENT)
+        scaled = rows / np.maximum(sizes, 1.0)
+        _, values, motions = np.linalg.svd(np.where(closed, scaled, np.eye(n)))
+        distances = np.atleast_1d(values[..., -1])
+        singular = distances < INDEPENDENT
         if not singular.any():
             return
         first = int(np.flatnonzero(singular)[0])
+        distance = float(distances[first])
+        motion = motions.reshape(-1, n, n)[first, -1]
         index = first if rows.ndim == 3 else None
-        distance = float(np.atleast_2d(values)[first, -1])
-        motion = motions.reshape(-1, *motions.shape[-2:])[first, -1]
         raise self._dependent_drives(motion, distance, index)
 
     def _dependent_drives(
@@ -168,3 +167,28 @@ class Actuation:
             f" {', '.join(moving)} moves none of them (smallest singular value {distance:.2g})"
         )
         return SingularityError(problem, loop="", distance=distance, index=index)
+
+
+def _independent_direction(row: Array, basis: Sequence[Array]) -> Array | None:
+    """The unit vector of what a row (n,) adds to an orthonormal basis; None if it adds nothing."""
+    projection = np.zeros_like(row)
+    for direction in basis:
+        projection = projection + direction @ row * direction
+    remainder = row - projection
+    size = np.linalg.norm(remainder)
+    scale = max(1.0, float(np.linalg.norm(row)))
+    if size > INDEPENDENT * scale:
+        unit: Array = remainder / size
+        return unit
+    return None
+
+
+def _checked_force(state: ClosedState, name: str, force: ArrayLike) -> Array:
+    """A force on a joint, one for each state, as an array."""
+    value = np.asarray(force, dtype=float)
+    shapes = ((), state.s.shape[:-1])
+    if value.shape not in shapes or not np.isfinite(value).all():
+        raise InputError(
+            f"the force on '{name}' has shape {value.shape}; expected finite numbers, one a state"
+        )
+    return value

@@ -12,20 +12,19 @@ from numpy.typing import ArrayLike
 from .. import programs
 from ..closed_state.assembly_modes import (
     AssemblyMode,
-    branch_names,
     list_modes,
     matching_signs,
     signs_of_names,
 )
-from ..closed_state.closure_solver import ClosureSolver, Start
-from ..closed_state.diagnosis import error_for, raise_for_status
-from ..closed_state.state import ClosedState, ClosureStatus, closure_statuses
+from ..closed_state.closure_solver import ClosureResults, ClosureSolver, Start
+from ..closed_state.diagnosis import error_for
+from ..closed_state.state import ClosedState
 from ..errors import InputError
 from ..ground.arrays import Array, frozen
 from ..ground.check_arrays import finite_vectors, vector_by_name
-from ..kernels.run import Codes
 from .kernel_store import KernelStore
 from .model import RobotModel
+from .state_builder import StateBuilder
 
 # what `kernels.closed_inverse_dynamics` returns besides tau
 CLOSED_RESULTS = ("s", "ds", "R", "bias", "residuals", "distances")
@@ -46,7 +45,7 @@ class Closure:
         self.kernels = kernels
         self.signs = frozen(model.plan.branch)
         self.start = model.reference_s
-        self._branches: dict[bytes, Mapping[str, str]] = {}
+        self._states = StateBuilder(model)
         self._solver = self._solver_of("close", model.program_model)
 
     def close(
@@ -87,7 +86,7 @@ class Closure:
         start = self._start_at(near, rows)
         signs = self._signs_for(near, branch)
         values, codes = self._solver.close(u, du, signs, start)
-        state = self._state(u, du, signs, values, codes, check)
+        state = self._states.build(u, du, signs, values, codes, check)
         if near is None:
             return state
         return replace(state, branch=self._branch_after(near, state))
@@ -117,8 +116,9 @@ class Closure:
             raise InputError(f"u has shape {u.shape}; expected a motion (N, {n})")
         du = self._rates(u, du, len(u))
         signs = self._signs_for(near, None)
-        values, codes = self._solver.path(u, du, signs, self._start_at(near, -1))
-        state = self._state(u, du, signs, values, codes, check=True)
+        start = self._start_at(near, -1)
+        values, codes = self._solver.path(u, du, signs, start)
+        state = self._states.build(u, du, signs, values, codes)
         if near is None:
             return state
         return replace(state, branch=self._branch_after(near, state))
@@ -155,7 +155,8 @@ class Closure:
         signs = matching_signs(model, start)
         solver = self._solver_of(f"close {given}", model)
         here, _ = solver.at(start, signs)
-        closed, code = solver.close(position, speed, signs, Start(here["s"], here["R"]))
+        begin = Start(here["s"], here["R"])
+        closed, code = solver.close(position, speed, signs, begin)
         if code != 0:
             raise error_for(programs.Outcome.decode(int(code)), model, position, signs)
         motion = {"u": position, "du": speed, "ddu": acceleration}
@@ -165,7 +166,12 @@ class Closure:
         state = self._state_at(closed["s"], closed["ds"])
         return replace(state, dds=moving["dds"])
 
-    def closed_state(self, u: Array, du: Array, results: Sequence[Array]) -> ClosedState:
+    def closed_state(
+        self,
+        u: Array,
+        du: Array,
+        results: Sequence[Array],
+    ) -> ClosedState:
         """The state in the results of `kernels.closed_inverse_dynamics`, without closing again.
 
         Args:
@@ -174,9 +180,10 @@ class Closure:
             results: what the kernel returned after tau: s, ds, R, bias, residuals, distances.
         """
         values = dict(zip(CLOSED_RESULTS, results, strict=True))
-        values["iterations"] = np.zeros((*u.shape[:-1], 1))
-        codes = np.zeros(u.shape[:-1], dtype=np.int64)
-        return self._state(u, du, self.signs, values, codes, check=True)
+        rows = u.shape[:-1]
+        values["iterations"] = np.zeros((*rows, 1))
+        codes = np.zeros(rows, dtype=np.int64)
+        return self._states.build(u, du, self.signs, values, codes)
 
     def assembly_modes(self, u: ArrayLike) -> tuple[AssemblyMode, ...]:
         """All assembly modes at the active coordinates u.
@@ -196,17 +203,19 @@ class Closure:
         u = finite_vectors("u", u, self.model.active, -1)
         du = np.zeros_like(u)
         modes = []
-        for signs, s, names in list_modes(self.model.program_model, u, self.signs, self.start):
+        model = self.model.program_model
+        for signs, s, names in list_modes(model, u, self.signs, self.start):
             values, codes = self._run_closure(u, du, signs, s)
             if codes == 0:
-                state = self._state(u, du, frozen(signs), values, codes, check=True)
+                state = self._states.build(u, du, frozen(signs), values, codes)
                 modes.append(AssemblyMode(names, replace(state, branch=names)))
         return tuple(modes)
 
     def owns(self, state: ClosedState) -> bool:
         """Whether a state has this robot's coordinates and loops."""
-        model = self.model
-        return state.s.shape[-1] == len(model.coordinates) and state.loops == model.loops
+        if state.s.shape[-1] != len(self.model.coordinates):
+            return False
+        return state.loops == self.model.loops
 
     def check_state(self, state: object) -> None:
         """Check an argument of the user.
@@ -237,17 +246,29 @@ class Closure:
 
     # -- arguments
 
-    def _rates(self, u: Array, du: ArrayLike | None, rows: int) -> Array:
+    def _rates(
+        self,
+        u: Array,
+        du: ArrayLike | None,
+        rows: int,
+    ) -> Array:
         if du is None:
             return np.zeros_like(u)
         return finite_vectors("du", du, self.model.active, rows)
 
     def _by_name(
-        self, label: str, values: Mapping[str, float] | None, names: tuple[str, ...]
+        self,
+        label: str,
+        values: Mapping[str, float] | None,
+        names: tuple[str, ...],
     ) -> Array:
         return vector_by_name(label, values, names, self.model.coordinates)
 
-    def _signs_for(self, near: ClosedState | None, branch: Mapping[str, str] | None) -> Array:
+    def _signs_for(
+        self,
+        near: ClosedState | None,
+        branch: Mapping[str, str] | None,
+    ) -> Array:
         """The branch signs to close on."""
         if near is not None and branch is not None:
             raise InputError("give near or branch, not both: the branch of near is kept")
@@ -274,15 +295,13 @@ class Closure:
     # -- solvers
 
     def _solver_of(self, key: str, model: programs.Model) -> ClosureSolver:
-        def run(u: Array, du: Array, branch: Array, guess: Array) -> tuple[dict[str, Array], Codes]:
-            inputs = {"u": u, "du": du, "branch": branch, "guess": guess}
+        def run(u: Array, du: Array, signs: Array, guess: Array) -> ClosureResults:
+            inputs = {"u": u, "du": du, "branch": signs, "guess": guess}
             return self.kernels.run(key, programs.CLOSE, inputs, model)
 
         return ClosureSolver(model, run)
 
-    def _run_closure(
-        self, u: Array, du: Array, signs: Array, guess: Array
-    ) -> tuple[dict[str, Array], Codes]:
+    def _run_closure(self, u: Array, du: Array, signs: Array, guess: Array) -> ClosureResults:
         inputs = {"u": u, "du": du, "branch": signs, "guess": guess}
         return self.kernels.run("close", programs.CLOSE, inputs)
 
@@ -291,69 +310,11 @@ class Closure:
     def _state_at(self, s: Array, ds: Array) -> ClosedState:
         """The closed state of all coordinates s (n_s,) and rates, on the modes they are on."""
         n = len(self.model.active)
-        u, du = s[:n].copy(), ds[:n].copy()
+        u = s[:n].copy()
+        du = ds[:n].copy()
         signs = frozen(matching_signs(self.model.program_model, s))
         values, codes = self._run_closure(u, du, signs, s)
-        return self._state(u, du, signs, values, codes, check=True)
-
-    def _state(
-        self, u: Array, du: Array, signs: Array, values: dict[str, Array], codes: Codes, check: bool
-    ) -> ClosedState:
-        """The state of what the closure kernel returned."""
-        status: ClosureStatus | np.ndarray
-        iterations: int | np.ndarray
-        residual: float | Array
-        if u.ndim == 1 and codes == 0:  # by far the most frequent case
-            status = ClosureStatus.OK
-            iterations = int(values["iterations"][0])
-            residual = max(map(abs, values["residuals"].tolist()), default=0.0)
-        else:
-            self._mark_failures(u, signs, values, codes, check)
-            status = closure_statuses(codes)
-            iterations = np.nan_to_num(values["iterations"][..., 0]).astype(int)
-            # rows are short: in this order the maximum is quick
-            residual = np.abs(values["residuals"].T, order="C").max(axis=0, initial=0.0)
-            if u.ndim == 1:
-                status = ClosureStatus(int(status))
-                iterations = int(iterations)
-                residual = float(residual)
-        return ClosedState(
-            u=frozen(u),
-            du=frozen(du),
-            s=values["s"],
-            ds=values["ds"],
-            R=values["R"],
-            bias=values["bias"],
-            residual=residual,
-            branch=self._branch_of(signs),
-            signs=signs,
-            loops=self.model.loops,
-            distances=self.model.loop_distances(values["distances"]),
-            status=status,
-            iterations=iterations,
-        )
-
-    def _mark_failures(
-        self, u: Array, signs: Array, values: dict[str, Array], codes: Codes, check: bool
-    ) -> None:
-        """Raise for rows that do not close; without `check` make them NaN."""
-        if not codes.any():
-            return
-        if check:
-            raise_for_status(self.model.program_model, u, signs, codes, values["distances"])
-        for value in values.values():
-            value[codes != 0] = np.nan
-
-    def _branch_of(self, signs: Array) -> Mapping[str, str]:
-        """Names of the modes. Motions stay on theirs, so they are made once."""
-        key = signs.tobytes()
-        if key not in self._branches:
-            plan = self.model.plan
-            modes = []
-            for block, sign in zip(plan.blocks, signs, strict=True):
-                modes.append(block.modes[0] if sign > 0 else block.modes[1])
-            self._branches[key] = branch_names(plan, modes)
-        return self._branches[key]
+        return self._states.build(u, du, signs, values, codes)
 
     def _branch_after(self, near: ClosedState, state: ClosedState) -> Mapping[str, str]:
         """Names of the modes after a motion from `near`.

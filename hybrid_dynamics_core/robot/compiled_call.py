@@ -48,11 +48,16 @@ class CompiledCall:
         self._active = closure.model.active
         self._explain = explain
         self._names = program.inputs
-        self._sizes = dict(zip(program.inputs, kernel.facts["inputs"], strict=True))
+        sizes = kernel.facts["inputs"]
+        self._sizes = dict(zip(program.inputs, sizes, strict=True))
         self._of_state = [name for name in program.inputs if name in STATE_INPUTS]
-        self._optional = {name: frozen(np.zeros(self._sizes[name])) for name in optional}
-        others = [name for name in program.inputs if name not in STATE_INPUTS]
-        self._constants = {name: constants[name] for name in others}
+        self._optional: dict[str, Array] = {}
+        for name in optional:
+            self._optional[name] = frozen(np.zeros(self._sizes[name]))
+        self._constants: dict[str, Array] = {}
+        for name in program.inputs:
+            if name not in STATE_INPUTS:
+                self._constants[name] = constants[name]
 
     def caller(self) -> Callable[..., Any]:
         """The function: inputs of a state, out, check, threads, other inputs -> results."""
@@ -66,14 +71,21 @@ class CompiledCall:
         )
         return make_caller(signature, self._kernel.one, self._call_thoroughly)
 
-    def _call_thoroughly(self, values: dict[str, Any], out: Any, check: bool, threads: Any) -> Any:
+    def _call_thoroughly(
+        self,
+        values: dict[str, Any],
+        out: Any,
+        check: bool,
+        threads: Any,
+    ) -> Any:
         """Batches, arrays of other kinds, loops that are followed, and all that is an error."""
         if not isinstance(threads, int) or threads < 1:
             raise InputError(f"threads is {threads!r}; expected 1 or more")
         inputs = self._checked_inputs(values)
         outs = self._checked_outs(out, _rows(inputs["u"]))
         inputs = _apart(inputs, outs)
-        if self._kernel.facts["iterates"] and values["guess"] is self._constants["guess"]:
+        is_reference = values["guess"] is self._constants["guess"]
+        if is_reference and self._kernel.facts["iterates"]:
             state = self._closure.close(inputs["u"], check=check)
             inputs |= {"branch": state.signs, "guess": state.s}
         codes = self._run(inputs, outs, threads)
@@ -113,10 +125,18 @@ class CompiledCall:
             return False
         return value.ndim == 2 and value.shape[1] == len(self._active)
 
-    def _checked_constant(self, name: str, value: ArrayLike, rows: int | None) -> Array:
+    def _checked_constant(
+        self,
+        name: str,
+        value: ArrayLike,
+        rows: int | None,
+    ) -> Array:
         array = real_array(name, value)
         size = self._sizes[name]
-        if array.shape != (size,) and (rows is None or array.shape != (rows, size)):
+        shapes: list[tuple[int, ...]] = [(size,)]
+        if rows is not None:
+            shapes.append((rows, size))
+        if array.shape not in shapes:
             raise InputError(
                 f"{name} has shape {array.shape}; expected ({size},), or one such row for each"
                 " state"
@@ -146,7 +166,12 @@ class CompiledCall:
 
     # -- computation
 
-    def _run(self, inputs: dict[str, Array], outs: list[Array], threads: int) -> Codes:
+    def _run(
+        self,
+        inputs: dict[str, Array],
+        outs: list[Array],
+        threads: int,
+    ) -> Codes:
         arguments = [inputs[name] for name in self._names]
         if inputs["u"].ndim == 1:
             return np.array(self._kernel.fill_one(arguments, outs))
@@ -155,7 +180,11 @@ class CompiledCall:
         return codes
 
     def _mark_failures(
-        self, inputs: dict[str, Array], outs: list[Array], codes: Codes, check: bool
+        self,
+        inputs: dict[str, Array],
+        outs: list[Array],
+        codes: Codes,
+        check: bool,
     ) -> None:
         """NaN in rows without an answer; with `check` an error for the first of them."""
         for name in self._of_state:
@@ -167,11 +196,12 @@ class CompiledCall:
 
     def _raise_for_first(self, inputs: dict[str, Array], codes: Codes) -> None:
         """Raise for the first row without an answer what the methods of the robot raise for it."""
-        du = np.broadcast_to(inputs.get("du", 0.0), inputs["u"].shape)
-        state = self._closure.close(inputs["u"], du)
+        u = inputs["u"]
+        du = np.broadcast_to(inputs.get("du", 0.0), u.shape)
+        state = self._closure.close(u, du)
         if self._explain is not None:
-            others = [inputs[name] for name in self._of_state if name not in ("u", "du")]
-            self._explain(state, *others)
+            others = [name for name in self._of_state if name not in ("u", "du")]
+            self._explain(state, *[inputs[name] for name in others])
         place = ""
         if codes.ndim == 1:
             place = f" in row {int(np.flatnonzero(codes)[0])}"
@@ -194,22 +224,28 @@ def _check_rows(name: str, array: Array, u: Array) -> None:
         )
 
 
-def _check_out(name: str, array: Any, shape: tuple[int, ...]) -> None:
+def _check_out(
+    name: str,
+    array: Any,
+    shape: tuple[int, ...],
+) -> None:
     """Raise where an array cannot be filled by compiled code."""
-    if type(array) is not np.ndarray or array.dtype != np.float64 or array.shape != shape:
+    is_float = type(array) is np.ndarray and array.dtype == np.float64
+    if not is_float or array.shape != shape:
         kind = getattr(array, "dtype", type(array).__name__)
         raise InputError(
             f"out for {name}: is {kind} of shape {np.shape(array)}; expected float64 of shape"
             f" {shape}"
         )
-    if not (array.flags.c_contiguous and array.flags.aligned and array.flags.writeable):
+    flags = array.flags
+    if not (flags.c_contiguous and flags.aligned and flags.writeable):
         raise InputError(f"out for {name}: expected a writable array in C order")
 
 
 def _apart(inputs: dict[str, Array], outs: list[Array]) -> dict[str, Array]:
     """The inputs, copied where writing an output could change what is still to be read."""
-    result = {}
+    result = dict(inputs)
     for name, array in inputs.items():
-        overlaps = any(np.may_share_memory(array, out) for out in outs)
-        result[name] = array.copy() if overlaps else array
+        if any(np.may_share_memory(array, out) for out in outs):
+            result[name] = array.copy()
     return result

@@ -16,6 +16,7 @@ from functools import partial
 from typing import Any
 
 from .. import programs
+from ..description.model import Frame
 from ..dynamics.load_pattern import LoadPattern
 from ..dynamics.loads import Loads
 from ..ground.arrays import frozen
@@ -26,6 +27,8 @@ from .dynamics import Dynamics
 from .kernel_store import KernelStore
 
 Call = Callable[..., Any]
+ProgramOfLoads = Callable[[LoadPattern], programs.Program]
+ProgramOfFrame = Callable[[Frame], programs.Program]
 
 
 class RobotKernels:
@@ -119,14 +122,18 @@ class RobotKernels:
         explain = partial(self._dynamics.forward_dynamics, loads=self._loads)
         return self._compile_under_loads("forward_dynamics", programs.forward_dynamics, explain)
 
-    def _compile_at_frame(self, name: str, program: Callable[..., programs.Program]) -> Call:
+    def _compile_at_frame(
+        self,
+        name: str,
+        program: ProgramOfFrame,
+    ) -> Call:
         frame = self._closure.model.frame(self._frame)
         return self._compile(f"{name} {self._frame!r}", program(frame))
 
     def _compile_under_loads(
         self,
         name: str,
-        program: Callable[[LoadPattern], programs.Program],
+        program: ProgramOfLoads,
         explain: Call | None = None,
     ) -> Call:
         """The call of a program under the loads.

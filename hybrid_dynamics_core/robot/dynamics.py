@@ -218,7 +218,11 @@ class Dynamics:
         pattern, values_of_loads = self._programs.pack(loads)
         program, key = programs.motion(pattern), pattern.key("motion")
 
-        def motion(u: Array, du: Array, tau: Array) -> tuple[Array, float]:
+        def motion(
+            u: Array,
+            du: Array,
+            tau: Array,
+        ) -> tuple[Array, float]:
             guess = state.s + state.R @ (u - state.u)
             inputs = {"u": u, "du": du, "tau": tau, "branch": state.signs, "guess": guess}
             inputs |= {"gravity": gravity, **values_of_loads}
@@ -281,7 +285,9 @@ class Dynamics:
         """
         ddu = self._accelerations(state, ddu)
         values = self._evaluate("spanning_terms", programs.spanning_terms, state, loads, ddu=ddu)
-        loops = [e.loop.name for block in self._model.plan.blocks for e in block.equations]
+        loops: list[str] = []
+        for block in self._model.plan.blocks:
+            loops += [equation.loop.name for equation in block.equations]
         return SpanningTerms(
             M=values["M"],
             C=values["C"],
@@ -320,7 +326,8 @@ class Dynamics:
 
     @lazy
     def _pins(self) -> list[Pin]:
-        return find_pins(self._model.tree, self._model.plan, self._model.description.closures)
+        model = self._model
+        return find_pins(model.tree, model.plan, model.description.closures)
 
     def _accelerations(self, state: ClosedState, ddu: ArrayLike | None) -> Array:
         if ddu is None:

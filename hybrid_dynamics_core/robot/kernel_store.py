@@ -22,7 +22,12 @@ class KernelStore:
         self.model = model
         self.kernels: dict[str, Kernel] = {}
 
-    def kernel(self, key: str, program: Program, model: Model | None = None) -> Kernel:
+    def kernel(
+        self,
+        key: str,
+        program: Program,
+        model: Model | None = None,
+    ) -> Kernel:
         """The kernel of a program.
 
         Args:
@@ -36,7 +41,11 @@ class KernelStore:
         return self.kernels[key]
 
     def run(
-        self, key: str, program: Program, inputs: Mapping[str, Array], model: Model | None = None
+        self,
+        key: str,
+        program: Program,
+        inputs: Mapping[str, Array],
+        model: Model | None = None,
     ) -> tuple[dict[str, Array], Codes]:
         """Run a program.
 

@@ -81,10 +81,12 @@ class Kinematics:
         None where inverse kinematics has no closed form by such coordinates.
         """
         model = self._model
-        chain = find_pose_chain(model.tree, model.frame(None), len(model.active))
+        frame = model.frame(None)
+        chain = find_pose_chain(model.tree, frame, len(model.active))
         if chain is None:
             return None
-        names = tuple(model.coordinates[k] for k in (*chain.slides, *chain.turns))
+        indices = (*chain.slides, *chain.turns)
+        names = tuple(model.coordinates[k] for k in indices)
         try:
             model.program_model_from(names)
         except InputError:

@@ -19,6 +19,8 @@ from .model import RobotModel
 LoadedProgram = Callable[[LoadPattern], Program]
 # which loads there are, and their values as inputs of a program
 Packed = tuple[LoadPattern, dict[str, Array]]
+# the kernel of a program, and the names of its inputs
+LoadedKernel = tuple[Kernel, tuple[str, ...]]
 
 
 class LoadedPrograms:
@@ -28,7 +30,7 @@ class LoadedPrograms:
         self._model = model
         self._kernels = kernels
         self._packed: WeakKeyDictionary[Loads, Packed] = WeakKeyDictionary()
-        self._by_pattern: dict[tuple[str, LoadPattern], tuple[Kernel, tuple[str, ...]]] = {}
+        self._by_pattern: dict[tuple[str, LoadPattern], LoadedKernel] = {}
 
     @lazy
     def described(self) -> Loads:
@@ -55,9 +57,7 @@ class LoadedPrograms:
                 self._packed[loads] = packed
         return packed
 
-    def kernel(
-        self, key: str, program: LoadedProgram, pattern: LoadPattern
-    ) -> tuple[Kernel, tuple[str, ...]]:
+    def kernel(self, key: str, program: LoadedProgram, pattern: LoadPattern) -> LoadedKernel:
         """The kernel of a program under a pattern of loads, and the names of its inputs."""
         loaded = self._by_pattern.get((key, pattern))
         if loaded is None:

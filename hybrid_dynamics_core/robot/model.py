@@ -84,7 +84,8 @@ class RobotModel:
     @lazy
     def frames(self) -> tuple[str, ...]:
         """Names of the frames and links whose pose is known."""
-        return tuple(dict.fromkeys((*self.description.frames, *self.description.links)))
+        names = (*self.description.frames, *self.description.links)
+        return tuple(dict.fromkeys(names))
 
     def frame(self, name: str | None) -> Frame:
         """The frame, or link, of a name; the end effector if None.
@@ -112,7 +113,8 @@ class RobotModel:
         """By loop: how many of its equations follow from the others and are left out."""
         counts: dict[str, int] = {}
         for equation in self.plan.redundant:
-            counts[equation.loop.name] = counts.get(equation.loop.name, 0) + 1
+            loop = equation.loop.name
+            counts[loop] = counts.get(loop, 0) + 1
         return MappingProxyType(counts)
 
     @lazy
@@ -153,10 +155,11 @@ class RobotModel:
 
         It is infinite for a coordinate in no loop, or in a loop with other given coordinates.
         """
-        ranges = np.tile([-np.inf, np.inf], (len(self.active), 1))
+        n = len(self.active)
+        ranges = np.tile([-np.inf, np.inf], (n, 1))
         for block in self.plan.blocks:
             inputs = block.inputs
-            if len(inputs) != 1 or inputs[0] >= len(self.active):
+            if len(inputs) != 1 or inputs[0] >= n:
                 continue
             k = inputs[0]
             start = float(self.reference[k])
@@ -176,16 +179,20 @@ class RobotModel:
         # where each block is a loop there is nothing to do
         if not starts or order == starts:
             return distances
-        nearest: Array = np.minimum.reduceat(distances[..., order], starts, axis=-1)
+        by_loop = distances[..., order]
+        nearest: Array = np.minimum.reduceat(by_loop, starts, axis=-1)
         return nearest
 
     @lazy
     def _loop_order(self) -> tuple[list[int], list[int]]:
         """The blocks, loop by loop as in `loops`, and where in them each loop begins."""
         names = [block.name for block in self.plan.blocks]
-        order = sorted(range(len(names)), key=lambda k: self.loops.index(names[k]))
-        ordered = [names[k] for k in order]
-        return order, [ordered.index(loop) for loop in self.loops]
+        order: list[int] = []
+        starts: list[int] = []
+        for loop in self.loops:
+            starts.append(len(order))
+            order += [k for k, name in enumerate(names) if name == loop]
+        return order, starts
 
     @lazy
     def program_model(self) -> Model:

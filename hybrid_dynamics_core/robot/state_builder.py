@@ -1,0 +1,117 @@
+"""From results of the closure kernel to closed states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..closed_state.assembly_modes import branch_names
+from ..closed_state.closure_solver import Values
+from ..closed_state.diagnosis import raise_for_status
+from ..closed_state.state import ClosedState, ClosureStatus, closure_statuses
+from ..ground.arrays import Array, frozen
+from ..kernels.run import Codes
+from ..kernels.status import GOOD
+from .model import RobotModel
+
+
+class StateBuilder:
+    """Makes the closed states of one robot."""
+
+    def __init__(self, model: RobotModel) -> None:
+        self._model = model
+        self._branches: dict[bytes, Mapping[str, str]] = {}
+
+    def build(
+        self,
+        u: Array,
+        du: Array,
+        signs: Array,
+        values: Values,
+        codes: Codes,
+        check: bool = True,
+    ) -> ClosedState:
+        """The state of what the closure kernel returned.
+
+        Args:
+            u: active coordinates (n,) or (N, n) [rad, m].
+            du: active rates of the same shape [rad/s, m/s].
+            signs: branch signs (blocks,), or (N, blocks).
+            values: results of the kernel by name. They become part of the state.
+            codes: status codes () or (N,).
+            check: whether a state that does not close is an error. If False, its row is NaN.
+
+        Raises:
+            ClosureError: a loop cannot close.
+            SingularityError: a loop is singular, or the way there leaves its assembly mode.
+            InputError: the result is not finite.
+        """
+        status: ClosureStatus | np.ndarray = ClosureStatus.OK
+        iterations: int | np.ndarray
+        residual: float | Array
+        # one closed state is by far the most frequent case
+        if u.ndim == 1 and codes == GOOD:
+            iterations = int(values["iterations"][0])
+            sizes = map(abs, values["residuals"].tolist())
+            residual = max(sizes, default=0.0)
+        else:
+            self._mark_failures(u, signs, values, codes, check)
+            status = closure_statuses(codes)
+            iterations = np.nan_to_num(values["iterations"][..., 0]).astype(int)
+            # rows are short: in this order the maximum is quick
+            columns = np.abs(values["residuals"].T, order="C")
+            residual = columns.max(axis=0, initial=0.0)
+            if u.ndim == 1:
+                status = ClosureStatus(int(status))
+                iterations = int(iterations)
+                residual = float(residual)
+        return ClosedState(
+            u=frozen(u),
+            du=frozen(du),
+            s=values["s"],
+            ds=values["ds"],
+            R=values["R"],
+            bias=values["bias"],
+            residual=residual,
+            branch=self._branch_of(signs),
+            signs=signs,
+            loops=self._model.loops,
+            distances=self._model.loop_distances(values["distances"]),
+            status=status,
+            iterations=iterations,
+        )
+
+    def _mark_failures(
+        self,
+        u: Array,
+        signs: Array,
+        values: Values,
+        codes: Codes,
+        check: bool,
+    ) -> None:
+        """Raise for rows that do not close; without `check` make them NaN."""
+        if not codes.any():
+            return
+        if check:
+            model = self._model.program_model
+            raise_for_status(model, u, signs, codes, values["distances"])
+        for value in values.values():
+            value[codes != GOOD] = np.nan
+
+    def _branch_of(self, signs: Array) -> Mapping[str, str]:
+        """Names of the modes. Motions stay on theirs, so they are made once."""
+        key = signs.tobytes()
+        branch = self._branches.get(key)
+        if branch is None:
+            branch = branch_names(self._model.plan, self._modes_of(signs))
+            self._branches[key] = branch
+        return branch
+
+    def _modes_of(self, signs: Array) -> list[str]:
+        """The mode of each block."""
+        modes = []
+        for block, sign in zip(self._model.plan.blocks, signs, strict=True):
+            mode = 0 if sign > 0 else 1
+            modes.append(block.modes[mode])
+        return modes
