@@ -33,7 +33,7 @@ from hybrid_dynamics_ros.bags.process import INPUT, Job, make_pipeline, process
 from hybrid_dynamics_ros.bags.trajectory_file import Trajectory
 from hybrid_dynamics_ros.messages.interfaces import typestore
 from hybrid_dynamics_ros.messages.joint_samples import JointSample
-from hybrid_dynamics_ros.parameters import BANDWIDTH, MAX_GAP, Settings
+from hybrid_dynamics_ros.parameters import BANDWIDTH, MAX_GAP, NodeSettings
 from hybrid_dynamics_ros.stream.filter.rate_estimator import EstimatorState, MotionEstimator
 from hybrid_dynamics_ros.stream.results import MotionResult
 
@@ -156,7 +156,7 @@ def singly(
 
 def by_model(robot: Robot) -> Callable[[JointSample], object]:
     """What a script would do: filter, closure, efforts and pose by the library's calls."""
-    settings = Settings()
+    settings = NodeSettings()
     estimator = MotionEstimator(settings[BANDWIDTH], settings[MAX_GAP])
     memory: EstimatorState | None = None
 
@@ -174,7 +174,7 @@ def by_model(robot: Robot) -> Callable[[JointSample], object]:
 
 def by_node(robot: Robot) -> Callable[[JointSample], object]:
     """What the node does, by shorter ways."""
-    pipeline = make_pipeline(robot, Settings())
+    pipeline = make_pipeline(robot, NodeSettings())
 
     def respond(sample: JointSample) -> object:
         result = pipeline.process(sample)

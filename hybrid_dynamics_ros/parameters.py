@@ -28,7 +28,7 @@ class ParameterError(ValueError):
     """A parameter has a value that the node cannot use, or a name that it does not know."""
 
 
-class Change(Enum):
+class ChangeTime(Enum):
     """When a parameter may change."""
 
     NEVER = "it is fixed once the node runs; start the node with another value"
@@ -62,7 +62,7 @@ class Parameter(Generic[T]):
     choices: tuple[str, ...] = ()
     kind: type[Any] = float
     length: int | None = 0
-    change: Change = Change.UNCONFIGURED
+    change: ChangeTime = ChangeTime.UNCONFIGURED
 
 
 _LARGE: Final = 1e9
@@ -72,13 +72,13 @@ _RATE: Final = "a second, by the stamps of the input; 0: one for every input, -1
 def _rate(topic: str, default: float) -> Parameter[float]:
     text = f"Messages on ~/{topic} at most {_RATE}"
     return Parameter(
-        f"rates.{topic}", default, text, unit="Hz", bounds=(-1.0, 1e5), change=Change.ANY_TIME
+        f"rates.{topic}", default, text, unit="Hz", bounds=(-1.0, 1e5), change=ChangeTime.ANY_TIME
     )
 
 
 def _level(name: str, default: float, text: str, unit: str) -> Parameter[float]:
     return Parameter(
-        f"diagnostics.{name}", default, text, unit, (0.0, _LARGE), change=Change.ANY_TIME
+        f"diagnostics.{name}", default, text, unit, (0.0, _LARGE), change=ChangeTime.ANY_TIME
     )
 
 
@@ -93,7 +93,7 @@ AUTOSTART: Final = Parameter[bool](
     True,
     "Configure and activate at once, without anybody to ask for it.",
     kind=bool,
-    change=Change.NEVER,
+    change=ChangeTime.NEVER,
 )
 MEASURED: Final = Parameter[Words](
     "measured",
@@ -109,7 +109,7 @@ BANDWIDTH: Final = Parameter[float](
     " have none.",
     unit="Hz",
     bounds=(0.01, 1000.0),
-    change=Change.ANY_TIME,
+    change=ChangeTime.ANY_TIME,
 )
 MAX_GAP: Final = Parameter[float](
     "acceleration_filter.max_gap",
@@ -117,7 +117,7 @@ MAX_GAP: Final = Parameter[float](
     "Stamps further apart than this restart the estimation of accelerations.",
     unit="s",
     bounds=(0.001, 3600.0),
-    change=Change.ANY_TIME,
+    change=ChangeTime.ANY_TIME,
 )
 GRAVITY: Final = Parameter[Floats](
     "gravity",
@@ -126,22 +126,22 @@ GRAVITY: Final = Parameter[Floats](
     unit="m/s^2",
     bounds=(-1000.0, 1000.0),
     length=3,
-    change=Change.ANY_TIME,
+    change=ChangeTime.ANY_TIME,
 )
 PAYLOAD_FRAME: Final = Parameter[str](
     "payload.frame",
     "",
     "Frame that carries the payload. Empty: the end effector.",
     kind=str,
-    change=Change.ANY_TIME,
+    change=ChangeTime.ANY_TIME,
 )
 PAYLOAD_MASS: Final = Parameter[float](
     "payload.mass",
     0.0,
-    "Mass of the payload.",
+    "PayloadBody of the payload.",
     unit="kg",
     bounds=(0.0, _LARGE),
-    change=Change.ANY_TIME,
+    change=ChangeTime.ANY_TIME,
 )
 PAYLOAD_COM: Final = Parameter[tuple[float, ...]](
     "payload.com",
@@ -150,7 +150,7 @@ PAYLOAD_COM: Final = Parameter[tuple[float, ...]](
     unit="m",
     bounds=(-_LARGE, _LARGE),
     length=3,
-    change=Change.ANY_TIME,
+    change=ChangeTime.ANY_TIME,
 )
 PAYLOAD_INERTIA: Final = Parameter[tuple[float, ...]](
     "payload.inertia",
@@ -160,7 +160,7 @@ PAYLOAD_INERTIA: Final = Parameter[tuple[float, ...]](
     unit="kg m^2",
     bounds=(-_LARGE, _LARGE),
     length=6,
-    change=Change.ANY_TIME,
+    change=ChangeTime.ANY_TIME,
 )
 INPUT_QOS: Final = Parameter[str](
     "qos.input", RELIABLE, "Quality of service of the subscriptions.", choices=PROFILES, kind=str
@@ -205,7 +205,7 @@ STILL: Final = Parameter[float](
     "The robot counts as standing while no measured joint is faster than this.",
     unit="rad/s or m/s",
     bounds=(0.0, 1000.0),
-    change=Change.ANY_TIME,
+    change=ChangeTime.ANY_TIME,
 )
 TIMEOUT: Final = Parameter[float](
     "services.timeout",
@@ -213,7 +213,7 @@ TIMEOUT: Final = Parameter[float](
     "Longest time that one service call may be worked on.",
     unit="s",
     bounds=(0.01, 86400.0),
-    change=Change.ANY_TIME,
+    change=ChangeTime.ANY_TIME,
 )
 QUEUE: Final = Parameter[int](
     "services.queue",
@@ -221,14 +221,14 @@ QUEUE: Final = Parameter[int](
     "Service calls that wait at most; more are answered with BUSY.",
     bounds=(1, 100000),
     kind=int,
-    change=Change.ANY_TIME,
+    change=ChangeTime.ANY_TIME,
 )
 LEAST_SINGULARITY: Final = Parameter[float](
     "trajectory.least_singularity",
     0.02,
     "A point of a trajectory nearer to a singularity than this is bad: 0 singular, 1 best.",
     bounds=(0.0, 1.0),
-    change=Change.ANY_TIME,
+    change=ChangeTime.ANY_TIME,
 )
 DIAGNOSTICS_PERIOD: Final = Parameter[float](
     "diagnostics.period",
@@ -236,7 +236,7 @@ DIAGNOSTICS_PERIOD: Final = Parameter[float](
     "Time between two messages on /diagnostics.",
     unit="s",
     bounds=(0.05, 3600.0),
-    change=Change.NEVER,
+    change=ChangeTime.NEVER,
 )
 LEAST_RATE: Final = _level(
     "least_rate", 0.0, "Warn where the input has a lower rate than this.", "Hz"
@@ -269,7 +269,7 @@ LOG_PERIOD: Final = Parameter[float](
     "Least time between two log lines of the same kind about bad input.",
     unit="s",
     bounds=(0.0, 3600.0),
-    change=Change.ANY_TIME,
+    change=ChangeTime.ANY_TIME,
 )
 
 _ROWS: Final[list[Any]] = [
@@ -293,7 +293,7 @@ def sensor_rows(joint: str) -> tuple[Parameter[float], Parameter[float], Paramet
         name: str, default: float, text: str, unit: str, bounds: tuple[float, float]
     ) -> Parameter[float]:
         return Parameter(
-            f"{SENSOR}.{joint}.{name}", default, text, unit, bounds, change=Change.ANY_TIME
+            f"{SENSOR}.{joint}.{name}", default, text, unit, bounds, change=ChangeTime.ANY_TIME
         )
 
     return (
@@ -321,7 +321,7 @@ def sensor_rows(joint: str) -> tuple[Parameter[float], Parameter[float], Paramet
     )
 
 
-class Settings:
+class NodeSettings:
     """Checked values of the table: settings[BANDWIDTH] is a float [Hz].
 
     Never changes; `replaced` makes another.
@@ -342,9 +342,9 @@ class Settings:
             dict.fromkeys(name.split(".")[1] for name in self._values if name.startswith(start))
         )
 
-    def replaced(self, changes: Mapping[str, Value]) -> Settings:
+    def replaced(self, changes: Mapping[str, Value]) -> NodeSettings:
         """The settings with other values by name."""
-        return Settings({**self._values, **changes})
+        return NodeSettings({**self._values, **changes})
 
 
 def checked(row: Parameter[Any], value: Any) -> Value:

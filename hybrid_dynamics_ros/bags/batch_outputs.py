@@ -8,28 +8,28 @@ from typing import Final
 
 from hybrid_dynamics_core import Robot
 
-from ..parameters import TF_RATE, Settings
-from ..stream.rate_limit import Pace
-from ..stream.topics import Topic, topics_of
-from .batch_pipeline import Motion
+from ..parameters import TF_RATE, NodeSettings
+from ..stream.rate_limit import RateLimit
+from ..stream.topics import OutputTopic, topics_of
+from .batch_pipeline import BatchResult
 from .storage.mcap_chunk import RecordBlock
 
 NODE: Final = "/hybrid_dynamics"
 
 
 @dataclass(frozen=True)
-class Output:
+class BagOutput:
     """One topic of a bag: its name, what makes its messages, and which of them are due."""
 
     name: str
-    topic: Topic
+    topic: OutputTopic
     rate: float
-    pace: Pace = field(default_factory=Pace)
+    limit: RateLimit = field(default_factory=RateLimit)
 
-    def blocks(self, channel: int, motion: Motion) -> Iterator[RecordBlock]:
-        """The messages of the motion."""
-        due = self.pace.due_rows(motion.stamp_ns, self.rate)
-        for run, log_ns in motion.at(due):
+    def blocks(self, channel: int, result: BatchResult) -> Iterator[RecordBlock]:
+        """The messages of the result."""
+        due = self.limit.due_rows(result.stamp_ns, self.rate)
+        for run, log_ns in result.at(due):
             for rows in self.topic.groups(run):
                 part = run.rows(rows)
                 message = self.topic.message(part) if len(rows) else None
@@ -39,10 +39,10 @@ class Output:
                     yield RecordBlock.filled(channel, log_ns[rows], template, slots)
 
 
-def outputs_of(robot: Robot, settings: Settings) -> list[Output]:
+def outputs_of(robot: Robot, settings: NodeSettings) -> list[BagOutput]:
     """All topics of the node for one robot."""
     outputs = []
     for topic in topics_of(robot, settings[TF_RATE]):
         name = topic.name if topic.name.startswith("/") else f"{NODE}/{topic.name}"
-        outputs.append(Output(name, topic, settings[topic.rate]))
+        outputs.append(BagOutput(name, topic, settings[topic.rate]))
     return outputs

@@ -34,7 +34,7 @@ Rows = NDArray[np.intp]
 
 
 @dataclass(eq=False)
-class Motion:
+class BatchResult:
     """Results of the samples that were accepted, in their order.
 
     Attributes:
@@ -91,7 +91,7 @@ class Motion:
         return columns[0] if len(columns) == 1 else np.concatenate(columns)
 
 
-class BulkPipeline:
+class BatchPipeline:
     """A pipeline for batches of samples, one after the other."""
 
     def __init__(self, pipeline: Pipeline) -> None:
@@ -99,7 +99,7 @@ class BulkPipeline:
         self.pipeline = pipeline
         self.first_rejections: dict[str, str] = {}  # the first text of each kind
 
-    def process(self, samples: Samples, given: RateRows | None = None) -> Motion | None:
+    def process(self, samples: Samples, given: RateRows | None = None) -> BatchResult | None:
         """Results of the samples; None where none was accepted.
 
         Args:
@@ -117,7 +117,7 @@ class BulkPipeline:
             return self._one_by_one(samples, None)
         return self._one_by_one(samples.calibrated(self.pipeline.evaluator.calibration), given)
 
-    def _process(self, samples: Samples, given: RateRows | None) -> Motion | None:
+    def _process(self, samples: Samples, given: RateRows | None) -> BatchResult | None:
         evaluator = self.pipeline.evaluator
         samples = samples.calibrated(evaluator.calibration)
         rows = np.flatnonzero(samples.usable)
@@ -137,7 +137,7 @@ class BulkPipeline:
             return None
         if given is None:
             evaluator.taken(rates)
-        return Motion(rows, samples.log_ns[rows], runs)
+        return BatchResult(rows, samples.log_ns[rows], runs)
 
     def _evaluate(
         self, samples: Samples, rows: Rows, given: RateRows | None
@@ -191,7 +191,7 @@ class BulkPipeline:
     def _remember(self, rejection: Rejection) -> None:
         self.first_rejections.setdefault(rejection.code.value, rejection.text)
 
-    def _one_by_one(self, samples: Samples, given: RateRows | None) -> Motion | None:
+    def _one_by_one(self, samples: Samples, given: RateRows | None) -> BatchResult | None:
         rows: list[int] = []
         results: list[MotionResult] = []
         for row in range(len(samples)):
@@ -210,7 +210,7 @@ class BulkPipeline:
         if not rows:
             return None
         accepted = np.array(rows, dtype=np.intp)
-        return Motion(accepted, samples.log_ns[accepted], _runs_of(results))
+        return BatchResult(accepted, samples.log_ns[accepted], _runs_of(results))
 
     def _sample(self, samples: Samples, row: int, given: RateRows | None) -> JointSample:
         velocity = samples.velocity[row] if samples.measured[row] else None

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hybrid_dynamics_core import Robot
 
-from ..messages.cdr import MOST_SEC, Template
+from ..messages.cdr import MOST_SEC, MessageTemplate
 from ..messages.interfaces import JOINT_STATE
 from ..messages.joint_samples import FloatArray
 from .errors import BagError
@@ -84,7 +84,10 @@ def write_trajectory(
         for part in (trajectory.velocity, trajectory.effort)
     ]
     template = (
-        Template().header().strings(trajectory.names).sequence("position", len(trajectory.names))
+        MessageTemplate()
+        .header()
+        .strings(trajectory.names)
+        .sequence("position", len(trajectory.names))
     )
     template.sequence("velocity", counts[0]).sequence("effort", counts[1])
     stamps: NDArray[np.int64] = START_NS + np.round(

@@ -17,14 +17,14 @@ from hybrid_dynamics_core.formats.urdf.writer import to_urdf
 from hybrid_dynamics_core.ground.progress import Progress
 from hybrid_dynamics_core.ground.suggestions import suggestion
 
-from ..messages.cdr import Template
+from ..messages.cdr import MessageTemplate
 from ..messages.interfaces import JOINT_MOTION, JOINT_STATE
 from ..messages.joint_samples import RejectionCode
-from ..parameters import BANDWIDTH, MAX_GAP, MEASURED, Settings
+from ..parameters import BANDWIDTH, MAX_GAP, MEASURED, NodeSettings
 from ..stream.conditions import Conditions, calibration_of, loads_of
 from ..stream.pipeline import Counts, Pipeline
-from .batch_outputs import NODE, Output, outputs_of
-from .batch_pipeline import BulkPipeline, Motion
+from .batch_outputs import NODE, BagOutput, outputs_of
+from .batch_pipeline import BatchPipeline, BatchResult
 from .decode import Decoder, Samples
 from .errors import BagCallError, BagError
 from .provenance import robot_notes
@@ -66,7 +66,7 @@ class Job:
     topic: str | None = None
     smooth: str = "causal"
     keep: bool = False
-    settings: Settings = field(default_factory=Settings)
+    settings: NodeSettings = field(default_factory=NodeSettings)
 
 
 @dataclass(eq=False)
@@ -150,7 +150,7 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
         with new_bag(job.target, [*topics, *kept], notes) as bag:
             worker = _Worker(
                 job,
-                BulkPipeline(pipeline),
+                BatchPipeline(pipeline),
                 Decoder(evaluator.measured, kind),
                 outputs,
                 bag,
@@ -189,7 +189,7 @@ def _require_some(outcome: Outcome, topic: str, counts: Counts, losses: Sequence
     )
 
 
-def make_pipeline(robot: Robot, settings: Settings) -> Pipeline:
+def make_pipeline(robot: Robot, settings: NodeSettings) -> Pipeline:
     """The node's pipeline under the node's parameters."""
     pipeline = Pipeline(robot, settings[BANDWIDTH], settings[MAX_GAP], settings[MEASURED])
     conditions = Conditions().with_settings(settings, None, robot.end_effector)
@@ -250,9 +250,9 @@ class _Worker:
     def __init__(  # noqa: PLR0913, PLR0917 - what the job made, each once
         self,
         job: Job,
-        bulk: BulkPipeline,
+        bulk: BatchPipeline,
         decoder: Decoder,
-        outputs: list[Output],
+        outputs: list[BagOutput],
         bag: BagWriter,
         outcome: Outcome,
         watch: Stopwatch,
@@ -323,7 +323,7 @@ class _Worker:
             except HybridDynamicsError as error:
                 self.losses.add(f"samples {rows.start} to {rows.stop}: {error}")
 
-    def _emit(self, motion: Motion | None) -> None:
+    def _emit(self, motion: BatchResult | None) -> None:
         self._watch.lap("model")
         if motion is None:
             return
@@ -334,7 +334,9 @@ class _Worker:
         ]
         if not self._described:
             self._described = True
-            text = Template().string(to_urdf(self._bulk.pipeline.evaluator.robot.description))
+            text = MessageTemplate().string(
+                to_urdf(self._bulk.pipeline.evaluator.robot.description)
+            )
             blocks.append(
                 RecordBlock.filled(self._bag.channels[DESCRIPTION], motion.log_ns[:1], text, {})
             )

@@ -10,14 +10,14 @@ import yaml
 
 from hybrid_dynamics_core.ground.file_kinds import FileKind, classify_path
 
-from ..parameters import SENSOR, TABLE, ParameterError, Settings, checked, sensor_rows
+from ..parameters import SENSOR, TABLE, NodeSettings, ParameterError, checked, sensor_rows
 from .errors import BagError, wrong_kind
 
 _NAME = "hybrid_dynamics"  # of the node whose topics a processed bag has
 
 
-def read_settings(path: Path | None) -> Settings:
-    """Settings of a file as `ros2 run ... --params-file` takes it; defaults without one.
+def read_settings(path: Path | None) -> NodeSettings:
+    """NodeSettings of a file as `ros2 run ... --params-file` takes it; defaults without one.
 
     Raises:
         BagCallError: it is a file of another kind.
@@ -25,7 +25,7 @@ def read_settings(path: Path | None) -> Settings:
         ParameterError: a parameter is unknown, or has a value that cannot be used.
     """
     if path is None:
-        return Settings()
+        return NodeSettings()
     sections = _sections(path)
     given: dict[str, Any] = {}
     for name in [name for name in sections if _is_for_the_node(name)] or (
@@ -46,7 +46,7 @@ def read_settings(path: Path | None) -> Settings:
         if name not in rows:
             raise ParameterError(f"{path}: there is no parameter {name}")
         values[name] = checked(rows[name], value)
-    return Settings(values)
+    return NodeSettings(values)
 
 
 def _sections(path: Path) -> dict[Any, dict[str, Any]]:
@@ -62,7 +62,7 @@ def _sections(path: Path) -> dict[Any, dict[str, Any]]:
         ) from error
 
 
-def require_known_sensors(settings: Settings, measured: Sequence[str]) -> None:
+def require_known_sensors(settings: NodeSettings, measured: Sequence[str]) -> None:
     """Refuse what is said of sensors that there are not.
 
     Raises:

@@ -25,7 +25,7 @@ _DOUBLE: Final = struct.Struct("<d")
 _FLOAT64: Final = np.dtype("<f8")
 
 
-class Template:
+class MessageTemplate:
     """A message with fixed names and lengths, whose numbers differ.
 
     `fill` makes one message; `pattern` and `columns` make many.
@@ -35,7 +35,7 @@ class Template:
         self._parts = bytearray(LITTLE)
         self._slots: list[tuple[str, int, np.dtype[Any]]] = []  # complete before the first message
 
-    def slot(self, name: str, kind: str, count: int = 1) -> Template:
+    def slot(self, name: str, kind: str, count: int = 1) -> MessageTemplate:
         """Numbers that differ from message to message.
 
         Args:
@@ -51,31 +51,31 @@ class Template:
         self._parts += bytes(one.itemsize * count)
         return self
 
-    def header(self, frame: str = "") -> Template:
+    def header(self, frame: str = "") -> MessageTemplate:
         """A std_msgs/Header: slots `sec` and `nanosec`, and a frame that stays."""
         return self.slot("sec", "<i4").slot("nanosec", "<u4").string(frame)
 
-    def string(self, text: str) -> Template:
+    def string(self, text: str) -> MessageTemplate:
         """A string that stays."""
         encoded = text.encode() + b"\0"
         self.length(len(encoded))
         self._parts += encoded
         return self
 
-    def strings(self, texts: Sequence[str]) -> Template:
+    def strings(self, texts: Sequence[str]) -> MessageTemplate:
         """A sequence of strings that stay."""
         self.length(len(texts))
         for text in texts:
             self.string(text)
         return self
 
-    def length(self, count: int) -> Template:
+    def length(self, count: int) -> MessageTemplate:
         """The length of a sequence."""
         self._align(4)
         self._parts += struct.pack("<I", count)
         return self
 
-    def sequence(self, name: str, count: int, kind: str = "<f8") -> Template:
+    def sequence(self, name: str, count: int, kind: str = "<f8") -> MessageTemplate:
         """A sequence of numbers: its length stays."""
         return self.length(count).slot(name, kind, count)
 

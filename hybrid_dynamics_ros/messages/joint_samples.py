@@ -20,6 +20,7 @@ from hybrid_dynamics_core.ground.suggestions import suggestion
 from hybrid_dynamics_core.ground.wording import counted, one_line
 
 FloatArray = NDArray[np.float64]
+Named = dict[str, float]  # a number of each joint
 # Of any measured number, in its unit: no joint is there, and all that follows from it is finite.
 LARGEST: Final = 1e12
 _MOST_LISTED: Final = 12  # names in a text
@@ -147,6 +148,17 @@ class OrderedMotion(NamedTuple):
                 RejectionCode.WRONG_LENGTH, "velocities and accelerations are needed"
             )
         return self.position, self.velocity, self.acceleration
+
+    def by_name(self, names: Sequence[str]) -> tuple[Named, Named | None, Named | None]:
+        """Positions, velocities and accelerations of one sample, each by joint name."""
+        position = dict(zip(names, self.position.tolist(), strict=True))
+        return position, _by_name(names, self.velocity), _by_name(names, self.acceleration)
+
+
+def _by_name(names: Sequence[str], values: FloatArray | None) -> Named | None:
+    if values is None:
+        return None
+    return dict(zip(names, values.tolist(), strict=True))
 
 
 def wrong_length(what: str, size: int, count: int) -> str:

@@ -12,14 +12,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .cdr import HEAD, LITTLE, NS, STAMP, Bytes, Template
+from .cdr import HEAD, LITTLE, NS, STAMP, Bytes, MessageTemplate
 from .joint_samples import nanoseconds
 
 # bytes that writers leave after the fields, at most: some pad to four, rclpy leaves eight
 PADDING: Final = 8
 
 
-def joint_state_template(names: Sequence[str], *, velocity: bool, effort: bool) -> Template:
+def joint_state_template(names: Sequence[str], *, velocity: bool, effort: bool) -> MessageTemplate:
     """A sensor_msgs/JointState: slots `position`, `velocity`, `effort`.
 
     Args:
@@ -28,7 +28,7 @@ def joint_state_template(names: Sequence[str], *, velocity: bool, effort: bool) 
         effort: the same for efforts.
     """
     count = len(names)
-    template = Template().header().strings(names).sequence("position", count)
+    template = MessageTemplate().header().strings(names).sequence("position", count)
     for name, has_slot in (("velocity", velocity), ("effort", effort)):
         if has_slot:
             template.sequence(name, count)

@@ -1,4 +1,7 @@
-"""The table of parameters on a node: declared, read, watched; names that nobody declared are refused."""
+"""The table of parameters on a node: declared, read, watched.
+
+Names that nobody declared are refused.
+"""
 
 from __future__ import annotations
 
@@ -21,16 +24,16 @@ from hybrid_dynamics_core.ground.suggestions import did_you_mean
 from ..parameters import (
     SENSOR,
     TABLE,
-    Change,
+    ChangeTime,
+    NodeSettings,
     Parameter,
     ParameterError,
-    Settings,
     checked,
     sensor_rows,
 )
 
 # Parameters that rclpy itself reads, and the sensors, which are known once there is a robot.
-_OTHERS: Final = re.compile(
+_OTHER_NAMES: Final = re.compile(
     rf"use_sim_time|start_type_description_service|qos_overrides\..+|{SENSOR}\.[^.]+\.(offset|sign|scale)"
 )
 _TYPES: Final = {
@@ -43,158 +46,184 @@ _TYPES: Final = {
 }
 
 
-def descriptor(row: Parameter[Any]) -> ParameterDescriptor:
+def descriptor(parameter: Parameter[Any]) -> ParameterDescriptor:
     """The line of the table as ROS tools see it."""
-    constraints = [f"one of: {', '.join(row.choices)}"] if row.choices else []
-    constraints += [f"{row.length} entries"] if row.length else []
-    constraints += [row.change.value] if row.change is Change.UNCONFIGURED else []
+    description = parameter.text
+    if parameter.unit:
+        description = f"{description} [{parameter.unit}]"
     message = ParameterDescriptor(
-        name=row.name,
-        type=_type(row).value,
-        description=row.text + (f" [{row.unit}]" if row.unit else ""),
-        additional_constraints="; ".join(constraints),
-        read_only=row.change is Change.NEVER,
+        name=parameter.name,
+        type=_type(parameter).value,
+        description=description,
+        additional_constraints="; ".join(_constraints(parameter)),
+        read_only=parameter.change is ChangeTime.NEVER,
     )
-    if row.bounds is not None:
-        low, high = row.bounds
-        if row.kind is int:
-            message.integer_range = [IntegerRange(from_value=int(low), to_value=int(high), step=0)]
+    if parameter.bounds is not None:
+        low, high = parameter.bounds
+        if parameter.kind is int:
+            int_range = IntegerRange(from_value=int(low), to_value=int(high), step=0)
+            message.integer_range = [int_range]
         else:
-            message.floating_point_range = [
-                FloatingPointRange(from_value=low, to_value=high, step=0.0)
-            ]
+            float_range = FloatingPointRange(from_value=low, to_value=high, step=0.0)
+            message.floating_point_range = [float_range]
     return message
 
 
-def declare(node: Node) -> Settings:
+def _constraints(parameter: Parameter[Any]) -> list[str]:
+    constraints = []
+    if parameter.choices:
+        constraints.append(f"one of: {', '.join(parameter.choices)}")
+    if parameter.length:
+        constraints.append(f"{parameter.length} entries")
+    if parameter.change is ChangeTime.UNCONFIGURED:
+        constraints.append(parameter.change.value)
+    return constraints
+
+
+def declare(node: Node) -> NodeSettings:
     """Declare the whole table on a node and read the values that were given.
 
     Raises:
         ParameterError: a name is unknown, or a value has the wrong type or is out of its range.
     """
-    values = {row.name: _declare(node, row) for row in TABLE}
-    known = [row.name for row in TABLE]
+    values = {parameter.name: _declare(node, parameter) for parameter in TABLE}
     for name in _overrides(node):
-        if name not in known and not _OTHERS.fullmatch(name):
-            last = {
-                row.rpartition(".")[2]: row for row in known
-            }  # people forget the group a parameter is in
-            near = difflib.get_close_matches(name, [*known, *last], n=1)
-            hint = (
-                did_you_mean(last.get(near[0], near[0])) if near else f"; known: {', '.join(known)}"
-            )
-            raise ParameterError(f"there is no parameter {name}{hint}")
-    return Settings(values)
+        if name not in values and not _OTHER_NAMES.fullmatch(name):
+            raise ParameterError(f"there is no parameter {name}{_hint(name)}")
+    return NodeSettings(values)
+
+
+def _hint(name: str) -> str:
+    """Names that may be meant."""
+    names = [parameter.name for parameter in TABLE]
+    by_last_part = {entry.rpartition(".")[2]: entry for entry in names}  # groups are forgotten
+    near = difflib.get_close_matches(name, [*names, *by_last_part], n=1)
+    if near:
+        return did_you_mean(by_last_part.get(near[0], near[0]))
+    return f"; known: {', '.join(names)}"
 
 
 def declare_sensors(node: Node, joints: Iterable[str]) -> dict[str, Any]:
-    """Declare the sensors of the measured joints, take those of other joints away; values by name.
+    """Declare the sensors of the measured joints, and take those of other joints away.
+
+    Returns:
+        Values by name.
 
     Raises:
         ParameterError: a value cannot be used, or a sensor was given for a joint that is not
-        measured.
+            measured.
     """
-    rows = {row.name: row for joint in joints for row in sensor_rows(joint)}
-    there = list(node.get_parameters_by_prefix(SENSOR))
-    for name in (f"{SENSOR}.{rest}" for rest in there):
-        if name not in rows:
+    parameters = {row.name: row for joint in joints for row in sensor_rows(joint)}
+    for suffix in list(node.get_parameters_by_prefix(SENSOR)):
+        name = f"{SENSOR}.{suffix}"
+        if name not in parameters:
             node.undeclare_parameter(name)
-    strange = [n for n in _overrides(node) if n.startswith(f"{SENSOR}.") and n not in rows]
-    if strange:
-        raise ParameterError(f"parameter {strange[0]}: measured are {', '.join(joints)}")
-    return {
-        name: (
-            checked(row, node.get_parameter(name).value)
-            if node.has_parameter(name)
-            else _declare(node, row)
-        )
-        for name, row in rows.items()
-    }
+    for name in _overrides(node):
+        if name.startswith(f"{SENSOR}.") and name not in parameters:
+            raise ParameterError(f"parameter {name}: measured are {', '.join(joints)}")
+    values = {}
+    for name, parameter in parameters.items():
+        if node.has_parameter(name):
+            values[name] = checked(parameter, node.get_parameter(name).value)
+        else:
+            values[name] = _declare(node, parameter)
+    return values
 
 
-def is_given(node: Node, row: Parameter[Any]) -> bool:
+def is_given(node: Node, parameter: Parameter[Any]) -> bool:
     """Whether somebody chose a value, or the node has the default."""
-    return row.name in _overrides(node) or node.get_parameter(row.name).value != row.default
+    if parameter.name in _overrides(node):
+        return True
+    return bool(node.get_parameter(parameter.name).value != parameter.default)
 
 
-class Watch:
-    """Checks every change of a parameter before it is taken, and tells of it after."""
+class ParameterWatch:
+    """Checks every change of a parameter before it is taken, and reports it after."""
 
     def __init__(
         self,
         node: Node,
-        settings: Callable[[], Settings],
-        allowed: Callable[[Settings, Sequence[Parameter[Any]]], str],
-        taken: Callable[[Settings], None],
+        settings: Callable[[], NodeSettings],
+        why_not: Callable[[NodeSettings, Sequence[Parameter[Any]]], str],
+        taken: Callable[[NodeSettings], None],
     ) -> None:
         """Watch the parameters of a node.
 
         Args:
             node: has the table declared.
             settings: the settings now.
-            allowed: with the settings as they would be, and the lines that change: why not, or "".
-            taken: told of settings that were taken.
+            why_not: with the settings as they would be, and the parameters that change: why they
+                cannot change, or "".
+            taken: is given the settings that were taken.
         """
-        self._node, self._settings, self._allowed, self._taken = node, settings, allowed, taken
+        self._node, self._settings, self._why_not, self._taken = node, settings, why_not, taken
         node.add_pre_set_parameters_callback(self._convert)
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._take)
 
-    def _row(self, name: str) -> Parameter[Any] | None:
-        rows = TABLE if not name.startswith(f"{SENSOR}.") else sensor_rows(name.split(".")[1])
-        return next((row for row in rows if row.name == name), None)
-
     def _convert(self, given: list[RosParameter]) -> list[RosParameter]:
-        return [_converted(self._row(p.name), p) for p in given]
+        return [_converted(_parameter(entry.name), entry) for entry in given]
 
-    def _changed(self, given: Sequence[RosParameter]) -> Settings:
-        rows = [(self._row(p.name), p) for p in given]
-        return self._settings().replaced(
-            {row.name: checked(row, p.value) for row, p in rows if row is not None}
-        )
+    def _changed(self, given: Sequence[RosParameter]) -> NodeSettings:
+        changes = {}
+        for entry in given:
+            parameter = _parameter(entry.name)
+            if parameter is not None:
+                changes[parameter.name] = checked(parameter, entry.value)
+        return self._settings().replaced(changes)
 
     def _check(self, given: Sequence[RosParameter]) -> SetParametersResult:
-        rows = [row for p in given if (row := self._row(p.name)) is not None]
-        try:
-            reason = self._allowed(self._changed(given), rows) if rows else ""
-        except ParameterError as error:
-            reason = str(error)
+        candidates = [_parameter(entry.name) for entry in given]
+        parameters = [parameter for parameter in candidates if parameter is not None]
+        reason = ""
+        if parameters:
+            try:
+                reason = self._why_not(self._changed(given), parameters)
+            except ParameterError as error:
+                reason = str(error)
         return SetParametersResult(successful=not reason, reason=reason)
 
     def _take(self, given: Sequence[RosParameter]) -> None:
         self._taken(self._changed(given))
 
 
-def _type(row: Parameter[Any]) -> RosParameter.Type:
-    return _TYPES[row.kind, row.length != 0]
+def _parameter(name: str) -> Parameter[Any] | None:
+    """The line of the table, or of the sensor of a joint."""
+    table: Sequence[Parameter[Any]] = TABLE
+    if name.startswith(f"{SENSOR}."):
+        table = sensor_rows(name.split(".")[1])
+    return next((parameter for parameter in table if parameter.name == name), None)
+
+
+def _type(parameter: Parameter[Any]) -> RosParameter.Type:
+    return _TYPES[parameter.kind, parameter.length != 0]
 
 
 def _overrides(node: Node) -> dict[str, RosParameter]:
-    """What the command line and parameter files gave to this node. rclpy has no public way to ask."""
+    """What the command line and parameter files gave to this node."""
+    # rclpy has no public way to ask.
     overrides: dict[str, RosParameter] = node._parameter_overrides  # noqa: SLF001
     return overrides
 
 
-def _converted(row: Parameter[Any] | None, given: RosParameter) -> RosParameter:
+def _converted(parameter: Parameter[Any] | None, given: RosParameter) -> RosParameter:
     """Whole numbers where the table has real ones."""
-    if row is None or row.kind is not float:
+    if parameter is None or parameter.kind is not float:
         return given
-    if given.type_ is RosParameter.Type.INTEGER and row.length == 0:
-        return RosParameter(given.name, RosParameter.Type.DOUBLE, float(given.value))
-    if given.type_ is RosParameter.Type.INTEGER_ARRAY and row.length != 0:
-        return RosParameter(
-            given.name, RosParameter.Type.DOUBLE_ARRAY, [float(value) for value in given.value]
-        )
+    kinds = RosParameter.Type
+    if given.type_ is kinds.INTEGER and parameter.length == 0:
+        return RosParameter(given.name, kinds.DOUBLE, float(given.value))
+    if given.type_ is kinds.INTEGER_ARRAY and parameter.length != 0:
+        return RosParameter(given.name, kinds.DOUBLE_ARRAY, list(map(float, given.value)))
     return given
 
 
-def _declare(node: Node, row: Parameter[Any]) -> Any:
+def _declare(node: Node, parameter: Parameter[Any]) -> Any:
     overrides = _overrides(node)
-    if row.name in overrides:
-        overrides[row.name] = _converted(row, overrides[row.name])
-        checked(
-            row, overrides[row.name].value
-        )  # before rclpy does, whose texts do not say what is expected
-    default = _type(row) if row.default is None else row.default
-    declared = node.declare_parameter(row.name, default, descriptor(row))
-    return checked(row, declared.value)
+    if parameter.name in overrides:
+        given = _converted(parameter, overrides[parameter.name])
+        overrides[parameter.name] = given
+        checked(parameter, given.value)  # before rclpy, whose texts do not say what is expected
+    default = _type(parameter) if parameter.default is None else parameter.default
+    declared = node.declare_parameter(parameter.name, default, descriptor(parameter))
+    return checked(parameter, declared.value)

@@ -8,11 +8,11 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import Header
 
-from ..stream.monitor import Entry, Level
+from ..stream.monitor import Level, StatusEntry
 
 
 def diagnostic_array(
-    name: str, hardware: str, state: str, entries: Sequence[Entry], stamp: Time
+    name: str, hardware: str, state: str, entries: Sequence[StatusEntry], stamp: Time
 ) -> DiagnosticArray:
     """One status: the worst of its entries, which its message names.
 
@@ -24,15 +24,14 @@ def diagnostic_array(
         stamp: when.
     """
     worst = max((entry.level for entry in entries), default=Level.OK)
-    bad = [
-        f"{entry.name}: {entry.value}"
-        for entry in entries
-        if entry.level == worst and worst is not Level.OK
-    ]
+    texts = [state]
+    if worst is not Level.OK:
+        bad = [entry for entry in entries if entry.level == worst]
+        texts += [f"{entry.name}: {entry.value}" for entry in bad]
     status = DiagnosticStatus(
         level=bytes([worst]),
         name=f"{name.lstrip('/')}: stream",
-        message="; ".join([state, *bad]),
+        message="; ".join(texts),
         hardware_id=hardware,
         values=[KeyValue(key=entry.name, value=entry.value) for entry in entries],
     )

@@ -14,8 +14,10 @@ _USAGE: Final = (
     " __node:=NAME]"
 )
 _MORE: Final = """
-The node of one robot: a name of a shipped robot, or the path of a description file. It runs until SIGINT (Ctrl-C) or
-SIGTERM. Parameters, with defaults, units and texts, are in config/forging_chu2020.yaml; docs/node.md tells all of
+The node of one robot: a name of a shipped robot, or the path of a description file. It runs\
+ until SIGINT (Ctrl-C) or
+SIGTERM. Parameters, with defaults, units and texts, are in config/forging_chu2020.yaml;\
+ docs/node.md tells all of
 topics and services.
 """
 _NO_ROS: Final = """\
@@ -27,25 +29,23 @@ hybrid_dynamics_node needs ROS 2 Jazzy: the Python module {name} is not there.
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM. Returns the exit code of the process."""
-    if {"-h", "--help"} & set((sys.argv if args is None else args)[1:]):
+    words = sys.argv if args is None else args
+    if {"-h", "--help"} & set(words[1:]):
         sys.stdout.write(f"{_USAGE}\n{_MORE}")
         return 0
-    # Outside a sourced ROS installation nothing says where packages are: in a plain environment,
-    # here.
+    # Outside a sourced ROS installation nothing says where packages are: then they are here.
     os.environ.setdefault("AMENT_PREFIX_PATH", sys.prefix)
-    # Matrices are small here: on a busy machine the threads of OpenBLAS wait for each other up to
-    # forty times longer.
+    # Matrices are small: on a busy machine the threads of OpenBLAS wait for each other.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     stop = threading.Event()
     for number in _STOP_SIGNALS:
         signal.signal(number, lambda *_: stop.set())
     try:
-        code = _run(sys.argv if args is None else args, stop)
+        code = _run(words, stop)
     except ModuleNotFoundError as error:
         sys.stderr.write(_NO_ROS.format(name=error.name))
         code = 1
-    # Python takes its handlers away before the process is gone: the last signals are ignored
-    # instead.
+    # Python takes its handlers away before the process is gone: the last signals are ignored.
     for number in _STOP_SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     return code
@@ -61,8 +61,7 @@ def _run(args: list[str], stop: threading.Event) -> int:
     from ..parameters import ParameterError  # noqa: PLC0415
 
     try:
-        # Own handlers set a flag and nothing else: a second signal during the clean-up does no
-        # harm.
+        # Our handlers only set a flag: a second signal during the clean-up does no harm.
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:  # wrong ROS arguments
         return _failed(error)
@@ -80,12 +79,12 @@ def _spin(stop: threading.Event) -> None:
     from rclpy.utilities import ok  # noqa: PLC0415
 
     from .executor import make_executor  # noqa: PLC0415
-    from .library_log import handed_on  # noqa: PLC0415
+    from .library_log import forwarded  # noqa: PLC0415
     from .lifecycle import HybridDynamicsNode  # noqa: PLC0415
 
     node = HybridDynamicsNode()
     try:
-        with handed_on(node.get_logger()):
+        with forwarded(node.get_logger()):
             executor = make_executor()
             executor.add_node(node)
             node.start()
@@ -99,7 +98,11 @@ def _spin(stop: threading.Event) -> None:
 
 
 def _refuse_others(arguments: list[str]) -> None:
-    """A word that is no ROS argument would be left out in silence, and another robot started than was meant."""
+    """Refuse words that are no ROS arguments: without them another robot could start.
+
+    Raises:
+        ParameterError: there is one.
+    """
     from ..parameters import ParameterError  # noqa: PLC0415
 
     if arguments:

@@ -20,7 +20,7 @@ class Logs(Protocol):
         """Log a line that asks for care."""
 
 
-class _Handed(logging.Handler):
+class _Forward(logging.Handler):
     def __init__(self, logger: Logs) -> None:
         super().__init__(logging.INFO)
         self._logger = logger
@@ -33,10 +33,10 @@ class _Handed(logging.Handler):
 
 
 @contextmanager
-def handed_on(logger: Logs) -> Iterator[None]:
-    """While this lasts, what the library says (that it compiles, and what for) stands in the logger too."""
+def forwarded(logger: Logs) -> Iterator[None]:
+    """While this lasts, what the library logs is in the logger too."""
     library = logging.getLogger(LIBRARY)
-    handler, level = _Handed(logger), library.level
+    handler, level = _Forward(logger), library.level
     library.addHandler(handler)
     library.setLevel(min(logging.INFO, library.getEffectiveLevel()))
     try:

@@ -28,18 +28,18 @@ from ..parameters import (
     LOG_PERIOD,
     MEASURED,
     ROBOT,
-    Change,
+    ChangeTime,
+    NodeSettings,
     Parameter,
     ParameterError,
-    Settings,
 )
-from ..stream.monitor import Entry, Level
-from ..stream.rate_limit import Log
+from ..stream.monitor import Level, StatusEntry
+from ..stream.rate_limit import ThrottledLog
 from ..stream.runtime import Runtime
 from . import qos
-from .declare_parameters import Watch, declare, declare_sensors, is_given
+from .declare_parameters import ParameterWatch, declare, declare_sensors, is_given
 from .diagnostics import diagnostic_array
-from .service_server import Calls
+from .service_server import ServiceServer
 from .subscriptions import Stream
 
 NODE_NAME: Final = "hybrid_dynamics"
@@ -57,15 +57,15 @@ class HybridDynamicsNode(LifecycleNode):
     def __init__(self, **options: Any) -> None:
         """Declare parameters, offer services; options are those of rclpy's Node."""
         super().__init__(NODE_NAME, **options)
-        self.settings: Settings = declare(self)
-        self._throttled = Log(self.get_logger(), self.settings[LOG_PERIOD])
+        self.settings: NodeSettings = declare(self)
+        self._log = ThrottledLog(self.get_logger(), self.settings[LOG_PERIOD])
         self._runtime: Runtime | None = None
         self._stream: Stream | None = None
         self._failure = ""  # why there is no robot
         self._description = self.create_publisher(String, "robot_description", qos.latched())
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self._calls = Calls(self, self._throttled)
-        self._watch = Watch(self, lambda: self.settings, self._allowed, self._take)
+        self._calls = ServiceServer(self, self._log)
+        self._watch = ParameterWatch(self, lambda: self.settings, self._why_not, self._take)
         # Reports go on while simulated time stands still.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(self.settings[DIAGNOSTICS_PERIOD], self._report, clock=steady)
@@ -81,30 +81,27 @@ class HybridDynamicsNode(LifecycleNode):
         return "no robot" if self._runtime is None else self._runtime.pipeline.counts.summary()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Load the robot, make its topics.
+        """Load the robot, and make its topics.
 
         With a wrong file the node stays unconfigured and says why.
         """
         del state
-        known = (
-            ""
-            if is_given(self, ROBOT)
-            else f"; the default, -p {ROBOT.name}:=NAME_OR_FILE takes another"
-        )
-        self.get_logger().info(f"robot {self.settings[ROBOT]}{known}")
+        hint = f"; the default, -p {ROBOT.name}:=NAME_OR_FILE takes another"
+        if is_given(self, ROBOT):
+            hint = ""
+        self.get_logger().info(f"robot {self.settings[ROBOT]}{hint}")
         try:
             robot = load(self.settings[ROBOT])
             sensors = declare_sensors(self, self.settings[MEASURED] or robot.active)
             self.settings = self.settings.replaced(sensors)
             runtime = Runtime(robot, self.settings)
-            self._stream = Stream(self, runtime, self._throttled)
+            self._stream = Stream(self, runtime, self._log)
         except (HybridDynamicsError, ParameterError, ParameterException, OSError) as error:
             return self._fail(one_line(error))
         except Exception:  # noqa: BLE001 - rclpy would leave a fault unsaid
             return self._fail(f"fault of the node:\n{traceback.format_exc()}")
         self._runtime, self._failure = runtime, ""
-        # What a robot is made of stays: a collection that looks through all of it would hold up the
-        # stream for long.
+        # What a robot is made of stays: a collection through all of it would hold up the stream.
         gc.collect()
         gc.freeze()
         self._calls.open(runtime)
@@ -133,7 +130,7 @@ class HybridDynamicsNode(LifecycleNode):
         return self.on_cleanup(state)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """After a fault in a transition: back to unconfigured, from where everything can begin anew."""
+        """After a fault in a transition: back to unconfigured, from where all can begin anew."""
         return self.on_cleanup(state)
 
     def discard(self) -> None:
@@ -163,17 +160,18 @@ class HybridDynamicsNode(LifecycleNode):
         self.get_logger().error(f"{UNCONFIGURED}: {reason}")
         return FAILURE
 
-    def _allowed(self, settings: Settings, rows: Sequence[Parameter[Any]]) -> str:
+    def _why_not(self, settings: NodeSettings, parameters: Sequence[Parameter[Any]]) -> str:
+        """Why parameters cannot change so, or ""."""
         if self._runtime is None:
             return ""
-        for row in rows:
-            if row.change is Change.UNCONFIGURED:
-                return f"parameter {row.name}: {row.change.value}"
+        for parameter in parameters:
+            if parameter.change is ChangeTime.UNCONFIGURED:
+                return f"parameter {parameter.name}: {parameter.change.value}"
         return self._runtime.problem(settings)
 
-    def _take(self, settings: Settings) -> None:
+    def _take(self, settings: NodeSettings) -> None:
         self.settings = settings
-        self._throttled.throttle.period = settings[LOG_PERIOD]
+        self._log.throttle.period = settings[LOG_PERIOD]
         if self._runtime is not None:
             self._runtime.take(settings)
 
@@ -181,14 +179,14 @@ class HybridDynamicsNode(LifecycleNode):
         try:
             self._publish_report()
         except Exception as error:  # noqa: BLE001 - a timer must not end the node
-            self._throttled.warn("report", f"no diagnostics: fault of the node: {error!r}")
+            self._log.warn("report", f"no diagnostics: fault of the node: {error!r}")
 
     def _publish_report(self) -> None:
         now = self.get_clock().now()
         runtime, hardware = self._runtime, ""
         if runtime is None:
             level = Level.ERROR if self._failure else Level.STALE
-            entries = [Entry("robot", self._failure or "not configured", level)]
+            entries = [StatusEntry("robot", self._failure or "not configured", level)]
         else:
             hardware = runtime.robot.name
             counts = runtime.pipeline.counts
@@ -198,7 +196,10 @@ class HybridDynamicsNode(LifecycleNode):
         self._diagnostics.publish(diagnostic_array(name, hardware, state, entries, now.to_msg()))
 
     def _guard_transitions(self) -> None:
-        """A transition that the state does not allow is answered with no success; rclpy lets it end the node."""
+        """Answer a transition that the state does not allow with no success.
+
+        rclpy lets it end the node.
+        """
         change: Callable[[Any, Any], Any] = self._service_change_state.callback
 
         def guarded(request: Any, response: Any) -> Any:
@@ -207,7 +208,7 @@ class HybridDynamicsNode(LifecycleNode):
             except (RuntimeError, InvalidHandle) as error:
                 wanted = request.transition.label or request.transition.id
                 state = self._state_machine.current_state[1]
-                self._throttled.warn(
+                self._log.warn(
                     "transition", f"transition {wanted} is not possible while {state}: {error}"
                 )
                 response.success = False

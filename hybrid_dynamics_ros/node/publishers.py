@@ -14,13 +14,13 @@ from ..parameters import (
     OUTPUT_DEPTH,
     OUTPUT_QOS,
     TF_RATE,
+    NodeSettings,
     Parameter,
     ParameterError,
-    Settings,
 )
-from ..stream.rate_limit import Pace
+from ..stream.rate_limit import RateLimit
 from ..stream.results import MotionResult
-from ..stream.topics import Topic
+from ..stream.topics import OutputTopic
 from . import qos
 
 Send = Callable[[Any], None]
@@ -29,13 +29,13 @@ Fill = Callable[[MotionResult], bytes | None]
 _CHECK_PERIOD: Final = 0.02  # [s] for which is kept who listens to which topic
 
 
-class Output(NamedTuple):
+class TopicPublisher(NamedTuple):
     """A topic at work: publisher, what fills its messages, its rate, and which are due."""
 
     publisher: Publisher
     fill: Fill
     rate: Parameter[float]
-    pace: Pace
+    pace: RateLimit
 
 
 class Publishers:
@@ -43,11 +43,11 @@ class Publishers:
 
     def __init__(self, node: LifecycleNode) -> None:
         self._node = node
-        self.outputs: list[Output] = []
+        self.outputs: list[TopicPublisher] = []
         self._checked = -_CHECK_PERIOD
-        self._sent: list[tuple[Publisher, Fill, float, Pace, bool]] = []
+        self._sent: list[tuple[Publisher, Fill, float, RateLimit, bool]] = []
 
-    def open(self, topics: Sequence[Topic], settings: Settings) -> None:
+    def open(self, topics: Sequence[OutputTopic], settings: NodeSettings) -> None:
         """Create the topics on the node.
 
         Raises:
@@ -59,14 +59,14 @@ class Publishers:
             publisher = self._node.create_publisher(
                 message_class(topic.kind), name, profile, qos_overriding_options=qos.OVERRIDES
             )
-            self.outputs.append(Output(publisher, topic.fill, topic.rate, Pace()))
+            self.outputs.append(TopicPublisher(publisher, topic.fill, topic.rate, RateLimit()))
 
     def destroy(self) -> None:
         """Take the topics away."""
         for output in self.outputs:
             self._node.destroy_publisher(output.publisher)
 
-    def messages(self, result: MotionResult, settings: Settings) -> list[tuple[Send, Any]]:
+    def messages(self, result: MotionResult, settings: NodeSettings) -> list[tuple[Send, Any]]:
         """All messages that are due, each with what sends it.
 
         They are made before the first is sent, so that all go or none.
@@ -84,7 +84,7 @@ class Publishers:
                     messages.append((publisher.handle.publish_raw, message))
         return messages
 
-    def _check(self, settings: Settings) -> None:
+    def _check(self, settings: NodeSettings) -> None:
         """Keep the rates of the topics, and whether somebody listens."""
         self._sent = []
         for publisher, fill, parameter, pace in self.outputs:

@@ -21,23 +21,27 @@ _PROFILES: Final = {
     LATEST: (QoSReliabilityPolicy.RELIABLE, 1),
 }
 
-# Where one topic needs other policies: parameters
-# qos_overrides.TOPIC.{publisher,subscription}.{depth,...} at start.
+# Where one topic needs other policies, at start: parameters
+# qos_overrides.TOPIC.{publisher,subscription}.{depth,...}.
 OVERRIDES: Final = QoSOverridingOptions.with_default_policies()
 
 
 def profile(name: str, depth: int) -> QoSProfile:
-    """Volatile profile that keeps the last ``depth`` messages, or as many as the profile says.
+    """Volatile profile that keeps the last messages.
+
+    Args:
+        name: of the profile, as the parameters know it.
+        depth: how many messages it keeps, unless the profile says so itself.
 
     Raises:
         KeyError: no profile has this name.
     """
-    reliability, own_depth = _PROFILES[name]
+    reliability, fixed_depth = _PROFILES[name]
     return QoSProfile(
         reliability=reliability,
         durability=QoSDurabilityPolicy.VOLATILE,
         history=QoSHistoryPolicy.KEEP_LAST,
-        depth=own_depth or depth,
+        depth=fixed_depth or depth,
     )
 
 

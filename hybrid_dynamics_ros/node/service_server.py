@@ -1,4 +1,7 @@
-"""Services and trajectories on a node: each call is answered here or beside, never in the way of the stream."""
+"""Services and trajectories on a node: each call is answered here or in a process beside.
+
+None is in the way of the stream.
+"""
 
 from __future__ import annotations
 
@@ -19,12 +22,12 @@ from hybrid_dynamics_core.errors import HybridDynamicsError
 from ..messages.joint_samples import Rejection, RejectionCode, rejection_of
 from ..parameters import QUEUE, TIMEOUT
 from ..services.answers import OK, guarded, refused
+from ..services.context import ServiceContext
 from ..services.table import TABLE, Lane, Service
-from ..services.worker_pool import Job, Workers
-from ..stream.conditions import Change, NewMode
-from ..stream.rate_limit import Log
+from ..services.worker_pool import ServiceCall, WorkerPool
+from ..stream.conditions import ConditionChange, NewMode
+from ..stream.rate_limit import ThrottledLog
 from ..stream.runtime import Runtime
-from ..stream.situation import Context
 
 # The usual ten that wait would let calls of a flood vanish unanswered.
 _REQUESTS: Final = QoSProfile(depth=1000)
@@ -32,24 +35,26 @@ TRAJECTORY: Final = "convert_trajectory"
 _UNREADY: Final = Rejection(
     RejectionCode.NOT_READY, "the node is not configured: it has no robot yet"
 )
+_MOVING: Final = Rejection(RejectionCode.REFUSED, "the robot began to move meanwhile")
+Give = Callable[[Any], None]  # takes the response
 
 
-class Later:
-    """Stands for a response that comes later: :meth:`tell` gives it, before or after it is known where it goes."""
+class DeferredResponse:
+    """Stands for a response that comes later, before or after it is clear where it goes."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._response: Any = None
         self._send: Callable[[Any], None] | None = None
 
-    def tell(self, response: Any) -> None:
+    def give(self, response: Any) -> None:
         """The response is there."""
         with self._lock:
             self._response = response
             if self._send is not None:
                 self._send(response)
 
-    def when_told(self, send: Callable[[Any], None]) -> None:
+    def send_to(self, send: Callable[[Any], None]) -> None:
         """Where the response goes."""
         with self._lock:
             self._send = send
@@ -57,47 +62,50 @@ class Later:
                 send(self._response)
 
 
-def answer_later(service: RosService) -> None:
-    """Let the callback of a service return :class:`Later`. rclpy's own way, coroutines, the events executor has not."""
+def defer_responses(service: RosService) -> None:
+    """Let the callback of a service return :class:`DeferredResponse`.
+
+    The events executor does not have rclpy's own way, coroutines.
+    """
     send_now = service.send_response
     lock = threading.Lock()
 
     def send(response: Any, header: Any) -> None:
-        def deliver(told: Any) -> None:
+        def deliver(message: Any) -> None:
             with lock:
-                send_now(told, header)
+                send_now(message, header)
 
-        if isinstance(response, Later):
-            response.when_told(deliver)
+        if isinstance(response, DeferredResponse):
+            response.send_to(deliver)
         else:
             deliver(response)
 
     service.send_response = send  # type: ignore[method-assign]
 
 
-class Calls:
+class ServiceServer:
     """All services on a node.
 
     They are there from the first moment on, and say NOT_READY until there is a robot.
     """
 
-    def __init__(self, node: LifecycleNode, log: Log) -> None:
+    def __init__(self, node: LifecycleNode, log: ThrottledLog) -> None:
         self._node, self._log = node, log
         self._runtime: Runtime | None = None
-        self._workers: Workers | None = None
-        self._changer: ThreadPoolExecutor | None = (
-            None  # one thread: changes come one after the other
-        )
+        self._workers: WorkerPool | None = None
+        # One thread: changes come one after the other.
+        self._changer: ThreadPoolExecutor | None = None
         self.active = False
         for service in TABLE:
-            name, responder = f"~/{service.name}", self._responder(service)
-            answer_later(node.create_service(service.kind, name, responder, qos_profile=_REQUESTS))
+            name, respond = f"~/{service.name}", self._responder(service)
+            server = node.create_service(service.kind, name, respond, qos_profile=_REQUESTS)
+            defer_responses(server)
         self._converted = node.create_publisher(JointTrajectory, "~/active_joint_trajectory", 10)
         node.create_subscription(JointTrajectory, "~/joint_trajectory", self._on_trajectory, 10)
 
     def open(self, runtime: Runtime) -> None:
         """Answer for this robot from now on."""
-        self._workers = Workers(runtime.robot.description)
+        self._workers = WorkerPool(runtime.robot.description)
         self._changer = ThreadPoolExecutor(1, "changes")
         self._runtime = runtime
 
@@ -112,9 +120,9 @@ class Calls:
 
     def _responder(self, service: Service) -> Callable[[Any, Any], Any]:
         def respond(request: Any, response: Any) -> Any:
-            later = Later()
-            self._call(service, request, response, later.tell)
-            return later
+            deferred = DeferredResponse()
+            self._call(service, request, response, deferred.give)
+            return deferred
 
         return respond
 
@@ -123,83 +131,73 @@ class Calls:
             return
         service = next(service for service in TABLE if service.name == TRAJECTORY)
 
-        def publish(response: ConvertTrajectory.Response) -> None:
+        def publish(response: Any) -> None:
             if response.error_code == OK:
                 self._converted.publish(response.trajectory)
 
-        self._call(
-            service,
-            ConvertTrajectory.Request(joints=message),
-            ConvertTrajectory.Response(),
-            publish,
-        )
+        request = ConvertTrajectory.Request(joints=message)
+        self._call(service, request, ConvertTrajectory.Response(), publish)
 
-    def _call(
-        self, service: Service, request: Any, response: Any, tell: Callable[[Any], None]
-    ) -> None:
+    def _call(self, service: Service, request: Any, response: Any, give: Give) -> None:
         runtime, workers, changer = self._runtime, self._workers, self._changer
         if runtime is None or workers is None or changer is None:
-            self._tell(service, refused(response, _UNREADY), tell)
+            self._give(service, refused(response, _UNREADY), give)
             return
 
-        def done(answered: Any, change: Change | None) -> None:
+        def done(answered: Any, change: ConditionChange | None) -> None:
             if change is None:
-                self._tell(service, answered, tell)
+                self._give(service, answered, give)
                 return
+
+            def change_and_give() -> None:
+                self._give(service, self._change(service, runtime, change, answered), give)
+
             try:
-                changer.submit(
-                    lambda: self._tell(
-                        service, self._change(service, runtime, change, answered), tell
-                    )
-                )
+                changer.submit(change_and_give)
             except RuntimeError:  # it was shut down meanwhile
-                self._tell(service, refused(response, _UNREADY), tell)
+                self._give(service, refused(response, _UNREADY), give)
 
+        situation, settings = runtime.situation(), runtime.settings
         if service.lane is Lane.HERE:
-            done(
-                *guarded(
-                    service.answer, Context(runtime.robot, runtime.situation()), request, response
-                )
-            )
+            context = ServiceContext(runtime.robot, situation)
+            done(*guarded(service.answer, context, request, response))
         else:
-            settings = runtime.settings
-            job = Job(service.name, request, runtime.situation(), settings[TIMEOUT], done)
-            workers.submit(service.lane, job, settings[QUEUE])
+            call = ServiceCall(service.name, request, situation, settings[TIMEOUT], done)
+            workers.submit(service.lane, call, settings[QUEUE])
 
-    def _change(self, service: Service, runtime: Runtime, change: Change, answered: Any) -> Any:
-        """Make the change of a call, unless things changed while it was worked on; in a thread of its own."""
+    def _change(
+        self, service: Service, runtime: Runtime, change: ConditionChange, answered: Any
+    ) -> Any:
+        """Make the change of a call, unless things changed while it was worked on.
+
+        It runs in a thread of its own.
+        """
         empty = type(answered)()
         try:
             if runtime is self._runtime:
-                with np.errstate(
-                    all="ignore"
-                ):  # of a payload beyond all numbers: the result is checked
+                # A payload may be beyond all numbers: the result is checked.
+                with np.errstate(all="ignore"):
                     runtime.prepare(change)
             with runtime.lock:
                 if runtime is not self._runtime:
                     return refused(empty, _UNREADY)
                 if isinstance(change, NewMode) and runtime.moving:
-                    return refused(
-                        empty, Rejection(RejectionCode.REFUSED, "the robot began to move meanwhile")
-                    )
+                    return refused(empty, _MOVING)
                 runtime.change(change)
-            self._log.info(f"{service.name}: {change.words}")
+            self._log.info(f"{service.name}: {change.text}")
         except HybridDynamicsError as error:
             return refused(empty, rejection_of(error))
         except Exception as error:  # noqa: BLE001 - a call is answered, whatever the fault
-            return refused(
-                empty, Rejection(RejectionCode.INTERNAL, f"fault of the node: {error!r}")
-            )
+            rejection = Rejection(RejectionCode.INTERNAL, f"fault of the node: {error!r}")
+            return refused(empty, rejection)
         return answered
 
-    def _tell(self, service: Service, response: Any, tell: Callable[[Any], None]) -> None:
-        if response.error_code != OK:
-            self._log.warn(
-                (service.name, response.error_code), f"{service.name}: {response.error_text}"
-            )
+    def _give(self, service: Service, response: Any, give: Give) -> None:
+        name, code = service.name, response.error_code
+        if code != OK:
+            self._log.warn((name, code), f"{name}: {response.error_text}")
         try:
-            tell(response)
+            give(response)
         except Exception as error:  # noqa: BLE001 - the client, or the node, may be gone by now
-            self._log.warn(
-                ("undelivered", service.name), f"{service.name}: the answer found nobody: {error}"
-            )
+            text = f"{name}: the answer found nobody: {error}"
+            self._log.warn(("undelivered", name), text)

@@ -22,7 +22,7 @@ from ..messages import conversions
 from ..messages.joint_samples import JointSample, Rejection, RejectionCode, rejection_of
 from ..parameters import INPUT_DEPTH, INPUT_QOS, MAX_GAP, TF_RATE
 from ..stream.filter.filter import StampEvent
-from ..stream.rate_limit import Log
+from ..stream.rate_limit import ThrottledLog
 from ..stream.results import MotionResult
 from ..stream.runtime import Runtime
 from ..stream.topics import topics_of
@@ -40,7 +40,7 @@ _STUCK: Final = 3  # inputs with the same stamp, one after the other
 class Stream:
     """Takes joint states while it is active, and answers each of them on all topics."""
 
-    def __init__(self, node: LifecycleNode, runtime: Runtime, log: Log) -> None:
+    def __init__(self, node: LifecycleNode, runtime: Runtime, log: ThrottledLog) -> None:
         """Create topics on the node."""
         self.active = False
         self._node, self._runtime, self._log = node, runtime, log
@@ -97,9 +97,9 @@ class Stream:
         self._take(1, data)
 
     def _take(self, which: int, data: bytes) -> None:
-        """Answer a message, and all that wait behind it; where there are too many, the newest state wins."""
+        """Answer a message, and all that wait behind it; of too many only the newest state."""
         start = time.perf_counter()
-        if not self.active or self._is_left_out(start):
+        if not self.active or self._is_skipped(start):
             return
         waiting: list[bytes] = []
         if start < self._ended + _BACK_TO_BACK:  # there may be more waiting
@@ -118,11 +118,11 @@ class Stream:
         self._ended = time.perf_counter()
         self._took = self._ended - start
 
-    def _is_left_out(self, now: float) -> bool:
-        """Under overload every second moment is for leaving messages out, which costs little: so none pile up.
+    def _is_skipped(self, now: float) -> bool:
+        """Whether to leave a message out: half the time under overload, so that none pile up.
 
-        Messages that wait hold an event each in the executor, which would otherwise grow without
-        end.
+        Leaving out costs little. Messages that wait hold an event each in the executor, which would
+        otherwise grow without end.
         """
         if not self._overloaded:
             return False
@@ -178,7 +178,7 @@ class Stream:
         return None
 
     def _warn(self, result: MotionResult) -> None:
-        """Log what is out of the ordinary."""
+        """ThrottledLog what is out of the ordinary."""
         # By joint: one must not keep back another's line.
         for joint, text in self._runtime.monitor.beyond(result).items():
             self._log.warn(("limit", joint), text)

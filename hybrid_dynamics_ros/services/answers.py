@@ -12,14 +12,13 @@ from hybrid_dynamics_msgs.msg import ErrorCode
 from hybrid_dynamics_core.errors import HybridDynamicsError
 
 from ..messages.joint_samples import RejectedError, Rejection, RejectionCode, rejection_of
-from ..stream.conditions import Change
-from ..stream.situation import Context
+from ..stream.conditions import ConditionChange
+from .context import ServiceContext
 
 OK: Final[int] = ErrorCode.OK
 
-# Fills the response, whose error_code is OK; returns the change of conditions where the call makes
-# one.
-Answer = Callable[[Context, Any, Any], Change | None]
+# Fills the response, whose error_code is OK; returns the change of conditions that the call makes.
+Answer = Callable[[ServiceContext, Any, Any], ConditionChange | None]
 
 _CODES: Final = {
     RejectionCode.UNREACHABLE: ErrorCode.OUT_OF_REACH,
@@ -39,8 +38,8 @@ def code_of(rejection: Rejection) -> int:
 
 
 def guarded(
-    answer: Answer, context: Context, request: Any, response: Any
-) -> tuple[Any, Change | None]:
+    answer: Answer, context: ServiceContext, request: Any, response: Any
+) -> tuple[Any, ConditionChange | None]:
     """The answer to a request, an error code and text included, whatever happens.
 
     Args:
@@ -50,20 +49,18 @@ def guarded(
         response: empty response message, to be filled.
 
     Returns:
-        The response; where something went wrong an empty one with ``error_code`` and
-        ``error_text``. And the
-        change of conditions that the call makes.
+        The response, and the change of conditions that the call makes. Where something went wrong
+        the response is empty, with ``error_code`` and ``error_text``.
     """
     try:
-        # Numbers near the end of the range overflow somewhere in the model; the answer is checked
-        # instead.
+        # Numbers near the end of the range overflow in the model: the answer is checked instead.
         with np.errstate(all="ignore"):
             return response, answer(context, request, response)
     except RejectedError as error:
         rejection = error.rejection
     except HybridDynamicsError as error:
         rejection = rejection_of(error)
-    except Exception as error:  # noqa: BLE001 - a client waits for an answer, and the node must go on
+    except Exception as error:  # noqa: BLE001 - a client waits, and the node must go on
         rejection = Rejection(RejectionCode.INTERNAL, f"fault of the node: {error!r}")
     return refused(type(response)(), rejection), None
 

@@ -16,13 +16,13 @@ from ..messages.joint_samples import (
     RejectionCode,
     wrong_length,
 )
-from ..stream.conditions import Mass, NewPayload, loads_of
-from ..stream.situation import Context, require_finite
+from ..stream.conditions import NewPayload, PayloadBody, loads_of
+from .context import ServiceContext, require_finite
 from .kinematics import require_frames
 
 
 def inverse_dynamics(
-    context: Context, request: InverseDynamics.Request, response: InverseDynamics.Response
+    context: ServiceContext, request: InverseDynamics.Request, response: InverseDynamics.Response
 ) -> None:
     """Efforts of the active joints for a motion with accelerations."""
     robot, given = context.robot, request.motion
@@ -38,20 +38,17 @@ def inverse_dynamics(
 
 
 def forward_dynamics(
-    context: Context, request: ForwardDynamics.Request, response: ForwardDynamics.Response
+    context: ServiceContext, request: ForwardDynamics.Request, response: ForwardDynamics.Response
 ) -> None:
     """Accelerations of all joints for efforts of the active ones."""
     robot, given = context.robot, request.active_joints
     order = JointOrder(robot.active)
     motion = order.arrange(conversions.sample_of_state(given))
-    # The efforts stand where a sample has positions: names, length and finite numbers are checked
-    # alike.
+    # Efforts in place of positions: names, length and finite numbers are checked alike.
     efforts = conversions.from_field(given.effort)
     if efforts.size != len(given.name):
-        raise RejectedError(
-            RejectionCode.WRONG_LENGTH,
-            wrong_length("effort", efforts.size, len(given.name)),
-        )
+        text = wrong_length("effort", efforts.size, len(given.name))
+        raise RejectedError(RejectionCode.WRONG_LENGTH, text)
     tau = order.arrange(JointSample(0, given.name, efforts)).position
     state = context.close(motion.position, motion.velocity)
     ddu = robot.forward_dynamics(state, tau, context.loads)
@@ -62,26 +59,24 @@ def forward_dynamics(
 
 
 def minimal_form(
-    context: Context, request: MinimalForm.Request, response: MinimalForm.Response
+    context: ServiceContext, request: MinimalForm.Request, response: MinimalForm.Response
 ) -> None:
     """M, C u' and G over the active joints."""
     robot = context.robot
-    motion = JointOrder(robot.active).arrange(conversions.sample_of_state(request.active_joints))
+    motion = context.active_motion(request.active_joints)
     state = context.close(motion.position, motion.velocity)
     inertia, coriolis, gravity = robot.minimal_form(state, context.loads)
     passive = robot.passive_forces(state, context.loads)
     require_finite(inertia, coriolis, gravity, passive)
     response.joints = list(robot.active)
     response.inertia = conversions.to_field(inertia.ravel())
-    response.coriolis, response.gravity = (
-        conversions.to_field(coriolis),
-        conversions.to_field(gravity),
-    )
+    response.coriolis = conversions.to_field(coriolis)
+    response.gravity = conversions.to_field(gravity)
     response.passive = conversions.to_field(passive)
 
 
 def set_payload(
-    context: Context, request: SetPayload.Request, _response: SetPayload.Response
+    context: ServiceContext, request: SetPayload.Request, _response: SetPayload.Response
 ) -> NewPayload:
     """Another payload at a frame, from now on."""
     frame = request.frame or context.robot.end_effector
@@ -92,7 +87,7 @@ def set_payload(
         raise RejectedError(
             RejectionCode.BAD_REQUEST, f"the mass is {inertia.m} kg, expected 0 or more"
         )
-    body = Mass(inertia.m, (com.x, com.y, com.z), moments)
+    body = PayloadBody(inertia.m, (com.x, com.y, com.z), moments)
     change = NewPayload(frame, body)
     try:
         loads_of(context.robot, change.applied(context.situation.conditions))

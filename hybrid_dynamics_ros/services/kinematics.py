@@ -17,11 +17,12 @@ from hybrid_dynamics_core import ClosedState, IKStatus, Pose, Robot
 from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_core.ground.suggestions import no_such_name
 from hybrid_dynamics_core.ground.wording import one_line
+from hybrid_dynamics_core.kinematics.inverse_kinematics import IKResult
 
 from ..messages import conversions
 from ..messages.joint_samples import FloatArray, JointOrder, RejectedError, RejectionCode
-from ..stream.situation import Context, require_finite
-from ..stream.stroke_margins import Strokes
+from ..stream.stroke_margins import StrokeMargins
+from .context import ServiceContext, require_finite
 
 IK_CODES: Final = {
     IKStatus.OUT_OF_REACH: ErrorCode.OUT_OF_REACH,
@@ -31,10 +32,10 @@ IK_CODES: Final = {
 }
 
 
-def solve_fk(context: Context, request: SolveFK.Request, response: SolveFK.Response) -> None:
+def solve_fk(context: ServiceContext, request: SolveFK.Request, response: SolveFK.Response) -> None:
     """Close the loops for given active coordinates; poses of the frames asked for."""
     robot, given = context.robot, request.active_joints
-    motion = JointOrder(robot.active).arrange(conversions.sample_of_state(given))
+    motion = context.active_motion(given)
     state = context.close(motion.position, motion.velocity)
     frames = list(request.frames) or [robot.end_effector]
     require_frames(robot, *frames)
@@ -44,87 +45,85 @@ def solve_fk(context: Context, request: SolveFK.Request, response: SolveFK.Respo
 
     header = Header(stamp=given.header.stamp, frame_id=robot.base_frame)
     response.joint_state = conversions.joint_state(header, robot.coordinates, state.s, velocity)
-    response.poses = [
-        conversions.pose_stamped(header, pose.position, pose.rotation) for pose in poses
-    ]
+    response.poses = [_pose_message(header, pose) for pose in poses]
     response.residual = float(np.max(state.residual))
 
 
-def solve_ik(context: Context, request: SolveIK.Request, response: SolveIK.Response) -> None:
-    """Active coordinates that bring the end effector to a target; the nearest ones beside an error of the search."""
+def _pose_message(header: Header, pose: Pose) -> PoseStamped:
+    return conversions.pose_stamped(header, pose.position, pose.rotation)
+
+
+def solve_ik(context: ServiceContext, request: SolveIK.Request, response: SolveIK.Response) -> None:
+    """Active coordinates that bring the end effector to a target.
+
+    Beside an error of the search the response has the nearest ones.
+    """
+    robot = context.robot
+    header = Header(stamp=request.target.header.stamp, frame_id=robot.base_frame)
+    result = _solution(context, request)
+    state = result.state
+    if state is not None and np.isfinite(state.s).all():
+        response.solution = conversions.joint_state(header, robot.coordinates, state.s)
+        response.loops = list(result.branch)
+        response.branches = list(map(str, result.branch.values()))
+    if result.status is not IKStatus.SOLVED or state is None:
+        response.error_code = IK_CODES.get(result.status, ErrorCode.SINGULAR)
+        response.error_text = " ".join(result.message.split())
+        is_finite = math.isfinite(result.residual)
+        response.residual = float(result.residual) if is_finite else math.nan
+        return
+    require_finite(state.s)
+    solutions = result.solutions
+    response.solutions = [conversions.joint_state(header, robot.active, u) for u in solutions]
+    response.residual = float(result.residual)
+    response.redundant = list(result.redundant)
+
+
+def _solution(context: ServiceContext, request: SolveIK.Request) -> IKResult:
     robot = context.robot
     mask = list(request.mask) or None
     position_only = request.position_only or (mask is not None and not any(mask[3:]))
     target = target_of(robot, request.target, position_only=position_only)
     seed = None
     if request.seed.name or request.seed.position:
-        seed = JointOrder(robot.active).arrange(conversions.sample_of_state(request.seed)).position
-    result = robot.inverse_kinematics(
-        target, seed, request.all_solutions, mask, context.situation.conditions.mode
-    )
-
-    state = result.state
-    header = Header(stamp=request.target.header.stamp, frame_id=robot.base_frame)
-    if state is not None and np.isfinite(state.s).all():
-        response.solution = conversions.joint_state(header, robot.coordinates, state.s)
-        response.loops = list(result.branch)
-        response.branches = [str(mode) for mode in result.branch.values()]
-    if result.status is not IKStatus.SOLVED or state is None:
-        response.error_code = IK_CODES.get(result.status, ErrorCode.SINGULAR)
-        response.error_text = " ".join(result.message.split())
-        response.residual = float(result.residual) if math.isfinite(result.residual) else math.nan
-        return
-    require_finite(state.s)
-    response.solutions = [
-        conversions.joint_state(header, robot.active, u) for u in result.solutions
-    ]
-    response.residual = float(result.residual)
-    response.redundant = list(result.redundant)
+        seed = context.active_motion(request.seed).position
+    return robot.inverse_kinematics(target, seed, request.all_solutions, mask, context.mode)
 
 
 def compute_jacobian(
-    context: Context, request: ComputeJacobian.Request, response: ComputeJacobian.Response
+    context: ServiceContext, request: ComputeJacobian.Request, response: ComputeJacobian.Response
 ) -> None:
     """Jacobian of a frame with respect to the active joints."""
     robot = context.robot
     require_frames(robot, request.frame or robot.end_effector)
-    motion = JointOrder(robot.active).arrange(conversions.sample_of_state(request.active_joints))
-    jacobian = robot.jacobian(
-        context.close(motion.position, motion.velocity), request.frame or None
-    )
+    motion = context.active_motion(request.active_joints)
+    state = context.close(motion.position, motion.velocity)
+    jacobian = robot.jacobian(state, request.frame or None)
     require_finite(jacobian)
     response.joints = list(robot.active)
     response.jacobian = conversions.to_field(jacobian.ravel())
 
 
 def close_loops(
-    context: Context, request: CloseLoops.Request, response: CloseLoops.Response
+    context: ServiceContext, request: CloseLoops.Request, response: CloseLoops.Response
 ) -> None:
     """Full state from any independent set of joints."""
     robot, given = context.robot, request.given
     unknown = [name for name in given.name if name not in robot.coordinates]
     if unknown:
-        raise RejectedError(
-            RejectionCode.BAD_REQUEST,
-            f"there is no joint '{unknown[0]}'; known: {', '.join(robot.coordinates)}",
-        )
+        text = f"there is no joint '{unknown[0]}'; known: {', '.join(robot.coordinates)}"
+        raise RejectedError(RejectionCode.BAD_REQUEST, text)
     sample = conversions.sample_of_motion(given, complete=False)
     motion = JointOrder(given.name).arrange(sample)
-    near = context.situation.conditions.mode
+    near = context.mode
     if request.near.name:
-        near = context.close(
-            JointOrder(robot.active).arrange(conversions.sample_of_state(request.near)).position
-        )
-    rows = (
-        None if part is None else dict(zip(given.name, part.tolist(), strict=True))
-        for part in (motion.position, motion.velocity, motion.acceleration)
-    )
-    values, rates, accelerations = rows
+        near = context.close(context.active_motion(request.near).position)
+    values, rates, accelerations = motion.by_name(given.name)
     try:
-        state = robot.close_given(values or {}, rates, accelerations, near=near)
+        state = robot.close_given(values, rates, accelerations, near=near)
     except InputError as error:
         raise RejectedError(RejectionCode.BAD_REQUEST, one_line(error)) from error
-    dds = state.dds if state.dds is not None else np.full_like(state.s, np.nan)
+    dds = np.full_like(state.s, np.nan) if state.dds is None else state.dds
     require_finite(state.s, state.ds, dds)
     header = Header(stamp=given.header.stamp)
     response.motion = conversions.joint_motion(header, robot.coordinates, state.s, state.ds, dds)
@@ -133,7 +132,7 @@ def close_loops(
 
 def closed_state_message(robot: Robot, state: ClosedState, stamp: Time) -> ClosedStateMessage:
     """What the topic `ClosedStates` sends, as an object."""
-    strokes = Strokes(robot)
+    strokes = StrokeMargins(robot)
     lower, upper = strokes.margins(state.s)
     message = ClosedStateMessage(
         residual=float(state.residual),

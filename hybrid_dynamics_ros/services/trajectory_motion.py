@@ -1,14 +1,14 @@
-"""Trajectories of any independent joints, or of the end effector, as trajectories of the active joints with efforts.
+"""Trajectories of any independent joints, or of the end effector, as ones of the active joints.
 
-Every point is followed from the one before it, so that no loop changes its assembly mode unnoticed,
-and checked against limits and singularities. Knows no ROS.
+Every point is followed from the one before it, so that no loop changes its assembly mode unnoticed.
+It is checked against limits and singularities. Knows no ROS.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -18,22 +18,29 @@ from hybrid_dynamics_core.ground.units import coordinate_unit
 
 from ..messages.joint_samples import (
     FloatArray,
+    OrderedMotion,
     RejectedError,
     Rejection,
     RejectionCode,
     rejection_of,
 )
-from ..stream.stroke_margins import Strokes
+from ..stream.stroke_margins import StrokeMargins
 
-_ROUNDING = 1e-9  # [rad or m] that a limit may be passed by
-
-
-_UNSOLVED = {IKStatus.LIMIT: RejectionCode.LIMIT, IKStatus.SINGULAR: RejectionCode.SINGULAR}
+_ROUNDING: Final = 1e-9  # [rad or m] that a limit may be passed by
+_UNSOLVED: Final = {IKStatus.LIMIT: RejectionCode.LIMIT, IKStatus.SINGULAR: RejectionCode.SINGULAR}
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
-    """Named coordinates over time (N,) [s]: position, velocity and acceleration (N, n); the last two may be None."""
+class SampledTrajectory:
+    """Named coordinates over time.
+
+    Attributes:
+        names: of n coordinates.
+        time: (N,) [s].
+        position: (N, n) [rad or m].
+        velocity: (N, n) [rad/s or m/s], or None.
+        acceleration: (N, n) [rad/s^2 or m/s^2], or None.
+    """
 
     names: tuple[str, ...]
     time: FloatArray
@@ -41,7 +48,7 @@ class Motion:
     velocity: FloatArray | None = None
     acceleration: FloatArray | None = None
 
-    def complete(self) -> Motion:
+    def complete(self) -> SampledTrajectory:
         """With rates and accelerations from splines where they are missing; at rest at both ends.
 
         Raises:
@@ -53,22 +60,20 @@ class Motion:
             )
         late = np.flatnonzero(np.diff(self.time) <= 0.0)
         if late.size:
-            text = (
-                f"point {late[0] + 1} is at {self.time[late[0] + 1]:g} s, expected later than"
-                f" {self.time[late[0]]:g} s"
-            )
-            raise RejectedError(RejectionCode.BAD_REQUEST, text)
+            before = late[0]
+            times = f"{self.time[before + 1]:g} s, expected later than {self.time[before]:g} s"
+            raise RejectedError(RejectionCode.BAD_REQUEST, f"point {before + 1} is at {times}")
         velocity, acceleration = self.velocity, self.acceleration
         if velocity is None:
             spline = _splines().CubicSpline(self.time, self.position, bc_type="clamped")
             velocity, acceleration = spline(self.time, 1), spline(self.time, 2)
         elif acceleration is None:
-            acceleration = _bends(self.time, self.position, velocity)
-        return Motion(self.names, self.time, self.position, velocity, acceleration)
+            acceleration = _hermite_accelerations(self.time, self.position, velocity)
+        return SampledTrajectory(self.names, self.time, self.position, velocity, acceleration)
 
 
 @dataclass(frozen=True, eq=False)
-class Converted:
+class ConvertedTrajectory:
     """Points of the active joints, (k, n) each, as far as they are good.
 
     Attributes:
@@ -90,11 +95,11 @@ class Converted:
 
 def convert(
     robot: Robot,
-    motion: Motion,
+    motion: SampledTrajectory,
     near: ClosedState | None = None,
     loads: Loads | None = None,
     least: float = 0.0,
-) -> Converted:
+) -> ConvertedTrajectory:
     """The motion as one of the active joints, checked point by point; the first bad point ends it.
 
     Args:
@@ -111,9 +116,10 @@ def convert(
     motion = motion.complete()
     if motion.velocity is None or motion.acceleration is None:
         raise AssertionError("a complete motion has rates and accelerations")
-    strokes = Strokes(robot)
+    strokes = StrokeMargins(robot)
     rows: list[list[FloatArray]] = []
-    nearest, problem = 1.0, None
+    nearest = 1.0
+    problem: Rejection | None = None
     for point in zip(motion.position, motion.velocity, motion.acceleration, strict=True):
         try:
             near, ddu = _close(robot, motion.names, point, near)
@@ -126,12 +132,10 @@ def convert(
             problem = _of_point(len(rows), motion, rejection_of(error))
             break
         nearest = min(nearest, float(near.singularity))
-    n = len(robot.active)
-    parts = [np.array([row[k] for row in rows]).reshape(-1, n) for k in range(4)]
-    position, velocity, acceleration, efforts = parts
-    return Converted(
-        motion.time[: len(rows)], position, velocity, acceleration, efforts, nearest, problem
-    )
+    points = np.array(rows).reshape(len(rows), 4, len(robot.active))
+    position, velocity, acceleration, efforts = points.swapaxes(0, 1)
+    time = motion.time[: len(rows)]
+    return ConvertedTrajectory(time, position, velocity, acceleration, efforts, nearest, problem)
 
 
 def path_motion(
@@ -140,8 +144,10 @@ def path_motion(
     poses: Sequence[Pose | FloatArray],
     start: FloatArray,
     near: ClosedState | None = None,
-) -> tuple[Motion, Rejection | None]:
-    """The motion of the active joints along poses of the end effector, each solved from the one before.
+) -> tuple[SampledTrajectory, Rejection | None]:
+    """The motion of the active joints along poses of the end effector.
+
+    Each pose is solved from the one before.
 
     Args:
         robot: the robot.
@@ -156,14 +162,15 @@ def path_motion(
     u = start
     rows: list[FloatArray] = []
     for number, pose in enumerate(poses):
-        found = robot.inverse_kinematics(pose, seed=u, near=near)
-        if found.status is not IKStatus.SOLVED:
-            code = _UNSOLVED.get(found.status, RejectionCode.UNREACHABLE)
-            text = f"point {number} at {time[number]:g} s: {' '.join(found.message.split())}"
-            return Motion(robot.active, time[:number], np.array(rows)), Rejection(code, text)
-        u = found.u
+        result = robot.inverse_kinematics(pose, seed=u, near=near)
+        if result.status is not IKStatus.SOLVED:
+            code = _UNSOLVED.get(result.status, RejectionCode.UNREACHABLE)
+            text = f"point {number} at {time[number]:g} s: {' '.join(result.message.split())}"
+            reached = SampledTrajectory(robot.active, time[:number], np.array(rows))
+            return reached, Rejection(code, text)
+        u = result.u
         rows.append(u)
-    return Motion(robot.active, time, np.array(rows)), None
+    return SampledTrajectory(robot.active, time, np.array(rows)), None
 
 
 def _close(
@@ -172,13 +179,13 @@ def _close(
     position, velocity, acceleration = point
     if names == robot.active:
         return robot.close(position, velocity, near=near), acceleration
-    values, rates, pushes = (dict(zip(names, part.tolist(), strict=True)) for part in point)
-    state = robot.close_given(values, rates, pushes, near=near)
-    dds = state.dds if state.dds is not None else np.full_like(state.s, np.nan)
+    values, rates, accelerations = OrderedMotion(*point).by_name(names)
+    state = robot.close_given(values, rates, accelerations, near=near)
+    dds = np.full_like(state.s, np.nan) if state.dds is None else state.dds
     return state, dds[: state.n]
 
 
-def _require_good(robot: Robot, state: ClosedState, strokes: Strokes, least: float) -> None:
+def _require_good(robot: Robot, state: ClosedState, strokes: StrokeMargins, least: float) -> None:
     for k, name in enumerate(robot.coordinates):
         low, value, high = float(strokes.lower[k]), float(state.s[k]), float(strokes.upper[k])
         if not low - _ROUNDING <= value <= high + _ROUNDING:
@@ -191,19 +198,20 @@ def _require_good(robot: Robot, state: ClosedState, strokes: Strokes, least: flo
         raise RejectedError(RejectionCode.SINGULAR, text)
 
 
-def _of_point(number: int, motion: Motion, rejection: Rejection) -> Rejection:
-    return Rejection(
-        rejection.code, f"point {number} at {motion.time[number]:g} s: {rejection.text}"
-    )
+def _of_point(number: int, motion: SampledTrajectory, rejection: Rejection) -> Rejection:
+    text = f"point {number} at {motion.time[number]:g} s: {rejection.text}"
+    return Rejection(rejection.code, text)
 
 
-def _bends(time: FloatArray, position: FloatArray, velocity: FloatArray) -> FloatArray:
+def _hermite_accelerations(
+    time: FloatArray, position: FloatArray, velocity: FloatArray
+) -> FloatArray:
     """Accelerations of the cubic Hermite spline, the mean of both sides where pieces meet."""
     spline = _splines().CubicHermiteSpline(time, position, velocity)
     before, after = spline(np.nextafter(time, -np.inf), 2), spline(time, 2)
     before[0], after[-1] = after[0], before[-1]
-    bends: FloatArray = 0.5 * (before + after)
-    return bends
+    accelerations: FloatArray = 0.5 * (before + after)
+    return accelerations
 
 
 def _splines() -> Any:

@@ -1,4 +1,4 @@
-"""The process that answers service calls: started by `workers.py`, never by people."""
+"""The process that answers service calls: started by `worker_pool`, never by people."""
 
 from __future__ import annotations
 
@@ -12,19 +12,18 @@ from typing import Final
 
 from hybrid_dynamics_core import Robot
 
-from ..stream.situation import Context
 from .answers import guarded
+from .context import ServiceContext
 from .table import BY_NAME
 
 _NICENESS: Final = 5  # the stream comes first where processors are short
-_LOOK: Final = 0.2  # [s] between two looks whether the node is still there
+_CHECK_PERIOD: Final = 0.2  # [s] between two checks whether the node is still there
 
 
 def main(descriptor: int, parent: int) -> None:
     """Make a robot from what the node sends, then answer jobs until the node is gone."""
-    signal.signal(
-        signal.SIGINT, signal.SIG_IGN
-    )  # Ctrl-C reaches all processes of a terminal: the node ends this one
+    # Ctrl-C reaches all processes of a terminal: the node ends this one.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
     os.nice(_NICENESS)
     connection = Connection(descriptor)
@@ -34,8 +33,8 @@ def main(descriptor: int, parent: int) -> None:
         while True:
             name, request, situation = connection.recv()
             service = BY_NAME[name]
-            response = service.kind.Response()
-            connection.send(guarded(service.answer, Context(robot, situation), request, response))
+            context, response = ServiceContext(robot, situation), service.kind.Response()
+            connection.send(guarded(service.answer, context, request, response))
     except (EOFError, OSError):
         return  # the node is gone
 
@@ -43,7 +42,7 @@ def main(descriptor: int, parent: int) -> None:
 def _end_with(parent: int) -> None:
     """End in the middle of a job, too, where the node was killed."""
     while os.getppid() == parent:
-        time.sleep(_LOOK)
+        time.sleep(_CHECK_PERIOD)
     os._exit(0)
 
 

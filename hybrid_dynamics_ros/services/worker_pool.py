@@ -22,14 +22,14 @@ from typing import Any, Final
 from hybrid_dynamics_core.description.model import RobotDescription
 
 from ..messages.joint_samples import Rejection, RejectionCode
-from ..stream.conditions import Change
+from ..stream.conditions import ConditionChange
 from ..stream.situation import Situation
 from .answers import refused
 from .table import BY_NAME, Lane
 
-Done = Callable[[Any, Change | None], None]
-_START: Final = 60.0  # [s] for a process to import all it needs
-_END: Final = 5.0  # [s] for a thread to see that it is over
+Done = Callable[[Any, ConditionChange | None], None]
+_START_TIMEOUT: Final = 60.0  # [s] for a process to import all it needs
+_END_TIMEOUT: Final = 5.0  # [s] for a thread to see that it is over
 
 
 def _proxy(values: dict[Any, Any]) -> MappingProxyType[Any, Any]:
@@ -41,8 +41,16 @@ ForkingPickler.register(MappingProxyType, lambda proxy: (_proxy, (dict(proxy),))
 
 
 @dataclass(frozen=True)
-class Job:
-    """A call to answer: which service, the request, how things stand, how long it may take [s], whom to tell."""
+class ServiceCall:
+    """A call to answer.
+
+    Attributes:
+        service: its name.
+        request: the request message.
+        situation: how things stand.
+        timeout: how long it may take [s].
+        done: is given the response, and the change that the call makes.
+    """
 
     service: str
     request: Any
@@ -55,7 +63,7 @@ class Job:
         self.done(refused(BY_NAME[self.service].kind.Response(), Rejection(code, text)), None)
 
 
-class Workers:
+class WorkerPool:
     """The processes of one robot."""
 
     def __init__(self, description: RobotDescription) -> None:
@@ -64,7 +72,7 @@ class Workers:
             lane: _Worker(lane.name.lower(), description) for lane in (Lane.SHORT, Lane.LONG)
         }
 
-    def submit(self, lane: Lane, job: Job, most: int) -> None:
+    def submit(self, lane: Lane, job: ServiceCall, most: int) -> None:
         """Have a job done; with ``most`` jobs waiting already it is refused at once."""
         self._lanes[lane].submit(job, most)
 
@@ -81,13 +89,13 @@ class _Worker:
 
     def __init__(self, name: str, description: RobotDescription) -> None:
         self._name, self._description = name, description
-        self._jobs: queue.SimpleQueue[Job | None] = queue.SimpleQueue()
+        self._jobs: queue.SimpleQueue[ServiceCall | None] = queue.SimpleQueue()
         self._stopping = False
         self._start()
         self._thread = threading.Thread(target=self._run, name=f"{name} services", daemon=True)
         self._thread.start()
 
-    def submit(self, job: Job, most: int) -> None:
+    def submit(self, job: ServiceCall, most: int) -> None:
         if self._stopping:
             job.refuse(RejectionCode.NOT_READY, "the node is being cleaned up")
         elif self._jobs.qsize() >= most:
@@ -101,8 +109,8 @@ class _Worker:
         self._process.kill()  # it holds nothing that would have to be saved
 
     def join(self) -> None:
-        self._thread.join(_END)
-        self._process.wait(_END)
+        self._thread.join(_END_TIMEOUT)
+        self._process.wait(_END_TIMEOUT)
         self._connection.close()
 
     def _start(self) -> None:
@@ -143,14 +151,14 @@ class _Worker:
                 job.refuse(
                     RejectionCode.INTERNAL, "the process that worked on this call ended; call again"
                 )
-            except Exception as error:  # noqa: BLE001 - without this thread no call would be answered any more
+            except Exception as error:  # noqa: BLE001 - this thread answers all later calls
                 self._restart()
                 job.refuse(RejectionCode.INTERNAL, f"fault of the node: {error!r}")
 
-    def _work(self, job: Job) -> None:
+    def _work(self, job: ServiceCall) -> None:
         if self._fresh:
             self._connection.send(self._description)
-            if not self._connection.poll(_START):
+            if not self._connection.poll(_START_TIMEOUT):
                 raise EOFError
             self._connection.recv()
             self._fresh = False

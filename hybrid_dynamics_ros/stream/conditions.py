@@ -1,4 +1,4 @@
-"""What may change while the robot stays the same: gravity, payloads, and the assembly modes that the loops are on.
+"""What may change while the robot stays the same: gravity, payloads and assembly modes.
 
 Plain values: they travel to the processes that answer service calls.
 """
@@ -20,8 +20,8 @@ from ..parameters import (
     PAYLOAD_FRAME,
     PAYLOAD_INERTIA,
     PAYLOAD_MASS,
+    NodeSettings,
     Parameter,
-    Settings,
     sensor_rows,
 )
 
@@ -29,8 +29,14 @@ Floats = tuple[float, ...]
 
 
 @dataclass(frozen=True)
-class Mass:
-    """A payload: mass [kg], centre of mass (3,) [m], inertia about it xx, xy, xz, yy, yz, zz [kg m^2], frame axes."""
+class PayloadBody:
+    """A payload, in the axes of its frame.
+
+    Attributes:
+        mass: [kg].
+        com: centre of mass (3,) [m].
+        inertia: about the centre of mass: xx, xy, xz, yy, yz, zz [kg m^2].
+    """
 
     mass: float
     com: Floats
@@ -43,35 +49,49 @@ _PAYLOAD: Final[tuple[Parameter[Any], ...]] = (
     PAYLOAD_COM,
     PAYLOAD_INERTIA,
 )
-_NOTHING: Final = Mass(0.0, (), ())
+_NOTHING: Final = PayloadBody(0.0, (), ())
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """Gravity (3,) [m/s^2] or None for that of the robot file, payloads by frame, and the state whose modes are kept.
+    """What holds now.
 
-    `mode` is None while the loops are on the modes of the robot file.
+    Attributes:
+        gravity: (3,) [m/s^2]; None: that of the robot file.
+        payloads: by frame.
+        mode: a state whose assembly modes are kept; None: those of the robot file.
     """
 
     gravity: Floats | None = None
-    payloads: Mapping[str, Mass] = field(default_factory=dict)
+    payloads: Mapping[str, PayloadBody] = field(default_factory=dict)
     mode: ClosedState | None = None
 
-    def with_payload(self, frame: str, body: Mass) -> Conditions:
+    def with_payload(self, frame: str, body: PayloadBody) -> Conditions:
         """With another payload at a frame; one without mass takes it away."""
-        others = {name: mass for name, mass in self.payloads.items() if name != frame}
-        return replace(self, payloads={**others, frame: body} if body.mass > 0.0 else others)
+        payloads = dict(self.payloads)
+        payloads.pop(frame, None)
+        if body.mass > 0.0:
+            payloads[frame] = body
+        return replace(self, payloads=payloads)
 
     def with_settings(
-        self, settings: Settings, before: Settings | None, end_effector: str
+        self, settings: NodeSettings, before: NodeSettings | None, end_effector: str
     ) -> Conditions:
-        """With gravity and payload of the parameters; what a call has set stays while theirs does not change."""
+        """With gravity and payload of the parameters.
+
+        What a call has set stays while the parameters do not change.
+
+        Args:
+            settings: the parameters.
+            before: those that were taken before, or None.
+            end_effector: frame of the payload where the parameters name none.
+        """
         changed = replace(self, gravity=settings[GRAVITY])
-        if before is not None and all(settings[row] == before[row] for row in _PAYLOAD):
-            return changed
         if before is not None:
+            if all(settings[row] == before[row] for row in _PAYLOAD):
+                return changed
             changed = changed.with_payload(before[PAYLOAD_FRAME] or end_effector, _NOTHING)
-        body = Mass(settings[PAYLOAD_MASS], settings[PAYLOAD_COM], settings[PAYLOAD_INERTIA])
+        body = PayloadBody(settings[PAYLOAD_MASS], settings[PAYLOAD_COM], settings[PAYLOAD_INERTIA])
         return changed.with_payload(settings[PAYLOAD_FRAME] or end_effector, body)
 
 
@@ -80,20 +100,18 @@ class NewPayload:
     """A change that a call makes: another payload at a frame."""
 
     frame: str
-    body: Mass
+    body: PayloadBody
 
     def applied(self, conditions: Conditions) -> Conditions:
         """The conditions with it."""
         return conditions.with_payload(self.frame, self.body)
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """What it is, for the log."""
-        return (
-            f"{self.body.mass:g} kg at {self.frame}"
-            if self.body.mass > 0.0
-            else f"nothing at {self.frame}"
-        )
+        if self.body.mass > 0.0:
+            return f"{self.body.mass:g} kg at {self.frame}"
+        return f"nothing at {self.frame}"
 
 
 @dataclass(frozen=True)
@@ -107,12 +125,12 @@ class NewMode:
         return replace(conditions, mode=self.mode)
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """What it is, for the log."""
         return ", ".join(f"{loop} {name}" for loop, name in self.mode.branch.items())
 
 
-Change = NewPayload | NewMode
+ConditionChange = NewPayload | NewMode
 
 
 def loads_of(robot: Robot, conditions: Conditions) -> Loads:
@@ -131,10 +149,16 @@ def loads_of(robot: Robot, conditions: Conditions) -> Loads:
     return loads
 
 
-def calibration_of(settings: Settings, joints: tuple[str, ...]) -> Calibration | None:
+def calibration_of(settings: NodeSettings, joints: tuple[str, ...]) -> Calibration | None:
     """What the sensors need; None where they read the coordinates themselves."""
-    table = [[settings[row] for row in sensor_rows(joint)] for joint in joints]
-    offset, sign, scale = np.array(table, dtype=np.float64).T
-    if not offset.any() and (sign * scale == 1.0).all():
+    rows = [_sensor(settings, joint) for joint in joints]
+    offset, sign, scale = np.array(rows, dtype=np.float64).T
+    factor = sign * scale
+    if not offset.any() and (factor == 1.0).all():
         return None
-    return Calibration(offset, sign * scale)
+    return Calibration(offset, factor)
+
+
+def _sensor(settings: NodeSettings, joint: str) -> list[float]:
+    """Offset, sign and scale."""
+    return [settings[parameter] for parameter in sensor_rows(joint)]

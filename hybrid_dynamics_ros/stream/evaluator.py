@@ -1,4 +1,4 @@
-"""From the motion of the measured joints to the full state and the efforts: sample after sample, or rows of them.
+"""From the motion of the measured joints to the full state and the efforts.
 
 Knows no ROS. A live node and a tool that reads recordings run the same code. What comes out
 depends only on the samples before, in their order.
@@ -24,7 +24,9 @@ _RESTARTS = (StampEvent.FIRST, StampEvent.BACKWARD, StampEvent.GAP)
 
 
 class MotionEvaluator:
-    """Calibrates, estimates rates, closes the loops and evaluates the model, for one stream of samples.
+    """Calibrates, estimates rates, closes the loops and evaluates the model, for one stream.
+
+    A call takes one sample, or rows of samples.
 
     Attributes:
         robot: the robot.
@@ -257,21 +259,12 @@ class MotionEvaluator:
         if self._measures_active:
             state = self.robot.close(motion.position, motion.velocity, near=near)
         else:
-            state = self._close_measured(motion, near)
+            values, rates, accelerations = motion.by_name(self.measured)
+            state = self.robot.close_given(values, rates, accelerations, near=near)
         self._near = state
         if self._measures_active or motion.acceleration is None or state.dds is None:
             return state, motion.acceleration
         return state, state.dds[: state.n]
-
-    def _close_measured(self, motion: OrderedMotion, near: ClosedState | None) -> ClosedState:
-        values = dict(zip(self.measured, motion.position.tolist(), strict=True))
-        rates, accelerations = self._by_name(motion.velocity), self._by_name(motion.acceleration)
-        return self.robot.close_given(values, rates, accelerations, near=near)
-
-    def _by_name(self, values: FloatArray | None) -> dict[str, float] | None:
-        if values is None:
-            return None
-        return dict(zip(self.measured, values.tolist(), strict=True))
 
 
 def _same(one: Calibration | None, other: Calibration | None) -> bool:

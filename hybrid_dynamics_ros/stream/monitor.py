@@ -6,6 +6,7 @@ import time
 from collections import deque
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Final
 
 import numpy as np
 
@@ -19,13 +20,14 @@ from ..parameters import (
     SINGULARITY_WARN,
     STROKE_ERROR,
     STROKE_WARN,
-    Settings,
+    NodeSettings,
 )
 from .pipeline import Counts
 from .results import MotionResult
-from .stroke_margins import Strokes
+from .stroke_margins import StrokeMargins
 
-_KEPT = 4096  # latencies between two reports, the newest of them
+_MOST_LATENCIES: Final = 4096  # between two reports, the newest of them
+_ENDS: Final = ("lower", "upper")
 
 
 class Level(IntEnum):
@@ -38,7 +40,7 @@ class Level(IntEnum):
 
 
 @dataclass(frozen=True)
-class Entry:
+class StatusEntry:
     """One line of a report: name, value as text, how bad it is."""
 
     name: str
@@ -49,13 +51,14 @@ class Entry:
 class Monitor:
     """Collects while messages flow; reports now and then."""
 
-    def __init__(self, strokes: Strokes) -> None:
+    def __init__(self, strokes: StrokeMargins) -> None:
         self.skipped = 0  # inputs left out because they came faster than they could be answered
         self.lost = 0  # messages that the middleware threw away
         self.last_error = ""
         self._strokes = strokes
-        self._latencies: deque[float] = deque(maxlen=_KEPT)
-        self._received = self._rejected = 0  # at the last report
+        self._latencies: deque[float] = deque(maxlen=_MOST_LATENCIES)
+        self._received = 0  # at the last report
+        self._rejected = 0
         self._reported = time.monotonic()
 
     def answered(self, latency: float) -> None:
@@ -67,8 +70,8 @@ class Monitor:
         self.last_error = f"{rejection.code.value}: {rejection.text}"
 
     def report(
-        self, result: MotionResult | None, counts: Counts, now_ns: int, settings: Settings
-    ) -> list[Entry]:
+        self, result: MotionResult | None, counts: Counts, now_ns: int, settings: NodeSettings
+    ) -> list[StatusEntry]:
         """How things are since the last report.
 
         Args:
@@ -80,81 +83,71 @@ class Monitor:
         entries = [*self._traffic(counts, settings), *self._timing(result, now_ns, settings)]
         if result is not None:
             entries += self._geometry(result, settings)
-        return [*entries, Entry("last error", self.last_error or "none")]
+        return [*entries, StatusEntry("last error", self.last_error or "none")]
 
     def beyond(self, result: MotionResult) -> dict[str, str]:
-        """Each joint that is beyond its limit, in words."""
-        told: dict[str, str] = {}
-        if self._strokes.within(result.position):
-            return told
-        for end, left in zip(
-            ("lower", "upper"), self._strokes.margins(result.position), strict=True
-        ):
-            for k in np.flatnonzero(left < 0.0).tolist():
-                name, unit = self._strokes.joints[k], self._strokes.units[k]
-                told[name] = (
-                    f"{name} is beyond its {end} limit by {-left[k]:.4g} {unit}; it is answered"
-                )
-        return told
+        """A text for each joint that is beyond its limit."""
+        texts: dict[str, str] = {}
+        strokes = self._strokes
+        if strokes.within(result.position):
+            return texts
+        for end, margins in zip(_ENDS, strokes.margins(result.position), strict=True):
+            for k in np.flatnonzero(margins < 0.0).tolist():
+                name, excess = strokes.joints[k], f"{-margins[k]:.4g} {strokes.units[k]}"
+                texts[name] = f"{name} is beyond its {end} limit by {excess}; it is answered"
+        return texts
 
-    def _traffic(self, counts: Counts, settings: Settings) -> list[Entry]:
-        now = time.monotonic()
-        received, rejected = (
-            counts.received - self._received,
-            counts.rejected.total() - self._rejected,
-        )
+    def _traffic(self, counts: Counts, settings: NodeSettings) -> list[StatusEntry]:
+        now, total = time.monotonic(), counts.rejected.total()
+        received, rejected = counts.received - self._received, total - self._rejected
         rate = received / max(now - self._reported, 1e-3)
-        self._received, self._rejected, self._reported = (
-            counts.received,
-            counts.rejected.total(),
-            now,
-        )
+        self._received, self._rejected, self._reported = counts.received, total, now
         return [
-            Entry(
-                "rate [Hz]", f"{rate:.1f}", Level.WARN if rate < settings[LEAST_RATE] else Level.OK
-            ),
-            Entry("received", str(counts.received), Level.OK if received else Level.STALE),
-            Entry(
-                "rejected since last report", str(rejected), Level.WARN if rejected else Level.OK
-            ),
-            Entry("counts", counts.summary()),
-            Entry("lost in the queue", str(self.lost)),
-            Entry("left out under overload", str(self.skipped)),
+            StatusEntry("rate [Hz]", f"{rate:.1f}", _warn_if(rate < settings[LEAST_RATE])),
+            StatusEntry("received", str(counts.received), Level.OK if received else Level.STALE),
+            StatusEntry("rejected since last report", str(rejected), _warn_if(rejected > 0)),
+            StatusEntry("counts", counts.summary()),
+            StatusEntry("lost in the queue", str(self.lost)),
+            StatusEntry("left out under overload", str(self.skipped)),
         ]
 
-    def _timing(self, result: MotionResult | None, now_ns: int, settings: Settings) -> list[Entry]:
+    def _timing(
+        self, result: MotionResult | None, now_ns: int, settings: NodeSettings
+    ) -> list[StatusEntry]:
         entries = []
         if result is not None:
             age = (now_ns - result.stamp_ns) * 1e-9
             old = abs(age) > settings[LATEST_AGE]  # from the future as well: then clocks differ
-            entries.append(
-                Entry("age of the stamp [s]", f"{age:.6f}", Level.WARN if old else Level.OK)
-            )
+            entries.append(StatusEntry("age of the stamp [s]", f"{age:.6f}", _warn_if(old)))
         if self._latencies:
             middle, late = np.percentile(self._latencies, (50.0, 99.0)).tolist()
             slow = late > settings[LATENCY]
-            entries.append(Entry("latency, median [s]", f"{middle:.6f}"))
-            entries.append(
-                Entry("latency, 99 % [s]", f"{late:.6f}", Level.WARN if slow else Level.OK)
-            )
+            entries.append(StatusEntry("latency, median [s]", f"{middle:.6f}"))
+            entries.append(StatusEntry("latency, 99 % [s]", f"{late:.6f}", _warn_if(slow)))
             self._latencies.clear()
         return entries
 
-    def _geometry(self, result: MotionResult, settings: Settings) -> list[Entry]:
-        bad = result.residual > settings[RESIDUAL]
-        entries = [Entry("residual", f"{result.residual:.3g}", Level.ERROR if bad else Level.OK)]
+    def _geometry(self, result: MotionResult, settings: NodeSettings) -> list[StatusEntry]:
+        is_open = result.residual > settings[RESIDUAL]
+        residual_level = Level.ERROR if is_open else Level.OK
+        entries = [StatusEntry("residual", f"{result.residual:.3g}", residual_level)]
         near, loop = result.nearest
         level = _below(near, settings[SINGULARITY_WARN], settings[SINGULARITY_ERROR])
-        entries.append(Entry("singularity margin", f"{near:.4g} {loop}".strip(), level))
+        entries.append(StatusEntry("singularity margin", f"{near:.4g} {loop}".strip(), level))
         if self._strokes.joints:
             margins = np.minimum(*self._strokes.margins(result.position))
-            k = int(np.argmin(margins))
-            level = _below(float(margins[k]), settings[STROKE_WARN], settings[STROKE_ERROR])
-            entries.append(
-                Entry("stroke margin", f"{margins[k]:.4g} {self._strokes.joints[k]}", level)
-            )
+            least = int(np.argmin(margins))
+            margin, joint = float(margins[least]), self._strokes.joints[least]
+            level = _below(margin, settings[STROKE_WARN], settings[STROKE_ERROR])
+            entries.append(StatusEntry("stroke margin", f"{margin:.4g} {joint}", level))
         return entries
 
 
+def _warn_if(condition: bool) -> Level:
+    return Level.WARN if condition else Level.OK
+
+
 def _below(value: float, warn: float, error: float) -> Level:
-    return Level.ERROR if value < error else Level.WARN if value < warn else Level.OK
+    if value < error:
+        return Level.ERROR
+    return _warn_if(value < warn)

@@ -1,4 +1,4 @@
-"""From a sample of joints by name to a result or a rejection, and what happened to the samples so far.
+"""From a sample of joints by name to a result or a rejection, and counts of both.
 
 Knows no ROS.
 """

@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 from bisect import bisect_left
 from collections.abc import Hashable
-from typing import Protocol
+from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-_LARGEST = 2**63 - 1  # of NumPy's integers
+_LARGEST: Final = 2**63 - 1  # of NumPy's integers
 
 
 class Throttle:
@@ -23,7 +23,7 @@ class Throttle:
         self._held: dict[Hashable, int] = {}
 
     def admit(self, kind: Hashable, now: float) -> int | None:
-        """Number of lines of this kind held back since the last one, or None if this one is held back.
+        """Number of lines of this kind held back since the last one; None if this one is too.
 
         Args:
             kind: what the line is about; the number of kinds must be bounded.
@@ -47,7 +47,7 @@ class Logger(Protocol):
         """Log a line."""
 
 
-class Log:
+class ThrottledLog:
     """Warnings of each kind at a limited rate, and what changed."""
 
     def __init__(self, logger: Logger, period: float) -> None:
@@ -58,15 +58,18 @@ class Log:
     def warn(self, kind: Hashable, text: str) -> None:
         """Log a line, unless one of its kind was logged just now."""
         held = self.throttle.admit(kind, time.monotonic())
-        if held is not None:
-            self._logger.warning(text + (f" (and {held} like this before)" if held else ""))
+        if held is None:
+            return
+        if held:
+            text = f"{text} (and {held} like this before)"
+        self._logger.warning(text)
 
     def info(self, text: str) -> None:
         """Log a change. None is held back: the last line about a thing says how it is."""
         self._logger.info(text)
 
 
-class Pace:
+class RateLimit:
     """Picks messages so that no more than a rate come through, by their stamps."""
 
     def __init__(self) -> None:
@@ -74,45 +77,56 @@ class Pace:
         self._last = 0
 
     def due(self, stamp_ns: int, rate: float) -> bool:
-        """Whether the message with this stamp [ns] goes out at this rate [Hz]; 0: all do, below: none."""
+        """Whether a message goes out.
+
+        Args:
+            stamp_ns: its stamp [ns].
+            rate: [Hz]; 0: all go out, below: none.
+        """
         if rate <= 0.0:
             return rate == 0.0
         period = _period(rate)
-        early = stamp_ns < self._next and stamp_ns >= self._last  # an earlier stamp starts anew
+        early = self._last <= stamp_ns < self._next  # an earlier stamp starts anew
         self._last = stamp_ns
         if early:
             return False
-        behind = stamp_ns - self._next
         # On a grid of periods, so that jitter of the stamps does not lower the rate.
-        self._next = self._next + period if 0 <= behind < period else stamp_ns + period
+        on_grid = stamp_ns - self._next < period and stamp_ns >= self._next
+        self._next = self._next + period if on_grid else stamp_ns + period
         return True
 
     def due_rows(self, stamps_ns: NDArray[np.int64], rate: float) -> NDArray[np.intp]:
-        """Which of many messages, one after the other, go out: what `due` says of each."""
+        """Which of many messages, one after the other, go out: what `due` says of each.
+
+        Args:
+            stamps_ns: their stamps (N,) [ns].
+            rate: [Hz]; 0: all go out, below: none.
+        """
         if rate <= 0.0:
             return np.arange(len(stamps_ns) if rate == 0.0 else 0)
         if not len(stamps_ns) or stamps_ns[0] < self._last or (np.diff(stamps_ns) < 0).any():
             return np.flatnonzero([self.due(stamp, rate) for stamp in stamps_ns.tolist()])
         period = _period(rate)
-        steps = min((int(stamps_ns[-1]) - self._next) // period + 1, len(stamps_ns))
-        if self._next + period * max(steps, 1) > _LARGEST:
+        periods = (int(stamps_ns[-1]) - self._next) // period + 1
+        count = min(periods, len(stamps_ns))
+        if self._next + period * max(count, 1) > _LARGEST:
             return self._one_by_one(stamps_ns.tolist(), rate)
-        grid = self._next + period * np.arange(steps)
-        found = np.searchsorted(stamps_ns, grid)
-        if not (stamps_ns[found] - grid < period).all():
+        grid = self._next + period * np.arange(count)
+        rows = np.searchsorted(stamps_ns, grid)
+        if not (stamps_ns[rows] - grid < period).all():
             return self._one_by_one(stamps_ns.tolist(), rate)
-        self._next += period * len(grid)  # no step of the grid was left out
+        self._next += period * len(grid)  # no point of the grid was left out
         self._last = int(stamps_ns[-1])
-        return found
+        return rows
 
     def _one_by_one(self, stamps_ns: list[int], rate: float) -> NDArray[np.intp]:
         """`due_rows` of stamps that rise: all before the next one are early."""
         rows: list[int] = []
-        at = bisect_left(stamps_ns, self._next)
-        while at < len(stamps_ns):
-            self.due(stamps_ns[at], rate)
-            rows.append(at)
-            at = bisect_left(stamps_ns, self._next, at + 1)
+        row = bisect_left(stamps_ns, self._next)
+        while row < len(stamps_ns):
+            self.due(stamps_ns[row], rate)
+            rows.append(row)
+            row = bisect_left(stamps_ns, self._next, row + 1)
         self._last = stamps_ns[-1]
         return np.array(rows, dtype=np.intp)
 

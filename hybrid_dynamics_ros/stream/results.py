@@ -23,8 +23,8 @@ OneOrRows = Any  # of one sample a number, of N rows an array (N,)
 class MotionResult:
     """All that one sample says about the robot, or N rows of samples of which the same is known.
 
-    Coordinates are in the order of ``robot.coordinates``. Arrays are read-only. Of N rows every
-    array has a leading N.
+    Coordinates are in the order of ``robot.coordinates``. Arrays are read-only; of N rows each has
+    a leading N.
 
     Attributes:
         robot, loads: what the result was computed with.
@@ -34,7 +34,8 @@ class MotionResult:
         velocity: rates of all coordinates, (n_s,) [rad/s or m/s]; None until they are known.
         efforts: what the active joints must give, (n,) [N m or N]; None until accelerations are
             known.
-        residual: largest error of the loop equations, in lengths of the loop or [rad]; of rows (N,).
+        residual: largest error of the loop equations, in lengths of the loop or [rad]; of rows
+            (N,).
         distances: of each loop to its nearest singularity, (loops,).
         branch: assembly mode of each loop by name, the same for all rows.
         event: what the stamp meant to the filter; None where it was not asked, and of rows.
@@ -103,13 +104,14 @@ class MotionResult:
         """Some of the N rows, in the order of `which`; the result itself where those are all."""
         if len(which) == len(self.position):
             return self
+        active = self.active
         return replace(
             self,
             stamp_ns=self.stamp_ns[which],
             active=OrderedMotion(
-                self.active.position[which],
-                _rows_of(self.active.velocity, which),
-                _rows_of(self.active.acceleration, which),
+                active.position[which],
+                _rows_of(active.velocity, which),
+                _rows_of(active.acceleration, which),
             ),
             position=self.position[which],
             velocity=_rows_of(self.velocity, which),
@@ -121,20 +123,19 @@ class MotionResult:
 
     def goes_with(self, other: MotionResult) -> bool:
         """Whether both can be rows of one result."""
-        pairs = (
-            (self.velocity, other.velocity),
-            (self.efforts, other.efforts),
-            (self.active.acceleration, other.active.acceleration),
-        )
-        alike = all((one is None) == (two is None) for one, two in pairs)
-        return alike and self.branch == other.branch
+        return self._given == other._given and self.branch == other.branch
+
+    @property
+    def _given(self) -> tuple[bool, bool, bool]:
+        """Whether velocity, acceleration and efforts are there."""
+        acceleration = self.active.acceleration
+        return self.velocity is not None, acceleration is not None, self.efforts is not None
 
     @staticmethod
     def joined(results: Sequence[MotionResult]) -> MotionResult:
         """Results of single samples that go together, as rows."""
-        first = results[0]
         return replace(
-            first,
+            results[0],
             stamp_ns=np.array([result.stamp_ns for result in results], dtype=np.int64),
             active=OrderedMotion(
                 np.array([result.active.position for result in results]),
@@ -156,5 +157,4 @@ def _rows_of(values: FloatArray | None, which: NDArray[np.intp]) -> FloatArray |
 
 
 def _stacked(values: Sequence[FloatArray | None]) -> FloatArray | None:
-    known = [part for part in values if part is not None]
-    return np.array(known) if known else None
+    return None if values[0] is None else np.array(values)

@@ -1,4 +1,4 @@
-"""Everything that belongs to one configured robot: made whole at configure, thrown away whole at cleanup.
+"""Everything that belongs to one configured robot: made at configure, thrown away at cleanup.
 
 Knows no rclpy.
 """
@@ -21,39 +21,39 @@ from ..parameters import (
     MEASURED,
     PAYLOAD_FRAME,
     STILL,
+    NodeSettings,
     ParameterError,
-    Settings,
 )
-from .conditions import Change, Conditions, calibration_of, loads_of
+from .conditions import ConditionChange, Conditions, calibration_of, loads_of
 from .monitor import Monitor
 from .pipeline import Pipeline
 from .results import MotionResult
 from .situation import Situation
-from .stroke_margins import Strokes
+from .stroke_margins import StrokeMargins
 
 
 class Runtime:
-    """One robot at work: pipeline, conditions, settings, and what was seen last."""
+    """One robot at work: pipeline, conditions, settings, and the newest result."""
 
-    def __init__(self, robot: Robot, settings: Settings) -> None:
-        """Make it, and have the robot's code generated now, not while the first message waits for it.
+    def __init__(self, robot: Robot, settings: NodeSettings) -> None:
+        """Make it, and have the robot's code generated before the first message waits for it.
 
         Raises:
             HybridDynamicsError: the measured joints do not determine the others, or the payload is
-            none.
+                none.
             ParameterError: a parameter does not go with this robot.
         """
         self.robot = robot
         self.settings = settings
         measured = settings[MEASURED] or robot.active
-        _require_known("measured", "joint", measured, robot.coordinates)
+        _require_names("measured", "joint", measured, robot.coordinates)
         self.pipeline = Pipeline(robot, settings[BANDWIDTH], settings[MAX_GAP], measured)
         self.evaluator = self.pipeline.evaluator
-        self.monitor = Monitor(Strokes(robot))
+        self.monitor = Monitor(StrokeMargins(robot))
         self.lock = threading.RLock()  # the stream and calls that change something take turns
         self.result: MotionResult | None = None
         self.conditions = Conditions()
-        self._taken: Settings | None = None
+        self._taken: NodeSettings | None = None
         self.take(settings)
         self._warm_up()
 
@@ -62,7 +62,7 @@ class Runtime:
         """Joints that the input gives."""
         return self.evaluator.measured
 
-    def problem(self, settings: Settings) -> str:
+    def problem(self, settings: NodeSettings) -> str:
         """Why the robot cannot work with these settings, or ""."""
         try:
             self._conditions(settings)
@@ -70,13 +70,13 @@ class Runtime:
             return one_line(error)
         return ""
 
-    def _conditions(self, settings: Settings) -> tuple[Conditions, Loads]:
+    def _conditions(self, settings: NodeSettings) -> tuple[Conditions, Loads]:
         frame = settings[PAYLOAD_FRAME] or self.robot.end_effector
-        _require_known(PAYLOAD_FRAME.name, "frame", (frame,), self.robot.frames)
+        _require_names(PAYLOAD_FRAME.name, "frame", (frame,), self.robot.frames)
         conditions = self.conditions.with_settings(settings, self._taken, self.robot.end_effector)
         return conditions, loads_of(self.robot, conditions)
 
-    def take(self, settings: Settings) -> None:
+    def take(self, settings: NodeSettings) -> None:
         """Work with these settings from now on.
 
         Raises:
@@ -86,7 +86,7 @@ class Runtime:
         with self.lock:
             self._take(settings)
 
-    def _take(self, settings: Settings) -> None:
+    def _take(self, settings: NodeSettings) -> None:
         conditions, loads = self._conditions(settings)
         self.evaluator.loads = loads
         self.evaluator.calibrate(calibration_of(settings, self.measured))
@@ -94,12 +94,12 @@ class Runtime:
             self.evaluator.set_filter(settings[BANDWIDTH], settings[MAX_GAP])
         self.conditions, self.settings, self._taken = conditions, settings, settings
 
-    def prepare(self, change: Change) -> None:
+    def prepare(self, change: ConditionChange) -> None:
         """Have the code for a change generated while the stream goes on."""
         self._generate(loads_of(self.robot, change.applied(self.conditions)))
 
-    def change(self, change: Change) -> None:
-        """Work under changed conditions from now on; they were checked by whoever made the change."""
+    def change(self, change: ConditionChange) -> None:
+        """Work under changed conditions from now on; whoever made the change has checked them."""
         with self.lock:
             conditions = change.applied(self.conditions)
             self.evaluator.loads = loads_of(self.robot, conditions)
@@ -114,7 +114,10 @@ class Runtime:
 
     @property
     def moving(self) -> bool:
-        """Whether a joint moved at the newest input; one whose rate is not known counts as moving."""
+        """Whether a joint moved at the newest input.
+
+        One whose rate is not known counts as moving.
+        """
         if self.result is None:
             return False
         rates = self.result.velocity
@@ -122,16 +125,17 @@ class Runtime:
 
     def situation(self) -> Situation:
         """How things stand, for whoever answers a call."""
+        result = self.result
         return Situation(
             conditions=self.conditions,
             settings=self.settings,
             measured=self.measured,
-            newest=None if self.result is None else self.result.active.position,
+            newest=None if result is None else result.active.position,
             moving=self.moving,
         )
 
     def reset(self) -> None:
-        """Forget what was seen; the counts stay."""
+        """Forget the samples so far; the counts stay."""
         self.evaluator.reset()
         self.result = None
 
@@ -141,16 +145,12 @@ class Runtime:
         robot.forward_kinematics(state)
         robot.jacobian(state)
         robot.hydraulics(state, np.zeros(state.n))
-        bare, frame = (
-            loads_of(robot, Conditions(gravity=self.conditions.gravity)),
-            self.settings[PAYLOAD_FRAME],
-        )
-        for loads in (
-            bare,
-            bare.with_payload(Payload(1.0), frame or robot.end_effector),
-            self.evaluator.loads,
-        ):
-            self._generate(loads)  # what parameters may bring while messages flow
+        bare = loads_of(robot, Conditions(gravity=self.conditions.gravity))
+        frame = self.settings[PAYLOAD_FRAME] or robot.end_effector
+        loaded = bare.with_payload(Payload(1.0), frame)
+        # What parameters may bring while messages flow.
+        for loads in (bare, loaded, self.evaluator.loads):
+            self._generate(loads)
 
     def _generate(self, loads: Loads) -> None:
         self.evaluator.prepare(loads)
@@ -158,11 +158,11 @@ class Runtime:
         self.robot.reactions(state, np.zeros(state.n), loads)
 
 
-def _require_known(
-    parameter: str, kind: str, names: tuple[str, ...], known: tuple[str, ...]
+def _require_names(
+    parameter: str, kind: str, names: tuple[str, ...], allowed: tuple[str, ...]
 ) -> None:
     for name in names:
-        if name not in known:
-            raise ParameterError(f"parameter {parameter}: {no_such_name(kind, name, known)}")
+        if name not in allowed:
+            raise ParameterError(f"parameter {parameter}: {no_such_name(kind, name, allowed)}")
         if names.count(name) > 1:
             raise ParameterError(f"parameter {parameter}: joint '{name}' is named twice")

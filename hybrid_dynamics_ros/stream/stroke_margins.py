@@ -1,4 +1,4 @@
-"""What is left of strokes and angles that end. Knows no ROS."""
+"""Margins to the ends of strokes and of limited angles. Knows no ROS."""
 
 from __future__ import annotations
 
@@ -10,34 +10,54 @@ from hybrid_dynamics_core.ground.units import coordinate_unit
 from ..messages.joint_samples import FloatArray
 
 
-class Strokes:
-    """Joints whose motion ends somewhere, and what is left to both ends."""
+class StrokeMargins:
+    """Joints whose motion ends somewhere, and their margins to both ends.
+
+    Attributes:
+        lower, upper: limits of all coordinates (n_s,) [rad or m].
+        joints: those with a finite limit, (k,).
+        units: of their coordinates.
+    """
 
     def __init__(self, robot: Robot) -> None:
         self.lower, self.upper = joint_limits(robot)
-        self._places = np.flatnonzero(np.isfinite(self.lower) | np.isfinite(self.upper))
+        has_end = np.isfinite(self.lower) | np.isfinite(self.upper)
+        self._places = np.flatnonzero(has_end)
         self.joints = tuple(robot.coordinates[k] for k in self._places)
         self.units = tuple(coordinate_unit(robot.joint_types[name]) for name in self.joints)
-        self._ends = self.lower[self._places], self.upper[self._places]
-        self._rows = tuple(
-            zip(self._places.tolist(), *(ends.tolist() for ends in self._ends), strict=True)
-        )
+        self._lower = self.lower[self._places]
+        self._upper = self.upper[self._places]
+        ends = (self._places.tolist(), self._lower.tolist(), self._upper.tolist())
+        self._rows = tuple(zip(*ends, strict=True))
 
     def within(self, s: FloatArray) -> bool:
-        """Whether all of ``joints`` of s (n_s,) are within their limits; in plain floats, as every input is asked."""
-        told = s.tolist()
-        return all(low <= told[k] <= high for k, low, high in self._rows)
+        """Whether all of ``joints`` are within their limits.
+
+        Args:
+            s: all coordinates of one state (n_s,) [rad or m].
+        """
+        values = s.tolist()  # in plain floats, as every input is asked
+        return all(low <= values[k] <= high for k, low, high in self._rows)
 
     def margins(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """To the lower and the upper end of each of ``joints`` [rad or m], (k,) or (N, k), negative beyond it."""
-        here = s[..., self._places]
-        return here - self._ends[0], self._ends[1] - here
+        """To the lower and the upper end of each of ``joints``, negative beyond it.
+
+        Args:
+            s: all coordinates, (n_s,) or (N, n_s) [rad or m].
+
+        Returns:
+            Two arrays (k,) or (N, k) [rad or m].
+        """
+        values = s[..., self._places]
+        return values - self._lower, self._upper - values
 
 
 def joint_limits(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Lower and upper limits of all coordinates (n_s,) [rad or m]; of active ones within what closes."""
-    told = np.array(
-        [robot.description.joints[name].limits for name in robot.coordinates], dtype=np.float64
-    )
-    told[: len(robot.active)] = robot.limits
-    return told[:, 0], told[:, 1]
+    """Lower and upper limits of all coordinates (n_s,) [rad or m].
+
+    Those of active coordinates are within the range in which the loops close.
+    """
+    joints = robot.description.joints
+    limits = np.array([joints[name].limits for name in robot.coordinates], dtype=np.float64)
+    limits[: len(robot.active)] = robot.limits
+    return limits[:, 0], limits[:, 1]

@@ -1,4 +1,4 @@
-"""What goes out for each input: a class for each topic, with the layout of its messages and their numbers.
+"""What goes out for each input: a class for each topic, which lays out its messages and fills them.
 
 The same class fills the message of one sample for the live node, and the messages of many rows for
 a bag. Messages are filled in as bytes (`cdr`), which costs a fifth of a message object; the names
@@ -18,21 +18,21 @@ from hybrid_dynamics_core import CylinderState, Robot
 from hybrid_dynamics_core.algebra.rotations import quaternion
 from hybrid_dynamics_core.dynamics.reactions import PinReaction
 
-from ..messages.cdr import Template
+from ..messages.cdr import MessageTemplate
 from ..messages.interfaces import JOINT_STATE
 from ..messages.joint_samples import FloatArray
 from ..messages.joint_state_layout import joint_state_template
 from ..messages.link_transforms import LinkTransforms
 from ..parameters import TF_RATE, TOPIC_RATES, Parameter
 from .results import MotionResult
-from .stroke_margins import Strokes
+from .stroke_margins import StrokeMargins
 
 Rows = NDArray[np.intp]
 Values = Sequence[NDArray[Any] | float]  # of the slots of a template, in their order
-Message = tuple[Template, Values]
+Message = tuple[MessageTemplate, Values]
 
 
-class Topic:
+class OutputTopic:
     """One topic of a robot.
 
     Attributes:
@@ -68,7 +68,7 @@ class Topic:
         return template.fill(result.stamp_ns, values)
 
 
-class JointStates(Topic):
+class JointStates(OutputTopic):
     """All joints: position, velocity, and the effort of the drives, zero where nothing drives."""
 
     name, kind = "joint_states", JOINT_STATE
@@ -119,7 +119,7 @@ class JointStates(Topic):
         return efforts
 
 
-class RequiredEfforts(Topic):
+class RequiredEfforts(OutputTopic):
     """Torques and forces of the active joints; nothing before accelerations are known."""
 
     name, kind = "required_efforts", JOINT_STATE
@@ -135,14 +135,16 @@ class RequiredEfforts(Topic):
         return self._template, (u, du, result.efforts)
 
 
-class ClosedStates(Topic):
+class ClosedStates(OutputTopic):
     """Residual, assembly modes, distances to singularities and to the ends of strokes."""
 
     name, kind = "closed_state", "hybrid_dynamics_msgs/msg/ClosedState"
 
     def __init__(self, robot: Robot) -> None:
-        self._robot, self._strokes = robot, Strokes(robot)
-        self._templates: dict[str, Template] = {}  # by the loop that is nearest to its singularity
+        self._robot, self._strokes = robot, StrokeMargins(robot)
+        self._templates: dict[
+            str, MessageTemplate
+        ] = {}  # by the loop that is nearest to its singularity
         self._branch: Mapping[str, str] = {}
 
     def message(self, result: MotionResult) -> Message:
@@ -159,7 +161,7 @@ class ClosedStates(Topic):
         nearest = np.argmin(result.distances, axis=-1)
         return [np.flatnonzero(nearest == k) for k in dict.fromkeys(nearest.tolist())]
 
-    def _template(self, branch: Mapping[str, str], loop: str) -> Template:
+    def _template(self, branch: Mapping[str, str], loop: str) -> MessageTemplate:
         if self._branch is not branch and self._branch != branch:
             self._branch = branch
             self._templates.clear()
@@ -167,22 +169,24 @@ class ClosedStates(Topic):
             self._templates[loop] = self._layout(loop)
         return self._templates[loop]
 
-    def _layout(self, nearest_loop: str) -> Template:
+    def _layout(self, nearest_loop: str) -> MessageTemplate:
         robot, ends = self._robot, self._strokes.joints
         modes = [self._branch.get(loop, "") for loop in robot.loops]
-        template = Template().header().slot("residual", "<f8").strings(robot.loops).strings(modes)
+        template = (
+            MessageTemplate().header().slot("residual", "<f8").strings(robot.loops).strings(modes)
+        )
         template.sequence("singularity", len(robot.loops))
         template.slot("nearest", "<f8").string(nearest_loop)
         return template.strings(ends).sequence("lower", len(ends)).sequence("upper", len(ends))
 
 
-class EndEffectorPose(Topic):
+class EndEffectorPose(OutputTopic):
     """Pose of the end effector in the base frame."""
 
     name, kind = "end_effector_pose", "geometry_msgs/msg/PoseStamped"
 
     def __init__(self, robot: Robot) -> None:
-        template = Template().header(robot.base_frame)
+        template = MessageTemplate().header(robot.base_frame)
         self._template = template.slot("position", "<f8", 3).slot("quaternion", "<f8", 4)
 
     def message(self, result: MotionResult) -> Message:
@@ -190,14 +194,17 @@ class EndEffectorPose(Topic):
         return self._template, (result.pose.position, quaternion(result.pose.rotation))
 
 
-class EndEffectorTwist(Topic):
-    """Velocity of the end effector's origin and its rotation, base axes; nothing before rates are known."""
+class EndEffectorTwist(OutputTopic):
+    """Velocity of the end effector's origin and angular velocity, in base axes.
+
+    Nothing before rates are known.
+    """
 
     name, kind = "end_effector_twist", "geometry_msgs/msg/TwistStamped"
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
-        self._template = Template().header(robot.base_frame).slot("twist", "<f8", 6)
+        self._template = MessageTemplate().header(robot.base_frame).slot("twist", "<f8", 6)
 
     def message(self, result: MotionResult) -> Message | None:
         """Linear and angular velocity."""
@@ -208,14 +215,14 @@ class EndEffectorTwist(Topic):
         return self._template, (twist,)
 
 
-class LoopReactions(Topic):
+class LoopReactions(OutputTopic):
     """Force and moment in every pin; nothing before accelerations are known."""
 
     name, kind = "loop_reactions", "hybrid_dynamics_msgs/msg/LoopReactions"
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
-        self._template: Template | None = None
+        self._template: MessageTemplate | None = None
 
     def message(self, result: MotionResult) -> Message | None:
         """Place, and force and moment, of each pin."""
@@ -233,17 +240,20 @@ class LoopReactions(Topic):
             np.concatenate([empty, *wrenches], axis=-1),
         )
 
-    def _layout(self, pins: Mapping[str, PinReaction]) -> Template:
+    def _layout(self, pins: Mapping[str, PinReaction]) -> MessageTemplate:
         count = len(pins)
-        template = Template().header(self._robot.base_frame).strings(list(pins))
+        template = MessageTemplate().header(self._robot.base_frame).strings(list(pins))
         for end in (0, 1):
             template.strings([pin.links[end] for pin in pins.values()])
         template.length(count).slot("places", "<f8", 3 * count)
         return template.length(count).slot("wrenches", "<f8", 6 * count)
 
 
-class CylinderStates(Topic):
-    """Pressures and flows of the cylinders; nothing before accelerations are known, or without areas."""
+class CylinderStates(OutputTopic):
+    """Pressures and flows of the cylinders.
+
+    Nothing before accelerations are known, or where the robot file gives no areas.
+    """
 
     name, kind = "cylinder_states", "hybrid_dynamics_msgs/msg/CylinderStates"
 
@@ -252,7 +262,7 @@ class CylinderStates(Topic):
         fields = list(CylinderState.__dataclass_fields__)
         self._numbers = [name for name in fields if name != "overloaded"]
         count = len(robot.cylinders)
-        template = Template().header().strings(list(robot.cylinders))
+        template = MessageTemplate().header().strings(list(robot.cylinders))
         for name in self._numbers:
             template.sequence(name, count)
         self._template = template.sequence("overloaded", count, "u1")
@@ -272,14 +282,14 @@ class CylinderStates(Topic):
         return self._template, columns
 
 
-class Transforms(Topic):
+class Transforms(OutputTopic):
     """Every link in the one before it, where robot_state_publisher does not send that."""
 
     name, kind = "/tf", "tf2_msgs/msg/TFMessage"
 
     def __init__(self, robot: Robot) -> None:
         self._transforms = LinkTransforms(robot)
-        template = Template().length(len(robot.coordinates))
+        template = MessageTemplate().length(len(robot.coordinates))
         for k, name in enumerate(robot.coordinates):
             joint = robot.description.joints[name]
             template.header(joint.parent).string(joint.child)
@@ -307,9 +317,9 @@ TOPICS: Final = (
 )
 
 
-def topics_of(robot: Robot, tf_rate: float) -> list[Topic]:
+def topics_of(robot: Robot, tf_rate: float) -> list[OutputTopic]:
     """All topics for a robot; transforms among them where their rate is not below zero."""
-    topics: list[Topic] = [topic(robot) for topic in TOPICS]
+    topics: list[OutputTopic] = [topic(robot) for topic in TOPICS]
     if tf_rate >= 0.0:
         topics.append(Transforms(robot))
     return topics

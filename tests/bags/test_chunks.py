@@ -13,7 +13,7 @@ from hybrid_dynamics_ros.bags.storage.bag_writer import new_bag
 from hybrid_dynamics_ros.bags.storage.compression import zstd
 from hybrid_dynamics_ros.bags.storage.mcap_chunk import ChunkPacker, RecordBlock
 from hybrid_dynamics_ros.bags.storage.storage import Topic
-from hybrid_dynamics_ros.messages.cdr import Template
+from hybrid_dynamics_ros.messages.cdr import MessageTemplate
 from hybrid_dynamics_ros.messages.interfaces import JOINT_STATE
 from tests.bags.messages import START, messages_of
 
@@ -22,7 +22,7 @@ def blocks(rng, count):
     """Blocks of random columns: numbers of several sizes, views with steps, messages as they were."""
     log_ns = START + np.sort(rng.integers(0, 10**9, count))
     template = (
-        Template()
+        MessageTemplate()
         .header("base")
         .sequence("a", 3)
         .slot("b", "<f8")

@@ -16,9 +16,9 @@ from hybrid_dynamics_ros.bags.process import INPUT, KINDS, Job, input_topic, pro
 from hybrid_dynamics_ros.bags.storage.bag_reader import BagReader
 from hybrid_dynamics_ros.messages.interfaces import JOINT_MOTION, JOINT_STATE, typestore
 from hybrid_dynamics_ros.messages.joint_samples import Calibration
-from hybrid_dynamics_ros.parameters import Settings
+from hybrid_dynamics_ros.parameters import NodeSettings
 from hybrid_dynamics_ros.stream.pipeline import MotionResult, Pipeline
-from hybrid_dynamics_ros.stream.rate_limit import Pace
+from hybrid_dynamics_ros.stream.rate_limit import RateLimit
 from hybrid_dynamics_ros.stream.topics import TOPICS
 from tests.bags.messages import START, bag, joint_motion, messages_of, recorded, recorded_motions
 from tests.bags.test_outputs import plain, written
@@ -117,8 +117,8 @@ def test_a_bag_of_motions_has_what_the_node_would_have_published(name, tmp_path)
     assert (outcome.losses, outcome.bulk) == ([], 1.0)
     assert outcome.summary == "30 received, 30 accepted, 30 with efforts"
     found = written(tmp_path / "out")
-    pipeline, defaults = Pipeline(robot, 10.0, 0.5), Settings()
-    topics = [(topic(robot), Pace()) for topic in TOPICS]
+    pipeline, defaults = Pipeline(robot, 10.0, 0.5), NodeSettings()
+    topics = [(topic(robot), RateLimit()) for topic in TOPICS]
     for log_ns, data in pairs:
         told = typestore().deserialize_cdr(data, JOINT_MOTION)
         message = JointMotion(name=told.name)

@@ -13,9 +13,9 @@ from hybrid_dynamics_core import load, shipped_robots
 from hybrid_dynamics_ros.bags.batch_outputs import NODE
 from hybrid_dynamics_ros.bags.process import DESCRIPTION, INPUT, Job, process
 from hybrid_dynamics_ros.messages.interfaces import JOINT_STATE, typestore
-from hybrid_dynamics_ros.parameters import TF_RATE, Settings
+from hybrid_dynamics_ros.parameters import TF_RATE, NodeSettings
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
-from hybrid_dynamics_ros.stream.rate_limit import Pace
+from hybrid_dynamics_ros.stream.rate_limit import RateLimit
 from hybrid_dynamics_ros.stream.results import MotionResult
 from hybrid_dynamics_ros.stream.topics import TOPICS, Transforms
 from tests.bags.messages import bag, recorded
@@ -48,7 +48,7 @@ def written(path):
 
 
 def by_the_mcap_library(path):
-    """Log times and bytes by topic and type."""
+    """ThrottledLog times and bytes by topic and type."""
     from mcap.reader import make_reader
 
     found = defaultdict(list)
@@ -85,8 +85,8 @@ def test_a_bag_has_what_the_node_would_have_published(name, tmp_path):
     assert by_rosbags(tmp_path / "out")[INPUT, JOINT_STATE] == pairs
     found = written(tmp_path / "out")
     del found[INPUT]
-    pipeline, settings = Pipeline(robot, 10.0, 0.5), Settings()
-    topics = [(topic(robot), Pace()) for topic in TOPICS]
+    pipeline, settings = Pipeline(robot, 10.0, 0.5), NodeSettings()
+    topics = [(topic(robot), RateLimit()) for topic in TOPICS]
     for log_ns, data in pairs:
         told = typestore().deserialize_cdr(data, JOINT_STATE)
         message = JointState(
@@ -121,7 +121,7 @@ def test_transforms_are_written_where_they_are_asked_for(name, tmp_path):
 
     robot = load(name)
     pairs = recorded(robot, 20)
-    settings = Settings({TF_RATE.name: 0.0})
+    settings = NodeSettings({TF_RATE.name: 0.0})
     process(Job(bag(tmp_path / "in", pairs), tmp_path / "out", name, settings=settings))
     found = by_rosbags(tmp_path / "out")["/tf", "tf2_msgs/msg/TFMessage"]
     pipeline, fill = Pipeline(robot, 10.0, 0.5), Transforms(robot).fill

@@ -10,8 +10,8 @@ from hybrid_dynamics_ros.bags.storage.compression import zstd
 from hybrid_dynamics_ros.bags.storage.mcap_chunk import ChunkPacker, RecordBlock
 from hybrid_dynamics_ros.bags.storage.mcap_format import PREFIX
 from hybrid_dynamics_ros.bags.storage.storage import Messages
-from hybrid_dynamics_ros.parameters import MEASURED, Settings
-from hybrid_dynamics_ros.stream.rate_limit import Pace
+from hybrid_dynamics_ros.parameters import MEASURED, NodeSettings
+from hybrid_dynamics_ros.stream.rate_limit import RateLimit
 from tests.bags.messages import START, bag, joint_state, motion_of
 
 MS = 10**6
@@ -27,7 +27,7 @@ def test_joints_that_stand_in_for_the_active_ones_are_not_taken_as_those(measure
         (START + round(t * 1e9), joint_state(START + round(t * 1e9), measured, s, ds))
         for t, s, ds in zip(time, states.s[:, places], states.ds[:, places], strict=True)
     ]
-    path, settings = bag(tmp_path / "in", pairs), Settings({MEASURED.name: measured})
+    path, settings = bag(tmp_path / "in", pairs), NodeSettings({MEASURED.name: measured})
     for smooth in ("causal", "spline", "savgol"):
         track = collect(path, "five_bar", smooth=smooth, settings=settings)
         assert track.state.u == pytest.approx(u, abs=1e-9), smooth
@@ -55,7 +55,7 @@ def test_a_sample_beyond_all_numbers_is_refused_and_leaves_its_neighbours_alone(
 @pytest.mark.parametrize("rate", [1e-10, 1e-5, 1e-300])
 def test_a_rate_of_once_in_an_age_sends_the_first(rate):
     stamps = START + MS * np.arange(50)
-    alone, together = Pace(), Pace()
+    alone, together = RateLimit(), RateLimit()
     due = [k for k, stamp in enumerate(stamps.tolist()) if alone.due(stamp, rate)]
     assert together.due_rows(stamps, rate).tolist() == due == [0]
     assert together.due_rows(stamps + 10**9, rate).tolist() == []

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core import load, shipped_robots
-from hybrid_dynamics_ros.bags.batch_pipeline import BulkPipeline
+from hybrid_dynamics_ros.bags.batch_pipeline import BatchPipeline
 from hybrid_dynamics_ros.bags.decode import Decoder, motion_of, sample_of
 from hybrid_dynamics_ros.messages.interfaces import JOINT_MOTION, JOINT_STATE, typestore
 from hybrid_dynamics_ros.stream.filter import batch as recursion
@@ -43,7 +43,7 @@ def streamed(pipeline, pairs, kind=JOINT_STATE):
 
 def in_bulk(pipeline, pairs, cuts=(), kind=JOINT_STATE):
     """Motions of the pieces between cuts, with the row that each begins at; the pipeline."""
-    bulk, decoder = BulkPipeline(pipeline), Decoder(pipeline.evaluator.measured, kind)
+    bulk, decoder = BatchPipeline(pipeline), Decoder(pipeline.evaluator.measured, kind)
     edges = [0, *cuts, len(pairs)]
     motions = []
     for start, end in itertools.pairwise(edges):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 
-from hybrid_dynamics_ros.node.library_log import LIBRARY, handed_on
+from hybrid_dynamics_ros.node.library_log import LIBRARY, forwarded
 
 
 class Lines:
@@ -23,7 +23,7 @@ class Lines:
 def test_what_the_library_says_is_handed_on_for_as_long_as_it_is_wanted() -> None:
     lines, library = Lines(), logging.getLogger(LIBRARY)
     level, inner = library.level, logging.getLogger(f"{LIBRARY}.kernels.waiting")
-    with handed_on(lines):
+    with forwarded(lines):
         inner.info("compiling %s", "close of arm")
         inner.warning("slow")
         inner.debug("nothing of interest")

@@ -20,14 +20,14 @@ from hybrid_dynamics_ros.parameters import (
     LEAST_RATE,
     STROKE_WARN,
     TF_RATE,
+    NodeSettings,
     ParameterError,
-    Settings,
 )
 from hybrid_dynamics_ros.services.kinematics import closed_state_message
 from hybrid_dynamics_ros.stream.monitor import Level, Monitor
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
-from hybrid_dynamics_ros.stream.rate_limit import Pace
-from hybrid_dynamics_ros.stream.stroke_margins import Strokes
+from hybrid_dynamics_ros.stream.rate_limit import RateLimit
+from hybrid_dynamics_ros.stream.stroke_margins import StrokeMargins
 from hybrid_dynamics_ros.stream.topics import (
     ClosedStates,
     CylinderStates,
@@ -183,26 +183,26 @@ def test_cylinder_states_are_those_of_the_library():
 
 def test_the_monitor_tells_levels_by_its_thresholds(robot):
     pipeline, result = result_of(robot)
-    monitor = Monitor(Strokes(robot))
+    monitor = Monitor(StrokeMargins(robot))
 
     def levels(settings, now_ns=result.stamp_ns):
         return {e.name: e.level for e in monitor.report(result, pipeline.counts, now_ns, settings)}
 
-    usual = levels(Settings())
+    usual = levels(NodeSettings())
     assert usual["stroke margin"] is Level.OK
     assert usual["age of the stamp [s]"] is Level.OK
-    assert levels(Settings({STROKE_WARN.name: 10.0}))["stroke margin"] is Level.WARN
-    assert levels(Settings({LEAST_RATE.name: 1e6}))["rate [Hz]"] is Level.WARN
-    assert levels(Settings(), result.stamp_ns + 5 * 10**9)["age of the stamp [s]"] is Level.WARN
+    assert levels(NodeSettings({STROKE_WARN.name: 10.0}))["stroke margin"] is Level.WARN
+    assert levels(NodeSettings({LEAST_RATE.name: 1e6}))["rate [Hz]"] is Level.WARN
+    assert levels(NodeSettings(), result.stamp_ns + 5 * 10**9)["age of the stamp [s]"] is Level.WARN
     assert (
-        levels(Settings(), result.stamp_ns - 5 * 10**9)["age of the stamp [s]"] is Level.WARN
+        levels(NodeSettings(), result.stamp_ns - 5 * 10**9)["age of the stamp [s]"] is Level.WARN
     )  # from the future
-    assert levels(Settings())["received"] is Level.STALE  # nothing new since the last report
+    assert levels(NodeSettings())["received"] is Level.STALE  # nothing new since the last report
 
 
 def test_a_joint_beyond_its_limit_is_told(robot):
     _, result = result_of(robot)
-    strokes = Strokes(robot)
+    strokes = StrokeMargins(robot)
     monitor = Monitor(strokes)
     assert not monitor.beyond(result)
     far = result.position.copy()
@@ -225,13 +225,13 @@ def test_a_joint_beyond_its_limit_is_told(robot):
     ("rate", "wanted"), [(0.0, 1000), (-1.0, 0), (100.0, 100), (300.0, 300), (1e5, 1000)]
 )
 def test_a_pace_lets_its_rate_through_whatever_the_jitter(rate, wanted):
-    pace, random = Pace(), np.random.default_rng(0)
+    pace, random = RateLimit(), np.random.default_rng(0)
     stamps = 10**12 + np.arange(1000) * 10**6 + random.integers(0, 400_000, 1000)
     assert abs(sum(pace.due(int(stamp), rate) for stamp in stamps) - wanted) <= 1
 
 
 def test_a_pace_starts_anew_where_stamps_go_back():
-    pace = Pace()
+    pace = RateLimit()
     assert [pace.due(stamp, 1.0) for stamp in (10**10, 10**10 + 1, 5, 6)] == [
         True,
         False,

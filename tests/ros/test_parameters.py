@@ -16,8 +16,8 @@ from hybrid_dynamics_ros.parameters import (
     PROFILES,
     ROBOT,
     TABLE,
+    NodeSettings,
     ParameterError,
-    Settings,
     checked,
     sensor_rows,
 )
@@ -27,7 +27,9 @@ def test_the_table_is_complete_and_consistent():
     assert len({parameter.name for parameter in TABLE}) == len(TABLE)
     for parameter in TABLE:
         assert parameter.text.endswith(".")
-        assert checked(parameter, parameter.default) == parameter.default == Settings()[parameter]
+        assert (
+            checked(parameter, parameter.default) == parameter.default == NodeSettings()[parameter]
+        )
 
 
 def test_descriptors_say_range_unit_choices_and_read_only():
@@ -103,7 +105,7 @@ def test_what_cannot_be_taken_is_named_with_what_is_expected(row, given, words):
 
 
 def test_settings_never_change():
-    settings = Settings()
+    settings = NodeSettings()
     other = settings.replaced({BANDWIDTH.name: 3.0})
     assert (settings[BANDWIDTH], other[BANDWIDTH]) == (10.0, 3.0)
     assert other[sensor_rows("anything")[2]] == 1.0

@@ -6,8 +6,8 @@ import pytest
 
 from hybrid_dynamics_core import load
 from hybrid_dynamics_ros.messages.joint_samples import JointSample
-from hybrid_dynamics_ros.parameters import Settings, sensor_rows
-from hybrid_dynamics_ros.stream.conditions import Mass, NewMode, NewPayload
+from hybrid_dynamics_ros.parameters import NodeSettings, sensor_rows
+from hybrid_dynamics_ros.stream.conditions import NewMode, NewPayload, PayloadBody
 from hybrid_dynamics_ros.stream.runtime import Runtime
 
 MS = 10**6
@@ -15,7 +15,7 @@ MS = 10**6
 
 @pytest.fixture
 def runtime():
-    return Runtime(load("forging_chu2020"), Settings())
+    return Runtime(load("forging_chu2020"), NodeSettings())
 
 
 def at_rest(runtime, count, start=0):
@@ -48,7 +48,7 @@ def test_changes_of_calls_do_not_undo_each_other(runtime):
     mode = robot.assembly_modes(robot.reference)[1].state
     switch = NewMode(mode)  # asked for, and worked on while
     runtime.change(
-        NewPayload("end_effector", Mass(5.0, (0.0, 0.0, 0.0), (0.0,) * 6))
+        NewPayload("end_effector", PayloadBody(5.0, (0.0, 0.0, 0.0), (0.0,) * 6))
     )  # this call is answered
     runtime.change(switch)
     assert runtime.conditions.mode is mode

@@ -16,7 +16,7 @@ from hybrid_dynamics_ros.messages.joint_samples import (
     RejectionCode,
     rejection_of,
 )
-from hybrid_dynamics_ros.stream.rate_limit import Pace, Throttle
+from hybrid_dynamics_ros.stream.rate_limit import RateLimit, Throttle
 
 NAMES = ["a", "b", "c"]
 
@@ -128,7 +128,7 @@ def test_many_messages_are_due_as_one_after_the_other(rate):
         [0, 10**6, 3 * 10**6, 10**7, 10**9, -(10**7)], 2000, p=[0.1, 0.5, 0.2, 0.18, 0.01, 0.01]
     )
     stamps = 10**10 + np.cumsum(steps)
-    one, many = Pace(), Pace()
+    one, many = RateLimit(), RateLimit()
     expected = [k for k, stamp in enumerate(stamps.tolist()) if one.due(stamp, rate)]
     found = [
         start + many.due_rows(stamps[start : start + 50], rate) for start in range(0, 2000, 50)
@@ -141,7 +141,7 @@ def test_many_messages_are_due_as_one_after_the_other(rate):
 def test_many_messages_without_a_gap_are_due_as_one_after_the_other(rate, jitter):
     noise = np.random.default_rng(2).integers(-jitter, jitter + 1, 2000)
     stamps = 10**18 + 10**6 * np.arange(2000) + noise
-    one, many = Pace(), Pace()
+    one, many = RateLimit(), RateLimit()
     expected = [k for k, stamp in enumerate(stamps.tolist()) if one.due(stamp, rate)]
     found = [
         start + many.due_rows(stamps[start : start + 300], rate) for start in range(0, 2000, 300)

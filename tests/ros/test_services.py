@@ -23,11 +23,12 @@ from hybrid_dynamics_core.errors import (
 )
 from hybrid_dynamics_ros.messages.joint_samples import RejectedError, RejectionCode
 from hybrid_dynamics_ros.services.answers import guarded
+from hybrid_dynamics_ros.services.context import ServiceContext
 from hybrid_dynamics_ros.services.dynamics import inverse_dynamics
 from hybrid_dynamics_ros.services.kinematics import IK_CODES, solve_fk, solve_ik
 from hybrid_dynamics_ros.services.modes import list_assembly_modes, switch_assembly_mode
 from hybrid_dynamics_ros.services.table import TABLE
-from hybrid_dynamics_ros.stream.situation import Context, Situation
+from hybrid_dynamics_ros.stream.situation import Situation
 
 ACTIVE = ["q1", "q12", "q22", "q4"]
 POSITION = [0.8726646259971648, 0.15000000000000002, 0.175, 0.4363323129985824]
@@ -57,7 +58,7 @@ def test_whatever_fails_the_client_gets_a_code_a_text_and_nothing_half_done(
             response.joint_state.name = ["half done"]
         raise error
 
-    response, conditions = guarded(answer, Context(robot), kind.Request(), kind.Response())
+    response, conditions = guarded(answer, ServiceContext(robot), kind.Request(), kind.Response())
     assert conditions is None
     assert response.error_code == code
     assert str(error) in response.error_text
@@ -97,7 +98,9 @@ def test_the_statuses_of_the_solver_become_codes_beside_the_nearest_joints(robot
     request = SolveIK.Request(position_only=True)
     point = request.target.pose.position
     point.x, point.y, point.z = 0.3226478557853928, 0.38451674127506036, 1.1179125884719605
-    response, _ = guarded(solve_ik, Context(Unlucky(robot, status)), request, SolveIK.Response())
+    response, _ = guarded(
+        solve_ik, ServiceContext(Unlucky(robot, status)), request, SolveIK.Response()
+    )
     assert response.error_code == code
     assert response.error_text == "no luck"
     assert 0.0 <= response.residual < 1e-6  # how near the solver came
@@ -120,7 +123,7 @@ def test_frames_come_in_the_order_asked_for(robot):
         active_joints=JointState(name=ACTIVE, position=POSITION),
         frames=[robot.end_effector, robot.base_frame],
     )
-    response, _ = guarded(solve_fk, Context(robot), request, SolveFK.Response())
+    response, _ = guarded(solve_fk, ServiceContext(robot), request, SolveFK.Response())
     assert response.error_code == ErrorCode.OK, response.error_text
     tool, base = (pose.pose.position for pose in response.poses)
     np.testing.assert_allclose(
@@ -136,7 +139,9 @@ def test_numbers_too_large_are_bad_input_not_an_infinite_answer(robot):
     request.motion.position = POSITION
     request.motion.velocity = [1e300] * 4
     request.motion.acceleration = [0.0] * 4
-    response, _ = guarded(inverse_dynamics, Context(robot), request, InverseDynamics.Response())
+    response, _ = guarded(
+        inverse_dynamics, ServiceContext(robot), request, InverseDynamics.Response()
+    )
     assert response.error_code == ErrorCode.BAD_INPUT
     assert not response.efforts.effort
 
@@ -153,7 +158,7 @@ def test_quaternions_near_unit_length_are_taken(robot):
         z,
         w,
     )
-    response, _ = guarded(solve_ik, Context(robot), request, SolveIK.Response())
+    response, _ = guarded(solve_ik, ServiceContext(robot), request, SolveIK.Response())
     assert response.error_code == ErrorCode.OK, response.error_text
     np.testing.assert_allclose(response.solution.position[:4], POSITION, atol=1e-9)
 
@@ -182,7 +187,7 @@ def test_unknown_loops_and_modes_are_told_before_all_else(robot, newest, loop, m
     request = SwitchAssemblyMode.Request(loops=[loop], branches=[mode])
     response, change = guarded(
         switch_assembly_mode,
-        Context(robot, Situation(newest=newest)),
+        ServiceContext(robot, Situation(newest=newest)),
         request,
         SwitchAssemblyMode.Response(),
     )
@@ -194,7 +199,7 @@ def test_a_mode_that_a_loop_may_have_and_has_not_here_is_told_with_those_it_has(
     """The platform closes by iteration, so that its modes have numbers: which there are depends on the place."""
     gough = load("gough")
     request = SwitchAssemblyMode.Request(loops=[gough.loops[0]], branches=["mode_999"])
-    context = Context(gough, Situation(newest=gough.reference))
+    context = ServiceContext(gough, Situation(newest=gough.reference))
     response, _ = guarded(switch_assembly_mode, context, request, SwitchAssemblyMode.Response())
     said = f"loop '{gough.loops[0]}' does not close as 'mode_999' here (did you mean 'mode_"
     assert response.error_text.startswith(said)
@@ -203,11 +208,11 @@ def test_a_mode_that_a_loop_may_have_and_has_not_here_is_told_with_those_it_has(
 def test_before_any_input_each_service_says_what_can_be_done_there(robot):
     request = SwitchAssemblyMode.Request(loops=["theta_1"], branches=["clockwise"])
     switched, _ = guarded(
-        switch_assembly_mode, Context(robot), request, SwitchAssemblyMode.Response()
+        switch_assembly_mode, ServiceContext(robot), request, SwitchAssemblyMode.Response()
     )
     listed, _ = guarded(
         list_assembly_modes,
-        Context(robot),
+        ServiceContext(robot),
         ListAssemblyModes.Request(),
         ListAssemblyModes.Response(),
     )
@@ -225,7 +230,9 @@ def test_before_any_input_each_service_says_what_can_be_done_there(robot):
 def test_arrays_that_are_missing_are_told_with_what_is_expected(robot):
     request = InverseDynamics.Request()
     request.motion.name, request.motion.position = ACTIVE, POSITION
-    response, _ = guarded(inverse_dynamics, Context(robot), request, InverseDynamics.Response())
+    response, _ = guarded(
+        inverse_dynamics, ServiceContext(robot), request, InverseDynamics.Response()
+    )
     assert response.error_code == ErrorCode.BAD_INPUT
     assert (
         response.error_text

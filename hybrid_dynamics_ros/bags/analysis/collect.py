@@ -16,11 +16,11 @@ from hybrid_dynamics_core import ClosedState, Loads, Robot, load
 from hybrid_dynamics_core.ground.progress import Progress
 
 from ...messages.joint_samples import FloatArray
-from ...parameters import MAX_GAP, Settings
+from ...parameters import MAX_GAP, NodeSettings
 from ...stream.pipeline import Counts, Pipeline
-from ...stream.stroke_margins import Strokes
+from ...stream.stroke_margins import StrokeMargins
 from ..batch_outputs import NODE
-from ..batch_pipeline import BulkPipeline, Motion
+from ..batch_pipeline import BatchPipeline, BatchResult
 from ..decode import Decoder, Samples
 from ..errors import BagError
 from ..process import SMOOTHINGS, input_topic, make_pipeline
@@ -119,7 +119,7 @@ class Track:
     @property
     def margins(self) -> tuple[tuple[str, ...], FloatArray]:
         """Joints with a stroke that ends, and the least that is left to an end, (N, k) [rad or m]."""
-        strokes = Strokes(self.robot)
+        strokes = StrokeMargins(self.robot)
         return strokes.joints, np.minimum(*strokes.margins(self.state.s))
 
 
@@ -189,7 +189,7 @@ class Errors:
 
 @dataclass(eq=False)
 class _Results:
-    """Copies of some rows of a `Motion`, which itself can then be forgotten."""
+    """Copies of some rows of a `BatchResult`, which itself can then be forgotten."""
 
     stamp_ns: NDArray[np.int64]
     state: ClosedState
@@ -217,7 +217,7 @@ def collect(  # noqa: PLR0913 - the command's options
     robot: str | None = None,
     topic: str | None = None,
     smooth: str | None = "causal",
-    settings: Settings | None = None,
+    settings: NodeSettings | None = None,
     most: int = 20_000,
     *,
     span: Span = WHOLE,
@@ -232,12 +232,12 @@ def collect(  # noqa: PLR0913 - the command's options
         BagError: there is nothing in it that the model can take, or it is not told which robot it
         is of.
     """
-    settings = settings or Settings()
+    settings = settings or NodeSettings()
     smooth = smooth or _smoothing(path)
     machine = known_robot(path) if robot is None else load(robot)
     pipeline = make_pipeline(machine, settings)
     evaluator = pipeline.evaluator
-    bulk, decoder = BulkPipeline(pipeline), Decoder(evaluator.measured)
+    bulk, decoder = BatchPipeline(pipeline), Decoder(evaluator.measured)
     kept, errors = _Kept(), Errors.none(len(machine.active))
     with BagReader(path) as source:
         name = topic or _own_states(source) or input_topic(source, None)
@@ -343,7 +343,9 @@ def _watch(kept: _Kept, samples: Samples, gap: float) -> None:
     kept.last = int(stamps[-1])
 
 
-def _keep(kept: _Kept, errors: Errors, samples: Samples, motion: Motion | None, every: int) -> None:
+def _keep(
+    kept: _Kept, errors: Errors, samples: Samples, motion: BatchResult | None, every: int
+) -> None:
     if motion is None:
         return
     recorded = samples.effort[motion.rows]
@@ -358,7 +360,7 @@ def _keep(kept: _Kept, errors: Errors, samples: Samples, motion: Motion | None, 
             kept.bad.append((int(samples.stamp_ns[row]), "refused by the model"))
 
 
-def _thinned(motion: Motion, rows: NDArray[np.intp]) -> _Results:
+def _thinned(motion: BatchResult, rows: NDArray[np.intp]) -> _Results:
     return _Results(
         stamp_ns=motion.stamp_ns[rows],
         state=motion.state.rows(rows),

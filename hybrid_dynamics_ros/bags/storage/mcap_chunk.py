@@ -10,7 +10,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.cdr import Bytes, Template
+from ...messages.cdr import Bytes, MessageTemplate
 from .compression import zstd
 from .mcap_format import LOG_TIME_OFFSET, MESSAGE, MESSAGE_HEAD, PREFIX, RECORD_HEAD
 from .storage import Messages
@@ -49,7 +49,10 @@ class RecordBlock:
 
     @staticmethod
     def filled(
-        channel: int, log_ns: NDArray[np.int64], template: Template, values: Mapping[str, Any]
+        channel: int,
+        log_ns: NDArray[np.int64],
+        template: MessageTemplate,
+        values: Mapping[str, Any],
     ) -> RecordBlock:
         """Messages of one template.
 

@@ -1,4 +1,4 @@
-"""The node's filter over rows of samples: the same steps in the same order, without an object for each.
+"""The node's filter over rows of samples: the same steps in the same order.
 
 Compiled where there is a compiler, else in Python: every bit is that of `PolynomialFilter.step`.
 """
@@ -64,9 +64,9 @@ def _advance(
     samples: FloatArray,
     out: FloatArray,
 ) -> tuple[int, FilterState]:
-    """The samples at the front that follow each other without a gap, as many as keep the full degree.
+    """The samples at the front that follow each other without a gap and keep the full degree.
 
-    `out` (N, D + 1, n) is filled as far as that; their number and the state after them are returned.
+    `out` (N, D + 1, n) is filled as far as that. Returns their number and the state after them.
     """
     intervals = np.diff(stamps, prepend=state.stamp_ns)
     seconds = intervals * 1e-9

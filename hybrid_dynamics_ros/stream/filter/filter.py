@@ -1,35 +1,32 @@
 """Derivatives of sampled signals: causal, for samples at any stamps, exact for polynomials.
 
-The filter fits a polynomial of degree D to all samples so far, by least squares, where a sample of
-age tau has the weight exp(-lambda tau); the derivatives of the polynomial at the newest stamp are
-the estimate. This is the fading-memory polynomial filter (Morrison, *Introduction to Sequential
-Smoothing and Prediction*, 1969, ch. 13; for D = 1 and 2 also known as critically damped g-h and
-g-h-k filter, Brookner, *Tracking and Kalman Filtering Made Easy*, 1998, ch. 1), with gains that
-come from the stamps that were really seen.
+The filter fits a polynomial of degree D to all samples so far, by least squares. A sample of age
+tau has the weight exp(-lambda tau). The derivatives of the polynomial at the newest stamp are the
+estimate.
+
+This is the fading-memory polynomial filter (Morrison, *Introduction to Sequential Smoothing and
+Prediction*, 1969, ch. 13). For D = 1 and 2 it is also known as critically damped g-h and g-h-k
+filter (Brookner, *Tracking and Kalman Filtering Made Easy*, 1998, ch. 1). Its gains come from the
+stamps of the samples.
 
 Why this one
-  * Exact for every polynomial of degree D, at any stamps, from sample D + 1 on: no start-up
-    transient, no
-    bias that grows with jitter or with lost messages. (Difference quotients and a low pass have
-    both.)
-  * One parameter, with a meaning. For samples much denser than 1/lambda it is the linear filter
-    s^D lambda^(D+1) / (s + lambda)^(D+1) for the highest derivative: an ideal differentiator and D
-    + 1 equal
-    real poles, no overshoot. Its gain falls to 1/sqrt(2) of the ideal differentiator at the
-    bandwidth
-    f_b [Hz]: lambda = 2 pi f_b / sqrt(2^(1/(D+1)) - 1).
-  * Lag of the highest derivative at low frequency: (D + 1) / lambda less half a sample interval,
-    that is
-    0.205 / f_b for D = 1 and 0.243 / f_b for D = 2 at high rates. Lower derivatives have none: a
-    changing
-    highest derivative costs them an error of second order only.
+  * It is exact for every polynomial of degree D, at any stamps, from sample D + 1 on. It has no
+    start-up transient, and no bias that grows with jitter or lost messages. Difference quotients
+    with a low pass have both.
+  * It has one parameter, with a meaning. For samples much denser than 1/lambda it is the linear
+    filter s^D lambda^(D+1) / (s + lambda)^(D+1) for the highest derivative: an ideal differentiator
+    and D + 1 equal real poles, without overshoot. Its gain falls to 1/sqrt(2) of the ideal
+    differentiator at the bandwidth f_b [Hz]: lambda = 2 pi f_b / sqrt(2^(1/(D+1)) - 1).
+  * Lag of the highest derivative at low frequency: (D + 1) / lambda less half a sample interval.
+    At high rates that is 0.205 / f_b for D = 1 and 0.243 / f_b for D = 2. Lower derivatives have
+    none: a changing highest derivative costs them an error of second order only.
   * White noise of deviation sigma on samples every dt gives the highest derivative the deviation
     sigma sqrt(lambda^3 dt / 4) for D = 1, sigma sqrt(3 lambda^5 dt / 16) for D = 2.
 
 How it runs: the state is the polynomial itself (value and derivatives at the newest stamp, a row
 each) and the weighted moments of the sample ages. A step moves the polynomial to the new stamp,
-compares it with the new sample, and adds gains times the difference, an exact update of the
-least-squares fit. Gains depend on stamps alone; all work on samples is elementwise, so joints go
+compares it with the new sample, and adds gains times the difference. This is an exact update of the
+least-squares fit. Gains depend on stamps alone. All work on samples is elementwise, so joints go
 through together, and the bits of one do not depend on the others.
 """
 
@@ -118,16 +115,18 @@ class PolynomialFilter:
 
     @cached_property
     def lag(self) -> float:
-        """Delay of the highest derivative for slow signals, for samples much denser than this [s]."""
+        """Delay of the highest derivative for slow signals and dense samples [s]."""
         return (self.degree + 1) / self.rate
 
     def ready(self, state: FilterState) -> bool:
-        """Whether the state has its samples: degree + 1 at least, over a time no shorter than the lag.
+        """Whether the state has its samples: degree + 1 or more, over the lag or longer.
 
-        The polynomial is exact from sample degree + 1 on, but over a short time noise in the
-        samples is blown up; after one lag it is within a factor of 5 of what it settles at.
+        The polynomial is exact from sample degree + 1 on. Over a short time, though, noise in the
+        samples is blown up. After one lag it is within a factor of 5 of what it settles at.
         """
-        return state.degree == self.degree and (state.stamp_ns - state.start_ns) * 1e-9 >= self.lag
+        if state.degree != self.degree:
+            return False
+        return (state.stamp_ns - state.start_ns) * 1e-9 >= self.lag
 
     def step(
         self, state: FilterState | None, stamp_ns: int, sample: FloatArray
@@ -141,8 +140,7 @@ class PolynomialFilter:
 
         Returns:
             The new state, and what the stamp meant. Backward stamps, conflicting stamps and gaps
-            restart the
-            filter from this sample.
+            restart the filter from this sample.
         """
         event = self._event(state, stamp_ns, sample)
         if state is None or event not in (StampEvent.NEXT, StampEvent.REPEATED):

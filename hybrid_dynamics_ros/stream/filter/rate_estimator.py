@@ -199,7 +199,7 @@ class MotionEstimator:
 
 
 def _before(state: EstimatorState | None, measured: bool) -> FilterState | None:
-    """State of the filter for such samples; None where the samples before were of the other kind."""
+    """State of the filter for such samples; None where those before were of the other kind."""
     return state.filter if state is not None and state.from_velocities == measured else None
 
 
