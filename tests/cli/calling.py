@@ -1,17 +1,20 @@
-"""One call of the command in this process, alike with click 8.1 of Ubuntu 24.04 and what came after it."""
+"""Calls of the command in this process."""
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
+from importlib import resources
 from inspect import signature
+from typing import Any
 
 from click.testing import CliRunner
 
 from hybrid_dynamics_cli.app import app
 
-APART = (
-    {"mix_stderr": False} if "mix_stderr" in signature(CliRunner).parameters else {}
-)  # until 8.1 they are mixed
+SEPARATE_STDERR: dict[str, Any] = {}
+if "mix_stderr" in signature(CliRunner).parameters:  # click 8.1, of Ubuntu 24.04, mixes them
+    SEPARATE_STDERR = {"mix_stderr": False}
 
 
 @dataclass(frozen=True)
@@ -30,5 +33,24 @@ class Answer:
 
 def call(*arguments: str) -> Answer:
     """Call `hybrid-dynamics` with these words; what it does not catch is not caught."""
-    result = CliRunner(**APART).invoke(app, arguments, catch_exceptions=False)
+    result = CliRunner(**SEPARATE_STDERR).invoke(app, arguments, catch_exceptions=False)
     return Answer(result.stdout, result.stderr, result.exit_code)
+
+
+def call_line(line: str) -> Answer:
+    """Call `hybrid-dynamics` with the words of a line."""
+    return call(*line.split())
+
+
+def data_of(*arguments: str) -> dict[str, Any]:
+    """What a verb prints with --json."""
+    result = call(*arguments, "--json")
+    assert result.exit_code == 0, result.output
+    answer: dict[str, Any] = json.loads(result.stdout)
+    return answer
+
+
+def shipped_text(name: str) -> str:
+    """The text of a shipped robot's file."""
+    robots = resources.files("hybrid_dynamics_core").joinpath("robots")
+    return robots.joinpath(f"{name}.yaml").read_text(encoding="utf-8")

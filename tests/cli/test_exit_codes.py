@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.calling import call
-from tests.cli.test_help import ALL, command_of
+from tests.cli.calling import call, call_line
+from tests.cli.test_help import ALL, options_of
 
 pytest.importorskip("rosbags")
 OPEN = ("-u", "q12=0.9")  # of the forging robot: its first loop does not close there
@@ -24,12 +24,23 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def given(words: tuple[str, ...], robot: str, bag: str) -> list[str]:
     """The least that a verb has to be given."""
     if words[0] == "bag":
-        own = {"process": [bag, "out"], "export": [bag, "out"], "make": ["out"]}.get(
-            words[1], [bag]
-        )
-        return [*words, *own, *([] if words[1] == "export" else ["--robot", robot])]
-    more = ["--position", "0", "0.3", "0"] if words == ("ik",) else []
-    return [*words, *([] if words == ("benchmark",) else [robot]), *more]
+        return [*words, *given_to_bag(words[1], robot, bag)]
+    if words == ("benchmark",):
+        return list(words)
+    if words == ("ik",):
+        return [*words, robot, "--position", "0", "0.3", "0"]
+    return [*words, robot]
+
+
+def given_to_bag(verb: str, robot: str, bag: str) -> list[str]:
+    """The same for a verb of `bag`."""
+    if verb == "make":
+        return ["out", "--robot", robot]
+    if verb == "export":
+        return [bag, "out"]
+    if verb == "process":
+        return [bag, "out", "--robot", robot]
+    return [bag, "--robot", robot]
 
 
 @pytest.mark.parametrize("words", ALL, ids="-".join)
@@ -49,11 +60,11 @@ def test_a_robot_or_bag_that_is_not_there_ends_with_2(words: tuple[str, ...]) ->
 
 @pytest.mark.parametrize(
     "words",
-    [words for words in ALL if "-o" in {name for p in command_of(words).params for name in p.opts}],
+    [words for words in ALL if "-o" in options_of(words)],
     ids="-".join,
 )
 def test_a_place_that_there_is_not_ends_with_2(words: tuple[str, ...], folder: Path) -> None:
-    assert call("bag", "make", "bag", "--robot", "five_bar", "--seconds", "0.05").exit_code == 0
+    assert call_line("bag make bag --robot five_bar --seconds 0.05").exit_code == 0
     for spelling in ("-o", "--output"):
         result = call(*given(words, "five_bar", "bag"), spelling, "nowhere/file.csv")
         assert result.exit_code == 2
@@ -85,7 +96,7 @@ def test_a_place_that_there_is_not_ends_with_2(words: tuple[str, ...], folder: P
     ],
 )
 def test_a_wrong_name_or_value_ends_with_2(line: str, folder: Path) -> None:
-    result = call(*line.split())
+    result = call_line(line)
     assert result.exit_code == 2, result.output
     assert "Traceback" not in result.output
     assert not list(folder.iterdir())
@@ -117,11 +128,11 @@ def test_so_do_faults_inside_files(folder: Path) -> None:
         "bag make out --robot five_bar --trajectory dig.csv",
         "bag process bag.mcap out --robot five_bar",
     ):
-        assert call(*line.split()).exit_code == 1, line
+        assert call_line(line).exit_code == 1, line
 
 
 def test_a_wrong_topic_ends_with_2_in_every_verb_of_bags(folder: Path) -> None:
-    assert call("bag", "make", "bag", "--robot", "five_bar", "--seconds", "0.05").exit_code == 0
+    assert call_line("bag make bag --robot five_bar --seconds 0.05").exit_code == 0
     for verb in ("process", "report", "identify", "export"):
         topic = "/hybrid_dynamics/active_joint_state"
         result = call(*given(("bag", verb), "five_bar", "bag"), "--topic", topic)

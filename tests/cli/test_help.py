@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Iterator
-from importlib import resources
 from pathlib import Path
 
 import click
@@ -14,7 +13,7 @@ from click.shell_completion import ShellComplete
 
 from hybrid_dynamics_cli.app import app
 from hybrid_dynamics_cli.exit_codes import MEANINGS
-from tests.cli.calling import call
+from tests.cli.calling import call, shipped_text
 
 pytest.importorskip("rosbags")
 
@@ -37,16 +36,24 @@ def command_of(words: tuple[str, ...]) -> click.Command:
     command: click.Command = app
     for word in words:
         assert isinstance(command, click.Group)
-        found = command.get_command(click.Context(command), word)
-        assert found is not None
-        command = found
+        member = command.get_command(click.Context(command), word)
+        assert member is not None
+        command = member
     return command
+
+
+def options_of(words: tuple[str, ...]) -> set[str]:
+    """The names of a verb's options and arguments."""
+    names: set[str] = set()
+    for param in command_of(words).params:
+        names.update(param.opts)
+    return names
 
 
 def examples(words: tuple[str, ...]) -> list[str]:
     """The commands, as a shell reads them: what goes on below stands in one line."""
-    whole = re.sub(r" \\\n +", " ", command_of(words).epilog or "")
-    lines = [line.strip() for line in whole.splitlines()]
+    epilog = re.sub(r" \\\n +", " ", command_of(words).epilog or "")
+    lines = [line.strip() for line in epilog.splitlines()]
     return [line for line in lines if line.startswith("hybrid-dynamics")]
 
 
@@ -59,11 +66,9 @@ def test_every_verb_has_help_with_examples_of_itself(words: tuple[str, ...]) -> 
         assert line in page.output  # as it was written, not wrapped
     for line in examples(words):
         assert shlex.split(line)[1 : len(words) + 1] == list(words)
-    assert all(
-        param.help
-        for param in command_of(words).params
-        if isinstance(param, click.Option) and words != SPARE
-    )
+    for param in command_of(words).params:
+        if isinstance(param, click.Option) and words != SPARE:
+            assert param.help
 
 
 @pytest.mark.parametrize("words", [(), *ALL], ids="-".join)
@@ -81,7 +86,7 @@ SPARE = ("export",)  # its output is for programs as it is
     "words", [words for words in ALL if words not in (SPARE, ("view",))], ids="-".join
 )
 def test_every_verb_has_a_form_for_programs(words: tuple[str, ...]) -> None:
-    assert "--json" in {name for param in command_of(words).params for name in param.opts}
+    assert "--json" in options_of(words)
 
 
 @pytest.fixture
@@ -89,36 +94,33 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """What the examples name."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("HYBRID_DYNAMICS_KERNELS", "python")
-    text = (
-        resources.files("hybrid_dynamics_core")
-        .joinpath("robots/five_bar.yaml")
-        .read_text(encoding="utf-8")
-    )
-    (tmp_path / "my_robot.yaml").write_text(text, encoding="utf-8")
+    (tmp_path / "my_robot.yaml").write_text(shipped_text("five_bar"), encoding="utf-8")
     (tmp_path / "dig.csv").touch()
     return tmp_path
 
 
-RUN = [
-    (words, line)
-    for words in ALL
-    for line in examples(words)
-    if words[0] not in ("bag", "benchmark", "view")
-]
+LONG = ("bag", "benchmark", "view")  # verbs whose examples are not run
 
 
-@pytest.mark.parametrize("line", [line for _, line in RUN if "|" not in line])
+def short_examples() -> Iterator[str]:
+    """The examples that run to their end, one command each."""
+    for words in ALL:
+        if words[0] not in LONG:
+            yield from (line for line in examples(words) if "|" not in line)
+
+
+@pytest.mark.parametrize("line", list(short_examples()))
 @pytest.mark.usefixtures("folder")
 def test_the_examples_run(line: str) -> None:
     pytest.importorskip("matplotlib")
-    fewer = ["--samples", "500"] if " workspace " in line else []
-    result = call(*shlex.split(line)[1:], *fewer)
+    words = shlex.split(line)[1:]
+    if " workspace " in line:
+        words += ["--samples", "500"]
+    result = call(*words)
     assert result.exit_code == 0, result.output
 
 
-@pytest.mark.parametrize(
-    "words", [words for words in ALL if words[0] in ("bag", "benchmark")], ids="-".join
-)
+@pytest.mark.parametrize("words", [words for words in ALL if words[0] in LONG], ids="-".join)
 @pytest.mark.usefixtures("folder")
 def test_the_examples_of_long_runs_are_understood(words: tuple[str, ...]) -> None:
     for line in examples(words):

@@ -1,16 +1,16 @@
-"""Files of another kind: every verb says what there is, what it expected, and which verb takes it."""
+"""Files of another kind: every verb says what there is, what it expected, and what takes it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import resources
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from hybrid_dynamics_core import shipped_robots
 from hybrid_dynamics_core.ground.file_kinds import FileKind, classify_path
-from tests.cli.calling import call
+from tests.cli.calling import call, call_line, shipped_text
 
 pytest.importorskip("rosbags")
 PNG = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"
@@ -18,14 +18,6 @@ CSV = "time,q_L\r\n0.0,1.5\r\n0.1,1.6\r\n"
 METADATA = "rosbag2_bagfile_information:\n  version: 9\n"
 ROBOT = "a robot description (YAML, URDF, SDFormat or MJCF)"
 BAG = "a recording (a rosbag2 folder, a .mcap or .db3 file, or one of them with .zstd behind)"
-
-
-def five_bar() -> str:
-    return (
-        resources.files("hybrid_dynamics_core")
-        .joinpath("robots/five_bar.yaml")
-        .read_text(encoding="utf-8")
-    )
 
 
 FILES: dict[str, tuple[bytes | str, FileKind, str]] = {
@@ -72,7 +64,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     for name, (content, _, _) in FILES.items():
         (tmp_path / name).write_bytes(content.encode() if isinstance(content, str) else content)
-    (tmp_path / "own.yaml").write_text(five_bar(), encoding="utf-8")
+    (tmp_path / "own.yaml").write_text(shipped_text("five_bar"), encoding="utf-8")
     np.savez(tmp_path / "dig.npz", time=np.arange(3.0))
     for name, inside in (
         ("bag", "metadata.yaml"),
@@ -87,9 +79,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_a_file_is_known_by_what_is_in_it(folder: Path, name: str) -> None:
-    seen = classify_path(folder / name)
-    assert (seen.kind, seen.words) == FILES[name][1:]
+def test_a_file_is_classified_by_what_is_in_it(folder: Path, name: str) -> None:
+    content = classify_path(folder / name)
+    assert (content.kind, content.words) == FILES[name][1:]
 
 
 def test_so_are_robots_archives_and_folders(folder: Path) -> None:
@@ -105,11 +97,11 @@ def test_so_are_robots_archives_and_folders(folder: Path) -> None:
     assert {name: classify_path(folder / name).kind for name in wanted} == wanted
 
 
-def test_every_shipped_robot_is_known_as_one(tmp_path: Path) -> None:
-    for file in resources.files("hybrid_dynamics_core").joinpath("robots").iterdir():
-        if file.name.endswith(".yaml"):
-            (tmp_path / file.name).write_text(file.read_text(encoding="utf-8"), encoding="utf-8")
-            assert classify_path(tmp_path / file.name).kind is FileKind.ROBOT, file.name
+def test_every_shipped_robot_is_classified_as_one(tmp_path: Path) -> None:
+    file = tmp_path / "robot.yaml"
+    for name in shipped_robots():
+        file.write_text(shipped_text(name), encoding="utf-8")
+        assert classify_path(file).kind is FileKind.ROBOT, name
 
 
 OF_A_ROBOT = (
@@ -157,13 +149,13 @@ HINTS = {
         (OF_A_BAG, BAG, ("reach.png", "empty.yaml", "own.yaml", "tables", "void", "dig.csv")),
     ],
 )
-def test_another_kind_is_told_with_what_was_expected_and_what_takes_it(
+def test_another_kind_is_reported_with_what_was_expected_and_what_takes_it(
     lines: tuple[str, ...], expected: str, names: tuple[str, ...]
 ) -> None:
     for name in names:
         words = classify_path(Path(name)).words
         for line in lines:
-            result = call(*line.format(name).split())
+            result = call_line(line.format(name))
             assert result.exit_code == 2, (line, name)
             assert f"{name}: seems to be {words}; expected {expected}" in result.stderr, line
             assert HINTS.get(name, "Error") in result.stderr
@@ -172,7 +164,7 @@ def test_another_kind_is_told_with_what_was_expected_and_what_takes_it(
 
 @pytest.mark.usefixtures("folder")
 @pytest.mark.parametrize(
-    ("line", "told"),
+    ("line", "words"),
     [
         ("check owm.yaml", "owm.yaml: there is no such file or folder (did you mean 'own.yaml'?)"),
         ("bag report bog", "bog: there is no such file or folder (did you mean 'bag'?)"),
@@ -187,10 +179,10 @@ def test_another_kind_is_told_with_what_was_expected_and_what_takes_it(
         ("bag report bag --robot own.yaml --params dig.csv", "dig.csv: seems to be a table (CSV)"),
     ],
 )
-def test_names_and_other_files_are_told_in_the_same_way(line: str, told: str) -> None:
-    result = call(*line.split())
+def test_names_and_other_files_are_reported_in_the_same_way(line: str, words: str) -> None:
+    result = call_line(line)
     assert result.exit_code == 2
-    assert told in result.stderr
+    assert words in result.stderr
 
 
 @pytest.mark.parametrize(
@@ -200,13 +192,13 @@ def test_a_fault_inside_a_robot_is_no_wrong_kind(
     tmp_path: Path, make: Callable[[str], str]
 ) -> None:
     place = tmp_path / "own.yaml"
-    place.write_text(make(five_bar()), encoding="utf-8")
+    place.write_text(make(shipped_text("five_bar")), encoding="utf-8")
     result = call("check", str(place))
     assert result.exit_code == 1
     assert "seems to be" not in result.stderr
 
 
-def test_many_lines_of_comments_are_looked_at_at_once(tmp_path: Path) -> None:
+def test_a_long_comment_is_read_in_one_pass(tmp_path: Path) -> None:
     """Each line more must not double the work: a licence before a robot has dozens of them."""
     file = tmp_path / "a.xml"
     licence = "<!-- a line of a licence -->\n" * 400

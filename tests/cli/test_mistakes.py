@@ -39,11 +39,12 @@ def test_so_does_a_verb_of_bag() -> None:
 def test_errors_are_json_where_json_is_asked_for(
     arguments: tuple[str, ...], code: int, kind: str
 ) -> None:
-    asked, plain = call(*arguments, "--json"), call(*arguments)
-    told: dict[str, Any] = json.loads(asked.stdout)["error"]
+    asked = call(*arguments, "--json")
+    plain = call(*arguments)
+    error: dict[str, Any] = json.loads(asked.stdout)["error"]
     assert asked.exit_code == plain.exit_code == code
-    assert told["kind"] == kind
-    assert told["text"] in asked.stderr
+    assert error["kind"] == kind
+    assert error["text"] in asked.stderr
     assert asked.stderr == plain.stderr
     assert not plain.stdout
 
@@ -65,7 +66,7 @@ def test_a_term_with_a_comma_in_brackets_is_one() -> None:
     assert "'min(0.38,1)'" in call("ik", "five_bar", "--position", "min(0.38,1)", "0", "0").output
 
 
-def test_what_is_no_number_is_told_before_how_many_there_are() -> None:
+def test_what_is_no_number_is_reported_before_their_number() -> None:
     result = call("fk", "excavator", "-u", "abc")
     assert result.exit_code == 2
     assert "'abc' of slew" in result.output
@@ -91,7 +92,7 @@ def flat(result: Answer) -> str:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "words"),
     [
         (
             ("fk", "palletizer", "-u", "Q1=1"),
@@ -147,9 +148,9 @@ def flat(result: Answer) -> str:
         ),
     ],
 )
-def test_slips_are_told_with_what_was_expected(arguments: tuple[str, ...], told: str) -> None:
+def test_slips_are_reported_with_what_was_expected(arguments: tuple[str, ...], words: str) -> None:
     text = flat(call(*arguments))
-    assert told in text
+    assert words in text
     assert "unpack" not in text
     assert "parameters" not in text  # of which a command line has none
 

@@ -1,17 +1,16 @@
-"""What the command tells of a robot that a newcomer wrote: parts, limits that are cut, values beyond them."""
+"""What the command prints of a robot: parts, limits that are cut, values beyond them, tables."""
 
 from __future__ import annotations
 
 import json
 import re
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from hybrid_dynamics_cli.output import table
 from hybrid_dynamics_core import load
-from tests.cli.calling import call
+from tests.cli.calling import call, data_of
 
 LIFT = """\
 format: 1
@@ -25,14 +24,15 @@ links:
   cap: {}
 joints:
   q1: {type: revolute, parent: base, child: crank, origin: {rpy: [pi/2, 0, 0]}, axis: z}
-  q2: {type: revolute, parent: base, child: barrel, origin: {xyz: [0.3, 0, -0.5], rpy: [pi/2, 0, 0]}, axis: z,
-       limits: [0, 1.1]}
-  stroke: {type: prismatic, parent: barrel, child: rod, origin: {xyz: [0.4, 0, 0]}, axis: x, limits: [0, 0.95]}
+  q2: {type: revolute, parent: base, child: barrel,
+       origin: {xyz: [0.3, 0, -0.5], rpy: [pi/2, 0, 0]}, axis: z, limits: [0, 1.1]}
+  stroke: {type: prismatic, parent: barrel, child: rod, origin: {xyz: [0.4, 0, 0]}, axis: x,
+           limits: [0, 0.95]}
   mount: {type: fixed, parent: crank, child: bucket, origin: {xyz: [0.8, 0, 0]}}
   lid: {type: fixed, parent: bucket, child: cap}
 loops:
-  lift: {type: A, base: base, arm: crank, k1: barrel, k2: rod, pin: {rod: [0, 0, 0], crank: [0.6, 0, 0]},
-         assembly: clockwise}
+  lift: {type: A, base: base, arm: crank, k1: barrel, k2: rod,
+         pin: {rod: [0, 0, 0], crank: [0.6, 0, 0]}, assembly: clockwise}
 active: [stroke]
 end_effector: {link: bucket}
 reference: {stroke: 0.1}
@@ -58,19 +58,12 @@ def lift(tmp_path: Path) -> str:
     return str(place)
 
 
-def told(*arguments: str) -> dict[str, Any]:
-    result = call(*arguments, "--json")
-    assert result.exit_code == 0, result.output
-    answer: dict[str, Any] = json.loads(result.stdout)
-    return answer
-
-
 @pytest.mark.parametrize("verb", ["check", "info"])
-def test_links_fixed_to_others_are_told(verb: str, lift: str) -> None:
+def test_links_fixed_to_others_are_reported(verb: str, lift: str) -> None:
     output = call(verb, lift).output
     assert "6 links in 4 bodies" in output
     assert "bucket, cap (without a mass) are part of crank" in output
-    parts = told(verb, lift)["parts"]
+    parts = data_of(verb, lift)["parts"]
     assert parts == {
         "bucket": {"part_of": "crank", "mass": 1.0},
         "cap": {"part_of": "crank", "mass": 0.0},
@@ -85,35 +78,36 @@ def test_names_of_parts_are_drawn(lift: str, tmp_path: Path) -> None:
     assert "crank, bucket, cap" in place.read_text(encoding="utf-8")
 
 
-def test_masses_are_told_with_what_is_fixed_to_a_body(lift: str) -> None:
-    links = told("info", lift)["links"]
+def test_masses_are_reported_with_what_is_fixed_to_a_body(lift: str) -> None:
+    links = data_of("info", lift)["links"]
     assert links["crank"]["mass"] == 11.0
     assert links["crank"]["com"] == pytest.approx([(10 * 0.4 + 0.8) / 11, 0.0, 0.0])
     assert re.search(r"^crank +11 +0.436364 +0 +0$", call("info", lift).output, re.MULTILINE)
 
 
-def test_which_links_a_joint_ties_and_inertias_are_told() -> None:
-    answer, said = told("info", "forging_chu2020"), call("info", "forging_chu2020").output
+def test_which_links_a_joint_ties_and_inertias_are_reported() -> None:
+    answer = data_of("info", "forging_chu2020")
+    output = call("info", "forging_chu2020").output
     joints = {entry["name"]: (entry["parent"], entry["child"]) for entry in answer["coordinates"]}
     assert (joints["q12"], joints["q2"]) == (("l11", "l12"), ("l1", "l2"))
-    assert re.search(r"^q12 +l11 +l12$", said, re.MULTILINE)
+    assert re.search(r"^q12 +l11 +l12$", output, re.MULTILINE)
     rod = 50.6 * 0.7**2 / 12  # l2, across its axis
     assert answer["links"]["l2"]["inertia"] == [
         [0, 0, 0],
         [0, pytest.approx(rod), 0],
         [0, 0, pytest.approx(rod)],
     ]
-    assert re.search(rf"^l2 +0 +{rod:.6g} +{rod:.6g}$", said, re.MULTILINE)
-    assert "Ixy" not in said  # all zero
+    assert re.search(rf"^l2 +0 +{rod:.6g} +{rod:.6g}$", output, re.MULTILINE)
+    assert "Ixy" not in output  # all zero
     assert "inertia" not in call("info", "staicu2015").output
 
 
 @pytest.mark.parametrize("verb", ["check", "info"])
-def test_a_limit_that_the_loop_cuts_is_told(verb: str, lift: str) -> None:
+def test_a_limit_that_the_loop_cuts_is_reported(verb: str, lift: str) -> None:
     most = load(lift).limits[0, 1]  # where crank and cylinder are in line
     note = f"stroke: the file allows 0 to 0.95 m; its loop closes from 0 to {most:.6g} m"
     assert f"note: {note}" in call(verb, lift).output
-    assert note in told(verb, lift)["notes"]
+    assert note in data_of(verb, lift)["notes"]
     assert "the file allows" not in call(verb, "excavator").output
 
 
@@ -123,8 +117,8 @@ def test_values_beyond_a_limit_are_noted_and_answered(verb: str, lift: str) -> N
     result = call(verb, lift, "-u", "0.3", "--json")
     assert result.exit_code == 0
     assert re.fullmatch(r"note: q2 = 1.1\d+ rad is beyond its limit 1.1 rad\n", result.stderr)
-    (found,) = json.loads(result.stdout)["beyond_limits"]
-    assert (found["name"], found["limit"]) == ("q2", 1.1)
+    (entry,) = json.loads(result.stdout)["beyond_limits"]
+    assert (entry["name"], entry["limit"]) == ("q2", 1.1)
     within = call(verb, lift, "-u", "0.1", "--json")
     assert not within.stderr
     assert json.loads(within.stdout)["beyond_limits"] == []
@@ -147,17 +141,16 @@ def test_modes_tell_where_the_end_effector_is() -> None:
         robot.forward_kinematics(mode.state).position.tolist()
         for mode in robot.assembly_modes(robot.reference)
     ]
-    assert [mode["position"] for mode in told("branches", "five_bar")["modes"]] == places
+    assert [mode["position"] for mode in data_of("branches", "five_bar")["modes"]] == places
     assert "x, y, z of end_effector in base" in call("branches", "five_bar").output
 
 
 @pytest.mark.parametrize("name", ["forging_chu2020", "staicu2015", "excavator", "gough"])
 def test_modes_name_the_loops_in_which_they_differ_and_fit_a_terminal(name: str) -> None:
     output = call("branches", name).output
-    branches = [mode["branch"] for mode in told("branches", name)["modes"]]
-    head = [
-        word for line in output.splitlines() if line.startswith("mode ") for word in line.split()
-    ]
+    branches = [mode["branch"] for mode in data_of("branches", name)["modes"]]
+    heads = [line for line in output.splitlines() if line.startswith("mode ")]
+    head = " ".join(heads).split()
     assert "singularity" in head
     for loop in branches[0]:
         ways = {branch[loop] for branch in branches}
@@ -166,12 +159,10 @@ def test_modes_name_the_loops_in_which_they_differ_and_fit_a_terminal(name: str)
     assert max(map(len, output.splitlines())) <= 80
 
 
-def test_what_is_the_same_everywhere_is_told_once() -> None:
-    """Across the plane of a planar mechanism there is one coordinate: no column and no rows of it."""
-    modes, reach = (
-        call("branches", "excavator").output,
-        call("workspace", "five_bar", "--samples", "500").output,
-    )
+def test_what_is_the_same_everywhere_is_reported_once() -> None:
+    """Across the plane of a planar mechanism a coordinate is constant: no column, no rows of it."""
+    modes = call("branches", "excavator").output
+    reach = call("workspace", "five_bar", "--samples", "500").output
     assert "y [m]" not in modes
     assert "in all of them: y = 0 m" in modes
     assert "est z" not in reach
@@ -181,40 +172,29 @@ def test_what_is_the_same_everywhere_is_told_once() -> None:
 
 
 def test_a_wide_table_goes_on_below_beside_its_first_column() -> None:
-    head, row = (
-        ["name", *(f"column_{k}" for k in range(12))],
-        [
-            "first",
-            *(float(k) for k in range(12)),
-        ],
-    )
-    pieces = table(head, [row]).split("\n\n")
-    assert len(pieces) > 1
-    assert all(
-        line.split()[0] in {"name", "-----", "first"}
-        for piece in pieces
-        for line in piece.splitlines()
-    )
-    assert all(len(line) <= 80 for piece in pieces for line in piece.splitlines())
-    told_ = [word for piece in pieces for word in piece.splitlines()[0].split()[1:]]
-    assert told_ == head[1:]
-    assert table(head[:3], [row[:3]], break_before=2).count("name") == 1  # what fits is not broken
+    columns = [f"column_{k}" for k in range(12)]
+    head = ["name", *columns]
+    row = ["first", *map(float, range(12))]
+    blocks = [block.splitlines() for block in table(head, [row]).split("\n\n")]
+    assert len(blocks) > 1
+    names = []
+    for lines in blocks:
+        assert [line.split()[0] for line in lines] == ["name", "-----", "first"]
+        assert max(map(len, lines)) <= 80
+        names += lines[0].split()[1:]
+    assert names == columns
+    # What fits is not broken.
+    assert table(head[:3], [row[:3]], break_before=2).count("name") == 1
 
 
 def test_what_goes_on_below_is_no_lone_unit() -> None:
-    head, row = (
-        ["name", *(f"column_{k}" for k in range(7)), "unit"],
-        [
-            "first",
-            *(float(k) for k in range(7)),
-            "N m",
-        ],
-    )
-    assert len(table([*head[:-1]], [row[:-1]]).split("\n\n")) == 1
-    assert [piece.splitlines()[0].split() for piece in table(head, [row]).split("\n\n")] == [
-        [*head[:-2]],
-        ["name", "column_6", "unit"],
-    ]
+    columns = [f"column_{k}" for k in range(7)]
+    head = ["name", *columns]
+    row = ["first", *map(float, range(7))]
+    assert len(table(head, [row]).split("\n\n")) == 1
+    blocks = table([*head, "unit"], [[*row, "N m"]]).split("\n\n")
+    heads = [block.splitlines()[0].split() for block in blocks]
+    assert heads == [head[:-1], ["name", "column_6", "unit"]]
 
 
 @pytest.mark.parametrize("name", ["forging_chu2020", "excavator", "gough", "staicu2015"])
@@ -241,14 +221,16 @@ def test_efforts_and_their_parts_are_one_table(name: str) -> None:
     ],
     ids=lambda value: "-".join(value[:2]) if isinstance(value, tuple) else "",
 )
-def test_a_written_file_is_told_in_one_form(
+def test_a_written_file_is_reported_in_one_form(
     words: tuple[str, ...], what: str, tmp_path: Path
 ) -> None:
     out = str(tmp_path / "out")
     verb, *more = [word.format(out) for word in words]
-    told = call(verb, *more, "five_bar") if verb == "bag" else call(verb, "five_bar", *more)
+    arguments = ["five_bar", *more]
+    if verb == "bag":
+        arguments = [*more, "five_bar"]
     path = next(word for word in more if word.startswith(out))
-    assert f"written: {path} ({what})" in told.output.splitlines()
+    assert f"written: {path} ({what})" in call(verb, *arguments).output.splitlines()
 
 
 @pytest.mark.parametrize("name", ["forging_chu2020", "staicu2015", "excavator", "gough"])
@@ -256,7 +238,7 @@ def test_what_a_robot_is_fits_a_terminal(name: str) -> None:
     assert max(map(len, call("info", name).output.splitlines())) <= 80
 
 
-def test_the_end_of_a_motion_is_told_once() -> None:
+def test_the_end_of_a_motion_is_reported_once() -> None:
     output = call("simulate", "excavator", "--seconds", "1").output
     assert output.count("stick_cylinder reached its lower limit 0.32") == 1
     assert "energy error " in output
@@ -270,22 +252,20 @@ def test_units_of_a_picture_are_those_of_the_joints(lift: str, tmp_path: Path) -
     assert all(label in text for label in ("u [m]", "u' [m/s]", "tau [N]"))
 
 
-def test_one_is_told_in_the_singular(lift: str) -> None:
-    Path(lift).write_text(
-        LIFT.replace("active: [stroke]", "active: [stroke, q1]"), encoding="utf-8"
-    )
+def test_one_is_reported_in_the_singular(lift: str) -> None:
+    text = LIFT.replace("active: [stroke]", "active: [stroke, q1]")
+    Path(lift).write_text(text, encoding="utf-8")
     assert "1 degree of freedom; name 1" in call("check", lift).output
 
 
-def test_branches_tell_where_and_which_is_the_own_one() -> None:
+def test_branches_tell_where_and_which_mode_the_robot_is_in() -> None:
     machine = load("forging_chu2020")
-    answer = told("branches", "forging_chu2020", "-u", "q12=0.2")
-    assert answer["u"] == dict(
-        zip(machine.active, [*machine.reference[:1], 0.2, *machine.reference[2:]], strict=True)
-    )
-    own = [mode for mode in answer["modes"] if mode["own"]]
+    answer = data_of("branches", "forging_chu2020", "-u", "q12=0.2")
+    u = [*machine.reference[:1], 0.2, *machine.reference[2:]]
+    assert answer["u"] == dict(zip(machine.active, u, strict=True))
+    branches = [mode["branch"] for mode in answer["modes"] if mode["own"]]
     state = machine.close(list(answer["u"].values()))
-    assert [mode["branch"] for mode in own] == [dict(state.branch)]
+    assert branches == [dict(state.branch)]
     lines = call("branches", "forging_chu2020", "-u", "q12=0.2").output.splitlines()
     assert "q12 = 0.2 m" in lines[0]
     (marked,) = (line for line in lines if line[1:2] == "*")
@@ -298,52 +278,42 @@ def test_branches_tell_where_and_which_is_the_own_one() -> None:
 
 
 @pytest.mark.parametrize("verb", ["fk", "id", "fd", "branches"])
-def test_values_beyond_a_limit_are_told_by_every_verb(verb: str, lift: str) -> None:
+def test_values_beyond_a_limit_are_reported_by_every_verb(verb: str, lift: str) -> None:
     arguments = (verb, lift, "-u", "stroke=-0.05")
     assert "note: stroke = -0.05 m is beyond its limit 0 m" in call(*arguments).stderr
     beyond = json.loads(call(*arguments, "--json").stdout)["beyond_limits"]
     assert [entry["name"] for entry in beyond] == ["stroke"]
 
 
-def test_a_reference_far_from_where_the_named_mode_closes_is_told(lift: str) -> None:
+def test_a_reference_far_from_where_the_named_mode_closes_is_reported(lift: str) -> None:
     path = Path(lift)
-    angle = told("fk", lift)["coordinates"]["q1"]
-    near, far = (path.with_name(f"{name}.yaml") for name in ("near", "far"))
-    near.write_text(
-        LIFT.replace("{stroke: 0.1}", f"{{stroke: 0.1, q1: {angle + 0.5}}}"), encoding="utf-8"
-    )
-    far.write_text(
-        LIFT.replace("{stroke: 0.1}", f"{{stroke: 0.1, q1: {angle + 1.5}}}"), encoding="utf-8"
-    )
-    assert "another assembly mode" not in call("check", str(near)).output
-    assert re.search(
-        r"note: q1 is .* rad in the reference, and its loop closes at .* rad: is another assembly"
-        r" mode",
-        " ".join(call("check", str(far)).output.split()),
-    )
+    angle = data_of("fk", lift)["coordinates"]["q1"]
+    near = LIFT.replace("{stroke: 0.1}", f"{{stroke: 0.1, q1: {angle + 0.5}}}")
+    far = LIFT.replace("{stroke: 0.1}", f"{{stroke: 0.1, q1: {angle + 1.5}}}")
+    path.write_text(near, encoding="utf-8")
+    assert "another assembly mode" not in call("check", lift).output
+    path.write_text(far, encoding="utf-8")
+    output = " ".join(call("check", lift).output.split())
+    note = r"note: q1 is .* rad in the reference, and its loop closes at .* rad"
+    assert re.search(f"{note}: is another assembly mode", output)
 
 
-def test_degrees_beyond_a_limit_are_told_as_they_are_written(lift: str) -> None:
+def test_degrees_beyond_a_limit_are_named_as_they_are_written(lift: str) -> None:
     arm = Path(lift).with_name("arm.yaml")
     arm.write_text(PLAIN, encoding="utf-8")
-    assert (
-        "beyond its limit 2 rad; 30 degrees are written 30*deg"
-        in call("fk", str(arm), "-u", "30").output
-    )
+    note = "beyond its limit 2 rad; 30 degrees are written 30*deg"
+    assert note in call("fk", str(arm), "-u", "30").output
     assert "degrees" not in call("fk", str(arm), "-u", "3").output
 
 
 def test_a_robot_without_loops_is_not_said_to_close_them(lift: str) -> None:
     arm = Path(lift).with_name("arm.yaml")
     arm.write_text(PLAIN, encoding="utf-8")
-    assert (
-        call("check", str(arm))
-        .output.rstrip()
-        .endswith("The description is right; it has no loops.")
-    )
+    last_line = call("check", str(arm)).output.splitlines()[-1]
+    assert last_line == "The description is right; it has no loops."
 
 
-def test_a_file_that_is_named_without_its_suffix_is_found_as_what_was_meant(
+def test_a_file_that_is_named_without_its_suffix_gets_a_hint(
     lift: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(Path(lift).parent)
@@ -365,7 +335,9 @@ def test_a_file_that_is_named_without_its_suffix_is_found_as_what_was_meant(
         ),
     ],
 )
-def test_decimal_commas_are_told_as_such(arguments: tuple[str, ...], words: str, lift: str) -> None:
+def test_decimal_commas_are_named_as_such(
+    arguments: tuple[str, ...], words: str, lift: str
+) -> None:
     verb, *others = arguments
     result = call(verb, lift, *others)
     assert result.exit_code == 2
