@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..algebra.scalar import Scalar
+from ..algebra.transform import IDENTITY, compose
 from ..algebra.vector import Rotation, Vector, constant
 from ..description.model import Frame, JointType, RobotDescription
 from ..ground.arrays import Array
@@ -85,16 +86,22 @@ class Tree:
         return path_a[shared:], path_b[shared:], path_a[shared - 1] if shared else -1
 
     def zero_pose(self, body: int, ancestor: int = -1) -> tuple[Array, Array]:
-        """Rotation (3, 3) and origin (3,) of a body in an ancestor's frame with every coordinate at zero."""
-        rotation, origin = np.eye(3), np.zeros(3)
+        """The pose of a body in an ancestor's frame with every coordinate at zero.
+
+        Args:
+            body: index of the body, -1 for the base.
+            ancestor: index of a body on the path to it, -1 for the base.
+
+        Returns:
+            Rotation (3, 3) and origin (3,) [m].
+        """
+        pose = IDENTITY
         while body != ancestor:
-            b = self.bodies[body]
-            rotation, origin = (
-                np.array(b.rotation) @ rotation,
-                np.array(b.rotation) @ origin + np.array(b.translation),
-            )
-            body = b.parent
-        return rotation, origin
+            link = self.bodies[body]
+            pose = compose((link.rotation, link.translation), pose)
+            body = link.parent
+        rotation, origin = pose
+        return np.array(rotation), np.array(origin)
 
 
 def rows(matrix: Array) -> Rotation:
