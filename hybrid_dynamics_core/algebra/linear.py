@@ -8,12 +8,24 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from itertools import chain
 
+import numpy as np
+
 from .numerics import invert
 from .scalar import Scalar, absolute, sqrt
 from .vector import cross, dot
 
 Matrix = Sequence[Sequence[Scalar]]
 Rows = list[list[Scalar]]
+
+
+def transposed(rows: Matrix) -> Rows:
+    """The columns of a matrix, as rows."""
+    return [list(column) for column in zip(*rows, strict=True)]
+
+
+def unit_vectors(size: int) -> list[list[float]]:
+    """The columns of the identity."""
+    return np.eye(size).tolist()
 
 
 class Inverse:
@@ -91,7 +103,7 @@ def _adjugate2(m: Matrix) -> tuple[Rows, Scalar]:
 def _adjugate3(m: Matrix) -> tuple[Rows, Scalar]:
     x, y, z = (tuple(row) for row in m)
     columns = (cross(y, z), cross(z, x), cross(x, y))
-    return [list(row) for row in zip(*columns, strict=True)], dot(x, columns[0])
+    return transposed(columns), dot(x, columns[0])
 
 
 _ADJUGATE = {1: _adjugate1, 2: _adjugate2, 3: _adjugate3}

@@ -58,6 +58,12 @@ def canonical(quaternion: Array) -> Array:
     return np.asarray(np.copysign(1.0, leading)[..., None] * quaternion)
 
 
+def rotation_angle(rotation: Array) -> float:
+    """Angle [rad] of a rotation matrix (3, 3), from 0 to pi."""
+    x, y, z, w = quaternion(rotation).tolist()
+    return 2.0 * math.atan2(math.hypot(x, y, z), w)
+
+
 def rotation_matrix(quaternion: Sequence[float] | Array) -> Array:
     """The rotation matrix (3, 3) of a quaternion x, y, z, w of any length above zero."""
     x, y, z, w = np.asarray(quaternion, dtype=float) / _length(*quaternion)

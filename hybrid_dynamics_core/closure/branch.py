@@ -10,8 +10,8 @@ from ..errors import UndecidedModeError
 from ..mechanism.configuration import Configuration, configuration_at
 from .blocks.block_solver import BlockSolver
 from .blocks.patterns import Context
-from .loop_gap import shortfall
-from .rank import CLOSED
+from .loop_gap import describe_least_gap
+from .numeric_closure import CLOSED
 
 
 def choose_branch(
@@ -77,7 +77,7 @@ def _open_problem(
             "is singular at the reference configuration: what is given does not hold it there;"
             " give other joints, or another reference"
         )
-    gap = shortfall(context.tree, context.closures, block, configuration)
+    gap = describe_least_gap(context.tree, context.closures, block, configuration)
     if gap:
         gap = f": {gap}"
     return (

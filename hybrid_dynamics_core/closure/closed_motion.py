@@ -1,4 +1,4 @@
-"""From active to all coordinates: positions by the plan, then rates, accelerations, R and force projection.
+"""From active to all coordinates: positions, rates, accelerations, R and the projection of forces.
 
 With s = [u; z] and J_s s' = 0 (Chu (2020), Eq. 18):  s' = R u',  R = [E; -J_z^-1 J_u] (Eq. 20),
 s'' = R u'' + R' u'. Each block needs only the coordinates before it, so nothing larger than a block
@@ -9,18 +9,101 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..algebra.linear import Inverse
+from ..algebra.linear import Inverse, transposed, unit_vectors
 from ..algebra.scalar import Scalar, sqrt
 from ..mechanism.configuration import given_configuration
 from ..mechanism.tree import Tree
-from .constraints.equations import Linearised, LoopEquations
+from .blocks.block_solver import BlockSolver
+from .constraints.equations import Equation, Linearised, LoopEquations, Row, loops_of
 from .plan import ClosurePlan
 
 
-class ClosedMotion:
-    """The closed mechanism at given coordinates (u of the plan), on the branch signs given (one a step).
+class SolvedBlock:
+    """A block of the plan at a closed configuration: its equations, linear in the rates.
 
-    `guess`: all coordinates s, where iterations start.
+    Attributes:
+        solver: what solved it.
+        margin: the margin that the solver gave.
+        rows: rows of J_s of its equations.
+        jacobian: its part of J_z, (equations, unknowns).
+    """
+
+    def __init__(self, solver: BlockSolver, margin: Scalar, rows: list[Row]) -> None:
+        self.solver = solver
+        self.margin = margin
+        self.rows = rows
+        self.jacobian: list[list[Scalar]] = []
+        for row in rows:
+            self.jacobian.append([row.get(k, 0.0) for k in solver.unknowns])
+        self._inverse = Inverse(self.jacobian)
+
+    @property
+    def equations(self) -> tuple[Equation, ...]:
+        """Its equations."""
+        return self.solver.equations
+
+    def complete(self, values: list[Scalar], bias: Sequence[Scalar]) -> None:
+        """Fill in the rates (or accelerations) of the unknowns from those before.
+
+        Args:
+            values: rates of all coordinates (n_s,).
+            bias: what the equations have besides J_s times the values, one each.
+        """
+        rhs: list[Scalar] = []
+        for row, term in zip(self.rows, bias, strict=True):
+            total = term
+            for k, coefficient in row.items():
+                if k not in self.solver.unknowns:
+                    total = total + coefficient * values[k]
+            rhs.append(-total)
+        for k, value in zip(self.solver.unknowns, self._inverse.solve(rhs), strict=True):
+            values[k] = value
+
+    def project(self, forces: list[Scalar]) -> list[Scalar]:
+        """Move the forces along the unknowns to the coordinates before.
+
+        Args:
+            forces: along all coordinates (n_s,). Those before the block are changed.
+
+        Returns:
+            mu = J_z^-T f_z, one for each equation.
+        """
+        along_unknowns = [forces[k] for k in self.solver.unknowns]
+        multipliers = self._inverse.solve_transposed(along_unknowns)
+        for row, multiplier in zip(self.rows, multipliers, strict=True):
+            for k, coefficient in row.items():
+                if k not in self.solver.unknowns:
+                    forces[k] = forces[k] - coefficient * multiplier
+        return multipliers
+
+    def distance(self, tree: Tree) -> Scalar:
+        """Distance to a singularity: 1 at best, 0 where the Jacobian is singular.
+
+        A displacement counts in lengths of the loop, so the size of the robot does not matter.
+        """
+        if len(self.jacobian) == 1 and not self.solver.iterates:
+            return sqrt(self.margin)
+        length = max(equation.loop.length for equation in self.equations)
+        units: list[float] = []
+        for k in self.solver.unknowns:
+            unit = length
+            if tree.is_revolute(k):
+                unit = 1.0
+            units.append(unit)
+        return self._inverse.conditioning(self.jacobian, units)
+
+
+class ClosedMotion:
+    """The closed mechanism at given coordinates.
+
+    Attributes:
+        given: the given coordinates of the plan.
+        size: number of all coordinates, n_s.
+        configuration: all coordinates.
+        blocks: the blocks of the plan, solved.
+        residuals: of all equations, in lengths of their loops.
+        guards: scalars that must be positive.
+        surplus: residuals of the equations that follow from the others.
     """
 
     def __init__(
@@ -31,103 +114,92 @@ class ClosedMotion:
         branch: Sequence[Scalar],
         guess: Sequence[Scalar],
     ) -> None:
+        """Close the mechanism.
+
+        Args:
+            tree: the spanning tree.
+            plan: how its loops close.
+            u: the given coordinates of the plan (n,) [rad, m].
+            branch: a sign for each block, +1 or -1.
+            guess: where iterations start, all coordinates (n_s,) [rad, m].
+        """
         self._tree = tree
         self.given = plan.given
         self.size = len(tree.coordinates)
-        self.blocks = plan.blocks
         self.configuration = given_configuration(tree, dict(zip(plan.given, u, strict=True)))
-        self.margins = [
-            step.solve(self.configuration, sign, guess)
-            for step, sign in zip(plan.blocks, branch, strict=True)
-        ]
-        self.loops = plan.loops
+        margins: list[Scalar] = []
+        for block, sign in zip(plan.blocks, branch, strict=True):
+            margins.append(block.solve(self.configuration, sign, guess))
         self.residuals: list[Scalar] = []
         self.guards: list[Scalar] = []
         linear: dict[LoopEquations, Linearised] = {}
-        for loop in dict.fromkeys(
-            (*plan.loops, *(e.loop for step in plan.blocks for e in step.equations))
-        ):
+        for loop in _all_loops(plan):
             linear[loop] = loop.linearise(self.configuration)
             self.residuals += linear[loop].residual
             self.guards += loop.guards(self.configuration)
-        self.rows = [[linear[e.loop].rows[e.index] for e in step.equations] for step in plan.blocks]
-        self.jacobians = [
-            [[row.get(k, 0.0) for k in step.unknowns] for row in rows]
-            for step, rows in zip(plan.blocks, self.rows, strict=True)
-        ]
-        self._inverses = [Inverse(block) for block in self.jacobians]
+        self.blocks: list[SolvedBlock] = []
+        for block, margin in zip(plan.blocks, margins, strict=True):
+            rows = [linear[e.loop].rows[e.index] for e in block.equations]
+            self.blocks.append(SolvedBlock(block, margin, rows))
         self.surplus = [linear[e.loop].residual[e.index] for e in plan.redundant]
 
     def rates(self, du: Sequence[Scalar]) -> list[Scalar]:
         """s' from u'."""
-        return self._complete(du, [[0.0] * len(step.unknowns) for step in self.blocks])
+        return self._complete(du, [[0.0] * len(block.equations) for block in self.blocks])
 
     def accelerations(self, ddu: Sequence[Scalar], ds: Sequence[Scalar]) -> list[Scalar]:
         """s'' from u'' and s'; with u'' = 0 this is R' u'."""
         biases: dict[LoopEquations, list[Scalar]] = {}
-        for equation in (e for step in self.blocks for e in step.equations):
-            if equation.loop not in biases:
-                biases[equation.loop] = equation.loop.bias(self.configuration, ds)
-        return self._complete(
-            ddu, [[biases[e.loop][e.index] for e in step.equations] for step in self.blocks]
-        )
+        by_block: list[list[Scalar]] = []
+        for block in self.blocks:
+            for loop in loops_of(block.equations):
+                if loop not in biases:
+                    biases[loop] = loop.bias(self.configuration, ds)
+            by_block.append([biases[e.loop][e.index] for e in block.equations])
+        return self._complete(ddu, by_block)
 
     def _complete(self, given: Sequence[Scalar], bias: list[list[Scalar]]) -> list[Scalar]:
+        """Rates or accelerations of all coordinates."""
         values: list[Scalar] = [0.0] * self.size
         for k, value in zip(self.given, given, strict=True):
             values[k] = value
-        for step, rows, inverse, extra in zip(
-            self.blocks, self.rows, self._inverses, bias, strict=True
-        ):
-            rhs = []
-            for row, term in zip(rows, extra, strict=True):
-                total = term
-                for k, coefficient in row.items():
-                    if k not in step.unknowns:
-                        total = total + coefficient * values[k]
-                rhs.append(-total)
-            for k, value in zip(step.unknowns, inverse.solve(rhs), strict=True):
-                values[k] = value
+        for block, terms in zip(self.blocks, bias, strict=True):
+            block.complete(values, terms)
         return values
 
     def velocity_map(self) -> list[list[Scalar]]:
-        """R (rows in the order of s), Chu (2020), Eq. 20."""
-        n = len(self.given)
-        columns = [self.rates([1.0 if i == j else 0.0 for i in range(n)]) for j in range(n)]
-        return [list(row) for row in zip(*columns, strict=True)]
+        """R (n_s, n), Chu (2020), Eq. 20."""
+        return transposed([self.rates(unit) for unit in unit_vectors(len(self.given))])
 
     def project(self, forces: Sequence[Scalar]) -> tuple[list[Scalar], list[list[Scalar]]]:
-        """R^T f for tree forces f along s, and mu = J_z^-T f_z of each step (the multipliers are -mu)."""
+        """Project forces of the tree onto the given coordinates.
+
+        Args:
+            forces: f along s (n_s,).
+
+        Returns:
+            R^T f (n,), and mu = J_z^-T f_z of each block. The multipliers are -mu.
+        """
         f = list(forces)
-        multipliers: list[list[Scalar]] = []
-        for step, rows, inverse in zip(
-            self.blocks[::-1], self.rows[::-1], self._inverses[::-1], strict=True
-        ):
-            mu = inverse.solve_transposed([f[k] for k in step.unknowns])
-            for row, m in zip(rows, mu, strict=True):
-                for k, coefficient in row.items():
-                    if k not in step.unknowns:
-                        f[k] = f[k] - coefficient * m
-            multipliers.append(mu)
+        multipliers = [block.project(f) for block in reversed(self.blocks)]
         return [f[k] for k in self.given], multipliers[::-1]
 
     def iterations(self) -> Scalar:
-        """Number of iterations of all steps together; 0 where everything has a closed form."""
+        """Number of iterations of all blocks together; 0 where everything has a closed form."""
         total: Scalar = 0.0
-        for step, margin in zip(self.blocks, self.margins, strict=True):
-            total = total + margin if step.iterates else total
+        for block in self.blocks:
+            if block.solver.iterates:
+                total = total + block.margin
         return total
 
     def distances(self) -> list[Scalar]:
-        """Per step: distance to a singularity, 1 at best and 0 where J_z of the step is singular.
+        """Distance of each block to a singularity: 1 at best, 0 where it is singular."""
+        return [block.distance(self._tree) for block in self.blocks]
 
-        A displacement counts in lengths of the loop, so the size of the robot does not matter.
-        """
-        result = []
-        parts = zip(self.blocks, self.jacobians, self._inverses, self.margins, strict=True)
-        for step, block, inverse, margin in parts:
-            closed_form = len(block) == 1 and not step.iterates
-            length = max(equation.loop.length for equation in step.equations)
-            units = [1.0 if self._tree.is_revolute(k) else length for k in step.unknowns]
-            result.append(sqrt(margin) if closed_form else inverse.conditioning(block, units))
-        return result
+
+def _all_loops(plan: ClosurePlan) -> list[LoopEquations]:
+    """The loops of a plan, then those that only its blocks have."""
+    loops = list(plan.loops)
+    for block in plan.blocks:
+        loops += loops_of(block.equations)
+    return list(dict.fromkeys(loops))

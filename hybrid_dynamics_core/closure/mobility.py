@@ -1,7 +1,7 @@
-"""How many independent coordinates a mechanism has, and which: for files that list motors, not coordinates.
+"""How many independent coordinates a mechanism has, for files that list motors.
 
 A motor set may be short (a rod that turns about its own axis, a free foot) or redundant. Motors
-that depend on the ones before them become passive; what the motors leave free becomes a further
+that depend on the ones before them become passive. What the motors leave free becomes a further
 independent coordinate, without effort.
 """
 
@@ -12,126 +12,168 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..algebra.independence import independent_rows
 from ..description.model import RobotDescription
 from ..ground.arrays import Array
 from ..mechanism.configuration import configuration_at
 from ..mechanism.tree import Tree, build_tree
 from .constraints.equations import LoopEquations
 from .constraints.from_description import loop_equations
-from .loop_gap import gap_of
-from .rank import CLOSED, close_numerically, jacobian_of
+from .loop_gap import describe_gap
+from .numeric_closure import CLOSED, close_numerically, gaps_and_jacobian
 
-INDEPENDENT = (
-    1e-6  # share of a coordinate's motion that must not follow from the coordinates chosen before
-)
-SPREADS = (0.3, 1.0)  # [rad or m] how far from a reference that does not close others are tried
+# share of a coordinate's motion that must not follow from the coordinates chosen before
+INDEPENDENT = 1e-6
+ZERO = 1e-8  # singular values below this share of the largest count as zero
+# [rad or m] how far from a reference that does not close other starts are
+DISTANCES = (0.3, 1.0)
+STARTS = 6  # at each of these distances
+TINY = 1e-300
+
+Closed = tuple[Array, dict[str, float]]  # s (n_s,), and the residual of each loop
 
 
 @dataclass(frozen=True)
 class Mobility:
-    """`active`: independent coordinates; `idle`: those among them that no motor drives; `dependent`: passive motors."""
+    """The independent coordinates of a mechanism.
+
+    Attributes:
+        active: all of them.
+        idle: those among them that no motor drives.
+        dependent: motors that follow from the others, hence passive.
+        reference: the closed configuration at which this was read, by coordinate [rad or m].
+    """
 
     active: tuple[str, ...]
     idle: tuple[str, ...]
     dependent: tuple[str, ...]
-    reference: Mapping[str, float]  # the closed configuration at which it was read
+    reference: Mapping[str, float]
 
 
 def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
-    """Read the mobility from the null space of J_s at a closed configuration near the reference."""
+    """Read the mobility from the null space of J_s at a closed configuration near the reference.
+
+    Args:
+        tree: the spanning tree.
+        robot: its description, whose active joints are motors.
+
+    Raises:
+        DescriptionError: a loop does not close, or nothing can move.
+    """
     names = tree.coordinates
     start = [robot.reference.get(name, 0.0) for name in names]
     loops = loop_equations(tree, robot, frozenset(range(len(names))))
     passive = [k for k, name in enumerate(names) if name not in robot.active]
     s, residual = _closed(tree, loops, start, passive)
-    worst = max(residual, key=lambda name: residual[name], default="")
-    if worst and residual[worst] > CLOSED:
-        raise robot.error(
-            robot.closure_key(worst),
-            f"does not close: {gap_of(tree, robot, worst, configuration_at(tree, s))} "
-            f"({residual[worst]:.2g} of the loop's length) at best; mend the geometry",
-        )
-    motions = _null_space(jacobian_of(tree, loops, s, range(len(names)))[1])
+    _require_closed(tree, robot, s, residual)
+    _, jacobian = gaps_and_jacobian(tree, loops, s, range(len(names)))
+    motions = _null_space(jacobian)
     order = [names.index(name) for name in robot.active] + passive
-    chosen = _independent(motions, order)
+    chosen = [names[k] for k in independent_rows(motions, order, INDEPENDENT, passes=1)]
     if names and not chosen:
         raise robot.error(
             "active", "the loops hold every joint fast: nothing is left to move; mend the geometry"
         )
-    motors = tuple(names[k] for k in chosen if names[k] in robot.active)
-    idle = tuple(names[k] for k in chosen if names[k] not in robot.active)
+    motors = tuple(name for name in chosen if name in robot.active)
+    idle = tuple(name for name in chosen if name not in robot.active)
     dependent = tuple(name for name in robot.active if name not in motors)
     return Mobility(motors + idle, idle, dependent, dict(zip(names, s.tolist(), strict=True)))
 
 
+def with_mobility(robot: RobotDescription, mobility: Mobility) -> tuple[RobotDescription, Tree]:
+    """The description with its independent coordinates as active ones, and its tree."""
+    notes = (*robot.notes, *_beyond_limits(robot, mobility.reference))
+    settled = replace(robot, active=mobility.active, reference=mobility.reference, notes=notes)
+    return settled, build_tree(settled)
+
+
+def _require_closed(
+    tree: Tree, robot: RobotDescription, s: Array, residual: Mapping[str, float]
+) -> None:
+    """Raise for the loop that is most open."""
+    worst = max(residual, key=lambda name: residual[name], default="")
+    if not worst or not residual[worst] > CLOSED:
+        return
+    gap = describe_gap(tree, robot, worst, configuration_at(tree, s))
+    raise robot.error(
+        robot.closure_key(worst),
+        f"does not close: {gap} ({residual[worst]:.2g} of the loop's length) at best; mend the"
+        " geometry",
+    )
+
+
 def _closed(
     tree: Tree, loops: Sequence[LoopEquations], start: Sequence[float], passive: Sequence[int]
-) -> tuple[Array, dict[str, float]]:
-    """The reference if it closes, else a closed configuration within the limits if one is found, else a closed one.
+) -> Closed:
+    """A closed configuration: the reference, else one within the limits, else any.
 
     The least open one where none closes.
     """
-    found = close_numerically(tree, loops, start, passive)
-    best = 0.0 if _is_closed(tree, loops, start) else _merit(tree, *found)
-    held = sorted(
-        {k for loop in loops for k in loop.coordinates}
-    )  # all else stays where the reference has it
-    for begin in (np.asarray(start, dtype=float), *_other_starts(start, held, _limits(tree))):
-        if best == 0.0:
+    best = close_numerically(tree, loops, start, passive)
+    if _is_closed(tree, loops, start):
+        return best
+    least = _merit(tree, *best)
+    # all that no loop holds stays where the reference has it; redundant motors must give way
+    held = sorted({k for loop in loops for k in loop.coordinates})
+    for other_start in (np.asarray(start, dtype=float), *_other_starts(tree, start, held)):
+        if least == 0.0:
             break
-        other = close_numerically(tree, loops, begin, held)  # redundant motors must give way
+        other = close_numerically(tree, loops, other_start, held)
         merit = _merit(tree, *other)
-        if merit < best:
-            found, best = other, merit
-    return found
+        if merit < least:
+            best = other
+            least = merit
+    return best
 
 
 def _is_closed(tree: Tree, loops: Sequence[LoopEquations], s: Sequence[float]) -> bool:
     try:
-        gaps = jacobian_of(tree, loops, np.asarray(s), ())[0]
+        gaps, _ = gaps_and_jacobian(tree, loops, np.asarray(s), ())
     except ZeroDivisionError:  # frames half a turn apart
         return False
     return float(np.abs(gaps).max(initial=0.0)) <= CLOSED
 
 
 def _merit(tree: Tree, s: Array, residual: Mapping[str, float]) -> float:
-    """0 where the loops close within the limits, below 1 where they close, more the more they are open."""
+    """How good a configuration is, 0 at best.
+
+    0 where the loops close within the limits, below 1 where they close, more the more they are
+    open.
+    """
     worst = max(residual.values(), default=0.0)
     if worst > CLOSED:
         return 1.0 + worst
-    limits = _limits(tree)
-    beyond = np.maximum(limits[:, 0] - s, s - limits[:, 1]).max(initial=0.0)
-    return 0.0 if beyond <= CLOSED else float(beyond / (1.0 + beyond))
+    lower, upper = _limits(tree).T
+    beyond = np.maximum(lower - s, s - upper).max(initial=0.0)
+    if beyond <= CLOSED:
+        return 0.0
+    return float(beyond / (1.0 + beyond))
 
 
 def _limits(tree: Tree) -> Array:
     """(n_s, 2) in the order of the coordinates."""
-    return np.array([body.limits for body in sorted(tree.bodies, key=lambda body: body.coordinate)])
+    bodies = sorted(tree.bodies, key=lambda body: body.coordinate)
+    return np.array([body.limits for body in bodies])
 
 
-def _other_starts(start: Sequence[float], held: Sequence[int], limits: Array) -> Iterator[Array]:
-    """Configurations about the reference, always the same ones, for files whose neutral one is far from closed.
+def _other_starts(tree: Tree, start: Sequence[float], held: Sequence[int]) -> Iterator[Array]:
+    """Configurations about the reference, always the same, where the file's neutral one is open.
 
     Only what the loops hold is moved, and not beyond its limits.
     """
+    lower, upper = _limits(tree).T
     rng = np.random.default_rng(0)
-    for size in np.repeat(SPREADS, 6):
-        begin = np.array(start, dtype=float)
-        begin[held] += rng.uniform(-size, size, len(held))
-        yield np.clip(begin, limits[:, 0], limits[:, 1])
+    for size in np.repeat(DISTANCES, STARTS):
+        moved = np.array(start, dtype=float)
+        moved[held] += rng.uniform(-size, size, len(held))
+        yield np.clip(moved, lower, upper)
 
 
-def with_mobility(robot: RobotDescription, mobility: Mobility) -> tuple[RobotDescription, Tree]:
-    """The description with its independent coordinates as active ones, and its tree."""
-    notes = (*robot.notes, *_beyond(robot, mobility.reference))
-    settled = replace(robot, active=mobility.active, reference=mobility.reference, notes=notes)
-    return settled, build_tree(settled)
-
-
-def _beyond(robot: RobotDescription, reference: Mapping[str, float]) -> Iterator[str]:
-    """What is said of joints that the found reference has beyond their limits: the file named no reference itself."""
+def _beyond_limits(robot: RobotDescription, reference: Mapping[str, float]) -> Iterator[str]:
+    """Notes of joints that a reference, which the file did not name, has beyond their limits."""
     for name, joint in robot.joints.items():
-        value, (lower, upper) = reference[name], joint.limits
+        value = reference[name]
+        lower, upper = joint.limits
         if not lower - CLOSED <= value <= upper + CLOSED:
             yield (
                 f"{name}: the loops close at {value:.6g}, outside its limits [{lower:.6g},"
@@ -144,20 +186,5 @@ def _null_space(jacobian: Array) -> Array:
     if not len(jacobian):
         return np.eye(jacobian.shape[1])
     _, sizes, vectors = np.linalg.svd(jacobian)
-    rank = int((sizes > 1e-8 * max(float(sizes[0]), 1e-300)).sum())
+    rank = int((sizes > ZERO * max(float(sizes[0]), TINY)).sum())
     return vectors[rank:].T
-
-
-def _independent(motions: Array, order: Sequence[int]) -> list[int]:
-    """Coordinates in order, each kept if its motion does not follow from the ones kept before."""
-    basis: list[Array] = []
-    kept: list[int] = []
-    for k in order:
-        row = motions[k].copy()
-        for direction in basis:
-            row = row - (direction @ row) * direction
-        size = float(np.linalg.norm(row))
-        if size > INDEPENDENT and len(kept) < motions.shape[1]:
-            basis.append(row / size)
-            kept.append(k)
-    return kept

@@ -168,7 +168,7 @@ def _closed_postures(tree: Tree, plan: ClosurePlan) -> list[Configuration]:
             motion = ClosedMotion(tree, plan, u.tolist(), plan.branch, reference.tolist())
         except ZeroDivisionError:
             continue
-        if all(margin > 0.0 for margin in motion.margins):
+        if all(block.margin > 0.0 for block in motion.blocks):
             postures.append(motion.configuration)
     return postures
 

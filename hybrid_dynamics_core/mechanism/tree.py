@@ -1,4 +1,4 @@
-"""The spanning tree: bodies in an order where parents come first, with constants as plain floats."""
+"""The spanning tree: bodies in an order where parents come first, constants as plain floats."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..algebra.scalar import Scalar
-from ..algebra.transform import IDENTITY, compose
+from ..algebra.transform import IDENTITY, RigidTransform, compose
 from ..algebra.vector import Rotation, Vector, constant
 from ..description.model import Frame, JointType, RobotDescription
 from ..ground.arrays import Array
@@ -18,9 +18,19 @@ from ..ground.units import coordinate_unit
 class Body:
     """A moving link with the joint that carries it.
 
-    `rotation`, `translation`: child frame in the parent frame at zero; `axis` in the child frame;
-    `coordinate`: index in s; `parent`: index of a body, -1 for the base. Inertia: mass, first
-    moment m c and inertia about the link origin, in link axes.
+    Attributes:
+        name: name of the link.
+        joint: name of the joint.
+        coordinate: index of the joint in s.
+        type: 'revolute' or 'prismatic'.
+        parent: index of the body before it, -1 for the base.
+        rotation: of the body's frame in the parent's, at zero.
+        translation: of the body's frame in the parent's, at zero [m].
+        axis: unit axis of the joint, in the body's frame.
+        mass: [kg].
+        first_moment: m c [kg m], about the link origin, in link axes.
+        inertia: [kg m^2], about the link origin, in link axes.
+        limits: lower and upper limit of the joint [rad or m].
     """
 
     name: str
@@ -44,7 +54,14 @@ class Body:
 
 @dataclass(frozen=True)
 class Tree:
-    """Bodies, parents first; `coordinates` are the names of s, of which the first `n_active` are u."""
+    """The spanning tree of a robot.
+
+    Attributes:
+        base: name of the base link.
+        bodies: the moving links, parents first.
+        coordinates: names of s, the active ones first.
+        n_active: number of active coordinates.
+    """
 
     base: str
     bodies: tuple[Body, ...]
@@ -53,26 +70,25 @@ class Tree:
 
     def body_index(self, link: str) -> int:
         """Index of a link's body; -1 for the base."""
-        return (
-            -1
-            if link == self.base
-            else next(i for i, b in enumerate(self.bodies) if b.name == link)
-        )
+        if link == self.base:
+            return -1
+        return next(i for i, body in enumerate(self.bodies) if body.name == link)
 
     def is_revolute(self, coordinate: int) -> bool:
         """Whether a coordinate is an angle."""
-        return next(b.type for b in self.bodies if b.coordinate == coordinate) == "revolute"
+        return next(body.is_revolute for body in self.bodies if body.coordinate == coordinate)
 
     def unit(self, coordinate: int) -> str:
         """Unit of a coordinate."""
-        return coordinate_unit("revolute" if self.is_revolute(coordinate) else "prismatic")
+        types = {body.coordinate: body.type for body in self.bodies}
+        return coordinate_unit(types[coordinate])
 
     def value_text(self, coordinate: int, value: Scalar, digits: int) -> str:
         """Name, value and unit of a coordinate, for people."""
         return f"{self.coordinates[coordinate]} = {float(value):.{digits}g} {self.unit(coordinate)}"
 
     def path(self, body: int) -> list[int]:
-        """Bodies from the base to `body`, both ends as they are (base left out)."""
+        """Bodies from the base to `body`, which is the last; the base is omitted."""
         chain = []
         while body >= 0:
             chain.append(body)
@@ -80,10 +96,19 @@ class Tree:
         return chain[::-1]
 
     def branches(self, a: int, b: int) -> tuple[list[int], list[int], int]:
-        """Bodies of both paths beyond the last body they share, and that body (-1 for the base)."""
-        path_a, path_b = self.path(a), self.path(b)
-        shared = sum(1 for x, y in zip(path_a, path_b, strict=False) if x == y)
-        return path_a[shared:], path_b[shared:], path_a[shared - 1] if shared else -1
+        """Where the paths to two bodies part.
+
+        Returns:
+            The bodies of either path beyond the last one they share, and that body, -1 for the
+            base.
+        """
+        path_a = self.path(a)
+        path_b = self.path(b)
+        shared = [x for x, y in zip(path_a, path_b, strict=False) if x == y]
+        last = -1
+        if shared:
+            last = shared[-1]
+        return path_a[len(shared) :], path_b[len(shared) :], last
 
     def zero_pose(self, body: int, ancestor: int = -1) -> tuple[Array, Array]:
         """The pose of a body in an ancestor's frame with every coordinate at zero.
@@ -106,12 +131,22 @@ class Tree:
 
 def rows(matrix: Array) -> Rotation:
     """A (3, 3) array as tuples of floats."""
-    return tuple(constant(row) for row in matrix)  # type: ignore[return-value]
+    x, y, z = (constant(row) for row in matrix)
+    return x, y, z
+
+
+def floats(vector: Array) -> Vector:
+    """An array as a tuple of floats."""
+    return tuple(map(float, vector))
 
 
 def build_tree(robot: RobotDescription) -> Tree:
-    """Order the links depth first and number the coordinates: active ones first, the rest as the file has them."""
-    coordinates = (*robot.active, *(name for name in robot.joints if name not in robot.active))
+    """Order the links depth first and number the coordinates.
+
+    The active ones come first, the others as the file has them.
+    """
+    passive = [name for name in robot.joints if name not in robot.active]
+    coordinates = (*robot.active, *passive)
     children: dict[str, list[str]] = {}
     for name, joint in robot.joints.items():
         children.setdefault(joint.parent, []).append(name)
@@ -119,10 +154,9 @@ def build_tree(robot: RobotDescription) -> Tree:
     stack = [(name, -1) for name in reversed(children.get(robot.base, []))]
     while stack:
         name, parent = stack.pop()
+        carried = children.get(robot.joints[name].child, [])
+        stack += [(child, len(bodies)) for child in reversed(carried)]
         bodies.append(_body(robot, name, parent, coordinates.index(name)))
-        stack += [
-            (n, len(bodies) - 1) for n in reversed(children.get(robot.joints[name].child, []))
-        ]
     return Tree(robot.base, tuple(bodies), coordinates, len(robot.active))
 
 
@@ -131,6 +165,7 @@ def _body(robot: RobotDescription, name: str, parent: int, coordinate: int) -> B
     link = robot.links[joint.child]
     c = link.com
     about_origin = link.inertia + link.mass * (c @ c * np.eye(3) - np.outer(c, c))
+    xx, yy, zz = (floats(row) for row in about_origin)
     return Body(
         name=joint.child,
         joint=name,
@@ -138,15 +173,15 @@ def _body(robot: RobotDescription, name: str, parent: int, coordinate: int) -> B
         type=joint.type,
         parent=parent,
         rotation=rows(joint.rotation),
-        translation=tuple(map(float, joint.translation)),
+        translation=floats(joint.translation),
         axis=constant(joint.axis),
         mass=link.mass,
-        first_moment=tuple(float(v) for v in link.mass * c),
-        inertia=tuple(tuple(map(float, row)) for row in about_origin),  # type: ignore[arg-type]
+        first_moment=floats(link.mass * c),
+        inertia=(xx, yy, zz),
         limits=joint.limits,
     )
 
 
-def frame_offset(frame: Frame) -> tuple[Rotation, Vector]:
+def frame_offset(frame: Frame) -> RigidTransform:
     """Constants of a frame on its link."""
-    return rows(frame.rotation), tuple(map(float, frame.translation))
+    return rows(frame.rotation), floats(frame.translation)

@@ -21,8 +21,8 @@ def closed_motion(model: Model, x: Inputs) -> tuple[ClosedMotion, list[Check], l
     motion = ClosedMotion(model.tree, model.plan, x.u, x.branch, x.guess)
     distances = motion.distances()
     checks = []
-    for k, (margin, distance) in enumerate(zip(motion.margins, distances, strict=True)):
-        checks.append(Check(margin, 0.0, unreachable(k)))
+    for k, (block, distance) in enumerate(zip(motion.blocks, distances, strict=True)):
+        checks.append(Check(block.margin, 0.0, unreachable(k)))
         checks.append(Check(distance, SINGULAR, Outcome(OutcomeKind.SINGULAR, k).encode()))
     half_turn = unreachable(len(distances))
     checks += [Check(guard, 0.0, half_turn) for guard in motion.guards]

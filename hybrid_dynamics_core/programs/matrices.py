@@ -61,7 +61,9 @@ def spanning_terms(pattern: LoadPattern = NOTHING) -> Program:
         units = [[1.0 if i == j else 0.0 for i in range(motion.size)] for j in range(motion.size)]
         still: list[Scalar] = [0.0] * motion.size
         jacobian = [
-            [row.get(k, 0.0) for k in range(motion.size)] for rows in motion.rows for row in rows
+            [row.get(k, 0.0) for k in range(motion.size)]
+            for block in motion.blocks
+            for row in block.rows
         ]
         drift = motion.accelerations([0.0] * dynamics.n, ds)
         dds = motion.accelerations(x.ddu, ds)

@@ -82,8 +82,8 @@ def generalised_forces(
 ) -> dict[str, dict[int, Scalar]]:
     """By closure: the forces along the joints that its equations and their multipliers stand for."""
     result: dict[str, dict[int, Scalar]] = {}
-    for step, rows, factors in zip(motion.blocks, motion.rows, multipliers, strict=True):
-        for equation, row, factor in zip(step.equations, rows, factors, strict=True):
+    for block, factors in zip(motion.blocks, multipliers, strict=True):
+        for equation, row, factor in zip(block.equations, block.rows, factors, strict=True):
             forces = result.setdefault(equation.loop.name, {})
             for k, coefficient in row.items():
                 forces[k] = forces.get(k, 0.0) + coefficient * factor

@@ -9,7 +9,7 @@ import pytest
 
 from hybrid_dynamics_core import DescriptionError, load
 from hybrid_dynamics_core.closure.constraints.from_description import loop_equations
-from hybrid_dynamics_core.closure.rank import close_numerically
+from hybrid_dynamics_core.closure.numeric_closure import close_numerically
 from hybrid_dynamics_core.description import RobotDescription
 from hybrid_dynamics_core.formats import read_description
 from hybrid_dynamics_core.mechanism.configuration import configuration_at

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import ClosureError, DescriptionError, Robot
-from hybrid_dynamics_core.closure.loop_gap import gap_of
+from hybrid_dynamics_core.closure.loop_gap import describe_gap
 from hybrid_dynamics_core.description import RobotDescription
 from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.mechanism.configuration import given_configuration
@@ -199,7 +199,7 @@ class TestLoopsThatDoNotClose:
             tree.coordinates.index(name): value
             for name, value in (("q1", 1.0), ("q2", 0.3), ("q3", 1.25))
         }
-        told = gap_of(tree, description, "q3", given_configuration(tree, values))
+        told = describe_gap(tree, description, "q3", given_configuration(tree, values))
         assert told == "it stays 0.25 rad off what it follows, q1"
 
     def test_an_opened_loop_is_never_returned_as_closed(self) -> None:

@@ -107,7 +107,11 @@ class TurnDistance(DistanceBlock):
 
 
 def _solve_sum(a: Scalar, b: Scalar, c: Scalar, branch: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-    """Solve a cos q + b sin q = c: cosine, sine and the margin, sin^2 of the angle to the toggle."""
+    """Solve a cos q + b sin q = c.
+
+    Returns:
+        Cosine, sine and the margin, sin^2 of the angle to the toggle point.
+    """
     squared = a * a + b * b
     margin = 1.0 - c * c / squared
     root = branch * sqrt(squared * margin)
@@ -135,7 +139,7 @@ class PivotDirection(BlockSolver):
         branch: Scalar,
         guess: Sequence[Scalar],  # noqa: ARG002
     ) -> Scalar:
-        """R1(q1) R2(q2) leg = gap: the component along the first axis gives q2, the other two q1."""
+        """R1(q1) R2(q2) leg = gap: the part along the first axis gives q2, the other two q1."""
         pivot = self.direction.pivot
         before = pivot.before.at(configuration)
         after = pivot.after.at(configuration)

@@ -29,7 +29,7 @@ from ...description.model import Closure
 from ...ground.arrays import Array
 from ...mechanism.configuration import Configuration
 from ...mechanism.joint_transform import Column, jacobian_column, through_joint
-from ...mechanism.tree import Body, Tree, rows
+from ...mechanism.tree import Body, Tree, floats, rows
 from .equations import Linearised, LoopEquations, Row
 
 SHORTEST = 1e-3  # [m] least length of a loop
@@ -148,7 +148,7 @@ def closure_chains(tree: Tree, closure: Closure) -> tuple[Chain, Chain]:
 
 def _chain(tree: Tree, path: Sequence[int], point: Array, rotation: Array) -> Chain:
     bodies = tuple(tree.bodies[i] for i in path)
-    return Chain(bodies, tuple(map(float, point)), rows(rotation))
+    return Chain(bodies, floats(point), rows(rotation))
 
 
 def chains_length(*chains: Chain) -> float:
@@ -162,7 +162,10 @@ def _stretched_length(chain: Chain) -> float:
 
 
 class SpatialClosure(LoopEquations):
-    """The ends' points coincide; for kind axis their z axes, for kind frame all axes are parallel."""
+    """The points of the ends coincide.
+
+    For kind axis their z axes are parallel too, for kind frame all axes.
+    """
 
     def __init__(self, name: str, kind: str, a: Chain, b: Chain) -> None:
         self.name = name

@@ -1,0 +1,39 @@
+"""Linearly independent rows of a matrix of floats, by Gram-Schmidt."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..ground.arrays import Array
+
+
+def independent_rows(
+    matrix: Array, order: Sequence[int], least: ArrayLike, passes: int = 2
+) -> list[int]:
+    """Choose rows in order, each if enough of it is not in the span of those before.
+
+    Args:
+        matrix: (m, n).
+        order: the rows, those first that are to be preferred.
+        least: norm that must remain of a row, one for all or (m,).
+        passes: how often the span is taken out: twice is orthogonal to rounding.
+
+    Returns:
+        The chosen rows, at most n.
+    """
+    limits = np.broadcast_to(least, len(matrix))
+    basis: list[Array] = []
+    chosen: list[int] = []
+    for k in order:
+        remainder = matrix[k].copy()
+        for _ in range(passes):
+            for direction in basis:
+                remainder = remainder - (direction @ remainder) * direction
+        size = float(np.linalg.norm(remainder))
+        if size > limits[k] and len(chosen) < matrix.shape[1]:
+            basis.append(remainder / size)
+            chosen.append(k)
+    return chosen
