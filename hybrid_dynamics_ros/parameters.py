@@ -1,6 +1,6 @@
 """The parameters of the node: one table, the values read from it, and the check of every value.
 
-Knows no rclpy: `declare.py` puts the table onto a node.
+Knows no rclpy: `node/declare_parameters.py` puts the table onto a node.
 """
 
 from __future__ import annotations
@@ -288,37 +288,32 @@ SENSOR: Final = "sensors"
 
 def sensor_rows(joint: str) -> tuple[Parameter[float], Parameter[float], Parameter[float]]:
     """The lines of the table for the sensor of one joint: offset, sign and scale."""
-
-    def row(
-        name: str, default: float, text: str, unit: str, bounds: tuple[float, float]
-    ) -> Parameter[float]:
-        return Parameter(
-            f"{SENSOR}.{joint}.{name}", default, text, unit, bounds, change=ChangeTime.ANY_TIME
-        )
-
-    return (
-        row(
-            "offset",
-            0.0,
-            "Reading where the joint is at zero.",
-            "of the reading",
-            (-_LARGE, _LARGE),
-        ),
-        row(
-            "sign",
-            1.0,
-            "1.0, or -1.0 where the reading falls while the joint rises.",
-            "1",
-            (-1.0, 1.0),
-        ),
-        row(
-            "scale",
-            1.0,
-            "Joint coordinate for one unit of the reading.",
-            "rad or m",
-            (1e-12, _LARGE),
-        ),
+    prefix = f"{SENSOR}.{joint}"
+    offset = Parameter(
+        f"{prefix}.offset",
+        0.0,
+        "Reading where the joint is at zero.",
+        "of the reading",
+        (-_LARGE, _LARGE),
+        change=ChangeTime.ANY_TIME,
     )
+    sign = Parameter(
+        f"{prefix}.sign",
+        1.0,
+        "1.0, or -1.0 where the reading falls while the joint rises.",
+        "1",
+        (-1.0, 1.0),
+        change=ChangeTime.ANY_TIME,
+    )
+    scale = Parameter(
+        f"{prefix}.scale",
+        1.0,
+        "Joint coordinate for one unit of the reading.",
+        "rad or m",
+        (1e-12, _LARGE),
+        change=ChangeTime.ANY_TIME,
+    )
+    return offset, sign, scale
 
 
 class NodeSettings:
@@ -338,9 +333,8 @@ class NodeSettings:
     def sensors(self) -> list[str]:
         """Joints of whose sensors something is said."""
         start = f"{SENSOR}."
-        return list(
-            dict.fromkeys(name.split(".")[1] for name in self._values if name.startswith(start))
-        )
+        names = [name for name in self._values if name.startswith(start)]
+        return list(dict.fromkeys(name.split(".")[1] for name in names))
 
     def replaced(self, changes: Mapping[str, Value]) -> NodeSettings:
         """The settings with other values by name."""

@@ -142,7 +142,7 @@ class BatchPipeline:
     def _evaluate(
         self, samples: Samples, rows: Rows, given: RateRows | None
     ) -> tuple[RateRows, list[MotionResult]]:
-        """Rates of some rows, and results of those that follow each other and have the same rates."""
+        """Rates of some rows, and results of their runs."""
         evaluator = self.pipeline.evaluator
         stamps, position = samples.stamp_ns[rows], samples.position[rows]
         velocity = samples.velocity[rows]
@@ -152,25 +152,28 @@ class BatchPipeline:
             rates = RateRows.given(velocity, samples.acceleration[rows])
         else:
             rates = evaluator.rates(stamps, position, velocity, samples.measured[rows])
-        runs = []
+        results = []
         for run in rates.runs():
-            rate, acceleration = rates.at(run)
-            runs.append(
-                evaluator.evaluate(stamps[run], OrderedMotion(position[run], rate, acceleration))
-            )
-        return rates, runs
+            motion = OrderedMotion(position[run], *rates.at(run))
+            results.append(evaluator.evaluate(stamps[run], motion))
+        return rates, results
 
     def _refusals(self, samples: Samples, rows: Rows) -> list[Rejection]:
-        found = []
+        """Why each of some rows does not close.
+
+        Raises:
+            RejectedError: one closes alone.
+        """
+        rejections = []
         for row in rows.tolist():
             velocity = samples.velocity[row] if samples.measured[row] else None
             try:
                 self.pipeline.evaluator.robot.close(samples.position[row], velocity)
             except HybridDynamicsError as error:
-                found.append(rejection_of(error))
-        if len(found) < len(rows):
+                rejections.append(rejection_of(error))
+        if len(rejections) < len(rows):
             raise RejectedError(RejectionCode.INTERNAL, "a row of the batch closes alone")
-        return found
+        return rejections
 
     def _count(
         self,

@@ -233,12 +233,11 @@ class LoopReactions(OutputTopic):
         if self._template is None:
             self._template = self._layout(pins)
         empty = np.zeros((*acceleration.shape[:-1], 0))
-        places = [pin.place for pin in pins.values()]
-        wrenches = [part for pin in pins.values() for part in (pin.force, pin.moment)]
-        return self._template, (
-            np.concatenate([empty, *places], axis=-1),
-            np.concatenate([empty, *wrenches], axis=-1),
-        )
+        places, wrenches = [empty], [empty]
+        for pin in pins.values():
+            places.append(pin.place)
+            wrenches += [pin.force, pin.moment]
+        return self._template, (np.concatenate(places, -1), np.concatenate(wrenches, -1))
 
     def _layout(self, pins: Mapping[str, PinReaction]) -> MessageTemplate:
         count = len(pins)
@@ -259,13 +258,12 @@ class CylinderStates(OutputTopic):
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
-        fields = list(CylinderState.__dataclass_fields__)
-        self._numbers = [name for name in fields if name != "overloaded"]
-        count = len(robot.cylinders)
-        template = MessageTemplate().header().strings(list(robot.cylinders))
-        for name in self._numbers:
-            template.sequence(name, count)
-        self._template = template.sequence("overloaded", count, "u1")
+        self._kinds = dict.fromkeys(CylinderState.__dataclass_fields__, "<f8")
+        del self._kinds["overloaded"]
+        self._kinds["overloaded"] = "u1"  # the last field of the message
+        self._template = MessageTemplate().header().strings(list(robot.cylinders))
+        for name, kind in self._kinds.items():
+            self._template.sequence(name, len(robot.cylinders), kind)
 
     def message(self, result: MotionResult) -> Message | None:
         """Each number of all cylinders."""
@@ -274,8 +272,8 @@ class CylinderStates(OutputTopic):
         cylinders = list(self._robot.hydraulics(result.state, result.efforts).values())
         shape = (*result.efforts.shape[:-1], len(cylinders))
         columns = []
-        for name in (*self._numbers, "overloaded"):
-            column = np.empty(shape, dtype="u1" if name == "overloaded" else "<f8")
+        for name, kind in self._kinds.items():
+            column = np.empty(shape, dtype=kind)
             for k, cylinder in enumerate(cylinders):
                 column[..., k] = getattr(cylinder, name)
             columns.append(column)
