@@ -40,4 +40,5 @@ class HydraulicCylinder:
     @property
     def rod_area(self) -> float:
         """Area on which the pressure of the rod side acts [m^2]: it pulls inward."""
-        return self.count * math.pi / 4.0 * (self.bore**2 - self.rod**2)
+        squares = self.bore**2 - self.rod**2
+        return self.count * math.pi / 4.0 * squares

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from ..ground.arrays import Array, frozen
 from .attached_frames import AttachedFrames
 from .checks.plausible_lengths import warn_of_lengths
 from .checks.plausible_masses import warn_of_masses
-from .document import Document
+from .document import Data, Document
 from .entries import Entry, section_entries, section_entry
 from .forces import read_actuators, read_effects, read_payloads
 from .geometry import TRIANGLE_SLACK, Transform, rotation_about
@@ -37,14 +36,15 @@ def build_description(document: Document) -> RobotDescription:
     warn_of_lengths(document, robot)
     warn_of_masses(values, robot)
     warnings = tuple(document.warnings)  # complete when everything is read
-    return replace(robot, notes=(*document.notes, *warnings), warnings=warnings)
+    notes = (*document.notes, *warnings)
+    return replace(robot, notes=notes, warnings=warnings)
 
 
 class _Builder:
     def __init__(self, values: ValueReader) -> None:
         self.values = values
         self.document = values.document
-        self.data: dict[str, Any] = values.document.data
+        self.data: Data = values.document.data
         self.base: str = self.data.get("base", "base")
         self.attached = AttachedFrames(values)
 
@@ -96,7 +96,8 @@ class _Builder:
         for name, part in parts.items():
             if part.mass:
                 carrier = self.attached.link(name)
-                bodies[carrier] = _as_one_body(bodies.get(carrier, Link(carrier)), part)
+                body = bodies.get(carrier, Link(carrier))
+                bodies[carrier] = _as_one_body(body, part)
         return MappingProxyType(bodies), MappingProxyType(parts)
 
     def link(self, name: str, entry: Entry) -> Link:
@@ -175,7 +176,7 @@ class _Builder:
     def frames(self) -> Mapping[str, Frame]:
         """Named frames, the places of links fixed to others, and the end effector."""
         frames: dict[str, Frame] = {}
-        for name in self.data.get("frames", {}):
+        for name in self.document.entries("frames"):
             frames[name] = self.attached.frame(name)
         for name in self.data["links"]:
             if self.attached.is_fixed(name):
@@ -201,15 +202,17 @@ class _Builder:
         """Whether a name is that of a link or of a frame; empty for neither."""
         if name == self.base or name in self.data["links"]:
             return "link"
-        if name in self.data.get("frames", {}):
+        if name in self.document.entries("frames"):
             return "frame"
         return ""
 
     # -- closures
 
     def closures(self) -> tuple[Closure, ...]:
-        entries = section_entries(self.values, "closures")
-        return tuple(self.closure(name, entry) for name, entry in entries.items())
+        closures: list[Closure] = []
+        for name, entry in section_entries(self.values, "closures").items():
+            closures.append(self.closure(name, entry))
+        return tuple(closures)
 
     def closure(self, name: str, entry: Entry) -> Closure:
         between = entry.sub("between")
@@ -228,12 +231,13 @@ class _Builder:
 
     def closure_frame(self, link: str, between: Entry) -> Frame:
         """One end of a closure."""
-        pose = self.values.attachment(between[link], between.key_path(link))
+        path = between.key_path(link)
+        pose = self.values.attachment(between[link], path)
         return self.attached.frame(link, pose)
 
     def loops(self) -> Mapping[str, Loop]:
         loops: dict[str, Loop] = {}
-        for name, entry in self.data.get("loops", {}).items():
+        for name, entry in self.document.entries("loops").items():
             loops[name] = Loop(
                 name,
                 entry["type"],
@@ -268,7 +272,8 @@ def _in_frame_around(link: Link, pose: Transform) -> Link:
     if pose.is_identity():
         return link
     inertia = pose.rotation @ link.inertia @ pose.rotation.T
-    return Link(link.name, link.mass, pose.point(link.com), frozen((inertia + inertia.T) / 2.0))
+    symmetric = frozen((inertia + inertia.T) / 2.0)
+    return Link(link.name, link.mass, pose.point(link.com), symmetric)
 
 
 def _as_one_body(a: Link, b: Link) -> Link:
@@ -277,7 +282,8 @@ def _as_one_body(a: Link, b: Link) -> Link:
     com = frozen((a.mass * a.com + b.mass * b.com) / mass)
     steiner_a = a.mass * _steiner_term(a.com - com)
     steiner_b = b.mass * _steiner_term(b.com - com)
-    return Link(a.name, mass, com, frozen(a.inertia + b.inertia + steiner_a + steiner_b))
+    inertia = frozen(a.inertia + b.inertia + steiner_a + steiner_b)
+    return Link(a.name, mass, com, inertia)
 
 
 def _steiner_term(arm: Array) -> Array:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from .document import Document
+from .document import Data, Document
 from .model import END_EFFECTOR
 
 
@@ -15,7 +13,8 @@ def farthest_link(document: Document) -> str:
     """
     if END_EFFECTOR in document.section("links") or END_EFFECTOR in document.section("frames"):
         return END_EFFECTOR
-    joint_to = {joint["child"]: joint for joint in document.section("joints").values()}
+    joints = document.section("joints").values()
+    joint_to = {joint["child"]: joint for joint in joints}
     link = max(_candidates(document), key=lambda name: _depth(name, joint_to))
     document.notes.append(
         f"no end effector is given; taken: '{link}', the link behind the most joints"
@@ -23,7 +22,7 @@ def farthest_link(document: Document) -> str:
     return str(link)
 
 
-def neutral_coordinate(joint: dict[str, Any]) -> float:
+def neutral_coordinate(joint: Data) -> float:
     """Zero, or the limit nearest to it [rad or m]."""
     lower, upper = joint.get("limits", (0.0, 0.0))
     return min(max(0.0, float(lower)), float(upper))
@@ -31,8 +30,11 @@ def neutral_coordinate(joint: dict[str, Any]) -> float:
 
 def driven_joints(document: Document) -> list[str]:
     """All joints that move on their own."""
-    joints = document.section("joints").items()
-    return [name for name, joint in joints if joint["type"] != "fixed" and "mimic" not in joint]
+    driven: list[str] = []
+    for name, joint in document.section("joints").items():
+        if joint["type"] != "fixed" and "mimic" not in joint:
+            driven.append(name)
+    return driven
 
 
 def _candidates(document: Document) -> list[str]:
@@ -46,7 +48,7 @@ def _candidates(document: Document) -> list[str]:
     return bodies or ends or [document.data["base"]]
 
 
-def _depth(link: str, joint_to: dict[str, dict[str, Any]]) -> int:
+def _depth(link: str, joint_to: dict[str, Data]) -> int:
     """Number of moving joints below a link, also where the joints form a cycle."""
     depth = 0
     visited: set[str] = set()

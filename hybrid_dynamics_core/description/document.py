@@ -11,6 +11,7 @@ from typing import Any
 from ..errors import DescriptionError
 from ..ground.suggestions import with_warnings
 
+Data = dict[str, Any]  # plain data of a mapping
 KeyPath = tuple[str | int, ...]  # keys and list indices down to an entry
 FilePath = str | Path | None
 
@@ -56,10 +57,15 @@ class Document:
         self._provenance: dict[KeyPath, Provenance] = {}
         self._scopes: dict[KeyPath, Mapping[str, float]] = {}
 
-    def section(self, name: str) -> dict[str, Any]:
+    def section(self, name: str) -> Data:
         """A top-level mapping, made where it is missing."""
-        section: dict[str, Any] = self.data.setdefault(name, {})
+        section: Data = self.data.setdefault(name, {})
         return section
+
+    def entries(self, name: str) -> Data:
+        """A top-level mapping; empty where it is missing."""
+        entries: Data = self.data.get(name) or {}
+        return entries
 
     # -- entries
 
@@ -123,7 +129,7 @@ class Document:
         for path, (_, line) in self._locations.items():
             if path[:1] == (name,):
                 lines[path[1:]] = line
-        return Document(deepcopy(self.data.get(name) or {}), self.file, lines)
+        return Document(deepcopy(self.entries(name)), self.file, lines)
 
     def merge(self, other: Document) -> None:
         """Take over the entries of another document; mappings are joined, all else is replaced."""
@@ -224,7 +230,7 @@ def dotted(path: KeyPath) -> str:
     return text
 
 
-def _merge_mappings(data: dict[str, Any], others: Mapping[str, Any]) -> None:
+def _merge_mappings(data: Data, others: Data) -> None:
     for key, value in others.items():
         if isinstance(value, dict) and isinstance(data.get(key), dict):
             _merge_mappings(data[key], value)

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..errors import DescriptionError
 from ..ground.arrays import Array
-from .document import KeyPath
+from .document import Data, KeyPath
 from .geometry import Transform
 from .values import ValueReader
 
@@ -25,7 +25,7 @@ class Entry:
         path: of the mapping.
     """
 
-    def __init__(self, values: ValueReader, data: dict[str, Any] | None, path: KeyPath) -> None:
+    def __init__(self, values: ValueReader, data: Data | None, path: KeyPath) -> None:
         self.values = values
         self.data = data or {}
         self.path = path
@@ -46,11 +46,13 @@ class Entry:
 
     def sub(self, key: str) -> Entry:
         """The mapping of a key; empty where it is left out."""
-        return Entry(self.values, self.data.get(key), self.key_path(key))
+        data = self.data.get(key)
+        return Entry(self.values, data, self.key_path(key))
 
     def number(self, key: str, default: float = 0.0) -> float:
         """A finite number."""
-        return self.values.number(self.data.get(key, default), self.key_path(key))
+        value = self.data.get(key, default)
+        return self.values.number(value, self.key_path(key))
 
     def length(self, key: str) -> float:
         """A number [m] above zero."""
@@ -65,7 +67,8 @@ class Entry:
 
     def vector(self, key: str) -> Array:
         """An array; (3,) of zeros where the key is left out."""
-        return self.values.vector(self.data.get(key, _ZERO_VECTOR), self.key_path(key))
+        vector = self.data.get(key, _ZERO_VECTOR)
+        return self.values.vector(vector, self.key_path(key))
 
     def axis(self, key: str) -> Array:
         """A unit vector (3,)."""
@@ -73,11 +76,13 @@ class Entry:
 
     def limits(self, key: str) -> tuple[float, float]:
         """(lower, upper), infinite where the key is left out."""
-        return self.values.limits(self.data.get(key), self.key_path(key))
+        limits = self.data.get(key)
+        return self.values.limits(limits, self.key_path(key))
 
     def pose(self, key: str) -> Transform:
         """A pose from {xyz, rpy}, or from a list of such steps."""
-        return self.values.pose(self.data.get(key, {}), self.key_path(key))
+        pose = self.data.get(key, {})
+        return self.values.pose(pose, self.key_path(key))
 
     def as_pose(self) -> Transform:
         """The pose that this mapping gives."""
@@ -94,7 +99,8 @@ class Entry:
 
 def section_entry(values: ValueReader, section: str) -> Entry:
     """A top-level mapping; empty where the document has none."""
-    return Entry(values, values.document.data.get(section), (section,))
+    data = values.document.entries(section)
+    return Entry(values, data, (section,))
 
 
 def section_entries(values: ValueReader, section: str) -> dict[str, Entry]:

@@ -106,7 +106,8 @@ class _Evaluation:
             return self.signed(node)
         if isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
             operate = _BINARY[type(node.op)]
-            return operate(self.value(node.left), self.value(node.right))
+            operands = (self.value(node.left), self.value(node.right))
+            return operate(*operands)
         if isinstance(node, ast.Call):
             return self.called(node)
         raise _NotAllowedError

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
 
 from ..errors import InputError
 from .actuators import HydraulicCylinder
+from .document import Data
 from .effects import JointEffect, Payload
 from .entries import Entry, section_entries
 from .geometry import TRIANGLE_SLACK
@@ -98,7 +98,7 @@ def _require_not_negative(entry: Entry, key: str, number: float) -> None:
 
 
 def _read_cylinder(joint: str, entry: Entry) -> HydraulicCylinder:
-    fields: dict[str, Any] = {"joint": joint, "count": entry.get("count", 1)}
+    fields: Data = {"joint": joint, "count": entry.get("count", 1)}
     for key in _CYLINDER_NUMBERS:
         if key in entry:
             fields[key] = entry.number(key)

@@ -15,7 +15,11 @@ from ..ground.arrays import Array, frozen
 TRIANGLE_SLACK = 1e-9  # relative: rounding of printed moments, not physics
 IDENTITY = frozen(np.eye(3))
 _ORIGIN = frozen(np.zeros(3))
-_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+_AXES = {
+    "x": (1.0, 0.0, 0.0),
+    "y": (0.0, 1.0, 0.0),
+    "z": (0.0, 0.0, 1.0),
+}
 _GIMBAL_LOCK = 1e-9  # cosine of the pitch below which roll and yaw turn about one axis
 
 
@@ -51,7 +55,8 @@ class Transform:
 
     def is_identity(self) -> bool:
         """Whether nothing is moved at all."""
-        return bool(np.array_equal(self.rotation, IDENTITY) and not self.translation.any())
+        is_turned = not np.array_equal(self.rotation, IDENTITY)
+        return not is_turned and not self.translation.any()
 
 
 def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> Array:
@@ -92,16 +97,26 @@ def rpy_of(rotation: Array) -> Array:
 def rotation_about(axis: Array, angle: float) -> Array:
     """Rotation matrix (3, 3) about a unit axis (3,) by an angle [rad]."""
     x, y, z = axis
-    skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return snapped(np.eye(3) + math.sin(angle) * skew + (1.0 - math.cos(angle)) * skew @ skew)
+    skew = np.array(
+        [
+            [0, -z, y],
+            [z, 0, -x],
+            [-y, x, 0],
+        ]
+    )
+    sine = math.sin(angle)
+    versine = 1.0 - math.cos(angle)
+    return snapped(np.eye(3) + sine * skew + versine * skew @ skew)
 
 
 def rotation_with_z_axis(axis: Array) -> Array:
     """A rotation matrix (3, 3) whose z axis is the unit vector `axis` (3,)."""
-    side = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    most_across = int(np.argmin(np.abs(axis)))
+    side = np.eye(3)[most_across]
     x = side - (side @ axis) * axis
     x /= np.linalg.norm(x)
-    return snapped(np.column_stack([x, np.cross(axis, x), axis]))
+    y = np.cross(axis, x)
+    return snapped(np.column_stack([x, y, axis]))
 
 
 def rpy_to_axis(axis: Array) -> list[float]:

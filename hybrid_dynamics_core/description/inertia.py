@@ -9,6 +9,7 @@ import numpy as np
 from ..ground.arrays import Array, frozen
 from .entries import Entry
 from .geometry import check_inertia
+from .values import read_each
 
 _COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 _POINT_MASS = {"xx": 0}
@@ -31,7 +32,7 @@ def read_inertia(body: Entry, mass: float, slack: float) -> Array:
     given = body.get("inertia", _POINT_MASS)
     path = body.key_path("inertia")
     if isinstance(given, list):
-        inertia = frozen([body.values.vector(row, (*path, k)) for k, row in enumerate(given)])
+        inertia = frozen(read_each(body.values.vector, given, path))
     else:
         entry = Entry(body.values, given, path)
         inertia = _in_link_axes(entry, _tensor(entry, mass))
@@ -69,7 +70,13 @@ def _from_components(entry: Entry) -> Array:
     xy = entry.number("xy")
     xz = entry.number("xz")
     yz = entry.number("yz")
-    return frozen([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return frozen(
+        [
+            [xx, xy, xz],
+            [xy, yy, yz],
+            [xz, yz, zz],
+        ]
+    )
 
 
 def _in_link_axes(entry: Entry, inertia: Array) -> Array:
@@ -98,10 +105,11 @@ def _cylinder(cylinder: Entry, mass: float) -> list[float]:
 
 
 def _box(box: Entry, mass: float) -> list[float]:
-    path = box.key_path("size")
-    x, y, z = (box.values.length(edge, (*path, k)) for k, edge in enumerate(box["size"]))
-    squares = (y * y + z * z, x * x + z * z, x * x + y * y)
-    return [mass * square / 12.0 for square in squares]
+    x, y, z = read_each(box.values.length, box["size"], box.key_path("size"))
+    about_x = mass * (y * y + z * z) / 12.0
+    about_y = mass * (x * x + z * z) / 12.0
+    about_z = mass * (x * x + y * y) / 12.0
+    return [about_x, about_y, about_z]
 
 
 def _sphere(sphere: Entry, mass: float) -> list[float]:

@@ -9,7 +9,7 @@ import yaml
 from yaml.reader import ReaderError
 
 from ..errors import DescriptionError
-from .document import Document, FilePath, KeyPath, dotted
+from .document import Data, Document, FilePath, KeyPath, dotted
 from .yaml_errors import syntax_problem
 
 MAX_NODES = 200_000  # an alias bomb expands far beyond what a robot needs
@@ -108,8 +108,8 @@ class _Reader:
         except ValueError as error:
             raise self._error(f"not a value: {error}", line, path) from error
 
-    def _mapping(self, loader: _Loader, node: yaml.MappingNode, path: KeyPath) -> dict[str, Any]:
-        mapping: dict[str, Any] = {}
+    def _mapping(self, loader: _Loader, node: yaml.MappingNode, path: KeyPath) -> Data:
+        mapping: Data = {}
         for key_node, value_node in node.value:
             line = key_node.start_mark.line + 1
             if not isinstance(key_node, yaml.ScalarNode):

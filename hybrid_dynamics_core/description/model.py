@@ -134,6 +134,12 @@ class Closure:
     rotation_b: Array = field(default_factory=lambda: _IDENTITY)
     assembly: str | None = None
 
+    def frames(self) -> tuple[Frame, Frame]:
+        """The two frames, each on its link."""
+        frame_a = Frame(self.link_a, self.rotation_a, self.point_a)
+        frame_b = Frame(self.link_b, self.rotation_b, self.point_b)
+        return frame_a, frame_b
+
 
 @dataclass(frozen=True, eq=False)
 class Loop:
@@ -217,6 +223,10 @@ class RobotDescription(Picklable):
     payloads: Mapping[str, tuple[str, Payload]] = field(default_factory=dict)
     actuators: Mapping[str, HydraulicCylinder] = field(default_factory=dict)
     parts: Mapping[str, Link] = field(default_factory=dict)
+
+    def joint_to(self) -> dict[str, Joint]:
+        """The joint that moves each link, by the link."""
+        return {joint.child: joint for joint in self.joints.values()}
 
     def body_of(self, part: str) -> str:
         """The link of which a part is one; `frames` tells where on it."""

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import reduce
+from operator import matmul
+from typing import Any, TypeVar
 
 from ..ground.arrays import Array, frozen
 from ..ground.suggestions import did_you_mean
 from ..ground.wording import singular_or_plural
-from .document import Document, KeyPath
+from .document import Data, Document, KeyPath
 from .expressions import evaluate
 from .geometry import IDENTITY, Transform, rotation_from_rpy, rotation_with_z_axis, unit_axis
 
@@ -23,8 +25,9 @@ _ZERO_VECTOR = [0, 0, 0]
 _ANGLE_UNIT = re.compile(r"\b(pi|deg)\b")
 _SINGLE_TERM = re.compile(r"\s*[-+]?[\w.]+\s*")
 
+T = TypeVar("T")
 Scalar = float | str  # a number, or an expression
-Entry = Mapping[str, Any] | list[Any]
+Entry = Data | list[Any]
 
 
 class ValueReader:
@@ -33,7 +36,7 @@ class ValueReader:
     def __init__(self, document: Document) -> None:
         self.document = document
         self.parameters: dict[str, float] = {}
-        for name, value in (document.data.get("parameters") or {}).items():
+        for name, value in document.entries("parameters").items():
             self.parameters[name] = self.number(value, ("parameters", name))
 
     def number(self, value: Scalar, path: KeyPath) -> float:
@@ -66,7 +69,7 @@ class ValueReader:
 
     def vector(self, values: Sequence[Scalar], path: KeyPath) -> Array:
         """An array of the numbers of a list."""
-        return frozen([self.number(value, (*path, k)) for k, value in enumerate(values)])
+        return frozen(read_each(self.number, values, path))
 
     def axis(self, entry: str | list[Any], path: KeyPath) -> Array:
         """A unit vector (3,) from a letter such as '-z', or from a list."""
@@ -82,7 +85,7 @@ class ValueReader:
         """(lower, upper), infinite where nothing or .inf is given."""
         if entry is None:
             return -math.inf, math.inf
-        lower, upper = (self.number_or_infinity(end, (*path, k)) for k, end in enumerate(entry))
+        lower, upper = read_each(self.number_or_infinity, entry, path)
         if not lower < upper:
             raise self.document.error(
                 path, f"the lower limit {lower:g} is not below the upper limit {upper:g}"
@@ -95,13 +98,10 @@ class ValueReader:
         Each step is taken in the frame that the one before reached.
         """
         if isinstance(entry, list):
-            pose, *steps = [self.pose(step, (*path, k)) for k, step in enumerate(entry)]
-            for step in steps:
-                pose = pose @ step
-            return pose
-        translation = self.vector(entry.get("xyz", _ZERO_VECTOR), (*path, "xyz"))
+            return reduce(matmul, read_each(self.pose, entry, path))
+        translation = self._translation(entry, path)
         angles = entry.get("rpy", _ZERO_VECTOR)
-        roll, pitch, yaw = (self.angle(angle, (*path, "rpy", k)) for k, angle in enumerate(angles))
+        roll, pitch, yaw = read_each(self.angle, angles, (*path, "rpy"))
         return Transform(rotation_from_rpy(roll, pitch, yaw), translation)
 
     def attachment(self, entry: Entry, path: KeyPath) -> Transform:
@@ -116,8 +116,12 @@ class ValueReader:
         if "axis" not in entry:
             return self.pose(entry, path)
         axis = self.axis(entry["axis"], (*path, "axis"))
-        point = self.vector(entry.get("xyz", _ZERO_VECTOR), (*path, "xyz"))
-        return Transform(rotation_with_z_axis(axis), point)
+        return Transform(rotation_with_z_axis(axis), self._translation(entry, path))
+
+    def _translation(self, entry: Data, path: KeyPath) -> Array:
+        """The vector (3,) [m] of `xyz`."""
+        xyz = entry.get("xyz", _ZERO_VECTOR)
+        return self.vector(xyz, (*path, "xyz"))
 
     def warn_of_degrees(
         self, written: Sequence[Scalar], angles: Sequence[float], path: KeyPath
@@ -143,6 +147,11 @@ class ValueReader:
         verb = singular_or_plural(len(angles), "is", "are")
         hint = did_you_mean(corrected)
         self.document.warn(path, f"{values} rad {verb} {turns:.3g} turns{hint}")
+
+
+def read_each(read: Callable[[Any, KeyPath], T], values: Iterable[Any], path: KeyPath) -> list[T]:
+    """The values of a list, each read at its own path."""
+    return [read(value, (*path, k)) for k, value in enumerate(values)]
 
 
 def number_from(value: Scalar, names: Mapping[str, float]) -> float:

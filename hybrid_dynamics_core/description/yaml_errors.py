@@ -58,7 +58,8 @@ def _still_open(text: str, problem: str, start: yaml.Mark, end: yaml.Mark) -> st
 def _missing(text: str, closing: str, start: yaml.Mark, end: yaml.Mark) -> str:
     """Where a bracket is missing: most likely at the end of the last line that was read whole."""
     last = None
-    for number, line in enumerate(text.splitlines()[start.line : end.line], start.line + 1):
+    lines = text.splitlines()[start.line : end.line]
+    for number, line in enumerate(lines, start.line + 1):
         if line.strip() and not line.lstrip().startswith("#"):
             last = number
     if last is None:

@@ -5,10 +5,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..description.checks.schema import check_schema
-from ..description.document import Document, FilePath
+from ..description.document import Data, Document, FilePath
 from ..description.located_yaml import read_yaml
 from ..ground.suggestions import suggestion
 
@@ -49,17 +47,17 @@ def apply_extras(document: Document, extras: Document) -> None:
     _rename_base(document, extras.data.pop("base", ""))
     _check_names(document, extras)
     closures = document.section("closures")
-    for entry in extras.data.get("closures", {}).values():
+    for entry in extras.entries("closures").values():
         closures.pop(entry.pop("second", ""), None)
-    for name in extras.data.get("payloads", {}):
+    for name in extras.entries("payloads"):
         _remove_payload_body(document, name)
-    for name in extras.data.get("links", {}):
+    for name in extras.entries("links"):
         document.section("links").pop(name, None)
     if "reference" in extras.data:  # in place of what the format draws
         document.data["reference"] = {}
     _shift_coordinates(document, extras.data.pop("zero", {}))
     document.merge(extras)
-    for name in extras.data.get("loops", {}):
+    for name in extras.entries("loops"):
         _turn_into_loop(document, name)
 
 
@@ -80,7 +78,7 @@ def _rename_base(document: Document, name: str) -> None:
         if frame["link"] == old_name:
             frame["link"] = name
     for closure in document.section("closures").values():
-        between: dict[str, Any] = {}
+        between: Data = {}
         for link, end in closure["between"].items():
             new_link = name if link == old_name else link
             between[new_link] = end
@@ -91,7 +89,7 @@ def _check_names(document: Document, extras: Document) -> None:
     for section, document_section in _CHECKED_SECTIONS.items():
         names = document.section(document_section)
         kind = document_section.removesuffix("s")
-        for name in extras.data.get(section, {}):
+        for name in extras.entries(section):
             if name not in names:
                 hint = suggestion(name, names)
                 raise extras.error(
@@ -133,7 +131,7 @@ def _turn_into_loop(document: Document, name: str) -> None:
     """Move a planar closure that is a loop of Type A to D to the loops."""
     closure = document.section("closures").pop(name)
     loop = document.section("loops")[name]
-    pin: dict[str, Any] = {}
+    pin: Data = {}
     for link, end in closure["between"].items():
         pin[link] = end["xyz"] if isinstance(end, dict) else end
     loop["pin"] = pin

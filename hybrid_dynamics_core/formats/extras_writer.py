@@ -6,7 +6,7 @@ Each writer puts them where other programs pass them over; `extras_reader` reads
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from enum import Enum, auto
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 import yaml
 
 from ..description.actuators import HydraulicCylinder
+from ..description.document import Data
 from ..description.effects import SMOOTHING, JointEffect, Payload
 from ..description.model import Closure, Joint, Link, Loop, Mimic, RobotDescription
 
@@ -43,14 +44,14 @@ class Feature(Enum):
     UNLIMITED_SLIDES = auto()
 
 
-def extras_of(robot: RobotDescription, features: Collection[Feature]) -> dict[str, Any]:
+def extras_of(robot: RobotDescription, features: Collection[Feature]) -> Data:
     """Entries of format 1 beyond what a format says.
 
     Args:
         robot: that is written.
         features: what the format says itself.
     """
-    extras: dict[str, Any] = {"source": robot.source}
+    extras: Data = {"source": robot.source}
     if Feature.GRAVITY not in features:
         extras["gravity"] = robot.gravity.tolist()
     extras["joints"] = _joint_entries(robot, features)
@@ -59,17 +60,13 @@ def extras_of(robot: RobotDescription, features: Collection[Feature]) -> dict[st
     extras["active"] = list(robot.active)
     extras["active_set"] = robot.active_set
     extras["end_effector"] = {"link": robot.end_effector}
-    extras["payloads"] = {
-        name: _payload_entry(frame, payload) for name, (frame, payload) in robot.payloads.items()
-    }
-    extras["actuators"] = {
-        joint: _cylinder_entry(cylinder) for joint, cylinder in robot.actuators.items()
-    }
+    extras["payloads"] = _payload_entries(robot)
+    extras["actuators"] = _cylinder_entries(robot)
     extras["reference"] = dict(robot.reference)
     return without_empty(extras)
 
 
-def extras_text(extras: Mapping[str, Any], one_line: bool = False) -> str:
+def extras_text(extras: Data, one_line: bool = False) -> str:
     """The entries as YAML, with every digit of every number."""
     flow_style = True if one_line else None
     text: str = yaml.dump(
@@ -83,21 +80,25 @@ def extras_text(extras: Mapping[str, Any], one_line: bool = False) -> str:
     return text.strip()
 
 
-def extras_summary(extras: Mapping[str, Any]) -> str:
+def extras_summary(extras: Data) -> str:
     """The entries in words, for a comment."""
     return ", ".join(text for key, text in _DESCRIPTIONS.items() if key in extras)
 
 
-def without_empty(entries: Mapping[str, Any]) -> dict[str, Any]:
+def without_empty(entries: Data) -> Data:
     """Entries without those that are zero, none or empty."""
     return {key: value for key, value in entries.items() if value}
 
 
-def link_entry(link: Link) -> dict[str, Any]:
+def link_entry(link: Link) -> Data:
     """A link as a description file has it."""
     if not link.mass:
         return {}
-    return {"mass": link.mass, "com": link.com.tolist(), "inertia": link.inertia.tolist()}
+    return {
+        "mass": link.mass,
+        "com": link.com.tolist(),
+        "inertia": link.inertia.tolist(),
+    }
 
 
 class _Dumper(yaml.SafeDumper):
@@ -107,10 +108,10 @@ class _Dumper(yaml.SafeDumper):
         return True
 
 
-def _joint_entries(robot: RobotDescription, features: Collection[Feature]) -> dict[str, Any]:
-    entries: dict[str, Any] = {}
+def _joint_entries(robot: RobotDescription, features: Collection[Feature]) -> Data:
+    entries: Data = {}
     for name, joint in robot.joints.items():
-        entry: dict[str, Any] = {}
+        entry: Data = {}
         if _limits_are_extra(joint, features):
             entry["limits"] = list(joint.limits)
         if name in robot.effects:
@@ -130,8 +131,8 @@ def _limits_are_extra(joint: Joint, features: Collection[Feature]) -> bool:
     return is_unlimited_slide and Feature.UNLIMITED_SLIDES not in features
 
 
-def _effect_entries(effect: JointEffect, features: Collection[Feature]) -> dict[str, Any]:
-    entries: dict[str, Any] = {}
+def _effect_entries(effect: JointEffect, features: Collection[Feature]) -> Data:
+    entries: Data = {}
     friction: dict[str, float] = {}
     if Feature.FRICTION not in features:
         friction = {"viscous": effect.viscous, "coulomb": effect.coulomb}
@@ -151,22 +152,39 @@ def _effect_entries(effect: JointEffect, features: Collection[Feature]) -> dict[
     return entries
 
 
-def _mimic_entry(mimic: Mimic) -> dict[str, Any]:
-    return {"joint": mimic.source, "multiplier": mimic.multiplier, "offset": mimic.offset}
+def _mimic_entry(mimic: Mimic) -> Data:
+    return {
+        "joint": mimic.source,
+        "multiplier": mimic.multiplier,
+        "offset": mimic.offset,
+    }
 
 
-def _loop_entry(loop: Loop) -> dict[str, Any]:
-    return {"type": loop.type, "base": loop.base, "arm": loop.arm, "k1": loop.k1, "k2": loop.k2}
+def _loop_entry(loop: Loop) -> Data:
+    return {
+        "type": loop.type,
+        "base": loop.base,
+        "arm": loop.arm,
+        "k1": loop.k1,
+        "k2": loop.k2,
+    }
 
 
-def _closure_entry(closure: Closure) -> dict[str, Any]:
-    entry: dict[str, Any] = {"kind": closure.kind}
+def _closure_entry(closure: Closure) -> Data:
+    entry: Data = {"kind": closure.kind}
     if closure.assembly:
         entry["assembly"] = closure.assembly
     return entry
 
 
-def _payload_entry(frame: str, payload: Payload) -> dict[str, Any]:
+def _payload_entries(robot: RobotDescription) -> Data:
+    entries: Data = {}
+    for name, (frame, payload) in robot.payloads.items():
+        entries[name] = _payload_entry(frame, payload)
+    return entries
+
+
+def _payload_entry(frame: str, payload: Payload) -> Data:
     return {
         "on": frame,
         "mass": payload.mass,
@@ -175,8 +193,15 @@ def _payload_entry(frame: str, payload: Payload) -> dict[str, Any]:
     }
 
 
-def _cylinder_entry(cylinder: HydraulicCylinder) -> dict[str, Any]:
-    entry: dict[str, Any] = {
+def _cylinder_entries(robot: RobotDescription) -> Data:
+    entries: Data = {}
+    for joint, cylinder in robot.actuators.items():
+        entries[joint] = _cylinder_entry(cylinder)
+    return entries
+
+
+def _cylinder_entry(cylinder: HydraulicCylinder) -> Data:
+    entry: Data = {
         "kind": "hydraulic_cylinder",
         "bore": cylinder.bore,
         "rod": cylinder.rod,

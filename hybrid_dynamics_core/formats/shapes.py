@@ -6,12 +6,12 @@ A description has no shapes.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from ..closure.constraints.plane import plane_basis
-from ..description.effects import Payload
-from ..description.geometry import rotation_with_z_axis
+from ..description.geometry import Transform, rotation_with_z_axis
 from ..description.model import Closure, Frame, Link, RobotDescription
 from ..ground.arrays import Array
 from ..mechanism.tree import build_tree
@@ -68,25 +68,31 @@ def extra_frames(robot: RobotDescription) -> Iterator[tuple[str, Frame]]:
     for name, frame in robot.frames.items():
         if name not in robot.links and name != robot.base:
             yield name, frame
-        elif frame.translation.any() or not np.array_equal(frame.rotation, np.eye(3)):
+        elif not _is_identity(frame):
             yield f"{name}_frame", frame
 
 
-def payload_bodies(robot: RobotDescription, link: str) -> Iterator[tuple[str, Frame, Payload]]:
-    """Name of the body, frame and mass of the payloads on a link."""
+def _is_identity(frame: Frame) -> bool:
+    return Transform(frame.rotation, frame.translation).is_identity()
+
+
+def payload_bodies(robot: RobotDescription, link: str) -> Iterator[tuple[Link, Frame]]:
+    """The payloads on a link that have a mass, as links, and their frames."""
     for name, (place, payload) in robot.payloads.items():
         frame = robot.frames.get(place, Frame(place))
         if frame.link == link and payload.mass:
-            yield payload_body(name), frame, payload
+            com = np.asarray(payload.com)
+            inertia = np.asarray(payload.inertia)
+            yield Link(payload_body(name), payload.mass, com, inertia), frame
 
 
-def hinge_rotations(robot: RobotDescription, closure: Closure) -> tuple[Array, Array]:
-    """Rotations (3, 3) of a closure's frames on its two links, with z along the hinge.
+def hinge_frames(robot: RobotDescription, closure: Closure) -> tuple[Frame, Frame]:
+    """A closure's frames on its two links, with z along the hinge.
 
     The hinge of a planar loop is normal to its plane.
     """
     if closure.kind != "planar":
-        return closure.rotation_a, closure.rotation_b
+        return closure.frames()
     tree = build_tree(robot)
     a = tree.body_index(closure.link_a)
     b = tree.body_index(closure.link_b)
@@ -94,7 +100,6 @@ def hinge_rotations(robot: RobotDescription, closure: Closure) -> tuple[Array, A
     _, _, normal = plane_basis(tree, path_a + path_b, ancestor)
     rotation_a, _ = tree.zero_pose(a, ancestor)
     rotation_b, _ = tree.zero_pose(b, ancestor)
-    return (
-        rotation_with_z_axis(rotation_a.T @ normal),
-        rotation_with_z_axis(rotation_b.T @ normal),
-    )
+    hinge_a = rotation_with_z_axis(rotation_a.T @ normal)
+    hinge_b = rotation_with_z_axis(rotation_b.T @ normal)
+    return replace(closure, rotation_a=hinge_a, rotation_b=hinge_b).frames()

@@ -34,3 +34,11 @@ def test_of_two_loose_links_neither_is_taken_for_the_base() -> None:
         DescriptionError, match="no joint has this link as its child; add the joint"
     ):
         parse(GROUND.replace("  tool: {mass", "  spare: {}\n  tool: {mass"))
+
+
+def test_a_link_that_others_hang_on_lacks_its_joint() -> None:
+    text = "format: 1\nname: loose\nlinks: {a: {}, b: {}, c: {}}\n"
+    text += "joints: {j: {type: revolute, parent: b, child: a, axis: z}}\n"
+    text += "active: [j]\nend_effector: {link: a}\n"
+    with pytest.raises(DescriptionError, match=r"links\.b: no joint has this link as its child"):
+        parse(text)

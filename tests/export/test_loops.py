@@ -123,6 +123,12 @@ WRONG = {
         "has no <successor link=...>",
         1,
     ),
+    "axis": (
+        '    <axis xyz="0 0 1"/>\n  </loop>',
+        '    <axis xyz="0 0 0"/>\n  </loop>',
+        "loops.pin.axis: the axis has no length",
+        4,
+    ),
     "link": (
         '<predecessor link="coupler">',
         '<predecessor link="copler">',

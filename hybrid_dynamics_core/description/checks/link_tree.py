@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ...ground.suggestions import did_you_mean, suggestion
 from ..document import Document
 
@@ -19,11 +17,10 @@ class LinkTree:
 
     def __init__(self, document: Document) -> None:
         self.document = document
-        data = document.data
-        self.base: str = data.get("base", "base")
-        self.links: dict[str, Any] = data.get("links", {})
-        self.joints: dict[str, Any] = data.get("joints", {})
-        self.frames: dict[str, Any] = data.get("frames", {})
+        self.base: str = document.data.get("base", "base")
+        self.links = document.entries("links")
+        self.joints = document.entries("joints")
+        self.frames = document.entries("frames")
         self.parent_joint: dict[str, str] = {}
 
     def hang(self, link: str, joint: str) -> None:
@@ -87,7 +84,8 @@ class LinkTree:
             self._check_reaches_base(link)
 
     def _check_named_base(self, loose: list[str]) -> None:
-        if self.base in self.links or self.base in self._carriers() | self._tied():
+        names = {*self.links, *self._carriers(), *self._tied()}
+        if self.base in names:
             return
         hint = suggestion(self.base, loose or self.links)
         if len(loose) == 1:
@@ -128,6 +126,6 @@ class LinkTree:
     def _tied(self) -> set[str]:
         """Names that closures tie."""
         tied: set[str] = set()
-        for closure in self.document.data.get("closures", {}).values():
+        for closure in self.document.entries("closures").values():
             tied.update(closure["between"])
         return tied

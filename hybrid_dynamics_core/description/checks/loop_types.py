@@ -40,8 +40,9 @@ def check_loop_names(document: Document) -> None:
     Raises:
         DescriptionError: a link does not exist, or has two roles.
     """
-    links = [document.data.get("base", "base"), *document.data.get("links", {})]
-    for name, entry in document.data.get("loops", {}).items():
+    base = document.data.get("base", "base")
+    links = [base, *document.entries("links")]
+    for name, entry in document.entries("loops").items():
         for role in _ROLES:
             path: KeyPath = ("loops", name, role)
             link = entry[role]
@@ -71,9 +72,10 @@ class _LoopCheck:
         self.loop = loop
         self.path: KeyPath = ("loops", loop.name)
         self.links = {role: str(getattr(loop, role)) for role in _ROLES}
-        pin = next(closure for closure in robot.closures if closure.name == loop.name)
+        closures = {closure.name: closure for closure in robot.closures}
+        pin = closures[loop.name]
         self.pinned = {pin.link_a, pin.link_b}
-        self.joint_to = {joint.child: joint for joint in robot.joints.values()}
+        self.joint_to = robot.joint_to()
 
     def check(self) -> None:
         contradiction = self.contradiction(self.loop.type)
@@ -157,7 +159,8 @@ class _LoopCheck:
             if joint.parent == link and joint.child not in members:
                 return True
         for closure in self.robot.closures:
-            if closure.name != self.loop.name and link in (closure.link_a, closure.link_b):
+            ends = (closure.link_a, closure.link_b)
+            if closure.name != self.loop.name and link in ends:
                 return True
         return False
 
@@ -169,4 +172,5 @@ def _share_pivot(one: Joint, other: Joint) -> bool:
     axis = one.rotation @ one.axis
     skew = np.cross(axis, other.rotation @ other.axis)
     distance = np.cross(axis, one.translation - other.translation)
-    return bool(np.linalg.norm(skew) < _SAME_AXIS and np.linalg.norm(distance) < _SAME_AXIS)
+    is_parallel = np.linalg.norm(skew) < _SAME_AXIS
+    return bool(is_parallel and np.linalg.norm(distance) < _SAME_AXIS)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
-
 from ...ground.suggestions import did_you_mean, no_such_name
 from ..document import Document, KeyPath
 from ..model import END_EFFECTOR
@@ -34,8 +31,8 @@ class _NameCheck:
     def __init__(self, document: Document) -> None:
         self.document = document
         self.tree = LinkTree(document)
-        self.links = list(dict.fromkeys([self.tree.base, *self.tree.links]))
-        self.places = list(dict.fromkeys([*self.links, *self.tree.frames]))
+        self.links = _without_repeats([self.tree.base, *self.tree.links])
+        self.places = _without_repeats([*self.links, *self.tree.frames])
         joints = self.tree.joints.items()
         self.moving_joints = [name for name, joint in joints if joint["type"] != "fixed"]
 
@@ -62,7 +59,7 @@ class _NameCheck:
                 self._check_mimic(name, joint["mimic"]["joint"])
 
     def check_closures(self) -> None:
-        for name, closure in self._entries("closures"):
+        for name, closure in self.document.entries("closures").items():
             for link in closure["between"]:
                 self._require(link, self.places, ("closures", name, "between", link), "link")
 
@@ -72,7 +69,8 @@ class _NameCheck:
             path = ("active", k)
             self._refuse_link(name, path)
             self._require(name, self.moving_joints, path, "joint")
-            source = self.tree.joints[name].get("mimic", {}).get("joint")
+            mimic = self.tree.joints[name].get("mimic", {})
+            source = mimic.get("joint")
             if source in active:
                 raise self.document.error(
                     path, f"'{name}' follows '{source}', which is active too; leave one out"
@@ -80,16 +78,12 @@ class _NameCheck:
 
     def check_payloads(self) -> None:
         places = [*self.places, END_EFFECTOR]
-        for name, payload in self._entries("payloads"):
+        for name, payload in self.document.entries("payloads").items():
             self._require(payload["on"], places, ("payloads", name, "on"), "link or frame")
 
     def check_reference(self) -> None:
-        for name, _ in self._entries("reference"):
+        for name in self.document.entries("reference"):
             self._require(name, self.moving_joints, ("reference", name), "joint")
-
-    def _entries(self, section: str) -> Iterable[tuple[str, Any]]:
-        entries: dict[str, Any] = self.document.data.get(section, {})
-        return entries.items()
 
     def _require(self, name: str, existing: list[str], path: KeyPath, kind: str) -> None:
         if name not in existing:
@@ -117,3 +111,7 @@ class _NameCheck:
             source = joints[source]["mimic"]["joint"]
             if source not in joints:
                 return  # an error at that joint
+
+
+def _without_repeats(names: list[str]) -> list[str]:
+    return list(dict.fromkeys(names))

@@ -38,10 +38,11 @@ def warn_of_lengths(document: Document, robot: RobotDescription) -> None:
 
 def _longest_path(robot: RobotDescription) -> list[_Length]:
     """The lengths from the base to what is farthest from it, slides at zero."""
-    joint_to = {joint.child: joint for joint in robot.joints.values()}
+    joint_to = robot.joint_to()
     paths: list[list[_Length]] = []
     for point, key_path, link in _ends(robot):
-        paths.append([(_norm(point), key_path), *_path_to(link, joint_to)])
+        last = (_norm(point), key_path)
+        paths.append([last, *_path_to(link, joint_to)])
     return max(paths, key=_total, default=[])
 
 
@@ -68,7 +69,8 @@ def _path_to(link: str, joint_to: dict[str, Joint]) -> list[_Length]:
     lengths: list[_Length] = []
     while link in joint_to:
         joint = joint_to[link]
-        lengths.append((_norm(joint.translation), ("joints", joint.name, "origin")))
+        key_path = ("joints", joint.name, "origin")
+        lengths.append((_norm(joint.translation), key_path))
         link = joint.parent
     return lengths
 

@@ -21,7 +21,8 @@ def warn_of_masses(values: ValueReader, robot: RobotDescription) -> None:
 
     What is fixed to the base is not compared: foundations are as heavy as they like.
     """
-    masses = sorted(_moving_masses(values, robot), key=lambda item: item[0])
+    masses = _moving_masses(values, robot)
+    masses.sort(key=lambda item: item[0])
     if len(masses) <= _MIN_OTHERS:
         return
     *others, (mass, path) = masses

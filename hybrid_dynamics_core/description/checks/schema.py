@@ -10,18 +10,18 @@ from typing import Any
 import jsonschema
 from jsonschema.exceptions import best_match
 
-from ..document import Document, KeyPath
+from ..document import Data, Document, KeyPath
 from .schema_messages import schema_message
 
 _EXAMPLE_KEYS = 6  # that the message for something else than a mapping lists
 
 
 @cache
-def robot_schema() -> dict[str, Any]:
+def robot_schema() -> Data:
     """The JSON Schema of format 1."""
     folder = resources.files("hybrid_dynamics_core.description")
     text = folder.joinpath("robot.schema.json").read_text(encoding="utf-8")
-    schema: dict[str, Any] = json.loads(text)
+    schema: Data = json.loads(text)
     return schema
 
 

@@ -8,9 +8,7 @@ Modified (Craig): T = Rx(alpha) Tx(a) Rz(theta) Tz(d). The link's frame stands a
 
 from __future__ import annotations
 
-from typing import Any
-
-from ..document import Document, KeyPath
+from ..document import Data, Document, KeyPath
 
 _JOINT_KEYS = ("limits", "friction", "drive", "spring")  # of a row that a joint has too
 
@@ -35,32 +33,38 @@ def expand_chain(document: Document) -> None:
         parent = row["child"]
 
 
-def _add_standard(document: Document, row: dict[str, Any], parent: str, row_path: KeyPath) -> None:
+def _add_standard(document: Document, row: Data, parent: str, row_path: KeyPath) -> None:
     about_z, about_x = _poses(row)
     joint_path = ("joints", row["joint"])
-    document.add(joint_path, _joint(row, parent, [about_z]), row_path)
+    joint = _joint(row, parent, [about_z])
+    document.add(joint_path, joint, row_path)
     frame_path = ("frames", row["child"])
     document.add(frame_path, {"link": row["child"], **about_x}, row_path)
     _alias_numbers(document, (*joint_path, "origin", 0), frame_path, row_path)
 
 
-def _add_modified(document: Document, row: dict[str, Any], parent: str, row_path: KeyPath) -> None:
+def _add_modified(document: Document, row: Data, parent: str, row_path: KeyPath) -> None:
     about_z, about_x = _poses(row)
     joint_path = ("joints", row["joint"])
-    document.add(joint_path, _joint(row, parent, [about_x, about_z]), row_path)
+    joint = _joint(row, parent, [about_x, about_z])
+    document.add(joint_path, joint, row_path)
     origin_path = (*joint_path, "origin")
     _alias_numbers(document, (*origin_path, 1), (*origin_path, 0), row_path)
 
 
-def _poses(row: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+def _poses(row: Data) -> tuple[Data, Data]:
     """Rz(theta) Tz(d) and Rx(alpha) Tx(a) as entries."""
-    about_z = {"xyz": [0, 0, row.get("d", 0)], "rpy": [0, 0, row.get("theta", 0)]}
-    about_x = {"xyz": [row.get("a", 0), 0, 0], "rpy": [row.get("alpha", 0), 0, 0]}
+    theta = row.get("theta", 0)
+    d = row.get("d", 0)
+    a = row.get("a", 0)
+    alpha = row.get("alpha", 0)
+    about_z = {"xyz": [0, 0, d], "rpy": [0, 0, theta]}
+    about_x = {"xyz": [a, 0, 0], "rpy": [alpha, 0, 0]}
     return about_z, about_x
 
 
-def _joint(row: dict[str, Any], parent: str, origin: list[dict[str, Any]]) -> dict[str, Any]:
-    joint: dict[str, Any] = {
+def _joint(row: Data, parent: str, origin: list[Data]) -> Data:
+    joint: Data = {
         "type": row.get("type", "revolute"),
         "parent": parent,
         "child": row["child"],

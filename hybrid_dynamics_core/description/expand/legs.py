@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from ..document import Document, KeyPath
+from ..document import Data, Document, KeyPath
 
 
 def expand_legs(document: Document) -> None:
     """Add links, joints and the closure of every leg; each joint carries a link of its own."""
-    for name, leg in document.data.get("legs", {}).items():
+    for name, leg in document.entries("legs").items():
         path: KeyPath = ("legs", name)
         parent = leg.get("on", document.data.get("base", "base"))
         for k, entry in enumerate(leg["joints"]):
@@ -21,9 +19,7 @@ def expand_legs(document: Document) -> None:
         _add_closure(document, name, leg, parent)
 
 
-def _add_joint(
-    document: Document, entry: dict[str, Any], parent: str, child: str, written: KeyPath
-) -> None:
+def _add_joint(document: Document, entry: Data, parent: str, child: str, written: KeyPath) -> None:
     joint = dict(entry)
     name = joint.pop("name")
     body = joint.pop("body", {})
@@ -37,11 +33,12 @@ def _add_joint(
     document.add(("joints", name), joint, written)
 
 
-def _add_closure(document: Document, name: str, leg: dict[str, Any], last_link: str) -> None:
+def _add_closure(document: Document, name: str, leg: Data, last_link: str) -> None:
     leg_path: KeyPath = ("legs", name)
-    closure: dict[str, Any] = {
+    end = leg.get("end", {})
+    closure: Data = {
         "kind": leg.get("kind", "point"),
-        "between": {last_link: leg.get("end", {}), **leg["to"]},
+        "between": {last_link: end, **leg["to"]},
     }
     if "assembly" in leg:
         closure["assembly"] = leg["assembly"]

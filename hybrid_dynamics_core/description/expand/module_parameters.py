@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
 
 from ...ground.suggestions import suggestion
 from ...ground.wording import counted
-from ..document import Document, KeyPath
+from ..document import Data, Document, KeyPath
 from ..values import Scalar, ValueReader, number_from
 from .templates import Template
 
 Scope = dict[str, float]  # the names that expressions of a template may use
 
 
-def leg_labels(
-    document: Document, name: str, entry: Mapping[str, Any], template: Template
-) -> list[str]:
+def leg_labels(document: Document, name: str, entry: Data, template: Template) -> list[str]:
     """Labels of the legs, from the module or else from its template.
 
     Raises:
         DescriptionError: the module gives another number of them.
     """
-    defaults = [str(label) for label in template.data.get("legs", {}).get("labels", [])]
-    labels = [str(label) for label in entry.get("legs", defaults)]
+    legs = template.data.get("legs", {})
+    defaults = list(map(str, legs.get("labels", [])))
+    labels = list(map(str, entry.get("legs", defaults)))
     if len(labels) != len(defaults):
         raise document.error(
             ("modules", name, "legs"),
@@ -37,16 +34,14 @@ def leg_labels(
 class ModuleParameters:
     """Reads the parameters and values of one module."""
 
-    def __init__(
-        self, values: ValueReader, name: str, entry: Mapping[str, Any], template: Template
-    ) -> None:
+    def __init__(self, values: ValueReader, name: str, entry: Data, template: Template) -> None:
         self.values = values
         self.document = values.document
         self.template = template
         self.path: KeyPath = ("modules", name, "parameters")
-        self.given: Mapping[str, Any] = entry.get("parameters", {})
-        self.once: Mapping[str, Any] = template.data
-        self.for_legs: Mapping[str, Any] = template.data.get("legs", {})
+        self.given: Data = entry.get("parameters", {})
+        self.once: Data = template.data
+        self.for_legs: Data = template.data.get("legs", {})
 
     def check_names(self) -> None:
         """Check that the template has the parameters, with one number or one for each leg.
@@ -98,9 +93,7 @@ class ModuleParameters:
             scopes.append(scope)
         return scopes
 
-    def _parameter(
-        self, name: str, parameter: Mapping[str, Any], scope: Scope, leg: int | None
-    ) -> float:
+    def _parameter(self, name: str, parameter: Data, scope: Scope, leg: int | None) -> float:
         """A number that is given for the module or for a leg, or the default."""
         path = (*self.path, name)
         if name in self.given:
@@ -123,7 +116,7 @@ class ModuleParameters:
             return self.values.number_or_infinity(value[leg], (*path, leg))
         return self.values.number_or_infinity(value, path)
 
-    def _check_range(self, value: float, parameter: Mapping[str, Any], path: KeyPath) -> None:
+    def _check_range(self, value: float, parameter: Data, path: KeyPath) -> None:
         expected = ""
         if math.isnan(value):
             expected = "a number"
@@ -136,7 +129,7 @@ class ModuleParameters:
                 path, f"is {value:g}; expected {expected} ({parameter['about']})"
             )
 
-    def _add_values(self, scope: Scope, part: Mapping[str, Any], where: str) -> None:
+    def _add_values(self, scope: Scope, part: Data, where: str) -> None:
         """Add the values that a template computes from its parameters."""
         for name, value in part.get("values", {}).items():
             scope[name] = self._evaluate(value, scope, f"{where}.{name}")

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ...ground.suggestions import suggestion
-from ..document import Document, KeyPath, Provenance
+from ..document import Data, Document, KeyPath, Provenance
 from ..values import ValueReader
 from .module_parameters import ModuleParameters, Scope, leg_labels
 from .templates import Template, find_template
@@ -23,7 +23,7 @@ _NAME_TAKEN = "give this module other leg names (legs) or a prefix"
 
 def expand_modules(document: Document) -> None:
     """Add the entries of every module, and its central configuration to the reference."""
-    modules = document.data.get("modules", {})
+    modules = document.entries("modules")
     if not modules:
         return
     values = ValueReader(document)
@@ -33,9 +33,7 @@ def expand_modules(document: Document) -> None:
 
 
 class _Module:
-    def __init__(
-        self, values: ValueReader, name: str, entry: Mapping[str, Any], template: Template
-    ) -> None:
+    def __init__(self, values: ValueReader, name: str, entry: Data, template: Template) -> None:
         self.values = values
         self.document: Document = values.document
         self.name = name
@@ -43,7 +41,7 @@ class _Module:
         self.template = template
         self.path: KeyPath = ("modules", name)
         self.prefix: str = entry.get("prefix", "")
-        self.legs: Mapping[str, Any] = template.data.get("legs", {})
+        self.legs: Data = template.data.get("legs", {})
         self.labels = leg_labels(self.document, name, entry, template)
         self.on = self._on()
 
@@ -60,7 +58,7 @@ class _Module:
 
     def _on(self) -> str:
         """The link or frame under the module; a frame is added where a pose is given."""
-        on: str | dict[str, Any] = self.entry["on"]
+        on: str | Data = self.entry["on"]
         if isinstance(on, str):
             return on
         name = f"{self.name}_on"
@@ -68,7 +66,8 @@ class _Module:
         return name
 
     def _check_joint_names(self) -> None:
-        names = [*self.template.data.get("joints", {}), *self.legs.get("joints", {})]
+        once = self.template.data.get("joints", {})
+        names = [*once, *self.legs.get("joints", {})]
         for name in self.entry.get("joints", {}):
             if name not in names:
                 hint = suggestion(name, names)
@@ -80,7 +79,7 @@ class _Module:
 
     # -- entries
 
-    def _add_sections(self, part: Mapping[str, Any], scope: Scope, label: str | None) -> None:
+    def _add_sections(self, part: Data, scope: Scope, label: str | None) -> None:
         """Add the entries of the template, or of one leg of it."""
         for section in _SECTIONS:
             for name, entry in part.get(section, {}).items():
@@ -103,11 +102,13 @@ class _Module:
         if section == "joints" and entry["parent"] == "on":
             self.document.alias((*path, "parent"), (*self.path, "on"))
 
-    def _given_joint_entries(self, name: str, full_name: str) -> Mapping[str, Any]:
+    def _given_joint_entries(self, name: str, full_name: str) -> Data:
         """Friction, drive and spring that the module gives a joint of the template."""
-        entries: Mapping[str, Any] = self.entry.get("joints", {}).get(name, {})
+        given = self.entry.get("joints", {})
+        entries: Data = given.get(name, {})
         for key in entries:
-            self.document.alias(("joints", full_name, key), (*self.path, "joints", name, key))
+            written = (*self.path, "joints", name, key)
+            self.document.alias(("joints", full_name, key), written)
         return entries
 
     # -- names
@@ -153,8 +154,9 @@ class _Module:
         return {_with_label(name, label) for name in names for label in self.labels}
 
 
-def _place_names(part: Mapping[str, Any]) -> list[str]:
-    return [*part.get("links", {}), *part.get("frames", {})]
+def _place_names(part: Data) -> list[str]:
+    links = part.get("links", {})
+    return [*links, *part.get("frames", {})]
 
 
 def _with_label(entry: Any, label: str | None) -> Any:

@@ -18,7 +18,7 @@ def expand_short_forms(document: Document) -> None:
 
 def _expand_loops(document: Document) -> None:
     """Add the cut pin of every loop of Type A to D as a planar closure."""
-    for name, entry in document.data.get("loops", {}).items():
+    for name, entry in document.entries("loops").items():
         closure = {"kind": "planar", "between": entry["pin"]}
         if "assembly" in entry:
             closure["assembly"] = entry["assembly"]

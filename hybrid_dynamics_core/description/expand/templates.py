@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Any
 
 from ...ground.suggestions import suggestion
 from ..checks.schema import check_schema
-from ..document import Document, KeyPath
+from ..document import Data, Document, KeyPath
 from ..files import read_text
 from ..located_yaml import read_yaml
 
@@ -27,7 +26,7 @@ class Template:
     """
 
     name: str
-    data: dict[str, Any]
+    data: Data
 
 
 def shipped_templates() -> tuple[str, ...]:
@@ -47,7 +46,7 @@ def find_template(document: Document, name: str, path: KeyPath) -> Template:
     Raises:
         DescriptionError: there is no such template, or its file is wrong.
     """
-    given_templates = document.data.get("templates", {})
+    given_templates = document.entries("templates")
     if name in given_templates:
         return Template(name, given_templates[name])
     if name.endswith((".yaml", ".yml")):
@@ -76,7 +75,8 @@ def _from_file(document: Document, name: str, path: KeyPath) -> Template:
 
 @cache
 def _shipped(file: str) -> Template:
-    return _parse(_FOLDER.joinpath(file).read_text(encoding="utf-8"), Path(file))
+    text = _FOLDER.joinpath(file).read_text(encoding="utf-8")
+    return _parse(text, Path(file))
 
 
 def _parse(text: str, file: Path) -> Template:

@@ -12,7 +12,8 @@ from typing import Any
 
 from ...description.checks.schema import check_schema
 from ...description.defaults import farthest_link, neutral_coordinate
-from ...description.document import Document, KeyPath
+from ...description.document import Data, Document, KeyPath
+from ...description.values import read_each
 from ...ground.suggestions import suggestion
 from ...ground.wording import counted
 from ..extras_reader import EXTRAS_DEFINITION, TAG, apply_extras
@@ -42,7 +43,7 @@ def gepetto_document(document: Document) -> Document:
 class _GepettoReader:
     def __init__(self, document: Document) -> None:
         self.document = document
-        self.given: dict[str, Any] = document.data  # the keys of the robot.yaml
+        self.given: Data = document.data  # the keys of the robot.yaml
         check_schema(document, "gepetto")
         self.extras = document.subdocument(TAG)
         check_schema(self.extras, EXTRAS_DEFINITION)
@@ -55,7 +56,8 @@ class _GepettoReader:
                 document.notes.append(f"{key}: not used")
         document.data = {"format": 1}
         urdf = self.urdf_file()
-        document.data["name"] = add_urdf(document, urdf, self.replacements(), ("joint_name",))
+        replacements = self.replacements()
+        document.data["name"] = add_urdf(document, urdf, replacements, ("joint_name",))
         document.data["source"] = f"{urdf.name} and its loops"
         self.add_closures()
         document.data["active"] = self.motors()
@@ -64,7 +66,8 @@ class _GepettoReader:
             document.data["end_effector"] = {"link": farthest_link(document)}
         for name, joint in document.section("joints").items():
             if joint["type"] != "fixed":
-                document.add(("reference", name), neutral_coordinate(joint), ("joints", name))
+                coordinate = neutral_coordinate(joint)
+                document.add(("reference", name), coordinate, ("joints", name))
         apply_extras(document, self.extras)
 
     def given_list(self, key: str) -> list[Any]:
@@ -133,10 +136,11 @@ class _GepettoReader:
         return [_KINDS[pair_type.lower()] for pair_type in types]
 
     def add_closure(self, name: str, kind: str, pair: list[str], path: KeyPath) -> None:
-        a, b = (self.link(frame, (*path, n)) for n, frame in enumerate(pair))
+        a, b = read_each(self.link, pair, path)
         if a == b:
             raise self.document.error(path, "names one frame twice")
-        entry = {"kind": kind, "between": {a: [0, 0, 0], b: [0, 0, 0]}}
+        between = {a: [0, 0, 0], b: [0, 0, 0]}
+        entry = {"kind": kind, "between": between}
         self.document.add(("closures", name), entry, path)
 
     def link(self, name: str, path: KeyPath) -> str:

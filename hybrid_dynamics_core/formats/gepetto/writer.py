@@ -7,10 +7,12 @@ two pairs of type 3d along it, with six equations of which five are independent.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
-from ...description.model import Closure, Frame, RobotDescription
+from ...description.document import Data
+from ...description.model import Closure, RobotDescription
 from .. import shapes
 from ..extras_reader import TAG
 from ..extras_writer import extras_of, extras_summary, extras_text
@@ -18,7 +20,12 @@ from ..urdf.writer import FEATURES, add_frame, tree_element
 from ..xml.writer import insert_comment, xml_text
 
 _AXIS_ARM = 0.5  # between the two points that tie an axis, over the size of the robot
-_PAIR_TYPES = {"planar": "3d", "point": "3d", "axis": "3d", "frame": "6d"}
+_PAIR_TYPES = {
+    "planar": "3d",
+    "point": "3d",
+    "axis": "3d",
+    "frame": "6d",
+}
 _URDF_COMMENT = "The tree of a robot; its loops are in the robot.yaml beside it."
 
 
@@ -46,7 +53,7 @@ def to_gepetto(robot: RobotDescription) -> Pair:
         if closure.kind == "axis":
             pairs.add(closure, "_axis", pairs.arm)
             extras["closures"][closure.name]["second"] = f"{closure.name}_axis"
-    entries: dict[str, Any] = {
+    entries: Data = {
         "closed_loop": pairs.ends,
         "type": pairs.types,
         "name_mot": list(robot.active),
@@ -83,13 +90,13 @@ class _Pairs:
     def add(self, closure: Closure, suffix: str, shift: float) -> None:
         """Add the pair of a closure, shifted along z [m]."""
         name = f"{closure.name}{suffix}"
-        point_a = closure.point_a + shift * closure.rotation_a[:, 2]
-        point_b = closure.point_b + shift * closure.rotation_b[:, 2]
-        end_a = self._free_name(f"{name}_A")
-        end_b = self._free_name(f"{name}_B")
-        add_frame(self.root, end_a, Frame(closure.link_a, closure.rotation_a, point_a))
-        add_frame(self.root, end_b, Frame(closure.link_b, closure.rotation_b, point_b))
-        self.ends.append([end_a, end_b])
+        ends: list[str] = []
+        for letter, frame in zip("AB", closure.frames(), strict=True):
+            end = self._free_name(f"{name}_{letter}")
+            point = frame.translation + shift * frame.rotation[:, 2]
+            add_frame(self.root, end, replace(frame, translation=point))
+            ends.append(end)
+        self.ends.append(ends)
         self.types.append(_PAIR_TYPES[closure.kind])
         self.names.append(name)
 

@@ -9,26 +9,25 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ...description.defaults import driven_joints, farthest_link
-from ...description.document import Document, KeyPath
+from ...description.document import Data, Document, KeyPath
 from ...description.geometry import rotation_from_quaternion, rpy_of
 from ...errors import DescriptionError
 from ..extras_reader import TAG, read_extras
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 from ..xml.vocabulary import VocabularyCheck
-from .vocabulary import ADVICE, JOINT_NUMBERS, MJCF
+from .joints import read_joint
+from .vocabulary import ADVICE, MJCF
 
 NEGLIGIBLE = 1e-9  # [kg, kg m^2] stands for none, since MuJoCo wants some mass of what moves
-_JOINT_TYPES = {"hinge": "revolute", "slide": "prismatic"}
 _CLOSURE_KINDS = {"connect": "point", "weld": "frame"}
 _GRAVITY = (0.0, 0.0, -9.81)  # of a file that does not say
+_COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 _ZERO_VECTOR = (0.0, 0.0, 0.0)
-_Z_AXIS = (0.0, 0.0, 1.0)
 _NO_TURN = (1.0, 0.0, 0.0, 0.0)
 _OTHER_ORIENTATIONS = ("euler", "axisangle", "xyaxes", "zaxis")
 _SHORTEST_QUATERNION = 1e-9
@@ -40,10 +39,19 @@ def mjcf_document(root: LocatedElement, file: Path) -> Document:
     Raises:
         DescriptionError: the file says what is not covered.
     """
-    document = Document({"format": 1, "name": root.get("model", file.stem)}, file, {})
-    xml = XmlReader(file, root)
+    data = {
+        "format": 1,
+        "name": root.get("model", file.stem),
+        "base": "world",
+        "links": {},
+        "joints": {},
+        "closures": {},
+        "source": file.name,
+    }
+    document = Document(data, file, {})
+    xml = XmlReader(file, root, document)
     VocabularyCheck(xml, MJCF, ADVICE).check(root)
-    reader = _MjcfReader(document, xml)
+    reader = _MjcfReader(xml)
     reader.read_settings()
     for world in root.all("worldbody"):
         reader.add_content(world, "world")
@@ -60,14 +68,11 @@ def mjcf_document(root: LocatedElement, file: Path) -> Document:
 
 
 class _MjcfReader:
-    def __init__(self, document: Document, xml: XmlReader) -> None:
-        self.document = document
+    def __init__(self, xml: XmlReader) -> None:
         self.xml = xml
-        self.sites: dict[str, tuple[str, dict[str, Any]]] = {}  # link and pose on it
+        self.document = xml.document
+        self.sites: dict[str, tuple[str, Data]] = {}  # link and pose on it
         self.joint_order: list[str] = []  # as MuJoCo numbers them
-        document.data.update(
-            base="world", links={}, joints={}, closures={}, source=str(xml.file.name)
-        )
 
     def error(self, element: LocatedElement, problem: str) -> DescriptionError:
         key: KeyPath = (element.tag,)
@@ -118,7 +123,8 @@ class _MjcfReader:
             name = self.xml.name(site, "sites")
             if name in self.sites:
                 raise self.error(site, "has the name of another site; rename one of them")
-            self.sites[name] = (link, self.pose(site, ("sites",)))
+            pose = self.pose(site, ("sites",))
+            self.sites[name] = (link, pose)
         for child in body.all("body"):
             self.add_body(child, link)
 
@@ -127,22 +133,21 @@ class _MjcfReader:
         link = self.xml.name(body, "links")
         link_path = ("links", link)
         inertial = self.inertial(body, link_path)
-        self.document.add_located(link_path, inertial, self.xml.file, body.line)
-        entry: dict[str, Any] = {
+        self.xml.add(link_path, inertial, body)
+        entry: Data = {
             "parent": parent,
             "child": link,
             "origin": self.pose(body, link_path),
         }
-        name = f"{link}_fixed"
-        line = body.line
         joint = self.only_joint(body, link)
         if joint is None:
             entry["type"] = "fixed"
+            self.xml.add(("joints", f"{link}_fixed"), entry, body)
         else:
             name = self.xml.name(joint, "joints")
-            line = joint.line
-            entry |= self.joint(joint, name)
-        self.document.add_located(("joints", name), entry, self.xml.file, line)
+            entry |= read_joint(self.xml, joint, name)
+            self.joint_order.append(name)
+            self.xml.add(("joints", name), entry, joint)
         self.add_content(body, link)
 
     def only_joint(self, body: LocatedElement, link: str) -> LocatedElement | None:
@@ -154,7 +159,7 @@ class _MjcfReader:
             )
         return body.first("joint")
 
-    def inertial(self, body: LocatedElement, path: KeyPath) -> dict[str, Any]:
+    def inertial(self, body: LocatedElement, path: KeyPath) -> Data:
         """Mass, centre of mass and inertia of a body; nothing where they stand for none."""
         inertial = body.first("inertial")
         if inertial is None:
@@ -162,7 +167,8 @@ class _MjcfReader:
         mass = self.xml.number(inertial, "mass", (*path, "mass"))
         pose = self.pose(inertial, path)
         tensor = self.tensor(inertial, (*path, "inertia"))
-        if mass <= NEGLIGIBLE and max(tensor["xx"], tensor["yy"], tensor["zz"]) <= NEGLIGIBLE:
+        largest_moment = max(tensor["xx"], tensor["yy"], tensor["zz"])
+        if mass <= NEGLIGIBLE and largest_moment <= NEGLIGIBLE:
             return {}
         inertia = {**tensor, "frame": {"rpy": pose["rpy"]}}
         return {"mass": mass, "com": pose["xyz"], "inertia": inertia}
@@ -172,42 +178,9 @@ class _MjcfReader:
         if "fullinertia" in inertial.attributes:
             values = self.xml.numbers(inertial, "fullinertia", 6, key)
         else:
-            values = [*self.xml.numbers(inertial, "diaginertia", 3, key), 0.0, 0.0, 0.0]
-        return dict(zip(("xx", "yy", "zz", "xy", "xz", "yz"), values, strict=True))
-
-    def joint(self, joint: LocatedElement, name: str) -> dict[str, Any]:
-        """Type, axis, limits and effects of a joint."""
-        path: KeyPath = ("joints", name)
-        mujoco_type = joint.get("type", "hinge")
-        if mujoco_type not in _JOINT_TYPES:
-            expected = " or ".join(_JOINT_TYPES)
-            raise self.xml.error(joint, (*path, "type"), f"is '{mujoco_type}'; expected {expected}")
-        self.joint_order.append(name)
-        effects = self.effects(joint, path)
-        entry: dict[str, Any] = {
-            "type": _JOINT_TYPES[mujoco_type],
-            "axis": self.xml.numbers(joint, "axis", 3, path, _Z_AXIS),
-        }
-        if "range" in joint.attributes and joint.get("limited") != "false":
-            entry["limits"] = self.xml.numbers(joint, "range", 2, (*path, "limits"))
-        return entry | effects
-
-    def effects(self, joint: LocatedElement, path: KeyPath) -> dict[str, Any]:
-        """Friction, drive and spring of a joint."""
-        numbers: dict[str, float] = {}
-        for attribute in sorted(JOINT_NUMBERS.intersection(joint.attributes)):
-            numbers[attribute] = self.xml.number(joint, attribute, path)
-        entries: dict[str, Any] = {}
-        if "damping" in numbers or "frictionloss" in numbers:
-            viscous = numbers.get("damping", 0.0)
-            coulomb = numbers.get("frictionloss", 0.0)
-            entries["friction"] = {"viscous": viscous, "coulomb": coulomb}
-        if "armature" in numbers:
-            entries["drive"] = {"rotor_inertia": numbers["armature"]}
-        if "stiffness" in numbers:
-            rest = numbers.get("springref", 0.0)
-            entries["spring"] = {"stiffness": numbers["stiffness"], "rest": rest}
-        return entries
+            moments = self.xml.numbers(inertial, "diaginertia", 3, key)
+            values = [*moments, 0.0, 0.0, 0.0]
+        return dict(zip(_COMPONENTS, values, strict=True))
 
     def pose(self, element: LocatedElement, path: KeyPath) -> dict[str, list[float]]:
         for attribute in _OTHER_ORIENTATIONS:
@@ -243,7 +216,7 @@ class _MjcfReader:
     def add_closure(self, element: LocatedElement) -> tuple[str, str]:
         """Add a closure; returns the names of its sites."""
         sites = (element.get("site1"), element.get("site2"))
-        between: dict[str, Any] = {}
+        between: Data = {}
         for site in sites:
             if site not in self.sites:
                 raise self.error(
@@ -257,7 +230,7 @@ class _MjcfReader:
             raise self.error(element, "ties two sites of one body")
         entry = {"kind": _CLOSURE_KINDS[element.tag], "between": between}
         name = self.xml.name(element, "closures")
-        self.document.add_located(("closures", name), entry, self.xml.file, element.line)
+        self.xml.add(("closures", name), entry, element)
         return sites
 
     def add_follower(self, element: LocatedElement) -> None:
@@ -305,4 +278,5 @@ class _MjcfReader:
             if key is not None:
                 values = self.xml.numbers(key, "qpos", count, ("keyframe",), zero)
                 break
-        self.document.data["reference"] = dict(zip(self.joint_order, values, strict=True))
+        reference = dict(zip(self.joint_order, values, strict=True))
+        self.document.data["reference"] = reference

@@ -7,14 +7,14 @@ keyframe `reference` is the closed reference configuration, with the motors' eff
 from __future__ import annotations
 
 import math
-from typing import Any
+from dataclasses import replace
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
 from ...algebra.rotations import canonical, quaternion
-from ...description.effects import Payload
-from ...description.model import Closure, Frame, Joint, RobotDescription, effects_of
+from ...description.document import Data
+from ...description.model import Closure, Frame, Joint, Link, RobotDescription, effects_of
 from ...ground.arrays import Array
 from ...robot.robot import Robot
 from .. import shapes
@@ -27,6 +27,9 @@ _TIME_STEP = 5e-4  # [s] of MuJoCo's integrator
 # The stiffest that MuJoCo takes at this step:
 _STIFF = {"solref": "0.001 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
 _FEATURES = frozenset({Feature.GRAVITY, Feature.FRICTION, Feature.MIMIC})
+# Rows and columns of xx, yy, zz, xy, xz, yz, MuJoCo's order:
+_MOMENT_ROWS = (0, 1, 2, 0, 0, 1)
+_MOMENT_COLUMNS = (0, 1, 2, 1, 2, 2)
 _AXIS_ARM = 0.5  # between the two points that tie an axis, over the size of the robot
 _INVISIBLE_TO_CONTACTS = {"contype": "0", "conaffinity": "0"}
 
@@ -80,9 +83,10 @@ class _MjcfWriter:
     def add_extras(self, root: Element) -> None:
         """Add what MJCF has no words for, where MuJoCo keeps texts of users."""
         robot = self.description
-        extras: dict[str, Any] = {"base": robot.base, **extras_of(robot, _FEATURES)}
-        if robot.base in robot.links:
-            extras["links"] = {robot.base: link_entry(robot.links[robot.base])}
+        extras: Data = {"base": robot.base, **extras_of(robot, _FEATURES)}
+        base_link = robot.links.get(robot.base)
+        if base_link is not None:
+            extras["links"] = {robot.base: link_entry(base_link)}
         for closure in robot.closures:
             if closure.kind == "axis":
                 extras["closures"][closure.name]["second"] = f"{closure.name}_axis"
@@ -92,7 +96,8 @@ class _MjcfWriter:
             " passes it over.",
         )
         custom = SubElement(root, "custom")
-        SubElement(custom, "text", name=TAG, data=extras_text(extras, one_line=True))
+        text = extras_text(extras, one_line=True)
+        SubElement(custom, "text", name=TAG, data=text)
 
     # -- bodies
 
@@ -103,9 +108,10 @@ class _MjcfWriter:
             self.add_closure_sites(body, link, closure)
         for name, frame in shapes.extra_frames(self.description):
             if frame.link == link:
-                _add_site(body, name, frame.translation, frame.rotation)
-        for name, frame, payload in shapes.payload_bodies(self.description, link):
-            _add_payload(body, name, frame, payload)
+                _add_placed(body, "site", name, frame)
+        for payload, frame in shapes.payload_bodies(self.description, link):
+            element = _add_placed(body, "body", payload.name, frame)
+            _add_inertial(element, payload)
         for joint in self.joints_on.get(link, []):
             child = self.add_body(body, joint)
             self.fill(child, joint.child)
@@ -119,23 +125,21 @@ class _MjcfWriter:
 
     def add_closure_sites(self, body: Element, link: str, closure: Closure) -> None:
         """Add sites at the ends of a closure on a link, and for an axis others along it."""
-        ends = (
-            ("a", closure.link_a, closure.point_a, closure.rotation_a),
-            ("b", closure.link_b, closure.point_b, closure.rotation_b),
-        )
-        for letter, end_link, point, rotation in ends:
-            if end_link != link:
+        for letter, frame in zip("ab", closure.frames(), strict=True):
+            if frame.link != link:
                 continue
             name = f"{closure.name}_{letter}"
-            _add_site(body, name, point, rotation)
+            _add_placed(body, "site", name, frame)
             if closure.kind == "axis":
-                arm = _AXIS_ARM * self.size * rotation[:, 2]
-                _add_site(body, f"{name}_axis", point + arm, rotation)
+                arm = _AXIS_ARM * self.size * frame.rotation[:, 2]
+                shifted = replace(frame, translation=frame.translation + arm)
+                _add_placed(body, "site", f"{name}_axis", shifted)
 
     def add_body(self, parent: Element, joint: Joint) -> Element:
         link = self.description.links[joint.child]
-        element = _add_placed(parent, "body", link.name, joint.translation, joint.rotation)
-        _add_inertial(element, link.mass, link.com, link.inertia)
+        frame = Frame(joint.parent, joint.rotation, joint.translation)
+        element = _add_placed(parent, "body", link.name, frame)
+        _add_inertial(element, link)
         attributes = {
             "name": joint.name,
             "type": "hinge" if joint.type == "revolute" else "slide",
@@ -166,41 +170,29 @@ class _MjcfWriter:
         state = self.robot.close(self.robot.reference)
         coordinates = dict(zip(self.robot.coordinates, state.s.tolist(), strict=True))
         order = [joint.get("name", "") for joint in world.iter("joint")]
-        efforts = self.robot.inverse_dynamics(state, np.zeros(len(self.robot.active)))
+        at_rest = np.zeros(len(self.robot.active))
+        efforts = self.robot.inverse_dynamics(state, at_rest)
         keyframe = SubElement(root, "keyframe")
         qpos = numbers_text(coordinates[name] for name in order)
-        SubElement(keyframe, "key", name="reference", qpos=qpos, ctrl=numbers_text(efforts))
+        ctrl = numbers_text(efforts)
+        SubElement(keyframe, "key", name="reference", qpos=qpos, ctrl=ctrl)
 
 
-def _add_placed(
-    parent: Element, tag: str, name: str, translation: Array, rotation: Array
-) -> Element:
-    """Add an element with a name at a pose on its parent."""
-    pos = numbers_text(translation)
-    return SubElement(parent, tag, name=name, pos=pos, quat=_quaternion(rotation))
+def _add_placed(parent: Element, tag: str, name: str, frame: Frame) -> Element:
+    """Add an element with a name at a frame on its parent."""
+    element = SubElement(parent, tag, name=name)
+    element.set("pos", numbers_text(frame.translation))
+    element.set("quat", _quaternion(frame.rotation))
+    return element
 
 
-def _add_site(body: Element, name: str, translation: Array, rotation: Array) -> None:
-    _add_placed(body, "site", name, translation, rotation)
-
-
-def _add_payload(body: Element, name: str, frame: Frame, payload: Payload) -> None:
-    element = _add_placed(body, "body", name, frame.translation, frame.rotation)
-    _add_inertial(element, payload.mass, np.asarray(payload.com), np.asarray(payload.inertia))
-
-
-def _add_inertial(element: Element, mass: float, com: Array, inertia: Array) -> None:
-    if mass == 0.0 and not inertia.any():
+def _add_inertial(body: Element, link: Link) -> None:
+    inertia = link.inertia
+    if link.mass == 0.0 and not inertia.any():
         inertia = NEGLIGIBLE * np.eye(3)
-    J = inertia
-    moments = (J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2])
-    SubElement(
-        element,
-        "inertial",
-        pos=numbers_text(com),
-        mass=number_text(max(mass, NEGLIGIBLE)),
-        fullinertia=numbers_text(moments),
-    )
+    element = SubElement(body, "inertial", pos=numbers_text(link.com))
+    element.set("mass", number_text(max(link.mass, NEGLIGIBLE)))
+    element.set("fullinertia", numbers_text(inertia[_MOMENT_ROWS, _MOMENT_COLUMNS]))
 
 
 def _effect_attributes(robot: RobotDescription, joint: str) -> dict[str, str]:

@@ -75,9 +75,11 @@ class ModelPoses:
         relative_to = ""
         if pose is not None:
             relative_to = pose.get("relative_to")
-        around = self.resolve(relative_to or _default_frame(element), element, (*visited, name))
-        self._resolved[name] = around @ self.read(pose, (element.tag, name))
-        return self._resolved[name]
+        frame = relative_to or _default_frame(element)
+        around = self.resolve(frame, element, (*visited, name))
+        resolved = around @ self.read(pose, (element.tag, name))
+        self._resolved[name] = resolved
+        return resolved
 
     def link_of(self, name: str, asking: LocatedElement, visited: tuple[str, ...] = ()) -> str:
         """The link that carries a frame or joint, or has the name itself.
@@ -105,7 +107,8 @@ class ModelPoses:
             return Transform()
         if element.get("rotation_format", "euler_rpy") == "quat_xyzw":
             *xyz, x, y, z, w = self.xml.text_numbers(element, 7, path, ())
-            return Transform(rotation_from_quaternion(np.array([w, x, y, z])), frozen(xyz))
+            quaternion = np.array([w, x, y, z])
+            return Transform(rotation_from_quaternion(quaternion), frozen(xyz))
         *xyz, roll, pitch, yaw = self.xml.text_numbers(element, 6, path, ())
         unit = 1.0
         if element.get("degrees") in ("true", "1"):
@@ -118,7 +121,8 @@ class ModelPoses:
         joint_pose = self.joint(joint)
         if not expressed_in:
             return axis
-        return joint_pose.rotation.T @ self.resolve(expressed_in, joint).rotation @ axis
+        frame_pose = self.resolve(expressed_in, joint)
+        return joint_pose.rotation.T @ frame_pose.rotation @ axis
 
     def _unresolved(
         self, name: str, asking: LocatedElement, visited: tuple[str, ...]
@@ -133,7 +137,8 @@ class ModelPoses:
 
 def pose_entry(pose: Transform) -> dict[str, list[float]]:
     """A pose as a description file has it."""
-    return {"xyz": pose.translation.tolist(), "rpy": rpy_of(pose.rotation).tolist()}
+    rpy = rpy_of(pose.rotation)
+    return {"xyz": pose.translation.tolist(), "rpy": rpy.tolist()}
 
 
 def _default_frame(element: LocatedElement) -> str:

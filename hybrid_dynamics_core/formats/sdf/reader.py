@@ -8,18 +8,16 @@ so both ends of their frames are known. http://sdformat.org/spec, versions 1.7 t
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ...description.defaults import driven_joints, farthest_link
-from ...description.document import Document, KeyPath
+from ...description.document import Data, Document, KeyPath
 from ...description.geometry import Transform, rotation_from_rpy, rpy_to_axis, unit_axis
-from ...ground.arrays import Array
 from ..extras_reader import TAG, read_extras
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
-from .joints import JointReader, end_name
+from .joints import JointReader
 from .poses import WORLD, ModelPoses, pose_entry
 from .vocabulary import check_version, check_vocabulary
 
@@ -29,9 +27,21 @@ _JOINT_TYPES = {
     "prismatic": "prismatic",
     "fixed": "fixed",
 }
-_CLOSURE_KINDS = {"revolute": "axis", "continuous": "axis", "ball": "point", "fixed": "frame"}
+_CLOSURE_KINDS = {
+    "revolute": "axis",
+    "continuous": "axis",
+    "ball": "point",
+    "fixed": "frame",
+}
 _GRAVITY = (0.0, 0.0, -9.8)  # of a world that does not say
-_DEFAULT_INERTIA = {"xx": 1.0, "yy": 1.0, "zz": 1.0, "xy": 0.0, "xz": 0.0, "yz": 0.0}
+_DEFAULT_INERTIA = {
+    "xx": 1.0,
+    "yy": 1.0,
+    "zz": 1.0,
+    "xy": 0.0,
+    "xz": 0.0,
+    "yz": 0.0,
+}
 _MAX_LISTED = 8  # links in a message
 
 
@@ -41,14 +51,20 @@ def sdf_document(root: LocatedElement, file: Path) -> Document:
     Raises:
         DescriptionError: the file says what is not covered.
     """
-    data = {"format": 1, "name": file.stem, "links": {}, "joints": {}, "closures": {}}
+    data = {
+        "format": 1,
+        "name": file.stem,
+        "links": {},
+        "joints": {},
+        "closures": {},
+    }
     document = Document(data, file, {})
-    xml = XmlReader(file, root)
+    xml = XmlReader(file, root, document)
     check_version(xml)
     model, world = _find_model(xml)
     check_vocabulary(xml, model, world)
-    _SdfReader(document, xml, model, world).read()
-    extras = [child for child in model.children if child.tag.rpartition(":")[2] == TAG]
+    _SdfReader(xml, model, world).read()
+    extras = [child for child in model.children if _is_extras(child)]
     for element in extras:
         read_extras(document, element.text, file, element.line)
     if not extras and document.data["closures"]:
@@ -58,6 +74,11 @@ def sdf_document(root: LocatedElement, file: Path) -> Document:
     if "end_effector" not in document.data:
         document.data["end_effector"] = {"link": farthest_link(document)}
     return document
+
+
+def _is_extras(element: LocatedElement) -> bool:
+    _, _, local_tag = element.tag.rpartition(":")
+    return local_tag == TAG
 
 
 def _find_model(xml: XmlReader) -> tuple[LocatedElement, LocatedElement | None]:
@@ -79,19 +100,12 @@ def _find_model(xml: XmlReader) -> tuple[LocatedElement, LocatedElement | None]:
 
 
 class _SdfReader:
-    def __init__(
-        self,
-        document: Document,
-        xml: XmlReader,
-        model: LocatedElement,
-        world: LocatedElement | None,
-    ) -> None:
-        self.document = document
+    def __init__(self, xml: XmlReader, model: LocatedElement, world: LocatedElement | None) -> None:
         self.xml = xml
+        self.document = xml.document
         self.model = model
         self.world = world
         self.poses = ModelPoses(xml, model)
-        self.joint_reader = JointReader(xml, self.poses)
 
     def read(self) -> None:
         """Fill the document."""
@@ -100,12 +114,14 @@ class _SdfReader:
         data["source"] = str(self.xml.file.name)
         for link in self.model.all("link"):
             self.add_link(link)
-        base, joints, rotation = self.find_base()
+        elements = self.model.all("joint")
+        joints = [JointReader(self.xml, self.poses, element) for element in elements]
+        base, joints = self.find_base(joints)
         data["base"] = base
-        self.set_gravity(rotation)
+        self.set_gravity(base)
         hung_links = {base}
         for joint in joints:
-            child = self.child_of(joint)
+            child = joint.child()
             if child in hung_links:
                 self.add_closure(joint)
             else:
@@ -123,137 +139,124 @@ class _SdfReader:
         path = ("links", name)
         inertial = element.first("inertial")
         if inertial is None:
-            entry: dict[str, Any] = {"mass": 1.0, "inertia": {"xx": 1.0, "yy": 1.0, "zz": 1.0}}
+            inertia = {"xx": 1.0, "yy": 1.0, "zz": 1.0}
+            entry: Data = {"mass": 1.0, "inertia": inertia}
             self.document.notes.append(
                 f"{name}: no inertial given; SDFormat takes 1 kg and 1 kg m^2"
             )
         else:
             entry = self.body(inertial, path)
         self.document.rounded_links.add(name)
-        self.document.add_located(path, entry, self.xml.file, element.line)
+        self.xml.add(path, entry, element)
 
-    def body(self, inertial: LocatedElement, path: KeyPath) -> dict[str, Any]:
+    def body(self, inertial: LocatedElement, path: KeyPath) -> Data:
         """Mass, centre of mass and inertia of a link."""
         pose = pose_entry(self.poses.read(inertial.first("pose"), path))
-        tensor: dict[str, Any] = dict(_DEFAULT_INERTIA)
+        tensor: Data = dict(_DEFAULT_INERTIA)
         inertia = inertial.first("inertia")
         if inertia is not None:
             for key, default in _DEFAULT_INERTIA.items():
-                tensor[key] = self.xml.text_number(inertia.first(f"i{key}"), path, default)
+                component = inertia.first(f"i{key}")
+                tensor[key] = self.xml.text_number(component, path, default)
         tensor["frame"] = {"rpy": pose["rpy"]}
-        mass = self.xml.text_number(inertial.first("mass"), (*path, "mass"), 1.0)
+        mass_path = (*path, "mass")
+        mass = self.xml.text_number(inertial.first("mass"), mass_path, 1.0)
         return {"mass": mass, "com": pose["xyz"], "inertia": tensor}
 
-    def find_base(self) -> tuple[str, list[LocatedElement], Array]:
-        """The link that does not move, all joints but its own, and its rotation in the world."""
-        joints = self.model.all("joint")
-        grounded = [joint for joint in joints if end_name(self.xml, joint, "parent") == WORLD]
-        children = {self.child_of(joint) for joint in joints}
-        roots = [link for link in self.document.section("links") if link not in children]
+    def find_base(self, joints: list[JointReader]) -> tuple[str, list[JointReader]]:
+        """The link that does not move, and all joints but its own."""
+        grounded = [joint for joint in joints if joint.is_grounded()]
+        children = {joint.child() for joint in joints}
+        links = self.document.section("links")
+        roots = [link for link in links if link not in children]
         if grounded:
             ground = grounded[0]
-            if len(grounded) > 1 or ground.get("type") != "fixed" or roots:
-                self.document.section("links").setdefault(WORLD, {})
-                return WORLD, joints, np.eye(3)
-            base = self.child_of(ground)
-            joints = [joint for joint in joints if joint is not ground]
-            return base, joints, self.rotation_in_world(base)
+            if len(grounded) > 1 or ground.type != "fixed" or roots:
+                links.setdefault(WORLD, {})
+                return WORLD, joints
+            return ground.child(), [joint for joint in joints if joint is not ground]
         if len(roots) != 1:
             listed = ", ".join(roots[:_MAX_LISTED])
             problem = f"{len(roots)} links are without a parent ({listed}); a robot has one"
             raise self.xml.error(self.model, ("links",), problem)
         base = roots[0]
-        rotation = self.rotation_in_world(base)
         self.document.notes.append(f"{base}: not joined to the world; taken as what stands still")
-        return base, joints, rotation
+        return base, joints
 
-    def rotation_in_world(self, link: str) -> Array:
-        return np.asarray(self.poses.model.rotation @ self.poses.link(link).rotation)
-
-    def set_gravity(self, base_rotation: Array) -> None:
+    def set_gravity(self, base: str) -> None:
         """Set the gravity of the world, in the base frame."""
         if self.world is None:
             return
-        gravity = self.xml.text_numbers(self.world.first("gravity"), 3, ("gravity",), _GRAVITY)
-        in_base = base_rotation.T @ gravity + 0.0  # no minus zero
+        rotation = np.eye(3)
+        if base != WORLD:
+            rotation = self.poses.model.rotation @ self.poses.link(base).rotation
+        element = self.world.first("gravity")
+        gravity = self.xml.text_numbers(element, 3, ("gravity",), _GRAVITY)
+        in_base = rotation.T @ gravity + 0.0  # no minus zero
         self.document.data["gravity"] = in_base.tolist()
 
     # -- joints
 
-    def child_of(self, joint: LocatedElement) -> str:
-        """The child link of a joint."""
-        return self.poses.link_of(end_name(self.xml, joint, "child"), joint)
-
-    def parent_of(self, joint: LocatedElement) -> str:
-        """The parent link of a joint, or the world."""
-        parent = end_name(self.xml, joint, "parent")
-        if parent == WORLD:
-            return WORLD
-        return self.poses.link_of(parent, joint)
-
-    def add_joint(self, element: LocatedElement) -> None:
-        name = self.xml.name(element, "joints")
-        path = ("joints", name)
-        sdf_type = element.get("type")
-        if sdf_type not in _JOINT_TYPES:
-            problem = f"is '{sdf_type}'; expected one of {', '.join(_JOINT_TYPES)}"
-            raise self.xml.error(element, (*path, "type"), problem)
-        child = self.child_of(element)
-        parent = self.parent_of(element)
-        pose = self.poses.joint(element)
-        entry: dict[str, Any] = {
-            "type": _JOINT_TYPES[sdf_type],
+    def add_joint(self, joint: JointReader) -> None:
+        name = self.xml.name(joint.element, "joints")
+        if joint.type not in _JOINT_TYPES:
+            problem = f"is '{joint.type}'; expected one of {', '.join(_JOINT_TYPES)}"
+            raise self.xml.error(joint.element, (*joint.path, "type"), problem)
+        child = joint.child()
+        parent = joint.parent()
+        pose = self.poses.joint(joint.element)
+        entry: Data = {
+            "type": _JOINT_TYPES[joint.type],
             "parent": parent,
             "child": child,
             "origin": pose_entry(self.poses.in_link(parent, pose)),
         }
         link_pose = pose.inverse() @ self.poses.link(child)
         if not link_pose.is_identity():
-            self.document.section("frames")[child] = {"link": child, **pose_entry(link_pose)}
-        if sdf_type != "fixed":
-            entry["axis"] = self.joint_reader.axis(element, path).tolist()
-            entry |= self.joint_reader.constraints(element, path)
-        self.document.add_located(path, entry, self.xml.file, element.line)
+            frames = self.document.section("frames")
+            frames[child] = {"link": child, **pose_entry(link_pose)}
+        if joint.type != "fixed":
+            entry["axis"] = joint.axis().tolist()
+            entry |= joint.constraints()
+        self.xml.add(("joints", name), entry, joint.element)
 
-    def add_closure(self, element: LocatedElement) -> None:
+    def add_closure(self, joint: JointReader) -> None:
         """Add a joint whose child hangs on another one as a closure of the drawn configuration."""
-        name = self.xml.name(element, "joints")
-        path = ("joints", name)
-        sdf_type = element.get("type")
-        if sdf_type not in _CLOSURE_KINDS:
+        name = self.xml.name(joint.element, "joints")
+        if joint.type not in _CLOSURE_KINDS:
             expected = ", ".join(_CLOSURE_KINDS)
             raise self.xml.error(
-                element,
-                path,
-                f"closes a loop with a joint of type '{sdf_type}'; expected one of {expected}: cut"
-                " the loop at such a joint",
+                joint.element,
+                joint.path,
+                f"closes a loop with a joint of type '{joint.type}'; expected one of {expected}:"
+                " cut the loop at such a joint",
             )
-        kind = _CLOSURE_KINDS[sdf_type]
-        self.refuse_constraints(element, path)
-        pose = self.poses.joint(element)
+        kind = _CLOSURE_KINDS[joint.type]
+        self.refuse_constraints(joint)
+        pose = self.poses.joint(joint.element)
         turn = Transform()
         if kind == "axis":
-            axis = self.joint_reader.axis(element, path).tolist()
-            turn = Transform(rotation_from_rpy(*rpy_to_axis(unit_axis(axis))))
-        between: dict[str, Any] = {}
-        for link in (self.parent_of(element), self.child_of(element)):
+            axis = unit_axis(joint.axis().tolist())
+            turn = Transform(rotation_from_rpy(*rpy_to_axis(axis)))
+        between: Data = {}
+        for link in (joint.parent(), joint.child()):
             end = self.document.data["base"] if link == WORLD else link
             between[end] = pose_entry(self.poses.in_link(end, pose) @ turn)
         if len(between) < 2:
-            raise self.xml.error_at(element, "has both ends on one link")
+            raise self.xml.error_at(joint.element, "has both ends on one link")
         entry = {"kind": kind, "between": between}
-        self.document.add_located(("closures", name), entry, self.xml.file, element.line)
+        self.xml.add(("closures", name), entry, joint.element)
 
-    def refuse_constraints(self, element: LocatedElement, path: KeyPath) -> None:
+    def refuse_constraints(self, joint: JointReader) -> None:
         """Refuse what a joint that closes a loop cannot have; its limits are omitted."""
-        constraints = self.joint_reader.constraints(element, path)
+        constraints = joint.constraints()
         if constraints.pop("limits", None):
-            _, name = path
+            _, name = joint.path
             self.document.notes.append(f"{name}: closes a loop; its limits are not kept")
         if constraints:
             raise self.xml.error(
-                element,
-                path,
+                joint.element,
+                joint.path,
                 f"has {' and '.join(constraints)}, which a joint that closes a loop cannot have"
                 " here; put another joint of the loop behind it",
             )
@@ -264,4 +267,5 @@ class _SdfReader:
         name = self.xml.name(element, "frames")
         link = self.poses.link_of(name, element)
         pose = self.poses.in_link(link, self.poses.resolve(name, element))
-        self.document.section("frames").setdefault(name, {"link": link, **pose_entry(pose)})
+        frames = self.document.section("frames")
+        frames.setdefault(name, {"link": link, **pose_entry(pose)})

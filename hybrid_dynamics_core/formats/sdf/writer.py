@@ -8,12 +8,11 @@ count from it, all others as the robot does.
 from __future__ import annotations
 
 import math
-from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-from ...description.effects import Payload
+from ...description.document import Data
 from ...description.geometry import Transform, rotation_about, rotation_with_z_axis, rpy_of
 from ...description.model import Closure, Frame, Joint, Link, Mimic, RobotDescription, effects_of
 from ...errors import InputError
@@ -36,7 +35,12 @@ from .poses import WORLD
 _VERSION = "1.11"
 _NAMESPACE = f"urn:{TAG}"  # SDFormat wants elements of others in a name space of their own
 _SMALLEST_INERTIA = 1e-9  # [kg, kg m^2] a link needs some mass
-_LOOP_TYPES = {"planar": "revolute", "axis": "revolute", "point": "ball", "frame": "fixed"}
+_LOOP_TYPES = {
+    "planar": "revolute",
+    "axis": "revolute",
+    "point": "ball",
+    "frame": "fixed",
+}
 _FEATURES = frozenset(Feature)
 _Z_AXIS = frozen([0.0, 0.0, 1.0])
 
@@ -61,7 +65,7 @@ class _SdfWriter:
         self.zero = _drawn_coordinates(robot)
         self.size = shapes.robot_size(self.robot)
         self.links = shapes.all_links(self.robot)
-        self.joint_to = {joint.child: joint for joint in self.robot.joints.values()}
+        self.joint_to = self.robot.joint_to()
 
     def text(self) -> str:
         _check_names(self.robot)
@@ -81,9 +85,9 @@ class _SdfWriter:
         add_text(model, f"{TAG}:{TAG}", f"\n{extras_text(extras)}\n")
         return xml_text(root)
 
-    def extras(self) -> dict[str, Any]:
+    def extras(self) -> Data:
         extras = extras_of(self.robot, _FEATURES)
-        massless: dict[str, Any] = {}
+        massless: Data = {}
         for name, link in self.links.items():
             if not link.mass and name != WORLD:
                 massless[name] = link_entry(link)
@@ -104,8 +108,8 @@ class _SdfWriter:
         for name, frame in shapes.extra_frames(self.robot):
             _add_frame(model, name, frame)
         for link_name in self.links:
-            for name, frame, payload in shapes.payload_bodies(self.robot, link_name):
-                _add_payload(model, name, frame, payload)
+            for body, frame in shapes.payload_bodies(self.robot, link_name):
+                _add_payload(model, body, frame)
 
     # -- links
 
@@ -167,9 +171,7 @@ class _SdfWriter:
 
     def add_loop(self, model: Element, closure: Closure) -> None:
         """Add a joint between two links that hang already, its frame given on the child."""
-        rotation_a, rotation_b = shapes.hinge_rotations(self.robot, closure)
-        parent = Frame(closure.link_a, rotation_a, closure.point_a)
-        child = Frame(closure.link_b, rotation_b, closure.point_b)
+        parent, child = shapes.hinge_frames(self.robot, closure)
         if child.link == WORLD:  # which cannot be a child
             parent, child = child, parent
         sdf_type = _LOOP_TYPES[closure.kind]
@@ -258,12 +260,11 @@ def _add_frame(model: Element, name: str, frame: Frame) -> None:
     _add_pose(element, frame.rotation, frame.translation)
 
 
-def _add_payload(model: Element, name: str, frame: Frame, payload: Payload) -> None:
-    body = Link(name, payload.mass, frozen(payload.com), frozen(payload.inertia))
-    element = SubElement(model, "link", name=name)
+def _add_payload(model: Element, body: Link, frame: Frame) -> None:
+    element = SubElement(model, "link", name=body.name)
     _add_pose(element, frame.rotation, frame.translation, frame.link)
     _add_inertial(element, body)
-    _add_joint(model, f"{name}_fixed", "fixed", frame.link, name)
+    _add_joint(model, f"{body.name}_fixed", "fixed", frame.link, body.name)
 
 
 def _add_inertial(element: Element, link: Link) -> None:

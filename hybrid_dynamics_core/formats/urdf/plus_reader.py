@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...description.defaults import driven_joints
-from ...description.document import Document
+from ...description.document import Data
 from ...description.geometry import rpy_to_axis, unit_axis
 from ...ground.arrays import Array
 from ...ground.suggestions import suggestion
@@ -18,7 +18,12 @@ from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
 
 SPHERICAL = "spherical"  # not in URDF+, which has no word for it
-_LOOP_KINDS = {"revolute": "axis", "continuous": "axis", "fixed": "frame", SPHERICAL: "point"}
+_LOOP_KINDS = {
+    "revolute": "axis",
+    "continuous": "axis",
+    "fixed": "frame",
+    SPHERICAL: "point",
+}
 _ENDS = ("predecessor", "successor")
 
 
@@ -27,27 +32,28 @@ def has_loops(root: LocatedElement) -> bool:
     return any(child.tag in ("loop", "coupling", TAG) for child in root.children)
 
 
-def add_loops(document: Document, xml: XmlReader) -> None:
+def add_loops(xml: XmlReader) -> None:
     """Add closures and followers of a URDF+ whose links and joints the document has."""
-    reader = _PlusReader(document, xml)
+    reader = _PlusReader(xml)
     for element in xml.root.all("loop"):
         reader.add_loop(element)
     for element in xml.root.all("coupling"):
         reader.add_coupling(element)
 
 
-def add_extras(document: Document, xml: XmlReader) -> None:
+def add_extras(xml: XmlReader) -> None:
     """Add the active joints of a URDF+, and what it says beyond the format."""
-    document.data["active"] = _PlusReader(document, xml).independent_joints()
+    document = xml.document
+    document.data["active"] = _PlusReader(xml).independent_joints()
     document.data["active_set"] = "motors"  # no reference is given: one near zero is searched for
     for element in xml.root.all(TAG):
         read_extras(document, element.text, xml.file, element.line)
 
 
 class _PlusReader:
-    def __init__(self, document: Document, xml: XmlReader) -> None:
-        self.document = document
+    def __init__(self, xml: XmlReader) -> None:
         self.xml = xml
+        self.document = xml.document
 
     def add_loop(self, element: LocatedElement) -> None:
         name = self.xml.name(element, "loops")
@@ -60,18 +66,18 @@ class _PlusReader:
             )
         kind = _LOOP_KINDS[loop_type]
         direction = self.axis(element, name)
-        between: dict[str, Any] = {}
+        between: Data = {}
         for tag in _ENDS:
             end = self.end(element, tag)
             link = end.get("link")
-            pose: Any = self.xml.origin(end, ("loops", name, tag), self.document)
+            pose: Any = self.xml.origin(end, ("loops", name, tag))
             if kind == "axis":
                 pose = [pose, {"rpy": rpy_to_axis(direction)}]
             if link in between:
                 raise self.xml.error_at(element, "has both ends on one link")
             between[link] = pose
         entry = {"kind": kind, "between": between}
-        self.document.add_located(("closures", name), entry, self.xml.file, element.line)
+        self.xml.add(("closures", name), entry, element)
 
     def axis(self, element: LocatedElement, name: str) -> Array:
         """The unit vector (3,) along the axis of a loop."""
@@ -116,7 +122,8 @@ class _PlusReader:
             )
         multiplier = self.xml.number(ratio, "value", ("couplings", name, "ratio"))
         mimic = {"joint": sources[0], "multiplier": multiplier, "offset": 0.0}
-        self.document.section("joints")[followers[0]].setdefault("mimic", mimic)
+        follower = self.document.section("joints")[followers[0]]
+        follower.setdefault("mimic", mimic)
 
     def joints_below(self, end: LocatedElement) -> list[str]:
         """Moving joints from a link to the base."""

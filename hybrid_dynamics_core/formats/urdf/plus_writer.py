@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element, SubElement
 
-from ...description.model import Closure, RobotDescription
-from ...ground.arrays import Array
+from ...description.model import Closure, Frame, RobotDescription
 from .. import shapes
 from ..extras_reader import TAG
 from ..extras_writer import extras_of, extras_summary, extras_text
@@ -17,7 +16,12 @@ from ..xml.writer import add_text, insert_comment, number_text, xml_text
 from .plus_reader import SPHERICAL
 from .writer import FEATURES, add_origin, tree_element
 
-_LOOP_TYPES = {"planar": "revolute", "axis": "revolute", "point": SPHERICAL, "frame": "fixed"}
+_LOOP_TYPES = {
+    "planar": "revolute",
+    "axis": "revolute",
+    "point": SPHERICAL,
+    "frame": "fixed",
+}
 
 
 def to_urdf_plus(robot: RobotDescription) -> str:
@@ -52,16 +56,16 @@ def to_urdf_plus(robot: RobotDescription) -> str:
 def _add_loop(root: Element, robot: RobotDescription, closure: Closure) -> None:
     loop_type = _LOOP_TYPES[closure.kind]
     element = SubElement(root, "loop", name=closure.name, type=loop_type)
-    rotation_a, rotation_b = shapes.hinge_rotations(robot, closure)
-    _add_end(element, "predecessor", closure.link_a, closure.point_a, rotation_a)
-    _add_end(element, "successor", closure.link_b, closure.point_b, rotation_b)
+    predecessor, successor = shapes.hinge_frames(robot, closure)
+    _add_end(element, "predecessor", predecessor)
+    _add_end(element, "successor", successor)
     if loop_type == "revolute":
         SubElement(element, "axis", xyz="0 0 1")
 
 
-def _add_end(loop: Element, tag: str, link: str, point: Array, rotation: Array) -> None:
-    end = SubElement(loop, tag, link=link)
-    add_origin(end, point, rotation)
+def _add_end(loop: Element, tag: str, frame: Frame) -> None:
+    end = SubElement(loop, tag, link=frame.link)
+    add_origin(end, frame.translation, frame.rotation)
 
 
 def _add_coupling(root: Element, robot: RobotDescription, name: str) -> None:

@@ -9,26 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
-from ...description.document import Document, KeyPath
+from ...description.document import Data, Document, KeyPath
 from ...ground.suggestions import suggestion
 from ..extras_reader import TAG
 from ..xml.located_xml import LocatedElement, read_xml
 from ..xml.reader import XmlReader
+from .joints import JointReader
 from .plus_reader import add_extras, add_loops, has_loops
 from .replacements import add_replacement
 
-JOINT_TYPES = {
-    "revolute": "revolute",
-    "continuous": "revolute",
-    "prismatic": "prismatic",
-    "fixed": "fixed",
-}
 _COVERED = frozenset({"link", "joint", "loop", "coupling", TAG})
 _WITHOUT_EFFECT = frozenset({"material", "transmission", "gazebo"})
 _INERTIA_KEYS = ("xx", "yy", "zz", "xy", "xz", "yz")
-_X_AXIS = (1.0, 0.0, 0.0)
 _MAX_LISTED = 8  # links in a message
 
 
@@ -55,8 +48,8 @@ def add_urdf(
         DescriptionError: the file is wrong, or says what is not covered.
     """
     root = read_xml(file)
-    xml = XmlReader(file, root)
-    reader = _UrdfReader(document, xml)
+    xml = XmlReader(file, root, document)
+    reader = _UrdfReader(xml)
     reader.check_root()
     joint_names = [element.get("name") for element in root.all("joint")]
     for joint in replacements:
@@ -70,9 +63,9 @@ def add_urdf(
     for element in root.all("joint"):
         reader.add_joint(element, replacements, replacements_path)
     reader.add_base()
-    add_loops(document, xml)
+    add_loops(xml)
     if is_alone and has_loops(root):
-        add_extras(document, xml)
+        add_extras(xml)
     return root.get("name", file.stem)
 
 
@@ -104,13 +97,14 @@ def expand_urdf(document: Document, is_alone: bool = False) -> str:
         raise document.error(
             key, f"there is no file {file}; the path starts at the folder of this file"
         )
-    return add_urdf(document, file, entry.get("replace", {}), ("urdf", "replace"), is_alone)
+    replacements = entry.get("replace", {})
+    return add_urdf(document, file, replacements, ("urdf", "replace"), is_alone)
 
 
 class _UrdfReader:
-    def __init__(self, document: Document, xml: XmlReader) -> None:
-        self.document = document
+    def __init__(self, xml: XmlReader) -> None:
         self.xml = xml
+        self.document = xml.document
         self.children: set[str] = set()  # links that hang on a joint
 
     def check_root(self) -> None:
@@ -136,30 +130,31 @@ class _UrdfReader:
     def add_link(self, element: LocatedElement) -> None:
         name = self.xml.name(element, "links")
         path = ("links", name)
-        entry: dict[str, Any] = {}
+        entry: Data = {}
         inertial = element.first("inertial")
         if inertial is not None:
             entry = self.body(inertial, path)
             for key in entry:
-                self.locate((*path, key), inertial)
-        self.document.add_located(path, entry, self.xml.file, element.line)
+                self.xml.locate((*path, key), inertial)
+        self.xml.add(path, entry, element)
         self.document.rounded_links.add(name)
 
-    def body(self, inertial: LocatedElement, path: KeyPath) -> dict[str, Any]:
+    def body(self, inertial: LocatedElement, path: KeyPath) -> Data:
         """Mass, centre of mass and inertia of a link."""
         mass = inertial.first("mass")
         if mass is None:
             raise self.xml.error(inertial, path, "<inertial> has no <mass>")
-        origin = self.xml.origin(inertial, path, self.document)
-        entry: dict[str, Any] = {
+        origin = self.xml.origin(inertial, path)
+        entry: Data = {
             "mass": self.xml.number(mass, "value", (*path, "mass")),
             "com": origin["xyz"],
         }
         inertia = inertial.first("inertia")
         if inertia is not None:
-            tensor: dict[str, Any] = {}
+            inertia_path = (*path, "inertia")
+            tensor: Data = {}
             for key in _INERTIA_KEYS:
-                tensor[key] = self.xml.number(inertia, f"i{key}", (*path, "inertia"), 0.0)
+                tensor[key] = self.xml.number(inertia, f"i{key}", inertia_path, 0.0)
             tensor["frame"] = {"rpy": origin["rpy"]}
             entry["inertia"] = tensor
         return entry
@@ -173,99 +168,17 @@ class _UrdfReader:
         replacements_path: KeyPath,
     ) -> None:
         name = self.xml.name(element, "joints")
-        path = ("joints", name)
-        urdf_type = self.joint_type(element, path)
-        entry: dict[str, Any] = {
-            "type": JOINT_TYPES[urdf_type],
-            "parent": self.linked(element, "parent", path),
-            "child": self.linked(element, "child", path),
-            "origin": self.xml.origin(element, path, self.document),
-        }
+        joint = JointReader(self.xml, element, name)
+        entry = joint.connection()
         self.children.add(entry["child"])
         if name in replacements:
             kind = replacements[name].upper()
             written = (*replacements_path, name)
-            add_replacement(
-                self.document, (self.xml.file, element.line), name, entry, kind, written
-            )
+            add_replacement(self.xml, element, entry, kind, written)
             return
-        if urdf_type != "fixed":
-            self.add_motion(element, entry, urdf_type, path)
-        self.document.add_located(path, entry, self.xml.file, element.line)
-
-    def joint_type(self, element: LocatedElement, path: KeyPath) -> str:
-        urdf_type = element.get("type")
-        if urdf_type in JOINT_TYPES:
-            return urdf_type
-        hint = ""
-        if urdf_type == "floating":
-            hint = "; a base that moves freely is not covered: leave the joint out, or fix the base"
-        raise self.xml.error(
-            element,
-            (*path, "type"),
-            f"is '{urdf_type}'; expected one of {', '.join(JOINT_TYPES)}{hint}",
-        )
-
-    def add_motion(
-        self, element: LocatedElement, entry: dict[str, Any], urdf_type: str, path: KeyPath
-    ) -> None:
-        """Add axis, limits, friction and mimic of a joint that moves."""
-        self.add_axis(element, entry, path)
-        if urdf_type != "continuous":
-            self.add_limits(element, entry, path)
-        self.add_friction(element, entry, path)
-        self.add_mimic(element, entry, path)
-
-    def add_axis(self, joint: LocatedElement, entry: dict[str, Any], path: KeyPath) -> None:
-        entry["axis"] = list(_X_AXIS)
-        axis = joint.first("axis")
-        if axis is not None:
-            key = (*path, "axis")
-            entry["axis"] = self.xml.numbers(axis, "xyz", 3, key)
-            self.locate(key, axis)
-
-    def add_limits(self, joint: LocatedElement, entry: dict[str, Any], path: KeyPath) -> None:
-        limit = joint.first("limit")
-        if limit is None:
-            return
-        key = (*path, "limits")
-        self.locate(key, limit)
-        lower = self.xml.number(limit, "lower", key, 0.0)
-        upper = self.xml.number(limit, "upper", key, 0.0)
-        if lower or upper:  # both 0 is what exporters write for no limits
-            entry["limits"] = [lower, upper]
-
-    def add_friction(self, joint: LocatedElement, entry: dict[str, Any], path: KeyPath) -> None:
-        dynamics = joint.first("dynamics")
-        if dynamics is None:
-            return
-        key = (*path, "friction")
-        self.locate(key, dynamics)
-        entry["friction"] = {
-            "viscous": self.xml.number(dynamics, "damping", key, 0.0),
-            "coulomb": self.xml.number(dynamics, "friction", key, 0.0),
-        }
-
-    def add_mimic(self, joint: LocatedElement, entry: dict[str, Any], path: KeyPath) -> None:
-        mimic = joint.first("mimic")
-        if mimic is None:
-            return
-        key = (*path, "mimic")
-        self.locate(key, mimic)
-        entry["mimic"] = {
-            "joint": mimic.get("joint"),
-            "multiplier": self.xml.number(mimic, "multiplier", key, 1.0),
-            "offset": self.xml.number(mimic, "offset", key, 0.0),
-        }
-
-    def linked(self, joint: LocatedElement, tag: str, path: KeyPath) -> str:
-        """The parent or child link of a joint."""
-        key = (*path, tag)
-        end = joint.first(tag)
-        if end is None or not end.get("link"):
-            raise self.xml.error(joint, key, f"has no <{tag} link=...>")
-        self.locate(key, end)
-        return end.get("link")
+        if entry["type"] != "fixed":
+            entry |= joint.motion()
+        self.xml.add(("joints", name), entry, element)
 
     # -- base
 
@@ -284,10 +197,6 @@ class _UrdfReader:
                 " under closures"
             )
         raise self.xml.error(self.xml.root, (), problem)
-
-    def locate(self, path: KeyPath, element: LocatedElement) -> None:
-        """Errors at a path point at an element."""
-        self.document.set_location(path, self.xml.file, element.line)
 
 
 def _is_xacro(root: LocatedElement) -> bool:

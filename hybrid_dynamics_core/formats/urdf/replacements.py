@@ -3,29 +3,23 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
-from typing import Any
 
-from ...description.document import Document, KeyPath
+from ...description.document import Data, KeyPath
+from ..xml.located_xml import LocatedElement
+from ..xml.reader import XmlReader
 
 _UNIVERSAL = re.compile(r"^U(?:JOINT|NIVERSAL)_([XYZ])([XYZ])$")
 _EXPECTED = "SPHERICAL, FIXED, UJOINT_XY and the like"
 
 
 def add_replacement(
-    document: Document,
-    location: tuple[Path, int],
-    name: str,
-    entry: dict[str, Any],
-    kind: str,
-    written: KeyPath,
+    xml: XmlReader, element: LocatedElement, entry: Data, kind: str, written: KeyPath
 ) -> None:
     """Add the joints that stand in place of one: about axes of its frame, massless links between.
 
     Args:
-        document: to which they are added.
-        location: file and line of the joint.
-        name: of the joint.
+        xml: the URDF.
+        element: the joint.
         entry: type, parent, child and origin of the joint.
         kind: SPHERICAL, FIXED, UJOINT_XY and the like.
         written: where the kind is written.
@@ -33,22 +27,26 @@ def add_replacement(
     Raises:
         DescriptionError: the kind is none of these, or a name is taken.
     """
+    name = element.get("name")
     if kind == "FIXED":
-        document.add_located(("joints", name), {**entry, "type": "fixed"}, *location)
-        document.notes.append(f"{name}: fixed at its zero")
+        xml.add(("joints", name), {**entry, "type": "fixed"}, element)
+        xml.document.notes.append(f"{name}: fixed at its zero")
         return
     letters = _axes(kind)
     if not letters:
-        raise document.error(written, f"is '{kind}'; expected {_EXPECTED}")
+        raise xml.document.error(written, f"is '{kind}'; expected {_EXPECTED}")
     parent = entry["parent"]
     origin = entry["origin"]
     for letter in letters[:-1]:
-        joint = f"{name}_{letter}"  # its link has the same name
-        document.add_located(("links", joint), {}, *location)
-        _add_revolute(document, location, joint, (parent, joint), origin)
-        parent = joint
+        link = f"{name}_{letter}"  # its joint has the same name
+        xml.add(("links", link), {}, element)
+        joint = _revolute(parent, link, origin, letter)
+        xml.add(("joints", link), joint, element)
+        parent = link
         origin = {}
-    _add_revolute(document, location, f"{name}_{letters[-1]}", (parent, entry["child"]), origin)
+    last_letter = letters[-1]
+    joint = _revolute(parent, entry["child"], origin, last_letter)
+    xml.add(("joints", f"{name}_{last_letter}"), joint, element)
 
 
 def _axes(kind: str) -> str:
@@ -61,20 +59,11 @@ def _axes(kind: str) -> str:
     return universal[1] + universal[2]
 
 
-def _add_revolute(
-    document: Document,
-    location: tuple[Path, int],
-    name: str,
-    links: tuple[str, str],
-    origin: dict[str, Any],
-) -> None:
-    """A joint NAME_X about x, and so on, between two links."""
-    parent, child = links
-    entry = {
+def _revolute(parent: str, child: str, origin: Data, letter: str) -> Data:
+    return {
         "type": "revolute",
         "parent": parent,
         "child": child,
         "origin": origin,
-        "axis": name[-1].lower(),
+        "axis": letter.lower(),
     }
-    document.add_located(("joints", name), entry, *location)

@@ -9,9 +9,6 @@ from __future__ import annotations
 import math
 from xml.etree.ElementTree import Element, SubElement
 
-import numpy as np
-
-from ...description.effects import Payload
 from ...description.geometry import rotation_with_z_axis, rpy_of
 from ...description.model import Frame, Joint, Link, Mimic, RobotDescription, effects_of
 from ...ground.arrays import Array
@@ -57,8 +54,9 @@ def tree_element(robot: RobotDescription) -> Element:
     for name, frame in shapes.extra_frames(robot):
         add_frame(root, name, frame)
     for link_name in links:
-        for name, frame, payload in shapes.payload_bodies(robot, link_name):
-            _add_payload(root, name, frame, payload)
+        for body, frame in shapes.payload_bodies(robot, link_name):
+            _add_link(root, body)
+            _add_fixed_joint(root, body.name, frame)
     return root
 
 
@@ -70,8 +68,9 @@ def add_frame(root: Element, name: str, frame: Frame) -> None:
 
 def add_origin(element: Element, translation: Array, rotation: Array) -> None:
     """Add a pose as URDF has it: translation (3,) [m], rotation (3, 3)."""
-    rpy = rpy_of(rotation)
-    SubElement(element, "origin", xyz=numbers_text(translation), rpy=numbers_text(rpy))
+    xyz = numbers_text(translation)
+    rpy = numbers_text(rpy_of(rotation))
+    SubElement(element, "origin", xyz=xyz, rpy=rpy)
 
 
 def _add_link(root: Element, link: Link) -> Element:
@@ -101,13 +100,9 @@ def _add_rod(link: Element, end: Array, radius: float) -> None:
     visual = SubElement(link, "visual")
     add_origin(visual, 0.5 * end, rotation_with_z_axis(end / length))
     geometry = SubElement(visual, "geometry")
-    SubElement(geometry, "cylinder", radius=number_text(radius), length=number_text(length))
-
-
-def _add_payload(root: Element, name: str, frame: Frame, payload: Payload) -> None:
-    body = Link(name, payload.mass, np.asarray(payload.com), np.asarray(payload.inertia))
-    _add_link(root, body)
-    _add_fixed_joint(root, name, frame)
+    cylinder = SubElement(geometry, "cylinder")
+    cylinder.set("radius", number_text(radius))
+    cylinder.set("length", number_text(length))
 
 
 def _add_joint(root: Element, joint: Joint, robot: RobotDescription) -> None:
@@ -141,9 +136,9 @@ def _add_friction(joint: Element, robot: RobotDescription, name: str) -> None:
 
 
 def _add_mimic(joint: Element, mimic: Mimic) -> None:
-    multiplier = number_text(mimic.multiplier)
-    offset = number_text(mimic.offset)
-    SubElement(joint, "mimic", joint=mimic.source, multiplier=multiplier, offset=offset)
+    element = SubElement(joint, "mimic", joint=mimic.source)
+    element.set("multiplier", number_text(mimic.multiplier))
+    element.set("offset", number_text(mimic.offset))
 
 
 def _add_fixed_joint(root: Element, link: str, frame: Frame) -> None:

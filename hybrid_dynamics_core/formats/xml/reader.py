@@ -1,4 +1,4 @@
-"""Names and numbers out of XML elements, with messages that name file, line and entry."""
+"""Names and numbers out of XML elements, and entries of a document with the lines of elements."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from ...description.document import Document, KeyPath, dotted
+from ...description.document import Data, Document, KeyPath, dotted
 from ...errors import DescriptionError
 from ...ground.wording import counted
 from .located_xml import LocatedElement
@@ -15,16 +15,28 @@ _ZERO_VECTOR = (0.0, 0.0, 0.0)
 
 
 class XmlReader:
-    """Reads the elements of one file.
+    """Reads the elements of one file into a document.
 
     Attributes:
         file: path of the file.
         root: its root element.
+        document: to which entries are added.
     """
 
-    def __init__(self, file: Path, root: LocatedElement) -> None:
+    def __init__(self, file: Path, root: LocatedElement, document: Document) -> None:
         self.file = file
         self.root = root
+        self.document = document
+
+    # -- entries
+
+    def add(self, path: tuple[str, str], entry: Data, element: LocatedElement) -> None:
+        """Add an entry that stands at an element."""
+        self.document.add_located(path, entry, self.file, element.line)
+
+    def locate(self, path: KeyPath, element: LocatedElement) -> None:
+        """Say that errors at a path point at an element."""
+        self.document.set_location(path, self.file, element.line)
 
     def error(self, element: LocatedElement, key: KeyPath, problem: str) -> DescriptionError:
         """A DescriptionError at an element, with the key of its entry."""
@@ -33,6 +45,8 @@ class XmlReader:
     def error_at(self, element: LocatedElement, problem: str) -> DescriptionError:
         """A DescriptionError at an element with a name, as `joints.NAME`."""
         return self.error(element, (f"{element.tag}s", element.get("name")), problem)
+
+    # -- values
 
     def name(self, element: LocatedElement, kind: str) -> str:
         """The name of an element that has to have one; `kind` is the key in messages."""
@@ -93,15 +107,13 @@ class XmlReader:
             return list(default)
         return self._parse(element, element.text, count, key, f"'{element.text.strip()}'")
 
-    def origin(
-        self, element: LocatedElement, path: KeyPath, document: Document
-    ) -> dict[str, list[float]]:
+    def origin(self, element: LocatedElement, path: KeyPath) -> Data:
         """The <origin> of an element, as URDF has it."""
         origin = element.first("origin")
         if origin is None:
             return {"xyz": list(_ZERO_VECTOR), "rpy": list(_ZERO_VECTOR)}
         key = (*path, "origin")
-        document.set_location(key, self.file, origin.line)
+        self.locate(key, origin)
         return {
             "xyz": self.numbers(origin, "xyz", 3, (*key, "xyz"), _ZERO_VECTOR),
             "rpy": self.numbers(origin, "rpy", 3, (*key, "rpy"), _ZERO_VECTOR),

@@ -61,7 +61,8 @@ class VocabularyCheck:
         Raises:
             DescriptionError: the first attribute or element that is not covered.
         """
-        covered = self.table.get(f"{parent}/{element.tag}", self.table.get(element.tag))
+        in_any_parent = self.table.get(element.tag)
+        covered = self.table.get(f"{parent}/{element.tag}", in_any_parent)
         if covered is None:
             return
         if element.get("name"):

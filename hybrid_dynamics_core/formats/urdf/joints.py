@@ -1,0 +1,107 @@
+"""Joints of URDF: their links, axis, limits, friction, and the joint they follow."""
+
+from __future__ import annotations
+
+from ...description.document import Data, KeyPath
+from ..xml.located_xml import LocatedElement
+from ..xml.reader import XmlReader
+
+_TYPES = {
+    "revolute": "revolute",
+    "continuous": "revolute",
+    "prismatic": "prismatic",
+    "fixed": "fixed",
+}
+_X_AXIS = (1.0, 0.0, 0.0)
+
+
+class JointReader:
+    """Reads one <joint>."""
+
+    def __init__(self, xml: XmlReader, element: LocatedElement, name: str) -> None:
+        self.xml = xml
+        self.element = element
+        self.path: KeyPath = ("joints", name)
+
+    def connection(self) -> Data:
+        """Type, links and origin of the joint."""
+        return {
+            "type": self._type(),
+            "parent": self._link("parent"),
+            "child": self._link("child"),
+            "origin": self.xml.origin(self.element, self.path),
+        }
+
+    def motion(self) -> Data:
+        """Axis, limits, friction and mimic of the joint, as far as it has them."""
+        entries: Data = {"axis": self._axis()}
+        limits = self._limits()
+        if limits is not None:
+            entries["limits"] = limits
+        dynamics = self.element.first("dynamics")
+        if dynamics is not None:
+            entries["friction"] = self._friction(dynamics)
+        mimic = self.element.first("mimic")
+        if mimic is not None:
+            entries["mimic"] = self._mimic(mimic)
+        return entries
+
+    def _type(self) -> str:
+        urdf_type = self.element.get("type")
+        if urdf_type in _TYPES:
+            return _TYPES[urdf_type]
+        hint = ""
+        if urdf_type == "floating":
+            hint = "; a base that moves freely is not covered: leave the joint out, or fix the base"
+        raise self.xml.error(
+            self.element,
+            (*self.path, "type"),
+            f"is '{urdf_type}'; expected one of {', '.join(_TYPES)}{hint}",
+        )
+
+    def _link(self, tag: str) -> str:
+        """The parent or child link."""
+        key = (*self.path, tag)
+        end = self.element.first(tag)
+        if end is None or not end.get("link"):
+            raise self.xml.error(self.element, key, f"has no <{tag} link=...>")
+        self.xml.locate(key, end)
+        return end.get("link")
+
+    def _axis(self) -> list[float]:
+        axis = self.element.first("axis")
+        if axis is None:
+            return list(_X_AXIS)
+        key = (*self.path, "axis")
+        direction = self.xml.numbers(axis, "xyz", 3, key)
+        self.xml.locate(key, axis)
+        return direction
+
+    def _limits(self) -> list[float] | None:
+        limit = self.element.first("limit")
+        if limit is None or self.element.get("type") == "continuous":
+            return None
+        key = (*self.path, "limits")
+        self.xml.locate(key, limit)
+        lower = self.xml.number(limit, "lower", key, 0.0)
+        upper = self.xml.number(limit, "upper", key, 0.0)
+        if lower or upper:
+            return [lower, upper]
+        return None  # both 0 is what exporters write for no limits
+
+    def _friction(self, dynamics: LocatedElement) -> Data:
+        key = (*self.path, "friction")
+        self.xml.locate(key, dynamics)
+        return {
+            "viscous": self.xml.number(dynamics, "damping", key, 0.0),
+            "coulomb": self.xml.number(dynamics, "friction", key, 0.0),
+        }
+
+    def _mimic(self, mimic: LocatedElement) -> Data:
+        key = (*self.path, "mimic")
+        self.xml.locate(key, mimic)
+        return {
+            "joint": mimic.get("joint"),
+            "multiplier": self.xml.number(mimic, "multiplier", key, 1.0),
+            "offset": self.xml.number(mimic, "offset", key, 0.0),
+        }
