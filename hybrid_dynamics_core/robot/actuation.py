@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..algebra.independence import independent_rows
 from ..closed_state.state import ClosedState
 from ..description.actuators import HydraulicCylinder
 from ..dynamics.hydraulics import CylinderState, cylinder_state
@@ -44,17 +45,11 @@ class Actuation:
         """
         model = self._model
         R = self._closure.close(model.reference).R
-        drives: list[str] = []
-        basis: list[Array] = []
-        for name in (*self.cylinders, *model.active):
-            if name in drives or len(drives) == len(model.active):
-                continue
-            row = R[model.coordinates.index(name)]
-            direction = _independent_direction(row, basis)
-            if direction is not None:
-                basis.append(direction)
-                drives.append(name)
-        return tuple(sorted(drives, key=model.coordinates.index))
+        sizes = np.linalg.norm(R, axis=1)
+        preferred = [model.coordinates.index(name) for name in (*self.cylinders, *model.active)]
+        order = list(dict.fromkeys(preferred))
+        rows = independent_rows(R, order, INDEPENDENT * np.maximum(sizes, 1.0))
+        return tuple(model.coordinates[k] for k in sorted(rows))
 
     def generalised_forces(self, state: ClosedState, forces: Mapping[str, ArrayLike]) -> Array:
         """Generalised forces of forces along any joints: tau = R^T f, Chu (2020), Eq. 22.
@@ -167,20 +162,6 @@ class Actuation:
             f" {', '.join(moving)} moves none of them (smallest singular value {distance:.2g})"
         )
         return SingularityError(problem, loop="", distance=distance, index=index)
-
-
-def _independent_direction(row: Array, basis: Sequence[Array]) -> Array | None:
-    """The unit vector of what a row (n,) adds to an orthonormal basis; None if it adds nothing."""
-    projection = np.zeros_like(row)
-    for direction in basis:
-        projection = projection + direction @ row * direction
-    remainder = row - projection
-    size = np.linalg.norm(remainder)
-    scale = max(1.0, float(np.linalg.norm(row)))
-    if size > INDEPENDENT * scale:
-        unit: Array = remainder / size
-        return unit
-    return None
 
 
 def _checked_force(state: ClosedState, name: str, force: ArrayLike) -> Array:
