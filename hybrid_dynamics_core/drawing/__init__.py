@@ -19,7 +19,7 @@ from ..closed_state.state import ClosedState
 from ..errors import InputError, MissingPackageError
 from ..kinematics.workspace import Workspace
 from ..robot.robot import Robot
-from .options import Colour, Names, known_colour, known_names
+from .options import Colour, Names, checked_colour, checked_names
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,29 +40,52 @@ def draw(
 ) -> Figure:
     """Draw a robot: a side view where all of it moves in one plane, an oblique view where not.
 
-    state: one closed state; the reference configuration if None. path: where to write the figure,
-    as .svg, .png or .pdf. names: which names are shown: none, those of the active joints, of all
-    joints, or of links too. Raises InputError for a batch of states and for other suffixes,
-    MissingPackageError without Matplotlib.
+    Args:
+        robot: to be drawn.
+        state: one closed state; None: the reference configuration.
+        path: where to write the figure, as .svg, .png or .pdf.
+        names: which are shown: none, those of the active joints, of all joints, or of links too.
+        title: of the figure; None: the robot's name.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: for a batch of states, and for other suffixes.
+        MissingPackageError: without Matplotlib.
     """
     _need_matplotlib()
-    from .figure import robot_figure, save  # noqa: PLC0415  needs Matplotlib
+    from .figure import robot_figure  # noqa: PLC0415  needs Matplotlib
 
-    figure = robot_figure(robot, state, known_names(names), title)
-    if path is not None:
-        save(figure, Path(path))
+    figure = robot_figure(robot, state, checked_names(names), title)
+    _write(figure, path)
     return figure
 
 
 def draw_on(
-    axes: Axes, robot: Robot, state: ClosedState | None = None, *, names: Names = "active"
+    axes: Axes,
+    robot: Robot,
+    state: ClosedState | None = None,
+    *,
+    names: Names = "active",
 ) -> None:
-    """Draw a robot on two-dimensional axes whose size is final, without title and key; the limits are set here."""
+    """Draw a robot on axes, without title and key.
+
+    Args:
+        axes: two-dimensional, of final size; their limits are set here.
+        robot: to be drawn.
+        state: one closed state; None: the reference configuration.
+        names: which are shown.
+
+    Raises:
+        InputError: for a batch of states.
+        MissingPackageError: without Matplotlib.
+    """
     _need_matplotlib()
     from .paint.picture import limits_of, make_scene, paint_scene  # noqa: PLC0415
 
     scene = make_scene(robot, state)
-    paint_scene(axes, scene, known_names(names), limits_of(scene))
+    paint_scene(axes, scene, checked_names(names), limits_of(scene))
 
 
 def draw_modes(  # noqa: PLR0913 - options of one picture
@@ -75,15 +98,27 @@ def draw_modes(  # noqa: PLR0913 - options of one picture
     title: str | None = None,
     mark_own: bool = True,
 ) -> Figure:
-    """Draw the assembly modes of a robot at the active coordinates u (n,), side by side in one scale.
+    """Draw the assembly modes of a robot at active coordinates, side by side in one scale.
 
-    u: the reference configuration if None. most: how many modes are drawn, in the order of
-    `robot.assembly_modes`, the robot's own in any case. mark_own: whether the robot's own is told
-    from the others. Raises InputError where no mode closes, and as `draw` does.
+    Args:
+        robot: to be drawn.
+        u: (n,) active coordinates [rad or m]; None: the reference configuration.
+        path: where to write the figure, as .svg, .png or .pdf.
+        most: how many modes are drawn, in the order of `robot.assembly_modes`; the robot's own in
+            any case.
+        names: which are shown.
+        title: of the figure; None: the robot's name.
+        mark_own: whether the robot's own mode is marked.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: where no mode closes, and for other suffixes.
+        MissingPackageError: without Matplotlib.
     """
     _need_matplotlib()
-    from .figure import save  # noqa: PLC0415
-    from .maps.modes import modes_figure  # noqa: PLC0415
+    from .maps.modes import modes_figure  # noqa: PLC0415  needs Matplotlib
 
     u = robot.reference if u is None else u
     modes = robot.assembly_modes(u)
@@ -91,10 +126,9 @@ def draw_modes(  # noqa: PLR0913 - options of one picture
         raise InputError(
             f"{robot.name} has no assembly mode at these active coordinates: its loops do not close"
         )
-    own = robot.close(u, check=False).branch if mark_own else {}
-    figure = modes_figure(robot, modes, own, known_names(names), title, most)
-    if path is not None:
-        save(figure, Path(path))
+    marked = robot.close(u, check=False).branch if mark_own else {}
+    figure = modes_figure(robot, modes, marked, checked_names(names), title, most)
+    _write(figure, path)
     return figure
 
 
@@ -108,20 +142,31 @@ def draw_workspace(
 ) -> Figure:
     """Draw where the end effector can be, with the robot in its reference configuration on top.
 
-    Planes are chosen for the robot: its own where it is planar, that of the arm where a column
-    turns it, else three views. Colours are the least distance to a singularity, or the largest to a
-    limit, of what lies behind a point. workspace: `robot.workspace()` if None. Raises as `draw`
-    does.
+    A planar robot is shown in its plane. An arm on a turning column is shown in the arm's plane.
+    Others are shown in three views.
+
+    Args:
+        robot: to be drawn.
+        workspace: `robot.workspace()` if None.
+        path: where to write the figure, as .svg, .png or .pdf.
+        colour: what colours stand for, of all that lies behind a point: the least distance to a
+            singularity, or the largest to a limit.
+        title: of the figure; None: the robot's name.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: for another colour, and for other suffixes.
+        MissingPackageError: without Matplotlib.
     """
     _need_matplotlib()
-    from .figure import save  # noqa: PLC0415
-    from .maps.workspace import workspace_figure  # noqa: PLC0415
+    from .maps.workspace import workspace_figure  # noqa: PLC0415  needs Matplotlib
 
-    figure = workspace_figure(
-        robot, robot.workspace() if workspace is None else workspace, known_colour(colour), title
-    )
-    if path is not None:
-        save(figure, Path(path))
+    if workspace is None:
+        workspace = robot.workspace()
+    figure = workspace_figure(robot, workspace, checked_colour(colour), title)
+    _write(figure, path)
     return figure
 
 
@@ -134,18 +179,28 @@ def draw_margins(
     colour: Colour = "singularity",
     title: str | None = None,
 ) -> Figure:
-    """Draw how near to a singularity (or a limit) the robot is, over two active coordinates, and where strokes end.
+    """Draw distances to a singularity or a limit over two active coordinates, and ends of strokes.
 
-    over: names of the two; the others stay at u (n,), the reference if None. Raises InputError for
-    names that are not active coordinates, and as `draw` does.
+    Args:
+        robot: to be drawn.
+        over: names of the two coordinates.
+        u: (n,) active coordinates at which the others stay [rad or m]; None: the reference.
+        path: where to write the figure, as .svg, .png or .pdf.
+        colour: what colours stand for.
+        title: of the figure; None: the names of robot and coordinates.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: for names that are not active coordinates, and for other suffixes.
+        MissingPackageError: without Matplotlib.
     """
     _need_matplotlib()
-    from .figure import save  # noqa: PLC0415
-    from .maps.margin_map import over_figure  # noqa: PLC0415
+    from .maps.margin_map import margin_figure  # noqa: PLC0415  needs Matplotlib
 
-    figure = over_figure(robot, over, u, known_colour(colour), title)
-    if path is not None:
-        save(figure, Path(path))
+    figure = margin_figure(robot, over, u, checked_colour(colour), title)
+    _write(figure, path)
     return figure
 
 
@@ -156,18 +211,34 @@ def draw_simulation(
     *,
     title: str | None = None,
 ) -> Figure:
-    """Draw a simulated motion of a robot over time: coordinates, rates, efforts, energy, and when something was met.
+    """Draw a simulated motion over time: coordinates, rates, efforts, energy, and events.
 
-    Raises InputError for a motion of other active joints, and as `draw` does.
+    Args:
+        robot: of the motion.
+        motion: that was simulated.
+        path: where to write the figure, as .svg, .png or .pdf.
+        title: of the figure; None: the robot's name.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: for a motion of other active joints, and for other suffixes.
+        MissingPackageError: without Matplotlib.
     """
     _need_matplotlib()
-    from .figure import save  # noqa: PLC0415
-    from .plots.simulation import simulation_figure  # noqa: PLC0415
+    from .plots.simulation import simulation_figure  # noqa: PLC0415  needs Matplotlib
 
     figure = simulation_figure(robot, motion, title)
+    _write(figure, path)
+    return figure
+
+
+def _write(figure: Figure, path: str | os.PathLike[str] | None) -> None:
+    from .figure import save  # noqa: PLC0415  needs Matplotlib
+
     if path is not None:
         save(figure, Path(path))
-    return figure
 
 
 def _need_matplotlib() -> None:

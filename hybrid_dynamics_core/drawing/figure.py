@@ -22,25 +22,34 @@ from .paint.picture import limits_of, make_scene, paint_scene
 
 _WIDTH: Final = 7.2  # [in]
 _HEIGHTS: Final = (1.8, 6.0)  # [in] least and greatest, of the axes
-_PLANAR: Final = (
-    0.76,
-    0.16,
-    0.46,
-)  # [in] left, right and below the axes of a planar view: ticks and names
+# [in] left, right and below the axes: of a planar view there are ticks and names
+_PLANAR: Final = (0.76, 0.16, 0.46)
 _SPATIAL: Final = (0.1, 0.1, 0.05)
 _IMAGES: Final = 200  # [dots per inch] of what is an image within a drawing of lines
 _LABEL: Final = 0.2  # [in] where the name of the upright axis ends
 _PATHS: Final = re.compile(r' d="[^"]*"')
 _DECIMALS: Final = re.compile(r"(\.\d\d)\d+")
-_MAKER: Final = (  # stands in the files: by it they are known again
-    f"hybrid_dynamics, Matplotlib {mpl.__version__}"
-)
+# Stands in the files, which shows where they come from.
+_MAKER: Final = f"hybrid_dynamics, Matplotlib {mpl.__version__}"
 
 
 def robot_figure(
-    robot: Robot, state: ClosedState | None, names: Names, title: str | None
+    robot: Robot,
+    state: ClosedState | None,
+    names: Names,
+    title: str | None,
 ) -> Figure:
-    """A robot in a state, or in its reference configuration."""
+    """A robot in a closed state.
+
+    Args:
+        robot: to be drawn.
+        state: one closed state; None: the reference configuration.
+        names: which are shown.
+        title: of the figure; None: the robot's name.
+
+    Returns:
+        The figure.
+    """
     with mpl.rc_context(STYLE):
         scene = make_scene(robot, state)
         limits = limits_of(scene)
@@ -59,24 +68,36 @@ def robot_figure(
 def save(figure: Figure, path: Path) -> None:
     """Write a figure as what the suffix says.
 
-    Raises InputError for others than .svg, .png and .pdf.
+    Args:
+        figure: to be written.
+        path: of the file, .svg, .png or .pdf.
+
+    Raises:
+        InputError: for other suffixes.
     """
     suffix = path.suffix.lower()
-    if suffix not in (".svg", ".png", ".pdf"):
+    writers = {".svg": _save_svg, ".png": _save_png, ".pdf": _save_pdf}
+    if suffix not in writers:
         raise InputError(f"{path}: a drawing is written as .svg, .png or .pdf, not as '{suffix}'")
     with mpl.rc_context({**STYLE, "svg.fonttype": "none"}):
-        if suffix == ".png":
-            figure.savefig(
-                path, dpi=150, metadata={"Software": _MAKER}, pil_kwargs={"optimize": True}
-            )
-        elif suffix == ".pdf":
-            figure.savefig(path, dpi=_IMAGES, metadata={"Creator": _MAKER, "CreationDate": None})
-        else:
-            text = io.StringIO()
-            figure.savefig(
-                text, format="svg", dpi=_IMAGES, metadata={"Creator": _MAKER, "Date": None}
-            )
-            path.write_text(_PATHS.sub(_rounded, text.getvalue()), encoding="utf-8")
+        writers[suffix](figure, path)
+
+
+def _save_svg(figure: Figure, path: Path) -> None:
+    text = io.StringIO()
+    metadata = {"Creator": _MAKER, "Date": None}
+    figure.savefig(text, format="svg", dpi=_IMAGES, metadata=metadata)
+    path.write_text(_PATHS.sub(_rounded, text.getvalue()), encoding="utf-8")
+
+
+def _save_png(figure: Figure, path: Path) -> None:
+    metadata = {"Software": _MAKER}
+    figure.savefig(path, dpi=150, metadata=metadata, pil_kwargs={"optimize": True})
+
+
+def _save_pdf(figure: Figure, path: Path) -> None:
+    metadata = {"Creator": _MAKER, "CreationDate": None}
+    figure.savefig(path, dpi=_IMAGES, metadata=metadata)
 
 
 def _rounded(path: re.Match[str]) -> str:

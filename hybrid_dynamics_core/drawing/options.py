@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from typing import Literal, cast, get_args
 
 from ..errors import InputError
 
@@ -10,17 +10,25 @@ Names = Literal["none", "active", "joints", "all"]
 Colour = Literal["singularity", "limits"]
 
 
-def known_names(names: str) -> Names:
-    """One of the choices. Raises InputError for others."""
-    for known in get_args(Names):
-        if names == known:
-            return known  # type: ignore[no-any-return]
-    raise InputError(f"names: '{names}' is none of {', '.join(get_args(Names))}")
+def checked_names(names: str) -> Names:
+    """The choice of names that are shown.
+
+    Raises:
+        InputError: for another than those of `Names`.
+    """
+    return cast("Names", _checked("names", names, get_args(Names)))
 
 
-def known_colour(colour: str) -> Colour:
-    """One of the choices. Raises InputError for others."""
-    for known in get_args(Colour):
-        if colour == known:
-            return known  # type: ignore[no-any-return]
-    raise InputError(f"colour: '{colour}' is none of {', '.join(get_args(Colour))}")
+def checked_colour(colour: str) -> Colour:
+    """The choice of what colours stand for.
+
+    Raises:
+        InputError: for another than those of `Colour`.
+    """
+    return cast("Colour", _checked("colour", colour, get_args(Colour)))
+
+
+def _checked(option: str, value: str, choices: tuple[str, ...]) -> str:
+    if value not in choices:
+        raise InputError(f"{option}: '{value}' is none of {', '.join(choices)}")
+    return value

@@ -1,4 +1,4 @@
-"""Pages for plots in the look of all figures: a title, what is shown, axes, and below them what was assumed."""
+"""Pages for plots in the style of all figures: title, line, axes, and a caption below them."""
 
 from __future__ import annotations
 
@@ -26,60 +26,78 @@ PLOTS: Final[dict[Any, Any]] = {
 }
 _LINE: Final = 0.16  # [in] of the caption
 _LETTERS: Final = 16.5  # of a caption to the inch: full lines end short of the edge
+_LEFT: Final = 0.015  # of texts, in the figure's width
 _ROW: Final = 13.0  # [pt] of a legend
 _GAP: Final = 6.0  # [pt] between axes, legend and title
 _THOUSANDS: Final = re.compile(r"(?<=\d)(?=(\d{3})+$)")
 
 
 class InFull(ScalarFormatter):
-    """Numbers of ticks in full: a power of ten for all of them would stand on a legend above the axes."""
+    """Numbers of ticks without a power of ten, which would stand on a legend above the axes."""
 
     def __init__(self) -> None:
         super().__init__(useOffset=False)
         self.set_scientific(False)
 
     def __call__(self, x: float, pos: int | None = None) -> str:
-        """With commas between thousands."""
-        whole, point, rest = super().__call__(x, pos).partition(".")
-        return _THOUSANDS.sub(",", whole) + point + rest
+        """The number of a tick, with commas between thousands."""
+        digits, point, decimals = super().__call__(x, pos).partition(".")
+        return _THOUSANDS.sub(",", digits) + point + decimals
 
 
 def page(
-    title: str, caption: str = "", *, line: str = "", width: float = 7.2, height: float = 4.0
+    title: str,
+    caption: str = "",
+    *,
+    line: str = "",
+    width: float = 7.2,
+    height: float = 4.0,
 ) -> Figure:
-    """A figure with a title and a line of what is shown, and below its axes a caption that says what was assumed.
+    """A figure with a title above its axes and a caption below them.
 
-    width, height: of the axes with their names [in]. To be made, filled and saved within
-    `mpl.rc_context(PLOTS)`.
+    To be made, filled and saved within `mpl.rc_context(PLOTS)`.
+
+    Args:
+        title: of the figure.
+        caption: what was assumed.
+        line: what is shown, below the title.
+        width: of the axes with their names [in].
+        height: of the axes with their names [in].
+
+    Returns:
+        The figure, without axes.
     """
     text = fill(" ".join(caption.split()), round(width * _LETTERS))
     foot = _LINE * (1 + text.count("\n")) + 0.14 if text else 0.0
     head = 0.6 if line else 0.4
-    whole = height + foot + head
-    figure = Figure(figsize=(width, whole), layout="constrained")
+    total = height + foot + head
+    figure = Figure(figsize=(width, total), layout="constrained")
     engine: Any = figure.get_layout_engine()
-    engine.set(rect=(0.008, foot / whole, 0.98, (height - 0.04) / whole))
-    figure.text(0.015, 1.0 - 0.22 / whole, title, fontsize=12, weight="bold", va="center")
+    engine.set(rect=(0.008, foot / total, 0.98, (height - 0.04) / total))
+    figure.text(_LEFT, 1.0 - 0.22 / total, title, fontsize=12, weight="bold", va="center")
     if line:
-        figure.text(0.015, 1.0 - 0.44 / whole, line, fontsize=9, color=QUIET, va="center")
+        figure.text(_LEFT, 1.0 - 0.44 / total, line, fontsize=9, color=QUIET, va="center")
     if text:
-        figure.text(
-            0.015,
-            foot / whole - 0.03 / whole,
-            text,
-            fontsize=8,
-            color=QUIET,
-            va="top",
-            linespacing=1.35,
-        )
+        top = foot / total - 0.03 / total
+        figure.text(_LEFT, top, text, fontsize=8, color=QUIET, va="top", linespacing=1.35)
     return figure
 
 
 @contextmanager
 def written_page(path: str | Path, title: str, line: str, height: float) -> Iterator[Figure]:
-    """A page to be filled with axes; written to the file, .svg or .png, at the end.
+    """A page to be filled with axes, which is written to a file at the end.
 
-    InputError for other suffixes.
+    Args:
+        path: of the file, .svg, .png or .pdf.
+        title: of the figure.
+        line: what is shown.
+        height: of the axes with their names [in].
+
+    Yields:
+        The figure.
+
+    Raises:
+        InputError: for other suffixes.
     """
     with mpl.rc_context(PLOTS):
         figure = page(title, line=line, height=height)
@@ -88,9 +106,14 @@ def written_page(path: str | Path, title: str, line: str, height: float) -> Iter
 
 
 def entitled(axes: Axes, title: str, columns: int = 0) -> None:
-    """A title over axes and, where there are columns for it, between both a legend, which so hides nothing.
+    """Write a title over axes, and between both a legend, which so hides nothing.
 
     Ticks beside a legend have their numbers in full.
+
+    Args:
+        axes: with curves that have labels.
+        title: of the axes.
+        columns: of the legend; 0: no legend.
     """
     if not columns:
         axes.set_title(title)
@@ -100,7 +123,15 @@ def entitled(axes: Axes, title: str, columns: int = 0) -> None:
     handles, labels = axes.get_legend_handles_labels()
     rows = -(-len(labels) // columns)
     axes.legend(
-        handles, labels, ncols=columns, loc="lower left", bbox_to_anchor=(0.0, 1.0), fontsize=8, borderaxespad=0.3,
-        borderpad=0.0, handlelength=1.6, columnspacing=1.4,
-    )  # fmt: skip
+        handles,
+        labels,
+        ncols=columns,
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        fontsize=8,
+        borderaxespad=0.3,
+        borderpad=0.0,
+        handlelength=1.6,
+        columnspacing=1.4,
+    )
     axes.set_title(title, pad=rows * _ROW + _GAP)

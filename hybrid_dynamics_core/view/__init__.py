@@ -1,4 +1,4 @@
-"""Robots in the browser, in three dimensions: sliders for the active joints, loops closed live, efforts, playback.
+"""Robots in the browser, in three dimensions: sliders, loops closed live, efforts, playback.
 
 >>> from hybrid_dynamics_core import load
 >>> from hybrid_dynamics_core.view import view
@@ -24,10 +24,20 @@ __all__ = ["open_viewer", "view"]
 def open_viewer(
     robot: Robot, motion: Motion | None = None, *, host: str = "localhost", port: int = 8080
 ) -> Viewer:
-    """A viewer that listens at host:port (0: any free port), to be used in a `with`; `run` serves until interrupted.
+    """A viewer that listens at host:port, to be used in a `with`; its `run` serves it.
 
-    motion: to be played back, from `motion_of` or a recording.
-    Raises InputError where the port cannot be had, MissingPackageError without viser.
+    Args:
+        robot: to be shown.
+        motion: to be played back, from `motion_of` or a recording.
+        host: at which it listens.
+        port: at which it listens; 0: any free port.
+
+    Returns:
+        The viewer.
+
+    Raises:
+        InputError: where the port cannot be had.
+        MissingPackageError: without viser.
     """
     try:
         import viser  # noqa: F401, PLC0415  an extra
@@ -41,7 +51,18 @@ def open_viewer(
 def view(
     robot: Robot, motion: Motion | None = None, *, host: str = "localhost", port: int = 8080
 ) -> None:
-    """Show a robot in the browser until KeyboardInterrupt; as `open_viewer`."""
+    """Show a robot in the browser until KeyboardInterrupt.
+
+    Args:
+        robot: to be shown.
+        motion: to be played back, from `motion_of` or a recording.
+        host: at which the viewer listens.
+        port: at which the viewer listens; 0: any free port.
+
+    Raises:
+        InputError: where the port cannot be had.
+        MissingPackageError: without viser.
+    """
     import webbrowser  # noqa: PLC0415  slow to import
 
     with open_viewer(robot, motion, host=host, port=port) as viewer:

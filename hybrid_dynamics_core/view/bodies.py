@@ -1,4 +1,4 @@
-"""A robot as solid bodies, each fixed to a link, and spans between two links: made once, moved afterwards."""
+"""A robot as solid bodies that move with links, and spans between two links: made once."""
 
 from __future__ import annotations
 
@@ -12,27 +12,38 @@ from ..closed_state.state import ClosedState
 from ..ground.arrays import Array
 from ..mechanism.tree import Tree, build_tree
 from ..robot.robot import Robot
-from ..scene.attach import Attached, CylinderShape, attach, rail
+from ..scene.attach import Attached, CylinderShape, attach, cylinders_of, rail
 from ..scene.groups import JointGroup, group_joints
-from ..scene.marks import base_marks, link_colours, solid_marks
+from ..scene.marks import base_marks, joints_on_rails, link_colours, solid_marks
 from ..scene.parts import Part
 from ..scene.projection import choose_projection
 from ..scene.skeleton import PlacedJoint, Pose, Skeleton, link_poses, place_skeleton
 from ..scene.style import INK, QUIET, RED, mix
-from ..scene.symbols import LineMark
+from ..scene.symbols import Mark
 from . import meshes
 from .meshes import Mesh
 
 UNIT: Final = 0.0135  # radius of a joint, of the size of the robot
 SMALLEST: Final = 0.1  # [m] size of a robot that is one point
 STEEL: Final = "#c3ccd5"
+BASE: Final = "#9aa5b1"
+WHITE: Final = "#ffffff"
 OUT: Final = 1.75  # how much longer the hinge of a drive is on the base
 Kind = Literal["link", "joint", "closure"]
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
-    """A solid body that moves with a link: `mesh` in the axes of the link; `names`: what of the robot it shows."""
+class SolidBody:
+    """A solid body that moves with a link.
+
+    Attributes:
+        kind: what of the robot it shows.
+        names: of the link, the joints or the closure that it shows.
+        link: with which it moves.
+        mesh: in the axes of the link.
+        colour: #rrggbb.
+        role: what it is.
+    """
 
     kind: Kind
     names: tuple[str, ...]
@@ -44,9 +55,16 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class Span:
-    """What reaches from a point of one link to a point of another, each (3,) in the axes of its link [m]: a rod.
+    """What reaches from a point of one link to a point of another: a rod.
 
-    along: its direction in the axes of the first link, where that is always the same.
+    Attributes:
+        kind: what of the robot it shows.
+        names: of the link or the joints that it shows.
+        links: that it joins.
+        points: (3,) each, in the axes of its link [m].
+        radius: [m].
+        colour: #rrggbb.
+        along: (3,) its direction in the axes of the first link, where that is always the same.
     """
 
     kind: Kind
@@ -60,7 +78,13 @@ class Span:
 
 @dataclass(frozen=True, eq=False)
 class Anchor:
-    """Where the name and the effort of a joint are shown: a point and the joint's axis (3,) in the axes of a link."""
+    """Where the name and the effort of a joint are shown.
+
+    Attributes:
+        link: in whose axes it is.
+        point: (3,) [m].
+        axis: (3,) of the joint.
+    """
 
     link: str
     point: Array
@@ -68,17 +92,27 @@ class Anchor:
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
-    """All that is seen of a robot; `anchors` by joint.
+class RobotShape:
+    """All that is shown of a robot.
 
-    unit: radius of a joint [m]. size: of the robot [m]. points: (k, 3) what a camera has to show.
+    Attributes:
+        robot: that is shown.
+        reference: the state of which the bodies were made.
+        tree: of the robot.
+        skeleton: in that state.
+        bodies: that move with links.
+        spans: between links.
+        anchors: by joint.
+        unit: radius of a joint [m].
+        size: of the robot [m].
+        points: (k, 3) what a camera has to show [m].
     """
 
     robot: Robot
-    home: ClosedState
+    reference: ClosedState
     tree: Tree
     skeleton: Skeleton
-    bodies: tuple[Body, ...]
+    bodies: tuple[SolidBody, ...]
     spans: tuple[Span, ...]
     anchors: Mapping[str, Anchor]
     unit: float
@@ -90,80 +124,95 @@ class Shape:
         return link_poses(self.tree, state.s)
 
 
-def shape_of(robot: Robot, state: ClosedState) -> Shape:
+def robot_shape(robot: Robot, state: ClosedState) -> RobotShape:
     """The bodies of a robot; their lengths are those of one closed state."""
     skeleton = place_skeleton(robot, state)
     tree = build_tree(robot.description)
     groups = group_joints(skeleton)
-    attached = {
-        link: _within_limits(robot, state, what) for link, what in attach(skeleton, groups).items()
-    }
-    cylinders = {c.joint.name: c for what in attached.values() for c in what.barrels}
-    rails = [
-        rail(g.first) for g in groups if g.kind == "prismatic" and g.first.name not in cylinders
-    ]
+    attached = {}
+    for link, carried in attach(skeleton, groups).items():
+        attached[link] = _within_limits(robot, state, carried)
+    cylinders = cylinders_of(attached)
+    rails = [rail(joint) for joint in joints_on_rails(groups, cylinders)]
     points = np.vstack([skeleton.points, *rails])
-    size = max(float(np.linalg.norm(np.ptp(points, axis=0))), SMALLEST)
+    diagonal = np.ptp(points, axis=0)
+    size = max(float(np.linalg.norm(diagonal)), SMALLEST)
     unit = UNIT * size
-    marks = solid_marks(skeleton, groups, attached, choose_projection(skeleton), unit)
+    projection = choose_projection(skeleton)
+    marks = solid_marks(skeleton, groups, attached, projection, unit)
     marks += base_marks(skeleton, groups, attached[skeleton.base], unit)
-    maker = _Maker(robot, skeleton, groups, unit, link_poses(tree, state.s))
-    for mark in marks:
-        maker.add(mark)
-    for group in groups:
-        if group.kind == "carrier":
-            maker.carrier(group)
-    anchors = {
-        joint.name: maker.anchor(joint, cylinders.get(joint.name)) for joint in skeleton.joints
-    }
-    return Shape(
-        robot,
-        state,
-        tree,
-        skeleton,
-        tuple(maker.bodies),
-        tuple(maker.spans),
-        anchors,
-        unit,
-        size,
-        points,
+    builder = _Builder(robot, skeleton, groups, unit, link_poses(tree, state.s))
+    builder.add_marks(marks)
+    builder.add_carriers(groups)
+    anchors = {}
+    for joint in skeleton.joints:
+        anchors[joint.name] = builder.anchor(joint, cylinders.get(joint.name))
+    return RobotShape(
+        robot=robot,
+        reference=state,
+        tree=tree,
+        skeleton=skeleton,
+        bodies=tuple(builder.bodies),
+        spans=tuple(builder.spans),
+        anchors=anchors,
+        unit=unit,
+        size=size,
+        points=points,
     )
 
 
 def span_pose(span: Span, poses: Mapping[str, Pose]) -> tuple[Array, Array, float]:
-    """Rotation (3, 3) with z along a span, its start (3,) and its length [m]."""
-    start, end = (
-        poses[link][0] @ point + poses[link][1]
-        for link, point in zip(span.links, span.points, strict=True)
-    )
+    """Where a span is.
+
+    Args:
+        span: between two links.
+        poses: of the links.
+
+    Returns:
+        Rotation (3, 3) with z along it, its start (3,) [m] and its length [m].
+    """
+    start = _moved(span.points[0], poses[span.links[0]])
+    end = _moved(span.points[1], poses[span.links[1]])
     if span.along is not None:
-        along = poses[span.links[0]][0] @ span.along
-        return meshes.frame_along(along), start, max(float((end - start) @ along), 0.0)
+        rotation, _ = poses[span.links[0]]
+        along = rotation @ span.along
+        length = float((end - start) @ along)
+        return meshes.frame_along(along), start, max(length, 0.0)
     length = float(np.linalg.norm(end - start))
-    return meshes.frame_along(end - start) if length > 0.0 else np.eye(3), start, length
+    if not length > 0.0:
+        return np.eye(3), start, length
+    return meshes.frame_along(end - start), start, length
 
 
-def _within_limits(robot: Robot, state: ClosedState, what: Attached) -> Attached:
-    """Barrels short enough for the whole stroke."""
-    lower, upper = (dict(zip(robot.active, ends.tolist(), strict=True)) for ends in robot.limits.T)
-
-    def limited(cylinder: CylinderShape) -> CylinderShape:
-        joint, value = cylinder.joint, float(state.s[robot.coordinates.index(cylinder.joint.name)])
-        outward = float(cylinder.direction @ joint.axis) > 0.0
-        end = (
-            lower.get(joint.name, joint.limits[0])
-            if outward
-            else upper.get(joint.name, joint.limits[1])
-        )
-        shortest = float(np.linalg.norm(cylinder.end - cylinder.foot)) - abs(value - end)
-        return replace(cylinder, shortest=shortest) if shortest > 0.0 else cylinder
-
-    return replace(
-        what, barrels=[limited(c) for c in what.barrels], rods=[limited(c) for c in what.rods]
-    )
+def _moved(point: Array, pose: Pose) -> Array:
+    """A point of a link in base axes."""
+    rotation, origin = pose
+    return rotation @ point + origin
 
 
-class _Maker:
+def _within_limits(robot: Robot, state: ClosedState, carried: Attached) -> Attached:
+    """Barrels short enough for the stroke."""
+    barrels = [_limited(robot, state, cylinder) for cylinder in carried.barrels]
+    rods = [_limited(robot, state, cylinder) for cylinder in carried.rods]
+    return replace(carried, barrels=barrels, rods=rods)
+
+
+def _limited(robot: Robot, state: ClosedState, cylinder: CylinderShape) -> CylinderShape:
+    """A cylinder with the least length that it has within the limits of its joint."""
+    joint = cylinder.joint
+    lower, upper = joint.limits
+    if joint.name in robot.active:
+        lower, upper = robot.limits[robot.active.index(joint.name)].tolist()
+    outward = float(cylinder.direction @ joint.axis) > 0.0
+    innermost = lower if outward else upper
+    value = float(state.s[robot.coordinates.index(joint.name)])
+    shortest = cylinder.length - abs(value - innermost)
+    if not shortest > 0.0:
+        return cylinder
+    return replace(cylinder, shortest=shortest)
+
+
+class _Builder:
     """Turns marks, which are in base axes, into bodies in the axes of their links."""
 
     def __init__(
@@ -174,94 +223,132 @@ class _Maker:
         unit: float,
         poses: Mapping[str, Pose],
     ) -> None:
-        self.skeleton, self.unit, self.poses = skeleton, unit, poses
-        self.groups = {group.names: tuple(joint.name for joint in group.joints) for group in groups}
+        self.skeleton = skeleton
+        self.unit = unit
+        self.poses = poses
+        self.groups = {group.names: _joint_names(group) for group in groups}
         self.joints = {joint.name: joint for joint in skeleton.joints}
         self.colours = link_colours(skeleton, robot.description.loops)
-        self.bodies: list[Body] = []
+        self.bodies: list[SolidBody] = []
         self.spans: list[Span] = []
 
-    def add(self, mark: Part | LineMark) -> None:
-        if isinstance(mark, Part):
-            if mark.role == "rod":
-                self.rod(mark)
+    def add_marks(self, marks: Sequence[Mark]) -> None:
+        """Bodies for parts, spans for rods, small balls for dots; lines are not shown."""
+        for mark in marks:
+            if not isinstance(mark, Part):
+                if mark.role == "dot":
+                    self._add_body(Part(mark.owner, "cross", mark.points, 0.6 * self.unit))
+            elif mark.role == "rod":
+                self._add_rod(mark)
             else:
-                self.body(mark)
-        elif mark.role == "dot":
-            dot = Part(mark.owner, "cross", mark.points, 0.6 * self.unit)
-            self.body(dot)
+                self._add_body(mark)
 
-    def body(self, part: Part) -> None:
-        kind, names = self.owner(part)
-        if (
-            part.role == "hinge"
-            and self.skeleton.base in part.links
-            and self.joints[names[0]].active
-        ):
+    def add_carriers(self, groups: Sequence[JointGroup]) -> None:
+        """Coordinates of a platform that nothing holds: thin lines from where they are zero."""
+        for group in groups:
+            if group.kind != "carrier":
+                continue
+            first, last = group.first, group.last
+            span = Span(
+                kind="joint",
+                names=_joint_names(group),
+                links=(first.parent, last.child),
+                points=(
+                    self._local(first.parent, first.start),
+                    self._local(last.child, last.point),
+                ),
+                radius=0.12 * self.unit,
+                colour=mix(QUIET, WHITE, 0.4),
+            )
+            self.spans.append(span)
+
+    def _add_body(self, part: Part) -> None:
+        kind, names = self._owner(part)
+        if part.role == "hinge" and self._is_drive_on_base(part, names):
             middle = part.points.mean(axis=0)  # out of the base, whose bars are thicker than others
             part = replace(part, points=middle + OUT * (part.points - middle))
-        link = self.link_of(kind, names, part)
+        link = self._link_of(kind, names, part)
         rotation, origin = self.poses[link]
         mesh = mesh_of(part).placed(rotation.T, -rotation.T @ origin)
-        self.bodies.append(Body(kind, names, link, mesh, self.colour(kind, names, part), part.role))
+        colour = self._colour(kind, names, part)
+        self.bodies.append(SolidBody(kind, names, link, mesh, colour, part.role))
 
-    def rod(self, part: Part) -> None:
-        """From the mouth of the barrel, which is on the other link, to its end: it slides as the joint does."""
-        kind, names = self.owner(part)
-        links = (part.links[1], part.links[0])
-        points = tuple(
-            self.local(link, point) for link, point in zip(links, part.points, strict=True)
-        )
-        along = None if part.axis is None else np.asarray(self.poses[links[0]][0].T @ part.axis)
-        self.spans.append(
-            Span(kind, names, links, (points[0], points[1]), part.radius, STEEL, along)
-        )
+    def _is_drive_on_base(self, part: Part, names: tuple[str, ...]) -> bool:
+        return self.skeleton.base in part.links and self.joints[names[0]].active
 
-    def owner(self, part: Part) -> tuple[Kind, tuple[str, ...]]:
+    def _add_rod(self, part: Part) -> None:
+        """From the mouth of the barrel, which is on the other link, to its end.
+
+        It slides as the joint does.
+        """
+        kind, names = self._owner(part)
+        end_link, mouth_link = part.links
+        mouth, end = part.points
+        rotation, _ = self.poses[mouth_link]
+        span = Span(
+            kind=kind,
+            names=names,
+            links=(mouth_link, end_link),
+            points=(self._local(mouth_link, mouth), self._local(end_link, end)),
+            radius=part.radius,
+            colour=STEEL,
+            along=None if part.axis is None else np.asarray(rotation.T @ part.axis),
+        )
+        self.spans.append(span)
+
+    def _owner(self, part: Part) -> tuple[Kind, tuple[str, ...]]:
+        """What of the robot a part shows."""
         kind, _, name = part.owner.partition(":")
         if kind == "joint":
             return "joint", self.groups.get(name, (name,))
-        return ("closure" if kind == "closure" else "link"), (name,)
-
-    def carrier(self, group: JointGroup) -> None:
-        """Coordinates of a platform that nothing holds: a thin line from where they are zero."""
-        links = (group.first.parent, group.last.child)
-        points = (self.local(links[0], group.first.start), self.local(links[1], group.last.point))
-        names = tuple(joint.name for joint in group.joints)
-        self.spans.append(
-            Span("joint", names, links, points, 0.12 * self.unit, mix(QUIET, "#ffffff", 0.4))
-        )
+        if kind == "closure":
+            return "closure", (name,)
+        return "link", (name,)
 
     def anchor(self, joint: PlacedJoint, cylinder: CylinderShape | None) -> Anchor:
         """At the mouth of a barrel, on what slides, or at a hinge."""
-        link = joint.parent if cylinder is not None or joint.type == "revolute" else joint.child
-        point = joint.point if cylinder is None else cylinder.mouth
-        return Anchor(link, self.local(link, point), np.asarray(self.poses[link][0].T @ joint.axis))
+        link, point = joint.parent, joint.point
+        if cylinder is not None:
+            point = cylinder.mouth
+        elif joint.type == "prismatic":
+            link = joint.child
+        rotation, _ = self.poses[link]
+        return Anchor(link, self._local(link, point), np.asarray(rotation.T @ joint.axis))
 
-    def local(self, link: str, point: Array) -> Array:
+    def _local(self, link: str, point: Array) -> Array:
+        """A point (3,) in base axes in the axes of a link."""
         rotation, origin = self.poses[link]
         return np.asarray(rotation.T @ (point - origin))
 
-    def link_of(self, kind: Kind, names: tuple[str, ...], part: Part) -> str:
+    def _link_of(self, kind: Kind, names: tuple[str, ...], part: Part) -> str:
+        """The link with which a part moves; an axis is fixed in both that it joins."""
         if kind == "link":
             return names[0]
         if kind == "closure":
             return part.links[0]
         joint = self.joints[names[0]]
-        return joint.child if part.role == "block" else joint.parent  # an axis is fixed in either
+        return joint.child if part.role == "block" else joint.parent
 
-    def colour(self, kind: Kind, names: tuple[str, ...], part: Part) -> str:
+    def _colour(self, kind: Kind, names: tuple[str, ...], part: Part) -> str:
         if kind == "joint":
-            driven = any(self.joints[name].active for name in names)
-            if part.role == "rail":
-                return STEEL
-            return RED if driven else mix(INK, "#ffffff", 0.25)
+            return self._joint_colour(names, part)
         if kind == "closure":
             return mix(self.colours[f"closure:{names[0]}"], INK, 0.25)
         if names[0] == self.skeleton.base:
-            return "#9aa5b1"
+            return BASE
         colour = self.colours[names[0]]
-        return mix(INK, "#ffffff", 0.28) if colour == INK else mix(colour, "#ffffff", 0.12)
+        return mix(colour, WHITE, 0.28 if colour == INK else 0.12)
+
+    def _joint_colour(self, names: tuple[str, ...], part: Part) -> str:
+        if part.role == "rail":
+            return STEEL
+        if any(self.joints[name].active for name in names):
+            return RED
+        return mix(INK, WHITE, 0.25)
+
+
+def _joint_names(group: JointGroup) -> tuple[str, ...]:
+    return tuple(joint.name for joint in group.joints)
 
 
 def mesh_of(part: Part) -> Mesh:

@@ -11,23 +11,28 @@ from scipy.spatial.transform import Rotation
 from ..ground.arrays import Array
 from ..scene.projection import choose_projection
 from ..scene.skeleton import Skeleton
+from .ranges import round_value
 
-FIELD: Final = np.radians(
-    32.0
-)  # of view, from top to bottom: narrow, so that parallel bars look parallel
-ASIDE: Final = np.radians(
-    28.0
-)  # how far the camera stands aside of the plane's normal, of a planar mechanism
+# Of view, from top to bottom: narrow, so that parallel bars look parallel.
+FIELD: Final = np.radians(32.0)
+# How far the camera stands aside of the plane's normal, of a planar mechanism.
+ASIDE: Final = np.radians(28.0)
 ABOVE: Final = np.radians(20.0)
 _CORNER: Final = (-0.95, 0.72)  # to the right and up, in radii of what is shown
 ROOM: Final = 1.22  # round the robot
+_UP: Final = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """`position` and `look_at` (3,) in base axes [m]; what it has to show is within `radius` of `look_at` [m].
+    """A camera that looks at a robot.
 
-    field: of view from top to bottom [rad]. shown: (k, 3) what it was made to show [m].
+    Attributes:
+        position: (3,) in base axes [m].
+        look_at: (3,) in base axes [m].
+        radius: what it has to show is within this distance of `look_at` [m].
+        field: of view from top to bottom [rad].
+        shown: (k, 3) what it was made to show [m].
     """
 
     position: Array
@@ -38,41 +43,69 @@ class Camera:
 
     @property
     def corner(self) -> Array:
-        """(3,) to the left and above, in the plane of `look_at`: beside all that it has to show, and still seen [m]."""
+        """(3,) to the left and above, in the plane of `look_at` [m].
+
+        It is beside all that the camera has to show, and within its picture.
+        """
         away = self.look_at - self.position
-        side = np.cross(away, (0.0, 0.0, 1.0))
+        side = np.cross(away, _UP)
         up = np.cross(side, away)
-        aside = _CORNER[0] * side / np.linalg.norm(side) + _CORNER[1] * up / np.linalg.norm(up)
-        return np.asarray(self.look_at + self.radius * aside)
+        across, upward = _CORNER
+        offset = across * side / np.linalg.norm(side) + upward * up / np.linalg.norm(up)
+        return np.asarray(self.look_at + self.radius * offset)
 
     def sees(self, points: Array, aspect: float) -> bool:
         """Whether points (k, 3) are in a picture whose width is `aspect` times its height."""
-        forward = direction(self.look_at - self.position)
-        level = np.cross(forward, (0.0, 0.0, 1.0))
-        right = direction(level if np.linalg.norm(level) > 1e-9 else np.array([1.0, 0.0, 0.0]))
-        seen = points - self.position
-        room = np.tan(0.5 * self.field) * (seen @ forward)
-        across, upward = np.abs(seen @ right), np.abs(seen @ np.cross(right, forward))
-        return bool(((across < aspect * room) & (upward < room)).all())
+        forward = unit_vector(self.look_at - self.position)
+        level = np.cross(forward, _UP)
+        if not np.linalg.norm(level) > 1e-9:
+            level = np.array([1.0, 0.0, 0.0])
+        right = unit_vector(level)
+        up = np.cross(right, forward)
+        rays = points - self.position
+        half_height = np.tan(0.5 * self.field) * (rays @ forward)
+        across = np.abs(rays @ right)
+        upward = np.abs(rays @ up)
+        return bool(((across < aspect * half_height) & (upward < half_height)).all())
 
     def around(self, points: Array) -> Camera:
         """Another one, that looks the same way and shows points (k, 3)."""
-        return camera_around(points, direction(self.position - self.look_at))
+        return camera_around(points, unit_vector(self.position - self.look_at))
 
     def following(self, points: Array, aspect: float) -> Camera:
-        """Itself, or another one that shows points (k, 3) besides: what goes to and fro moves it once."""
-        if replace(self, position=self.seen_from(aspect)).sees(points, aspect):
-            return self
-        return self.around(points if self.shown is None else np.vstack([self.shown, points]))
+        """Itself, or another one that shows points besides.
 
-    def seen_from(self, aspect: float) -> Array:
+        The other one shows all that this one did: what goes to and fro moves it once.
+
+        Args:
+            points: (k, 3) to be shown [m].
+            aspect: width over height of the picture.
+
+        Returns:
+            The camera.
+        """
+        standing = replace(self, position=self.position_for(aspect))
+        if standing.sees(points, aspect):
+            return self
+        if self.shown is not None:
+            points = np.vstack([self.shown, points])
+        return self.around(points)
+
+    def position_for(self, aspect: float) -> Array:
         """Where it has to stand (3,) [m] for a canvas whose width is `aspect` times its height."""
-        return np.asarray(self.look_at + (self.position - self.look_at) / min(aspect, 1.0))
+        distance = (self.position - self.look_at) / min(aspect, 1.0)
+        return np.asarray(self.look_at + distance)
 
 
 @dataclass(frozen=True)
 class Floor:
-    """A level square: height and side [m], and the side of a tile."""
+    """A level square.
+
+    Attributes:
+        level: its height [m].
+        side: of the square [m].
+        tile: side of a tile [m].
+    """
 
     level: float
     side: float
@@ -80,35 +113,42 @@ class Floor:
 
 
 def camera_for(skeleton: Skeleton, points: Array) -> Camera:
-    """A camera that sees all points (k, 3): from the side where the robot is planar, else where least is hidden."""
-    view = choose_projection(skeleton)
-    toward = view.toward
-    if view.planar:
-        aside = Rotation.from_rotvec(-ASIDE * view.up).as_matrix() @ toward
-        toward = np.cos(ABOVE) * aside + np.sin(ABOVE) * view.up
+    """A camera from the side where the robot is planar, else from where least is hidden.
+
+    Args:
+        skeleton: of the robot.
+        points: (k, 3) to be shown [m].
+
+    Returns:
+        The camera.
+    """
+    projection = choose_projection(skeleton)
+    toward = projection.toward
+    if projection.planar:
+        turn = Rotation.from_rotvec(-ASIDE * projection.up)
+        aside = turn.as_matrix() @ toward
+        toward = np.cos(ABOVE) * aside + np.sin(ABOVE) * projection.up
     return camera_around(points, toward)
 
 
 def camera_around(points: Array, toward: Array) -> Camera:
-    """A camera that shows all points (k, 3); toward: from them to it (3,)."""
+    """A camera that shows all points (k, 3) [m]; `toward` (3,) is the direction from them to it."""
     low, high = points.min(axis=0), points.max(axis=0)
     middle = 0.5 * (low + high)
-    radius = max(float(np.linalg.norm(points - middle, axis=1).max()), 0.05)
-    return Camera(
-        middle + ROOM * radius / np.sin(0.5 * FIELD) * toward, middle, radius, shown=points
-    )
+    farthest = np.linalg.norm(points - middle, axis=1).max()
+    radius = max(float(farthest), 0.05)
+    position = middle + ROOM * radius / np.sin(0.5 * FIELD) * toward
+    return Camera(position, middle, radius, shown=points)
 
 
-def direction(vector: Array) -> Array:
+def unit_vector(vector: Array) -> Array:
     """A vector (3,) of length one, along one that is not zero."""
     return np.asarray(vector / np.linalg.norm(vector))
 
 
 def floor_under(points: Array, unit: float) -> Floor:
-    """The floor below points (k, 3), some radii of a joint under the lowest."""
+    """The floor below points (k, 3) [m], some radii of a joint `unit` [m] under the lowest."""
     width = max(float(np.ptp(points, axis=0).max()), 1e-3)
-    power = 10.0 ** np.floor(np.log10(width / 5.0))
-    tile = float(
-        power * min((1.0, 2.0, 5.0, 10.0), key=lambda k: abs(np.log(k * power / (width / 5.0))))
-    )
-    return Floor(float(points[:, 2].min()) - 2.0 * unit, 24.0 * tile, tile)
+    tile = round_value(width / 5.0)
+    lowest = float(points[:, 2].min())
+    return Floor(lowest - 2.0 * unit, 24.0 * tile, tile)

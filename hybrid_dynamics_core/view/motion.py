@@ -25,10 +25,13 @@ class Motion:
         title: what it is, in a few words.
         time: (N,) [s], ascending, from 0.
         state: closed, a batch of N.
-        ddu: (N, n) accelerations of the active joints; NaN where not known.
+        ddu: (N, n) accelerations of the active joints; NaN where they are unknown.
         recorded: (N, n) efforts that were measured [N m or N], NaN where not; None where there are
-        none at all.
+            none at all.
         note: what a reader of its efforts has to know.
+
+    Raises:
+        InputError: for arrays that do not fit each other, and times that do not ascend.
     """
 
     title: str
@@ -39,30 +42,34 @@ class Motion:
     note: str = ""
 
     def __post_init__(self) -> None:
-        count = len(self.time)
-        if (
-            self.time.ndim != 1
-            or count == 0
-            or self.state.u.shape[0] != count
-            or self.ddu.shape != self.state.u.shape
-        ):
+        if not self._fits():
             raise InputError(
                 "a motion has one time, one closed state and one row of accelerations a sample"
             )
         if (np.diff(self.time) < 0.0).any():
             raise InputError("the times of a motion have to ascend")
 
+    def _fits(self) -> bool:
+        """Whether there is one time, state and row of accelerations for each sample."""
+        count = len(self.time)
+        if self.time.ndim != 1 or count == 0:
+            return False
+        return self.state.u.shape[0] == count and self.ddu.shape == self.state.u.shape
+
     @property
     def duration(self) -> float:
-        """[s]."""
+        """Time of the last sample [s]."""
         return float(self.time[-1])
 
     def index(self, time: float) -> int:
-        """The sample that is nearest to a time [s]."""
-        k = int(np.searchsorted(self.time, time))
-        if k == 0 or k == len(self.time):
-            return min(k, len(self.time) - 1)
-        return k if self.time[k] - time < time - self.time[k - 1] else k - 1
+        """Index of the sample that is nearest to a time [s]."""
+        after = int(np.searchsorted(self.time, time))
+        if after == 0:
+            return 0
+        if after == len(self.time):
+            return after - 1
+        is_nearer = self.time[after] - time < time - self.time[after - 1]
+        return after if is_nearer else after - 1
 
     def at(self, index: int) -> ClosedState:
         """The state of one sample."""
@@ -70,26 +77,38 @@ class Motion:
 
 
 def motion_of(
-    robot: Robot, trajectory: JointTrajectory, title: str, recorded: Array | None = None
+    robot: Robot,
+    trajectory: JointTrajectory,
+    title: str,
+    recorded: Array | None = None,
 ) -> Motion:
     """A trajectory of the active joints with all loops closed along it.
 
-    recorded: (N, n) efforts at the trajectory's own times.
-    Raises InputError that names the time at which the loops do not close.
+    Args:
+        robot: that moves.
+        trajectory: of its active joints.
+        title: what it is, in a few words.
+        recorded: (N, n) efforts at the trajectory's own times [N m or N], if any were.
+
+    Returns:
+        The motion.
+
+    Raises:
+        InputError: with the time at which the loops do not close.
     """
     count = int(np.clip(round(trajectory.duration * RATE) + 1, 2, LARGEST))
     time = np.linspace(0.0, trajectory.duration, count)
-    reference = trajectory(
-        np.minimum(trajectory.times[0] + time, trajectory.times[-1])
-    )  # beyond the end it is at rest
+    start, end = trajectory.times[0], trajectory.times[-1]
+    reference = trajectory(np.minimum(start + time, end))  # beyond the end it is at rest
     try:
         state = robot.close_path(reference.u, reference.du)
     except StateError as error:
-        moment = float(time[error.index or 0] + trajectory.times[0])
+        moment = float(time[error.index or 0] + start)
         raise InputError(
             f"{title} cannot be followed to its end: at {moment:.6g} s, {error}"
         ) from error
     if recorded is not None:
-        times = trajectory.times - trajectory.times[0]
-        recorded = np.stack([np.interp(time, times, column) for column in recorded.T], axis=1)
+        times = trajectory.times - start
+        columns = [np.interp(time, times, column) for column in recorded.T]
+        recorded = np.stack(columns, axis=1)
     return Motion(title, time, state, reference.ddu, recorded)

@@ -1,4 +1,4 @@
-"""Numbers that are typed: they come from the page as text, and are read as the command line reads them."""
+"""Typed numbers: they come from the page as text, and are read as the command reads them."""
 
 from __future__ import annotations
 
@@ -6,52 +6,72 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any, Final
 
 import viser
 
 from ..description.expressions import evaluate
 from ..errors import InputError
-from .gui_events import by_person
+from .gui_events import is_from_browser
 from .ranges import Range
-from .slider import Dial
+from .slider import Slider
 
 _NUMBER: Final = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 _DEGREES: Final = re.compile(r"\s*\*?\s*(deg|degs|degree|degrees|°)$")
-LONGEST: Final = 40  # characters of what was typed that are told again
+LONGEST: Final = 40  # characters of what was typed that a message repeats
 
 
-class Typed:
-    """Where the page puts what was typed into the box of a dial: a line of text that nobody sees, see `script`."""
+class NumberInput:
+    """Where the page puts what was typed into the box of a slider: a hidden line, see `script`.
+
+    Args:
+        gui: of viser.
+    """
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._line = gui.add_text("typed", "")
 
-    def listen(self, dials: Iterable[Dial], begin: Callable[[], None]) -> None:
-        """Have each of these dials take what is typed into its box; `begin` is called when somebody goes to one."""
-        known = {dial.label: dial for dial in dials}
+    def listen(self, sliders: Iterable[Slider], begin: Callable[[], None]) -> None:
+        """Have each slider take what is typed into its box.
+
+        Args:
+            sliders: with boxes.
+            begin: called when somebody goes to a box.
+        """
+        by_label = {slider.label: slider for slider in sliders}
 
         @self._line.on_update
         def _(event: viser.GuiEvent[Any]) -> None:
-            if not by_person(event):
+            if not is_from_browser(event):
                 return
             label, text = json.loads(event.target.value)[:2]
             if text is None:
                 begin()
             else:
-                known[label].typed(lambda scope: number_typed(text, scope))
+                by_label[label].request_typed(partial(parse_number, text))
 
 
-def number_typed(text: str, scope: Range) -> float:
-    """The number that a text is, in the unit of a range: 0.25, 5e-2; of angles also a term, 30*deg, pi/6.
+def parse_number(text: str, scope: Range) -> float:
+    """The number that a text is, in the unit of a range.
 
-    Raises InputError with the text and with what to type instead, never another number.
+    Args:
+        text: 0.25, 5e-2; of angles also a term, 30*deg, pi/6.
+        scope: of the quantity.
+
+    Returns:
+        The number.
+
+    Raises:
+        InputError: with the text and with what to type instead, for all other texts.
     """
     value = _read(text.strip(), scope.unit)
     if value is None:
-        told = text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+        shortened = text
+        if len(text) > LONGEST:
+            shortened = f"{text[:LONGEST]}..."
         raise InputError(
-            f"{scope.name}: '{told}' was not taken: {_instead(text.strip(), scope.unit)}"
+            f"{scope.name}: '{shortened}' was not taken: {_advice(text.strip(), scope.unit)}"
         )
     return value
 
@@ -69,12 +89,13 @@ def _read(text: str, unit: str) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _instead(text: str, unit: str) -> str:
-    """What to type for it, as far as that is plain."""
-    guess = (
-        _DEGREES.sub("*deg", text.replace("−", "-").replace(",", ".")).removesuffix(unit).strip()
-    )
+def _advice(text: str, unit: str) -> str:
+    """What to type instead, as far as that is plain."""
+    plain = text.replace("−", "-").replace(",", ".")
+    guess = _DEGREES.sub("*deg", plain).removesuffix(unit).strip()
     if guess == text or _read(guess, unit) is None:
         angle = ", or degrees, as 30*deg" if unit == "rad" else ""
         return f"write the number alone, in {unit}, as 0.25 or 5e-2{angle}"
-    return f"{'decimals have a point, ' if ',' in text else ''}write {guess}"
+    if "," in text:
+        return f"decimals have a point, write {guess}"
+    return f"write {guess}"

@@ -12,47 +12,63 @@ import viser
 from ..closed_state.assembly_modes import AssemblyMode
 from ..ground.arrays import Array
 from ..ground.units import coordinate_unit
-from . import page
-from .gui_events import Ask, by_person, put
-from .number_input import Typed
+from . import panel_html
+from .gui_events import Enqueue, is_from_browser, set_value
+from .number_input import NumberInput
 from .playback import Playback
 from .ranges import Range, round_value, slider_ranges
 from .script import script_html
-from .session import Efforts, Session
-from .slider import Dial
+from .session import DriveEfforts, ViewSession
+from .slider import Slider
 
-Fit = Callable[
-    [viser.ClientHandle | None], None
-]  # has the camera of a browser show the whole robot
+# Has the camera of a browser, or of all, show all of the robot.
+FitCamera = Callable[[viser.ClientHandle | None], None]
 
 
 class Panel:
     """The controls.
 
-    What a person does is handed to `ask`; nothing of the robot is touched in viser's threads.
+    What a person does is handed to `enqueue`. Nothing of the robot is touched in viser's threads.
+
+    Args:
+        server: of viser.
+        session: that is shown and moved.
+        size: of the robot [m].
+        enqueue: takes what a person does.
+        fit: brings the robot into the picture.
     """
 
     def __init__(
-        self, server: viser.ViserServer, session: Session, size: float, ask: Ask, fit: Fit
+        self,
+        server: viser.ViserServer,
+        session: ViewSession,
+        size: float,
+        enqueue: Enqueue,
+        fit: FitCamera,
     ) -> None:
-        self.gui, self.session, self.ask, self.fit = server.gui, session, ask, fit
+        self.gui = server.gui
+        self.session = session
+        self.enqueue = enqueue
+        self.fit = fit
         self.target = np.array(session.state.u)
         self.modes: tuple[AssemblyMode, ...] = ()
         self.labels: list[str] = []
-        self.stale = True  # list of modes, and sliders that were left where a person put them
-        self.gui.add_html(page.SHEET + script_html(session.robot.name))
-        typed = Typed(self.gui)  # right behind, where the sheet hides it
+        self.stale = True  # list of modes, and sliders that a person moved beyond the pose
+        self.gui.add_html(panel_html.SHEET + script_html(session.robot.name))
+        typed = NumberInput(self.gui)  # right behind, where the sheet hides it
         self._problem = self.gui.add_html("", visible=False)
-        self.playback = (
-            None if session.motion is None else Playback(self.gui, session, session.motion, ask)
-        )
-        self._add_sliders(slider_ranges(session.robot, session.home, size))
+        self.playback: Playback | None = None
+        if session.motion is not None:
+            self.playback = Playback(self.gui, session, session.motion, enqueue)
+        self._add_sliders(slider_ranges(session.robot, session.reference, size))
         with self.gui.add_folder("State"):
             self._state = self.gui.add_html("")
         self._add_efforts()
         self._add_modes()
-        timed = [] if self.playback is None else [self.playback.dial]
-        typed.listen([*timed, *self.dials, self._payload], self._at_a_box)
+        sliders = [*self.sliders, self._payload]
+        if self.playback is not None:
+            sliders.insert(0, self.playback.slider)
+        typed.listen(sliders, self._pause_for_typing)
 
     @property
     def playing(self) -> bool:
@@ -61,32 +77,33 @@ class Panel:
 
     # -- what is shown
 
-    def refresh(self, efforts: Efforts) -> None:
+    def refresh(self, efforts: DriveEfforts) -> None:
         """Numbers of the present state; sliders where it is, unless it could not follow them."""
-        self.tell_problem()
-        self._state.content = page.state_html(self.session)
-        self._modes.content = page.modes_html(self.session.state)
-        self._payload.follow(self.session.payload)
-        self._efforts.content = page.efforts_html(self.session.robot, efforts)
+        self.show_problem()
+        session = self.session
+        self._state.content = panel_html.state_html(session)
+        self._modes.content = panel_html.modes_html(session.state)
+        self._payload.follow(session.payload)
+        self._efforts.content = panel_html.efforts_html(session.robot, efforts)
         self.stale = True
-        if not self.session.problem:
+        if not session.problem:
             self._follow()
         if self.playback is not None:
             self.playback.refresh()
 
-    def tell_problem(self) -> None:
-        """Why the last wish was refused, if it was."""
-        self._problem.content = page.problem_html(self.session.problem)
+    def show_problem(self) -> None:
+        """Why the last request was refused, if it was."""
+        self._problem.content = panel_html.problem_html(self.session.problem)
         self._problem.visible = bool(self.session.problem)
 
     def _follow(self) -> None:
         self.target = np.array(self.session.state.u)
-        for dial, value in zip(self.dials, self.target.tolist(), strict=True):
-            dial.follow(value)
+        for slider, value in zip(self.sliders, self.target.tolist(), strict=True):
+            slider.follow(value)
 
     def settle(self) -> None:
-        """While nothing is asked for: sliders back to the pose, and the assembly modes at its coordinates."""
-        self.stale = False  # whatever comes of it: not to be tried again and again
+        """While nothing is requested: sliders back to the pose, and its assembly modes listed."""
+        self.stale = False  # whatever comes of it: it is tried once
         self._follow()
         if self.session.state.loops:
             self.list_modes()
@@ -94,33 +111,32 @@ class Panel:
     def list_modes(self) -> None:
         """Look for the assembly modes at the present coordinates."""
         self.modes = self.session.modes()
-        self.labels = page.mode_labels(self.modes, self.session.home.branch)
+        self.labels = panel_html.mode_labels(self.modes, self.session.reference.branch)
         present = self.session.present(self.modes)
         self._mode.options = tuple(self.labels) or ("none",)
         if present is not None:
-            put(self._mode, self.labels[present])
+            set_value(self._mode, self.labels[present])
 
     # -- what there is
 
     def _add_sliders(self, ranges: Array) -> None:
         robot = self.session.robot
-        self.dials: list[Dial] = []
+        self.sliders: list[Slider] = []
         with self.gui.add_folder("Active joints"):
             for k, name in enumerate(robot.active):
-                kind, limits = (
-                    coordinate_unit(robot.joint_types[name]),
-                    robot.description.joints[name].limits,
-                )
-                scope = Range(name, kind, ranges[k, 0], ranges[k, 1], limits)
-                self.dials.append(Dial(self.gui, scope, float(self.target[k])))
-                self.dials[k].on_wish(f"move {k}", self.ask, partial(self._move, k))
+                unit = coordinate_unit(robot.joint_types[name])
+                limits = robot.description.joints[name].limits
+                scope = Range(name, unit, ranges[k, 0], ranges[k, 1], limits)
+                slider = Slider(self.gui, scope, float(self.target[k]))
+                slider.on_request(f"move {k}", self.enqueue, partial(self._move, k))
+                self.sliders.append(slider)
             reset = self.gui.add_button("Reset pose and payload")
             fit = self.gui.add_button("Fit the robot into the picture")
-        reset.on_click(lambda _: self.ask("reset", self._reset))
+        reset.on_click(lambda _: self.enqueue("reset", self._reset))
 
         @fit.on_click
         def _(event: viser.GuiEvent[Any]) -> None:
-            self.ask("fit", partial(self.fit, event.client))
+            self.enqueue("fit", partial(self.fit, event.client))
 
     def _move(self, k: int, value: float) -> None:
         self._pause()
@@ -135,9 +151,9 @@ class Panel:
         if self.playback is not None:
             self.playback.playing = False
 
-    def _at_a_box(self) -> None:
+    def _pause_for_typing(self) -> None:
         if self.playing:
-            self.ask("pause", self._pause)
+            self.enqueue("pause", self._pause)
 
     def _add_modes(self) -> None:
         with self.gui.add_folder("Assembly mode", visible=bool(self.session.state.loops)):
@@ -146,16 +162,17 @@ class Panel:
 
         @self._mode.on_update
         def _(event: viser.GuiEvent[Any]) -> None:
-            if by_person(event):
+            if is_from_browser(event):
                 wanted = str(event.target.value)
-                self.ask("mode", lambda: self._take(wanted))
+                self.enqueue("mode", lambda: self._take(wanted))
 
     def _take(self, wanted: str) -> None:
         self._pause()
         if self.stale:
             self.list_modes()
         if wanted in self.labels:
-            self.session.take_mode(self.modes[self.labels.index(wanted)])
+            mode = self.modes[self.labels.index(wanted)]
+            self.session.take_mode(mode)
         else:
             self.session.problem = (
                 f"there is no assembly mode '{wanted}' at these active coordinates"
@@ -166,6 +183,6 @@ class Panel:
         mass = sum(link.mass for link in robot.description.links.values())
         with self.gui.add_folder("Efforts of the drives"):
             self._efforts = self.gui.add_html("")
-            most = round_value(0.5 * mass) if mass else 10.0
-            self._payload = Dial(self.gui, Range("payload", "kg", 0.0, most), 0.0)
-        self._payload.on_wish("payload", self.ask, self.session.lift)
+            heaviest = round_value(0.5 * mass) if mass else 10.0
+            self._payload = Slider(self.gui, Range("payload", "kg", 0.0, heaviest), 0.0)
+        self._payload.on_request("payload", self.enqueue, self.session.lift)

@@ -6,37 +6,52 @@ from typing import Any, Final
 
 import viser
 
-from .gui_events import Ask
+from .gui_events import Enqueue
 from .motion import Motion
-from .page import note_html
+from .panel_html import note_html
 from .ranges import Range
-from .session import Session
-from .slider import Dial
+from .session import ViewSession
+from .slider import Slider
 
 SPEEDS: Final = ("0.1 x", "0.25 x", "0.5 x", "1 x", "2 x", "5 x", "10 x")
 STEP: Final = 1e-3  # [s] of the time slider
 
 
 class Playback:
-    """Controls of a motion; `tick` goes on while `playing`."""
+    """Controls of a motion; `tick` goes on while `playing`.
 
-    def __init__(self, gui: viser.GuiApi, session: Session, motion: Motion, ask: Ask) -> None:
-        self.session, self.motion = session, motion
-        self.playing, self.time, self.speed = False, 0.0, 1.0
+    Args:
+        gui: of viser.
+        session: that shows the samples.
+        motion: to be played back.
+        enqueue: takes what a person does.
+    """
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        session: ViewSession,
+        motion: Motion,
+        enqueue: Enqueue,
+    ) -> None:
+        self.session = session
+        self.motion = motion
+        self.playing = False
+        self.time = 0.0
+        self.speed = 1.0
         with gui.add_folder(motion.title):
             self._play = gui.add_button("Play")
-            self.dial = Dial(gui, Range("time", "s", 0.0, motion.duration), 0.0, STEP)
+            self.slider = Slider(gui, Range("time", "s", 0.0, motion.duration), 0.0, STEP)
             if motion.note:
                 gui.add_html(note_html(motion.note))
             speed = gui.add_dropdown("speed", SPEEDS, initial_value="1 x")
-        self._play.on_click(lambda _: ask("play", self._toggle))
-
-        self.dial.on_wish("time", ask, self.seek)
+        self._play.on_click(lambda _: enqueue("play", self._toggle))
+        self.slider.on_request("time", enqueue, self.seek)
 
         @speed.on_update
         def _(event: viser.GuiEvent[Any]) -> None:
             value = float(str(event.target.value).removesuffix(" x"))
-            ask("speed", lambda: setattr(self, "speed", value))
+            enqueue("speed", lambda: setattr(self, "speed", value))
 
     def seek(self, time: float) -> None:
         """Show the sample that is nearest to a time [s]."""
@@ -46,13 +61,14 @@ class Playback:
     def tick(self, elapsed: float) -> None:
         """Go on by some seconds of the clock on the wall, unless paused; at the end it stops."""
         if self.playing:
-            self.seek(min(self.time + elapsed * self.speed, self.motion.duration))
+            time = self.time + elapsed * self.speed
+            self.seek(min(time, self.motion.duration))
             self.playing = self.time < self.motion.duration
 
     def refresh(self) -> None:
-        """The controls to what is so."""
+        """Bring the controls up to date."""
         self._play.label = "Pause" if self.playing else "Play"
-        self.dial.follow(self.time)
+        self.slider.follow(self.time)
 
     def _toggle(self) -> None:
         self.playing = not self.playing

@@ -16,12 +16,21 @@ from ..robot.robot import Robot
 
 FINE: Final = 1000  # steps of a slider, at least
 STEPS: Final = 60  # to the end of a range that is looked for
-TURN: Final = float(np.pi)  # [rad] either way, where nothing stops a revolute joint
+HALF_TURN: Final = float(np.pi)  # [rad] either way, where nothing stops a revolute joint
+ROUND: Final = (1.0, 2.0, 5.0, 10.0)  # times a power of ten
 
 
 @dataclass(frozen=True)
 class Range:
-    """From where to where a quantity can be moved [unit]; `limits`: those of the robot's file."""
+    """From where to where a quantity can be moved.
+
+    Attributes:
+        name: of the quantity.
+        unit: of the numbers.
+        low: the lower end.
+        high: the upper end.
+        limits: those of the robot's file.
+    """
 
     name: str
     unit: str
@@ -29,72 +38,103 @@ class Range:
     high: float
     limits: tuple[float, float] = (-math.inf, math.inf)
 
-    def take(self, wished: float, slack: float) -> float:
-        """A wish within the range; what is beyond an end by no more than `slack`, or by rounding, is that end.
+    def take(self, wanted: float, slack: float) -> float:
+        """A value within the range.
 
-        Raises InputError with the end, and with what the number would be in degrees where that lies
-        within.
+        Args:
+            wanted: by a person.
+            slack: what is beyond an end by no more than this, or by rounding, is that end.
+
+        Returns:
+            The value.
+
+        Raises:
+            InputError: with the end, and with what the number would be in degrees where that lies
+                within.
         """
-        if self.low - 1.01 * slack <= wished <= self.high + 1.01 * slack:
-            near_low, near_high = wished - self.low < slack, self.high - wished < slack
-            return self.low if near_low else self.high if near_high else wished
-        end, limit = (
-            (self.low, self.limits[0]) if wished < self.low else (self.high, self.limits[1])
-        )
-        what = "its limit" if math.isclose(end, limit, abs_tol=1e-12) else "the end of its slider,"
+        if self.low - 1.01 * slack <= wanted <= self.high + 1.01 * slack:
+            return self._snapped(wanted, slack)
         raise InputError(
-            f"{self.name} = {wished:.6g} {self.unit} is beyond {what} {end:.6g} {self.unit}; "
-            f"it goes from {self.low:.6g} to {self.high:.6g} {self.unit}{self._in_degrees(wished)}"
+            f"{self.name} = {wanted:.6g} {self.unit} is beyond {self._end(wanted)} {self.unit}; "
+            f"it goes from {self.low:.6g} to {self.high:.6g} {self.unit}{self._in_degrees(wanted)}"
         )
 
-    def _in_degrees(self, wished: float) -> str:
+    def _snapped(self, value: float, slack: float) -> float:
+        """The end that a value is near to, else the value."""
+        if value - self.low < slack:
+            return self.low
+        if self.high - value < slack:
+            return self.high
+        return value
+
+    def _end(self, wanted: float) -> str:
+        """The end that a value is beyond, in words."""
+        end, limit = self.high, self.limits[1]
+        if wanted < self.low:
+            end, limit = self.low, self.limits[0]
+        is_limit = math.isclose(end, limit, abs_tol=1e-12)
+        what = "its limit" if is_limit else "the end of its slider,"
+        return f"{what} {end:.6g}"
+
+    def _in_degrees(self, wanted: float) -> str:
         if self.unit != "rad":
             return ""
-        low, high = (math.degrees(end) for end in (self.low, self.high))
-        told = f" ({low:.4g} to {high:.4g} deg)"
-        if low <= wished <= high:
-            told += f". The box takes rad: {wished:.6g} deg are {math.radians(wished):.5g} rad"
-        return told
+        low, high = math.degrees(self.low), math.degrees(self.high)
+        text = f" ({low:.4g} to {high:.4g} deg)"
+        if low <= wanted <= high:
+            text += f". The box takes rad: {wanted:.6g} deg are {math.radians(wanted):.5g} rad"
+        return text
 
 
 def slider_ranges(robot: Robot, start: ClosedState, size: float) -> Array:
-    """(n, 2) range of each active coordinate [rad or m]: `robot.limits`, else as far as the loops close from `start`.
+    """The range of each active coordinate: its limits, else as far as the loops close.
 
-    size: of the robot [m], which is how far an endless prismatic joint goes; a revolute one goes
-    half a turn.
+    Args:
+        robot: that is moved.
+        start: the state from which ends are looked for.
+        size: of the robot [m]: how far an endless prismatic joint goes. A revolute one goes half a
+            turn.
+
+    Returns:
+        (n, 2) [rad or m].
     """
     ranges = np.array(robot.limits)
     for k, name in enumerate(robot.active):
-        reach = TURN if robot.joint_types[name] == "revolute" else size
+        reach = HALF_TURN if robot.joint_types[name] == "revolute" else size
         for side, way in ((0, -reach), (1, reach)):
             if not np.isfinite(ranges[k, side]):
-                ranges[k, side] = _end(robot, start, k, way)
-    low, high = np.minimum(ranges[:, 0], start.u), np.maximum(ranges[:, 1], start.u)
+                ranges[k, side] = _closing_end(robot, start, k, way)
+    low = np.minimum(ranges[:, 0], start.u)
+    high = np.maximum(ranges[:, 1], start.u)
     return np.stack([low, high], axis=1)
 
 
-def _end(robot: Robot, start: ClosedState, k: int, way: float) -> float:
-    """The last value on the way at which all loops close."""
+def _closing_end(robot: Robot, start: ClosedState, k: int, way: float) -> float:
+    """The last value of a coordinate on the way at which all loops close."""
     path = np.tile(start.u, (STEPS, 1))
     path[:, k] += way * np.arange(1, STEPS + 1) / STEPS
     try:
         robot.close_path(path, near=start)
     except StateError as error:
-        closed = 0 if error.index is None else error.index
-        return float(path[closed - 1, k] if closed else start.u[k])
+        if not error.index:
+            return float(start.u[k])
+        return float(path[error.index - 1, k])
     return float(path[-1, k])
 
 
 def on_round_steps(low: float, high: float) -> tuple[float, float, float]:
-    """A range brought onto round steps, at least 1000 of them: lower end, upper end, step, as a slider shows them."""
-    power = int(np.floor(np.log10(max(high - low, 1e-9) / FINE) + 1e-9))
-    step, digits = 10.0**power, max(-power, 0)
-    first, last = np.round(low / step), np.round(high / step)
-    return (
-        round(float(first * step), digits),
-        round(float(last * step), digits),
-        round(float(step), digits),
-    )
+    """A range on round steps, at least 1000 of them, as a slider shows it.
+
+    Returns:
+        Lower end, upper end, step.
+    """
+    finest = max(high - low, 1e-9) / FINE
+    power = int(np.floor(np.log10(finest) + 1e-9))
+    step = 10.0**power
+    digits = max(-power, 0)
+    first = float(np.round(low / step) * step)
+    last = float(np.round(high / step) * step)
+    return round(first, digits), round(last, digits), round(float(step), digits)
 
 
 def on_step(value: float, step: float) -> float:
@@ -104,18 +144,19 @@ def on_step(value: float, step: float) -> float:
 
 def decimals(value: float) -> int:
     """Decimals of a number as it is written shortest."""
-    return max(-int(Decimal(repr(value)).normalize().as_tuple().exponent), 0)
+    exponent = Decimal(repr(value)).normalize().as_tuple().exponent
+    return max(-int(exponent), 0)
 
 
 def round_value(value: float) -> float:
     """1, 2 or 5 times a power of ten, near a value above zero."""
     power = 10.0 ** np.floor(np.log10(value))
-    return float(power * min((1.0, 2.0, 5.0, 10.0), key=lambda k: abs(np.log(k * power / value))))
+    nearest = min(ROUND, key=lambda factor: abs(np.log(factor * power / value)))
+    return float(power * nearest)
 
 
 def round_above(value: float) -> float:
     """1, 2 or 5 times a power of ten, the smallest that is not below a value above zero."""
     power = 10.0 ** np.floor(np.log10(value))
-    return float(
-        next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= value * (1.0 - 1e-9))
-    )
+    candidates = [factor * power for factor in ROUND]
+    return float(next(each for each in candidates if each >= value * (1.0 - 1e-9)))

@@ -15,9 +15,9 @@ from ..ground.arrays import Array
 from ..scene.skeleton import PlacedJoint, Pose, Skeleton
 from ..scene.style import PURPLE, QUIET, RED
 from . import meshes
-from .bodies import Shape, Span, span_pose
-from .camera import Camera, camera_for, floor_under
-from .session import Efforts
+from .bodies import RobotShape, Span, span_pose
+from .camera import Camera, Floor, camera_for, floor_under
+from .session import DriveEfforts
 
 LONGEST: Final = 0.2  # of the size of the robot: the arrow of a force that fills its bar
 RING: Final = 0.065  # of the radius of an arrow round an axis: how thick it is
@@ -26,11 +26,15 @@ ON_AXIS: Final = 1e-9  # [m] nearer than this to an axis is rounding
 
 
 @dataclass(frozen=True, eq=False)
-class Arrow:
-    """An arrow of effort: where it is and its positive direction (3,) in the axes of its link.
+class EffortArrow:
+    """An arrow of effort.
 
-    opening: (3,) where a ring is open, across the axis; of no length where that is all the same;
-    None: no ring.
+    Attributes:
+        handle: of viser.
+        base: (3,) where it is, in the axes of its link [m].
+        axis: (3,) its positive direction, in the axes of its link.
+        opening: (3,) where a ring is open, across the axis; of no length where that is all the
+            same; None: no ring.
     """
 
     handle: viser.MeshHandle
@@ -46,23 +50,35 @@ class Arrow:
         return meshes.frame_open(along, self.opening)
 
 
-class Stage:
+class SceneView:
     """What a viser server shows of one robot.
 
     `show` puts it into a state, `show_efforts` draws its arrows.
+
+    Args:
+        server: of viser.
+        shape: of the robot.
     """
 
-    def __init__(self, server: viser.ViserServer, shape: Shape) -> None:
-        self.server, self.shape, self.scene = server, shape, server.scene
-        self.links = {
-            name: self.scene.add_frame(node("links", name), show_axes=False)
-            for name in shape.skeleton.links
-        }
+    def __init__(self, server: viser.ViserServer, shape: RobotShape) -> None:
+        self.server = server
+        self.shape = shape
+        self.scene = server.scene
+        self.links = {}
+        for name in shape.skeleton.links:
+            self.links[name] = self.scene.add_frame(node("links", name), show_axes=False)
         self._add_bodies()
         self.spans = [(span, self._add_span(k, span)) for k, span in enumerate(shape.spans)]
         self._add_names()
-        self._add_surroundings()
+        self._add_tip()
+        self.floor = floor_under(shape.points, shape.unit)
+        self.camera = camera_for(shape.skeleton, shape.points)
+        self._tiles = self._add_floor(self.floor)
+        self._gravity = self._add_gravity()
+        self._place_camera()
         self.arrows = {name: self._add_arrow(name) for name in shape.robot.drives}
+
+    # -- what is moved
 
     def show(self, state: ClosedState) -> None:
         """Put every link where it is."""
@@ -73,9 +89,9 @@ class Stage:
                 handle.position = origin
                 handle.wxyz = wxyz(rotation)
             for span, tube in self.spans:
-                self._stretch(tube, span, poses)
+                _stretch(tube, span, poses)
 
-    def show_efforts(self, efforts: Efforts) -> None:
+    def show_efforts(self, efforts: DriveEfforts) -> None:
         """Arrows as long as the bars are; along the force, or round the axis of the torque."""
         shares = dict(zip(efforts.joints, efforts.shares, strict=True))
         with self.server.atomic():
@@ -85,16 +101,36 @@ class Stage:
                 if arrow.handle.visible:
                     arrow.handle.position = arrow.base
                     arrow.handle.wxyz = wxyz(arrow.frame(share))
-                    self._size(arrow, min(abs(share), 1.0))
+                    arrow.handle.scale = self._scale(arrow, min(abs(share), 1.0))
 
-    def _size(self, arrow: Arrow, share: float) -> None:
-        handle = arrow.handle
+    def _scale(self, arrow: EffortArrow, share: float) -> float | tuple[float, float, float]:
+        """How large an arrow is for a share of its bar."""
         if arrow.opening is not None:
-            handle.scale = float((2.2 + 3.4 * share) * self.shape.unit)
-        else:
-            length = share * LONGEST * self.shape.size
-            width = self.shape.size * min(1.0, 0.35 + 0.65 * share)
-            handle.scale = (width, width, length)
+            return float((2.2 + 3.4 * share) * self.shape.unit)
+        length = share * LONGEST * self.shape.size
+        width = self.shape.size * min(1.0, 0.35 + 0.65 * share)
+        return width, width, length
+
+    def surround(self, points: Array, camera: Camera) -> None:
+        """Put the floor under the robot, and gravity beside what a new camera shows.
+
+        Args:
+            points: (k, 3) of the robot [m]. The floor is never above where it was at the start.
+            camera: of who comes now.
+        """
+        level = min(self.floor.level, floor_under(points, self.shape.unit).level)
+        x, y, _ = self._tiles.position
+        self._tiles.position = np.array([x, y, level])
+        if camera is self.camera:
+            return
+        self.camera = camera
+        start = self.server.initial_camera
+        start.position = camera.position
+        start.look_at = camera.look_at
+        if self._gravity is not None:
+            self._gravity.position = camera.corner
+
+    # -- what there is
 
     def _add_bodies(self) -> None:
         for k, body in enumerate(self.shape.bodies):
@@ -110,41 +146,39 @@ class Stage:
         name = node("spans", f"{k} {span.kind} {'+'.join(span.names)}")
         return self.scene.add_mesh_simple(name, tube.vertices, tube.faces, color=rgb(span.colour))
 
-    def _stretch(self, handle: viser.MeshHandle, span: Span, poses: Mapping[str, Pose]) -> None:
-        rotation, start, length = span_pose(span, poses)
-        handle.position, handle.wxyz = start, wxyz(rotation)
-        handle.scale = (1.0, 1.0, max(length, 1e-6))
-
     def _add_names(self) -> None:
-        description, unit = self.shape.robot.description, self.shape.unit
+        """The names of the active joints."""
         for name in self.shape.robot.active:
             anchor = self.shape.anchors[name]
-            path = node("links", anchor.link, f"name {name}")
             self.scene.add_label(
-                path, name, position=anchor.point, anchor="bottom-left", font_screen_scale=1.1
+                node("links", anchor.link, f"name {name}"),
+                name,
+                position=anchor.point,
+                anchor="bottom-left",
+                font_screen_scale=1.1,
             )
+
+    def _add_tip(self) -> None:
+        """The axes of the end effector."""
+        unit = self.shape.unit
         tip = self.shape.skeleton.tip
-        frame = description.frames.get(tip.name)
-        local = (np.eye(3), np.zeros(3)) if frame is None else (frame.rotation, frame.translation)
+        frame = self.shape.robot.description.frames.get(tip.name)
+        rotation, origin = np.eye(3), np.zeros(3)
+        if frame is not None:
+            rotation, origin = frame.rotation, frame.translation
         self.tip = self.scene.add_frame(
             node("links", tip.link, f"frame {tip.name}"),
             axes_length=7.0 * unit,
             axes_radius=0.35 * unit,
             origin_radius=0.7 * unit,
             origin_color=rgb(PURPLE),
-            wxyz=wxyz(local[0]),
-            position=local[1],
+            wxyz=wxyz(rotation),
+            position=origin,
         )
 
-    def _add_surroundings(self) -> None:
-        shape = self.shape
-        floor, camera = (
-            floor_under(shape.points, shape.unit),
-            camera_for(shape.skeleton, shape.points),
-        )
-        self.floor, self.camera = floor, camera
-        middle = (float(camera.look_at[0]), float(camera.look_at[1]), floor.level)
-        self._tiles = self.scene.add_grid(
+    def _add_floor(self, floor: Floor) -> viser.GridHandle:
+        x, y, _ = self.camera.look_at.tolist()
+        return self.scene.add_grid(
             "/floor",
             floor.side,
             floor.side,
@@ -156,106 +190,129 @@ class Stage:
             plane_opacity=0.6,
             shadow_opacity=0.25,
             fade_distance=3.0 * floor.side,
-            position=middle,
+            position=(x, y, floor.level),
         )
-        self._gravity: viser.MeshHandle | None = None
-        gravity = np.asarray(shape.robot.description.gravity, dtype=float)
+
+    def _place_camera(self) -> None:
+        """Where the camera of a new browser stands."""
+        start, size = self.server.initial_camera, self.shape.size
+        start.position = self.camera.position
+        start.look_at = self.camera.look_at
+        start.up = np.array([0.0, 0.0, 1.0])
+        start.fov = self.camera.field
+        start.near = 0.005 * size
+        start.far = 100.0 * size
+
+    def _add_gravity(self) -> viser.MeshHandle | None:
+        """An arrow along gravity, where there is any."""
+        gravity = np.asarray(self.shape.robot.description.gravity, dtype=float)
         strength = float(np.linalg.norm(gravity))
-        if strength > 0.0:
-            self._add_gravity(gravity / strength, strength)
-        start = self.server.initial_camera
-        start.position, start.look_at = camera.position, camera.look_at
-        start.up, start.fov = np.array([0.0, 0.0, 1.0]), camera.field
-        start.near, start.far = 0.005 * shape.size, 100.0 * shape.size
-
-    def surround(self, points: Array, camera: Camera) -> None:
-        """Floor under points (k, 3), never above where it was at the start; gravity beside what a new camera shows."""
-        level = min(self.floor.level, floor_under(points, self.shape.unit).level)
-        x, y, _ = self._tiles.position
-        self._tiles.position = np.array([x, y, level])
-        if camera is not self.camera:
-            self.camera = camera
-            self.server.initial_camera.position, self.server.initial_camera.look_at = (
-                camera.position,
-                camera.look_at,
-            )
-            if self._gravity is not None:
-                self._gravity.position = camera.corner
-
-    def _add_gravity(self, direction: Array, strength: float) -> None:
+        if not strength > 0.0:
+            return None
         mesh = meshes.arrow(0.045)
-        self._gravity = self.scene.add_mesh_simple(
+        handle = self.scene.add_mesh_simple(
             "/gravity",
             mesh.vertices,
             mesh.faces,
             color=rgb(QUIET),
             cast_shadow=False,
             scale=0.14 * self.shape.size,
-            wxyz=wxyz(meshes.frame_along(direction)),
+            wxyz=wxyz(meshes.frame_along(gravity / strength)),
             position=self.camera.corner,
         )
         self.scene.add_label("/gravity/name", f"g  {strength:.4g} m/s²", anchor="bottom-center")
+        return handle
 
-    def _add_arrow(self, name: str) -> Arrow:
-        """An arrow of effort, at first unseen."""
+    # -- arrows of effort
+
+    def _add_arrow(self, name: str) -> EffortArrow:
+        """An arrow of effort, hidden at first."""
         joint = next(joint for joint in self.shape.skeleton.joints if joint.name == name)
         toward = self.camera.position - self.camera.look_at
-        return (
-            self._add_ring(joint, toward)
-            if joint.type == "revolute"
-            else self._add_shaft(joint, toward)
-        )
+        if joint.type == "revolute":
+            return self._add_ring(joint, toward)
+        return self._add_shaft(joint, toward)
 
-    def _add_ring(self, joint: PlacedJoint, toward: Array) -> Arrow:
-        """Round the axis, before the joint; it is open where the link is that the joint turns, and turns with it."""
-        rotation, origin = self.shape.poses(self.shape.home)[joint.child]
+    def _add_ring(self, joint: PlacedJoint, toward: Array) -> EffortArrow:
+        """Round the axis, before the joint.
+
+        It is open where the link is that the joint turns, and turns with it.
+        """
+        rotation, origin = self.shape.poses(self.shape.reference)[joint.child]
         front = np.copysign(1.0, joint.axis @ toward) * joint.axis
-        base = rotation.T @ (joint.point + 2.0 * self.shape.unit * front - origin)
-        handle = self._add_unseen(
-            node("links", joint.child, f"effort {joint.name}"), meshes.turn_arrow(RING)
-        )
-        return Arrow(
-            handle, base, rotation.T @ joint.axis, rotation.T @ reach(self.shape.skeleton, joint)
+        place = joint.point + 2.0 * self.shape.unit * front
+        opening = reach(self.shape.skeleton, joint)
+        path = node("links", joint.child, f"effort {joint.name}")
+        return EffortArrow(
+            handle=self._add_hidden(path, meshes.ring_arrow(RING)),
+            base=rotation.T @ (place - origin),
+            axis=rotation.T @ joint.axis,
+            opening=rotation.T @ opening,
         )
 
-    def _add_shaft(self, joint: PlacedJoint, toward: Array) -> Arrow:
+    def _add_shaft(self, joint: PlacedJoint, toward: Array) -> EffortArrow:
         """Beside what slides."""
         anchor, unit = self.shape.anchors[joint.name], self.shape.unit
-        rotation, _ = self.shape.poses(self.shape.home)[anchor.link]
+        rotation, _ = self.shape.poses(self.shape.reference)[anchor.link]
         aside = np.cross(anchor.axis, rotation.T @ toward)
         aside /= max(float(np.linalg.norm(aside)), 1e-9)
-        base = anchor.point + unit * (1.9 * aside + 2.4 * np.cross(aside, anchor.axis))
-        handle = self._add_unseen(
-            node("links", anchor.link, f"effort {joint.name}"), meshes.arrow(0.008)
-        )
-        return Arrow(handle, base, anchor.axis, None)
+        offset = 1.9 * aside + 2.4 * np.cross(aside, anchor.axis)
+        path = node("links", anchor.link, f"effort {joint.name}")
+        handle = self._add_hidden(path, meshes.arrow(0.008))
+        return EffortArrow(handle, anchor.point + unit * offset, anchor.axis, None)
 
-    def _add_unseen(self, path: str, mesh: meshes.Mesh) -> viser.MeshHandle:
+    def _add_hidden(self, path: str, mesh: meshes.Mesh) -> viser.MeshHandle:
         return self.scene.add_mesh_simple(
-            path, mesh.vertices, mesh.faces, color=rgb(RED), cast_shadow=False, visible=False
+            path,
+            mesh.vertices,
+            mesh.faces,
+            color=rgb(RED),
+            cast_shadow=False,
+            visible=False,
         )
+
+
+def _stretch(handle: viser.MeshHandle, span: Span, poses: Mapping[str, Pose]) -> None:
+    """Put a tube of length one where a span is."""
+    rotation, start, length = span_pose(span, poses)
+    handle.position = start
+    handle.wxyz = wxyz(rotation)
+    handle.scale = (1.0, 1.0, max(length, 1e-6))
 
 
 def reach(skeleton: Skeleton, joint: PlacedJoint) -> Array:
-    """Across the axis of a joint, to what is farthest from it on the link that it turns (3,) [m], in base axes."""
-    child = joint.child
-    ends = [other.point for other in skeleton.joints if other.parent == child]
-    ends += [
-        point
-        for c in skeleton.closures
-        for link, point in zip(c.links, c.points, strict=True)
-        if link == child
-    ]
-    ends += [frame.point for frame in skeleton.frames if frame.link == child]
-    arms = np.array([joint.point, *ends]) - joint.point
+    """Across the axis of a joint, to what is farthest from it on the link that it turns.
+
+    Args:
+        skeleton: with the joint.
+        joint: that turns.
+
+    Returns:
+        (3,) [m], base axes.
+    """
+    arms = np.array([joint.point, *_points_on(skeleton, joint.child)]) - joint.point
     arms -= np.outer(arms @ joint.axis, joint.axis)
     lengths = np.linalg.norm(arms, axis=1)
-    return np.asarray(arms[lengths.argmax()]) if lengths.max() > ON_AXIS else np.zeros(3)
+    if not lengths.max() > ON_AXIS:
+        return np.zeros(3)
+    return np.asarray(arms[lengths.argmax()])
+
+
+def _points_on(skeleton: Skeleton, link: str) -> list[Array]:
+    """Points (3,) of joints, closures and frames that a link carries [m]."""
+    points = [joint.point for joint in skeleton.joints if joint.parent == link]
+    for closure in skeleton.closures:
+        for end, point in zip(closure.links, closure.points, strict=True):
+            if end == link:
+                points.append(point)
+    points += [frame.point for frame in skeleton.frames if frame.link == link]
+    return points
 
 
 def node(*parts: str) -> str:
     """The path of a node; names of a robot may have slashes."""
-    return "/" + "/".join(part.replace("/", "∕") for part in parts)
+    escaped = [part.replace("/", "∕") for part in parts]
+    return "/" + "/".join(escaped)
 
 
 def wxyz(rotation: Array) -> Array:
@@ -266,4 +323,5 @@ def wxyz(rotation: Array) -> Array:
 
 def rgb(colour: str) -> tuple[int, int, int]:
     """A colour #rrggbb as three numbers to 255."""
-    return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+    red, green, blue = bytes.fromhex(colour.removeprefix("#"))
+    return red, green, blue

@@ -1,4 +1,4 @@
-"""What the page does by itself, in the browser: its title, numbers that are typed, names that are cut off."""
+"""What the page does by itself, in the browser: its title, typed numbers, names cut off."""
 
 from __future__ import annotations
 
@@ -6,21 +6,24 @@ import json
 from html import escape
 from typing import Final
 
-# viser's number boxes tell each key: of a typed 0.5 the 0 would be taken first, and what they do
-# not know is left out, so that 2,5 would be 25. Here the browser keeps what is typed until Enter,
-# or until the box is left, puts back what the box had, and hands over the text as it is, in the
-# hidden line of `typed`: with the label of its slider, and the time, for a line that stays as it
-# was is not told. Escape gives it up, as does a box that is left empty. A box that is left is not
-# told so, for it would then put there a number of its own making. That somebody is at a box is told
-# with no text, since a motion that plays would write into it; if another browser does, what was
-# typed goes on all the same.
+# viser's number boxes report each key. Of a typed 0.5 the 0 would be taken first. Characters that
+# the boxes reject are dropped: 2,5 would be 25.
+#
+# Here the browser holds what is typed until Enter, or until the box loses the focus. It puts back
+# what the box had and hands over the text as it is, in the hidden line of `number_input`. With the
+# text go the label of the slider and the time, for an unchanged line is not reported.
+#
+# Escape drops the text, as does an empty box. The box does not hear that it loses the focus, for it
+# would write a number of its own making. Going to a box is reported without a text, since a motion
+# that plays would write into it. If another browser writes into it, what was typed goes on.
 _TYPED: Final = """
 if (window.hybridDynamicsTyped) return;
 window.hybridDynamicsTyped = true;
 let held = null, before = '', typed = '', typedIn = null;
 const boxes = 'div:has(> .mantine-Slider-root) .mantine-NumberInput-input';
 const own = event => event.target instanceof HTMLInputElement && event.target.matches(boxes);
-const write = (box, text) => Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set.call(box, text);
+const write = (box, text) =>
+  Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set.call(box, text);
 const labelOf = part => part.querySelector('label')?.textContent ?? labelOf(part.parentElement);
 const drop = () => {
   write(held, before);
@@ -67,7 +70,7 @@ for (const leaving of ['change', 'focusout']) document.addEventListener(leaving,
   if (held) tell();
 }, true);
 """
-# Arrow keys that move a slider are not to turn the camera as well, which viser has them do; React
+# Arrow keys that move a slider must not turn the camera, which viser has them do as well. React
 # hears of keys below.
 _KEYS: Final = """
 document.body.addEventListener('keydown', event => {
@@ -82,6 +85,9 @@ document.addEventListener('mouseover', event => {
 
 
 def script_html(title: str) -> str:
-    """An empty style sheet that names the browser's tab as it is loaded, has typed numbers told once, names whole."""
+    """An empty style sheet whose script runs as it is loaded.
+
+    It names the browser's tab, has typed numbers reported once, and shows names that are cut off.
+    """
     code = f"document.title = {json.dumps(title)}; (() => {{ {_TYPED} {_KEYS} {_NAMES} }})();"
     return f'<style onload="{escape(code.replace(chr(10), " "), quote=True)}"></style>'

@@ -11,19 +11,24 @@ from numpy.typing import ArrayLike
 from ..closed_state.assembly_modes import AssemblyMode, mode_of
 from ..closed_state.state import ClosedState
 from ..description.effects import Payload
+from ..dynamics.loads import Loads
 from ..errors import HybridDynamicsError, StateError
 from ..ground.arrays import Array
 from ..robot.robot import Robot
+from .effort_scale import EffortScale
 from .motion import Motion
-from .scale import EffortScale
 
 
 @dataclass(frozen=True, eq=False)
-class Efforts:
-    """Efforts of the driven joints: `values` (k,) [N m or N] in the order of `joints`.
+class DriveEfforts:
+    """Efforts of the driven joints.
 
-    full: (k,) what a full bar is [N m or N].
-    recorded: (n,) of the active joints, where they were measured. problem: why there are none.
+    Attributes:
+        joints: their names.
+        values: (k,) efforts [N m or N].
+        full: (k,) what a full bar is [N m or N].
+        recorded: (n,) efforts of the active joints, where they were measured [N m or N].
+        problem: why there are none.
     """
 
     joints: tuple[str, ...]
@@ -38,25 +43,45 @@ class Efforts:
         return list((self.values / self.full).tolist())
 
     @classmethod
-    def none(cls, problem: str) -> Efforts:
+    def none(cls, problem: str) -> DriveEfforts:
         """Where there are none, and why."""
         return cls((), np.zeros(0), np.zeros(0), None, problem)
 
 
-class Session:
-    """A robot and the state it is in; every change either gives another closed state or leaves it and says why."""
+class ViewSession:
+    """A robot and the state it is in.
+
+    Every change either gives another closed state, or leaves it and says why in `problem`.
+
+    Args:
+        robot: to be shown.
+        motion: whose samples are shown.
+
+    Attributes:
+        reference: the state of the reference configuration.
+        state: that is shown.
+        problem: why the last change was refused.
+        payload: at the end effector, besides the robot's own [kg].
+        scale: of the bars of efforts.
+        sample: of the motion, while it is shown.
+    """
 
     def __init__(self, robot: Robot, motion: Motion | None = None) -> None:
-        self.robot, self.motion = robot, motion
-        self.home = robot.close(robot.reference)
-        self.state = self.home
-        self.problem = ""  # why the last change was refused
-        self.payload = 0.0  # [kg] at the end effector, besides the robot's own
+        self.robot = robot
+        self.motion = motion
+        self.reference = robot.close(robot.reference)
+        self.state = self.reference
+        self.problem = ""
+        self.payload = 0.0
         self.scale = EffortScale(robot)
-        self.sample: int | None = None  # of the motion, while it is shown
+        self.sample: int | None = None
 
     def move(self, u: ArrayLike) -> bool:
-        """Follow the active coordinates (n,) from where they are; False where the loops do not close there."""
+        """Follow the active coordinates (n,) from the present state [rad or m].
+
+        Returns:
+            False where the loops do not close there.
+        """
         try:
             self.take_state(self.robot.close(u, near=self.state))
         except StateError as error:
@@ -66,21 +91,26 @@ class Session:
 
     def reset(self) -> None:
         """Back to the reference, on the robot's own assembly mode, without payload."""
-        self.take_state(self.home)
+        self.take_state(self.reference)
         self.payload = 0.0
 
     def lift(self, payload: float) -> None:
         """Take another payload [kg]."""
-        self.payload, self.problem = payload, ""
+        self.payload = payload
+        self.problem = ""
 
     def take_state(self, state: ClosedState) -> None:
         """Jump to a closed state."""
-        self.state, self.problem, self.sample = state, "", None
+        self.state = state
+        self.problem = ""
+        self.sample = None
 
     def show_sample(self, index: int) -> None:
         """The state of one sample of the motion."""
         if self.motion is not None:
-            self.state, self.problem, self.sample = self.motion.at(index), "", index
+            self.state = self.motion.at(index)
+            self.problem = ""
+            self.sample = index
 
     def modes(self) -> tuple[AssemblyMode, ...]:
         """Every way in which the loops close at the present active coordinates."""
@@ -94,23 +124,36 @@ class Session:
         """Which of the modes the present state is."""
         return mode_of(modes, self.state)
 
-    def efforts(self) -> Efforts:
-        """What the drives give: at rest, or with the rates and accelerations of the motion's sample."""
-        robot, state, ddu = self.robot, self.state, np.zeros(len(self.robot.active))
-        recorded = None
-        if self.motion is not None and self.sample is not None:
-            ddu = self.motion.ddu[self.sample]
-            recorded = None if self.motion.recorded is None else self.motion.recorded[self.sample]
+    def efforts(self) -> DriveEfforts:
+        """What the drives give: at rest, or with the accelerations of the motion's sample."""
+        ddu = self._accelerations()
         if not np.isfinite(ddu).all():
-            return Efforts.none("accelerations are not known at this sample")
-        loads = (
-            robot.loads.with_payload(Payload(self.payload), robot.end_effector)
-            if self.payload
-            else robot.loads
-        )
+            return DriveEfforts.none("accelerations are not known at this sample")
+        robot = self.robot
         try:
-            forces = robot.drive_forces(state, robot.inverse_dynamics(state, ddu, loads))
+            tau = robot.inverse_dynamics(self.state, ddu, self._loads())
+            forces = robot.drive_forces(self.state, tau)
         except HybridDynamicsError as error:
-            return Efforts.none(str(error))
-        values = np.array([float(value) for value in forces.values()])
-        return Efforts(tuple(forces), values, self.scale.full(tuple(forces), values), recorded)
+            return DriveEfforts.none(str(error))
+        joints = tuple(forces)
+        values = np.array([float(force) for force in forces.values()])
+        full = self.scale.full(joints, values)
+        return DriveEfforts(joints, values, full, self._recorded())
+
+    def _accelerations(self) -> Array:
+        """(n,) of the active joints."""
+        if self.motion is None or self.sample is None:
+            return np.zeros(len(self.robot.active))
+        return np.asarray(self.motion.ddu[self.sample])
+
+    def _recorded(self) -> Array | None:
+        """(n,) efforts measured at the sample that is shown."""
+        if self.motion is None or self.sample is None or self.motion.recorded is None:
+            return None
+        return np.asarray(self.motion.recorded[self.sample])
+
+    def _loads(self) -> Loads:
+        loads = self.robot.loads
+        if self.payload:
+            return loads.with_payload(Payload(self.payload), self.robot.end_effector)
+        return loads

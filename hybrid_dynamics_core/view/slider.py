@@ -1,4 +1,4 @@
-"""A slider with its number box: takes what lies within its range, tells what does not, and goes back."""
+"""A slider with its number box: takes what lies within its range, and goes back otherwise."""
 
 from __future__ import annotations
 
@@ -9,86 +9,110 @@ import numpy as np
 import viser
 
 from ..errors import InputError
-from .gui_events import Ask, by_person, put
+from .gui_events import Enqueue, is_from_browser, set_value
 from .ranges import Range, decimals, on_round_steps, on_step
 
 ROOM: Final = 5  # significant digits that its box has room for
 
 
-class Dial:
+class Slider:
     """The control of one quantity. It shows round steps; its ends are those of the range itself.
 
-    step: of the slider; where none is given, round and at most a thousandth of the range.
+    Args:
+        gui: of viser.
+        scope: of the quantity.
+        value: at the start.
+        step: of the slider; None: round, and at most a thousandth of the range.
     """
 
     def __init__(
-        self, gui: viser.GuiApi, scope: Range, value: float, step: float | None = None
+        self,
+        gui: viser.GuiApi,
+        scope: Range,
+        value: float,
+        step: float | None = None,
     ) -> None:
         self.scope = scope
-        first, last, own = on_round_steps(scope.low, scope.high)
-        if step is not None:
-            first, last, own = on_step(scope.low, step), max(on_step(scope.high, step), step), step
-        self.step = own
+        if step is None:
+            first, last, self.step = on_round_steps(scope.low, scope.high)
+        else:
+            first, last, self.step = _on_given_steps(scope, step)
         self._ends = first, last
         self.label = f"{scope.name} [{scope.unit}]"
-        self.slider = gui.add_slider(self.label, first, last, own, self._on_slider(value))
+        self.handle = gui.add_slider(self.label, first, last, self.step, self._on_slider(value))
         self.shown = value
-        self._known = self.slider.value  # what it stands at, as far as wishes were heard,
-        self._meant = value  # and what that stands for
-        self._wish: Callable[[Callable[[], float]], None] = lambda _: None
+        # What it stands at, as far as requests were heard, and what that stands for.
+        self._position = self.handle.value
+        self._meaning = value
+        self._request: Callable[[Callable[[], float]], None] = lambda _: None
 
-    def on_wish(self, key: str, ask: Ask, act: Callable[[float], None]) -> None:
+    def on_request(self, key: str, enqueue: Enqueue, act: Callable[[float], None]) -> None:
         """Call `act` with each value that a person gives and that lies within the range."""
-        self._wish = lambda value: ask(key, lambda: act(value()))
+        self._request = lambda value: enqueue(key, lambda: act(value()))
 
-        @self.slider.on_update
+        @self.handle.on_update
         def _(event: viser.GuiEvent[Any]) -> None:
-            if by_person(event):
-                wished = float(event.target.value)
-                self._wish(lambda: self.take(wished))
+            if is_from_browser(event):
+                wanted = float(event.target.value)
+                self._request(lambda: self.take(wanted))
 
-    def typed(self, read: Callable[[Range], float]) -> None:
-        """Wish for what was typed into the number box; `read` raises InputError where that is no number."""
-        self._wish(lambda: self.take_typed(read(self.scope)))
+    def request_typed(self, read: Callable[[Range], float]) -> None:
+        """Request what was typed into the number box; `read` raises InputError for no number."""
+        self._request(lambda: self.take_typed(read(self.scope)))
 
-    def take(self, wished: float) -> float:
+    def take(self, wanted: float) -> float:
         """What a value of the slider stands for.
 
-        Beyond the range: back to what is shown, and InputError.
+        Raises:
+            InputError: beyond the range; the slider goes back to what is shown.
         """
-        self._known = wished
+        self._position = wanted
         try:
-            self._meant = self.scope.take(wished, 0.5 * self.step)
+            self._meaning = self.scope.take(wanted, 0.5 * self.step)
         except InputError:
             self.show(self.shown)
             raise
-        return self._meant
+        return self._meaning
 
-    def take_typed(self, wished: float) -> float:
-        """The very number that was typed; of the round ends that the slider shows, the range's own.
+    def take_typed(self, wanted: float) -> float:
+        """The very number that was typed; for the round ends that the slider shows, the range's.
 
-        Or InputError.
+        Raises:
+            InputError: beyond the range.
         """
-        self._meant = self.scope.take(wished, 0.5 * self.step if wished in self._ends else 0.0)
-        rounded = float(f"{wished:.{ROOM}g}")
+        slack = 0.5 * self.step if wanted in self._ends else 0.0
+        self._meaning = self.scope.take(wanted, slack)
+        rounded = float(f"{wanted:.{ROOM}g}")
         self._stand(rounded, max(decimals(rounded), decimals(self.step)))
-        return self._meant
+        return self._meaning
 
     def show(self, value: float) -> None:
         """Stand at a value, or at the end that is nearest to it."""
-        self.shown = self._meant = value
+        self.shown = value
+        self._meaning = value
         self._stand(self._on_slider(value), decimals(self.step))
 
     def follow(self, value: float) -> None:
-        """Stand at a value; where it stands for that, or a newer wish is under way, it stays: a person may hold it."""
+        """Stand at a value, unless it stands for that or a newer request is under way.
+
+        A person may hold it then.
+        """
         self.shown = value
-        if self.slider.value == self._known and abs(value - self._meant) > 1e-6 * self.step:
+        is_settled = self.handle.value == self._position
+        if is_settled and abs(value - self._meaning) > 1e-6 * self.step:
             self.show(value)
 
     def _stand(self, value: float, digits: int) -> None:
-        self._known = value
-        self.slider.precision = digits  # of the box, before what has so many
-        put(self.slider, value)
+        self._position = value
+        self.handle.precision = digits  # of the box, before what has so many
+        set_value(self.handle, value)
 
     def _on_slider(self, value: float) -> float:
         return on_step(float(np.clip(value, *self._ends)), self.step)
+
+
+def _on_given_steps(scope: Range, step: float) -> tuple[float, float, float]:
+    """Lower end, upper end and step of a slider whose step is given."""
+    first = on_step(scope.low, step)
+    last = max(on_step(scope.high, step), step)
+    return first, last, step

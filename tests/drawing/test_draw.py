@@ -13,7 +13,7 @@ from matplotlib.text import Text
 
 from hybrid_dynamics_core import ClosedState, InputError, Robot
 from hybrid_dynamics_core.drawing import draw, draw_on
-from hybrid_dynamics_core.drawing.paint.labels import Label, Labeller, _beside
+from hybrid_dynamics_core.drawing.paint.labels import Label, Labeller, TextBox
 from hybrid_dynamics_core.scene.style import RED
 
 from .conftest import drawing_of, robot_of
@@ -144,7 +144,7 @@ def test_letters_of_axes_stand_on_no_joint_and_no_arrow(robot: Robot) -> None:
 @pytest.mark.parametrize("direction", np.linspace(0.0, 2.0 * np.pi, 25))
 def test_a_name_stays_outside_of_the_circle_that_it_is_to_keep_clear_of(direction: float) -> None:
     half, clear = np.array([40.0, 6.0]), 10.0
-    centre = _beside(np.zeros(2), direction, clear, half)
+    centre = TextBox(np.zeros(2), half, clear, 0.0).beside(direction, 0.0)
     gap = np.maximum(np.abs(centre) - half, 0.0)  # from the circle's middle to the box
     assert np.linalg.norm(gap) >= clear * (1.0 - 1e-9)  # but for rounding
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.drawing.maps.interpolate import Map, filled
+from hybrid_dynamics_core.drawing.maps.interpolate import CellMap, filled_maps
 from hybrid_dynamics_core.drawing.maps.planes import choose_planes
 from hybrid_dynamics_core.drawing.maps.workspace import values_of
 from hybrid_dynamics_core.formats.reader import parse_description
@@ -31,12 +31,12 @@ INNER, OUTER = (
 
 
 @cache
-def map_of(name: str, count: int) -> tuple[Robot, Map]:
+def map_of(name: str, count: int) -> tuple[Robot, CellMap]:
     robot = Robot(parse_description(ARM)) if name == "two_links" else robot_of(name)
     (plane,) = choose_planes(robot)
     return (
         robot,
-        filled(
+        filled_maps(
             robot, robot.workspace(count), [plane.points], lambda s: values_of(s, "singularity")
         )[0],
     )
@@ -94,7 +94,7 @@ def test_values_are_the_least_that_is_found_behind_a_point() -> None:
 def test_the_same_call_gives_the_same_map() -> None:
     robot, drawn = map_of("two_links", 4_000)
     (plane,) = choose_planes(robot)
-    again = filled(
+    again = filled_maps(
         robot, robot.workspace(4_000), [plane.points], lambda s: values_of(s, "singularity")
     )[0]
     assert np.array_equal(again.inside, drawn.inside)

@@ -8,8 +8,9 @@ from matplotlib.collections import LineCollection
 
 from hybrid_dynamics_core import InputError, Robot
 from hybrid_dynamics_core.drawing import draw_margins, draw_workspace
+from hybrid_dynamics_core.drawing.maps.colours import top_of
 from hybrid_dynamics_core.drawing.maps.planes import choose_planes
-from hybrid_dynamics_core.drawing.maps.workspace import top_of, values_of
+from hybrid_dynamics_core.drawing.maps.workspace import values_of
 from hybrid_dynamics_core.formats.reader import parse_description
 from tests.hard_cases.linkages import four_bar
 

@@ -20,7 +20,7 @@ from hybrid_dynamics_cli.verbs.view import acceleration_note, what_to_show
 from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_core.control import JointTrajectory
 from hybrid_dynamics_core.simulation import simulate
-from hybrid_dynamics_core.view.session import Session
+from hybrid_dynamics_core.view.session import ViewSession
 
 ROOT = Path(__file__).resolve().parents[2]
 pytestmark = pytest.mark.usefixtures("needs_viser")
@@ -82,7 +82,7 @@ def test_a_trajectory_file_is_played(forging: Robot, tmp_path: Path, rates: bool
     assert motion.duration == pytest.approx(1.0)
     # a spline through points 10 ms apart: its error is of the order of h^4 u''''/384 < 1e-6
     assert np.abs(motion.state.u - curve(motion.time).u).max() < 1e-6
-    session = Session(robot, motion)
+    session = ViewSession(robot, motion)
     session.show_sample(motion.index(0.3))
     exact = curve(0.3)
     needed = forging.inverse_dynamics(forging.close(exact.u, exact.du), exact.ddu)
@@ -142,7 +142,7 @@ def test_a_recording_is_played_with_its_efforts(forging: Robot, tmp_path: Path) 
     assert motion.time[-1] == pytest.approx(trajectory.time[-1], abs=1e-6)
     assert motion.state.u == pytest.approx(trajectory.position, abs=1e-12)
     assert motion.recorded == pytest.approx(trajectory.effort, abs=1e-9)
-    session = Session(robot, motion)
+    session = ViewSession(robot, motion)
     session.show_sample(100)
     efforts = session.efforts()
     # a spline through samples 5 ms apart, of a motion of some rad/s: to 1e-4 of the largest effort,

@@ -44,7 +44,7 @@ def test_scene_and_panel_share_a_narrow_window() -> None:
             assert 0.0 < boxes["rightmost"] <= WIDTH  # readouts are not cut off
             (client,) = viewer.server.get_clients().values()
             assert client.camera.position == pytest.approx(
-                viewer.stage.camera.position, rel=1e-4
+                viewer.scene_view.camera.position, rel=1e-4
             )  # wide enough for it
             page.get_by_text("gough", exact=True).click()  # folds the panel: the scene has the rest
             page.wait_for_function(
@@ -60,29 +60,29 @@ def test_scene_and_panel_share_a_narrow_window() -> None:
 @pytest.mark.parametrize("aspect", [3.0, 1.0, 0.6, 0.25])
 def test_every_point_is_in_the_picture_however_narrow(forging: Robot, aspect: float) -> None:
     """Within the pyramid of view of a canvas of this shape."""
-    from hybrid_dynamics_core.view.bodies import shape_of
+    from hybrid_dynamics_core.view.bodies import robot_shape
 
-    shape = shape_of(forging, forging.close(forging.reference))
+    shape = robot_shape(forging, forging.close(forging.reference))
     camera = camera_for(shape.skeleton, shape.points)
-    away = camera.look_at - camera.seen_from(aspect)
+    away = camera.look_at - camera.position_for(aspect)
     forward = away / np.linalg.norm(away)
     right = np.cross(forward, (0.0, 0.0, 1.0))
     right /= np.linalg.norm(right)
-    seen = shape.points - camera.seen_from(aspect)
+    seen = shape.points - camera.position_for(aspect)
     depth, up = seen @ forward, seen @ np.cross(right, forward)
     assert np.abs(up / depth).max() < np.tan(0.5 * camera.field)
     assert np.abs(seen @ right / depth).max() < aspect * np.tan(0.5 * camera.field)
     if aspect >= 1.0:
-        assert camera.seen_from(aspect) == pytest.approx(camera.position, rel=1e-12)
+        assert camera.position_for(aspect) == pytest.approx(camera.position, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["forging_chu2020", "excavator", "gough", "five_bar", "ankle"])
 def test_what_stands_in_the_corner_is_seen_and_hides_nothing(name: str) -> None:
     """The arrow of gravity: within the picture of a square canvas, and farther out than all of the robot."""
-    from hybrid_dynamics_core.view.bodies import shape_of
+    from hybrid_dynamics_core.view.bodies import robot_shape
 
     robot = load(name)
-    shape = shape_of(robot, robot.close(robot.reference))
+    shape = robot_shape(robot, robot.close(robot.reference))
     camera = camera_for(shape.skeleton, shape.points)
     forward = (camera.look_at - camera.position) / np.linalg.norm(camera.look_at - camera.position)
     right = np.cross(forward, (0.0, 0.0, 1.0)) / np.linalg.norm(np.cross(forward, (0.0, 0.0, 1.0)))
@@ -133,7 +133,7 @@ class Page:
 
 
 def test_the_camera_follows_the_window_until_somebody_moves_it() -> None:
-    from hybrid_dynamics_core.view.camera_fit import Fitting
+    from hybrid_dynamics_core.view.camera_fit import CameraFit
 
     met: dict[str, Any] = {}
     server = SimpleNamespace(
@@ -141,7 +141,7 @@ def test_the_camera_follows_the_window_until_somebody_moves_it() -> None:
         on_client_disconnect=lambda act: met.update(gone=act),
     )
     camera = Camera(np.array([3.0, 4.0, 12.0]), np.zeros(3), 2.0)
-    fitting, page = Fitting(server, camera), Page(camera, 0.5)  # type: ignore[arg-type]
+    fitting, page = CameraFit(server, camera), Page(camera, 0.5)  # type: ignore[arg-type]
     met["come"](page)
     assert page.camera.position == pytest.approx([6.0, 8.0, 24.0])
     assert page.camera.look_at == pytest.approx([0.0, 0.0, 0.0])
@@ -153,11 +153,11 @@ def test_the_camera_follows_the_window_until_somebody_moves_it() -> None:
     met["gone"](page)
     page.turned(0.25)
     assert page.camera.position == pytest.approx([1.0, 0.0, 0.0])
-    assert not fitting._put
+    assert not fitting._positions
 
 
 def test_the_camera_follows_what_leaves_its_picture_unless_a_person_moved_it() -> None:
-    from hybrid_dynamics_core.view.camera_fit import Fitting
+    from hybrid_dynamics_core.view.camera_fit import CameraFit
 
     met: dict[str, Any] = {}
     camera = Camera(np.array([3.0, 4.0, 12.0]), np.zeros(3), 2.0)
@@ -168,7 +168,7 @@ def test_the_camera_follows_what_leaves_its_picture_unless_a_person_moved_it() -
         on_client_disconnect=lambda act: met.update(gone=act),
         get_clients=lambda: {7: stays, 8: turned},
     )
-    fitting = Fitting(server, camera)  # type: ignore[arg-type]
+    fitting = CameraFit(server, camera)  # type: ignore[arg-type]
     for page in (stays, turned):
         met["come"](page)
     turned.camera.position = np.array([0.0, -20.0, 1.0])
@@ -204,7 +204,7 @@ def test_the_camera_follows_what_leaves_its_picture_unless_a_person_moved_it() -
 
 def test_a_browser_that_still_tells_of_an_older_place_has_not_been_turned() -> None:
     """The camera is put elsewhere at each step of a slider, faster than its browser answers."""
-    from hybrid_dynamics_core.view.camera_fit import Fitting
+    from hybrid_dynamics_core.view.camera_fit import CameraFit
 
     met: dict[str, Any] = {}
     camera = Camera(np.array([3.0, 4.0, 12.0]), np.zeros(3), 2.0)
@@ -214,7 +214,7 @@ def test_a_browser_that_still_tells_of_an_older_place_has_not_been_turned() -> N
         on_client_disconnect=lambda act: met.update(gone=act),
         get_clients=lambda: {7: page},
     )
-    fitting = Fitting(server, camera)  # type: ignore[arg-type]
+    fitting = CameraFit(server, camera)  # type: ignore[arg-type]
     met["come"](page)
     fitting.follow(np.array([[9.0, 0.0, 0.0]]))
     page.camera.position, page.camera.look_at = camera.position, camera.look_at
@@ -231,15 +231,17 @@ def sees(eye: Eye, points: np.ndarray) -> bool:
 def test_an_arm_that_slews_out_of_the_picture_is_followed(opened: Opened) -> None:
     """Whoever moves it, by a slider or along a motion; the gravity beside it comes along."""
     viewer = opened(load("excavator"))
-    start = viewer.fitting.camera
+    start = viewer.camera_fit.camera
     viewer.ask("move 0", lambda: viewer.panel._move(0, 2.0))
     assert viewer.step(0.0)
     points = place_skeleton(viewer.session.robot, viewer.session.state).points
     assert not start.sees(points, 1.0)
-    assert viewer.fitting.camera.sees(points, 1.0)
-    assert viewer.fitting.camera.sees(viewer.stage.shape.points, 1.0)  # and where it came from
-    assert viewer.stage._gravity is not None
-    assert viewer.stage._gravity.position == pytest.approx(viewer.fitting.camera.corner)
+    assert viewer.camera_fit.camera.sees(points, 1.0)
+    assert viewer.camera_fit.camera.sees(
+        viewer.scene_view.shape.points, 1.0
+    )  # and where it came from
+    assert viewer.scene_view._gravity is not None
+    assert viewer.scene_view._gravity.position == pytest.approx(viewer.camera_fit.camera.corner)
 
 
 def test_in_a_mode_below_the_floor_the_floor_goes_down_and_gravity_comes_along(
@@ -247,14 +249,14 @@ def test_in_a_mode_below_the_floor_the_floor_goes_down_and_gravity_comes_along(
 ) -> None:
     robot = load("excavator")
     viewer = opened(robot)
-    stage, start = viewer.stage, viewer.stage.camera
+    stage, start = viewer.scene_view, viewer.scene_view.camera
     level = stage._tiles.position[2]
     home = stage.shape.points
     viewer.fit()
     assert (stage.camera, stage._tiles.position[2]) == (start, level)
     below = home - np.array([0.0, 0.0, 3.0 * stage.shape.size])
-    viewer.fitting.follow(below)
-    stage.surround(below, viewer.fitting.camera)
+    viewer.camera_fit.follow(below)
+    stage.surround(below, viewer.camera_fit.camera)
     assert stage._tiles.position[2] < below[:, 2].min()
     assert stage._gravity is not None
     assert stage._gravity.position == pytest.approx(stage.camera.corner)

@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 
 from hybrid_dynamics_core import ClosedState, ClosureStatus, Robot, load, shipped_robots
 from hybrid_dynamics_core.scene.skeleton import place_skeleton
-from hybrid_dynamics_core.view.bodies import shape_of, span_pose
+from hybrid_dynamics_core.view.bodies import robot_shape, span_pose
 from hybrid_dynamics_core.view.camera import camera_for, floor_under
-from hybrid_dynamics_core.view.meshes import turn_arrow
-from hybrid_dynamics_core.view.session import Efforts
+from hybrid_dynamics_core.view.meshes import ring_arrow
+from hybrid_dynamics_core.view.session import DriveEfforts
 from tests.drawing.shapes import SHAPES, shape
 
 from .conftest import Opened
@@ -60,7 +60,7 @@ def any_robot(request: pytest.FixtureRequest) -> Robot:
 
 def test_every_link_joint_and_loop_is_seen(any_robot: Robot) -> None:
     robot = any_robot
-    shape = shape_of(robot, robot.close(robot.reference))
+    shape = robot_shape(robot, robot.close(robot.reference))
     shown: dict[str, set[str]] = {kind: set() for kind in ("link", "joint", "closure")}
     for piece in chain(shape.bodies, shape.spans):
         shown[piece.kind] |= set(piece.names)
@@ -76,7 +76,7 @@ def test_links_stand_where_forward_kinematics_says(robot: Robot, opened: Opened)
         viewer.show()
         for link in robot.description.links:
             pose = robot.forward_kinematics(state, link)
-            handle = viewer.stage.links[link]
+            handle = viewer.scene_view.links[link]
             assert handle.position == pytest.approx(pose.position, rel=SENT, abs=1e-7)
             turned = Rotation.from_quat(handle.wxyz[[1, 2, 3, 0]]).inv() * Rotation.from_matrix(
                 pose.rotation
@@ -86,7 +86,7 @@ def test_links_stand_where_forward_kinematics_says(robot: Robot, opened: Opened)
 
 def test_joints_and_pins_hold_their_links_together(robot: Robot) -> None:
     """The middle of each hinge, ball and pin, which moves with one link, is on the other one too."""
-    shape = shape_of(robot, robot.close(robot.reference))
+    shape = robot_shape(robot, robot.close(robot.reference))
     state = moved(robot.name)
     poses, skeleton = shape.poses(state), place_skeleton(robot, state)
     points = {joint.name: joint.point for joint in skeleton.joints if joint.type == "revolute"}
@@ -104,7 +104,7 @@ def test_joints_and_pins_hold_their_links_together(robot: Robot) -> None:
 def test_rods_slide_in_their_barrels(robot: Robot) -> None:
     """A rod ends on its own link, and grows by what its joint does."""
     home = robot.close(robot.reference)
-    shape = shape_of(robot, home)
+    shape = robot_shape(robot, home)
     state = moved(robot.name)
     slides = {j.child: j.name for j in robot.description.joints.values() if j.type == "prismatic"}
     for span in (span for span in shape.spans if span.kind == "link"):
@@ -121,7 +121,7 @@ def test_rods_slide_in_their_barrels(robot: Robot) -> None:
 
 def test_meshes_are_closed_and_turned_outward(any_robot: Robot) -> None:
     """The volume that the triangles enclose is positive, and their areas as vectors cancel."""
-    for body in shape_of(any_robot, any_robot.close(any_robot.reference)).bodies:
+    for body in robot_shape(any_robot, any_robot.close(any_robot.reference)).bodies:
         a, b, c = (body.mesh.vertices[body.mesh.faces[:, k]] for k in range(3))
         areas = np.cross(b - a, c - a)
         assert np.einsum("ij,ij->", a - body.mesh.vertices.mean(axis=0), areas) > 0.0, body.names
@@ -129,7 +129,7 @@ def test_meshes_are_closed_and_turned_outward(any_robot: Robot) -> None:
 
 
 def test_the_camera_sees_the_whole_robot(any_robot: Robot) -> None:
-    shape = shape_of(any_robot, any_robot.close(any_robot.reference))
+    shape = robot_shape(any_robot, any_robot.close(any_robot.reference))
     camera, floor = camera_for(shape.skeleton, shape.points), floor_under(shape.points, shape.unit)
     ahead = (camera.look_at - camera.position) / np.linalg.norm(camera.look_at - camera.position)
     away = shape.points - camera.position
@@ -149,10 +149,10 @@ def test_the_ring_of_a_torque_is_open_where_the_link_is_that_it_turns(
     from hybrid_dynamics_core.view.scene_view import RING, reach
 
     viewer, robot = opened(loaded(name)), loaded(name)
-    state, stage = moved(name), viewer.stage
+    state, stage = moved(name), viewer.scene_view
     stage.show(state)
     count = len(robot.drives)
-    stage.show_efforts(Efforts(robot.drives, sign * np.ones(count), np.ones(count)))
+    stage.show_efforts(DriveEfforts(robot.drives, sign * np.ones(count), np.ones(count)))
     skeleton, poses = place_skeleton(robot, state), stage.shape.poses(state)
     rings = 0
     for joint in (joint for joint in skeleton.joints if joint.name in robot.drives):
@@ -163,7 +163,7 @@ def test_the_ring_of_a_torque_is_open_where_the_link_is_that_it_turns(
         handle = stage.arrows[joint.name].handle
         turned = rotation @ Rotation.from_quat(handle.wxyz[[1, 2, 3, 0]]).as_matrix()
         ring = (
-            handle.scale * turn_arrow(RING).vertices @ turned.T
+            handle.scale * ring_arrow(RING).vertices @ turned.T
             + rotation @ handle.position
             + origin
             - joint.point

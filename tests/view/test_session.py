@@ -12,8 +12,9 @@ import pytest
 from hybrid_dynamics_core import InputError, Payload, Robot, load
 from hybrid_dynamics_core.control import JointTrajectory
 from hybrid_dynamics_core.description.actuators import HydraulicCylinder
+from hybrid_dynamics_core.view.effort_scale import EffortScale
 from hybrid_dynamics_core.view.motion import motion_of
-from hybrid_dynamics_core.view.page import (
+from hybrid_dynamics_core.view.panel_html import (
     efforts_html,
     mode_labels,
     modes_html,
@@ -21,15 +22,14 @@ from hybrid_dynamics_core.view.page import (
     state_html,
 )
 from hybrid_dynamics_core.view.ranges import Range, on_round_steps, on_step, slider_ranges
-from hybrid_dynamics_core.view.scale import EffortScale
-from hybrid_dynamics_core.view.session import Efforts, Session
+from hybrid_dynamics_core.view.session import DriveEfforts, ViewSession
 from hybrid_dynamics_core.view.state_interpolation import SPAN
 from tests.mechanisms import changed
 
 from .conftest import Opened
 
 if TYPE_CHECKING:
-    from hybrid_dynamics_core.view.slider import Dial
+    from hybrid_dynamics_core.view.slider import Slider
 
 PATIENCE = 30.0  # [s] a machine may be loaded; nothing waits for this where all is well
 EXACT = 1e-12  # the same computation twice, in another order at most
@@ -59,22 +59,22 @@ def test_a_move_that_does_not_close_leaves_the_pose_and_says_why(
 
 
 def test_a_move_keeps_the_assembly_mode(forging: Robot) -> None:
-    session = Session(forging)
+    session = ViewSession(forging)
 
     session.take_mode(session.modes()[1])
     branch = dict(session.state.branch)
-    assert branch != dict(session.home.branch)
+    assert branch != dict(session.reference.branch)
     assert session.move(np.add(session.state.u, [0.1, 0.02, 0.01, 0.2]))
     assert dict(session.state.branch) == branch
     session.reset()
-    assert np.array_equal(session.state.s, session.home.s)
+    assert np.array_equal(session.state.s, session.reference.s)
 
 
 @pytest.mark.parametrize("name", ["forging_chu2020", "gough", "excavator"])
 def test_every_assembly_mode_can_be_chosen_and_is_told_from_the_others(name: str) -> None:
-    session = Session(load(name))
+    session = ViewSession(load(name))
     modes = session.modes()
-    labels = mode_labels(modes, session.home.branch)
+    labels = mode_labels(modes, session.reference.branch)
     assert len(set(labels)) == len(labels) > 1
     for k, mode in enumerate(modes):
         session.take_mode(mode)
@@ -85,7 +85,7 @@ def test_every_assembly_mode_can_be_chosen_and_is_told_from_the_others(name: str
 
 
 def test_efforts_are_those_of_the_model(forging: Robot) -> None:
-    session = Session(forging)
+    session = ViewSession(forging)
     rest = forging.inverse_dynamics(session.state, np.zeros(4))
     found = session.efforts()
     assert dict(zip(found.joints, found.values, strict=True)) == pytest.approx(
@@ -101,7 +101,7 @@ def test_efforts_are_those_of_the_model(forging: Robot) -> None:
 
 def test_efforts_of_drives_that_are_not_active_joints_belong_to_the_drives() -> None:
     robot = load("excavator")
-    session = Session(robot)
+    session = ViewSession(robot)
     tau = robot.inverse_dynamics(session.state, np.zeros(len(robot.active)))
     assert session.efforts().joints == robot.drives
     back = robot.generalised_forces(
@@ -111,7 +111,7 @@ def test_efforts_of_drives_that_are_not_active_joints_belong_to_the_drives() -> 
 
 
 def test_numbers_of_the_state_are_on_the_page(forging: Robot) -> None:
-    session = Session(forging)
+    session = ViewSession(forging)
     session.move(np.add(forging.reference, [0.3, 0.05, 0.02, 0.1]))
     text = state_html(session)
     for value in forging.forward_kinematics(session.state).position:
@@ -125,8 +125,8 @@ def test_numbers_of_the_state_are_on_the_page(forging: Robot) -> None:
 @pytest.mark.parametrize("name", ["forging_chu2020", "staicu2015", "excavator"])
 def test_sliders_reach_as_far_as_the_loops_close(name: str) -> None:
     robot = load(name)
-    session = Session(robot)
-    ranges = slider_ranges(robot, session.home, 1.0)
+    session = ViewSession(robot)
+    ranges = slider_ranges(robot, session.reference, 1.0)
     assert np.isfinite(ranges).all()
     assert (ranges[:, 0] < robot.reference).all()
     assert (ranges[:, 1] > robot.reference).all()
@@ -183,12 +183,12 @@ def test_a_number_beyond_a_slider_moves_nothing_and_the_slider_goes_back(
     viewer = opened(forging)
     before, payload = viewer.session.state, viewer.panel._payload
 
-    def typed(dial: Dial, value: float, act: Callable[[float], None]) -> None:
+    def typed(dial: Slider, value: float, act: Callable[[float], None]) -> None:
         dial.slider.value = value  # as viser has it when it calls back
         viewer.ask("typed", lambda: act(dial.take(value)))
         assert viewer.step(0.0)
 
-    cylinder = viewer.panel.dials[1]
+    cylinder = viewer.panel.sliders[1]
     typed(cylinder, 3.0, lambda value: viewer.panel._move(1, value))
     assert viewer.session.state is before
     assert (
@@ -212,7 +212,7 @@ def test_a_slider_that_was_not_followed_goes_back_when_it_is_let_go() -> None:
 
     robot = load("gough")
     with open_viewer(robot, port=0) as viewer:
-        dial, target = viewer.panel.dials[2], viewer.panel.target
+        dial, target = viewer.panel.sliders[2], viewer.panel.target
         viewer.session.problem = "the loops do not close there"
         target[2] = dial.slider.value = dial.slider.max
         viewer._settle()
@@ -227,7 +227,7 @@ def test_a_slider_that_was_not_followed_goes_back_when_it_is_let_go() -> None:
 
 
 def test_full_bars_are_round_and_only_grow(forging: Robot) -> None:
-    session = Session(forging)
+    session = ViewSession(forging)
     force, torque = forging.joint_types["q12"], forging.joint_types["q1"]
 
     def full(**efforts: float) -> list[float]:
@@ -237,10 +237,10 @@ def test_full_bars_are_round_and_only_grow(forging: Robot) -> None:
     assert full(q12=-341.0, q22=20.0, q1=3.0) == [500.0, 500.0, 5.0]
     assert full(q12=1.0, q1=5.1) == [500.0, 10.0]
     assert full(q12=501.0) == [1000.0]
-    empty = Session(forging).scale
+    empty = ViewSession(forging).scale
     assert np.isinf(empty.full(("q1",), np.zeros(1))).all()
-    assert Efforts(("q1",), np.zeros(1), np.array([np.inf])).shares == [0.0]
-    session = Session(forging)
+    assert DriveEfforts(("q1",), np.zeros(1), np.array([np.inf])).shares == [0.0]
+    session = ViewSession(forging)
     light = session.efforts()
     session.lift(20.0)
     heavy = session.efforts()
@@ -257,7 +257,7 @@ def test_full_bars_of_cylinders_are_what_they_give_at_their_supply_pressure(forg
     pull = 2e7 * cylinder.rod_area - 1e5 * cylinder.cap_area
     assert scale.full(("q12",), np.array([10.0])) == pytest.approx([push])
     assert scale.full(("q12",), np.array([-10.0])) == pytest.approx([pull])
-    told = efforts_html(robot, Efforts(("q12",), np.array([0.5 * push]), np.array([push])))
+    told = efforts_html(robot, DriveEfforts(("q12",), np.array([0.5 * push]), np.array([push])))
     assert "what the cylinder gives at its supply pressure" in told
     assert "width:25.0%" in told  # half of the right half
 
@@ -270,7 +270,7 @@ def test_sliders_begin_on_their_steps_whatever_the_reference(
         forging, reference={**forging.description.reference, "q1": 10.0 * np.pi / 180.0}
     )
     assert on_step(0.1745329, 0.001) == 0.175
-    for dial, value in zip(opened(robot).panel.dials, robot.reference, strict=True):
+    for dial, value in zip(opened(robot).panel.sliders, robot.reference, strict=True):
         slider = dial.slider
         assert (
             slider.value
@@ -314,7 +314,7 @@ def test_a_motion_that_leaves_its_range_is_refused_with_the_time(forging: Robot)
 
 def test_the_picture_glides_to_where_a_slider_was_moved(forging: Robot, opened: Opened) -> None:
     viewer = opened(forging)
-    start, glide = viewer.session.state, viewer.glide
+    start, glide = viewer.session.state, viewer.interpolation
     viewer.ask("move 1", lambda: viewer.panel._move(1, 0.2))
     assert viewer.step(0.0)
     shown = []
@@ -339,18 +339,18 @@ def test_what_a_person_does_in_the_page_moves_the_robot(forging: Robot, opened: 
     viewer.ask("move 1", lambda: viewer.panel._move(1, 0.25))  # the newer wish counts
     assert viewer.step(0.0)
     assert viewer.session.state.u.tolist() == [0.0, 0.25, 0.15, 0.0]
-    assert viewer.panel.dials[1].slider.value == 0.25
+    assert viewer.panel.sliders[1].slider.value == 0.25
     viewer.panel.list_modes()
     present = viewer.session.present(viewer.panel.modes)
     wanted = 0 if present else 1
     viewer.ask("mode", lambda: viewer.panel._take(viewer.panel.labels[wanted]))
-    before = {name: np.array(link.wxyz) for name, link in viewer.stage.links.items()}
+    before = {name: np.array(link.wxyz) for name, link in viewer.scene_view.links.items()}
     assert viewer.step(0.0)
     assert viewer.session.present(viewer.panel.modes) == wanted
     assert (
         max(
             float(np.abs(link.wxyz - before[name]).max())
-            for name, link in viewer.stage.links.items()
+            for name, link in viewer.scene_view.links.items()
         )
         > 0.1
     )

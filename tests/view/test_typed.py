@@ -40,9 +40,9 @@ ANGLE, LENGTH, MASS = (
 def test_numbers_are_read_as_the_command_line_reads_them(
     text: str, scope: Range, value: float
 ) -> None:
-    from hybrid_dynamics_core.view.number_input import number_typed
+    from hybrid_dynamics_core.view.number_input import parse_number
 
-    assert number_typed(text, scope) == pytest.approx(value, rel=1e-15)
+    assert parse_number(text, scope) == pytest.approx(value, rel=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -69,19 +69,19 @@ def test_numbers_are_read_as_the_command_line_reads_them(
     ],
 )
 def test_all_else_is_refused_with_what_to_type_instead(text: str, scope: Range, told: str) -> None:
-    from hybrid_dynamics_core.view.number_input import number_typed
+    from hybrid_dynamics_core.view.number_input import parse_number
 
     with pytest.raises(InputError) as refused:
-        number_typed(text, scope)
+        parse_number(text, scope)
     assert f"{scope.name}: '{text}' was not taken: " in str(refused.value)
     assert told in str(refused.value)
 
 
 def test_a_long_text_is_told_in_part() -> None:
-    from hybrid_dynamics_core.view.number_input import number_typed
+    from hybrid_dynamics_core.view.number_input import parse_number
 
     with pytest.raises(InputError, match=r"'a{40}\.\.\.'"):
-        number_typed("a" * 1000, LENGTH)
+        parse_number("a" * 1000, LENGTH)
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ def test_decimals_of_a_number(value: float, count: int) -> None:
 def test_the_very_number_that_was_typed_counts_and_is_shown(forging: Robot, opened: Opened) -> None:
     """Whatever the steps of the slider; of the ends that it shows, rounded, the range's own."""
     viewer = opened(forging)
-    dial, robot = viewer.panel.dials[0], viewer.session
+    dial, robot = viewer.panel.sliders[0], viewer.session
 
     def typed(value: float) -> None:
         dial.typed(lambda _: value)
@@ -122,7 +122,7 @@ def test_the_very_number_that_was_typed_counts_and_is_shown(forging: Robot, open
 
 def test_a_notice_is_about_the_latest_entry(forging: Robot, opened: Opened) -> None:
     viewer = opened(forging)
-    session, dials = viewer.session, viewer.panel.dials
+    session, dials = viewer.session, viewer.panel.sliders
     before = np.array(session.state.u)
 
     def typed(k: int, value: float) -> None:

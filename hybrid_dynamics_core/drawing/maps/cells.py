@@ -1,7 +1,7 @@
-"""Cells of a map: each keeps the sample that counts there, and steps from those kept find samples for their neighbours.
+"""Cells of a map: each holds its best sample, from which steps lead to samples for its neighbours.
 
 The idea is that of illumination by elites, Mouret and Clune 2015 (arXiv 1504.04909). A cell is
-known only where a sample was closed within all limits: a map shows nothing that was not reached.
+filled only where a sample was closed within all limits: a map shows nothing that was not reached.
 """
 
 from __future__ import annotations
@@ -16,21 +16,29 @@ from numpy.typing import NDArray
 from ...ground.arrays import Array
 from ...kinematics.workspace import Margins
 
-Judge = Callable[
-    [Margins], Array
-]  # (N,) of which a cell keeps the least; NaN for samples that do not count
-Place = Callable[[Margins], Array]  # (N, 2) where samples are on the map [m]
+Mask = NDArray[np.bool_]
+Indices = NDArray[np.int64]
+# (N,) values of samples, of which a cell holds the least; NaN for samples that do not count
+Score = Callable[[Margins], Array]
+Placement = Callable[[Margins], Array]  # (N, 2) where samples are on the map [m]
 
-_PATIENCE: Final = 20  # rounds in which nothing better is found about a cell, before it is left
-_GAIN: Final = 5e-3  # of the range of what is kept: less is nothing better
+_PATIENCE: Final = 20  # rounds without a better sample about a cell, before no more steps are taken
+_GAIN: Final = 5e-3  # of the range of values: a smaller gain is none
 _FINE, _COARSE = -3.5, -0.7  # powers of ten of the ranges: widths of the steps
 _NEAR: Final = 2  # cells: how far off the neighbours are along whose line a step goes
 _EDGE: Final = 0.06  # of a map: room about the first samples
+_ROOM: Final = 3.0  # [cells] more of that
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Square cells of a size [m] from a corner low (2,) [m]; shape: how many there are in both directions."""
+    """Square cells.
+
+    Attributes:
+        low: (2,) their corner [m].
+        size: of a cell [m].
+        shape: how many there are in both directions.
+    """
 
     low: Array
     size: float
@@ -38,96 +46,128 @@ class Grid:
 
     @classmethod
     def about(cls, points: Array, longer: float) -> Grid:
-        """Cells about points (N, 2) [m] with room beside them; `longer`: how many over their longer side."""
+        """Cells about points (N, 2) [m] with room beside them, `longer` over their longer side."""
         span = np.maximum(np.ptp(points, axis=0), 1e-9)
         size = float(span.max() / longer)
-        room = _EDGE * span + 3.0 * size
-        across, up = np.ceil((span + 2.0 * room) / size).astype(int).tolist()
+        room = _EDGE * span + _ROOM * size
+        count = np.ceil((span + 2.0 * room) / size)
+        across, up = count.astype(int).tolist()
         return cls(points.min(axis=0) - room, size, (across, up))
 
     def finer(self, times: int) -> Grid:
         """Every cell as `times` by `times` cells."""
-        return Grid(self.low, self.size / times, (self.shape[0] * times, self.shape[1] * times))
+        across, up = self.shape
+        return Grid(self.low, self.size / times, (across * times, up * times))
 
     @property
     def middles(self) -> tuple[Array, Array]:
         """Middles of the cells in both directions [m]."""
-        x, y = (self.low[k] + self.size * (np.arange(self.shape[k]) + 0.5) for k in (0, 1))
+        x = self.low[0] + self.size * (np.arange(self.shape[0]) + 0.5)
+        y = self.low[1] + self.size * (np.arange(self.shape[1]) + 0.5)
         return x, y
 
 
 class Cells:
-    """The cells of a grid with what they keep of samples."""
+    """The cells of a grid with their best samples.
 
-    def __init__(self, grid: Grid, place: Place, judge: Judge, samples: Margins) -> None:
-        self.grid, self._place, self._judge = grid, place, judge
+    Args:
+        grid: of the cells.
+        placement: where samples are.
+        score: what makes a sample the best.
+        samples: the first ones.
+    """
+
+    def __init__(
+        self,
+        grid: Grid,
+        placement: Placement,
+        score: Score,
+        samples: Margins,
+    ) -> None:
+        self.grid = grid
+        self._placement = placement
+        self._score = score
         count = grid.shape[0] * grid.shape[1]
-        self._best, self._left = np.full(count, np.inf), np.zeros(count, dtype=np.int64)
+        self._best = np.full(count, np.inf)
+        self._rounds = np.zeros(count, dtype=np.int64)  # in which steps are still taken
         self._u = np.zeros((count, samples.u.shape[1]))
-        values = judge(samples)
+        values = score(samples)
         self._gain = _GAIN * float(np.ptp(values[np.isfinite(values)]))
-        self.keep(samples)
+        self.add(samples)
 
     @property
-    def kept(self) -> Array:
+    def values(self) -> Array:
         """(shape) the least in every cell, NaN where none lies."""
-        return np.where(np.isfinite(self._best), self._best, np.nan).reshape(self.grid.shape)
+        values = np.where(np.isfinite(self._best), self._best, np.nan)
+        return values.reshape(self.grid.shape)
 
     @property
-    def known(self) -> NDArray[np.bool_]:
-        """(shape) which cells keep a sample."""
+    def filled(self) -> Mask:
+        """(shape) which cells hold a sample."""
         return np.asarray(np.isfinite(self._best).reshape(self.grid.shape))
 
     @property
     def u(self) -> Array:
-        """(K, n) active coordinates of the samples kept."""
+        """(K, n) active coordinates of the best samples."""
         return np.asarray(self._u[np.isfinite(self._best)])
 
-    def keep(self, samples: Margins) -> None:
-        """Keep what is better than what its cell has."""
-        values = self._judge(samples)
-        index = np.floor((self._place(samples) - self.grid.low) / self.grid.size)
-        rows = np.flatnonzero(
-            np.isfinite(values) & ((index >= 0.0) & (index < self.grid.shape)).all(axis=1)
-        )
+    def add(self, samples: Margins) -> None:
+        """Hold what is better than what a cell has."""
+        values = self._score(samples)
+        index = np.floor((self._placement(samples) - self.grid.low) / self.grid.size)
+        within = ((index >= 0.0) & (index < self.grid.shape)).all(axis=1)
+        rows = np.flatnonzero(np.isfinite(values) & within)
         cells = index[rows].astype(np.int64) @ np.array([self.grid.shape[1], 1])
         order = np.lexsort((values[rows], cells))
         cells, first = np.unique(cells[order], return_index=True)
         rows = rows[order][first]
-        self._left[cells[values[rows] < self._best[cells] - self._gain]] = _PATIENCE
+        gains = values[rows] < self._best[cells] - self._gain
+        self._rounds[cells[gains]] = _PATIENCE
         better = values[rows] < self._best[cells]
-        self._best[cells[better]], self._u[cells[better]] = (
-            values[rows[better]],
-            samples.u[rows[better]],
-        )
+        cells, rows = cells[better], rows[better]
+        self._best[cells] = values[rows]
+        self._u[cells] = samples.u[rows]
 
-    def leave(self, which: NDArray[np.bool_]) -> None:
-        """No more steps from these cells (shape)."""
-        self._left[which.ravel()] = 0
+    def stop(self, which: Mask) -> None:
+        """Take no more steps from these cells (shape)."""
+        self._rounds[which.ravel()] = 0
 
-    def about(self, box: Array, most: int, rng: np.random.Generator) -> Array:
-        """(M, n) new samples within a box (n, 2), one from each cell that is not left yet, M at most `most`.
+    def steps(self, box: Array, most: int, rng: np.random.Generator) -> Array:
+        """New samples, one from each cell that is not stopped.
 
-        A third of the steps goes along the line through a neighbour's sample, a third into any
-        direction, with some coordinates kept so that what lies on a limit stays there, and a third
-        is the sum of two such.
+        A third of the steps goes along the line through a neighbour's sample. A third goes into any
+        direction; some coordinates are held, so that what lies on a limit stays there. A third is
+        the sum of two such.
+
+        Args:
+            box: (n, 2) ranges of the samples [rad or m].
+            most: number of samples, at most.
+            rng: random numbers.
+
+        Returns:
+            (M, n) active coordinates.
         """
-        cells = np.flatnonzero(self._left > 0)
+        cells = np.flatnonzero(self._rounds > 0)
         if len(cells) > most:
             cells = rng.choice(cells, most, replace=False)
-        self._left[cells] -= 1
+        self._rounds[cells] -= 1
         u = self._u[cells]
-        line = (u - self._u[self._beside(cells, rng)]) * rng.uniform(-2.0, 2.0, (len(cells), 1))
-        width = 10.0 ** rng.uniform(_FINE, _COARSE, (len(cells), 1)) * np.ptp(box, axis=1)
-        free = width * rng.standard_normal(u.shape) * (rng.random(u.shape) < 0.5)
-        kind = rng.integers(0, 3, (len(cells), 1))
-        return np.asarray(np.clip(u + (kind != 1) * line + (kind != 0) * free, *box.T))
+        column = (len(cells), 1)
+        neighbours = self._u[self._beside(cells, rng)]
+        line = (u - neighbours) * rng.uniform(-2.0, 2.0, column)
+        width = 10.0 ** rng.uniform(_FINE, _COARSE, column) * np.ptp(box, axis=1)
+        direction = width * rng.standard_normal(u.shape)
+        free = direction * (rng.random(u.shape) < 0.5)
+        kind = rng.integers(0, 3, column)
+        moved = u + (kind != 1) * line + (kind != 0) * free
+        return np.asarray(np.clip(moved, *box.T))
 
-    def _beside(self, cells: NDArray[np.int64], rng: np.random.Generator) -> NDArray[np.int64]:
-        """A known cell near each of these, or itself."""
-        near = np.stack(np.divmod(cells, self.grid.shape[1])) + rng.integers(
-            -_NEAR, _NEAR + 1, (2, len(cells))
-        )
-        rows, columns = (np.clip(near[k], 0, self.grid.shape[k] - 1) for k in (0, 1))
-        others = rows * self.grid.shape[1] + columns
+    def _beside(self, cells: Indices, rng: np.random.Generator) -> Indices:
+        """A filled cell near each of these, or itself."""
+        across, up = self.grid.shape
+        offsets = rng.integers(-_NEAR, _NEAR + 1, (2, len(cells)))
+        near = np.stack(np.divmod(cells, up)) + offsets
+        rows = np.clip(near[0], 0, across - 1)
+        columns = np.clip(near[1], 0, up - 1)
+        others = rows * up + columns
         return np.where(np.isfinite(self._best[others]), others, cells)

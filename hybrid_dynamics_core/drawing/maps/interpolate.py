@@ -7,38 +7,59 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import binary_closing, binary_erosion
 
 from ...ground.arrays import Array
 from ...ground.progress import Progress
 from ...kinematics.workspace import Margins, Workspace, margins_at
 from ...robot.robot import Robot
-from .cells import Cells, Grid, Judge, Place
+from .cells import Cells, Grid, Mask, Placement, Score
 
 _LONGER: Final = (40, 240)  # cells over the longer side of a map
 _FINER: Final = 3  # cells of the outline over one of the map
-# Samples at most for colours and for the outline, of those spread evenly. Following loops is slow:
-# what is spread evenly shows much of the colours, and the outline far worse. First what cells are
-# sized for.
-_EFFORT: Final = {False: (8.0, 8.0, 8.0), True: (1.0, 0.4, 0.6)}
 _EACH: Final = 5.0  # samples for a cell of the square about a map, on average
 _AT_ONCE: Final = 20_000  # samples in a round
-_DEEP: Final = 2  # cells of the outline: known ones farther inside are no place to look from
+_DEEP: Final = 2  # cells of the outline: filled ones farther inside are no place to look from
 _RIM: Final = 2  # cells at the edge in which the outline is looked for
-_GAPS: Final = (
-    2  # cells: half the width of the gaps between known ones that are taken as missed by chance
-)
+# cells: half the width of the gaps between filled ones that are taken as missed by chance
+_GAPS: Final = 2
+
+
+@dataclass(frozen=True)
+class _Effort:
+    """Samples at most, as shares of those that are spread evenly.
+
+    Attributes:
+        cells: for which cells are sized.
+        colours: for the colours.
+        outline: for the outline.
+    """
+
+    cells: float
+    colours: float
+    outline: float
+
+
+_DIRECT: Final = _Effort(8.0, 8.0, 8.0)
+# Following loops is slow: evenly spread samples show much of the colours, less of the outline.
+_FOLLOWING: Final = _Effort(1.0, 0.4, 0.6)
 
 
 @dataclass(frozen=True, eq=False)
-class Map:
-    """A map: values in the cells of a grid, NaN where nothing was reached, and which cells of a finer one were."""
+class CellMap:
+    """A map.
+
+    Attributes:
+        grid: its cells.
+        values: of the cells, NaN where nothing was reached.
+        outline: a finer grid.
+        inside: which cells of that were reached.
+    """
 
     grid: Grid
     values: Array
     outline: Grid
-    inside: NDArray[np.bool_]
+    inside: Mask
 
     @property
     def places(self) -> Array:
@@ -48,68 +69,127 @@ class Map:
         return np.stack([x[rows], y[columns]], axis=1)
 
 
-def filled(robot: Robot, workspace: Workspace, places: Sequence[Place], judge: Judge) -> list[Map]:
-    """Maps of a workspace that has something reachable, with samples of their own beside those of the workspace.
+def filled_maps(
+    robot: Robot,
+    workspace: Workspace,
+    placements: Sequence[Placement],
+    score: Score,
+) -> list[CellMap]:
+    """Maps of a workspace, with further samples beside those of the workspace.
 
     Rounds end when no cell gets better, or with a number of samples in proportion to those of the
     workspace. The same call gives the same maps.
+
+    Args:
+        robot: of the workspace.
+        workspace: in which something is reachable.
+        placements: where samples are on each map.
+        score: of samples, whose least is shown.
+
+    Returns:
+        A map for each placement.
     """
-    most, *shares = _EFFORT[robot.follows]
-    colours, outline = (int(share * workspace.count) for share in shares)
-    longer = float(np.clip(np.sqrt(most * workspace.count / (_EACH * len(places))), *_LONGER))
-    samples, rng = workspace.samples, np.random.default_rng(0)
-    reached = samples.reachable
-    with Progress(f"map of {robot.name}", colours + outline) as progress:
-
-        def search(
-            maps: Sequence[Cells], cores: Sequence[NDArray[np.bool_]], before: int, budget: int
-        ) -> None:
-            taken = 0
-            while taken < budget:
-                most = min(_AT_ONCE, budget - taken) // len(maps) + 1
-                for cells, core in zip(maps, cores, strict=True):
-                    cells.leave(core | (binary_erosion(cells.known, iterations=_DEEP) & core.any()))
-                u = np.concatenate([cells.about(workspace.ranges, most, rng) for cells in maps])
-                if not len(u):
-                    return
-                samples = margins_at(robot, u, workspace.frame)
-                for cells in maps:
-                    cells.keep(samples)
-                taken += len(u)
-                progress.update(before + taken)
-
-        grids = [Grid.about(place(samples)[reached], longer) for place in places]
-        maps = [
-            Cells(grid, place, judge, samples) for grid, place in zip(grids, places, strict=True)
-        ]
-        search(maps, [np.zeros(grid.shape, dtype=np.bool_) for grid in grids], 0, colours)
-        fine = [
-            Cells(grid.finer(_FINER), place, _reached, samples)
-            for grid, place in zip(grids, places, strict=True)
-        ]
-        if colours:
-            found = margins_at(robot, np.concatenate([cells.u for cells in maps]), workspace.frame)
-            for cells in fine:
-                cells.keep(found)
-        cores = [_core(cells.known) for cells in maps]
-        search(fine, cores, colours, outline)
-    return [
-        Map(
-            cells.grid,
-            cells.kept,
-            rim.grid,
-            binary_closing(core | rim.known, iterations=_GAPS) | core,
-        )
-        for cells, rim, core in zip(maps, fine, cores, strict=True)
-    ]
+    effort = _FOLLOWING if robot.follows else _DIRECT
+    budgets = int(effort.colours * workspace.count), int(effort.outline * workspace.count)
+    cells_each = effort.cells * workspace.count / (_EACH * len(placements))
+    longer = float(np.clip(np.sqrt(cells_each), *_LONGER))
+    reached = workspace.samples.reachable
+    grids = [Grid.about(place(workspace.samples)[reached], longer) for place in placements]
+    with Progress(f"map of {robot.name}", sum(budgets)) as progress:
+        search = _Search(robot, workspace, placements, progress)
+        maps = search.fill_colours(grids, score, budgets[0])
+        cores = [_core(cells.filled) for cells in maps]
+        rims = search.fill_outlines(maps, cores, *budgets)
+    filled = []
+    for cells, rim, core in zip(maps, rims, cores, strict=True):
+        inside = binary_closing(core | rim.filled, iterations=_GAPS) | core
+        filled.append(CellMap(cells.grid, cells.values, rim.grid, inside))
+    return filled
 
 
-def _core(known: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which cells of the finer grid are away from the edge of the known ones."""
-    inner = binary_erosion(binary_closing(known), iterations=_RIM)
+class _Search:
+    """Rounds of samples of one robot for all maps."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        workspace: Workspace,
+        placements: Sequence[Placement],
+        progress: Progress,
+    ) -> None:
+        self._robot = robot
+        self._workspace = workspace
+        self._placements = placements
+        self._progress = progress
+        self._rng = np.random.default_rng(0)
+
+    def fill_colours(self, grids: Sequence[Grid], score: Score, budget: int) -> list[Cells]:
+        """The cells of maps, filled with a number of samples."""
+        maps = self._cells(grids, score)
+        cores = [np.zeros(grid.shape, dtype=np.bool_) for grid in grids]
+        self._run(maps, cores, 0, budget)
+        return maps
+
+    def fill_outlines(
+        self,
+        maps: Sequence[Cells],
+        cores: Sequence[Mask],
+        before: int,
+        budget: int,
+    ) -> list[Cells]:
+        """Finer cells of the same maps; `before` samples were taken, if any for these."""
+        rims = self._cells([cells.grid.finer(_FINER) for cells in maps], _reachable_score)
+        if before:
+            samples = self._margins(np.concatenate([cells.u for cells in maps]))
+            for cells in rims:
+                cells.add(samples)
+        self._run(rims, cores, before, budget)
+        return rims
+
+    def _cells(self, grids: Sequence[Grid], score: Score) -> list[Cells]:
+        samples = self._workspace.samples
+        pairs = zip(grids, self._placements, strict=True)
+        return [Cells(grid, placement, score, samples) for grid, placement in pairs]
+
+    def _margins(self, u: Array) -> Margins:
+        return margins_at(self._robot, u, self._workspace.frame)
+
+    def _run(
+        self,
+        maps: Sequence[Cells],
+        cores: Sequence[Mask],
+        before: int,
+        budget: int,
+    ) -> None:
+        """Take rounds of steps until none is left or a number of samples is taken."""
+        taken = 0
+        while taken < budget:
+            most = min(_AT_ONCE, budget - taken) // len(maps) + 1
+            _stop_inside(maps, cores)
+            box = self._workspace.ranges
+            u = np.concatenate([cells.steps(box, most, self._rng) for cells in maps])
+            if not len(u):
+                return
+            samples = self._margins(u)
+            for cells in maps:
+                cells.add(samples)
+            taken += len(u)
+            self._progress.update(before + taken)
+
+
+def _stop_inside(maps: Sequence[Cells], cores: Sequence[Mask]) -> None:
+    """Take no more steps from the cores, nor from cells deep inside where there are cores."""
+    for cells, core in zip(maps, cores, strict=True):
+        deep = binary_erosion(cells.filled, iterations=_DEEP)
+        cells.stop(core | (deep & core.any()))
+
+
+def _core(filled: Mask) -> Mask:
+    """Which cells of the finer grid are away from the edge of the filled ones."""
+    inner = binary_erosion(binary_closing(filled), iterations=_RIM)
     return np.asarray(np.kron(inner, np.ones((_FINER, _FINER), dtype=np.bool_)))
 
 
-def _reached(samples: Margins) -> Array:
-    """Nothing but whether a sample counts."""
+def _reachable_score(samples: Margins) -> Array:
+    """The same for all samples that count."""
     return np.where(samples.reachable, 0.0, np.nan)

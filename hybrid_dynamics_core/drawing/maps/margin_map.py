@@ -1,4 +1,4 @@
-"""A map over two active coordinates: how near to a singularity the robot is, and where strokes and limits end."""
+"""A map over two active coordinates: distances to singularities, ends of strokes and limits."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ from ...robot.robot import Robot
 from ...scene.style import BLUE, INK, QUIET, STEEL, STYLE
 from ..options import Colour
 from ..paint.layout import axes_at
-from .workspace import WORDS, colour_bar, head, shade, top_of
+from .cells import Mask
+from .colours import WORDS, colour_bar, head, shade, top_of
 
 _CELLS: Final = 240  # in each direction
 _BEYOND: Final = 0.08  # of the range: what is shown outside of it
@@ -32,81 +33,118 @@ _LINES: Final = (0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8)
 _NAMED: Final = 0.2  # lower lines crowd at the edge
 _CLEAR: Final = 0.03  # of what is shown: a line nearer to an end has no room for its level
 _SIZE: Final = (6.9, 6.0)  # [in] of the figure
-_STYLES: Final[dict[str, Any]] = {"stroke end or limit": "-", "toggle point of a loop": (0, (4, 2))}
-_DOT: Final[dict[str, Any]] = {
-    "marker": "o", "linestyle": "", "color": "white", "markeredgecolor": INK, "mew": 1.6, "markersize": 7
-}  # fmt: skip
 _BOX: Final = (0.8, 1.52, 5.9, 3.75)  # [in] of the axes
+_LIMIT: Final = "stroke end or limit"
+_TOGGLE: Final = "toggle point of a loop"
+_STYLES: Final[dict[str, Any]] = {_LIMIT: "-", _TOGGLE: (0, (4, 2))}
+_DOT: Final[dict[str, Any]] = {
+    "marker": "o",
+    "linestyle": "",
+    "color": "white",
+    "markeredgecolor": INK,
+    "mew": 1.6,
+    "markersize": 7,
+}
+Pair = tuple[str, str]  # names of the two coordinates
 
 
-def over_figure(
-    robot: Robot, over: tuple[str, str], u: ArrayLike | None, colour: Colour, title: str | None
+def margin_figure(
+    robot: Robot,
+    pair: Pair,
+    u: ArrayLike | None,
+    colour: Colour,
+    title: str | None,
 ) -> Figure:
-    """The map over two active coordinates; the others stay at u (n,), the reference if None."""
+    """The map over two active coordinates.
+
+    Args:
+        robot: to be mapped.
+        pair: names of the two.
+        u: (n,) active coordinates at which the others stay [rad or m]; None: the reference.
+        colour: what colours stand for.
+        title: of the figure; None: the names of robot and coordinates.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: for names that are not active coordinates.
+    """
     base = robot.reference if u is None else finite_vectors("u", u, robot.active, -1)
-    ranges, axes_of = _ranges(robot, over)
-    lines = [np.linspace(low, high, _CELLS) for low, high in axes_of]
-    x, y = np.meshgrid(*lines)
-    k = [robot.active.index(name) for name in over]
-    points = np.tile(base, (x.size, 1))
-    points[:, k[0]], points[:, k[1]] = x.ravel(), y.ravel()
-    samples = margins_at(robot, points)
+    ranges, limits = _ranges(robot, pair)
+    lines = [np.linspace(low, high, _CELLS) for low, high in limits]
+    samples = margins_at(robot, _grid_points(robot, pair, base, lines))
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=_SIZE)
-        head(figure, title or f"{robot.name}: {over[0]} and {over[1]}", _held(robot, over, base))
+        head(figure, title or f"{robot.name}: {pair[0]} and {pair[1]}", _held(robot, pair, base))
         axes = axes_at(figure, _BOX)
         axes.grid(visible=False)
         axes.set_facecolor(STEEL)
-        top = _margin(axes, lines, samples, colour)
-        kinds = _ends(axes, robot, over, ranges)
-        axes.plot(*base[k], **_DOT, zorder=3.0)
-        axes.set(
-            xlim=axes_of[0],
-            ylim=axes_of[1],
-            xlabel=_label(robot, over[0]),
-            ylabel=_label(robot, over[1]),
-        )
+        top = _paint_map(axes, lines, samples, colour)
+        kinds = _draw_ends(axes, robot, pair, ranges)
+        axes.plot(*base[_columns(robot, pair)], **_DOT, zorder=3.0)
+        axes.set(xlim=limits[0], ylim=limits[1])
+        axes.set(xlabel=_label(robot, pair[0]), ylabel=_label(robot, pair[1]))
         colour_bar(figure, WORDS[colour], top, _BOX[0] + _BOX[2])
-        taken = (
-            "reference configuration"
-            if np.array_equal(base, robot.reference)
-            else "configuration given"
-        )
-        _key(figure, samples, kinds, taken)
+        is_reference = np.array_equal(base, robot.reference)
+        dot = "reference configuration" if is_reference else "configuration given"
+        _key(figure, samples, kinds, dot)
     return figure
 
 
-def _ranges(robot: Robot, over: tuple[str, str]) -> tuple[Array, Array]:
-    """(2, 2) the ranges of both coordinates, and what of them is shown: a little more."""
-    for name in over:
+def _columns(robot: Robot, pair: Pair) -> list[int]:
+    return [robot.active.index(name) for name in pair]
+
+
+def _grid_points(
+    robot: Robot,
+    pair: Pair,
+    base: Array,
+    lines: list[Array],
+) -> Array:
+    """(N, n) active coordinates of all places of the map."""
+    x, y = np.meshgrid(*lines)
+    first, second = _columns(robot, pair)
+    points = np.tile(base, (x.size, 1))
+    points[:, first] = x.ravel()
+    points[:, second] = y.ravel()
+    return points
+
+
+def _ranges(robot: Robot, pair: Pair) -> tuple[Array, Array]:
+    """(2, 2) the ranges of both coordinates, and what is shown: a little more."""
+    for name in pair:
         if name not in robot.active:
             hint = suggestion(name, robot.active)
             raise InputError(
                 f"over: '{name}' is not an active joint{hint}; they are {', '.join(robot.active)}"
             )
-    if over[0] == over[1]:
-        raise InputError(f"over: expected two different active joints, got {over[0]} twice")
-    box = sampled_ranges(robot, None)[0][[robot.active.index(name) for name in over]]
-    return box, box + _BEYOND * np.ptp(box, axis=1, keepdims=True) * np.array([-1.0, 1.0])
+    if pair[0] == pair[1]:
+        raise InputError(f"over: expected two different active joints, got {pair[0]} twice")
+    ranges = sampled_ranges(robot, None)[0][_columns(robot, pair)]
+    beyond = _BEYOND * np.ptp(ranges, axis=1, keepdims=True)
+    return ranges, ranges + beyond * np.array([-1.0, 1.0])
 
 
-def _margin(axes: Axes, lines: list[Array], samples: Margins, colour: Colour) -> float:
+# -- the map
+
+
+def _paint_map(
+    axes: Axes,
+    lines: list[Array],
+    samples: Margins,
+    colour: Colour,
+) -> float:
     """The map; where its colours end."""
-    shape = (_CELLS, _CELLS)
-    closed = np.isin(samples.status, (SampleStatus.OK, SampleStatus.BEYOND)).reshape(shape)
+    closed = _has_status(samples, SampleStatus.OK, SampleStatus.BEYOND)
     values = samples.singularity if colour == "singularity" else samples.limit
-    height = np.where(closed, np.clip(values.reshape(shape), 0.0, 1.0), np.nan)
+    clipped = np.clip(values.reshape(closed.shape), 0.0, 1.0)
+    height = np.where(closed, clipped, np.nan)
     top = top_of([height])
     shade(axes, lines, np.minimum(height, top), top, 1.0)
-    inside = (
-        [level for level in _LINES if np.nanmin(height) < level < np.nanmax(height)]
-        if closed.any()
-        else []
-    )
-    if inside:
-        drawn = axes.contour(*lines, height, levels=inside, colors=INK, linewidths=0.7, zorder=1.4)
-        _name_lines(axes, drawn, lines)
-    beyond = (samples.status == SampleStatus.BEYOND).reshape(shape)
+    if closed.any():
+        _draw_levels(axes, lines, height)
+    beyond = _has_status(samples, SampleStatus.BEYOND)
     if beyond.any():
         area = axes.contourf(
             *lines,
@@ -120,42 +158,81 @@ def _margin(axes: Axes, lines: list[Array], samples: Margins, colour: Colour) ->
     return top
 
 
-def _name_lines(axes: Axes, drawn: ContourSet, lines: list[Array]) -> None:
+def _has_status(samples: Margins, *statuses: SampleStatus) -> Mask:
+    """Which places of the map have one of some statuses."""
+    return np.isin(samples.status, statuses).reshape(_CELLS, _CELLS)
+
+
+def _draw_levels(axes: Axes, lines: list[Array], height: Array) -> None:
+    """Lines of one value, with their values."""
+    lowest, highest = np.nanmin(height), np.nanmax(height)
+    levels = [level for level in _LINES if lowest < level < highest]
+    if not levels:
+        return
+    drawn = axes.contour(*lines, height, levels=levels, colors=INK, linewidths=0.7, zorder=1.4)
+    _name_levels(axes, drawn, lines)
+
+
+def _name_levels(axes: Axes, drawn: ContourSet, lines: list[Array]) -> None:
     """The level of each line, where it is farthest from the ends of the ranges."""
-    low, span = np.array([line[0] for line in lines]), np.array([np.ptp(line) for line in lines])
-    least = _CLEAR + _BEYOND / (
-        1.0 + 2.0 * _BEYOND
-    )  # of what is shown, with what lies outside of the ranges
+    low = np.array([line[0] for line in lines])
+    span = np.array([np.ptp(line) for line in lines])
+    # Of what is shown, which reaches beyond the ranges.
+    least = _CLEAR + _BEYOND / (1.0 + 2.0 * _BEYOND)
     for level, path in zip(drawn.levels, drawn.get_paths(), strict=True):
         places = np.asarray(path.vertices, dtype=float)
         share = (places - low) / span
         inward = np.minimum(share, 1.0 - share)
-        places, inward = places[(inward > least).all(axis=1)], inward[(inward > least).all(axis=1)]
-        if level >= _NAMED and len(places):
-            x, y = places[int(np.argmax(inward.prod(axis=1)))].tolist()
-            axes.clabel(drawn, [level], fmt="%g", fontsize=7.5, manual=[(x, y)])
+        inside = (inward > least).all(axis=1)
+        if level < _NAMED or not inside.any():
+            continue
+        best = int(np.argmax(inward[inside].prod(axis=1)))
+        x, y = places[inside][best].tolist()
+        axes.clabel(drawn, [level], fmt="%g", fontsize=7.5, manual=[(x, y)])
 
 
-def _ends(axes: Axes, robot: Robot, over: tuple[str, str], ranges: Array) -> set[str]:
-    """LineMark ends and limits of the file as solid lines, ends at toggle points of loops as dashed ones; which occur."""
-    told, kinds = limited_joints(robot), set()
-    for k, name in enumerate(over):
-        draw = axes.axvline if k == 0 else axes.axhline
-        for value, limit in zip(ranges[k], robot.limits[robot.active.index(name)], strict=True):
-            if np.isfinite(limit):
-                own = name in told and bool(np.isclose(told[name], value).any())
-                kind = "stroke end or limit" if own else "toggle point of a loop"
-                draw(value, color=BLUE, linewidth=1.8, linestyle=_STYLES[kind], zorder=2.0)
-                kinds.add(kind)
+# -- lines and words
+
+
+def _draw_ends(
+    axes: Axes,
+    robot: Robot,
+    pair: Pair,
+    ranges: Array,
+) -> set[str]:
+    """Lines where ranges end; which kinds occur.
+
+    Stroke ends and limits of the file are solid lines, toggle points of loops dashed ones.
+    """
+    kinds = set()
+    for k, name in enumerate(pair):
+        draw_line = axes.axvline if k == 0 else axes.axhline
+        for value in _finite_ends(robot, name, ranges[k]):
+            kind = _end_kind(robot, name, value)
+            draw_line(value, color=BLUE, linewidth=1.8, linestyle=_STYLES[kind], zorder=2.0)
+            kinds.add(kind)
     return kinds
 
 
-def _held(robot: Robot, over: tuple[str, str], base: Array) -> str:
-    held = [
-        f"{name} = {value:.3g}"
-        for name, value in zip(robot.active, base, strict=True)
-        if name not in over
-    ]
+def _finite_ends(robot: Robot, name: str, ends: Array) -> list[float]:
+    """Ends of a range at which the robot has a limit."""
+    limits = robot.limits[robot.active.index(name)]
+    return [end for end, limit in zip(ends, limits, strict=True) if np.isfinite(limit)]
+
+
+def _end_kind(robot: Robot, name: str, value: float) -> str:
+    limits = limited_joints(robot)
+    if name in limits and np.isclose(limits[name], value).any():
+        return _LIMIT
+    return _TOGGLE
+
+
+def _held(robot: Robot, pair: Pair, base: Array) -> str:
+    """The coordinates that stay, with their values."""
+    held = []
+    for name, value in zip(robot.active, base, strict=True):
+        if name not in pair:
+            held.append(f"{name} = {value:.3g}")
     return f"held: {', '.join(held)}" if held else "all active joints"
 
 
@@ -163,18 +240,23 @@ def _label(robot: Robot, name: str) -> str:
     return f"{name} [{coordinate_unit(robot.joint_types[name])}]"
 
 
-def _key(figure: Figure, samples: Margins, kinds: set[str], taken: str) -> None:
-    """What lines and areas mean, of those that occur; `taken`: what the dot is."""
-    entries: list[tuple[Any, str]] = [
-        (Line2D([], [], color=BLUE, linewidth=1.8, linestyle=style), kind)
-        for kind, style in _STYLES.items()
-        if kind in kinds
-    ]
-    entries.append((Line2D([], [], **_DOT), taken))
-    if np.isin(samples.status, (SampleStatus.OPEN, SampleStatus.SINGULAR)).any():
+def _key(
+    figure: Figure,
+    samples: Margins,
+    kinds: set[str],
+    dot: str,
+) -> None:
+    """What lines and areas mean, of those that occur; `dot`: what the dot is."""
+    entries: list[tuple[Any, str]] = []
+    for kind, style in _STYLES.items():
+        if kind in kinds:
+            entries.append((Line2D([], [], color=BLUE, linewidth=1.8, linestyle=style), kind))
+    entries.append((Line2D([], [], **_DOT), dot))
+    if _has_status(samples, SampleStatus.OPEN, SampleStatus.SINGULAR).any():
         entries.append((Patch(facecolor=STEEL, edgecolor=QUIET), "loops do not close here"))
-    if (samples.status == SampleStatus.BEYOND).any():
-        entries.append((Patch(facecolor="white", edgecolor=QUIET, hatch="////"), "beyond a limit"))
+    if _has_status(samples, SampleStatus.BEYOND).any():
+        hatched = Patch(facecolor="white", edgecolor=QUIET, hatch="////")
+        entries.append((hatched, "beyond a limit"))
     handles, texts = zip(*entries, strict=True)
     figure.legend(
         handles,

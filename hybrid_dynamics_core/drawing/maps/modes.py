@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...closed_state.assembly_modes import AssemblyMode
@@ -27,81 +29,151 @@ _LETTER: Final = 0.072  # [in] width of one, in bold
 _SIDES: Final = (0.66, 0.1)  # [in] left and right of a panel's axes
 _GROWTH: Final = 1.8  # of marks, at most, where modes take more room than the reference alone
 _SHAPES: Final = (0.5, 1.5)  # least and greatest height of a panel over its width
+_FIGURE_SHAPE: Final = 1.5  # width over height that suits a figure
+_EMPTY: Final = 0.4  # cost of an empty place in the last row
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Panels in rows, all of one size [in]."""
+
+    columns: int
+    rows: int
+    panel: float  # width
+    height: float  # of the axes
+    above: float  # the axes: the title
+    below: float
+
+    @property
+    def width(self) -> float:
+        """Width of the axes."""
+        return self.panel - sum(_SIDES)
+
+    @property
+    def pitch(self) -> float:
+        """Height of a row."""
+        return self.above + self.height + self.below
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height of all panels."""
+        return self.columns * self.panel, self.rows * self.pitch
+
+    def box(self, place: int, key: float) -> tuple[float, float, float, float]:
+        """Left, bottom, width and height of the axes at a place, above a key of some height."""
+        row, column = divmod(place, self.columns)
+        left = column * self.panel + _SIDES[0]
+        bottom = key + (self.rows - 1 - row) * self.pitch + self.below
+        return left, bottom, self.width, self.height
 
 
 def modes_figure(
     robot: Robot,
     modes: Sequence[AssemblyMode],
-    own: Mapping[str, str],
+    marked: Mapping[str, str],
     names: Names,
     title: str | None,
     most: int,
 ) -> Figure:
-    """The first `most` modes in one view and scale, each under its number and the names of what differs.
+    """The first modes in one view and scale, each under its number and the names of what differs.
 
-    own: the mode of the robot's file; where it comes later, it takes the last place.
+    Args:
+        robot: of the modes.
+        modes: all of them.
+        marked: the branch of the robot's own mode; where it comes late, it takes the last place.
+        names: which are shown.
+        title: of the figure; None: the robot's name.
+        most: number of modes that are drawn.
+
+    Returns:
+        The figure.
     """
     with mpl.rc_context({**STYLE, "font.size": 8.0}):
-        shown = _shown(modes, own, most)
-        first, scenes, limits = _scenes(robot, [modes[k] for k in shown])
+        indices = _drawn(modes, marked, most)
+        scenes, limits = _scenes(robot, [modes[k] for k in indices])
         across, up = np.ptp(limits, axis=0)
         shape = float(np.clip(up / across, *_SHAPES))
-        columns = _columns(len(shown), shape)
+        columns = _columns(len(indices), shape)
         panel = _WIDTHS[columns] * (_NAMED if names == "all" else 1.0)
-        width = panel - sum(_SIDES)
-        texts = [_text(k, modes, own, round((width + _SIDES[1]) / _LETTER)) for k in shown]
-        height = width * shape
-        above = 0.14 + _LINE * (1 + max(text.count("\n") for text in texts))
-        below = 0.46 if first.projection.planar else 0.08
-        pitch = above + height + below
-        rows = math.ceil(len(shown) / columns)
-        size = (columns * panel, rows * pitch)
-        line = _line(len(shown), len(modes))
-        figure, key = framed(
-            size, scenes, robot.description, title or f"{robot.name}: assembly modes", line
-        )
-        for place, (k, scene, text) in enumerate(zip(shown, scenes, texts, strict=True)):
-            row, column = divmod(place, columns)
-            left, bottom = column * panel + _SIDES[0], key + (rows - 1 - row) * pitch + below
-            axes = axes_at(figure, (left, bottom, width, height))
-            chosen = modes[k].branch == own
-            axes.set_title(
-                text,
-                fontsize=8,
-                color=INK if chosen else QUIET,
-                fontweight="bold" if chosen else "normal",
-            )
+        letters = round((panel - sum(_SIDES) + _SIDES[1]) / _LETTER)
+        texts = [_text(k, modes, marked, letters) for k in indices]
+        layout = _layout(panel, columns, shape, texts, scenes[0].projection.planar)
+        title = title or f"{robot.name}: assembly modes"
+        line = _line(len(indices), len(modes))
+        figure, key = framed(layout.size, scenes, robot.description, title, line)
+        for place, (k, scene) in enumerate(zip(indices, scenes, strict=True)):
+            axes = axes_at(figure, layout.box(place, key))
+            _entitle(axes, texts[place], modes[k].branch == marked)
             paint_scene(axes, scene, names, limits)
-            if column:
+            if place % columns:
                 axes.set_ylabel("")
     return figure
 
 
-def _shown(modes: Sequence[AssemblyMode], own: Mapping[str, str], most: int) -> list[int]:
-    """Which modes are drawn."""
-    shown = list(range(min(most, len(modes))))
-    late = [k for k in range(len(shown), len(modes)) if modes[k].branch == own]
-    return [*shown[:-1], late[0]] if late and shown else shown
+def _layout(
+    panel: float,
+    columns: int,
+    shape: float,
+    texts: Sequence[str],
+    planar: bool,
+) -> _Layout:
+    """Panels of a width [in] and of axes of a height over width, with texts above them."""
+    lines = max(text.count("\n") for text in texts)
+    return _Layout(
+        columns=columns,
+        rows=math.ceil(len(texts) / columns),
+        panel=panel,
+        height=(panel - sum(_SIDES)) * shape,
+        above=0.14 + _LINE * (1 + lines),
+        below=0.46 if planar else 0.08,
+    )
 
 
-def _scenes(robot: Robot, modes: Sequence[AssemblyMode]) -> tuple[Scene, list[Scene], Array]:
-    """The reference, the modes, and limits that hold all of them; marks of a size that suits these limits."""
-    first, unit = make_scene(robot, None), None
-    while True:
-        scenes = [make_scene(robot, mode.state, first) for mode in modes]
-        boxes = np.array([limits_of(scene) for scene in scenes])
-        limits = np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
-        if unit is not None:
-            return first, scenes, limits
-        growth = float((np.ptp(limits, axis=0) / np.ptp(limits_of(first), axis=0)).max())
-        unit = first.unit * float(np.clip(growth, 1.0, _GROWTH))
-        first = build_scene(robot.description, first.skeleton, first.projection, unit)
+def _entitle(axes: Axes, text: str, is_marked: bool) -> None:
+    colour = INK if is_marked else QUIET
+    weight = "bold" if is_marked else "normal"
+    axes.set_title(text, fontsize=8, color=colour, fontweight=weight)
 
 
-def _line(count: int, all_: int) -> str:
+def _drawn(modes: Sequence[AssemblyMode], marked: Mapping[str, str], most: int) -> list[int]:
+    """Indices of the modes that are drawn."""
+    drawn = list(range(min(most, len(modes))))
+    late = [k for k in range(len(drawn), len(modes)) if modes[k].branch == marked]
+    if late and drawn:
+        drawn[-1] = late[0]
+    return drawn
+
+
+def _scenes(robot: Robot, modes: Sequence[AssemblyMode]) -> tuple[list[Scene], Array]:
+    """The modes, and limits (2, 2) that hold all of them [m].
+
+    Marks have a size that suits these limits, not only the reference.
+    """
+    reference = make_scene(robot, None)
+    _, limits = _in_scale(robot, modes, reference)
+    growth = np.ptp(limits, axis=0) / np.ptp(limits_of(reference), axis=0)
+    unit = reference.unit * float(np.clip(float(growth.max()), 1.0, _GROWTH))
+    larger = build_scene(robot.description, reference.skeleton, reference.projection, unit)
+    return _in_scale(robot, modes, larger)
+
+
+def _in_scale(
+    robot: Robot, modes: Sequence[AssemblyMode], like: Scene
+) -> tuple[list[Scene], Array]:
+    """The modes in the projection and sizes of a scene, and limits that hold all of them [m]."""
+    scenes = [make_scene(robot, mode.state, like) for mode in modes]
+    boxes = np.array([limits_of(scene) for scene in scenes])
+    return scenes, np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+
+
+def _line(drawn: int, total: int) -> str:
     """What is shown, and what the names above the panels are."""
-    every = f"the {all_} ways" if count == all_ > 1 else f"{count} of the {all_} ways"
-    ways = "the one way" if all_ == 1 else every
+    if total == 1:
+        ways = "the one way"
+    elif drawn == total:
+        ways = f"the {total} ways"
+    else:
+        ways = f"{drawn} of the {total} ways"
     return (
         f"{ways} in which the loops close with the same active joints, as the verb branches numbers"
         " and names them"
@@ -109,26 +181,35 @@ def _line(count: int, all_: int) -> str:
 
 
 def _columns(count: int, shape: float) -> int:
-    """Panels in a row, so that the figure is about one and a half times as wide as high and few places stay empty."""
+    """Panels in a row, so that the figure has a shape that suits and few places stay empty."""
 
-    def unsuited(columns: int) -> float:
+    def cost(columns: int) -> float:
         rows = math.ceil(count / columns)
-        return abs(math.log(columns / (rows * (shape + 0.2)) / 1.5)) + 0.4 * (
-            rows * columns - count
-        )
+        figure_shape = columns / (rows * (shape + 0.2))
+        empty = rows * columns - count
+        return abs(math.log(figure_shape / _FIGURE_SHAPE)) + _EMPTY * empty
 
-    return min(_WIDTHS, key=unsuited)
-
-
-def _text(k: int, modes: Sequence[AssemblyMode], own: Mapping[str, str], most: int) -> str:
-    """Number of a mode and the loops in which the modes differ, each on lines of `most` letters."""
-    told = [name for name in modes[k].branch if len({mode.branch[name] for mode in modes}) > 1]
-    mark = " (the robot's own)" if modes[k].branch == own else ""
-    lines = [line for name in told for line in _broken(f"{name}: {modes[k].branch[name]}", most)]
-    return "\n".join([f"mode {k + 1}{mark}", *lines])
+    return min(_WIDTHS, key=cost)
 
 
-def _broken(text: str, most: int) -> list[str]:
-    """A text in lines: where it is too long it goes on behind a + between names, or behind a space."""
-    lines = textwrap.wrap(text.replace("+", "+ "), most, break_long_words=False)
+def _text(
+    index: int,
+    modes: Sequence[AssemblyMode],
+    marked: Mapping[str, str],
+    letters: int,
+) -> str:
+    """Number of a mode and the loops in which the modes differ, on lines of so many letters."""
+    branch = modes[index].branch
+    mark = " (the robot's own)" if branch == marked else ""
+    lines = [f"mode {index + 1}{mark}"]
+    for loop in branch:
+        names = {mode.branch[loop] for mode in modes}
+        if len(names) > 1:
+            lines += _wrapped(f"{loop}: {branch[loop]}", letters)
+    return "\n".join(lines)
+
+
+def _wrapped(text: str, letters: int) -> list[str]:
+    """A text in lines, which are broken behind a + between names, or behind a space."""
+    lines = textwrap.wrap(text.replace("+", "+ "), letters, break_long_words=False)
     return [line.replace("+ ", "+") for line in lines]

@@ -16,24 +16,32 @@ from ...scene.scene import Scene, build_scene
 from ...scene.skeleton import PlacedJoint, Skeleton, place_skeleton
 from ..paint.picture import limits_of
 
-ROUND = 2.0 * np.pi - 1e-6  # [rad]
+FULL_TURN = 2.0 * np.pi - 1e-6  # [rad]
 _X, _Y = np.eye(3)[:2]
 FRONT = Projection(_X, UP, False, ("x [m]", "z [m]"))
 SIDE = Projection(_Y, UP, False, ("y [m]", "z [m]"))
 TOP = Projection(_X, _Y, False, ("x [m]", "y [m]"))
 
+Positions = Callable[[Margins], Array]  # (N, 3) of samples as they are shown [m], base axes
+
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """A panel: the robot's scene in its view; `positions` (N, 3) of samples as they are shown [m], base axes."""
+    """A panel.
+
+    Attributes:
+        title: what is shown.
+        scene: the robot in the projection of the panel.
+        positions: of samples as they are shown.
+    """
 
     title: str
     scene: Scene
-    positions: Callable[[Margins], Array]
+    positions: Positions
 
     @property
     def names(self) -> tuple[str, str]:
-        """Of the two axes."""
+        """Names of the two axes."""
         return self.scene.projection.names
 
     def points(self, samples: Margins) -> Array:
@@ -41,13 +49,15 @@ class Plane:
         return self.scene.projection.project(self.positions(samples))
 
     def box(self, points: Array) -> Array:
-        """(2, 2) smallest and largest of the scene and of points (N, 2) with a margin about them [m]."""
-        scene, margin = limits_of(self.scene), 2.0 * self.scene.unit
-        points = points[np.isfinite(points).all(axis=1)]
-        if not len(points):
+        """(2, 2) smallest and largest of the scene and of points (N, 2), with a margin [m]."""
+        scene = limits_of(self.scene)
+        finite = points[np.isfinite(points).all(axis=1)]
+        if not len(finite):
             return scene
-        low = np.minimum(scene[0], points.min(axis=0) - margin)
-        return np.array([low, np.maximum(scene[1], points.max(axis=0) + margin)])
+        margin = 2.0 * self.scene.unit
+        low = np.minimum(scene[0], finite.min(axis=0) - margin)
+        high = np.maximum(scene[1], finite.max(axis=0) + margin)
+        return np.array([low, high])
 
 
 def choose_planes(robot: Robot) -> list[Plane]:
@@ -58,54 +68,66 @@ def choose_planes(robot: Robot) -> list[Plane]:
     from above too.
     """
     skeleton = place_skeleton(robot, robot.close(robot.reference))
-    view = choose_projection(skeleton)
-    if not view.planar:
-        told = (
-            ("seen from the front", FRONT),
-            ("seen from the side", SIDE),
-            ("seen from above", TOP),
-        )
-        return [_plane(robot, skeleton, title, plane) for title, plane in told]
+    projection = choose_projection(skeleton)
+    if not projection.planar:
+        return [
+            _plane(robot, skeleton, "seen from the front", FRONT),
+            _plane(robot, skeleton, "seen from the side", SIDE),
+            _plane(robot, skeleton, "seen from above", TOP),
+        ]
     column = _column(skeleton)
     if column is None:
-        letters = [name.removesuffix(" [m]") for name in view.names]
-        which = f", {'-'.join(sorted(letters))}" if max(map(len, letters)) == 1 else ""
-        return [_plane(robot, skeleton, f"in the robot's plane{which}", view)]
-    k = robot.active.index(column.name)
-
-    def turned(samples: Margins) -> Array:
-        back = Rotation.from_rotvec(
-            np.multiply.outer(robot.reference[k] - samples.u[:, k], column.axis)
-        )
-        return np.asarray(column.point + back.apply(samples.position - column.point))
-
-    planes = [
-        _plane(robot, skeleton, f"in the plane of the arm, at any {column.name}", view, turned)
-    ]
-    if np.ptp(robot.limits[k]) < ROUND:
+        title = f"in the robot's plane{_axis_letters(projection)}"
+        return [_plane(robot, skeleton, title, projection)]
+    title = f"in the plane of the arm, at any {column.name}"
+    planes = [_plane(robot, skeleton, title, projection, _turned_back(robot, column))]
+    limits = robot.limits[robot.active.index(column.name)]
+    if np.ptp(limits) < FULL_TURN:
         planes.append(_plane(robot, skeleton, "seen from above", TOP))
     return planes
+
+
+def _axis_letters(projection: Projection) -> str:
+    """`, x-z` for a picture along two base axes, empty for others."""
+    letters = [name.removesuffix(" [m]") for name in projection.names]
+    if max(map(len, letters)) > 1:
+        return ""
+    return f", {'-'.join(sorted(letters))}"
+
+
+def _turned_back(robot: Robot, column: PlacedJoint) -> Positions:
+    """Positions as they are with the column in its reference."""
+    k = robot.active.index(column.name)
+
+    def positions(samples: Margins) -> Array:
+        angles = robot.reference[k] - samples.u[:, k]
+        turns = Rotation.from_rotvec(np.multiply.outer(angles, column.axis))
+        return np.asarray(column.point + turns.apply(samples.position - column.point))
+
+    return positions
+
+
+def _positions(samples: Margins) -> Array:
+    return samples.position
 
 
 def _plane(
     robot: Robot,
     skeleton: Skeleton,
     title: str,
-    view: Projection,
-    positions: Callable[[Margins], Array] | None = None,
+    projection: Projection,
+    positions: Positions = _positions,
 ) -> Plane:
-    return Plane(
-        title,
-        build_scene(robot.description, skeleton, view),
-        positions or (lambda samples: samples.position),
-    )
+    return Plane(title, build_scene(robot.description, skeleton, projection), positions)
 
 
 def _column(skeleton: Skeleton) -> PlacedJoint | None:
     """The active joint that turns the whole mechanism about a vertical axis."""
-    first = [joint for joint in skeleton.joints if joint.parent == skeleton.base]
-    if len(first) != 1 or first[0].name in skeleton.in_loops:
+    on_base = [joint for joint in skeleton.joints if joint.parent == skeleton.base]
+    if len(on_base) != 1:
         return None
-    joint = first[0]
+    joint = on_base[0]
+    if joint.name in skeleton.in_loops or joint.type != "revolute" or not joint.active:
+        return None
     upright = abs(float(joint.axis @ UP)) > 1.0 - ALIGNED
-    return joint if upright and joint.active and joint.type == "revolute" else None
+    return joint if upright else None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
@@ -9,80 +11,118 @@ from matplotlib.patches import Polygon
 
 from ...ground.arrays import Array
 from ...scene.scene import Scene
-from ...scene.skeleton import PlacedClosure
+from ...scene.skeleton import PlacedClosure, PlacedJoint
 from ...scene.style import INK, STEEL
+
+# In radii of a joint:
+_PIVOT_DROP: Final = 3.0  # from a pivot to the ground below its stand
+_HINGE_DROP: Final = 1.3  # from another hinge
+_DROP: Final = 0.5  # from anything else
+_THICKNESS: Final = 1.1  # of the ground
+_HALF_WIDTH: Final = 3.6  # of the ground
+_STAND: Final = 1.8  # half width of a pivot's stand
 
 
 def ground_outlines(scene: Scene) -> list[Array]:
-    """(5, 2) each: what the ground at one place of the base takes, from the place that it holds round."""
+    """Outlines of the ground in a picture, one for each place of the base that it holds.
+
+    Returns:
+        (5, 2) each [m], from the place that is held round.
+    """
+    return [_ground_outline(scene, point) for point in scene.ground]
+
+
+def _ground_outline(scene: Scene, point: Array) -> Array:
     unit = scene.unit
-    outlines = []
-    for point in scene.ground:
-        x, y = scene.projection.project(point)
-        down = -1.0 if _rises(scene, point) else 1.0
-        drop = (3.0 if _is_pivot(scene, point) else 1.3 if _hinges(scene, point) else 0.5) * unit
-        foot, low = y + down * drop, y + down * (drop + 1.1 * unit)
-        left, right = x - 3.6 * unit, x + 3.6 * unit
-        outlines.append(np.array([[x, y], [left, foot], [left, low], [right, low], [right, foot]]))
-    return outlines
+    x, y = scene.projection.project(point)
+    down = -1.0 if _rises(scene, point) else 1.0
+    drop = _drop(scene, point) * unit
+    upper = y + down * drop
+    lower = y + down * (drop + _THICKNESS * unit)
+    left = x - _HALF_WIDTH * unit
+    right = x + _HALF_WIDTH * unit
+    return np.array([[x, y], [left, upper], [left, lower], [right, lower], [right, upper]])
+
+
+def _drop(scene: Scene, point: Array) -> float:
+    """From a place of the base to the ground below it, in radii of a joint."""
+    if _is_pivot(scene, point):
+        return _PIVOT_DROP
+    if _hinge_axes(scene, point):
+        return _HINGE_DROP
+    return _DROP
 
 
 def draw_ground(axes: Axes, scene: Scene) -> None:
     """Hatched ground at every place where the base of a planar mechanism is held."""
-    unit, owner = scene.unit, f"link:{scene.skeleton.base}"
-    for k, (point, outline) in enumerate(zip(scene.ground, ground_outlines(scene), strict=True)):
-        (x, y), (left, foot), _, (right, low), _ = outline
+    owner = f"link:{scene.skeleton.base}"
+    for k, point in enumerate(scene.ground):
         gid = owner if k == 0 else f"{owner}.{k + 1}"
+        outline = _ground_outline(scene, point)
         if _is_pivot(scene, point):
-            corners = [[x, y], [x - 1.8 * unit, foot], [x + 1.8 * unit, foot]]
-            stand = Polygon(
-                corners,
-                facecolor=STEEL,
-                edgecolor=INK,
-                linewidth=1.0,
-                zorder=1.6,
-                joinstyle="round",
-            )
-            stand.set_gid(f"{gid}.stand")
-            axes.add_patch(stand)
-        ticks = [
-            [[t, foot], [t - 0.9 * unit, low]] for t in np.linspace(left + 0.7 * unit, right, 8)
-        ]
-        lines = [[[left, foot], [right, foot]], *ticks]
-        hatch = LineCollection(lines, colors=INK, linewidths=[1.5] + [0.8] * len(ticks), zorder=1.5)
-        hatch.set_gid(gid)
-        axes.add_collection(hatch)
+            axes.add_patch(_stand(scene, outline, f"{gid}.stand"))
+        axes.add_collection(_hatch(scene, outline, gid))
 
 
-def _hinges(scene: Scene, point: Array) -> list[Array]:
+def _stand(scene: Scene, outline: Array, gid: str) -> Polygon:
+    """The stand of a pivot on the ground."""
+    (x, y), (_, upper) = outline[:2]
+    half = _STAND * scene.unit
+    stand = Polygon(
+        [[x, y], [x - half, upper], [x + half, upper]],
+        facecolor=STEEL,
+        edgecolor=INK,
+        linewidth=1.0,
+        zorder=1.6,
+        joinstyle="round",
+    )
+    stand.set_gid(gid)
+    return stand
+
+
+def _hatch(scene: Scene, outline: Array, gid: str) -> LineCollection:
+    """The line of the ground, with ticks below it."""
+    _, (left, upper), _, (right, lower), _ = outline
+    unit = scene.unit
+    starts = np.linspace(left + 0.7 * unit, right, 8)
+    ticks = [[[start, upper], [start - 0.9 * unit, lower]] for start in starts]
+    surface = [[left, upper], [right, upper]]
+    widths = [1.5] + [0.8] * len(ticks)
+    hatch = LineCollection([surface, *ticks], colors=INK, linewidths=widths, zorder=1.5)
+    hatch.set_gid(gid)
+    return hatch
+
+
+def _hinge_axes(scene: Scene, point: Array) -> list[Array]:
     """Axes of the hinges that stand at a place of the base."""
-    own = [
-        j for j in scene.skeleton.joints if j.parent == scene.skeleton.base and j.type == "revolute"
-    ]
-    return [j.axis for j in own if np.linalg.norm(j.start - point) < scene.unit]
+    hinges = [joint for joint in scene.skeleton.hinges if joint.parent == scene.skeleton.base]
+    return [joint.axis for joint in hinges if np.linalg.norm(joint.start - point) < scene.unit]
 
 
 def _is_pivot(scene: Scene, point: Array) -> bool:
     """Whether a hinge with its axis towards the viewer stands here."""
-    return any(abs(axis @ scene.projection.toward) > 0.5 for axis in _hinges(scene, point))
+    toward = scene.projection.toward
+    return any(abs(axis @ toward) > 0.5 for axis in _hinge_axes(scene, point))
 
 
 def _rises(scene: Scene, point: Array) -> bool:
-    """Whether the mechanism stands on a place of its base, and does not hang from it, in its reference."""
-    skeleton, at = scene.standing.skeleton, scene.projection.project(point)
+    """Whether the mechanism stands on a place of its base, and does not hang, in its reference."""
+    skeleton = scene.standing.skeleton
+    project = scene.projection.project
+    height = project(point)[1]
     if _is_pivot(scene, point):
-        return bool(
-            scene.projection.project(skeleton.points).mean(axis=0)[1] > at[1] - 4.0 * scene.unit
-        )
-    on_it = {j.child for j in skeleton.joints if j.parent == skeleton.base}
-    marks = [j.point for j in skeleton.joints if j.parent in on_it] or [skeleton.tip.point]
-    return bool(scene.projection.project(np.array(marks))[:, 1].mean() > at[1] - scene.unit)
+        middle = project(skeleton.points).mean(axis=0)[1]
+        return bool(middle > height - 4.0 * scene.unit)
+    carried = {joint.child for joint in skeleton.joints if joint.parent == skeleton.base}
+    points = [joint.point for joint in skeleton.joints if joint.parent in carried]
+    middle = project(np.array(points or [skeleton.tip.point]))[:, 1].mean()
+    return bool(middle > height - scene.unit)
 
 
 def draw_loops(axes: Axes, scene: Scene) -> None:
     """The area inside each loop of a planar mechanism in the loop's colour, very pale."""
     for closure in scene.skeleton.closures:
-        corners = _around(scene, closure)
+        corners = _loop_corners(scene, closure)
         if len(corners) > 2:
             colour = scene.colours[f"closure:{closure.name}"]
             patch = Polygon(corners, facecolor=colour, edgecolor="none", alpha=0.10, zorder=1.2)
@@ -90,15 +130,21 @@ def draw_loops(axes: Axes, scene: Scene) -> None:
             axes.add_patch(patch)
 
 
-def _around(scene: Scene, closure: PlacedClosure) -> Array:
+def _loop_corners(scene: Scene, closure: PlacedClosure) -> Array:
     """Corners (k, 2) of a loop: its hinges from one side of the cut round to the other."""
     by_child = {joint.child: joint for joint in scene.skeleton.joints}
-    ways: list[list[Array]] = []
-    for end in closure.links:
-        way, link = [], end
-        while link in by_child and by_child[link].name in closure.joints:
-            if by_child[link].type == "revolute":
-                way.append(by_child[link].point)
-            link = by_child[link].parent
-        ways.append(way)
-    return scene.projection.project(np.array([closure.point, *ways[0], *ways[1][::-1]]))
+    first, second = (_hinges_down(by_child, closure, link) for link in closure.links)
+    return scene.projection.project(np.array([closure.point, *first, *second[::-1]]))
+
+
+def _hinges_down(
+    by_child: dict[str, PlacedJoint], closure: PlacedClosure, link: str
+) -> list[Array]:
+    """Points of a loop's hinges from a link towards the base."""
+    points = []
+    while link in by_child and by_child[link].name in closure.joints:
+        joint = by_child[link]
+        if joint.type == "revolute":
+            points.append(joint.point)
+        link = joint.parent
+    return points

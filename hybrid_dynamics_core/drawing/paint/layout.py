@@ -23,18 +23,31 @@ def framed(
     title: str,
     line: str,
 ) -> tuple[Figure, float]:
-    """A figure with room of a size [in] between title and key; the height of the key [in]."""
+    """A figure with a title and a key, and room for axes between them.
+
+    Args:
+        size: width and height of the room [in].
+        scenes: of one robot, for the key.
+        description: of the robot.
+        title: of the figure.
+        line: what is shown, below the title.
+
+    Returns:
+        The figure, and the height of the key [in].
+    """
     width, height = size
     key = add_legends(Figure(figsize=(width, height + 2.0)), scenes, description)
     total = height + key + _HEAD
     figure = Figure(figsize=(width, total))
     add_legends(figure, scenes, description)
-    figure.text(_EDGE / width, 1.0 - 0.24 / total, title, fontsize=13, weight="bold", va="center")
-    figure.text(_EDGE / width, 1.0 - 0.46 / total, line, fontsize=9, color=QUIET, va="center")
+    left = _EDGE / width
+    figure.text(left, 1.0 - 0.24 / total, title, fontsize=13, weight="bold", va="center")
+    figure.text(left, 1.0 - 0.46 / total, line, fontsize=9, color=QUIET, va="center")
     return figure, key
 
 
 def axes_at(figure: Figure, box: tuple[float, float, float, float]) -> Axes:
-    """Axes at left, bottom, width and height [in]."""
+    """Axes in a box of left, bottom, width and height [in]."""
+    left, bottom, across, up = box
     width, height = figure.get_size_inches()
-    return figure.add_axes((box[0] / width, box[1] / height, box[2] / width, box[3] / height))
+    return figure.add_axes((left / width, bottom / height, across / width, up / height))

@@ -21,14 +21,17 @@ from ...scene.scene import Scene
 from ...scene.style import INK, PURPLE, RED, SHADOW, STEEL, deep, mix, pale
 
 KINDS: Final = {"planar": "pin", "point": "spherical joint", "axis": "hinge", "frame": "weld"}
-Entry = tuple[Any, str]
+_VISIBLE: Final = 2.0  # radii of a joint: shorter coordinates of a platform are hidden
+Entry = tuple[Any, str]  # a handle of Matplotlib, and what it means
 
 
 def loop_type(description: RobotDescription, closure: Closure) -> str:
     """What a loop is: its type letter, or what closes it."""
     loop = description.loops.get(closure.name)
     kind = f"Type {loop.type}" if loop else KINDS[closure.kind]
-    return f"{kind}, parallelogram" if closure.assembly == "parallelogram" else kind
+    if closure.assembly == "parallelogram":
+        return f"{kind}, parallelogram"
+    return kind
 
 
 def add_legends(figure: Figure, scenes: Sequence[Scene], description: RobotDescription) -> float:
@@ -43,18 +46,38 @@ def add_legends(figure: Figure, scenes: Sequence[Scene], description: RobotDescr
 
 def _rows(figure: Figure, entries: Sequence[Entry], bottom: float) -> Legend:
     """A legend in as few rows as fit."""
-    handles, texts = zip(*entries, strict=True)
-    rows = 1
-    while True:
-        legend = figure.legend(
-            handles, texts, loc="lower left", bbox_to_anchor=(0.012, bottom), ncols=math.ceil(len(entries) / rows),
-            frameon=False, fontsize=8, handler_map={tuple: HandlerTuple(ndivide=1)}, borderpad=0.25, borderaxespad=0.0,
-            columnspacing=1.4, handletextpad=0.6, handlelength=1.7,
-        )  # fmt: skip
-        if rows >= len(entries) or legend.get_window_extent().width < 0.98 * figure.bbox.width:
-            return legend
+    count, rows = len(entries), 1
+    widest = 0.98 * figure.bbox.width
+    legend = _legend(figure, entries, bottom, count)
+    while rows < count and legend.get_window_extent().width >= widest:
         legend.remove()
         rows += 1
+        legend = _legend(figure, entries, bottom, math.ceil(count / rows))
+    return legend
+
+
+def _legend(
+    figure: Figure,
+    entries: Sequence[Entry],
+    bottom: float,
+    columns: int,
+) -> Legend:
+    handles, texts = zip(*entries, strict=True)
+    return figure.legend(
+        handles,
+        texts,
+        loc="lower left",
+        bbox_to_anchor=(0.012, bottom),
+        ncols=columns,
+        frameon=False,
+        fontsize=8,
+        handler_map={tuple: HandlerTuple(ndivide=1)},
+        borderpad=0.25,
+        borderaxespad=0.0,
+        columnspacing=1.4,
+        handletextpad=0.6,
+        handlelength=1.7,
+    )
 
 
 def _loops(scene: Scene, description: RobotDescription) -> list[Entry]:
@@ -66,7 +89,66 @@ def _loops(scene: Scene, description: RobotDescription) -> list[Entry]:
     return entries
 
 
-def _disc(face: str, edge: str, size: float = 8.0, width: float = 1.1) -> Line2D:
+# -- symbols
+
+
+def _symbols(scenes: Sequence[Scene]) -> list[Entry]:
+    """Every symbol that occurs, once."""
+    scene = scenes[0]  # all have the same joints
+    kinds = {group.kind for group in scene.groups}
+    roles = {part.role for part in scene.parts}
+    ball, _ = _closing(scene, "ball")
+    pin, pin_loop = _closing(scene, "pin")
+    weld, weld_loop = _closing(scene, "weld")
+    symbols = [
+        (_disc(RED, INK), "active joint", _has_active(scene)),
+        (_disc("white", INK), "passive joint", _has_passive(scene)),
+        (_cross(), "universal joint", "universal" in kinds),
+        (_sphere(ball), "spherical joint", "ball" in roles),
+        (_pin(deep(pin)), f"pin that closes {pin_loop} loop", "pin" in roles),
+        (_disc(deep(weld), deep(weld)), f"weld that closes {weld_loop} loop", "weld" in roles),
+        (_cylinder(), "cylinder", "barrel" in roles),
+        (_carrier(), "coordinates of a platform", _shows_carrier(scenes)),
+        (Line2D([], [], color=PURPLE, linewidth=1.6), "end-effector frame", True),
+    ]
+    return [(handle, text) for handle, text, occurs in symbols if occurs]
+
+
+def _has_active(scene: Scene) -> bool:
+    return any(joint.active for joint in scene.skeleton.joints)
+
+
+def _has_passive(scene: Scene) -> bool:
+    """Whether a passive joint is drawn by itself."""
+    single = [group for group in scene.groups if group.kind in ("revolute", "prismatic")]
+    return not all(group.first.active for group in single)
+
+
+def _shows_carrier(scenes: Sequence[Scene]) -> bool:
+    """Whether coordinates of a platform are long enough to be seen in some scene."""
+    least = _VISIBLE * scenes[0].unit
+    for scene in scenes:
+        for group in scene.groups:
+            length = np.linalg.norm(group.last.point - group.first.start)
+            if group.kind == "carrier" and length > least:
+                return True
+    return False
+
+
+def _closing(scene: Scene, role: PartRole) -> tuple[str, str]:
+    """What closes loops in one way: its colour in the first of them, and `the` or `each` loop."""
+    owners = [part.owner for part in scene.parts if part.role == role]
+    colours = [scene.colours[owner] for owner in owners if owner in scene.colours]
+    article = "the" if len(colours) == 1 else "each"
+    return (colours[0] if colours else BALL), article
+
+
+def _disc(
+    face: str,
+    edge: str,
+    size: float = 8.0,
+    width: float = 1.1,
+) -> Line2D:
     return Line2D(
         [],
         [],
@@ -83,68 +165,73 @@ def _dot(colour: str) -> Line2D:
     return Line2D([], [], marker=".", linestyle="", color=colour, markersize=6, mew=0)
 
 
-def _symbols(scenes: Sequence[Scene]) -> list[Entry]:
-    """Every symbol that occurs, once."""
-    scene = scenes[0]  # all have the same joints
-    kinds = {group.kind for group in scene.groups}
-    roles = {part.role for part in scene.parts}
-    passive = any(g.kind in ("revolute", "prismatic") and not g.first.active for g in scene.groups)
-    carriers = [group for each in scenes for group in each.groups if group.kind == "carrier"]
-    seen = any(np.linalg.norm(g.last.point - g.first.start) > 2.0 * scene.unit for g in carriers)
-    pin, which = _closing(scene, "pin")
-    weld, other = _closing(scene, "weld")
-    ball, _ = _closing(scene, "ball")
-    cross = Line2D(
-        [], [], marker="P", linestyle="", markersize=8, color=INK, markerfacecolor="white", mew=1.0
+def _sphere(colour: str) -> tuple[Line2D, Line2D]:
+    return _disc(colour, deep(colour), 8.5), _dot(pale(colour))
+
+
+def _pin(colour: str) -> tuple[Line2D, Line2D]:
+    return _disc("white", colour, 8.0, 2.0), _dot(colour)
+
+
+def _cross() -> Line2D:
+    return Line2D(
+        [],
+        [],
+        marker="P",
+        linestyle="",
+        markersize=8,
+        color=INK,
+        markerfacecolor="white",
+        mew=1.0,
     )
-    tube = (
-        Line2D([], [], color=mix(STEEL, INK, 0.35), linewidth=6.0, solid_capstyle="butt"),
+
+
+def _cylinder() -> tuple[Line2D, Line2D]:
+    barrel = mix(STEEL, INK, 0.35)
+    return (
+        Line2D([], [], color=barrel, linewidth=6.0, solid_capstyle="butt"),
         Line2D([], [], color=INK, linewidth=1.2, solid_capstyle="butt"),
     )
-    carrier = Line2D([], [], color=SHADOW, linestyle=(0, (1, 2.2)), linewidth=1.4)
-    told = [
-        (_disc(RED, INK), "active joint", any(j.active for j in scene.skeleton.joints)),
-        (_disc("white", INK), "passive joint", passive),
-        (cross, "universal joint", "universal" in kinds),
-        ((_disc(ball, deep(ball), 8.5), _dot(pale(ball))), "spherical joint", "ball" in roles),
-        (
-            (_disc("white", deep(pin), 8.0, 2.0), _dot(deep(pin))),
-            f"pin that closes {which} loop",
-            "pin" in roles,
-        ),
-        (_disc(deep(weld), deep(weld)), f"weld that closes {other} loop", "weld" in roles),
-        (tube, "cylinder", "barrel" in roles),
-        (carrier, "coordinates of a platform", seen),
-        (Line2D([], [], color=PURPLE, linewidth=1.6), "end-effector frame", True),
-    ]
-    return [(handle, text) for handle, text, occurs in told if occurs]
 
 
-def _closing(scene: Scene, role: PartRole) -> tuple[str, str]:
-    """The colour of what closes loops in one way, as that of the first loop, and how to speak of these loops."""
-    owners = [part.owner for part in scene.parts if part.role == role]
-    colours = [scene.colours[owner] for owner in owners if owner in scene.colours]
-    return (colours[0] if colours else BALL), ("the" if len(colours) == 1 else "each")
+def _carrier() -> Line2D:
+    return Line2D([], [], color=SHADOW, linestyle=(0, (1, 2.2)), linewidth=1.4)
+
+
+# -- words
 
 
 def subtitle(scene: Scene) -> str:
-    """One line: how many joints of which kind, how many loops, and of a planar mechanism the plane."""
-    active = sum(j.active for j in scene.skeleton.joints)
-    passive, loops = len(scene.skeleton.joints) - active, len(scene.skeleton.closures)
-    plane = f"; {plane_of(scene)}" if plane_of(scene) else ""
+    """One line: how many joints and loops there are, and of a planar mechanism the plane."""
+    active = len([joint for joint in scene.skeleton.joints if joint.active])
+    passive = len(scene.skeleton.joints) - active
+    loops = len(scene.skeleton.closures)
+    plane = plane_of(scene)
+    if plane:
+        plane = f"; {plane}"
     if not passive:
-        return f"{active} active joint{'s' * (active != 1)}{plane}"
+        return f"{active} active {_plural('joint', active)}{plane}"
     return (
-        f"{active} active and {passive} passive joint{'s' * (passive != 1)}, {loops}"
-        f" loop{'s' * (loops != 1)}{plane}"
+        f"{active} active and {passive} passive {_plural('joint', passive)}, {loops}"
+        f" {_plural('loop', loops)}{plane}"
     )
 
 
+def _plural(word: str, count: int) -> str:
+    return word if count == 1 else f"{word}s"
+
+
 def plane_of(scene: Scene) -> str:
-    """The plane in which a mechanism moves, or is drawn where it leaves it too; empty for others."""
+    """The plane in which a mechanism moves, or is drawn where it leaves it; empty for others."""
     letters = [name.removesuffix(" [m]") for name in scene.projection.names]
-    if not scene.projection.planar or any(len(letter) > 1 for letter in letters):
+    if not scene.projection.planar or max(map(len, letters)) > 1:
         return ""
-    hinges = [joint.axis for joint in scene.skeleton.joints if joint.type == "revolute"]
-    leaves = any(abs(float(axis @ scene.projection.toward)) < 1.0 - ALIGNED for axis in hinges)
-    return f"{'drawn' if leaves else 'moves'} in the {'-'.join(sorted(letters))} plane"
+    verb = "drawn" if _leaves_plane(scene) else "moves"
+    return f"{verb} in the {'-'.join(sorted(letters))} plane"
+
+
+def _leaves_plane(scene: Scene) -> bool:
+    """Whether a hinge turns about an axis that is not normal to the picture."""
+    toward = scene.projection.toward
+    cosines = [abs(float(joint.axis @ toward)) for joint in scene.skeleton.hinges]
+    return min(cosines, default=1.0) < 1.0 - ALIGNED

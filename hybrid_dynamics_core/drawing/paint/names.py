@@ -1,4 +1,4 @@
-"""Which names a picture shows, and how they look."""
+"""Which names a picture shows, and how they are written."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from ...ground.arrays import Array
+from ...scene.parts import Part
 from ...scene.scene import Scene
 from ...scene.style import INK, PURPLE, QUIET, RED, deep, mix
 from ..options import Names
@@ -25,41 +26,43 @@ _DRIVEN: Final[dict[str, Any]] = {
     "fontweight": "bold",
     "bbox": _BOX,
 }
-_QUIET: Final[dict[str, Any]] = {"color": QUIET, "fontsize": 7.5}
+_SMALL: Final[dict[str, Any]] = {"color": QUIET, "fontsize": 7.5}
 
 
 def name_labels(scene: Scene, names: Names) -> list[Label]:
     """Active joints, then the end effector, then what else is asked for: passive joints, links."""
     if names == "none":
         return []
-    unit, labels = scene.unit, _active(scene)
-    tip = scene.skeleton.tip
-    own = {**_QUIET, "color": PURPLE}
-    labels.append(
-        Label(tip.name, scene.projection.project(tip.point), unit, own, f"name:{tip.name}", PURPLE)
-    )
+    labels = [*_active(scene), _tip(scene)]
     if names in ("joints", "all"):
         labels += _passive(scene)
-    return labels + (_links(scene) if names == "all" else [])
+    if names == "all":
+        labels += _links(scene)
+    return labels
 
 
 def _active(scene: Scene) -> list[Label]:
     """A label beside the arrow of every active joint."""
     labels = []
-    for stroke in scene.lines:
-        if stroke.role in ("turn", "travel"):
-            flat, name = (
-                scene.projection.project(stroke.points),
-                stroke.owner.removeprefix("drive:"),
-            )
-            middle = 0.5 * (flat.min(axis=0) + flat.max(axis=0))
-            clear = (
-                1.3 * scene.unit
-                if stroke.role == "travel"
-                else 0.5 * float(np.ptp(flat, axis=0).max())
-            )
-            labels.append(Label(name, middle, clear, _DRIVEN, f"name:{name}", _PILL))
+    for line in scene.lines:
+        if line.role not in ("turn", "travel"):
+            continue
+        name = line.owner.removeprefix("drive:")
+        flat = scene.projection.project(line.points)
+        middle = 0.5 * (flat.min(axis=0) + flat.max(axis=0))
+        if line.role == "travel":
+            clear = 1.3 * scene.unit
+        else:
+            clear = 0.5 * float(np.ptp(flat, axis=0).max())
+        labels.append(Label(name, middle, clear, _DRIVEN, f"name:{name}", _PILL))
     return labels
+
+
+def _tip(scene: Scene) -> Label:
+    tip = scene.skeleton.tip
+    at = scene.projection.project(tip.point)
+    style = {**_SMALL, "color": PURPLE}
+    return Label(tip.name, at, scene.unit, style, f"name:{tip.name}", PURPLE)
 
 
 def _passive(scene: Scene) -> list[Label]:
@@ -67,46 +70,55 @@ def _passive(scene: Scene) -> list[Label]:
     for group in scene.groups:
         passive = [joint.name for joint in group.joints if not joint.active]
         if passive:
-            at = scene.projection.project(group.last.point)
-            labels.append(
-                Label(
-                    ", ".join(passive), at, 1.4 * scene.unit, _QUIET, f"name:{group.names}", QUIET
-                )
+            label = Label(
+                text=", ".join(passive),
+                at=scene.projection.project(group.last.point),
+                clear=1.4 * scene.unit,
+                style=_SMALL,
+                gid=f"name:{group.names}",
+                colour=QUIET,
             )
+            labels.append(label)
     return labels
 
 
 def _links(scene: Scene) -> list[Label]:
-    labels, named = _base(scene), {scene.skeleton.base}
+    labels = _base(scene)
+    named = {scene.skeleton.base}
     for part in scene.parts:
         link = part.owner.removeprefix("link:")
         if part.owner.startswith("link:") and link not in named:
             named.add(link)
-            labels.append(
-                _link(
-                    scene,
-                    link,
-                    scene.projection.project(part.points.mean(axis=0)),
-                    part.role == "plate",
-                )
-            )
+            labels.append(_link(scene, link, _middle(scene, part), part.role == "plate"))
     return labels
 
 
 def _base(scene: Scene) -> list[Label]:
-    """The base at the first ground that holds it, or on its plate; none where neither is painted."""
+    """The base at the first ground that holds it, or on its plate; none without either."""
     base = scene.skeleton.base
-    grounds = [outline.mean(axis=0) for outline in ground_outlines(scene)]
-    plates = [
-        scene.projection.project(part.points.mean(axis=0))
-        for part in scene.parts
-        if part.role == "base"
-    ]
-    return [_link(scene, base, at, bool(plates)) for at in (grounds + plates)[:1]]
+    plates = [_middle(scene, part) for part in scene.parts if part.role == "base"]
+    places = [outline.mean(axis=0) for outline in ground_outlines(scene)] + plates
+    return [_link(scene, base, place, bool(plates)) for place in places[:1]]
 
 
-def _link(scene: Scene, link: str, at: Array, inside: bool) -> Label:
-    style = {"color": deep(scene.colours.get(link, INK)), "fontsize": 7.5, "fontstyle": "italic"}
+def _middle(scene: Scene, part: Part) -> Array:
+    """(2,) the middle of a part in the picture."""
+    return scene.projection.project(part.points.mean(axis=0))
+
+
+def _link(
+    scene: Scene,
+    link: str,
+    at: Array,
+    inside: bool,
+) -> Label:
+    colour = deep(scene.colours.get(link, INK))
     return Label(
-        scene.skeleton.names_on(link), at, scene.unit, style, f"name:link:{link}", QUIET, inside
+        text=scene.skeleton.names_on(link),
+        at=at,
+        clear=scene.unit,
+        style={"color": colour, "fontsize": 7.5, "fontstyle": "italic"},
+        gid=f"name:link:{link}",
+        colour=QUIET,
+        inside=inside,
     )

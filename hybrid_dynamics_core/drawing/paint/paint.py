@@ -1,4 +1,4 @@
-"""From marks to artists of Matplotlib."""
+"""From parts and lines to artists of Matplotlib."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from matplotlib.patches import Polygon
 
 from ...ground.arrays import Array
 from ...scene.depth import from_back
-from ...scene.part_style import BALL, WHITE, shaded, style_of
+from ...scene.part_style import BALL, WHITE, PartStyle, shaded, style_of
 from ...scene.parts import Part
 from ...scene.scene import Scene
 from ...scene.style import PURPLE, QUIET, RED, SHADOW, mix
@@ -21,6 +21,7 @@ from ...scene.symbols import LineMark
 from .labels import Label
 
 _CAPPED = ("hinge", "barrel", "block", "collar", "pin", "weld", "rod")
+_BROAD = ("plate", "base")  # what lies behind names without harm
 _LINES = {"axis": (QUIET, (0, (7, 2, 1.2, 2)), 0.7), "carrier": (SHADOW, (0, (1, 2.2)), 1.2)}
 _ARROWS = {
     "turn": (RED, 1.8),
@@ -28,160 +29,214 @@ _ARROWS = {
     "triad": (PURPLE, 1.5),
     "base axes": (QUIET, 1.0),
 }
-_SHEER = 0.2  # how much of a sheer plate is seen
+_SHEER = 0.2  # how opaque a sheer plate is
 _HEAD = np.array([1.35, 0.55])  # length and half width of an arrow's head, in radii of a joint
+_SMALLER = 0.75  # of the head of a base axis
+_SHORT = 1.6  # radii of a joint: a shorter axis points along the view
+_FACING = 0.999  # cosine to the viewer's direction above which a cap is the outline
+
+Colour = str | tuple[float, float, float, float]
 
 
 class Painter:
-    """Paints a scene; `sheer`: plates and base let through what is behind them.
+    """Paints a scene.
 
-    For the labels `covered` collects what was painted, (m, 2) polygons with a weight, and `letters`
-    the names of axes.
+    Args:
+        axes: to be painted on.
+        scene: to be painted.
+        sheer: whether plates and base let through what is behind them.
+
+    Attributes:
+        covered: (m, 2) polygons of what was painted, each with a weight, for the labels.
+        letters: the names of axes.
     """
 
     def __init__(self, axes: Axes, scene: Scene, *, sheer: bool = False) -> None:
-        self.axes, self.scene, self.projection = axes, scene, scene.projection
-        self._sheer = sheer
+        self.axes = axes
+        self.scene = scene
+        self.projection = scene.projection
         self.covered: list[tuple[Array, float]] = []
         self.letters: list[Label] = []
-        self._names: Counter[str] = Counter()
+        self._sheer = sheer
+        self._artists: Counter[str] = Counter()
         self._order = 2.0
         self._active = {f"joint:{joint.name}" for joint in scene.skeleton.joints if joint.active}
 
     def paint(self) -> None:
         """Everything, from back to front."""
-        for stroke in self.scene.lines:
-            if stroke.role in ("axis", "carrier", "dot"):
-                self._line(stroke)
+        for line in self.scene.lines:
+            if line.role in ("axis", "carrier", "dot"):
+                self._line(line)
         for part in from_back(self.scene):
             self._part(part)
-        for stroke in self.scene.lines:
-            if stroke.role in _ARROWS:
-                self.arrow(stroke)
+        for line in self.scene.lines:
+            if line.role in _ARROWS:
+                self.arrow(line)
 
     # -- parts
 
     def _part(self, part: Part) -> None:
-        active = part.owner in self._active
-        face, edge, width = style_of(part, self.scene.colours, active)
-        face = shaded(face, part, self.projection)
-        outline, cap = part.outline(self.projection), part.cap(self.projection)
-        broad = part.role in ("plate", "base")
-        body = to_rgba(face, _SHEER) if broad and self._sheer else face
-        self._add(part.owner, outline, body, edge, width, "//////" if part.role == "base" else None)
-        self.covered.append((outline, 0.02 if broad else 1.0))
+        style = style_of(part, self.scene.colours, part.owner in self._active)
+        face = shaded(style.face, part, self.projection)
+        style = style._replace(face=face)
+        outline = part.outline(self.projection)
+        self._body(part, outline, style)
+        self.covered.append((outline, 0.02 if part.role in _BROAD else 1.0))
         if part.role == "ball":
-            self._add(
-                f"{part.owner}.light", _shrunk(outline, 0.3, 0.28), mix(face, WHITE, 0.75), "none"
-            )
-        if cap is None or part.role not in _CAPPED:
+            light = _shrunk(outline, 0.3, 0.28)
+            self._add(f"{part.owner}.light", light, mix(face, WHITE, 0.75), "none")
+        if part.role in _CAPPED:
+            self._cap(part, style)
+
+    def _body(self, part: Part, outline: Array, style: PartStyle) -> None:
+        face: Colour = style.face
+        if self._sheer and part.role in _BROAD:
+            face = to_rgba(style.face, _SHEER)
+        hatch = "//////" if part.role == "base" else None
+        self._add(part.owner, outline, face, style.edge, style.width, hatch)
+
+    def _cap(self, part: Part, style: PartStyle) -> None:
+        """The end of a part that faces the viewer, where there is one, and the dot of a joint."""
+        cap = part.cap(self.projection)
+        if cap is None:
             return
-        if (
-            part.axis is not None and abs(part.axis @ self.projection.toward) < 0.999
-        ):  # otherwise it is the outline
-            self._add(f"{part.owner}.cap", cap, mix(face, WHITE, 0.35), edge, 0.8 * width)
-        if part.role == "pin" or (part.role == "hinge" and active):
-            self._add(
-                f"{part.owner}.dot",
-                _shrunk(cap, 0.34, 0.0),
-                edge if part.role == "pin" else WHITE,
-                "none",
-            )
+        owner = part.owner
+        if part.axis is not None and abs(part.axis @ self.projection.toward) < _FACING:
+            face = mix(style.face, WHITE, 0.35)
+            self._add(f"{owner}.cap", cap, face, style.edge, 0.8 * style.width)
+        if part.role == "pin":
+            self._add(f"{owner}.dot", _shrunk(cap, 0.34, 0.0), style.edge, "none")
+        elif part.role == "hinge" and owner in self._active:
+            self._add(f"{owner}.dot", _shrunk(cap, 0.34, 0.0), WHITE, "none")
 
     def _add(
         self,
         owner: str,
         outline: Array,
-        face: str | tuple[float, float, float, float],
+        face: Colour,
         edge: str,
         width: float = 0.0,
         hatch: str | None = None,
     ) -> None:
         patch = Polygon(
-            outline, closed=True, facecolor=face, edgecolor=edge, linewidth=width, hatch=hatch
+            outline,
+            closed=True,
+            facecolor=face,
+            edgecolor=edge,
+            linewidth=width,
+            hatch=hatch,
         )
         patch.set_joinstyle("round")
-        self._keep(patch, owner)
+        self._register(patch, owner)
         self.axes.add_patch(patch)
 
-    # -- strokes
+    # -- lines
 
-    def _line(self, stroke: LineMark) -> None:
-        flat = self.projection.project(stroke.points)
-        if stroke.role == "dot":
-            (line,) = self.axes.plot(*flat.T, "o", color=BALL, markersize=2.0)
+    def _line(self, line: LineMark) -> None:
+        flat = self.projection.project(line.points)
+        if line.role == "dot":
+            (artist,) = self.axes.plot(*flat.T, "o", color=BALL, markersize=2.0)
         else:
-            colour, style, width = _LINES[stroke.role]
-            (line,) = self.axes.plot(*flat.T, color=colour, linestyle=style, linewidth=width)
+            colour, style, width = _LINES[line.role]
+            (artist,) = self.axes.plot(*flat.T, color=colour, linestyle=style, linewidth=width)
             self.covered.append((flat, 0.0))
-        self._keep(line, stroke.owner)
+        self._register(artist, line.owner)
 
-    def arrow(self, stroke: LineMark) -> None:
+    def arrow(self, line: LineMark) -> None:
         """An arrow along a line, with a second head at its start for what travels both ways."""
-        flat, unit = self.projection.project(stroke.points), self.scene.unit
-        named = stroke.role in ("triad", "base axes")
-        if named and np.linalg.norm(flat[1] - flat[0]) < 1.6 * unit:
-            self._end_on(stroke, flat[0], _ARROWS[stroke.role][0])
+        flat = self.projection.project(line.points)
+        unit = self.scene.unit
+        colour, width = _ARROWS[line.role]
+        has_letter = line.role in ("triad", "base axes")
+        if has_letter and np.linalg.norm(flat[1] - flat[0]) < _SHORT * unit:
+            self._end_on(line, flat[0], colour)
             return
-        colour, width = _ARROWS[stroke.role]
-        size = unit if stroke.role != "base axes" else 0.75 * unit
-        line, head = _headed(flat, size)
+        size = _SMALLER * unit if line.role == "base axes" else unit
+        shaft, head = _headed(flat, size)
         heads = [head]
-        if stroke.role == "travel":
-            line, head = _headed(line[::-1], size)
+        if line.role == "travel":
+            shaft, head = _headed(shaft[::-1], size)
             heads.append(head)
-        (shaft,) = self.axes.plot(*line.T, color=colour, linewidth=width, solid_capstyle="butt")
-        self._keep(shaft, stroke.owner)
+        (artist,) = self.axes.plot(*shaft.T, color=colour, linewidth=width, solid_capstyle="butt")
+        self._register(artist, line.owner)
         for head in heads:
-            self._add(f"{stroke.owner}.head", head, colour, colour, 0.4)
+            self._add(f"{line.owner}.head", head, colour, colour, 0.4)
             self.covered.append((head, 1.0))
         self.covered.append((flat, 1.0))
-        if named:
-            self._name_axis(stroke.owner, flat, colour)
+        if has_letter:
+            self._add_letter(line.owner, flat, colour)
 
-    def _name_axis(self, owner: str, flat: Array, colour: str) -> None:
-        at = flat[1] + 1.5 * self.scene.unit * (flat[1] - flat[0]) / np.linalg.norm(
-            flat[1] - flat[0]
+    def _add_letter(self, owner: str, flat: Array, colour: str) -> None:
+        along = flat[1] - flat[0]
+        at = flat[1] + 1.5 * self.scene.unit * along / np.linalg.norm(along)
+        letter = Label(
+            text=owner[-1],
+            at=at,
+            clear=0.0,
+            style={"color": colour, "fontsize": 7.5},
+            gid=f"letter:{owner}",
+            colour=colour,
+            inside=True,
         )
-        style = {"color": colour, "fontsize": 7.5}
-        self.letters.append(
-            Label(owner[-1], at, 0.0, style, f"letter:{owner}", colour, inside=True)
-        )
+        self.letters.append(letter)
 
-    def _end_on(self, stroke: LineMark, at: Array, colour: str) -> None:
+    def _end_on(self, line: LineMark, at: Array, colour: str) -> None:
         """An axis along the view: a circle with a dot (toward the viewer) or a cross (away)."""
-        toward = float((stroke.points[1] - stroke.points[0]) @ self.projection.toward) > 0.0
-        for marker, size, face in (("o", 5.0, WHITE), ("." if toward else "x", 3.0, colour)):
-            (line,) = self.axes.plot(
-                *at, marker, markersize=size, color=colour, markerfacecolor=face
+        along = line.points[1] - line.points[0]
+        marker = "." if float(along @ self.projection.toward) > 0.0 else "x"
+        for symbol, size, face in (("o", 5.0, WHITE), (marker, 3.0, colour)):
+            (artist,) = self.axes.plot(
+                *at,
+                symbol,
+                markersize=size,
+                color=colour,
+                markerfacecolor=face,
             )
-            self._keep(line, stroke.owner)
+            self._register(artist, line.owner)
 
-    def _keep(self, artist: Artist, owner: str) -> None:
+    def _register(self, artist: Artist, owner: str) -> None:
         """Number artists of one owner, and stack them in the order in which they come."""
-        self._names[owner] += 1
-        artist.set_gid(owner if self._names[owner] == 1 else f"{owner}.{self._names[owner]}")
+        self._artists[owner] += 1
+        count = self._artists[owner]
+        artist.set_gid(owner if count == 1 else f"{owner}.{count}")
         artist.set_zorder(self._order)
         artist.set_clip_on(False)
         self._order += 0.001
 
 
 def _headed(line: Array, unit: float) -> tuple[Array, Array]:
-    """A line (k, 2) cut short for its head, and the head (3, 2) at its end, turned as the line is there."""
+    """A line cut short for its head, and the head.
+
+    Args:
+        line: (k, 2).
+        unit: radius of a joint.
+
+    Returns:
+        The line (m, 2), and the head (3, 2) at its end, turned as the line is there.
+    """
     length, half = _HEAD * unit
     tip = line[-1]
-    fine = np.concatenate([np.linspace(a, b, 25) for a, b in pairwise(line)])
-    before = np.flatnonzero(np.linalg.norm(fine - tip, axis=1) > length)
-    last = int(before[-1]) if len(before) else 0
-    base = fine[last]
+    base = _before_head(line, length)
     way = (tip - base) / max(float(np.linalg.norm(tip - base)), 1e-12)
     across = half * np.array([-way[1], way[0]])
-    kept = np.vstack([line[np.linalg.norm(line - tip, axis=1) > length], base + 0.3 * (tip - base)])
-    return kept, np.array([tip, base + across, base - across])
+    head = np.array([tip, base + across, base - across])
+    outside = line[np.linalg.norm(line - tip, axis=1) > length]
+    shaft = np.vstack([outside, base + 0.3 * (tip - base)])
+    return shaft, head
+
+
+def _before_head(line: Array, length: float) -> Array:
+    """(2,) the last point of a line that is farther than a length from its end."""
+    fine = np.concatenate([np.linspace(a, b, 25) for a, b in pairwise(line)])
+    before = np.flatnonzero(np.linalg.norm(fine - line[-1], axis=1) > length)
+    if not len(before):
+        return np.asarray(fine[0])
+    return np.asarray(fine[int(before[-1])])
 
 
 def _shrunk(outline: Array, share: float, shift: float) -> Array:
     """An outline made smaller about its middle, moved up and to the left by a share of its size."""
     middle = 0.5 * (outline.min(axis=0) + outline.max(axis=0))
     half = 0.5 * np.ptp(outline, axis=0)
-    return np.asarray(middle + share * (outline - middle) + shift * half * (-1.0, 1.0))
+    moved = middle + share * (outline - middle)
+    return np.asarray(moved + shift * half * (-1.0, 1.0))

@@ -18,35 +18,61 @@ from .labels import Labeller
 from .names import name_labels
 from .paint import Painter
 
+# Margins about everything painted, across and up, in radii of a joint: room for names.
+_PLANAR_MARGIN = np.array([4.0, 3.0])
+_SPATIAL_MARGIN = np.array([1.5, 3.0])
+
 
 def make_scene(robot: Robot, state: ClosedState | None, like: Scene | None = None) -> Scene:
-    """What is painted of a robot in a state (the reference if None), in the view and the sizes of another scene."""
-    description, reference = robot.description, place_skeleton(robot, robot.close(robot.reference))
+    """What is painted of a robot.
+
+    Args:
+        robot: to be painted.
+        state: one closed state; None: the reference configuration.
+        like: a scene whose projection and sizes are taken, if given.
+
+    Returns:
+        The scene.
+    """
+    description = robot.description
+    reference = place_skeleton(robot, robot.close(robot.reference))
     if state is None:
         return build_scene(description, reference, choose_projection(reference))
     skeleton = place_skeleton(robot, state)
-    view, unit = (
-        (choose_projection(skeleton), None) if like is None else (like.projection, like.unit)
-    )
-    home = build_scene(description, reference, view, unit) if like is None else like.standing
-    return build_scene(description, skeleton, view, unit, home)
+    if like is not None:
+        return build_scene(description, skeleton, like.projection, like.unit, like.standing)
+    projection = choose_projection(skeleton)
+    standing = build_scene(description, reference, projection)
+    return build_scene(description, skeleton, projection, None, standing)
 
 
-def paint_scene(axes: Axes, scene: Scene, names: Names, limits: Array) -> None:
-    """Paint on axes with equal scales; limits [[left, bottom], [right, top]] [m] are widened to fill the axes' box."""
+def paint_scene(
+    axes: Axes,
+    scene: Scene,
+    names: Names,
+    limits: Array,
+) -> None:
+    """Paint on axes with equal scales.
+
+    Args:
+        axes: to be painted on.
+        scene: to be painted.
+        names: which are shown.
+        limits: (2, 2) [[left, bottom], [right, top]] [m]; widened to fill the axes' box.
+    """
     painter = Painter(axes, scene)
     if scene.projection.planar:
         draw_loops(axes, scene)
         draw_ground(axes, scene)
         axes.set_xlabel(scene.projection.names[0])
         axes.set_ylabel(scene.projection.names[1])
+        painter.paint()
     else:
         draw_floor(axes, scene)
         axes.set_axis_off()
-    painter.paint()
-    if not scene.projection.planar:
-        for stroke in base_axes(scene):
-            painter.arrow(stroke)
+        painter.paint()
+        for arrow in base_axes(scene):
+            painter.arrow(arrow)
     _fill(axes, limits)
     covered = painter.covered + [(outline, 1.0) for outline in ground_outlines(scene)]
     Labeller(axes, covered).place(painter.letters + name_labels(scene, names))
@@ -54,30 +80,28 @@ def paint_scene(axes: Axes, scene: Scene, names: Names, limits: Array) -> None:
 
 def _fill(axes: Axes, limits: Array) -> None:
     """Equal scales, with the limits widened in one direction so that the axes keep their box."""
+    box = np.array([axes.bbox.width, axes.bbox.height])
     width, height = np.ptp(limits, axis=0)
-    scale = max(width / axes.bbox.width, height / axes.bbox.height)
-    middle, half = limits.mean(axis=0), 0.5 * scale * np.array([axes.bbox.width, axes.bbox.height])
+    scale = max(width / box[0], height / box[1])
+    middle = limits.mean(axis=0)
+    half = 0.5 * scale * box
+    low, high = middle - half, middle + half
     axes.set_aspect("equal", adjustable="box")
-    axes.set(
-        xlim=(middle[0] - half[0], middle[0] + half[0]),
-        ylim=(middle[1] - half[1], middle[1] + half[1]),
-    )
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     axes.apply_aspect()
 
 
 def limits_of(scene: Scene) -> Array:
     """(2, 2) smallest and largest of everything painted, with a margin for names [m]."""
-    corners = [part.outline(scene.projection) for part in scene.parts] + [
-        scene.projection.project(s.points) for s in scene.lines
-    ]
-    corners += ground_outlines(scene)
-    if not scene.projection.planar:
-        corners += [
-            scene.projection.project(floor_corners(scene)),
-            *(scene.projection.project(s.points) for s in base_axes(scene)),
-        ]
-    points = np.vstack(corners)
-    margin = scene.unit * (
-        np.array([4.0, 3.0]) if scene.projection.planar else np.array([1.5, 3.0])
-    )
+    projection = scene.projection
+    outlines = [part.outline(projection) for part in scene.parts]
+    outlines += [projection.project(line.points) for line in scene.lines]
+    if projection.planar:
+        outlines += ground_outlines(scene)
+        margin = scene.unit * _PLANAR_MARGIN
+    else:
+        outlines.append(projection.project(floor_corners(scene)))
+        outlines += [projection.project(arrow.points) for arrow in base_axes(scene)]
+        margin = scene.unit * _SPATIAL_MARGIN
+    points = np.vstack(outlines)
     return np.array([points.min(axis=0) - margin, points.max(axis=0) + margin])

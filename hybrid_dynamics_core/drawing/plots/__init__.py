@@ -1,1 +1,1 @@
-"""Pages with axes: figures of a robot, of a simulation, and what they share."""
+"""Plots over time: a simulation, and scales that hide rounding."""

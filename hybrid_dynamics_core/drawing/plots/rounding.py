@@ -14,20 +14,24 @@ from ...scene.attach import mechanism_size
 from ...scene.skeleton import place_skeleton
 
 ROUNDING: Final = 1e-9  # of the natural size of a quantity: what differs less does not differ
-_ROOM: Final = (
-    0.05  # of a constant, on both sides of it: as Matplotlib has it, which knows no sizes
-)
+# Of a constant, on both sides of it: as Matplotlib has it, which knows no sizes.
+_ROOM: Final = 0.05
 # [s] a natural rate goes through the natural size in this time, or in that of a longer motion
 _SLOW: Final = 1.0
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """How large the quantities of a motion are by nature: `length` [m], `time` [s], `weight` [N] of the robot's links.
+    """How large the quantities of a motion are by nature.
 
     A turn is of the size of one radian, a torque of the weight at the robot's length, an energy of
-    the weight raised by that; a robot without weight has efforts as large as its largest one, and
-    no other size for them.
+    the weight raised by that. The efforts of a robot without weight have no other size than their
+    largest one.
+
+    Attributes:
+        length: of the robot [m].
+        time: of the motion [s].
+        weight: of the robot's links [N].
     """
 
     length: float
@@ -35,51 +39,67 @@ class Sizes:
     weight: float
 
     def position(self, joint_type: str) -> float:
-        """[rad or m]."""
+        """Natural size of a coordinate [rad or m]."""
         return 1.0 if joint_type == "revolute" else self.length
 
     def rate(self, joint_type: str) -> float:
-        """[rad/s or m/s]."""
+        """Natural size of a rate [rad/s or m/s]."""
         return self.position(joint_type) / self.time
 
     def effort(self, joint_type: str) -> float:
-        """[N m or N]."""
-        return self.weight * (self.length if joint_type == "revolute" else 1.0)
+        """Natural size of an effort [N m or N]."""
+        arm = self.length if joint_type == "revolute" else 1.0
+        return self.weight * arm
 
     @property
     def energy(self) -> float:
-        """[J]."""
+        """Natural size of an energy [J]."""
         return self.weight * self.length
 
 
 def sizes_of(robot: Robot, seconds: float) -> Sizes:
     """The natural sizes in a motion of a robot that lasts some seconds."""
-    length = mechanism_size(place_skeleton(robot, robot.close(robot.reference)))
+    skeleton = place_skeleton(robot, robot.close(robot.reference))
     mass = sum(link.mass for link in robot.description.links.values())
     gravity = float(np.linalg.norm(robot.description.gravity))
-    return Sizes(length, max(seconds, _SLOW), mass * gravity)
+    return Sizes(mechanism_size(skeleton), max(seconds, _SLOW), mass * gravity)
 
 
-def least(natural: float, values: Array) -> float:
-    """What is rounding among values (N, ...) of a natural size; all of them zero: 0.
+def rounding_of(natural: float, values: Array) -> float:
+    """What is rounding among values of a natural size; 0 where all of them are zero.
 
-    NaN are passed over.
+    Args:
+        natural: size of the values.
+        values: (N, ...); NaN are ignored.
+
+    Returns:
+        The largest difference that is rounding.
     """
-    return ROUNDING * max(natural, float(np.nanmax(np.abs(values), initial=0.0)))
+    largest = np.nanmax(np.abs(values), initial=0.0)
+    return ROUNDING * max(natural, float(largest))
 
 
 def suppress_rounding(axes: Axes, natural: float) -> bool:
-    """Limits wide enough that rounding is a straight line, on axes whose curves are constant but for it.
+    """Widen the limits of axes whose curves are constant but for rounding.
 
-    natural: size of what is drawn. Returns whether that is so; other axes stay as they are.
+    Rounding is then a straight line. Other axes stay as they are.
+
+    Args:
+        axes: with their curves.
+        natural: size of what is drawn.
+
+    Returns:
+        Whether the curves are constant but for rounding.
     """
     ends = np.asarray(axes.dataLim.intervaly, dtype=np.float64)
     if not np.isfinite(ends).all():
         return False
-    small, middle = least(natural, ends), float(ends.mean())
-    if float(np.ptp(ends)) > small:
+    rounding = rounding_of(natural, ends)
+    if float(np.ptp(ends)) > rounding:
         return False
-    middle = 0.0 if abs(middle) <= small else middle
-    half = max(_ROOM * (abs(middle) or 1.0), small)
+    middle = float(ends.mean())
+    if abs(middle) <= rounding:
+        middle = 0.0
+    half = max(_ROOM * (abs(middle) or 1.0), rounding)
     axes.set_ylim(middle - half, middle + half)
     return True

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -18,20 +18,48 @@ from ...robot.robot import Robot
 from ...scene.style import QUIET
 from ...simulation import Simulation
 from ..page import CURVES, PLOTS, entitled, page
-from .rounding import Sizes, least, sizes_of, suppress_rounding
+from .rounding import Sizes, rounding_of, sizes_of, suppress_rounding
 
-_PANEL: Final = 2.1  # [in] height of axes with their names, where there are four
+_PANEL: Final = 2.1  # [in] height of axes with their names, where there are up to _ROOMY
 _LOW: Final = 1.65  # [in] where there are more
-_FEW: Final = 4
+_ROOMY: Final = 4
 _COLUMNS: Final = 6  # of a legend
 _STYLES: Final = ("-", "--", ":")  # where there are more curves than colours
-_KINDS: Final = ("revolute", "prismatic")
+_TYPES: Final = ("revolute", "prismatic")
 _APART: Final = 12.0  # times larger: what hides another curve on the same axes
+_LONGEST: Final = 100  # letters of the line below the title
+
+
+@dataclass(frozen=True, eq=False)
+class _Quantity:
+    """A quantity of all active joints.
+
+    Attributes:
+        title: what it is.
+        symbol: of the quantity.
+        values: (N, n).
+        size: of it by nature, by type of joint.
+        unit: by type of joint.
+    """
+
+    title: str
+    symbol: str
+    values: Array
+    size: Callable[[str], float]
+    unit: Callable[[str], str]
 
 
 @dataclass(frozen=True, eq=False)
 class _Panel:
-    """Axes with the curves of some active joints, by their places in the order of the robot; `size` by nature."""
+    """Axes with the curves of some active joints.
+
+    Attributes:
+        title: of the axes; empty where they go on with what the axes above show.
+        label: symbol and unit.
+        values: (N, n) of all active joints.
+        joints: indices of those that are drawn.
+        size: of the values by nature.
+    """
 
     title: str
     label: str
@@ -41,31 +69,35 @@ class _Panel:
 
 
 def simulation_figure(robot: Robot, motion: Simulation, title: str | None) -> Figure:
-    """Axes over one time, for each kind of unit its own; a line where something was met.
+    """Axes over one time, for each unit its own, with a line where something was met.
 
-    Raises InputError for another robot's motion.
+    Args:
+        robot: of the motion.
+        motion: to be drawn.
+        title: of the figure; None: the robot's name.
+
+    Returns:
+        The figure.
+
+    Raises:
+        InputError: for another robot's motion.
     """
     if motion.names != robot.active:
-        given, own = ", ".join(motion.names), ", ".join(robot.active)
-        raise InputError(f"the motion is of {given}; the active joints of {robot.name} are {own}")
+        raise InputError(
+            f"the motion is of {', '.join(motion.names)}; the active joints of {robot.name} are"
+            f" {', '.join(robot.active)}"
+        )
     sizes = sizes_of(robot, float(np.ptp(motion.t)))
     panels = list(_panels(robot, motion, sizes))
     count = len(panels) + 1
     with mpl.rc_context(PLOTS):
-        height = count * (_PANEL if count <= _FEW else _LOW)
-        figure = page(title or f"{robot.name}: simulated motion", line=_told(motion), height=height)
+        height = count * (_PANEL if count <= _ROOMY else _LOW)
+        title = title or f"{robot.name}: simulated motion"
+        figure = page(title, line=_line(motion), height=height)
         axes = figure.subplots(count, 1, sharex=True)
         for ax, panel in zip(axes, panels, strict=False):
-            for k in panel.joints:
-                look = {
-                    "color": CURVES[k % len(CURVES)],
-                    "linestyle": _STYLES[k // len(CURVES) % len(_STYLES)],
-                }
-                ax.plot(motion.t, panel.values[:, k], label=motion.names[k], **look)
-            ax.set_ylabel(panel.label)
-            suppress_rounding(ax, panel.size)
-            entitled(ax, panel.title, min(len(panel.joints), _COLUMNS))
-        _energy(axes[-1], motion, sizes.energy)
+            _draw_panel(ax, motion, panel)
+        _draw_energy(axes[-1], motion, sizes.energy)
         for ax in axes:
             for event in motion.events:
                 ax.axvline(event.time, color=QUIET, linewidth=0.8)
@@ -73,49 +105,79 @@ def simulation_figure(robot: Robot, motion: Simulation, title: str | None) -> Fi
     return figure
 
 
-def _told(motion: Simulation) -> str:
-    return motion.message if len(motion.message) < 100 else f"{motion.message[:97]}..."
+def _line(motion: Simulation) -> str:
+    """Why the motion ended."""
+    if len(motion.message) < _LONGEST:
+        return motion.message
+    return f"{motion.message[:97]}..."
 
 
 def _panels(robot: Robot, motion: Simulation, sizes: Sizes) -> Iterator[_Panel]:
-    """Coordinates, rates and efforts: joints of one unit together, unless some are lost beside others."""
-    for words, symbol, values, natural, unit in (
-        ("active coordinates", "u", motion.u, sizes.position, coordinate_unit),
-        ("their rates", "u'", motion.du, sizes.rate, _rate_unit),
-        ("efforts of the actuators", "tau", motion.tau, sizes.effort, effort_unit),
-    ):
-        first = words
-        for kind in _KINDS:
-            own = [k for k, name in enumerate(motion.names) if robot.joint_types[name] == kind]
-            for joints in _readable(values, own, natural(kind)):
-                label = f"{symbol} [{unit(kind)}]"
-                yield _Panel(first, label, values, joints, natural(kind))
-                first = ""
+    """Joints of one unit together, unless some are lost beside others."""
+    for quantity in _quantities(motion, sizes):
+        title = quantity.title
+        for kind in _TYPES:
+            joints = [k for k, name in enumerate(motion.names) if robot.joint_types[name] == kind]
+            size = quantity.size(kind)
+            label = f"{quantity.symbol} [{quantity.unit(kind)}]"
+            for group in _readable(quantity.values, joints, size):
+                yield _Panel(title, label, quantity.values, group, size)
+                title = ""
 
 
-def _rate_unit(kind: str) -> str:
-    return coordinate_unit(kind, "/s")
+def _quantities(motion: Simulation, sizes: Sizes) -> list[_Quantity]:
+    return [
+        _Quantity("active coordinates", "u", motion.u, sizes.position, coordinate_unit),
+        _Quantity("their rates", "u'", motion.du, sizes.rate, _rate_unit),
+        _Quantity("efforts of the actuators", "tau", motion.tau, sizes.effort, effort_unit),
+    ]
+
+
+def _rate_unit(joint_type: str) -> str:
+    return coordinate_unit(joint_type, "/s")
 
 
 def _readable(values: Array, joints: list[int], natural: float) -> list[tuple[int, ...]]:
-    """Joints in groups: none is so small beside the largest of its group that its curve looks like one of zeros.
+    """Joints in groups, in each of which no curve is so small that it looks like one of zeros.
 
     Those of a size of rounding are zero, which any axes show.
     """
     size = np.abs(values).max(axis=0)
+    by_size = sorted(joints, key=lambda k: -size[k])
     groups: list[list[int]] = []
-    for k in sorted(joints, key=lambda k: -size[k]):
-        largest = size[groups[-1][0]] if groups else 0.0
-        if groups and (
-            largest <= _APART * size[k] or size[k] <= least(natural, values[:, groups[0][0]])
-        ):
+    for k in by_size:
+        if groups and _fits(values, groups, size, k, natural):
             groups[-1].append(k)
         else:
             groups.append([k])
     return [tuple(sorted(group)) for group in sorted(groups, key=min)]
 
 
-def _energy(axes: Axes, motion: Simulation, size: float) -> None:
+def _fits(
+    values: Array,
+    groups: list[list[int]],
+    size: Array,
+    joint: int,
+    natural: float,
+) -> bool:
+    """Whether a joint can be read beside the last group, or is rounding beside the largest."""
+    if size[groups[-1][0]] <= _APART * size[joint]:
+        return True
+    return bool(size[joint] <= rounding_of(natural, values[:, groups[0][0]]))
+
+
+def _draw_panel(axes: Axes, motion: Simulation, panel: _Panel) -> None:
+    for k in panel.joints:
+        colour = CURVES[k % len(CURVES)]
+        style = _STYLES[k // len(CURVES) % len(_STYLES)]
+        name = motion.names[k]
+        axes.plot(motion.t, panel.values[:, k], label=name, color=colour, linestyle=style)
+    axes.set_ylabel(panel.label)
+    suppress_rounding(axes, panel.size)
+    entitled(axes, panel.title, min(len(panel.joints), _COLUMNS))
+
+
+def _draw_energy(axes: Axes, motion: Simulation, size: float) -> None:
     energy = motion.energy
     axes.plot(motion.t, energy.kinetic, label="kinetic")
     axes.plot(motion.t, energy.potential - energy.potential[0], label="potential, from the start")
