@@ -183,9 +183,9 @@ def test_a_number_beyond_a_slider_moves_nothing_and_the_slider_goes_back(
     viewer = opened(forging)
     before, payload = viewer.session.state, viewer.panel._payload
 
-    def typed(dial: Slider, value: float, act: Callable[[float], None]) -> None:
-        dial.slider.value = value  # as viser has it when it calls back
-        viewer.ask("typed", lambda: act(dial.take(value)))
+    def typed(slider: Slider, value: float, act: Callable[[float], None]) -> None:
+        slider.handle.value = value  # as viser has it when it calls back
+        viewer.ask("typed", lambda: act(slider.take(value)))
         assert viewer.step(0.0)
 
     cylinder = viewer.panel.sliders[1]
@@ -195,15 +195,15 @@ def test_a_number_beyond_a_slider_moves_nothing_and_the_slider_goes_back(
         "q12 = 3 m is beyond the end of its slider, 0.7 m; it goes from -0.1 to 0.7 m"
         in viewer.panel._problem.content
     )
-    assert cylinder.slider.value == pytest.approx(forging.reference[1])
+    assert cylinder.handle.value == pytest.approx(forging.reference[1])
     typed(payload, 1e4, viewer.session.lift)
-    assert (viewer.session.payload, payload.slider.value) == (0.0, 0.0)
+    assert (viewer.session.payload, payload.handle.value) == (0.0, 0.0)
     assert "payload = 10000 kg is beyond" in viewer.panel._problem.content
     typed(payload, 20.0, viewer.session.lift)
     assert (viewer.session.payload, viewer.session.problem) == (20.0, "")
     viewer.panel._reset()
     viewer.show()
-    assert (viewer.session.payload, payload.slider.value) == (0.0, 0.0)
+    assert (viewer.session.payload, payload.handle.value) == (0.0, 0.0)
 
 
 def test_a_slider_that_was_not_followed_goes_back_when_it_is_let_go() -> None:
@@ -212,16 +212,16 @@ def test_a_slider_that_was_not_followed_goes_back_when_it_is_let_go() -> None:
 
     robot = load("gough")
     with open_viewer(robot, port=0) as viewer:
-        dial, target = viewer.panel.sliders[2], viewer.panel.target
+        slider, target = viewer.panel.sliders[2], viewer.panel.target
         viewer.session.problem = "the loops do not close there"
-        target[2] = dial.slider.value = dial.slider.max
+        target[2] = slider.handle.value = slider.handle.max
         viewer._settle()
-        assert dial.slider.value == dial.slider.max  # its wish is under way
-        dial.take(dial.slider.max)
+        assert slider.handle.value == slider.handle.max  # its wish is under way
+        slider.take(slider.handle.max)
         viewer.show()
-        assert dial.slider.value == dial.slider.max  # while a person may hold it
+        assert slider.handle.value == slider.handle.max  # while a person may hold it
         viewer._settle()
-        assert dial.slider.value == pytest.approx(robot.reference[2], abs=dial.step)
+        assert slider.handle.value == pytest.approx(robot.reference[2], abs=slider.step)
         assert np.array_equal(viewer.panel.target, viewer.session.state.u)
         assert viewer.session.problem
 
@@ -270,13 +270,9 @@ def test_sliders_begin_on_their_steps_whatever_the_reference(
         forging, reference={**forging.description.reference, "q1": 10.0 * np.pi / 180.0}
     )
     assert on_step(0.1745329, 0.001) == 0.175
-    for dial, value in zip(opened(robot).panel.sliders, robot.reference, strict=True):
-        slider = dial.slider
-        assert (
-            slider.value
-            == on_step(slider.value, slider.step)
-            == pytest.approx(value, abs=0.5 * slider.step)
-        )
+    for slider, value in zip(opened(robot).panel.sliders, robot.reference, strict=True):
+        shown, step = slider.handle.value, slider.step
+        assert shown == on_step(shown, step) == pytest.approx(value, abs=0.5 * step)
 
 
 def test_playback_shows_the_motion_with_the_efforts_that_it_takes(
@@ -339,7 +335,7 @@ def test_what_a_person_does_in_the_page_moves_the_robot(forging: Robot, opened: 
     viewer.ask("move 1", lambda: viewer.panel._move(1, 0.25))  # the newer wish counts
     assert viewer.step(0.0)
     assert viewer.session.state.u.tolist() == [0.0, 0.25, 0.15, 0.0]
-    assert viewer.panel.sliders[1].slider.value == 0.25
+    assert viewer.panel.sliders[1].handle.value == 0.25
     viewer.panel.list_modes()
     present = viewer.session.present(viewer.panel.modes)
     wanted = 0 if present else 1
@@ -395,7 +391,7 @@ def test_a_viewer_that_cannot_be_made_leaves_its_port(
         raise ZeroDivisionError("a bug")
 
     port = viewer.free_port("localhost", 0)
-    monkeypatch.setattr(viewer, "Stage", broken)
+    monkeypatch.setattr(viewer, "SceneView", broken)
     with pytest.raises(ZeroDivisionError):
         open_viewer(forging, port=port)
     assert viewer.free_port("localhost", port) == port

@@ -94,10 +94,10 @@ def test_decimals_of_a_number(value: float, count: int) -> None:
 def test_the_very_number_that_was_typed_counts_and_is_shown(forging: Robot, opened: Opened) -> None:
     """Whatever the steps of the slider; of the ends that it shows, rounded, the range's own."""
     viewer = opened(forging)
-    dial, robot = viewer.panel.sliders[0], viewer.session
+    slider, robot = viewer.panel.sliders[0], viewer.session
 
     def typed(value: float) -> None:
-        dial.typed(lambda _: value)
+        slider.request_typed(lambda _: value)
         assert viewer.step(0.0)
 
     for value, shown in (
@@ -109,28 +109,28 @@ def test_the_very_number_that_was_typed_counts_and_is_shown(forging: Robot, open
         typed(value)
         assert robot.state.u[0] == value
         viewer.show()
-        assert (dial.slider.value, dial.slider.precision) == (shown, decimals(shown))
-    typed(dial.slider.max)  # 3.142, which is beyond a half turn
-    assert robot.state.u[0] == dial.scope.high == pytest.approx(np.pi)
+        assert (slider.handle.value, slider.handle.precision) == (shown, decimals(shown))
+    typed(slider.handle.max)  # 3.142, which is beyond a half turn
+    assert robot.state.u[0] == slider.scope.high == pytest.approx(np.pi)
     typed(3.1417)
-    assert robot.state.u[0] == dial.scope.high
-    assert "slew = 3.1417 rad is beyond" in robot.problem
+    assert robot.state.u[0] == slider.scope.high
+    assert "q1 = 3.1417 rad is beyond" in robot.problem
     viewer.panel._reset()
     viewer.show()
-    assert (dial.slider.value, dial.slider.precision) == (0.0, 3)
+    assert (slider.handle.value, slider.handle.precision) == (0.0, 3)
 
 
 def test_a_notice_is_about_the_latest_entry(forging: Robot, opened: Opened) -> None:
     viewer = opened(forging)
-    session, dials = viewer.session, viewer.panel.sliders
+    session, sliders = viewer.session, viewer.panel.sliders
     before = np.array(session.state.u)
 
     def typed(k: int, value: float) -> None:
-        dials[k].typed(lambda _: value)
+        sliders[k].request_typed(lambda _: value)
 
     typed(0, -11.0)
     assert viewer.step(0.0)
-    assert "slew = -11 rad" in session.problem
+    assert "q1 = -11 rad" in session.problem
     typed(0, 0.0)  # where it is
     assert viewer.step(0.0)
     assert session.problem == ""
@@ -139,7 +139,7 @@ def test_a_notice_is_about_the_latest_entry(forging: Robot, opened: Opened) -> N
     typed(1, 9.0)
     typed(0, 12.0)  # before the two were heard: the latest of all counts
     assert viewer.step(0.0)
-    assert "slew = 12 rad" in session.problem
+    assert "q1 = 12 rad" in session.problem
     assert np.array_equal(session.state.u, before)
 
 
