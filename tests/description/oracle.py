@@ -1,4 +1,4 @@
-"""Poses and closed loops from a description alone: chains of 4 x 4 matrices, and Newton on numeric Jacobians."""
+"""Poses and closed loops from a description alone: chains of 4 x 4 matrices, Newton's method."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def frame_pose(robot: RobotDescription, name: str, s: Mapping[str, float]) -> np
 
 
 def gap(robot: RobotDescription, closure: Closure, s: Mapping[str, float]) -> np.ndarray:
-    """What a closure lacks: (3,) [m] for pins and points; with z axes (6,), with whole frames (12,)."""
+    """What a closure lacks: (3,) [m] for points, (6,) with z axes, (12,) with whole frames."""
     a = link_pose(robot, closure.link_a, s) @ matrix(closure.rotation_a, closure.point_a)
     b = link_pose(robot, closure.link_b, s) @ matrix(closure.rotation_b, closure.point_b)
     columns = {"planar": [3], "point": [3], "axis": [3, 2], "frame": [3, 0, 1, 2]}[closure.kind]
@@ -73,7 +73,7 @@ def jacobian(robot: RobotDescription, s: Mapping[str, float], names: Iterable[st
 def close(
     robot: RobotDescription, given: Mapping[str, float], near: Mapping[str, float]
 ) -> dict[str, float]:
-    """Values of all joints that close every loop, with the given ones kept, by Newton from `near`."""
+    """Values of all joints that close every loop with the given ones, by Newton's method."""
     unknown = [name for name in robot.joints if name not in given]
     s = {**{name: near.get(name, 0.0) for name in unknown}, **given}
     for _ in range(100):

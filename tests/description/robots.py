@@ -18,7 +18,7 @@ links:
 
 
 def four_bar(letter: str) -> str:
-    """One four-bar of a 0.1 m crank, 0.3 m coupler, 0.2 m rocker on a 0.3 m base, cut as the type has it.
+    """One four-bar of a 0.1 m crank, 0.3 m coupler and 0.2 m rocker on a 0.3 m base, cut by type.
 
     The roles: the crank is l_k1; a tool hangs on the link from which the arm goes on.
     """

@@ -1,4 +1,4 @@
-"""The link that does not move: `base`, or the one that the key names; a slip is told with the way out."""
+"""The link that does not move: `base`, or the one that the key names."""
 
 from __future__ import annotations
 

@@ -101,10 +101,10 @@ def bodies(
 def test_masses_stand_in_the_denavit_hartenberg_frames(convention: str) -> None:
     q = [0.3, -0.8, 0.15, 2.0]
     s = dict(zip(NAMES, q, strict=True))
-    found = bodies(parse(chain(convention)), s)
+    moved_bodies = bodies(parse(chain(convention)), s)
     local = np.array([[0.2, 0.01, 0], [0.01, 0.3, -0.02], [0, -0.02, 0.35]])
     for k, (pose, (mass, com, inertia)) in enumerate(
-        zip(textbook(convention, q), found, strict=True), 1
+        zip(textbook(convention, q), moved_bodies, strict=True), 1
     ):
         assert mass == k
         assert com == pytest.approx(pose @ [0.1, -0.02, 0.03, 1.0], abs=1e-14)
@@ -114,7 +114,8 @@ def test_masses_stand_in_the_denavit_hartenberg_frames(convention: str) -> None:
 AS_JOINTS = """\
 joints:
   q1: {type: revolute, parent: base, child: l1, axis: z, origin: {xyz: [0, 0, 0.4]}}
-  q2: {type: revolute, parent: l1, child: l2, axis: z, origin: {xyz: [0.1, 0, 0], rpy: [pi/2, 0, 0]}}
+  q2: {type: revolute, parent: l1, child: l2, axis: z,
+       origin: {xyz: [0.1, 0, 0], rpy: [pi/2, 0, 0]}}
   q3: {type: revolute, parent: l2, child: l3, axis: z, origin: {xyz: [0.5, 0, 0]}, limits: [-1, 1]}
 """
 AS_STANDARD = """\

@@ -1,4 +1,4 @@
-"""Loops of Type A to D and closures of every kind: what they become, and what is said of wrong ones."""
+"""Loops of Type A to D and closures of every kind: what they become, and errors in them."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def arm(key: str, value: str) -> RobotDescription:
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "told"),
+    ("key", "value", "message"),
     [
         (
             "limits",
@@ -65,9 +65,9 @@ def arm(key: str, value: str) -> RobotDescription:
         ("reference", "60", "reference.motor: 60 rad is 9.55 turns (did you mean '60*deg'?)"),
     ],
 )
-def test_degrees_are_told_with_file_and_line(key: str, value: str, told: str) -> None:
+def test_degrees_are_reported_with_file_and_line(key: str, value: str, message: str) -> None:
     robot = arm(key, value)
-    assert robot.warnings == (f"small.yaml:{LINE[key]}: {told}",)
+    assert robot.warnings == (f"small.yaml:{LINE[key]}: {message}",)
     assert set(robot.warnings) <= set(robot.notes)
 
 
@@ -99,10 +99,10 @@ def test_degrees_are_worth_what_they_say() -> None:
         -math.pi,
         2 * (math.pi / 180),
     )
-    own = ARM.replace("links:", "parameters: {deg: 2}\nlinks:", 1).replace(
+    with_parameter = ARM.replace("links:", "parameters: {deg: 2}\nlinks:", 1).replace(
         "motor: 0", "motor: 0.5*deg"
     )
-    assert parse(own).reference["motor"] == 1.0  # a parameter of that name comes first
+    assert parse(with_parameter).reference["motor"] == 1.0  # a parameter of that name comes first
 
 
 def test_rows_of_a_chain_are_read_too(tmp_path: Path) -> None:
@@ -127,8 +127,8 @@ def test_check_does_not_call_it_right(tmp_path: Path) -> None:
     assert f"warning: {path}:13: reference.motor: 60 rad is 9.55 turns" in done.output
     assert done.output.endswith("It has no loops, but see the warning above.\n")
     assert "The description is right" not in done.output
-    told = json.loads(CliRunner().invoke(app, ["check", str(path), "--json"]).stdout)
-    assert len(told["warnings"]) == 1
+    message = json.loads(CliRunner().invoke(app, ["check", str(path), "--json"]).stdout)
+    assert len(message["warnings"]) == 1
     path.write_text(ARM, encoding="utf-8")
     assert (
         CliRunner()
@@ -138,7 +138,7 @@ def test_check_does_not_call_it_right(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         (
             "motor: 0,",
@@ -152,12 +152,12 @@ def test_check_does_not_call_it_right(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_an_error_tells_of_degrees_that_may_be_its_reason(old: str, new: str, told: str) -> None:
-    """The slide's reference is beyond its limit, whatever the angles are: both are told, each with its line."""
+def test_an_error_tells_of_degrees_that_may_be_its_reason(old: str, new: str, message: str) -> None:
+    """The slide's reference is beyond its limit: both problems are reported, each with its line."""
     text = ARM.replace(old, new, 1).replace("limits: [-30, 30]", "limits: [-1, 1]")
     with pytest.raises(
         DescriptionError, match=r"reference\.out: is 20 m, outside the limits \[-1, 1\] m"
     ) as caught:
         parse(text)
     assert "perhaps for this reason: small.yaml:" in str(caught.value)
-    assert told in str(caught.value)
+    assert message in str(caught.value)

@@ -79,8 +79,8 @@ def test_of_the_joints_of_legs(text: str) -> None:
     assert effects.armature[0] == pytest.approx(1.0)
 
 
-def test_of_a_module_are_told_in_the_robots_own_numbers() -> None:
-    """`height` of the module is not that of the robot: what is written outside the template is meant outside."""
+def test_of_a_module_are_read_in_numbers_of_the_robot() -> None:
+    """`height` of the module is not that of the robot, whose expressions mean the robot's."""
     text = module(effects="friction: {viscous: height}")
     robot = parse(text.replace("modules:", "parameters: {height: 11}\nmodules:"))
     assert robot.effects["lambda_B"].viscous == 11.0

@@ -1,4 +1,4 @@
-"""One place under the name `end_effector`: the link or frame that is called so, or else a refusal."""
+"""One place has the name `end_effector`: the link or frame of that name, or the key."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ARM = (
     + joint("tool", "fixed", ("l2", "end_effector"), "0.5 0 0")
     + "</robot>"
 )
-OVER = "format: 1\nname: over\nurdf: arm.urdf\nactive: [a, b]\n"
+BESIDE_URDF = "format: 1\nname: over\nurdf: arm.urdf\nactive: [a, b]\n"
 
 
 @pytest.fixture
@@ -61,7 +61,7 @@ def test_so_is_one_that_moves(folder: Path) -> None:
 )
 def test_another_place_of_that_name_is_refused(folder: Path, entry: str) -> None:
     file = folder / "over.yaml"
-    file.write_text(f"{OVER}end_effector: {entry}\n")
+    file.write_text(f"{BESIDE_URDF}end_effector: {entry}\n")
     with pytest.raises(DescriptionError) as caught:
         load(file)
     assert (
@@ -76,7 +76,7 @@ def test_a_frame_of_that_name_is_no_other_place_either(folder: Path) -> None:
     (folder / "arm.urdf").write_text(ARM.replace("end_effector", "flange"))
     file = folder / "over.yaml"
     file.write_text(
-        f"{OVER}end_effector: {{link: l1}}\nframes: {{end_effector: {{link: flange}}}}\n"
+        f"{BESIDE_URDF}end_effector: {{link: l1}}\nframes: {{end_effector: {{link: flange}}}}\n"
     )
     with pytest.raises(
         DescriptionError, match="a frame called 'end_effector' stands at another place"
@@ -87,7 +87,7 @@ def test_a_frame_of_that_name_is_no_other_place_either(folder: Path) -> None:
 @pytest.mark.parametrize("entry", ["{link: end_effector}", "{link: l2, xyz: [0.5, 0, 0]}"])
 def test_the_same_place_said_twice_is_one(folder: Path, entry: str) -> None:
     file = folder / "over.yaml"
-    file.write_text(f"{OVER}end_effector: {entry}\n")
+    file.write_text(f"{BESIDE_URDF}end_effector: {entry}\n")
     assert reach(file) == [1.5, 0.0, 0.0]
 
 
@@ -99,9 +99,9 @@ def test_an_exported_tree_keeps_its_end_effector(tmp_path: Path) -> None:
     tree = load(tmp_path / "tree.urdf")
     closed = dict(zip(robot.coordinates, state.s.tolist(), strict=True))
     there = tree.close([closed[name] for name in tree.active])
-    wanted, found = robot.forward_kinematics(state), tree.forward_kinematics(there)
+    wanted, actual = robot.forward_kinematics(state), tree.forward_kinematics(there)
     np.testing.assert_allclose(
-        found.position, wanted.position, atol=1e-9
+        actual.position, wanted.position, atol=1e-9
     )  # rounding of angles of about 1e-16, and 10 m
 
 

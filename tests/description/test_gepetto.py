@@ -41,7 +41,7 @@ def test_a_pair_is_a_closure_and_a_motor_an_active_joint(tmp_path: Path) -> None
     assert robot.error("joints.motor", "x").file == tmp_path / "robot.urdf"
 
 
-def test_whole_frames_on_a_planar_loop_need_a_free_end(tmp_path: Path) -> None:
+def test_tied_frames_on_a_planar_loop_need_a_free_end(tmp_path: Path) -> None:
     """As exporters write it: the coupler ends in a hinge of its own, then 6d has rank 3 of 6."""
     hinged = BARS.replace('name="A" type="fixed"', 'name="A" type="continuous"').replace(
         '<child link="end_A"/>', '<child link="end_A"/><axis xyz="0 0 1"/>'
@@ -174,7 +174,7 @@ def test_wrong_pairs(tmp_path: Path, old: str, new: str, key: str, line: int, wo
 
 
 def test_frames_that_start_half_a_turn_apart_are_turned_together(tmp_path: Path) -> None:
-    """Where all joints are zero the frames face away from each other exactly, and their turn has no single axis."""
+    """Where all joints are zero the frames face away from each other: no single axis turns them."""
     hinged = BARS.replace('name="A" type="fixed"', 'name="A" type="continuous"').replace(
         '<child link="end_A"/>', '<child link="end_A"/><axis xyz="0 0 1"/>'
     )
@@ -200,7 +200,7 @@ LIMITED = BARS.replace('name="hinge" type="continuous"', 'name="hinge" type="rev
 
 
 def test_a_search_from_opposed_frames_ends_with_frames_that_face_alike(tmp_path: Path) -> None:
-    """At zero the pair's frames are half a turn apart about their hinge, where the sine of the angle is zero."""
+    """At zero the pair's frames are half a turn apart, where the sine of the angle is zero."""
     opposed = HINGED.replace('xyz="0.2 0 0" rpy="0 0 0"', f'xyz="0.2 0 0" rpy="0 0 {np.pi - 3.0}"')
     robot = read(tmp_path, PAIR.replace("3d", "6d"), opposed)
     tree = build_tree(robot)
@@ -226,7 +226,7 @@ def test_loops_that_close_beyond_a_limit_only_are_noted(tmp_path: Path) -> None:
 
 
 def test_joints_outside_all_loops_stay_where_they_are(tmp_path: Path) -> None:
-    """Only what the loops hold is moved in the search for a closed configuration within the limits."""
+    """Only joints in loops are moved in the search for a closed configuration within limits."""
     limit = '<limit lower="-0.1" upper="0.2" effort="1" velocity="1"/>'
     arm = body("hand", 1) + joint("wrist", "revolute", ("ground", "hand"), "", limit)
     text = PAIR.replace("['motor']", "['motor', 'wrist']")

@@ -41,7 +41,7 @@ def test_moments_about_the_centre(entry: str, moments: list[float]) -> None:
     assert inertia(entry) == pytest.approx(np.diag(moments), abs=1e-15)
 
 
-def test_a_shape_is_the_integral_over_the_body() -> None:
+def test_a_shape_is_the_integral_of_the_body() -> None:
     """The tube, summed over a fine grid."""
     grid = (np.arange(400) + 0.5) / 200 - 1.0
     y, z = np.meshgrid(grid, grid)
@@ -74,7 +74,7 @@ def test_a_rod_along_any_direction() -> None:
     assert across == pytest.approx(inertia("{rod: {axis: y, length: 1}}"), abs=1e-15)
 
 
-def test_mass_without_inertia_is_told() -> None:
+def test_mass_without_inertia_is_reported() -> None:
     robot = body("{mass: 2}")
     assert not robot.links["l1"].inertia.any()
     assert robot.notes == ("l1: no inertia given; its 2 kg are taken as a point at its com",)
@@ -176,13 +176,13 @@ def test_links_fixed_to_others_are_one_body() -> None:
         "  f: {type: fixed, parent: a, child: b, origin: {xyz: [0.5, 0, 0], rpy: [0, pi/2, 0]}}\n"
     )
     robot = parse(text + "active: [q1, q2]\nend_effector: {link: b}\n")
-    whole, joined = robot.links["whole"], robot.links["a"]
+    single, joined = robot.links["whole"], robot.links["a"]
     assert "b" not in robot.links
     assert "f" not in robot.joints
-    assert joined.mass == whole.mass
+    assert joined.mass == single.mass
     assert joined.com == pytest.approx([0.5, 0, 0], abs=1e-15)
     assert np.linalg.eigvalsh(joined.inertia) == pytest.approx(
-        np.linalg.eigvalsh(whole.inertia), abs=1e-15
+        np.linalg.eigvalsh(single.inertia), abs=1e-15
     )
     assert robot.frames["b"].translation == pytest.approx([0.5, 0, 0])
     assert robot.frames["end_effector"].link == "a"

@@ -1,4 +1,4 @@
-"""Millimetres where metres are meant are told with their place; large machines, and all that are shipped, are not."""
+"""Millimetres in place of metres are reported; large machines and shipped robots are not."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ def warnings(length: float, tip: float = 0.0) -> tuple[str, ...]:
     return parse(ARM.replace("LENGTH", str(length)).replace("TIP", str(tip))).warnings
 
 
-def test_millimetres_are_told_where_the_largest_length_stands() -> None:
-    (told,) = warnings(1200.0, 300.0)
+def test_millimetres_are_reported_where_the_largest_length_stands() -> None:
+    (reported,) = warnings(1200.0, 300.0)
     assert (
-        told
+        reported
         == "small.yaml:11: joints.out.origin: 1200 m, and the robot reaches 1500 m from its base:"
         " are these millimetres? Lengths are in metres: 1200 mm are written 1.2"
     )
@@ -41,7 +41,7 @@ def test_millimetres_are_told_where_the_largest_length_stands() -> None:
 
 
 @pytest.mark.parametrize(("length", "tip"), [(0.2, 0.1), (100.0, 125.0), (200.0, 49.0)])
-def test_large_machines_are_left_alone(length: float, tip: float) -> None:
+def test_large_machines_are_accepted(length: float, tip: float) -> None:
     """The longest machine on land, a bucket-wheel excavator, is 225 m long."""
     assert not warnings(length, tip)
 
@@ -61,18 +61,19 @@ def test_no_shipped_robot_is_doubted(name: str) -> None:
         ("0, 0.5", False),
     ],
 )
-def test_strokes_in_millimetres_are_told(limits: str, doubted: bool) -> None:
+def test_strokes_in_millimetres_are_reported(limits: str, doubted: bool) -> None:
     """A robot of a metre has no stroke of forty; one on a long track has."""
     text = (
         ARM.replace("LENGTH", "0.5")
         .replace("TIP", "0.4")
         .replace("axis: x}", f"axis: x, limits: [{limits}]}}")
     )
-    told = parse(text).warnings
-    assert bool(told) == doubted
+    reported = parse(text).warnings
+    assert bool(reported) == doubted
     if doubted:
         number = max(abs(float(end)) for end in limits.split(","))
         assert (
-            f"joints.out.limits: {number:g} m, and the robot reaches 0.9 m from its base" in told[0]
+            f"joints.out.limits: {number:g} m, and the robot reaches 0.9 m from its base"
+            in reported[0]
         )
-        assert f"{number:g} mm are written {number / 1000.0:g}" in told[0]
+        assert f"{number:g} mm are written {number / 1000.0:g}" in reported[0]

@@ -1,4 +1,4 @@
-"""Grams where kilograms are meant are told with their place; heavy tools, foundations, all shipped robots are not."""
+"""Grams in place of kilograms are reported; heavy tools, foundations, shipped robots are not."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ def warnings(upper: float, fore: float, hand: float, base: float = 0.0) -> tuple
     return parse(text).warnings
 
 
-def test_grams_are_told_where_they_stand() -> None:
-    (told,) = warnings(2.4, 1600.0, 0.7)
+def test_grams_are_reported_where_they_stand() -> None:
+    (warning,) = warnings(2.4, 1600.0, 0.7)
     line = 1 + (HEAD + ARM.removeprefix(HEAD)).split("fore:")[0].count("\n")
     assert (
-        told
+        warning
         == f"small.yaml:{line}: links.fore.mass: 1600 kg, and the median of the other links is 1.55"
         " kg: are these grams? Masses are in kilograms: 1600 g are written 1.6"
     )
@@ -60,7 +60,7 @@ def test_grams_are_told_where_they_stand() -> None:
         ((0.0, 0.0, 0.0), 0.0),
     ],
 )
-def test_what_may_be_meant_is_left_alone(masses: tuple[float, float, float], base: float) -> None:
+def test_what_may_be_meant_is_accepted(masses: tuple[float, float, float], base: float) -> None:
     assert not warnings(*masses, base)
 
 
@@ -70,7 +70,7 @@ def test_shipped_robots_stay_far_from_the_rule(name: str) -> None:
 
 
 @pytest.mark.parametrize("unit", [1e4, 1e6, 1e9])
-def test_inertias_in_other_units_are_told(unit: float) -> None:
+def test_inertias_in_other_units_are_reported(unit: float) -> None:
     """In kg m^2 0.03, 0.04, 0.05: the hand reaches 0.1 m about its centre of mass, the arm 1 m."""
     moments = ", ".join(
         f"{key}: {unit * value}" for key, value in (("xx", 0.03), ("yy", 0.04), ("zz", 0.05))

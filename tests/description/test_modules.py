@@ -1,4 +1,4 @@
-"""Modules from templates: geometry, names, stacks, templates of one's own, and what is said of wrong ones."""
+"""Modules from templates: geometry, names, stacks, templates of the user, and errors in them."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_extension_is_the_change_of_the_distance_between_the_joints(
         assert length[1] - length[0] == pytest.approx(s[f"lambda_{leg}"], abs=1e-13)
 
 
-def test_every_shipped_template_is_known_by_the_name_it_gives() -> None:
+def test_every_shipped_template_is_listed_under_the_name_it_gives() -> None:
     assert {"3-UPU", "3-UPS/S", "6-UPS"} <= set(shipped_templates())
 
 
@@ -146,7 +146,7 @@ def test_same_names_in_two_modules() -> None:
     assert "(template 3-UPU: joints.x)" in str(caught.value)
 
 
-OWN = """\
+SLIDER = """\
 template: slider
 about: one slide, and a strut to it from the side
 parameters:
@@ -163,7 +163,8 @@ legs:
     side: {about: "where the strut stands [m]"}
   links: {strut_<leg>: {}, tube_<leg>: {}}
   joints:
-    t_<leg>: {type: revolute, parent: on, child: strut_<leg>, origin: {xyz: [side, 0, 0], rpy: [pi/2, 0, 0]}, axis: z}
+    t_<leg>: {type: revolute, parent: on, child: strut_<leg>, axis: z,
+              origin: {xyz: [side, 0, 0], rpy: [pi/2, 0, 0]}}
     e_<leg>: {type: prismatic, parent: strut_<leg>, child: tube_<leg>, axis: y}
   closures:
     c_<leg>: {kind: planar, between: {tube_<leg>: [0, reach, 0], car: [0, 0, 0]}}
@@ -174,7 +175,7 @@ USER = (
 )
 
 
-def check_own(robot: RobotDescription) -> None:
+def check_slider(robot: RobotDescription) -> None:
     assert list(robot.joints) == ["s", "t_1", "e_1", "t_2", "e_2"]
     assert robot.joints["t_1"].translation == pytest.approx([-0.3, 0, 0])
     assert robot.joints["t_2"].translation == pytest.approx([0.4, 0, 0])
@@ -184,19 +185,19 @@ def check_own(robot: RobotDescription) -> None:
     assert np.abs(gaps(robot, s)).max() < 1e-13
 
 
-def test_template_of_ones_own_beside_the_robot(tmp_path: Path) -> None:
-    (tmp_path / "slider.yaml").write_text(OWN, encoding="utf-8")
+def test_template_of_the_user_beside_the_robot(tmp_path: Path) -> None:
+    (tmp_path / "slider.yaml").write_text(SLIDER, encoding="utf-8")
     (tmp_path / "robot.yaml").write_text(USER % "slider.yaml", encoding="utf-8")
-    check_own(read_description(tmp_path / "robot.yaml"))
+    check_slider(read_description(tmp_path / "robot.yaml"))
 
 
-def test_template_of_ones_own_in_the_robot() -> None:
-    inside = "templates:\n  slider:\n" + "".join(f"    {line}\n" for line in OWN.splitlines())
-    check_own(parse(USER % "slider" + inside))
+def test_template_of_the_user_in_the_robot() -> None:
+    inside = "templates:\n  slider:\n" + "".join(f"    {line}\n" for line in SLIDER.splitlines())
+    check_slider(parse(USER % "slider" + inside))
 
 
 def test_a_reference_of_the_robot_goes_before_the_templates() -> None:
-    inside = "templates:\n  slider:\n" + "".join(f"    {line}\n" for line in OWN.splitlines())
+    inside = "templates:\n  slider:\n" + "".join(f"    {line}\n" for line in SLIDER.splitlines())
     assert parse(USER % "slider" + inside + "reference: {s: 0.3}\n").reference["s"] == 0.3
 
 
@@ -311,8 +312,8 @@ def test_wrong_modules(old: str, new: str, key: str, words: str) -> None:
 
 
 def test_parameters_that_do_not_fit_together() -> None:
-    own = OWN.replace("low: reach/2", "low: sqrt(1 - reach*reach)")
-    inside = "templates:\n  slider:\n" + "".join(f"    {line}\n" for line in own.splitlines())
+    wrong = SLIDER.replace("low: reach/2", "low: sqrt(1 - reach*reach)")
+    inside = "templates:\n  slider:\n" + "".join(f"    {line}\n" for line in wrong.splitlines())
     with pytest.raises(
         DescriptionError,
         match=r"modules\.m\.parameters: these parameters do not fit: sqrt\(-3\) has no value",
@@ -324,8 +325,8 @@ def test_slips_in_a_template_name_its_file(tmp_path: Path) -> None:
     (tmp_path / "robot.yaml").write_text(USER % "slider.yaml", encoding="utf-8")
 
     def error_of(old: str, new: str) -> str:
-        assert old in OWN
-        (tmp_path / "slider.yaml").write_text(OWN.replace(old, new, 1), encoding="utf-8")
+        assert old in SLIDER
+        (tmp_path / "slider.yaml").write_text(SLIDER.replace(old, new, 1), encoding="utf-8")
         with pytest.raises(DescriptionError) as caught:
             read_description(tmp_path / "robot.yaml")
         return str(caught.value)

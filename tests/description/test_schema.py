@@ -45,11 +45,11 @@ def test_schema_is_valid_and_named() -> None:
 
 
 def test_every_property_is_described() -> None:
-    """Editors show the description: it stands beside the property, or in the definition it refers to."""
+    """Editors show the description, beside the property or in the definition it refers to."""
     schema = robot_schema()
-    told = dict(properties({**schema, "if": None}))
-    assert len(told) > 100
-    for path, entry in told.items():
+    described = dict(properties({**schema, "if": None}))
+    assert len(described) > 100
+    for path, entry in described.items():
         if set(entry) <= {"const", "enum"} and ".if." in path:
             continue
         definition = schema["$defs"][entry["$ref"].rpartition("/")[2]] if "$ref" in entry else {}
@@ -68,7 +68,7 @@ def test_shipped_robots_fit(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", TEMPLATES, ids=lambda path: path.stem)
-def test_shipped_templates_fit_and_are_found_by_their_name(path: Path) -> None:
+def test_shipped_templates_fit_and_are_loaded_by_their_name(path: Path) -> None:
     document = read_yaml(path.read_text(encoding="utf-8"))
     schema = robot_schema()
     jsonschema.Draft202012Validator(
@@ -78,8 +78,8 @@ def test_shipped_templates_fit_and_are_found_by_their_name(path: Path) -> None:
     assert name in shipped_templates()
     assert find_template(read_yaml("{}"), name, ()).data == document.data
     for part in (document.data, document.data.get("legs", {})):
-        for told in part.get("parameters", {}).values():
-            assert told["about"]
+        for described in part.get("parameters", {}).values():
+            assert described["about"]
 
 
 MESSAGES = {
@@ -203,7 +203,7 @@ def test_a_slip_anywhere_is_a_message_or_another_robot(path: Path) -> None:
         ("{parent: base, child: arm}", "a: missing 'type'"),
     ],
 )
-def test_a_wrong_type_is_told_before_what_it_would_need(joint: str, words: str) -> None:
+def test_a_wrong_type_is_reported_before_what_it_would_need(joint: str, words: str) -> None:
     text = (
         f"format: 1\nname: arm\nlinks: {{base: {{}}, arm: {{}}}}\njoints:\n  a: {joint}\nactive:"
         " [a]\n"

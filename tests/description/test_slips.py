@@ -1,4 +1,4 @@
-"""Slips in a file: what is told is where they are, what was expected, and in the words of the file."""
+"""Slips in a file: where they are, what was expected, in the words of the file."""
 
 from __future__ import annotations
 
@@ -18,27 +18,28 @@ links:
   barrel: {mass: 4}
   rod: {mass: 2}
 joints:
-  q1: {type: revolute, parent: base, child: crank, origin: {xyz: [0.3, 0, 0.5], rpy: [pi/2, 0, 0]}, axis: z}
+  q1: {type: revolute, parent: base, child: crank, axis: z,
+       origin: {xyz: [0.3, 0, 0.5], rpy: [pi/2, 0, 0]}}
   q2: {type: revolute, parent: base, child: barrel, origin: {rpy: [pi/2, 0, 0]}, axis: z}
   stroke: {type: prismatic, parent: barrel, child: rod, origin: {xyz: [0.4, 0, 0]}, axis: x}
 loops:
-  lift: {type: A, base: base, arm: crank, k1: barrel, k2: rod, pin: {rod: [0, 0, 0], crank: [0.6, 0, 0]},
-         assembly: clockwise}
+  lift: {type: A, base: base, arm: crank, k1: barrel, k2: rod,
+         pin: {rod: [0, 0, 0], crank: [0.6, 0, 0]}, assembly: clockwise}
 active: [stroke]
 end_effector: {link: crank}
 """
 )
 
 
-def told(text: str) -> str:
+def message_of(text: str) -> str:
     with pytest.raises(DescriptionError) as caught:
         Robot(parse(text))
     return str(caught.value)
 
 
 @pytest.mark.parametrize(("name", "hint"), [("ground", "base"), ("bsae", "base")])
-def test_a_base_that_is_no_link_is_told_at_its_key(name: str, hint: str) -> None:
-    text = told(four_bar("A") + f"base: {name}\n")
+def test_a_base_that_is_no_link_is_reported_at_its_key(name: str, hint: str) -> None:
+    text = message_of(four_bar("A") + f"base: {name}\n")
     assert re.search(
         rf": base: there is no link '{name}' \(did you mean '{hint}'\?\); known: base, ", text
     )
@@ -59,42 +60,44 @@ def test_a_base_that_only_joints_name_is_a_link() -> None:
         ("a:\n  - {x: 1}\n b: 2\n", 3, 2, (2, 3)),
     ],
 )
-def test_indentation_is_told_with_both_lines(
+def test_indentation_is_reported_with_both_lines(
     text: str, line: int, column: int, above: tuple[int, int]
 ) -> None:
     assert (
-        told(text)
+        message_of(text)
         == f"small.yaml:{line}: not valid YAML: the indentation does not fit: this line begins in"
         f" column {column}, the entry above it (line {above[0]}) in column {above[1]}; entries"
         " that belong together begin in one column, parts of an entry further right"
     )
 
 
-def test_tabs_and_second_colons_are_told_as_such() -> None:
+def test_tabs_and_second_colons_are_reported_as_such() -> None:
     assert (
         "small.yaml:2: not valid YAML: a line is indented with a tab; indent with spaces"
-        in told("a:\n\tx: 1\n")
+        in message_of("a:\n\tx: 1\n")
     )
-    assert "a second ':' in one line; put text that has one in quotes" in told(
+    assert "a second ':' in one line; put text that has one in quotes" in message_of(
         "a: 1\nsource: of: somebody\n"
     )
 
 
-def test_a_file_without_its_format_is_told_how_to_write_it() -> None:
-    assert "missing 'format'; write `format: 1`" in told(four_bar("A").replace("format: 1\n", ""))
+def test_a_file_without_its_format_says_how_to_write_it() -> None:
+    assert "missing 'format'; write `format: 1`" in message_of(
+        four_bar("A").replace("format: 1\n", "")
+    )
 
 
 @pytest.mark.parametrize("value", ["18 kg", "70mm", "70 mm", "0.5 kg m^2", "1e3 N", "90°"])
 def test_units_are_fixed(value: str) -> None:
-    text = told(four_bar("A").replace("tool: {mass: 0.5}", f"tool: {{mass: {value}}}"))
+    text = message_of(four_bar("A").replace("tool: {mass: 0.5}", f"tool: {{mass: {value}}}"))
     assert (
         f"tool.mass: '{value}' has a unit; units are fixed: m, kg, s, N, rad (30*deg): write"
         in text
     )
 
 
-def test_a_type_that_does_not_fit_is_told_in_words_of_the_file() -> None:
-    text = told(four_bar("A").replace("type: A", "type: B"))
+def test_a_type_that_does_not_fit_is_reported_in_words_of_the_file() -> None:
+    text = message_of(four_bar("A").replace("type: A", "type: B"))
     assert re.search(
         r"in a loop of Type B the link of `k2` hangs on that of `arm`, but here '\w+' hangs on"
         r" '\w+', not on '\w+'",
@@ -130,22 +133,22 @@ def test_a_type_that_does_not_fit_is_told_in_words_of_the_file() -> None:
     ],
     ids=["mapping", "text", "list", "parameter"],
 )
-def test_decimal_commas_are_told_as_such(right: str, wrong: str, words: str) -> None:
+def test_decimal_commas_are_reported_as_such(right: str, wrong: str, words: str) -> None:
     text = four_bar("A")
     assert right in text
-    assert re.search(words, told(text.replace(right, wrong)))
+    assert re.search(words, message_of(text.replace(right, wrong)))
 
 
 def test_keys_and_lists_that_are_no_decimals_are_not_taken_for_some() -> None:
     text = four_bar("A")
-    assert "decimals" not in told(text.replace("tool: {mass: 0.5}", "tool: {mass: 3, 2: 1}"))
-    assert "decimals" not in told(
+    assert "decimals" not in message_of(text.replace("tool: {mass: 0.5}", "tool: {mass: 3, 2: 1}"))
+    assert "decimals" not in message_of(
         text.replace("tool: {mass: 0.5}", "tool: {mass: 1, com: [0.8, 0.1, 0, 0]}")
     )
 
 
-def test_a_link_among_the_active_joints_is_told_with_its_joint() -> None:
-    text = told(re.sub(r"active: \[.*\]", "active: [tool]", four_bar("A")))
+def test_a_link_among_the_active_joints_is_reported_with_its_joint() -> None:
+    text = message_of(re.sub(r"active: \[.*\]", "active: [tool]", four_bar("A")))
     assert re.search(
         r"active\[0\]: 'tool' is a link; name the joint that moves it \(did you mean '\w+'\?\)",
         text,
@@ -155,23 +158,25 @@ def test_a_link_among_the_active_joints_is_told_with_its_joint() -> None:
 @pytest.mark.parametrize(
     ("key", "as_in"), [("active", "active: [q1, q2]"), ("end_effector", "end_effector: {link: ")]
 )
-def test_what_is_missing_is_told_as_it_is_written(key: str, as_in: str) -> None:
+def test_what_is_missing_is_reported_as_it_is_written(key: str, as_in: str) -> None:
     text = re.sub(rf"^{key}: .*\n", "", four_bar("A"), flags=re.MULTILINE)
-    assert re.search(rf"missing '{key}'; name .*, as in `{re.escape(as_in)}", told(text))
+    assert re.search(rf"missing '{key}'; name .*, as in `{re.escape(as_in)}", message_of(text))
 
 
-def test_a_point_with_two_numbers_and_a_list_of_moments_are_told_with_the_form() -> None:
+def test_a_point_with_two_numbers_and_a_list_of_moments_are_reported_with_the_form() -> None:
     text = four_bar("A")
-    assert "has 2 entries; expected 3, as in [x, y, z]" in told(
+    assert "has 2 entries; expected 3, as in [x, y, z]" in message_of(
         re.sub(r"com: \[[^]]*\]", "com: [0.1, 0]", text)
     )
-    moments = told(text.replace("tool: {mass: 0.5}", "tool: {mass: 0.5, inertia: [0.1, 0.1, 0.2]}"))
+    moments = message_of(
+        text.replace("tool: {mass: 0.5}", "tool: {mass: 0.5, inertia: [0.1, 0.1, 0.2]}")
+    )
     assert "as in inertia: {xx: 0.1, yy: 0.1, zz: 0.1}" in moments
 
 
-def test_two_pivots_about_different_axes_are_told_both() -> None:
+def test_two_pivots_about_different_axes_are_both_reported() -> None:
     """Nothing tells which of the two is wrong."""
-    text = told(LIFT.replace("barrel, origin: {rpy: [pi/2, 0, 0]}", "barrel, origin: {}"))
+    text = message_of(LIFT.replace("barrel, origin: {rpy: [pi/2, 0, 0]}", "barrel, origin: {}"))
     assert (
         "joints turn about different axes, 'q2' about [0, 0, 1] and 'q1' about [0, -1, 0]; mend"
         " the rpy" in text
@@ -179,7 +184,7 @@ def test_two_pivots_about_different_axes_are_told_both() -> None:
 
 
 def test_a_loop_that_was_forgotten_is_thought_of() -> None:
-    text = told(re.sub(r"loops:\n(  .*\n)+", "", LIFT))
+    text = message_of(re.sub(r"loops:\n(  .*\n)+", "", LIFT))
     assert (
         "name 3: besides those named, q1, q2; or a loop is missing: nothing is tied to 'rod'"
         in text

@@ -1,4 +1,4 @@
-"""URDF with closures: the same poses and masses as an engine of its own, and what is said of wrong files."""
+"""URDF with closures: poses and masses of an independent engine, and errors in files."""
 
 from __future__ import annotations
 
@@ -372,6 +372,6 @@ def test_rounded_inertia_of_drawing_programs_passes(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("tag", ["ros2_control", "sensor"])
-def test_other_elements_are_left_out_and_told(tmp_path: Path, tag: str) -> None:
+def test_other_elements_are_omitted_with_a_note(tmp_path: Path, tag: str) -> None:
     robot = read_urdf(write(tmp_path, BARS.replace("</robot>", f'<{tag} name="x"/></robot>')))
     assert f"robot.urdf: <{tag}> is left out" in robot.notes

@@ -34,10 +34,10 @@ def test_an_entry_is_shown_as_it_may_stand(
     assert example(path, value) == shown
 
 
-def test_lines_told_in_one_are_parted() -> None:
-    told = with_warnings("give a reference that closes", ["robot.yaml:3: 90 rad is 14.3 turns"])
+def test_lines_joined_in_one_are_parted() -> None:
+    message = with_warnings("give a reference that closes", ["robot.yaml:3: 90 rad is 14.3 turns"])
     assert (
-        one_line(told)
+        one_line(message)
         == "give a reference that closes; perhaps for this reason: robot.yaml:3: 90 rad is 14.3"
         " turns"
     )
@@ -45,7 +45,7 @@ def test_lines_told_in_one_are_parted() -> None:
     assert not one_line("")
 
 
-def test_a_name_that_there_is_not_is_told_with_those_that_there_are() -> None:
+def test_a_name_that_there_is_not_is_reported_with_those_that_there_are() -> None:
     assert (
         no_such_name("frame", "carier", ["base", "carrier"])
         == "there is no frame 'carier' (did you mean 'carrier'?); known: base, carrier"

@@ -21,16 +21,16 @@ from tests.robots import random_states, robot
 
 @pytest.mark.parametrize("name", shipped_robots())
 def test_pairs_close_in_pinocchio_where_the_robot_does(name: str) -> None:
-    """Frames by name, 3d or 6d, as its users read the pair: they meet and stay together, and leave as much freedom."""
+    """Frames of the pair meet and stay together in Pinocchio, and leave as much freedom."""
     machine = robot(name)
     pair = to_gepetto(machine.description)
-    model, told = pinocchio.buildModelFromXML(pair.urdf), yaml.safe_load(pair.yaml)
+    model, written = pinocchio.buildModelFromXML(pair.urdf), yaml.safe_load(pair.yaml)
     data, state = model.createData(), random_states(name, 1)[0]
     q = configuration(model, dict(zip(machine.coordinates, state.s.tolist(), strict=True)))
     pinocchio.computeJointJacobians(model, data, q)
     pinocchio.updateFramePlacements(model, data)
     rows = []
-    for ends, kind in zip(told["closed_loop"], told["type"], strict=True):
+    for ends, kind in zip(written["closed_loop"], written["type"], strict=True):
         one, other = (model.getFrameId(end) for end in ends)
         assert data.oMf[one].translation == pytest.approx(data.oMf[other].translation, abs=1e-9)
         around = pinocchio.LOCAL_WORLD_ALIGNED
@@ -45,7 +45,7 @@ def test_pairs_close_in_pinocchio_where_the_robot_does(name: str) -> None:
     for coordinate, rate in zip(machine.coordinates, state.ds, strict=True):
         v[model.joints[model.getJointId(coordinate)].idx_v] = rate
     assert jacobian @ v == pytest.approx(np.zeros(len(jacobian)), abs=1e-9)
-    assert told["name_mot"] == list(machine.active)
+    assert written["name_mot"] == list(machine.active)
 
 
 @pytest.mark.parametrize("name", ["forging_chu2020", "gough"])
@@ -60,8 +60,8 @@ def test_urdf_plus_is_a_urdf_to_others(name: str) -> None:
 
 def test_a_plain_urdf_says_what_is_not_in_it() -> None:
     text = to_urdf(robot("forging_chu2020").description)
-    told = text[text.index("<!--") : text.index("-->")]
-    assert "Loops that are cut: theta_1, theta_2, theta_3, theta_4" in told
+    written = text[text.index("<!--") : text.index("-->")]
+    assert "Loops that are cut: theta_1, theta_2, theta_3, theta_4" in written
     for words in (
         "gravity",
         "types of loops",
@@ -69,7 +69,7 @@ def test_a_plain_urdf_says_what_is_not_in_it() -> None:
         "the end effector",
         "the reference configuration",
     ):
-        assert words in told
+        assert words in written
 
 
 Z = '<axis xyz="0 0 1"/>'
@@ -152,7 +152,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize(("old", "new", "words", "below"), WRONG.values(), ids=WRONG.keys())
-def test_wrong_loops_are_told_with_their_line(
+def test_wrong_loops_are_reported_with_their_line(
     old: str, new: str, words: str, below: int | None, tmp_path: Path
 ) -> None:
     assert old in BARS
@@ -172,7 +172,8 @@ def test_a_follower_becomes_a_coupling_where_there_is_a_word_for_it() -> None:
         joints:
           a: {type: revolute, parent: base, child: one, axis: z}
           b: {type: revolute, parent: base, child: two, axis: z, mimic: {joint: a, multiplier: -2}}
-          c: {type: revolute, parent: two, child: three, axis: z, mimic: {joint: a, multiplier: 3, offset: 0.5}}
+          c: {type: revolute, parent: two, child: three, axis: z,
+              mimic: {joint: a, multiplier: 3, offset: 0.5}}
         active: [a]
         end_effector: {link: three}
     """

@@ -1,4 +1,4 @@
-"""Robots as MJCF: what MuJoCo makes of them is what this library computes, but for the softness of its loops."""
+"""MuJoCo computes what this library does from its MJCF, but for the softness of its loops."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Model:
         self.index = np.array([self.model.joint(name).dofadr[0] for name in machine.coordinates])
 
     def hard(self, s: np.ndarray, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Accelerations at rest of MuJoCo's own matrices with rigid loops, and those that MuJoCo gives."""
+        """Accelerations at rest: from MuJoCo's matrices with rigid loops, and MuJoCo's."""
         mujoco.mj_resetData(self.model, self.data)
         self.data.qpos[self.index], self.data.ctrl[:] = s, tau
         mujoco.mj_forward(self.model, self.data)
@@ -57,7 +57,7 @@ class TestEveryRobot:
         )  # MuJoCo's loops give way: 1e-4 of their inertia, as it guesses
 
     def test_a_held_pose_stays(self, name: str) -> None:
-        """To 1e-6 [rad or m] over a tenth of a second: longer, an arm that stands upright falls from rounding."""
+        """To 1e-6 [rad or m] in a tenth of a second: later, an upright arm falls from rounding."""
         m = Model(robot(name))
         mujoco.mj_resetDataKeyframe(m.model, m.data, 0)
         start = m.data.qpos.copy()
@@ -68,8 +68,8 @@ class TestEveryRobot:
         assert np.abs(m.data.qpos - start).max() < 1e-6
 
 
-def test_effects_of_joints_are_taken_over() -> None:
-    """A pendulum on a spring with preload, rotor and damping: the same acceleration, and the same equilibrium force."""
+def test_effects_of_joints_are_the_same_in_mujoco() -> None:
+    """A pendulum with spring, preload, rotor and damping has the same acceleration and force."""
     text = """
         format: 1
         name: pendulum

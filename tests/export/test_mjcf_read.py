@@ -15,7 +15,8 @@ PENDULUM = """<mujoco model="pendulum">
     <site name="mark" pos="1 2 3"/>
     <body name="bob" pos="0 0 1" quat="0.7071067811865476 0.7071067811865476 0 0">
       <inertial pos="0.5 0 0" mass="2" diaginertia="0.1 0.2 0.2"/>
-      <joint name="q" type="hinge" axis="0 0 2" range="-1 2" limited="true" damping="0.3" armature="0.5"/>
+      <joint name="q" type="hinge" axis="0 0 2" range="-1 2" limited="true"
+        damping="0.3" armature="0.5"/>
       <geom type="sphere" size="0.1" mass="0"/>
       <body name="tip" pos="1 0 0"/>
     </body>
@@ -31,7 +32,7 @@ def read(folder: Path, text: str) -> Robot:
     return load(path)
 
 
-def test_its_own_words_are_enough(tmp_path: Path) -> None:
+def test_the_words_it_writes_are_enough(tmp_path: Path) -> None:
     machine = read(tmp_path, PENDULUM)
     assert (machine.name, machine.active, machine.description.base) == ("pendulum", ("q",), "world")
     assert machine.limits[0] == pytest.approx([-1, 2])
@@ -60,45 +61,45 @@ WRONG = {
         "is 'free'; expected hinge or slide",
         8,
     ),
-    "mass of shapes": ('size="0.1" mass="0"', 'size="0.1"', "a <geom> makes up mass", 9),
+    "mass of shapes": ('size="0.1" mass="0"', 'size="0.1"', "a <geom> makes up mass", 10),
     "angles": (
         '<body name="tip" pos="1 0 0"/>',
         '<body name="tip" euler="1 0 0"/>',
         "is turned by euler; expected quat",
-        10,
+        11,
     ),
     "offset": ('damping="0.3"', 'ref="0.3"', "ref of <joint> is not covered", 8),
-    "two joints": ("<geom ", '<joint name="p"/><geom ', "body 'bob' has 2 joints", 9),
+    "two joints": ("<geom ", '<joint name="p"/><geom ', "body 'bob' has 2 joints", 10),
     "position drive": (
         "<motor ",
         "<position ",
         "<position> is not covered; expected <motor joint=...>",
-        13,
+        14,
     ),
     "tied to nothing": (
         "  <actuator>",
         '  <equality><connect name="c" site1="mark" site2="mork"/></equality>\n  <actuator>',
         "ties the site 'mork', which is not there",
-        13,
+        14,
     ),
     "tied to itself": (
         "  <actuator>",
         '  <equality><connect name="c" site1="mark" site2="mark"/></equality>\n  <actuator>',
         "ties two sites of one body",
-        13,
+        14,
     ),
     "two sites": (
         "<geom ",
         '<site name="mark"/><geom ',
         "site.mark: has the name of another site",
-        9,
+        10,
     ),
     "number": ('mass="2"', 'mass="two"', 'mass="two"; expected a number', 7),
 }
 
 
 @pytest.mark.parametrize(("old", "new", "words", "line"), WRONG.values(), ids=WRONG.keys())
-def test_what_is_not_covered_is_told(
+def test_what_is_not_covered_is_reported(
     old: str, new: str, words: str, line: int, tmp_path: Path
 ) -> None:
     assert old in PENDULUM
@@ -251,8 +252,8 @@ def test_what_is_read_is_what_mujoco_makes_of_it(words: dict[str, str], tmp_path
     data.qpos[0], data.qacc[0] = 0.4, 1.0
     mujoco.mj_inverse(model, data)
     machine = read(tmp_path, text)
-    found = machine.inverse_dynamics(machine.close([0.4]), [1.0])
-    assert found == pytest.approx(
+    efforts = machine.inverse_dynamics(machine.close([0.4]), [1.0])
+    assert efforts == pytest.approx(
         data.qfrc_inverse, rel=1e-8
     )  # a bound gives the tip, which has no mass, 1e-9 kg
 

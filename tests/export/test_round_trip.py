@@ -1,4 +1,4 @@
-"""What is exported comes back as the same robot: names, limits, closed states, minimal form, assembly modes."""
+"""An exported robot comes back the same: names, limits, states, minimal form, assembly modes."""
 
 from __future__ import annotations
 
@@ -65,19 +65,21 @@ def assert_they_move_alike(machine: Robot, back: Robot, states: tuple) -> None:
     """On random closed states: coordinates, minimal form, efforts, end effector and modes."""
     order = [back.coordinates.index(name) for name in machine.coordinates]
     for state in states:
-        found = back.close(state.u, state.du)
-        assert found.s[order] == pytest.approx(state.s, abs=NEAR)
-        assert found.ds[order] == pytest.approx(
+        restored = back.close(state.u, state.du)
+        assert restored.s[order] == pytest.approx(state.s, abs=NEAR)
+        assert restored.ds[order] == pytest.approx(
             state.ds, rel=1e-9, abs=1e-9
         )  # over the distance to a singularity
-        assert dict(found.branch) == dict(state.branch)
-        for one, other in zip(machine.minimal_form(state), back.minimal_form(found), strict=True):
+        assert dict(restored.branch) == dict(state.branch)
+        for one, other in zip(
+            machine.minimal_form(state), back.minimal_form(restored), strict=True
+        ):
             assert other == pytest.approx(
                 one, rel=1e-8, abs=1e-8 * max(1.0, float(np.abs(one).max()))
             )
         pose = machine.forward_kinematics(state)
-        assert back.forward_kinematics(found).position == pytest.approx(pose.position, abs=1e-9)
-        assert back.forward_kinematics(found).rotation == pytest.approx(pose.rotation, abs=1e-9)
+        assert back.forward_kinematics(restored).position == pytest.approx(pose.position, abs=1e-9)
+        assert back.forward_kinematics(restored).rotation == pytest.approx(pose.rotation, abs=1e-9)
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -103,17 +105,21 @@ SPATIAL = """
       carrier: {}
       tip: {mass: 0.4, com: [0, 0, 0.05], inertia: {sphere: {radius: 0.03}}}
     joints:
-      a: {type: revolute, parent: floor, child: crank, origin: {xyz: [0, 0, 0.3], rpy: [0.3, -0.4, 0.2]}, axis: z,
-          friction: {viscous: 0.4, coulomb: 0.2, smoothing: 0.01}, drive: {rotor_inertia: 0.001, gear_ratio: 20},
-          limits: [-1, .inf]}
+      a: {type: revolute, parent: floor, child: crank, axis: z,
+          origin: {xyz: [0, 0, 0.3], rpy: [0.3, -0.4, 0.2]},
+          friction: {viscous: 0.4, coulomb: 0.2, smoothing: 0.01},
+          drive: {rotor_inertia: 0.001, gear_ratio: 20}, limits: [-1, .inf]}
       b: {type: revolute, parent: crank, child: bar, origin: {xyz: [0.2, 0, 0]}, axis: z}
       c: {type: revolute, parent: floor, child: rocker,
           origin: [{xyz: [0, 0, 0.3], rpy: [0.3, -0.4, 0.2]}, {xyz: [0.35, 0, 0]}], axis: z,
           spring: {stiffness: 3, rest: 0.4, preload: 0.7}}
-      d: {type: revolute, parent: rocker, child: carrier, origin: {rpy: [0, pi/2, 0]}, axis: [0, 0.6, 0.8]}
-      e: {type: prismatic, parent: carrier, child: tip, axis: x, mimic: {joint: d, multiplier: 0.1, offset: 0.02}}
+      d: {type: revolute, parent: rocker, child: carrier, axis: [0, 0.6, 0.8],
+          origin: {rpy: [0, pi/2, 0]}}
+      e: {type: prismatic, parent: carrier, child: tip, axis: x,
+          mimic: {joint: d, multiplier: 0.1, offset: 0.02}}
     closures:
-      hinge: {kind: axis, between: {bar: {xyz: [0.4, 0, 0.02]}, rocker: {xyz: [0.3, 0, 0.02]}}, assembly: MODE}
+      hinge: {kind: axis, assembly: MODE,
+              between: {bar: {xyz: [0.4, 0, 0.02]}, rocker: {xyz: [0.3, 0, 0.02]}}}
     frames:
       mark: {link: tip, xyz: [0.1, 0.2, 0.3], rpy: [0.1, 0.2, 0.3]}
     payloads:
@@ -126,7 +132,7 @@ SPATIAL = """
 
 @cache
 def everything() -> Robot:
-    """A robot with everything that a description may say: tied axis, follower, payload, springs, half limits."""
+    """A robot with a tied axis, a follower, a payload, springs and limits on one side."""
     return Robot(parse_description(textwrap.dedent(SPATIAL.replace("MODE", "counterclockwise"))))
 
 
@@ -139,8 +145,8 @@ def test_nothing_that_a_file_says_is_lost(form: str, tmp_path: Path) -> None:
     assert_they_move_alike(machine, back, tuple(states))
     for state in states:
         expected = machine.inverse_dynamics(state, [0.7, -0.3])  # with all loads of the file
-        found = back.inverse_dynamics(back.close(state.u, state.du), [0.7, -0.3])
-        assert found == pytest.approx(expected, rel=1e-8, abs=1e-8)
+        restored = back.inverse_dynamics(back.close(state.u, state.du), [0.7, -0.3])
+        assert restored == pytest.approx(expected, rel=1e-8, abs=1e-8)
     on, payload = back.description.payloads["load"]
     assert (on, payload.mass) == ("mark", 3)
     assert isinstance(payload, Payload)
@@ -205,7 +211,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize(("old", "new", "words"), WRONG.values(), ids=WRONG.keys())
-def test_wrong_entries_are_told_with_their_line(
+def test_wrong_entries_are_reported_with_their_line(
     old: str, new: str, words: str, tmp_path: Path
 ) -> None:
     file = write(robot("five_bar"), "urdf+", tmp_path)

@@ -1,4 +1,4 @@
-"""SDFormat: what another engine makes of the tree, where every loop joint is at rest, and files that others write."""
+"""SDFormat: the tree in another engine, the drawn configuration, and files of others."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ MASSLESS = 1e-6
 
 def zero_places(root: ElementTree.Element) -> dict[str, float]:
     """Where the file counts coordinates from, by its own words."""
-    (rest,) = (element for element in root.iter() if element.tag.endswith("}hybrid_dynamics"))
-    lines = (rest.text or "").splitlines()
-    found = next((line for line in lines if line.startswith("zero:")), "zero: {}")
-    pairs = [pair.split(": ") for pair in found[len("zero: {") : -1].split(", ") if pair]
+    (extras,) = (element for element in root.iter() if element.tag.endswith("}hybrid_dynamics"))
+    lines = (extras.text or "").splitlines()
+    actual = next((line for line in lines if line.startswith("zero:")), "zero: {}")
+    pairs = [pair.split(": ") for pair in actual[len("zero: {") : -1].split(", ") if pair]
     return {name: float(value) for name, value in pairs}
 
 
@@ -53,12 +53,12 @@ def test_another_engine_finds_the_same_tree(name: str) -> None:
         q[plant.GetJointByName(joint).position_start()] = value - zero.get(joint, 0.0)
     plant.SetPositions(context, q)
     for frame in machine.frames:
-        pose, found = (
+        pose, actual = (
             machine.forward_kinematics(state, frame),
             plant.GetFrameByName(frame).CalcPoseInWorld(context),
         )
-        assert found.translation() == pytest.approx(pose.position, abs=1e-12)
-        assert found.rotation().matrix() == pytest.approx(pose.rotation, abs=1e-12)
+        assert actual.translation() == pytest.approx(pose.position, abs=1e-12)
+        assert actual.rotation().matrix() == pytest.approx(pose.rotation, abs=1e-12)
     order = [plant.GetJointByName(joint).velocity_start() for joint in machine.coordinates]
     expected = machine.spanning_terms(state)
     mass = plant.CalcMassMatrix(context)[np.ix_(order, order)]
@@ -70,7 +70,7 @@ def test_another_engine_finds_the_same_tree(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", shipped_robots())
-def test_every_loop_joint_is_at_rest_where_the_model_is_drawn(name: str) -> None:
+def test_every_loop_joint_is_at_zero_where_the_model_is_drawn(name: str) -> None:
     """Both of its links put its frame at one place: what SDFormat wants of a joint at zero."""
     machine = robot(name)
     state = machine.close(machine.reference)
@@ -101,9 +101,11 @@ FOUR_BAR = """<?xml version="1.0"?>
       <inertial><mass>2</mass><pose>0.1 0 0 0 0 0</pose>
         <inertia><ixx>0.01</ixx><iyy>0.02</iyy><izz>0.02</izz></inertia></inertial></link>
     <link name="coupler"><pose relative_to="crank" degrees="true">0.2 0.1 0 0 0 -90</pose></link>
-    <link name="rocker"><pose relative_to="floor" rotation_format="quat_xyzw">0.2 -0.1 0 0 0 0 1</pose></link>
+    <link name="rocker">
+      <pose relative_to="floor" rotation_format="quat_xyzw">0.2 -0.1 0 0 0 0 1</pose></link>
     <joint name="anchor" type="fixed"><parent>world</parent><child>ground</child></joint>
-    <joint name="motor" type="revolute"><pose relative_to="floor"/><parent>ground</parent><child>crank</child>
+    <joint name="motor" type="revolute">
+      <pose relative_to="floor"/><parent>ground</parent><child>crank</child>
       <axis><xyz expressed_in="floor">0 0 2</xyz><limit><lower>-1</lower><upper>inf</upper></limit>
         <dynamics><damping>0.5</damping></dynamics></axis></joint>
     <joint name="knee" type="revolute"><pose relative_to="crank">0.2 0 0 0 0 0</pose>
@@ -138,11 +140,11 @@ def test_a_file_of_others_closes_where_it_is_drawn(tmp_path: Path) -> None:
     assert coupler.position == pytest.approx(turn @ [0.2, 0.1, 0.0], abs=1e-12)
     moved = machine.close([0.2])
     knee = machine.forward_kinematics(moved, "coupler")
-    own = (
+    knee_axis = (
         knee.rotation @ [0.1, 0.0, 0.0] + knee.position
     )  # the knee's axis, seen from the coupler's frame
     crank = machine.forward_kinematics(moved, "crank")
-    assert own == pytest.approx(crank.rotation @ [0.2, 0, 0] + crank.position, abs=1e-12)
+    assert knee_axis == pytest.approx(crank.rotation @ [0.2, 0, 0] + crank.position, abs=1e-12)
     assert machine.limits[0] == pytest.approx([-1, np.inf])
     assert machine.description.effects["motor"].viscous == 0.5
     assert (
@@ -175,7 +177,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize(("old", "new", "words"), WRONG.values(), ids=WRONG.keys())
-def test_what_is_not_covered_is_told(old: str, new: str, words: str, tmp_path: Path) -> None:
+def test_what_is_not_covered_is_reported(old: str, new: str, words: str, tmp_path: Path) -> None:
     assert old in FOUR_BAR
     with pytest.raises(DescriptionError) as caught:
         read(tmp_path, FOUR_BAR.replace(old, new, 1))
@@ -302,16 +304,16 @@ HARMLESS = {  # what others write beside a robot, and words that say what is so 
 }
 
 
-def test_what_changes_no_robot_is_passed_over(tmp_path: Path) -> None:
+def test_what_changes_no_robot_is_ignored(tmp_path: Path) -> None:
     text = FOUR_BAR
     for old, new in HARMLESS.items():
         assert old in text
         text = text.replace(old, new, 1)
     machine, other = read(tmp_path), read(tmp_path, text)
-    state, found = machine.close([0.2], [0.5]), other.close([0.2], [0.5])
-    np.testing.assert_array_equal(found.s, state.s)
+    state, actual = machine.close([0.2], [0.5]), other.close([0.2], [0.5])
+    np.testing.assert_array_equal(actual.s, state.s)
     np.testing.assert_array_equal(
-        other.inverse_dynamics(found, [1.0]), machine.inverse_dynamics(state, [1.0])
+        other.inverse_dynamics(actual, [1.0]), machine.inverse_dynamics(state, [1.0])
     )
 
 

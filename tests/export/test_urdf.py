@@ -1,4 +1,4 @@
-"""The URDF of every robot, as an independent parser reads it: the same poses, masses and gravity forces."""
+"""The URDF of every robot in an independent parser: the same poses, masses and gravity forces."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ def test_an_independent_parser_finds_every_frame_where_it_is(name: str) -> None:
         configuration(model, dict(zip(robot.coordinates, state.s.tolist(), strict=True))),
     )
     for frame in robot.frames:
-        pose, found = robot.forward_kinematics(state, frame), data.oMf[model.getFrameId(frame)]
-        np.testing.assert_allclose(found.translation, pose.position, atol=1e-9)
-        np.testing.assert_allclose(found.rotation, pose.rotation, atol=1e-9)
+        pose, actual = robot.forward_kinematics(state, frame), data.oMf[model.getFrameId(frame)]
+        np.testing.assert_allclose(actual.translation, pose.position, atol=1e-9)
+        np.testing.assert_allclose(actual.rotation, pose.rotation, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", shipped_robots())
@@ -54,13 +54,13 @@ def test_an_independent_parser_finds_the_same_weight_along_every_joint(name: str
     state = robot.close(robot.reference)
     q = configuration(model, dict(zip(robot.coordinates, state.s.tolist(), strict=True)))
     along = pinocchio.computeGeneralizedGravity(model, model.createData(), q)
-    found = [along[model.joints[model.getJointId(joint)].idx_v] for joint in robot.coordinates]
-    np.testing.assert_allclose(found, robot.spanning_terms(state).g, rtol=1e-9, atol=1e-6)
+    actual = [along[model.joints[model.getJointId(joint)].idx_v] for joint in robot.coordinates]
+    np.testing.assert_allclose(actual, robot.spanning_terms(state).g, rtol=1e-9, atol=1e-6)
 
 
 @pytest.mark.parametrize("name", shipped_robots())
 def test_the_tree_is_read_back(name: str, tmp_path: Path) -> None:
-    """Every joint of the tree is driven; one that cannot be at zero begins at the limit nearest to it."""
+    """Every joint of the tree is driven; its reference is zero, or the limit nearest to it."""
     robot = load(name)
     file = tmp_path / "tree.urdf"
     file.write_text(to_urdf(robot.description))
@@ -85,7 +85,7 @@ def test_rotations_come_back_from_their_angles(pitch: float) -> None:
 
 @pytest.mark.parametrize("hyphens", ["-", "--", "---", "----", "- -- ---"])
 def test_names_with_hyphens_leave_the_comment_valid(hyphens: str) -> None:
-    """XML forbids two hyphens side by side in a comment: a parser has to find the name there, hyphens set apart."""
+    """XML forbids two hyphens side by side in a comment: in the name there they are set apart."""
     description = load("five_bar").description
     first, *others = description.closures
     machine = replace(
@@ -103,9 +103,9 @@ def test_the_command_writes_what_the_function_gives(tmp_path) -> None:
     command = [sys.executable, "-m", "hybrid_dynamics_core.export"]
     assert subprocess.run([*command, "excavator", file], check=False).returncode == 0
     assert file.read_text(encoding="utf-8") == to_urdf(load("excavator").description)
-    again = subprocess.run([*command, "delta", file], check=False, capture_output=True, text=True)
-    assert again.returncode == 1
-    assert "there is a file already" in again.stderr
+    refused = subprocess.run([*command, "delta", file], check=False, capture_output=True, text=True)
+    assert refused.returncode == 1
+    assert "there is a file already" in refused.stderr
     assert subprocess.run([*command, "delta", file, "--overwrite"], check=False).returncode == 0
     assert file.read_text(encoding="utf-8") == to_urdf(load("delta").description)
     wrong = subprocess.run([*command, "no_such_robot"], check=False, capture_output=True, text=True)
