@@ -138,7 +138,7 @@ PAYLOAD_FRAME: Final = Parameter[str](
 PAYLOAD_MASS: Final = Parameter[float](
     "payload.mass",
     0.0,
-    "PayloadBody of the payload.",
+    "Mass of the payload.",
     unit="kg",
     bounds=(0.0, _LARGE),
     change=ChangeTime.ANY_TIME,

@@ -13,11 +13,10 @@ from hypothesis import HealthCheck, Phase, settings
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.kernels.run import VARIABLE
 
-if (
-    "PYTEST_XDIST_WORKER" not in os.environ
-):  # kernels are kept for this run of all workers, not with the user's own
-    _kept = tempfile.TemporaryDirectory()
-    os.environ["HYBRID_DYNAMICS_CACHE"] = _kept.name
+# Kernels are cached for this run of all workers, not among the user's.
+if "PYTEST_XDIST_WORKER" not in os.environ:
+    _cache = tempfile.TemporaryDirectory()
+    os.environ["HYBRID_DYNAMICS_CACHE"] = _cache.name
 
 ROOT = Path(__file__).resolve().parent
 
@@ -36,20 +35,19 @@ NEEDS = {  # what tests take from beyond the libraries of Ubuntu 24.04, and of a
     "ros/test_outputs.py": ("rclpy", "rosbags"),
     "ros/test_page_blocks.py": ("rclpy", "rosbags"),
 }
-MISSING = {
-    place: [name for name in names if importlib.util.find_spec(name) is None]
-    for place, names in NEEDS.items()
-    if not all(map(importlib.util.find_spec, names))
-}
+MISSING: dict[str, list[str]] = {}
+for _place, _names in NEEDS.items():
+    if not all(map(importlib.util.find_spec, _names)):
+        MISSING[_place] = [name for name in _names if importlib.util.find_spec(name) is None]
 collect_ignore = list(MISSING)
 
 
 def pytest_report_header() -> list[str]:
     """Say what is left out, and why."""
-    return [
-        f"left out: tests/{place}, which needs {' and '.join(names)}"
-        for place, names in MISSING.items()
-    ]
+    lines = []
+    for place, names in MISSING.items():
+        lines.append(f"left out: tests/{place}, which needs {' and '.join(names)}")
+    return lines
 
 
 settings.register_profile(
@@ -57,14 +55,12 @@ settings.register_profile(
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow],
     derandomize=True,
-    phases=[
-        phase for phase in Phase if phase is not Phase.explain
-    ],  # it traces every line: failures ran out of time
+    phases=[phase for phase in Phase if phase is not Phase.explain],  # it traces every line: slow
 )
 settings.load_profile("project")
 
 
-# folders whose robots are met once
+# Folders whose robots are used once.
 UNCOMPILED = (
     "agreement",
     "description",
@@ -82,10 +78,14 @@ PROCESSES = ("demo", "packaging", "ros")  # folders whose tests start processes:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Groups for pytest-xdist: a file stays on one worker, and so do all tests that start processes."""
+    """Groups for pytest-xdist: a file stays on one worker.
+
+    So do all tests that start processes.
+    """
     for item in items:
-        folder = item.path.relative_to(ROOT).parts[0]
-        group = "processes" if folder in PROCESSES else item.nodeid.partition("::")[0]
+        group = item.nodeid.partition("::")[0]
+        if item.path.relative_to(ROOT).parts[0] in PROCESSES:
+            group = "processes"
         item.add_marker(pytest.mark.xdist_group(group))
 
 
@@ -97,11 +97,17 @@ def python_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(autouse=True)
 def backend(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Generated Python where it answers before a compiler would be done; both agree, as tests/kernels shows."""
-    called = getattr(request.node, "callspec", None)
-    name = None if called is None else called.params.get("name")
+    """Generated Python where it answers before a compiler would be done.
+
+    Both agree, as tests/kernels shows.
+    """
+    callspec = getattr(request.node, "callspec", None)
+    name = None
+    if callspec is not None:
+        name = callspec.params.get("name")
     folder = request.path.relative_to(ROOT).parts[0]
-    if folder in UNCOMPILED or (folder == "laws" and name is not None and name not in COMPILED):
+    is_rare_robot = name is not None and name not in COMPILED
+    if folder in UNCOMPILED or (folder == "laws" and is_rare_robot):
         monkeypatch.setenv(VARIABLE, "python")
 
 
@@ -110,5 +116,6 @@ def forging(request: pytest.FixtureRequest) -> Robot:
     """The forging robot of Chu et al. (2020), one for all tests of a backend."""
     from tests.robots import backend, robot_of  # after this file has set the environment
 
-    compiled = request.path.relative_to(ROOT).parts[0] not in UNCOMPILED
-    return robot_of("forging_chu2020", backend() if compiled else "python")
+    if request.path.relative_to(ROOT).parts[0] in UNCOMPILED:
+        return robot_of("forging_chu2020", "python")
+    return robot_of("forging_chu2020", backend())

@@ -1,4 +1,7 @@
-"""Small mechanisms of every kind of closure, with random inertias: what the laws have to hold on besides the robots."""
+"""Small mechanisms of every kind of closure, with random inertias.
+
+The laws hold on them as on the shipped robots.
+"""
 
 from __future__ import annotations
 
@@ -15,9 +18,8 @@ from hybrid_dynamics_core.description.geometry import rotation_from_rpy, unit_ax
 from hybrid_dynamics_core.description.model import Closure, Frame, Joint, Link, RobotDescription
 from hybrid_dynamics_core.ground.arrays import frozen
 
-JointRow = tuple[
-    str, str, str, str, Sequence[float], str | list[float]
-]  # name, type, parent, child, xyz, axis
+# Name, type, parent, child, xyz, axis.
+JointRow = tuple[str, str, str, str, Sequence[float], str | list[float]]
 
 
 def random_link(name: str, rng: np.random.Generator, size: float = 0.3) -> Link:
@@ -26,8 +28,9 @@ def random_link(name: str, rng: np.random.Generator, size: float = 0.3) -> Link:
     com = rng.uniform(-size, size, 3)
     points = rng.uniform(-size, size, (6, 3))
     points -= points.mean(axis=0)
-    spread = points.T @ points / 6.0 * mass
-    return Link(name, mass, frozen(com), frozen(np.trace(spread) * np.eye(3) - spread))
+    moments = points.T @ points / 6.0 * mass
+    inertia = np.trace(moments) * np.eye(3) - moments
+    return Link(name, mass, frozen(com), frozen(inertia))
 
 
 def describe(
@@ -40,15 +43,17 @@ def describe(
 ) -> RobotDescription:
     """A description with random masses; the end effector on the last link."""
     rng = np.random.default_rng(sum(map(ord, name)))
-    joints, links = {}, {}
+    rotation = frozen(np.eye(3))
+    joints = {}
+    links = {}
     for joint, kind, parent, child, xyz, axis in rows:
         origin = frozen(xyz)
-        joints[joint] = Joint(
-            joint, kind, parent, child, frozen(np.eye(3)), origin, unit_axis(axis)
-        )
-        link = random_link(child, rng)
-        links[child] = Link(child) if child in massless else link
+        joints[joint] = Joint(joint, kind, parent, child, rotation, origin, unit_axis(axis))
+        links[child] = random_link(child, rng)
+        if child in massless:
+            links[child] = Link(child)
     last = rows[-1][3]
+    tip = Frame(last, rotation_from_rpy(0.3, -0.4, 0.5), frozen([0.1, 0.05, -0.2]))
     return RobotDescription(
         name=name,
         source="generated",
@@ -60,13 +65,7 @@ def describe(
         loops=MappingProxyType({}),
         active=tuple(active),
         end_effector="end_effector",
-        frames=MappingProxyType(
-            {
-                "end_effector": Frame(
-                    last, rotation_from_rpy(0.3, -0.4, 0.5), frozen([0.1, 0.05, -0.2])
-                )
-            }
-        ),
+        frames=MappingProxyType({"end_effector": tip}),
         reference=reference,
     )
 
@@ -132,7 +131,7 @@ def _three_rrr() -> RobotDescription:
 
 
 def _rssr() -> RobotDescription:
-    """A spatial four-bar: a rod on a universal joint, its end on a ball."""
+    """A spatial four-bar: a rod on a universal joint, its end on a ball joint."""
     rows: list[JointRow] = [
         ("a", "revolute", "base", "crank", (0, 0, 0), "z"),
         ("p", "revolute", "crank", "cross", (0.2, 0, 0), "z"),
@@ -180,7 +179,7 @@ def _welded_five_bar() -> RobotDescription:
 
 
 def _parallelogram() -> RobotDescription:
-    """A four-bar of equal opposite bars with a dyad on its coupler: regular where its bars are in line."""
+    """A four-bar of equal opposite bars with a dyad: regular where its bars are in line."""
     rows: list[JointRow] = [
         ("a", "revolute", "base", "crank", (0, 0, 0), "z"),
         ("b", "revolute", "crank", "coupler", (0.4, 0, 0), "z"),

@@ -1,4 +1,4 @@
-"""Robots and states for laws that hold for every robot: the shipped ones and small mechanisms of each kind."""
+"""Robots and states for laws: the shipped robots, and small mechanisms of each kind."""
 
 from __future__ import annotations
 
@@ -29,12 +29,17 @@ def backend() -> str:
 @cache
 def robot_of(name: str, _backend: str) -> Robot:
     """The same for tests of a backend."""
-    machine = Robot(mechanism(name).description) if name in MECHANISMS else load(name)
-    return (
-        machine
-        if any(link.mass for link in machine.description.links.values())
-        else with_masses(machine)
-    )
+    machine = made(name)
+    if any(link.mass for link in machine.description.links.values()):
+        return machine
+    return with_masses(machine)
+
+
+def made(name: str) -> Robot:
+    """A new shipped robot or mechanism, with the masses that it comes with."""
+    if name in MECHANISMS:
+        return Robot(mechanism(name).description)
+    return load(name)
 
 
 def random_states(
@@ -51,7 +56,8 @@ def _random_states(
     machine = robot(name)
     rng = np.random.default_rng(seed)
     n = len(machine.active)
-    reach, states = REACH, []
+    reach = REACH
+    states = []
     for _ in range(40 * count):
         lower = np.maximum(machine.limits[:, 0], machine.reference - reach)
         upper = np.minimum(machine.limits[:, 1], machine.reference + reach)
@@ -74,4 +80,6 @@ def random_vector(machine: Robot, seed: int, size: float = 1.0) -> np.ndarray:
 def scaled(error: np.ndarray, *scales: np.ndarray) -> float:
     """Largest error relative to the largest of the terms that make the value up."""
     worst = float(np.abs(error).max(initial=0.0))
-    return worst / max(float(np.abs(s).max()) for s in scales) if worst else 0.0
+    if not worst:
+        return 0.0
+    return worst / max(float(np.abs(scale).max()) for scale in scales)

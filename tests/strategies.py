@@ -8,12 +8,16 @@ from hypothesis import strategies as st
 from hybrid_dynamics_core import Robot
 
 NEAR = 0.05  # [m]
-# of a limited range left out at both ends: next to a toggle point rates grow without bound
+# Share of a limited range at both ends that is not used: next to a toggle point rates grow without
+# bound.
 MARGIN = 0.03
 
 
 def positions(robot: Robot) -> st.SearchStrategy[np.ndarray]:
-    """Active coordinates within the limits; unlimited angles within a turn, unlimited strokes near the reference."""
+    """Active coordinates within the limits.
+
+    Unlimited angles are within a turn, unlimited strokes near the reference.
+    """
     turns = np.array([robot.joint_types[name] == "revolute" for name in robot.active])
     half = np.where(turns, np.pi, NEAR)
     lower = np.where(np.isfinite(robot.limits[:, 0]), robot.limits[:, 0], robot.reference - half)

@@ -1,4 +1,4 @@
-"""The same robot in MuJoCo: its tree from the description, its closures as equality constraints between sites."""
+"""The same robot in MuJoCo: its tree, and its closures as equality constraints between sites."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from hybrid_dynamics_core.description import Closure, Joint, RobotDescription
 
 ARM = 0.5  # [m] between the two connected points of a closure that ties axes
+KINDS = {"revolute": "hinge", "prismatic": "slide"}
 
 
 class MujocoRobot:
@@ -28,7 +29,9 @@ class MujocoRobot:
     def place(self, s: np.ndarray, ds: np.ndarray | None = None) -> None:
         """Put the model into a configuration, with rates."""
         self.data.qpos[self.index] = s
-        self.data.qvel[self.index] = 0.0 if ds is None else ds
+        self.data.qvel[self.index] = 0.0
+        if ds is not None:
+            self.data.qvel[self.index] = ds
         mujoco.mj_fwdPosition(self.model, self.data)
         mujoco.mj_fwdVelocity(self.model, self.data)
 
@@ -36,11 +39,9 @@ class MujocoRobot:
         """MuJoCo's violation of the equality constraints and their Jacobian (rows, n_s)."""
         self.place(s)
         rows = self.data.nefc
-        jacobian = (
-            np.array(self.data.efc_J).reshape(rows, self.model.nv)
-            if rows
-            else np.zeros((0, self.size))
-        )
+        if not rows:
+            return np.zeros(0), np.zeros((0, self.size))
+        jacobian = np.array(self.data.efc_J).reshape(rows, self.model.nv)
         return np.array(self.data.efc_pos[:rows]), jacobian[:, self.index]
 
     def close(self, s: np.ndarray, n_active: int) -> np.ndarray:
@@ -103,12 +104,10 @@ def _bodies(robot: RobotDescription, hung: dict[str, list[Joint]], parent: str) 
     for joint in hung.get(parent, []):
         link = robot.links[joint.child]
         i = link.inertia
-        inertia = (
-            [i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]]
-            if link.mass
-            else [1e-12] * 3 + [0.0] * 3
-        )
-        kind = "hinge" if joint.type == "revolute" else "slide"
+        inertia = [1e-12] * 3 + [0.0] * 3
+        if link.mass:
+            inertia = [i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]]
+        kind = KINDS[joint.type]
         text += (
             f'<body name="{link.name}" pos="{_text(joint.translation)}"'
             f' quat="{_text(_quaternion(joint.rotation))}">'
@@ -121,19 +120,23 @@ def _bodies(robot: RobotDescription, hung: dict[str, list[Joint]], parent: str) 
 
 
 def _sites(robot: RobotDescription, link: str) -> str:
-    """Two sites for each end of a closure on the link: at its point, and a little along its z axis."""
+    """Two sites for each end of a closure on the link: at its point, and along its z axis."""
     text = ""
     for c in robot.closures:
-        for end in "ab":
-            if getattr(c, f"link_{end}") == link:
-                point, rotation = getattr(c, f"point_{end}"), getattr(c, f"rotation_{end}")
-                for name, where in (("near", point), ("far", point + ARM * rotation[:, 2])):
-                    quaternion = _text(_quaternion(rotation))
-                    text += (
-                        f'<site name="{c.name}_{end}_{name}" pos="{_text(where)}"'
-                        f' quat="{quaternion}"/>'
-                    )
+        if c.link_a == link:
+            text += _sites_of(f"{c.name}_a", c.point_a, c.rotation_a)
+        if c.link_b == link:
+            text += _sites_of(f"{c.name}_b", c.point_b, c.rotation_b)
     return text
+
+
+def _sites_of(name: str, point: np.ndarray, rotation: np.ndarray) -> str:
+    quaternion = _text(_quaternion(rotation))
+    far = point + ARM * rotation[:, 2]
+    return (
+        f'<site name="{name}_near" pos="{_text(point)}" quat="{quaternion}"/>'
+        f'<site name="{name}_far" pos="{_text(far)}" quat="{quaternion}"/>'
+    )
 
 
 def _tie(robot: RobotDescription, c: Closure) -> str:
@@ -146,12 +149,17 @@ def _tie(robot: RobotDescription, c: Closure) -> str:
 
 
 def _parallelogram(robot: RobotDescription, c: Closure) -> str:
-    """A parallelogram whose tree has a stub, a first link and a coupler on it: angles equal or opposite."""
+    """A parallelogram whose tree has a stub, a first link and a coupler on it.
+
+    Its angles are equal or opposite.
+    """
     if c.assembly != "parallelogram":
         return ""
     hung = {j.child: j for j in robot.joints.values()}
     ends = [hung[link] for link in (c.link_a, c.link_b) if link in hung]
-    for coupler, stub in (ends, ends[::-1]) if len(ends) == 2 else ():
+    if len(ends) != 2:
+        return ""
+    for coupler, stub in (ends, ends[::-1]):
         first = hung.get(coupler.parent)
         if first is not None and first.parent == stub.parent:
             return _equal(robot, first, stub, -1.0) + _equal(robot, first, coupler, 1.0)
@@ -160,10 +168,12 @@ def _parallelogram(robot: RobotDescription, c: Closure) -> str:
 
 def _equal(robot: RobotDescription, one: Joint, other: Joint, way: float) -> str:
     """one + way * other stays, in turns about the common axis; the constant from the reference."""
-    along = (
-        one.axis if one.child == other.parent else one.rotation @ one.axis
-    )  # in the frame that other's parent has
-    sign = 1.0 if along @ (other.rotation @ other.axis) > 0.0 else -1.0
+    axis = one.axis  # in the frame that other's parent has
+    if one.child != other.parent:
+        axis = one.rotation @ one.axis
+    sign = -1.0
+    if axis @ (other.rotation @ other.axis) > 0.0:
+        sign = 1.0
     slope = -way * sign
     constant = robot.reference[other.name] - slope * robot.reference[one.name]
     return (

@@ -1,7 +1,4 @@
-"""The same robot in Pinocchio: its tree from the description, its closures as constraints.
-
-An engine of its own.
-"""
+"""The same robot in Pinocchio: its tree from the description, its closures as constraints."""
 
 from __future__ import annotations
 
@@ -11,10 +8,15 @@ import pinocchio as pin
 from hybrid_dynamics_core.description import Closure, Joint, RobotDescription
 
 LOCAL = pin.ReferenceFrame.LOCAL
+KINDS = {
+    "revolute": pin.JointModelRevoluteUnaligned,
+    "prismatic": pin.JointModelPrismaticUnaligned,
+}
+TIED = {"axis": [0, 1], "frame": [0, 1, 2]}  # axes of the closure's frame, by its kind
 
 
 class PinocchioRobot:
-    """Open tree of a description in Pinocchio, with Newton for the closures and the DAE as one KKT system.
+    """Open tree of a description in Pinocchio, with Newton for the closures.
 
     Coordinates s in the order `names`. A pin is three equations in space; in a planar loop one is
     redundant.
@@ -27,31 +29,29 @@ class PinocchioRobot:
         self.frames: dict[str, tuple[int, pin.SE3]] = {robot.base: (0, pin.SE3.Identity())}
         waiting = dict(robot.joints)
         while waiting:  # depth first: Pinocchio's crba is silently wrong otherwise
-            name = next(n for n in reversed(self._open(robot, waiting)))
+            name = self._candidates(robot, waiting)[-1]
             self._add(robot, name)
             del waiting[name]
         self.data = self.model.createData()
         self.index = np.array([self.model.joints[self.model.getJointId(n)].idx_v for n in names])
         self.closures = robot.closures
 
-    def _open(self, robot: RobotDescription, waiting: dict[str, Joint]) -> list[str]:
+    def _candidates(self, robot: RobotDescription, waiting: dict[str, Joint]) -> list[str]:
+        """Joints that can be added, those on the last link alone where there are any."""
+        ready = [name for name, joint in waiting.items() if joint.parent in self.frames]
         last = self.model.names[-1]
-        ready = [n for n, j in waiting.items() if j.parent in self.frames]
-        own = [
-            n
-            for n in ready
-            if last in robot.joints and robot.joints[n].parent == robot.joints[last].child
-        ]
-        depth = {n: self.frames[robot.joints[n].parent][0] for n in ready}
-        return own or sorted(ready, key=lambda n: depth[n])
+        if last in robot.joints:
+            link = robot.joints[last].child
+            on_last = [name for name in ready if robot.joints[name].parent == link]
+            if on_last:
+                return on_last
+        depth = {name: self.frames[robot.joints[name].parent][0] for name in ready}
+        return sorted(ready, key=depth.__getitem__)
 
     def _add(self, robot: RobotDescription, name: str) -> None:
-        joint, link = robot.joints[name], robot.links[robot.joints[name].child]
-        kind = (
-            pin.JointModelRevoluteUnaligned
-            if joint.type == "revolute"
-            else pin.JointModelPrismaticUnaligned
-        )
+        joint = robot.joints[name]
+        link = robot.links[joint.child]
+        kind = KINDS[joint.type]
         parent, _ = self.frames[joint.parent]
         placement = pin.SE3(np.array(joint.rotation), np.array(joint.translation))
         index = self.model.addJoint(parent, kind(np.array(joint.axis)), placement, name)
@@ -68,12 +68,14 @@ class PinocchioRobot:
     # -- closures
 
     def gaps(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Gaps of all closures [m], then [rad] where axes are tied too, and their Jacobian (rows, n_s)."""
+        """Gaps of all closures [m], [rad] where axes are tied, and their Jacobian (rows, n_s)."""
         q = self.order(s)
         pin.computeJointJacobians(self.model, self.data, q)
-        gaps, rows = [np.zeros(0)], [np.zeros((0, self.model.nv))]
+        gaps = [np.zeros(0)]
+        rows = [np.zeros((0, self.model.nv))]
         for closure in self.closures:
-            (a, ja), (b, jb) = (self._end(closure, end) for end in "ab")
+            a, ja = self._end(closure, "a")
+            b, jb = self._end(closure, "b")
             gaps.append(a.translation - b.translation)
             rows.append(ja[:3] - jb[:3])
             axes = _tied(closure)
@@ -94,30 +96,37 @@ class PinocchioRobot:
         return placement, np.vstack([turn @ at_end[:3], turn @ at_end[3:]])
 
     def _place(self, closure: Closure, end: str) -> tuple[int, pin.SE3]:
-        """Joint and placement of one end; about the free axis of a revolute joint both ends stand alike."""
+        """Joint and placement of one end.
+
+        About the free axis of a revolute joint both ends stand alike.
+        """
         index, _ = self.frames[getattr(closure, f"link_{end}")]
-        return index, pin.SE3(
-            np.array(getattr(closure, f"rotation_{end}")),
-            np.array(getattr(closure, f"point_{end}")),
-        )
+        rotation = np.array(getattr(closure, f"rotation_{end}"))
+        return index, pin.SE3(rotation, np.array(getattr(closure, f"point_{end}")))
 
     def constraint_jacobian(self, s: np.ndarray) -> np.ndarray:
-        """Pinocchio's own Jacobian of the closures as contact constraints (rows, n_s): 3D for pins, else 6D.
+        """Pinocchio's Jacobian of the closures as contact constraints (rows, n_s).
 
-        Of a closure of kind axis the row of the turn about the axis is left out.
+        Pins are 3D contacts, all others 6D. A closure of kind axis lacks the row of the turn about
+        its axis.
         """
         q = self.order(s)
         pin.computeJointJacobians(self.model, self.data, q)
         parts = [np.zeros((0, self.model.nv))]
         for closure in self.closures:
             axes = _tied(closure)
-            kind = pin.ContactType.CONTACT_6D if axes else pin.ContactType.CONTACT_3D
-            (i, a), (j, b) = (self._place(closure, end) for end in "ab")
+            kind = pin.ContactType.CONTACT_3D
+            if axes:
+                kind = pin.ContactType.CONTACT_6D
+            i, a = self._place(closure, "a")
+            j, b = self._place(closure, "b")
             constraint = pin.RigidConstraintModel(kind, self.model, i, a, j, b, LOCAL)
             data = constraint.createData()
             constraint.calc(self.model, self.data, data)
             rows = pin.getConstraintJacobian(self.model, self.data, constraint, data)
-            parts.append(rows[[0, 1, 2, *(3 + k for k in axes)]] if axes else rows)
+            if axes:
+                rows = rows[[0, 1, 2, *(3 + k for k in axes)]]
+            parts.append(rows)
         return np.vstack(parts)[:, self.index]
 
     def close(self, s: np.ndarray, n_active: int) -> np.ndarray:
@@ -143,20 +152,16 @@ class PinocchioRobot:
         pin.forwardKinematics(self.model, self.data, q, v, np.zeros_like(v))
         result = []
         for closure in self.closures:
-            a, b = (
-                self._acceleration(link, point)
-                for link, point in (
-                    (closure.link_a, closure.point_a),
-                    (closure.link_b, closure.point_b),
-                )
-            )
+            a = self._acceleration(closure.link_a, closure.point_a)
+            b = self._acceleration(closure.link_b, closure.point_b)
             result.append(a - b)
         return np.concatenate(result)
 
     def _acceleration(self, link: str, point: np.ndarray) -> np.ndarray:
         index, _ = self.frames[link]
         rotation = self.data.oMi[index].rotation
-        velocity, acceleration = self.data.v[index], self.data.a[index]
+        velocity = self.data.v[index]
+        acceleration = self.data.a[index]
         at_point = velocity.linear + np.cross(velocity.angular, point)
         spatial = acceleration.linear + np.cross(acceleration.angular, point)
         result: np.ndarray = rotation @ (spatial + np.cross(velocity.angular, at_point))
@@ -188,10 +193,11 @@ class PinocchioRobot:
         return chosen
 
     def mass_matrix(self, s: np.ndarray) -> np.ndarray:
-        """M(s) of the open tree (n_s, n_s), from unit accelerations: one algorithm less to trust."""
+        """M(s) of the open tree (n_s, n_s), from unit accelerations: one algorithm less is used."""
         still = np.zeros(len(s))
         gravity = self.tree_forces(s, still, still)
-        return np.array([self.tree_forces(s, still, e) - gravity for e in np.eye(len(s))]).T
+        columns = [self.tree_forces(s, still, unit) - gravity for unit in np.eye(len(s))]
+        return np.array(columns).T
 
     def crba(self, s: np.ndarray) -> np.ndarray:
         """M(s) of the open tree by Pinocchio's composite rigid body algorithm."""
@@ -200,15 +206,17 @@ class PinocchioRobot:
         return matrix
 
     def constraint_dynamics(self, s: np.ndarray, ds: np.ndarray, tau: np.ndarray) -> np.ndarray:
-        """s'' of the tree with its closures as contacts, for forces tau along all coordinates (n_s,).
+        """s'' of the tree with its closures as contacts, for forces tau (n_s,) along s.
 
-        The rows that a planar loop has too many leave the multipliers open, not s'': the proximal
+        The redundant rows of a planar loop leave the multipliers open, not s''. The proximal
         iteration settles s'' in a few rounds, and is stopped after them.
         """
-        models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
-        for model in (m for closure in self.closures for m in self._contacts(closure)):
-            models.append(model)
-            datas.append(model.createData())
+        models = pin.StdVec_RigidConstraintModel()
+        datas = pin.StdVec_RigidConstraintData()
+        for closure in self.closures:
+            for model in self._contacts(closure):
+                models.append(model)
+                datas.append(model.createData())
         pin.initConstraintDynamics(self.model, self.data, models, datas)
         q, v, forces = (self.order(x) for x in (s, ds, tau))
         settings = pin.ProximalSettings(1e-14, 1e-10, 20)
@@ -219,18 +227,26 @@ class PinocchioRobot:
         return chosen
 
     def _contacts(self, closure: Closure) -> list[pin.RigidConstraintModel]:
-        """A weld is a contact of six rows, a ball or pin one of three, a tied axis two of these on the axis."""
-        (i, a), (j, b) = (self._place(closure, end) for end in "ab")
-        kind = pin.ContactType.CONTACT_6D if closure.kind == "frame" else pin.ContactType.CONTACT_3D
-        shifts = [
-            pin.SE3(np.eye(3), np.array([0.0, 0.0, z]))
-            for z in ((0.0, 0.5) if closure.kind == "axis" else (0.0,))
-        ]
-        return [
-            pin.RigidConstraintModel(kind, self.model, i, a * up, j, b * up, LOCAL) for up in shifts
-        ]
+        """The contacts of a closure.
+
+        A weld is one of six rows, a ball or pin one of three, a tied axis two of these on it.
+        """
+        i, a = self._place(closure, "a")
+        j, b = self._place(closure, "b")
+        kind = pin.ContactType.CONTACT_3D
+        heights = [0.0]
+        if closure.kind == "frame":
+            kind = pin.ContactType.CONTACT_6D
+        if closure.kind == "axis":
+            heights = [0.0, 0.5]
+        contacts = []
+        for height in heights:
+            up = pin.SE3(np.eye(3), np.array([0.0, 0.0, height]))
+            contact = pin.RigidConstraintModel(kind, self.model, i, a * up, j, b * up, LOCAL)
+            contacts.append(contact)
+        return contacts
 
 
 def _tied(closure: Closure) -> list[int]:
     """Axes of the closure's frame about which the ends cannot turn against each other."""
-    return {"axis": [0, 1], "frame": [0, 1, 2]}.get(closure.kind, [])
+    return TIED.get(closure.kind, [])

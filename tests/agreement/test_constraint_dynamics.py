@@ -1,9 +1,9 @@
-"""The equations of motion of two other engines, on shipped robots, mechanisms of every kind and random robots.
+"""The equations of motion of two other engines, on shipped robots, mechanisms and random robots.
 
-Forward dynamics against Pinocchio's constraintDynamics, which solves the tree with its closures as
-contacts; inverse dynamics and M-bar against Pinocchio's rnea and crba and MuJoCo's inverse dynamics
-of the tree, projected with the R that the engine's own constraint Jacobian gives. (MuJoCo's
-qfrc_inverse of a closed mechanism is not the actuators'.)
+Forward dynamics is compared with Pinocchio's constraintDynamics, which solves the tree with its
+closures as contacts. Inverse dynamics and M-bar are compared with Pinocchio's rnea and crba, and
+with MuJoCo's inverse dynamics of the tree. These are projected with the R of the engine's own
+constraint Jacobian. (MuJoCo's qfrc_inverse of a closed mechanism is not the actuators'.)
 """
 
 from __future__ import annotations

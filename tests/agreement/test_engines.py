@@ -1,4 +1,4 @@
-"""Closed forms against Newton, minimal form against the DAE with multipliers, this library against Pinocchio."""
+"""This library against Pinocchio: closed forms and Newton, minimal form and the full DAE."""
 
 from __future__ import annotations
 
@@ -23,9 +23,8 @@ def test_closed_form_is_newton(u: np.ndarray) -> None:
     start[N:] += 0.03 * float(state.singularity) ** 2 * np.cos(np.arange(len(start) - N))
     if abs(np.cos(state.s[4] + state.s[5])) < 0.05 or abs(np.sin(state.s[4])) < 0.05:
         start = state.s  # Newton on a parallelogram's pins is singular where its bars are in line
-    assert ORACLE.close(start, N) == pytest.approx(
-        state.s, abs=1e-11 / float(state.singularity) ** 2
-    )
+    error = 1e-11 / float(state.singularity) ** 2
+    assert ORACLE.close(start, N) == pytest.approx(state.s, abs=error)
 
 
 @given(positions(ROBOT), rates(ROBOT), rates(ROBOT))
@@ -43,17 +42,16 @@ def test_inverse_dynamics_is_pinocchios_projected_with_R(
 def test_minimal_form_is_the_dae_as_one_kkt_system(
     u: np.ndarray, du: np.ndarray, ddu: np.ndarray
 ) -> None:
-    """[M  -J^T; J  0] [s''; lambda] = [tau - C s' - g; -J' s'], Chu (2020), Eq. 10 and 18, gives u'' back.
+    """Chu (2020), Eq. 10 and 18, give u'' back.
 
-    The redundant rows of the planar pins are left to the least-squares solution.
+    [M  -J^T; J  0] [s''; lambda] = [tau - C s' - g; -J' s']. The redundant rows of the planar pins
+    are left to the least-squares solution.
     """
     state = ROBOT.close(u, du)
-    # elsewhere the oracle's own pins are near-singular
-    assume(
-        state.singularity > 0.2
-        and abs(np.cos(state.s[4] + state.s[5])) > 0.1
-        and abs(np.sin(state.s[4])) > 0.1
-    )
+    # Elsewhere the oracle's pins are near-singular.
+    assume(state.singularity > 0.2)
+    assume(abs(np.cos(state.s[4] + state.s[5])) > 0.1)
+    assume(abs(np.sin(state.s[4])) > 0.1)
     tau = ROBOT.inverse_dynamics(state, ddu)
     _, jacobian = ORACLE.gaps(state.s)
     mass = ORACLE.mass_matrix(state.s)
@@ -62,14 +60,11 @@ def test_minimal_form_is_the_dae_as_one_kkt_system(
     force -= ORACLE.tree_forces(state.s, state.ds, np.zeros(len(state.s)))
     m = len(jacobian)
     kkt = np.block([[mass, -jacobian.T], [jacobian, np.zeros((m, m))]])
-    answer = np.linalg.lstsq(
-        kkt, np.concatenate([force, -ORACLE.bias(state.s, state.ds)]), rcond=1e-11
-    )[0]
-    dds = answer[: len(state.s)]
+    right = np.concatenate([force, -ORACLE.bias(state.s, state.ds)])
+    dds = np.linalg.lstsq(kkt, right, rcond=1e-11)[0][: len(state.s)]
     assert dds[:N] == pytest.approx(ddu, abs=1e-7)
-    assert dds == pytest.approx(
-        ROBOT.accelerations(state, ddu), abs=1e-7 * max(np.abs(dds).max(), 1.0)
-    )
+    size = max(np.abs(dds).max(), 1.0)
+    assert dds == pytest.approx(ROBOT.accelerations(state, ddu), abs=1e-7 * size)
 
 
 @given(positions(ROBOT))
@@ -80,7 +75,5 @@ def test_mass_matrix_is_pinocchios_projected_with_R(u: np.ndarray) -> None:
     assert np.abs(mass - theirs).max() < 1e-11 * np.abs(theirs).max()
     still = np.zeros(len(state.s))
     forces = ORACLE.tree_forces(state.s, still, still)
-    assert (
-        np.abs(state.R.T @ forces - gravity).max()
-        < 1e-12 * np.abs(state.R).max() * np.abs(forces).max()
-    )
+    size = np.abs(state.R).max() * np.abs(forces).max()
+    assert np.abs(state.R.T @ forces - gravity).max() < 1e-12 * size

@@ -32,17 +32,16 @@ def some_links(case: Case) -> list[str]:
 @examples(15)
 @given(case=robots(), seed=STATES)
 def test_closed_configurations_agree(engine: type, case: Case, seed: int) -> None:
-    """The engine's Newton on its own constraints, from a start that is off by up to a tenth of the margin."""
+    """The engine's Newton on its constraints, from a start off by up to a tenth of the margin."""
     s = case.somewhere(seed)
     state = case.robot.close(s[: case.n])
     other = engine(case.description, case.robot.coordinates)
     gap, _ = other.gaps(state.s)
-    assert len(gap) >= 2 * len(case.description.closures)  # the engine knows them all
+    assert len(gap) >= 2 * len(case.description.closures)  # the engine has them all
     assert np.abs(gap).max(initial=0.0) < 1e-11
     start = state.s.copy()
-    start[case.n :] += (
-        0.1 * case.space.margin(s, range(case.n)) * np.cos(np.arange(len(s) - case.n))
-    )
+    offset = 0.1 * case.space.margin(s, range(case.n))
+    start[case.n :] += offset * np.cos(np.arange(len(s) - case.n))
     assert other.close(start, case.n) == pytest.approx(state.s, abs=AGREE)
     for link in some_links(case):
         rotation, origin = other.pose(state.s, link)
@@ -95,6 +94,5 @@ def test_closing_accelerations_are_pinocchios(case: Case, seed: int) -> None:
         alone = PinocchioRobot(case.description, case.robot.coordinates)
         alone.closures = (c,)
         jacobian = alone.gaps(state.s)[1][:3]
-        assert jacobian @ dds + bias[k] == pytest.approx(
-            np.zeros(3), abs=1e-9 * max(1.0, float(np.abs(dds).max()))
-        )
+        size = max(1.0, float(np.abs(dds).max()))
+        assert np.abs(jacobian @ dds + bias[k]).max() <= 1e-9 * size

@@ -1,4 +1,4 @@
-"""Reactions against the balance of every link on its own, with the motion taken from Pinocchio."""
+"""Reactions against the balance of every single link, with the motion taken from Pinocchio."""
 
 from __future__ import annotations
 
@@ -27,21 +27,23 @@ def oracle(name: str) -> PinocchioRobot:
 def inertia_wrenches(
     theirs: PinocchioRobot, s: np.ndarray, ds: np.ndarray, dds: np.ndarray
 ) -> dict[str, tuple]:
-    """By link: origin, and the force and moment about it that its motion needs, in base axes; no gravity."""
-    model, data = theirs.model, theirs.data
+    """By link: origin, and the force and moment about it that its motion needs.
+
+    They are in base axes, without gravity.
+    """
+    model = theirs.model
+    data = theirs.data
     pin.forwardKinematics(model, data, theirs.order(s), theirs.order(ds), theirs.order(dds))
     result = {}
     for link, (index, _) in theirs.frames.items():
         if index == 0:
             continue
-        inertia, v, a = model.inertias[index], data.v[index], data.a[index]
-        force = inertia * a + v.cross(inertia * v)
+        inertia = model.inertias[index]
+        v = data.v[index]
+        force = inertia * data.a[index] + v.cross(inertia * v)
         pose = data.oMi[index]
-        result[link] = (
-            pose.translation,
-            pose.rotation @ force.linear,
-            pose.rotation @ force.angular,
-        )
+        linear = pose.rotation @ force.linear
+        result[link] = (pose.translation, linear, pose.rotation @ force.angular)
     return result
 
 
@@ -53,34 +55,34 @@ def acting(
     link: str,
     origin: np.ndarray,
 ) -> tuple:
-    """Sum of forces on a link and of moments about its origin: joints, pins, weight, applied wrench."""
-    pose, own = machine.forward_kinematics(state, link), machine.description.links[link]
-    acts = [(own.mass * loads.gravity, np.zeros(3), pose.position + pose.rotation @ own.com)]
+    """Sum of forces on a link and of moments about its origin.
+
+    They come from joints, pins, weight and applied wrenches.
+    """
+    pose = machine.forward_kinematics(state, link)
+    body = machine.description.links[link]
+    centre = pose.position + pose.rotation @ body.com
+    acts = [(body.mass * loads.gravity, np.zeros(3), centre)]
     for sign, of_joint, of_pin in ((1.0, 1, 0), (-1.0, 0, 1)):
         touching = [j for j in reactions.joints.values() if j.links[of_joint] == link]
         touching += [p for p in reactions.pins.values() if p.links[of_pin] == link]
         acts += [(sign * r.force, sign * r.moment, r.place) for r in touching]
     for frame, wrench in loads.wrenches.items():
         if machine._model.frame(frame).link == link:
-            acts.append(
-                (
-                    wrench.values[:3],
-                    wrench.values[3:],
-                    machine.forward_kinematics(state, frame).position,
-                )
-            )
-    return sum(f for f, _, _ in acts), sum(m + np.cross(place - origin, f) for f, m, place in acts)
+            place = machine.forward_kinematics(state, frame).position
+            acts.append((wrench.values[:3], wrench.values[3:], place))
+    force = sum(f for f, _, _ in acts)
+    moment = sum(m + np.cross(place - origin, f) for f, m, place in acts)
+    return force, moment
 
 
 def imbalance(
     machine: Robot, theirs: PinocchioRobot, state: ClosedState, ddu: np.ndarray, loads: Loads
 ) -> float:
-    """Largest force or moment missing on any link, relative to the largest force of any joint or pin."""
+    """Largest force or moment missing on a link, relative to the largest of a joint or pin."""
     reactions = machine.reactions(state, ddu, loads)
     needs = inertia_wrenches(theirs, state.s, state.ds, machine.accelerations(state, ddu))
-    size = max(
-        np.abs(r.force).max() for r in (*reactions.joints.values(), *reactions.pins.values())
-    )
+    size = largest_force(reactions)
     worst = 0.0
     for link, (origin, force, moment) in needs.items():
         f, m = acting(machine, state, reactions, loads, link, origin)
@@ -88,22 +90,36 @@ def imbalance(
     return float(worst / size)
 
 
+def largest_force(reactions: Reactions) -> float:
+    """The largest force of a joint or pin."""
+    every = (*reactions.joints.values(), *reactions.pins.values())
+    return max(np.abs(reaction.force).max() for reaction in every)
+
+
+def velocity_at(
+    machine: Robot, state: ClosedState, link: str, place: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Velocity of a place that moves with a link, and the link's angular velocity."""
+    if link == "base":
+        return np.zeros(3), np.zeros(3)
+    twist = machine.jacobian(state, link) @ state.du
+    arm = place - machine.forward_kinematics(state, link).position
+    return twist[:3] + np.cross(twist[3:], arm), twist[3:]
+
+
 def work_of_pins(machine: Robot, state: ClosedState, reactions: Reactions) -> float:
-    """Largest power of a pin: force times difference of the two links' speeds, moment times that of their turning."""
+    """Largest power of a pin, relative to its force and moment.
+
+    It is force times difference of the two links' velocities, and moment times that of their
+    angular velocities.
+    """
     worst = 0.0
-    for closure in reactions.pins.values():
-        twists = []
-        for link in closure.links:
-            twist = machine.jacobian(state, link) @ state.du if link != "base" else np.zeros(6)
-            arm = closure.place - (
-                machine.forward_kinematics(state, link).position if link != "base" else 0
-            )
-            twists.append((twist[:3] + np.cross(twist[3:], arm), twist[3:]))
-        (va, wa), (vb, wb) = twists
-        work = abs(closure.force @ (va - vb) + closure.moment @ (wa - wb))
-        worst = max(
-            worst, work / max(np.abs(closure.force).max() + np.abs(closure.moment).max(), 1.0)
-        )
+    for pin_ in reactions.pins.values():
+        va, wa = velocity_at(machine, state, pin_.links[0], pin_.place)
+        vb, wb = velocity_at(machine, state, pin_.links[1], pin_.place)
+        work = abs(pin_.force @ (va - vb) + pin_.moment @ (wa - wb))
+        size = np.abs(pin_.force).max() + np.abs(pin_.moment).max()
+        worst = max(worst, work / max(size, 1.0))
     return float(worst)
 
 
@@ -113,9 +129,10 @@ def along_joints(machine: Robot, state: ClosedState, reactions: Reactions) -> np
     for body in machine._model.tree.bodies:
         reaction = reactions.joints[body.joint]
         axis = machine.forward_kinematics(state, body.name).rotation @ body.axis
-        along[body.coordinate] = axis @ (
-            reaction.moment if body.type == "revolute" else reaction.force
-        )
+        effort = reaction.force
+        if body.type == "revolute":
+            effort = reaction.moment
+        along[body.coordinate] = axis @ effort
     return along
 
 
@@ -138,7 +155,7 @@ def test_reactions_of_random_robots_balance_every_link_do_no_work_and_leave_pass
     state = machine.close(case.somewhere(seed)[: case.n], case.rates(seed))
     theirs = PinocchioRobot(case.description, machine.coordinates)
     loads = machine.loads.with_wrench(WRENCH).with_wrench(-0.5 * WRENCH, machine.frames[-1])
-    # pins of a loop in which a force hardly works are told with its share of their digits
+    # Pins of a loop in which a force hardly works have its share of their digits.
     ddu = case.rates(seed + 1)
     reactions = machine.reactions(state, ddu, loads)
     assume(min((float(pin.share) for pin in reactions.pins.values()), default=1.0) > 1e-4)
@@ -146,9 +163,7 @@ def test_reactions_of_random_robots_balance_every_link_do_no_work_and_leave_pass
     assert work_of_pins(machine, state, reactions) < 1e-9
     # passive joints turn freely: that is what settles the forces of the pins
     needed = np.append(machine.inverse_dynamics(state, ddu, loads), np.zeros(len(state.s) - case.n))
-    size = max(
-        np.abs(r.force).max() for r in (*reactions.joints.values(), *reactions.pins.values())
-    )
+    size = largest_force(reactions)
     assert np.abs(along_joints(machine, state, reactions) - needed).max() < 1e-8 * size
 
 
@@ -171,9 +186,8 @@ def test_joints_without_drives_turn_freely(name: str) -> None:
 def test_reactions_do_no_work(name: str) -> None:
     machine = robot(name)
     for k, state in enumerate(random_states(name)):
-        assert (
-            work_of_pins(machine, state, machine.reactions(state, random_vector(machine, k))) < 1e-9
-        )
+        reactions = machine.reactions(state, random_vector(machine, k))
+        assert work_of_pins(machine, state, reactions) < 1e-9
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -182,27 +196,31 @@ def test_foundation_bears_weight_and_inertia(name: str) -> None:
     for k, state in enumerate(random_states(name)):
         ddu = random_vector(machine, k)
         needs = inertia_wrenches(oracle(name), state.s, state.ds, machine.accelerations(state, ddu))
-        force, moment = np.zeros(3), np.zeros(3)
+        force = np.zeros(3)
+        moment = np.zeros(3)
         for link, (origin, f, m) in needs.items():
-            own, pose = machine.description.links[link], machine.forward_kinematics(state, link)
-            weight = own.mass * machine.loads.gravity
+            body = machine.description.links[link]
+            pose = machine.forward_kinematics(state, link)
+            centre = pose.position + pose.rotation @ body.com
+            weight = body.mass * machine.loads.gravity
             force += f - weight
-            moment += (
-                m + np.cross(origin, f) - np.cross(pose.position + pose.rotation @ own.com, weight)
-            )
+            moment += m + np.cross(origin, f) - np.cross(centre, weight)
         base = machine.reactions(state, ddu).base
         assert scaled(base - [*force, *moment], base) < 1e-11
 
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_a_batch_is_its_states(name: str) -> None:
-    machine, states = robot(name), random_states(name)
+    machine = robot(name)
+    states = random_states(name)
     batch = machine.close(np.array([s.u for s in states]), np.array([s.du for s in states]))
     loads = machine.loads.with_payload(Payload(3.0, [0.1, 0, 0]))
-    many = machine.reactions(batch, loads=loads)
+    batched = machine.reactions(batch, loads=loads)
     for k, state in enumerate(states):
         single = machine.reactions(state, loads=loads)
-        for name_, reaction in single.pins.items():
-            assert many.pins[name_].force[k] == pytest.approx(reaction.force, rel=1e-8, abs=1e-9)
-        for name_, joint in single.joints.items():
-            assert many.joints[name_].moment[k] == pytest.approx(joint.moment, rel=1e-8, abs=1e-8)
+        for key, reaction in single.pins.items():
+            force = batched.pins[key].force[k]
+            assert force == pytest.approx(reaction.force, rel=1e-8, abs=1e-9)
+        for key, reaction in single.joints.items():
+            moment = batched.joints[key].moment[k]
+            assert moment == pytest.approx(reaction.moment, rel=1e-8, abs=1e-8)

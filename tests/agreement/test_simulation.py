@@ -1,4 +1,4 @@
-"""A simulated motion against the full DAE in all coordinates, with Pinocchio's tree and pins, integrated by itself."""
+"""A simulated motion against the full DAE in all coordinates, with Pinocchio's tree and pins."""
 
 from __future__ import annotations
 
@@ -42,7 +42,6 @@ def test_fall_is_that_of_the_constrained_tree(name: str, u: list[float], du: lis
         rtol=1e-9,
         atol=1e-10,
     )
-    assert y.y[:size, -1] == pytest.approx(
-        start.s[-1], abs=1e-6
-    )  # which drifts off its loops, at this order
+    # The DAE drifts off its loops, at this order.
+    assert y.y[:size, -1] == pytest.approx(start.s[-1], abs=1e-6)
     assert y.y[size:, -1] == pytest.approx(start.ds[-1], abs=1e-5)

@@ -1,4 +1,6 @@
-"""The code blocks of a page, run in order as a reader would: in one folder, with one Python session and bash.
+"""The code blocks of a page, run in order as a reader would.
+
+They run in one folder, with one Python session and bash.
 
 * ```python: run; where lines begin with >>> the answers must be those that the page shows (...
   stands for anything).
@@ -37,7 +39,7 @@ FENCE = re.compile(
 RUN = {"python", "bash", "console", "yaml", "xml"}
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 PROGRAM = "hybrid-dynamics"
-OWN = re.compile(rf"({PROGRAM} [^\n|<>&;$`\\]*\n?)+")
+COMMAND_LINES = re.compile(rf"({PROGRAM} [^\n|<>&;$`\\]*\n?)+")
 PROGRAMS = {PROGRAM: "-m hybrid_dynamics_cli", "python": ""}
 
 
@@ -56,14 +58,13 @@ class Block:
         return f"{self.page}:{self.line}"
 
     @property
-    def left_out(self) -> bool:
+    def is_not_run(self) -> bool:
         return self.mark.startswith("not run: ") and len(self.mark) > len("not run: ")
 
     @property
     def lacks_a_library(self) -> bool:
-        return (
-            self.mark.startswith("needs ") and find_spec(self.mark.removeprefix("needs ")) is None
-        )
+        library = self.mark.removeprefix("needs ")
+        return library != self.mark and find_spec(library) is None
 
     @property
     def starts_nodes(self) -> bool:
@@ -112,12 +113,13 @@ class Session:
         self.environment = {**os.environ, **paths}
 
     def run(self, block: Block) -> None:
-        """Run one block; blocks of other languages and those with a reason not to are passed over."""
-        if block.language in RUN and not (
-            block.left_out or block.starts_nodes or block.lacks_a_library
-        ):
-            getattr(self, f"_{block.language}")(block)
-            self.ran.append(block)
+        """Run one block; those of other languages, or with a reason not to, are passed over."""
+        if block.language not in RUN:
+            return
+        if block.is_not_run or block.starts_nodes or block.lacks_a_library:
+            return
+        getattr(self, f"_{block.language}")(block)
+        self.ran.append(block)
 
     def _python(self, block: Block) -> None:
         if block.text.lstrip().startswith(">>>"):
@@ -125,14 +127,14 @@ class Session:
                 block.text, self.names, block.where, block.page, block.line
             )
             said: list[str] = []
-            doctest.DocTestRunner(optionflags=FLAGS, verbose=False).run(
-                example, out=said.append, clear_globs=False
-            )
+            runner = doctest.DocTestRunner(optionflags=FLAGS, verbose=False)
+            runner.run(example, out=said.append, clear_globs=False)
             self.names.update(example.globs)
             assert not said, "".join(said)
         else:
             lines = "\n" * block.line + block.text  # so that a traceback names the line of the page
-            exec(compile(lines, str(ROOT / block.page), "exec"), self.names)  # noqa: S102  our own text
+            code = compile(lines, str(ROOT / block.page), "exec")
+            exec(code, self.names)  # noqa: S102  our text
 
     def _bash(self, block: Block) -> None:
         self._shell(block, block.text)
@@ -142,31 +144,30 @@ class Session:
         for step in re.split(r"^\$ ", block.text, flags=re.MULTILINE)[1:]:
             command, _, wanted = step.partition("\n")
             got = self._shell(block, command, fails="Error:" in wanted)
-            if wanted.strip():
-                same = doctest.OutputChecker().check_output(wanted, got, FLAGS)
-                assert same, (
-                    f"{block.where}: {command}\nThe page shows:\n{wanted}\nIt prints:\n{got}"
-                )
+            if not wanted.strip():
+                continue
+            same = doctest.OutputChecker().check_output(wanted, got, FLAGS)
+            problem = f"The page shows:\n{wanted}\nIt prints:\n{got}"
+            assert same, f"{block.where}: {command}\n{problem}"
 
     def _shell(self, block: Block, script: str, *, fails: bool = False) -> str:
-        if OWN.fullmatch(script.strip()):
-            code, said = self._own(script)
+        if COMMAND_LINES.fullmatch(script.strip()):
+            code, said = self._command(script)
         else:
             code, said = self._bash_process(script)
         assert (code != 0) == fails, f"{block.where}: ended with {code}:\n{script}\n{said}"
         return said
 
-    def _own(self, script: str) -> tuple[int, str]:
-        """Run lines of nothing but our own command in this process, which has imported everything already."""
+    def _command(self, script: str) -> tuple[int, str]:
+        """Run lines of nothing but our command in this process, which has imported everything."""
         from click.testing import CliRunner
 
         from hybrid_dynamics_cli.app import app
 
         said = ""
         for line in script.strip().splitlines():
-            done = CliRunner(env={"COLUMNS": "120"}).invoke(
-                app, shlex.split(line, comments=True)[1:], prog_name=PROGRAM
-            )
+            words = shlex.split(line, comments=True)[1:]
+            done = CliRunner(env={"COLUMNS": "120"}).invoke(app, words, prog_name=PROGRAM)
             said += done.output
             if done.exception and not isinstance(done.exception, SystemExit):
                 raise done.exception

@@ -29,7 +29,7 @@ def run(script: str, name: str = "example") -> dict[str, Any]:
     return runpy.run_path(str(FOLDER / f"{script}.py"), run_name=name)
 
 
-def test_every_example_is_told_here() -> None:
+def test_every_example_is_named_here() -> None:
     assert {path.stem for path in FOLDER.glob("*.py")} == set(PRINTS)
 
 
@@ -41,50 +41,60 @@ def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
     figures: list[Any] = []
     save = page.save
-    monkeypatch.setattr(
-        page, "save", lambda figure, path: (figures.append(figure), save(figure, path))
-    )
+
+    def note(figure: Any, path: Path) -> None:
+        figures.append(figure)
+        save(figure, path)
+
+    monkeypatch.setattr(page, "save", note)
     return figures
 
 
-def check_look(figure: Any) -> None:
-    """A title in the project's look, axes with titles, names and units, colours of the project, keys beside curves."""
+def check_style(figure: Any) -> None:
+    """A figure in the project's style: titles, names with units, colours, keys beside curves."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.colors import to_hex
 
-    from hybrid_dynamics_core.scene import style
-
-    ours = {
-        getattr(style, name)
-        for name in dir(style)
-        if name.isupper() and isinstance(getattr(style, name), str)
-    }
     FigureCanvasAgg(figure).draw()  # in pixels of the screen, not of the file
     title, about = figure.texts[:2]
     assert (title.get_fontsize(), title.get_weight()) == (12, "bold")
     assert about.get_text()
+    colours = project_colours()
     for axes in figure.axes:
-        assert axes.get_title(loc="left")
-        below = axes.get_xlabel() if axes.get_subplotspec().is_last_row() else "t [s]"
-        for name in (below, axes.get_ylabel()):
-            assert re.search(r"\[[^]]+\]|^number of|, in half intervals$", name), name
-        assert not axes.spines["top"].get_visible()
-        assert {to_hex(line.get_color()) for line in axes.lines} <= ours
+        check_axes(axes, colours)
         keys = [key for key in (axes.get_legend(), *figure.legends) if key is not None]
         assert keys
         for key in keys:
             assert not key.get_window_extent().overlaps(axes.patch.get_window_extent())
-        for text in (
-            axes.title,
-            axes._left_title,
-            axes.xaxis.label,
-            axes.yaxis.label,
-            title,
-            about,
-        ):
-            box = text.get_window_extent()
-            assert -1.0 <= box.x0 <= box.x1 <= figure.bbox.x1 + 1.0  # nothing runs out of the page
-            assert -1.0 <= box.y0 <= box.y1 <= figure.bbox.y1 + 1.0
+        names = (axes.title, axes._left_title, axes.xaxis.label, axes.yaxis.label)
+        for text in (*names, title, about):
+            check_inside(text.get_window_extent(), figure.bbox)
+
+
+def project_colours() -> set[str]:
+    from hybrid_dynamics_core.scene import style
+
+    values = [getattr(style, name) for name in dir(style) if name.isupper()]
+    return {value for value in values if isinstance(value, str)}
+
+
+def check_axes(axes: Any, colours: set[str]) -> None:
+    """A title, names with units, and lines in the project's colours."""
+    from matplotlib.colors import to_hex
+
+    assert axes.get_title(loc="left")
+    names = [axes.get_ylabel()]
+    if axes.get_subplotspec().is_last_row():
+        names.append(axes.get_xlabel())
+    for name in names:
+        assert re.search(r"\[[^]]+\]|^number of|, in half intervals$", name), name
+    assert not axes.spines["top"].get_visible()
+    assert {to_hex(line.get_color()) for line in axes.lines} <= colours
+
+
+def check_inside(box: Any, page: Any) -> None:
+    """Nothing runs out of the page."""
+    assert -1.0 <= box.x0 <= box.x1 <= page.x1 + 1.0
+    assert -1.0 <= box.y0 <= box.y1 <= page.y1 + 1.0
 
 
 @pytest.mark.parametrize("script", [name for name in PRINTS if name != "identify_from_bag"])
@@ -97,7 +107,7 @@ def test_examples_print_and_draw(
     assert PRINTS[script] in capsys.readouterr().out
     assert place.read_bytes().startswith(b"\x89PNG")
     (figure,) = drawn
-    check_look(figure)
+    check_style(figure)
 
 
 def test_excavator_pressures_are_positive_and_below_the_supply() -> None:
@@ -122,13 +132,13 @@ def test_filling_the_bucket_is_linear_in_its_load() -> None:
     """Half a bucket in one evaluation is the mean of empty and full."""
     example = run("excavator_digging")
     robot = load("excavator")
-    state, ddu = robot.close([0.3, 0.5, 0.8, 0.6], [0.2, 0.1, 0.1, 0.1]), [0.5, 0.1, -0.2, 0.3]
+    state = robot.close([0.3, 0.5, 0.8, 0.6], [0.2, 0.1, 0.1, 0.1])
+    ddu = [0.5, 0.1, -0.2, 0.3]
     earth = example["EARTH"]
     half = type(earth)(0.5 * earth.mass, com=earth.com)
-    empty, partly, full = (
-        robot.inverse_dynamics(state, ddu, loads)
-        for loads in (robot.loads, robot.loads.with_payload(half), robot.loads.with_payload(earth))
-    )
+    empty = robot.inverse_dynamics(state, ddu)
+    partly = robot.inverse_dynamics(state, ddu, robot.loads.with_payload(half))
+    full = robot.inverse_dynamics(state, ddu, robot.loads.with_payload(earth))
     assert partly == pytest.approx(0.5 * (empty + full), rel=1e-12)
 
 
@@ -148,48 +158,41 @@ def test_ankle_torques_do_the_same_power_on_both_sides() -> None:
     assert result["motor_power"] == pytest.approx(result["foot_power"], rel=1e-12)
     assert np.abs(result["foot_power"]).min() > 10.0
     h = 1e-6
-    near = [
-        load("ankle").close_given({"pitch": p + s * h, "roll": 0.0}).u
-        for p in pitches
-        for s in (-1, 1)
-    ]
-    cranks = np.diff(np.array(near).reshape(3, 2, 2), axis=1)[:, 0] / (
-        2 * h
-    )  # d(q_L, q_R)/d pitch, by differences
-    assert np.linalg.inv(result["jacobian"])[:, :, 0] == pytest.approx(
-        cranks, abs=1e-7
-    )  # h^2 and rounding / h
+    slopes = []  # d(q_L, q_R)/d pitch, by differences
+    for pitch in pitches:
+        ahead = load("ankle").close_given({"pitch": pitch + h, "roll": 0.0}).u
+        behind = load("ankle").close_given({"pitch": pitch - h, "roll": 0.0}).u
+        slopes.append((ahead - behind) / (2 * h))
+    inverse = np.linalg.inv(result["jacobian"])
+    assert inverse[:, :, 0] == pytest.approx(np.array(slopes), abs=1e-7)  # h^2 and rounding / h
     corners = example["available"](result["jacobian"][1])
-    back = corners @ result["jacobian"][1]  # J^T m: motor torques
-    assert np.abs(back) == pytest.approx(np.full((5, 2), example["LARGEST"]), rel=1e-12)
+    torques = corners @ result["jacobian"][1]  # J^T m, of the motors
+    assert np.abs(torques) == pytest.approx(np.full((5, 2), example["LARGEST"]), rel=1e-12)
 
 
 def test_computed_torque_dies_out_as_its_gains_say() -> None:
     example = run("forging_computed_torque")
-    known, unknown, springs = example["follow"]().values()
+    with_load, without_load, springs = example["follow"]().values()
     errors = example["errors"]
-    t, root = known.t, 20.0
+    t = with_load.t
+    root = 20.0
     wanted = 0.01 * (1.0 + root * t) * np.exp(-root * t)  # [m]: a double root
-    assert errors(known)[:, 1] == pytest.approx(
-        wanted, abs=4e-4
-    )  # efforts are held for 4 ms: half of it at 0.15 m/s
-    assert np.abs(errors(known)[-1]).max() < 1e-6
-    assert np.abs(errors(unknown)[-1, 1:3]).max() > 5e-3
+    # Efforts are held for 4 ms: half of it at 0.15 m/s.
+    assert errors(with_load)[:, 1] == pytest.approx(wanted, abs=4e-4)
+    assert np.abs(errors(with_load)[-1]).max() < 1e-6
+    assert np.abs(errors(without_load)[-1, 1:3]).max() > 5e-3
     assert np.abs(errors(springs)[-1, 1:3]).max() > 3e-3
-    assert known.completed
+    assert with_load.completed
 
 
 def test_staicus_robot_tracks_its_path() -> None:
     example = run("staicu_path")
     result = example["follow"](13)
     assert np.abs(result["from_legs"] - result["wanted"]).max() < 1e-10
-    rates = np.array(
-        [
-            [example["pose"](float(t))[1].get(name, 0.0) for name in example["POSE"]]
-            for t in result["t"]
-        ]
-    )
-    assert np.abs(result["speeds"] - rates).max() < 1e-10
+    for t, speeds in zip(result["t"].tolist(), result["speeds"], strict=True):
+        _, rates = example["pose"](t)
+        wanted = [rates.get(name, 0.0) for name in example["POSE"]]
+        assert np.abs(speeds - wanted).max() < 1e-10
     assert result["legs"][0] == pytest.approx(result["legs"][-1], abs=1e-12)  # a closed path
     assert result["singularity"].min() > 0.1
 
@@ -198,25 +201,23 @@ def test_a_bag_tells_what_the_robot_weighs(
     drawn: list[Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
     pytest.importorskip("rosbags")
-    bag, figure = tmp_path / "recording", tmp_path / "figure.png"
-    monkeypatch.setattr(
-        sys, "argv", ["identify_from_bag", "--bag", str(bag), "--plot", str(figure)]
-    )
+    bag = tmp_path / "recording"
+    figure = tmp_path / "figure.png"
+    words = ["identify_from_bag", "--bag", str(bag), "--plot", str(figure)]
+    monkeypatch.setattr(sys, "argv", words)
     example = run("identify_from_bag", name="__main__")
     assert PRINTS["identify_from_bag"] in capsys.readouterr().out
     assert figure.read_bytes().startswith(b"\x89PNG")
-    check_look(drawn[0])
-    found = example["identified"](bag)
-    truth, interval = example["truth"](found), found.result.interval
-    assert ((truth >= interval[:, 0]) & (truth <= interval[:, 1])).mean() > 0.85
-    assert found.noise == pytest.approx(
-        5.0, rel=0.1
-    )  # nothing but the noise of the efforts is left
-    assert found.before[2] > 100.0  # the file alone leaves much more
-    described = found.result.base
-    told = described.values(described.parameters.values(load("forging_chu2020").description))
-    outside = (told < interval[:, 0]) | (told > interval[:, 1])
-    assert outside.sum() >= 3  # that the file is wrong can be seen
+    check_style(drawn[0])
+    identification = example["identified"](bag)
+    truth = example["truth"](identification)
+    low, high = identification.result.interval.T
+    assert ((low <= truth) & (truth <= high)).mean() > 0.85
+    assert identification.noise == pytest.approx(5.0, rel=0.1)  # that of the recorded efforts
+    assert identification.before[2] > 100.0  # the file alone explains them much worse
+    from_file = example["base_parameters"](identification, load("forging_chu2020"))
+    outside = (from_file < low) | (high < from_file)
+    assert outside.sum() >= 3  # the bag shows that the file is wrong
 
 
 def test_a_step_of_mpc_gains_within_its_limits() -> None:
@@ -224,23 +225,21 @@ def test_a_step_of_mpc_gains_within_its_limits() -> None:
     result = example["solve"]()
     assert (result["cost"] < 0.5 * result["cost_held"]).all()
     assert (np.abs(result["efforts"]) <= example["LIMITS"] * (1.0 + 1e-9)).all()
-    assert result["cost"] == pytest.approx(
-        result["cost_predicted"], rel=0.1
-    )  # so far the motion is linear
+    assert result["cost"] == pytest.approx(result["cost_predicted"], rel=0.1)  # hardly nonlinear
     assert np.abs(result["efforts"] / example["LIMITS"]).max() > 0.99  # the limits do bind
 
 
 def test_the_linearised_step_is_that_of_the_full_model() -> None:
-    """From a state that holds, a small change of the efforts moves both by the same, to second order."""
+    """From a state at rest a small change of efforts moves both alike, to second order."""
     example = run("mpc_batch")
-    robot, x = load("forging_chu2020"), example["starts"](4)
+    robot = load("forging_chu2020")
+    x = example["starts"](4)
     _, Bd, _ = example["linearised"](robot, x)
     state = robot.close(x[:, :4], x[:, 4:])
     tau = robot.inverse_dynamics(state, np.zeros((4, 4)))
     push = 1e-3 * example["LIMITS"]
-    ends = [example["rolled"](robot, x, (tau + s * push)[None])[1] for s in (-1.0, 1.0)]
-    slope = 0.5 * (ends[1] - ends[0])
+    more = example["rolled"](robot, x, (tau + push)[None])[1]
+    less = example["rolled"](robot, x, (tau - push)[None])[1]
     linear = np.einsum("nij,j->ni", Bd, push)
-    assert slope == pytest.approx(
-        linear, rel=0.02, abs=2e-3 * np.abs(linear).max()
-    )  # A changes over the step
+    tolerance = 2e-3 * np.abs(linear).max()  # A changes over the step
+    assert 0.5 * (more - less) == pytest.approx(linear, rel=0.02, abs=tolerance)

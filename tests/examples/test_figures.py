@@ -1,4 +1,4 @@
-"""The papers' figures: the numbers behind every curve against the reference values, and the file each script writes."""
+"""The papers' figures: numbers of every curve against the reference values, and written files."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from tests.published.test_staicu2015 import TOLERANCE
 
 mpl = pytest.importorskip("matplotlib")
 FOLDER = Path(__file__).parents[2] / "examples" / "figures"
+TITLES = {"chu2020": "Chu et al. (2020)", "staicu2015": "Staicu (2015)"}
 SCRIPTS = sorted(path.stem for path in FOLDER.glob("*_figure_*.py"))
 STAICU_FIGURES = {
     5: ("ABC", 0),
@@ -27,7 +28,7 @@ STAICU_FIGURES = {
     9: ("ABC", 2),
     10: ("DEF", 2),
 }
-WHOLE = np.array([row["t"] for row in CHU["trajectory"]])
+SECONDS = np.array([row["t"] for row in CHU["trajectory"]])
 
 
 @pytest.fixture(autouse=True)
@@ -45,10 +46,9 @@ def curves(script: str) -> Callable[[np.ndarray], np.ndarray]:
 
 
 def test_every_figure_has_its_script() -> None:
-    wanted = [f"chu2020_figure_{k}" for k in (8, 9, 10)] + [
-        f"staicu2015_figure_{k}" for k in STAICU_FIGURES
-    ]
-    assert sorted(wanted) == SCRIPTS
+    chu = [f"chu2020_figure_{k}" for k in (8, 9, 10)]
+    staicu = [f"staicu2015_figure_{k}" for k in STAICU_FIGURES]
+    assert sorted([*chu, *staicu]) == SCRIPTS
 
 
 @pytest.mark.parametrize("script", ["chu2020_figure_9", "chu2020_figure_10"])
@@ -63,20 +63,20 @@ def test_captions_end_before_the_edge_of_the_page(script: str) -> None:
 
 
 def test_chu_figure_8_end_effector() -> None:
-    position = curves("chu2020_figure_8")(WHOLE)
-    assert len(WHOLE) == 11
+    position = curves("chu2020_figure_8")(SECONDS)
+    assert len(SECONDS) == 11
     for got, row in zip(position, CHU["trajectory"], strict=True):
         assert close_to(got, row["eef"])
 
 
 def test_chu_figure_9_joints_come_back() -> None:
     """To 1e-10: the paper's round trip, forward then inverse."""
-    found = curves("chu2020_figure_9")(WHOLE)
-    assert found == pytest.approx(np.array([row["u"] for row in CHU["trajectory"]]), abs=1e-10)
+    solved = curves("chu2020_figure_9")(SECONDS)
+    assert solved == pytest.approx(np.array([row["u"] for row in CHU["trajectory"]]), abs=1e-10)
 
 
 def test_chu_figure_10_efforts() -> None:
-    tau = curves("chu2020_figure_10")(WHOLE)
+    tau = curves("chu2020_figure_10")(SECONDS)
     for got, row in zip(tau, CHU["trajectory"], strict=True):
         assert close_to(got, row["tau"])
 
@@ -85,10 +85,12 @@ def test_chu_figure_10_efforts() -> None:
 def test_staicu_figures_5_to_10_legs(number: int) -> None:
     legs, order = STAICU_FIGURES[number]
     rows = STAICU["example"]
-    got = curves(f"staicu2015_figure_{number}")(np.array([row["t"] for row in rows]))
-    expected = np.array([[row[f"lambda_{leg}"][order] for leg in legs] for row in rows])
     assert len(rows) > 10
-    assert got == pytest.approx(expected, abs=TOLERANCE)
+    curve = curves(f"staicu2015_figure_{number}")
+    columns = curve(np.array([row["t"] for row in rows])).T
+    for leg, column in zip(legs, columns, strict=True):
+        expected = [row[f"lambda_{leg}"][order] for row in rows]
+        assert column == pytest.approx(expected, abs=TOLERANCE)
 
 
 @pytest.mark.parametrize("script", SCRIPTS)
@@ -100,8 +102,7 @@ def test_scripts_write_their_figure(
     run(script, name="__main__")
     text = place.read_text(encoding="utf-8")
     paper, number = script.split("_figure_")
-    title = "Chu et al. (2020)" if paper == "chu2020" else "Staicu (2015)"
-    assert f"{title}, Figure {number}:" in text
+    assert f"{TITLES[paper]}, Figure {number}:" in text
     assert "(printed:" in text  # what was read otherwise than printed stands below
     assert str(place) in capsys.readouterr().out
 

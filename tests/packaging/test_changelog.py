@@ -45,22 +45,19 @@ def test_the_files_that_are_there_are_made_from_the_markdown(package: str) -> No
     assert file.read_text(encoding="utf-8") == made, "run python tools/changelog_rst.py"
 
 
-@pytest.mark.filterwarnings(
-    "ignore:nodes.Node.traverse:DeprecationWarning"
-)  # catkin_pkg with a newer docutils
+# catkin_pkg with a newer docutils warns.
+@pytest.mark.filterwarnings("ignore:nodes.Node.traverse:DeprecationWarning")
 def test_every_release_is_read_as_bloom_reads_it() -> None:
     changelog = pytest.importorskip("catkin_pkg.changelog")
     text = tool.changelog_of("hybrid_dynamics_ros", MARKDOWN)
     made = changelog.populate_changelog_from_rst(changelog.Changelog("hybrid_dynamics_ros"), text)
-    found = {
-        version: (str(date.date()), "\n".join(part.as_txt() for part in content))
-        for version, date, content in made.foreach_version()
-    }
-    assert {version: date for version, (date, _) in found.items()} == {
-        "0.2.0": "2031-05-04",
-        "0.1.0": "2030-01-02",
-    }
-    assert found["0.2.0"][1].splitlines() == [
+    dates = {}
+    texts = {}
+    for version, date, content in made.foreach_version():
+        dates[version] = str(date.date())
+        texts[version] = "\n".join(part.as_txt() for part in content)
+    assert dates == {"0.2.0": "2031-05-04", "0.1.0": "2030-01-02"}
+    assert texts["0.2.0"].splitlines() == [
         "* Added: A method ``close_path(u)`` for motions, row by row: the page <docs/dynamics.md>.",
         "* Added: R = [E; -J_z] and 2 * 3.",
         "* Changed: The node ``hybrid_dynamics``.",

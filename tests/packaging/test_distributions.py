@@ -62,37 +62,31 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def machine(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """An environment with the wheel and, beneath it, the libraries that tests have; nothing of the repository."""
+    """An environment with the wheel and, beneath it, the libraries that tests have.
+
+    Nothing of the repository is in it.
+    """
     folder = tmp_path_factory.mktemp("machine")
     venv.create(folder, with_pip=False)
-    python = folder / "bin" / "python"
-    pip = [
-        sys.executable,
-        "-m",
-        "pip",
-        "--python",
-        str(python),
-        "install",
-        "--quiet",
-        "--no-deps",
-        "--no-index",
-    ]
-    subprocess.run([*pip, str(wheel)], check=True, capture_output=True, env=plain())
+    pip = [sys.executable, "-m", "pip", "--python", str(folder / "bin" / "python")]
+    install = [*pip, "install", "--quiet", "--no-deps", "--no-index", str(wheel)]
+    subprocess.run(install, check=True, capture_output=True, env=plain())
     (packages,) = folder.glob("lib/python*/site-packages")
-    beneath = "; ".join(
-        f"site.addsitedir({path!r})" for path in dict.fromkeys(site.getsitepackages())
-    )
-    (packages / "beneath.pth").write_text(f"import site; {beneath}\n", encoding="utf-8")
+    folders = dict.fromkeys(site.getsitepackages())
+    statements = ["import site", *(f"site.addsitedir({path!r})" for path in folders)]
+    (packages / "beneath.pth").write_text("; ".join(statements) + "\n", encoding="utf-8")
     return folder
 
 
 def plain() -> dict[str, str]:
-    """The environment without what leads to the repository: pip takes a package that it finds there for installed."""
-    return {
-        name: value
-        for name, value in os.environ.items()
-        if name not in ("PYTHONPATH", "VIRTUAL_ENV")
-    }
+    """The environment without what leads to the repository.
+
+    pip would take a package that it finds there for installed.
+    """
+    settings = dict(os.environ)
+    settings.pop("PYTHONPATH", None)
+    settings.pop("VIRTUAL_ENV", None)
+    return settings
 
 
 def run(machine: Path, *command: str) -> str:
@@ -112,36 +106,35 @@ def run(machine: Path, *command: str) -> str:
     return done.stdout
 
 
+def files_below(folder: Path) -> set[Path]:
+    """Files below a folder, relative to it, without what Python and builds leave."""
+    files = set()
+    for path in folder.rglob("*"):
+        is_product = "__pycache__" not in path.parts and "egg-info" not in str(path)
+        if path.is_file() and is_product:
+            files.add(path.relative_to(folder))
+    return files
+
+
 def test_the_wheel_holds_every_file_of_its_packages(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     for package in ("hybrid_dynamics_cli", "hybrid_dynamics_core", "hybrid_dynamics_ros"):
-        files = [
-            path
-            for path in (ROOT / package).rglob("*")
-            if path.is_file() and "__pycache__" not in path.parts
-        ]
-        assert {str(path.relative_to(ROOT)) for path in files} <= names
-    assert {
-        f"hybrid_dynamics_ros/interfaces/{path.name}" for path in ROOT.glob("msg_defs/msg/*.msg")
-    } <= names
+        files = files_below(ROOT / package)
+        assert {f"{package}/{file}" for file in files} <= names
+    messages = ROOT.glob("msg_defs/msg/*.msg")
+    assert {f"hybrid_dynamics_ros/interfaces/{path.name}" for path in messages} <= names
     shared = {name.partition("/data/share/hybrid_dynamics_ros/")[2] for name in names}
-    for folder, pattern in (
-        ("launch", "*.launch.py"),
-        ("config", "*"),
-        ("rviz", "*"),
-        ("security", "*"),
-    ):
-        assert {
-            f"{folder}/{path.name}" for path in (ROOT / folder).glob(pattern) if path.is_file()
-        } <= shared
+    for pattern in ("launch/*.launch.py", "config/*", "rviz/*", "security/*"):
+        files = [path for path in ROOT.glob(pattern) if path.is_file()]
+        assert {str(path.relative_to(ROOT)) for path in files} <= shared
     assert any(name.endswith("resource_index/packages/hybrid_dynamics_ros") for name in names)
     assert any(name.endswith("licenses/LICENSE") for name in names)
 
 
 def test_what_is_installed_checks_a_shipped_robot(machine: Path) -> None:
     pytest.importorskip("click")
-    told = run(machine, "hybrid-dynamics", "check", "forging_chu2020")
-    assert "forging_chu2020" in told
+    output = run(machine, "hybrid-dynamics", "check", "forging_chu2020")
+    assert "forging_chu2020" in output
 
 
 def test_what_is_installed_loads_closes_and_computes(machine: Path) -> None:
@@ -166,10 +159,6 @@ print(float(np.abs(one - other).max() / np.abs(other).max()))
 def test_the_sdist_of_the_interfaces_holds_what_its_build_reads(tmp_path: Path) -> None:
     source = copied(ROOT / "msg_defs", tmp_path / "source")
     sdist = built(source, tmp_path / "dist", "sdist")
-    there = unpacked(tmp_path / "dist" / sdist, tmp_path / "unpacked")
-    needed = {
-        path.relative_to(source)
-        for path in source.rglob("*")
-        if path.is_file() and "egg-info" not in str(path)
-    }
-    assert needed - {Path("MANIFEST.in")} <= {path.relative_to(there) for path in there.rglob("*")}
+    copy = unpacked(tmp_path / "dist" / sdist, tmp_path / "unpacked")
+    needed = files_below(source) - {Path("MANIFEST.in")}
+    assert needed <= files_below(copy)

@@ -43,7 +43,7 @@ JAZZY = {
     "tf2_msgs",
     "trajectory_msgs",
 }
-OWN = {
+OUR_PACKAGES = {
     "hybrid_dynamics_benchmarks",
     "hybrid_dynamics_cli",
     "hybrid_dynamics_core",
@@ -68,13 +68,13 @@ def manifest(folder: str) -> ElementTree.Element:
 
 
 def keys(folder: str, *kinds: str) -> set[str]:
-    """What the manifest of a package names."""
-    found = {
-        (element.tag, element.text or "")
-        for element in manifest(folder)
-        if element.tag.endswith("depend")
-    }
-    return {key for tag, key in found if not kinds or tag in kinds}
+    """What the manifest of a package names, in its tags of these kinds; in all if none is given."""
+    names = set()
+    for element in manifest(folder):
+        is_wanted = not kinds or element.tag in kinds
+        if element.tag.endswith("depend") and is_wanted:
+            names.add(element.text or "")
+    return names
 
 
 @pytest.mark.parametrize("folder", [".", "msg_defs"])
@@ -97,8 +97,10 @@ def imported(folder: Path) -> Iterator[str]:
     """Names of what the modules below a folder import from elsewhere."""
     for path in folder.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-            if isinstance(node, ast.ImportFrom) and not node.level:
+            names = []
+            if isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom) and not node.level:
                 names = [node.module or ""]
             yield from (name.partition(".")[0] for name in names)
 
@@ -108,5 +110,5 @@ def imported(folder: Path) -> Iterator[str]:
 )
 def test_what_is_imported_is_named(folder: str) -> None:
     named = {SYSTEM.get(key, key) for key in keys(".", "depend", "exec_depend")}
-    others = set(imported(ROOT / folder)) - set(sys.stdlib_module_names) - OWN - OPTIONAL
+    others = set(imported(ROOT / folder)) - set(sys.stdlib_module_names) - OUR_PACKAGES - OPTIONAL
     assert others <= named

@@ -22,21 +22,16 @@ def test_both_packages_carry_the_licence() -> None:
     """The interfaces are released from a branch that holds their folder alone."""
     texts = {manifest.with_name("LICENSE").read_text(encoding="utf-8") for manifest in MANIFESTS}
     assert len(texts) == 1
-    assert all(
-        ElementTree.parse(manifest).find("license").get("file") == "LICENSE"
-        for manifest in MANIFESTS
-    )
+    for manifest in MANIFESTS:
+        assert ElementTree.parse(manifest).find("license").get("file") == "LICENSE"
 
 
 def test_the_interfaces_that_are_built_are_those_that_are_there() -> None:
     cmake = (ROOT / "msg_defs" / "CMakeLists.txt").read_text(encoding="utf-8")
-    there = sorted([*ROOT.glob("msg_defs/msg/*.msg"), *ROOT.glob("msg_defs/srv/*.srv")])
-    built = [
-        line.strip().strip('"')
-        for line in cmake.splitlines()
-        if line.strip().endswith(('.msg"', '.srv"'))
-    ]
-    assert built == [str(path.relative_to(ROOT / "msg_defs")) for path in there]
+    files = sorted([*ROOT.glob("msg_defs/msg/*.msg"), *ROOT.glob("msg_defs/srv/*.srv")])
+    lines = [line.strip() for line in cmake.splitlines()]
+    built = [line.strip('"') for line in lines if line.endswith(('.msg"', '.srv"'))]
+    assert built == [str(path.relative_to(ROOT / "msg_defs")) for path in files]
 
 
 @pytest.mark.parametrize(
@@ -50,14 +45,13 @@ def test_every_field_of_an_interface_is_explained(path: Path) -> None:
 
 
 def test_the_ros_wheels_are_pinned_alike_everywhere() -> None:
-    build = tomllib.loads((ROOT / "msg_defs" / "pyproject.toml").read_text(encoding="utf-8"))[
-        "build-system"
-    ]
-    setups = [
-        (ROOT / folder / "setup.py").read_text(encoding="utf-8") for folder in (".", "msg_defs")
-    ]
-    for pin in (requirement for requirement in build["requires"] if "-msgs==" in requirement):
-        assert all(pin in setup for setup in setups), pin
+    settings = tomllib.loads((ROOT / "msg_defs/pyproject.toml").read_text(encoding="utf-8"))
+    setup = (ROOT / "setup.py").read_text(encoding="utf-8")
+    setup_of_messages = (ROOT / "msg_defs/setup.py").read_text(encoding="utf-8")
+    for requirement in settings["build-system"]["requires"]:
+        if "-msgs==" in requirement:
+            assert requirement in setup
+            assert requirement in setup_of_messages
 
 
 @pytest.mark.ros
@@ -66,34 +60,34 @@ def test_the_shipped_parameters_are_all_of_the_node_with_their_defaults() -> Non
 
     text = (ROOT / "config" / "forging_chu2020.yaml").read_text(encoding="utf-8")
     values = flat(yaml.safe_load(text)["/**"]["ros__parameters"])
-    given = {
-        name: tuple(value) if isinstance(value, list) else value for name, value in values.items()
-    }
-    assert given == {row.name: row.default for row in TABLE if row.default is not None}
+    for name, value in values.items():
+        if isinstance(value, list):
+            values[name] = tuple(value)
+    assert values == {row.name: row.default for row in TABLE if row.default is not None}
     for row in TABLE:
         assert row.text.split()[0] in text
         assert f"{row.name.rpartition('.')[2]}: " in text
 
 
 @pytest.mark.ros
-def test_every_shipped_robot_has_parameters_that_the_node_knows() -> None:
+def test_every_shipped_robot_has_parameters_of_the_node() -> None:
     from hybrid_dynamics_ros.parameters import TABLE
 
-    known = {row.name for row in TABLE}
-    assert {path.stem for path in ROOT.glob("config/*.yaml")} == set(
-        hybrid_dynamics_core.shipped_robots()
-    )
-    for path in ROOT.glob("config/*.yaml"):
+    parameters = {row.name for row in TABLE}
+    files = list(ROOT.glob("config/*.yaml"))
+    assert {path.stem for path in files} == set(hybrid_dynamics_core.shipped_robots())
+    for path in files:
         values = flat(yaml.safe_load(path.read_text(encoding="utf-8"))["/**"]["ros__parameters"])
         assert values["robot"] == path.stem
-        assert set(values) <= known
+        assert set(values) <= parameters
 
 
 def flat(tree: dict, prefix: str = "") -> dict:
     """{"a": {"b": 1}} as {"a.b": 1}."""
     entries = {}
     for key, value in tree.items():
-        entries |= (
-            flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
-        )
+        if isinstance(value, dict):
+            entries |= flat(value, f"{prefix}{key}.")
+        else:
+            entries[f"{prefix}{key}"] = value
     return entries

@@ -1,7 +1,7 @@
 """Chu et al. (2020), the forging robot: every row of the reference values, single and as a batch.
 
 The file beside this test holds values that four independent computations agree on to 1e-11 (see its
-`about`); the paper's own print differs where docs/errata.md says so.
+`about`). The paper's print differs where docs/errata.md says so.
 """
 
 from __future__ import annotations
@@ -35,18 +35,20 @@ def test_names_and_order_are_the_papers(forging: Robot) -> None:
 def test_masses_and_inertias_are_the_papers(forging: Robot) -> None:
     links = forging.description.links
     assert [links[name].mass for name in REFERENCE["body"]] == REFERENCE["mass"]
-    for name, inertia in zip(
-        REFERENCE["body"], REFERENCE["inertia_link_frame"]["slender"], strict=True
-    ):
-        ours = np.linalg.eigvalsh(
-            links[name].inertia
-        )  # the frames of l1 and l32 lie otherwise on the rod
+    inertias = REFERENCE["inertia_link_frame"]["slender"]
+    for name, inertia in zip(REFERENCE["body"], inertias, strict=True):
+        # The frames of l1 and l32 lie otherwise on the rod: only moments are compared.
+        ours = np.linalg.eigvalsh(links[name].inertia)
         assert ours == pytest.approx(np.linalg.eigvalsh(inertia), rel=1e-12, abs=1e-15)
 
 
-@pytest.mark.parametrize(
-    "row", ROWS, ids=lambda row: f"t={row['t']}" if "t" in row else f"random {row['index']}"
-)
+def label(row: dict) -> str:
+    if "t" in row:
+        return f"t={row['t']}"
+    return f"random {row['index']}"
+
+
+@pytest.mark.parametrize("row", ROWS, ids=label)
 class TestEveryRow:
     def test_passive_coordinates(self, forging: Robot, row: dict) -> None:
         state = forging.close(row["u"], row["ud"])
@@ -65,22 +67,19 @@ class TestEveryRow:
         assert close_to(gravity, row["Gbar"])
 
     def test_inverse_dynamics(self, forging: Robot, row: dict) -> None:
-        assert close_to(
-            forging.inverse_dynamics(forging.close(row["u"], row["ud"]), row["udd"]), row["tau"]
-        )
+        state = forging.close(row["u"], row["ud"])
+        assert close_to(forging.inverse_dynamics(state, row["udd"]), row["tau"])
 
 
 def test_all_rows_as_one_batch(forging: Robot) -> None:
-    u, du, ddu, z, eef, tau = (
-        np.array([row[key] for row in ROWS]) for key in ("u", "ud", "udd", "z", "eef", "tau")
-    )
-    state = forging.close(u, du)
-    for got, expected in zip(state.z, z, strict=True):
-        assert close_to(got, expected)
-    for got, expected in zip(forging.forward_kinematics(state).position, eef, strict=True):
-        assert close_to(got, expected)
-    for got, expected in zip(forging.inverse_dynamics(state, ddu), tau, strict=True):
-        assert close_to(got, expected)
+    columns = {key: np.array([row[key] for row in ROWS]) for key in ("u", "ud", "udd")}
+    state = forging.close(columns["u"], columns["ud"])
+    position = forging.forward_kinematics(state).position
+    tau = forging.inverse_dynamics(state, columns["udd"])
+    for k, row in enumerate(ROWS):
+        assert close_to(state.z[k], row["z"])
+        assert close_to(position[k], row["eef"])
+        assert close_to(tau[k], row["tau"])
 
 
 def test_figure_9_inverse_kinematics_of_the_forward_kinematics(forging: Robot) -> None:
@@ -105,7 +104,7 @@ def test_figure_9_inverse_kinematics_of_the_forward_kinematics(forging: Robot) -
 
 
 def test_level_carrier_stays_level(forging: Robot) -> None:
-    """ERRATA: Eq. 33 prints sin for cos in f8, with which the carrier would tilt by -36 degrees at t = 10 s."""
+    """ERRATA: Eq. 33 prints sin for cos in f8; the carrier would tilt by -36 degrees at 10 s."""
     for row in REFERENCE["trajectory"]:
         rotation = forging.forward_kinematics(forging.close(row["u"]), frame="l42").rotation
         assert rotation[2, 0] == pytest.approx(0.0, abs=1e-14)

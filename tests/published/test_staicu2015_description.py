@@ -1,4 +1,4 @@
-"""Staicu (2015): the described robot holds the published joint values, every leg closed at every row.
+"""Staicu (2015): every leg of the described robot closes at the published joint values.
 
 The file beside this test gives the inverse kinematics of the paper's horizontal example; see its
 `about`.
@@ -27,9 +27,8 @@ TOLERANCE = 1e-12  # [m]: what the reference values are computed to, times lengt
 
 @pytest.fixture(scope="module")
 def robot() -> RobotDescription:
-    return read_description(
-        Path(str(resources.files("hybrid_dynamics_core"))) / "robots" / "staicu2015.yaml"
-    )
+    package = Path(str(resources.files("hybrid_dynamics_core")))
+    return read_description(package / "robots" / "staicu2015.yaml")
 
 
 def pose(t: float) -> dict[str, float]:
@@ -54,10 +53,8 @@ def test_coordinates_are_the_papers(robot: RobotDescription) -> None:
     assert robot.active == tuple(f"lambda_{leg}" for leg in "ABCDEF")
     assert all(robot.joints[f"lambda_{leg}"].type == "prismatic" for leg in "ABCDEF")
     assert len(robot.closures) == 6
-    assert {closure.kind for closure in robot.closures} == {
-        "point"
-    }  # 24 coordinates less 18 equations
-    assert freedom(robot, {}) == 6
+    assert {closure.kind for closure in robot.closures} == {"point"}
+    assert freedom(robot, {}) == 6  # 24 coordinates less 18 equations
 
 
 def test_central_configuration_is_closed_at_zero(robot: RobotDescription) -> None:
@@ -67,9 +64,8 @@ def test_central_configuration_is_closed_at_zero(robot: RobotDescription) -> Non
         assert np.abs(gap(robot, closure, {})).max() < TOLERANCE
     geometry = REFERENCE["geometry"]
     assert link_pose(robot, "lower_platform", {})[:3, 3] == pytest.approx([0, 0, geometry["h1"]])
-    assert frame_pose(robot, "end_effector", {})[:3, 3] == pytest.approx(
-        [0, 0, geometry["h1"] + geometry["h2"]]
-    )
+    tip = frame_pose(robot, "end_effector", {})[:3, 3]
+    assert tip == pytest.approx([0, 0, geometry["h1"] + geometry["h2"]])
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: f"t={row['t']}")
@@ -80,17 +76,19 @@ def test_all_legs_close_at_the_published_values(robot: RobotDescription, row: di
 
 @pytest.mark.parametrize("row", ROWS[1::4], ids=lambda row: f"t={row['t']}")
 def test_inverse_kinematics_gives_the_published_values(robot: RobotDescription, row: dict) -> None:
-    found = close(robot, pose(row["t"]), {})
+    solution = close(robot, pose(row["t"]), {})
     for name in JOINTS:
-        assert found[name] == pytest.approx(row[name][0], abs=1e-11), name
+        assert solution[name] == pytest.approx(row[name][0], abs=1e-11), name
 
 
 @pytest.mark.parametrize("row", ROWS[1::4], ids=lambda row: f"t={row['t']}")
 def test_published_rates_satisfy_the_derivative_of_the_closures(
     robot: RobotDescription, row: dict
 ) -> None:
-    s, h = values(row), 1e-6
-    ahead, behind = (np.array([pose(row["t"] + d)[name] for name in POSES]) for d in (h, -h))
-    rates = np.concatenate([[row[name][1] for name in JOINTS], (ahead - behind) / (2 * h)])
-    slip = jacobian(robot, s, [*JOINTS, *POSES]) @ rates
+    h = 1e-6
+    ahead = pose(row["t"] + h)
+    behind = pose(row["t"] - h)
+    joint_rates = [row[name][1] for name in JOINTS]
+    pose_rates = [(ahead[name] - behind[name]) / (2 * h) for name in POSES]
+    slip = jacobian(robot, values(row), [*JOINTS, *POSES]) @ [*joint_rates, *pose_rates]
     assert np.abs(slip).max() < 1e-8  # central differences of step 1e-7 and 1e-6
