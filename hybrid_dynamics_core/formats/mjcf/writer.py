@@ -170,8 +170,8 @@ class _MjcfWriter:
         state = self.robot.close(self.robot.reference)
         coordinates = dict(zip(self.robot.coordinates, state.s.tolist(), strict=True))
         order = [joint.get("name", "") for joint in world.iter("joint")]
-        at_rest = np.zeros(len(self.robot.active))
-        efforts = self.robot.inverse_dynamics(state, at_rest)
+        no_acceleration = np.zeros(len(self.robot.active))
+        efforts = self.robot.inverse_dynamics(state, no_acceleration)
         keyframe = SubElement(root, "keyframe")
         qpos = numbers_text(coordinates[name] for name in order)
         ctrl = numbers_text(efforts)
