@@ -96,7 +96,7 @@ def inverse_dynamics(robot: Robot, engine: Any) -> Callable[..., list[Any]]:
             guess=guess,
             gravity=gravity,
         )
-        outputs = programs.INVERSE_DYNAMICS.run(model, inputs).outputs
+        outputs = programs.inverse_dynamics().run(model, inputs).outputs
         return list(map(plain, outputs["tau"]))
 
     return tau

@@ -1,1 +1,4 @@
-"""Rigid-body kinematics and dynamics over the spanning tree, and their minimal form by projection."""
+"""Rigid-body kinematics and dynamics over the spanning tree.
+
+The programs project them onto the active coordinates.
+"""

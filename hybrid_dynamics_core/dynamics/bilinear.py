@@ -1,8 +1,8 @@
-"""Inertia and Coriolis terms as linear maps, so that they can be had as matrices: no derivative of M is formed.
+"""Inertia and Coriolis terms as linear maps, so that they can be had as matrices.
 
-A body with spatial velocity V = (omega, v), about its link origin and in link axes, and with
-inertia matrix I = [[J, h x], [-h x, m E]] (J about the origin, h = m c) needs the wrench I V' +
-B(omega) V, where
+No derivative of M is formed. A body with spatial velocity V = (omega, v), about its link origin and
+in link axes, has the inertia matrix I = [[J, h x], [-h x, m E]], with J about the origin and
+h = m c. It needs the wrench I V' + B(omega) V, where
 
     B(omega) = [[(tr(J) omega / 2 - J omega) x,  h x omega x], [-omega x h x,  m omega x]]
 
@@ -19,17 +19,19 @@ from collections.abc import Sequence
 from ..algebra.scalar import Scalar
 from ..algebra.vector import ZERO3, Vector, add, cross, matvec, scale, sub, transpose
 from ..mechanism.tree import Body
-from .spanning import TreeDynamics, Wrench
+from .spanning import TreeDynamics, Wrench, total
 
 Twist = tuple[Vector, Vector]  # angular velocity, linear velocity of the link origin, in link axes
 
 
 def body_twists(tree: TreeDynamics, rates: Sequence[Scalar]) -> list[Twist]:
-    """Velocity of every body for rates of s."""
+    """Velocity of every body for rates of s (n_s,)."""
     twists: list[Twist] = []
-    for i, b in enumerate(tree.tree.bodies):
-        omega, v = _at_joint(tree, i, twists[b.parent]) if b.parent >= 0 else (ZERO3, ZERO3)
-        twists.append(_plus(b, (omega, v), rates[b.coordinate]))
+    for i, body in enumerate(tree.tree.bodies):
+        twist: Twist = (ZERO3, ZERO3)
+        if body.parent >= 0:
+            twist = _at_joint(tree, i, twists[body.parent])
+        twists.append(_with_joint(body, twist, rates[body.coordinate]))
     return twists
 
 
@@ -39,21 +41,30 @@ def twist_rates(
     twists: Sequence[Twist],
     accelerations: Sequence[Scalar],
 ) -> list[Twist]:
-    """Rate of the components of `twists` while the tree moves with s' and the rates behind them with `accelerations`.
+    """Rates of the components of some twists.
 
     With the twists of s' and with s'' this is the spatial acceleration of the bodies.
+
+    Args:
+        tree: the tree, which moves with s'.
+        ds: s' (n_s,).
+        twists: of rates that change with `accelerations`.
+        accelerations: (n_s,).
     """
-    result: list[Twist] = []
-    for i, b in enumerate(tree.tree.bodies):
+    rates: list[Twist] = []
+    for i, body in enumerate(tree.tree.bodies):
         alpha, accel = ZERO3, ZERO3
-        if b.parent >= 0:
-            alpha, accel = _at_joint(tree, i, result[b.parent])
-            omega, v = _at_joint(tree, i, twists[b.parent])
-            step = scale(ds[b.coordinate], b.axis)
-            accel = add(accel, cross(v if b.type == "revolute" else omega, step))
-            alpha = add(alpha, cross(omega, step)) if b.type == "revolute" else alpha
-        result.append(_plus(b, (alpha, accel), accelerations[b.coordinate]))
-    return result
+        if body.parent >= 0:
+            alpha, accel = _at_joint(tree, i, rates[body.parent])
+            omega, v = _at_joint(tree, i, twists[body.parent])
+            rate = scale(ds[body.coordinate], body.axis)
+            if body.is_revolute:
+                accel = add(accel, cross(v, rate))
+                alpha = add(alpha, cross(omega, rate))
+            else:
+                accel = add(accel, cross(omega, rate))
+        rates.append(_with_joint(body, (alpha, accel), accelerations[body.coordinate]))
+    return rates
 
 
 def tree_forces(
@@ -62,34 +73,34 @@ def tree_forces(
     rates: Sequence[Scalar],
     accelerations: Sequence[Scalar],
 ) -> list[Scalar]:
-    """M(s) a + C(s, s') r along s, for any rates r and accelerations a."""
-    own = body_twists(tree, ds)
+    """M(s) a + C(s, s') r along s, for any rates r and accelerations a, all (n_s,)."""
+    velocities = body_twists(tree, ds)
     twists = body_twists(tree, rates)
-    wrenches = []
-    for b, (omega, _), twist, rate in zip(
-        tree.tree.bodies, own, twists, twist_rates(tree, ds, twists, accelerations), strict=True
-    ):
-        (f1, m1), (f2, m2) = momentum(b, rate), coriolis(b, omega, twist)
-        wrenches.append((add(f1, f2), add(m1, m2)))
+    changes = twist_rates(tree, ds, twists, accelerations)
+    wrenches: list[Wrench] = []
+    parts = zip(tree.tree.bodies, velocities, twists, changes, strict=True)
+    for body, (omega, _), twist, change in parts:
+        wrenches.append(total(momentum(body, change), coriolis(body, omega, twist)))
     return tree.along_joints(tree.transmitted(wrenches))
 
 
-def momentum(b: Body, twist: Twist) -> Wrench:
+def momentum(body: Body, twist: Twist) -> Wrench:
     """I V: linear and angular momentum, or, of an acceleration, the wrench."""
     omega, v = twist
-    linear = sub(scale(b.mass, v), cross(b.first_moment, omega))
-    return linear, add(matvec(b.inertia, omega), cross(b.first_moment, v))
+    h = body.first_moment
+    linear = sub(scale(body.mass, v), cross(h, omega))
+    return linear, add(matvec(body.inertia, omega), cross(h, v))
 
 
-def coriolis(b: Body, omega: Vector, twist: Twist) -> Wrench:
+def coriolis(body: Body, omega: Vector, twist: Twist) -> Wrench:
     """B(omega) V of this module's head."""
     turning, v = twist
-    half = scale(0.5 * (b.inertia[0][0] + b.inertia[1][1] + b.inertia[2][2]), omega)
-    force = sub(scale(b.mass, cross(omega, v)), cross(omega, cross(b.first_moment, turning)))
-    moment = add(
-        cross(sub(half, matvec(b.inertia, omega)), turning), cross(b.first_moment, cross(omega, v))
-    )
-    return force, moment
+    h = body.first_moment
+    trace = body.inertia[0][0] + body.inertia[1][1] + body.inertia[2][2]
+    half = scale(0.5 * trace, omega)
+    force = sub(scale(body.mass, cross(omega, v)), cross(omega, cross(h, turning)))
+    gyroscopic = cross(sub(half, matvec(body.inertia, omega)), turning)
+    return force, add(gyroscopic, cross(h, cross(omega, v)))
 
 
 def _at_joint(tree: TreeDynamics, body: int, twist: Twist) -> Twist:
@@ -100,7 +111,10 @@ def _at_joint(tree: TreeDynamics, body: int, twist: Twist) -> Twist:
     return matvec(to_child, omega), matvec(to_child, add(v, cross(omega, origin)))
 
 
-def _plus(b: Body, twist: Twist, rate: Scalar) -> Twist:
+def _with_joint(body: Body, twist: Twist, rate: Scalar) -> Twist:
+    """A twist with that of the body's joint."""
     omega, v = twist
-    own = scale(rate, b.axis)
-    return (add(omega, own), v) if b.type == "revolute" else (omega, add(v, own))
+    motion = scale(rate, body.axis)
+    if body.is_revolute:
+        return add(omega, motion), v
+    return omega, add(v, motion)

@@ -1,4 +1,7 @@
-"""The equations of motion of the spanning tree with its loops as constraints, for teaching and as an oracle."""
+"""The equations of motion of the spanning tree with its loops as constraints.
+
+For teaching and as an oracle.
+"""
 
 from __future__ import annotations
 
@@ -9,21 +12,19 @@ from ..ground.arrays import Array
 
 @dataclass(frozen=True, eq=False)
 class SpanningTerms:
-    """Terms of  M s'' + C s' + g + extra + J^T lambda = [tau; 0],  J s'' + bias = 0;  a batch has a leading N.
+    """Terms of  M s'' + C s' + g + extra + J^T lambda = [tau; 0],  J s'' + bias = 0.
 
-    Chu (2020), Eq. 10 and 18, in the order of `robot.coordinates`.
+    Chu (2020), Eq. 10 and 18, in the order of `robot.coordinates`. A batch has a leading N.
 
     Attributes:
         M: (n_s, n_s) mass matrix of the open tree, rotors and payloads included.
         C: (n_s, n_s) matrix of its Christoffel symbols: M' - 2 C is skew.
         g: (n_s,) gravity.
         extra: (n_s,) friction, springs and applied wrenches.
-        J: (n_z, n_s) the loops' equations as they are closed, one row each, lengths over the loop's
-        length:
-            a parallelogram closes by two relations between angles.
+        J: (n_z, n_s) the loops' equations as they are closed, a row each, lengths divided by the
+            loop's length. A parallelogram closes by two relations between angles.
         bias: (n_z,) J' s' [1/s^2].
-        multipliers: (n_z,) lambda of the rows [N m]. What they are at the pins, `robot.reactions`
-        tells.
+        multipliers: (n_z,) lambda of the rows [N m]. `robot.reactions` gives them at the pins.
         loops: the loop of each row.
     """
 

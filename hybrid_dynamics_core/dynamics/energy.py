@@ -8,7 +8,13 @@ from ..ground.arrays import Array
 
 
 class Energy(NamedTuple):
-    """Energies [J], each a number or (N,): of motion (rotors too), of gravity, of springs."""
+    """Energies [J], each a number or (N,).
+
+    Attributes:
+        kinetic: of the motion, rotors included.
+        potential: of gravity, zero at the base origin.
+        springs: stored in springs.
+    """
 
     kinetic: Array
     potential: Array

@@ -1,7 +1,7 @@
-"""What acts on a robot besides its actuators: payloads, counterweights, wrenches, friction, rotors, springs, gravity.
+"""What acts on a robot besides its actuators.
 
-Frozen values, changed by making others:  loads = robot.loads.with_payload(Payload(20.0),
-"end_effector").
+Payloads, counterweights, wrenches, friction, rotors, springs and gravity. The values are frozen and
+are changed by making others:  loads = robot.loads.with_payload(Payload(20.0), "end_effector").
 """
 
 from __future__ import annotations
@@ -21,13 +21,16 @@ from ..ground.arrays import Array, Picklable, frozen
 
 Axes = Literal["base", "frame"]
 AXES = ("base", "frame")
+SIGNED = ("rest", "preload", "stiffness")  # joint effects that may be negative
 
 
 @dataclass(frozen=True, eq=False)
 class AppliedWrench:
-    """A force [N] and a moment [N m] about a frame's origin: `values` (6,) or (N, 6), force first.
+    """A force [N] and a moment [N m] about a frame's origin.
 
-    `axes`: "base", directions fixed in space; "frame", directions that turn with the frame.
+    Attributes:
+        values: (6,) or (N, 6), force first.
+        axes: "base" for directions fixed in space, "frame" for directions that turn with the frame.
     """
 
     values: Array
@@ -43,13 +46,21 @@ class JointEffects:
         viscous q' + coulomb q' / sqrt(q'^2 + smoothing^2) + armature q'' + stiffness (q - rest) +
         preload.
 
-    Coulomb's sign(q') is made smooth over rates of about `smoothing` [rad/s or m/s], above zero: at
-    ten times that rate 99.5 % of `coulomb` act, at rest none, so the model creeps where a real
-    joint sticks. `armature` is the rotor's inertia times the square of its gear ratio; what the
-    spinning rotor does to a link that turns is left out.
+    Coulomb's sign(q') is made smooth over rates of about `smoothing`. At ten times that rate 99.5 %
+    of `coulomb` act, at rest none, so the model creeps where a real joint sticks. What the spinning
+    rotor does to a link that turns is not modelled.
 
-    Units for revolute (prismatic) joints: viscous [N m s/rad] ([N s/m]), coulomb and preload [N m]
-    ([N]), armature [kg m^2] ([kg]), stiffness [N m/rad] ([N/m]), rest [rad] ([m]).
+    Attributes:
+        viscous: [N m s/rad] of a revolute joint, [N s/m] of a prismatic one.
+        coulomb: [N m] or [N].
+        smoothing: [rad/s] or [m/s], above zero.
+        armature: the rotor's inertia times the square of its gear ratio [kg m^2] or [kg].
+        stiffness: [N m/rad] or [N/m].
+        rest: [rad] or [m].
+        preload: [N m] or [N].
+
+    Raises:
+        InputError: an entry is not finite or negative, or a size is wrong.
     """
 
     viscous: Array
@@ -69,7 +80,7 @@ class JointEffects:
                     f"{name} has shape {values.shape}; expected {size} finite numbers, one a"
                     " coordinate"
                 )
-            if name not in ("rest", "preload", "stiffness") and (values < 0.0).any():
+            if name not in SIGNED and (values < 0.0).any():
                 raise InputError(f"{name} has a negative entry; expected zero or positive")
             object.__setattr__(self, name, values)
         if not (self.smoothing > 0.0).all():
@@ -93,66 +104,58 @@ class JointEffects:
         return bool(self.stiffness.any() or self.preload.any())
 
 
-def _require_payload(given: object) -> None:
-    if not isinstance(given, Payload):
-        example = f"Payload({given})" if isinstance(given, (int, float)) else "Payload(10.0)"
-        raise InputError(f"expected a Payload, such as {example}, got {type(given).__name__}")
-
-
-_NONE: Mapping[str, AppliedWrench] = MappingProxyType({})
-
-
 @dataclass(frozen=True, eq=False)
 class Loads(Picklable):
-    """Everything that acts on a robot besides its actuators; `robot.loads` is what its description gives.
+    """Everything that acts on a robot besides its actuators.
 
-    `gravity`: (3,) [m/s^2] in base axes; `payloads`: bodies fixed to frames, by the frame's name (a
-    list each); `wrenches`: by the name of the frame on which they act.
+    `robot.loads` is what its description gives.
+
+    Attributes:
+        gravity: (3,) [m/s^2] in base axes.
+        effects: what acts along the joints.
+        payloads: bodies fixed to frames, by the name of the frame.
+        wrenches: by the name of the frame on which they act.
     """
 
     gravity: Array
     effects: JointEffects
     payloads: Mapping[str, tuple[Payload, ...]] = field(default_factory=dict)
-    wrenches: Mapping[str, AppliedWrench] = field(default_factory=lambda: _NONE)
+    wrenches: Mapping[str, AppliedWrench] = field(default_factory=lambda: MappingProxyType({}))
 
     def with_payload(self, payload: Payload, frame: str = "end_effector") -> Loads:
-        """These loads with one more body fixed to a frame (a link's name is its own frame)."""
-        _require_payload(payload)
-        payloads = {**self.payloads, frame: (*self.payloads.get(frame, ()), payload)}
-        return replace(self, payloads=MappingProxyType(payloads))
+        """These loads with one more body fixed to a frame.
 
-    def without_payload(self, frame: str = "end_effector") -> Loads:
-        """These loads with nothing fixed to a frame."""
-        return replace(
-            self, payloads=MappingProxyType({k: v for k, v in self.payloads.items() if k != frame})
-        )
+        Args:
+            payload: the body.
+            frame: name of the frame. A link's name is its own frame.
+        """
+        _require_payload(payload)
+        on_frame = (*self.payloads.get(frame, ()), payload)
+        return replace(self, payloads=MappingProxyType({**self.payloads, frame: on_frame}))
 
     def with_wrench(
         self, wrench: ArrayLike, frame: str = "end_effector", axes: Axes = "base"
     ) -> Loads:
-        """These loads with a force and moment (6,) or (N, 6) about a frame's origin, in place of one there before."""
-        try:
-            values = frozen(wrench)
-        except (TypeError, ValueError) as error:
-            raise InputError(
-                f"the wrench on '{frame}' is not an array of numbers: {error}"
-            ) from error
-        if values.ndim not in (1, 2) or values.shape[-1] != 6 or not np.isfinite(values).all():
-            raise InputError(
-                f"the wrench on '{frame}' has shape {values.shape}; expected 6 finite numbers,"
-                " force then moment"
-            )
+        """These loads with a force and moment on a frame, in place of one there before.
+
+        Args:
+            wrench: (6,) or (N, 6) about the frame's origin, force [N] first, then moment [N m].
+            frame: name of the frame.
+            axes: "base" for directions fixed in space, "frame" for directions that turn with it.
+
+        Raises:
+            InputError: the wrench is not 6 finite numbers, or there are no such axes.
+        """
+        values = _wrench_values(wrench, frame)
         if axes not in AXES:
             raise InputError(f"axes is '{axes}'; expected {' or '.join(AXES)}")
-        return replace(
-            self, wrenches=MappingProxyType({**self.wrenches, frame: AppliedWrench(values, axes)})
-        )
+        applied = AppliedWrench(values, axes)
+        return replace(self, wrenches=MappingProxyType({**self.wrenches, frame: applied}))
 
     def with_effects(self, **changes: ArrayLike) -> Loads:
         """These loads with other joint effects, each (n_s,), such as viscous=[...]."""
-        return replace(
-            self, effects=replace(self.effects, **{k: np.asarray(v) for k, v in changes.items()})
-        )
+        arrays = {name: np.asarray(values) for name, values in changes.items()}
+        return replace(self, effects=replace(self.effects, **arrays))
 
     def with_gravity(self, gravity: ArrayLike) -> Loads:
         """These loads with another gravity (3,) [m/s^2], base axes."""
@@ -163,13 +166,35 @@ class Loads(Picklable):
 
 
 def described_loads(description: RobotDescription, coordinates: tuple[str, ...]) -> Loads:
-    """The loads that a description gives."""
+    """The loads that a description gives, along coordinates in this order."""
     joints = [effects_of(description, name) for name in coordinates]
-    arrays = {
-        name: frozen([getattr(j, name) for j in joints])
-        for name in JointEffects.__dataclass_fields__
-    }
+    arrays: dict[str, Array] = {}
+    for name in JointEffects.__dataclass_fields__:
+        arrays[name] = frozen([getattr(joint, name) for joint in joints])
     payloads: dict[str, tuple[Payload, ...]] = {}
     for place, payload in description.payloads.values():
         payloads[place] = (*payloads.get(place, ()), payload)
     return Loads(description.gravity, JointEffects(**arrays), MappingProxyType(payloads))
+
+
+def _require_payload(value: object) -> None:
+    if isinstance(value, Payload):
+        return
+    example = "Payload(10.0)"
+    if isinstance(value, (int, float)):
+        example = f"Payload({value})"
+    raise InputError(f"expected a Payload, such as {example}, got {type(value).__name__}")
+
+
+def _wrench_values(wrench: ArrayLike, frame: str) -> Array:
+    """A wrench (6,) or (N, 6) from outside."""
+    try:
+        values = frozen(wrench)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"the wrench on '{frame}' is not an array of numbers: {error}") from error
+    if values.ndim not in (1, 2) or values.shape[-1] != 6 or not np.isfinite(values).all():
+        raise InputError(
+            f"the wrench on '{frame}' has shape {values.shape}; expected 6 finite numbers, force"
+            " then moment"
+        )
+    return values

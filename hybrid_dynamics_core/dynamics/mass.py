@@ -1,4 +1,4 @@
-"""A mass matrix that cannot be inverted, said in words."""
+"""A mass matrix that cannot be inverted, in words."""
 
 from __future__ import annotations
 
@@ -8,24 +8,36 @@ from numpy.typing import NDArray
 from ..errors import MassSingularityError
 from ..ground.arrays import Array
 
+NEGLIGIBLE = 1e-6  # share of the largest part below which a coordinate is not mentioned
+
 
 def mass_singularity(
     mass: Array, singular: NDArray[np.bool_], active: tuple[str, ...]
 ) -> MassSingularityError:
-    """The error for M-bar (n, n), or for (N, n, n) at the first row that is singular (N,)."""
-    row = None if mass.ndim == 2 else int(np.flatnonzero(singular)[0])
-    matrix = mass if row is None else mass[row]
-    values, vectors = np.linalg.eigh(matrix)
+    """The error for a singular M-bar.
+
+    Args:
+        mass: M-bar (n, n) or (N, n, n).
+        singular: where it is singular, () or (N,).
+        active: names of the active coordinates.
+
+    Returns:
+        The error for the first singular row.
+    """
+    row = None
+    if mass.ndim == 3:
+        row = int(np.flatnonzero(singular)[0])
+        mass = mass[row]
+    values, vectors = np.linalg.eigh(mass)
     direction = vectors[:, 0] / np.abs(vectors[:, 0]).max()
-    moved = ", ".join(
-        f"{name} ({part:+.3g})"
-        for name, part in zip(active, direction, strict=True)
-        if abs(part) > 1e-6
-    )
+    moved: list[str] = []
+    for name, part in zip(active, direction, strict=True):
+        if abs(part) > NEGLIGIBLE:
+            moved.append(f"{name} ({part:+.3g})")
     message = (
-        f"M-bar is singular to working precision: accelerating {moved} takes no force (smallest"
-        f" eigenvalue {values[0]:.3g}, largest {values[-1]:.3g}); give the links behind these"
-        " joints the mass or inertia, or the joints the rotor, that they have in truth"
+        f"M-bar is singular to working precision: accelerating {', '.join(moved)} takes no force"
+        f" (smallest eigenvalue {values[0]:.3g}, largest {values[-1]:.3g}); give the links behind"
+        " these joints the mass or inertia, or the joints the rotor, that they have in truth"
     )
     return MassSingularityError(
         message,

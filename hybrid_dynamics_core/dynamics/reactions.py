@@ -30,15 +30,12 @@ class PinReaction:
         force: (3,) [N] on link a, by link b.
         moment: (3,) [N m] about the pin, on link a.
         links: names of link a and link b.
-        silent: what the model cannot tell, since the rigid links do not settle how a closure and
-        the joints of its loop
-            share it: it is taken to be borne by the joints, and is in their wrenches. In x, y, z of
-            the pin: z is the
-            normal of a planar loop.
-        share: how well force and moment are told from the forces along the joints, 1 at best. They
-        are NaN where this
-            is 0 to working precision: where all bars of a parallelogram are in line, a force along
-            them could be any.
+        silent: directions that the model cannot tell, in x, y, z of the pin. The rigid links do not
+            settle how a closure and the joints of its loop share them: they are taken to be borne
+            by the joints, and are in their wrenches. z is the normal of a planar loop.
+        share: how well force and moment follow from the forces along the joints, 1 at best. They
+            are NaN where this is 0 to working precision: where all bars of a parallelogram are in
+            line, a force along them could be any.
     """
 
     place: Array
@@ -57,8 +54,8 @@ class JointReaction:
         place: (3,) origin of the link that the joint carries [m].
         force: (3,) [N] on that link, by the link before it.
         moment: (3,) [N m] about the place. Along the joint's axis the force (moment) is that of the
-        actuator less
-            friction, springs and what the rotor takes; zero for a passive joint without them.
+            actuator less friction, springs and what the rotor takes. It is zero for a passive joint
+            without them.
         links: names of the link before and of the link that the joint carries.
     """
 
@@ -69,7 +66,7 @@ class JointReaction:
 
 
 class Named(dict[str, T]):
-    """Values by name; a name that there is not is told with those that there are."""
+    """Values by name; the error for another name lists those that there are."""
 
     def __init__(self, kind: str, values: Mapping[str, T]) -> None:
         super().__init__(values)
@@ -81,11 +78,16 @@ class Named(dict[str, T]):
 
 @dataclass(frozen=True, eq=False)
 class Reactions(Picklable):
-    """All reactions at a state and acceleration.
+    """All reactions at a state and acceleration; a batch has a leading N.
 
-    `tau`: (n,) actuator forces; `pins` by closure, `joints` by joint; `base`: (6,) force [N] and
-    moment [N m] about the base origin that the foundation exerts on the robot, base axes.
-    UnknownNameError, a KeyError, for other names.
+    Other names than those of the robot raise UnknownNameError, a KeyError.
+
+    Attributes:
+        tau: (n,) actuator forces [N m, N].
+        pins: by closure.
+        joints: by joint.
+        base: (6,) force [N] and moment [N m] about the base origin that the foundation exerts on
+            the robot, base axes.
     """
 
     tau: Array
@@ -93,38 +95,36 @@ class Reactions(Picklable):
     joints: Mapping[str, JointReaction]
     base: Array
 
-    def __setstate__(self, told: dict[str, Any]) -> None:
-        """And back, with the names."""
-        super().__setstate__(
-            told | {"pins": Named("pin", told["pins"]), "joints": Named("joint", told["joints"])}
-        )
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Restore the fields, with the names."""
+        named = {"pins": Named("pin", state["pins"]), "joints": Named("joint", state["joints"])}
+        super().__setstate__(state | named)
 
 
 def named_reactions(
     values: Mapping[str, Array], pins: Sequence[Pin], tree: Tree, closures: Sequence[Closure]
 ) -> Reactions:
-    """The flat results of the program with their names; what no pin force settles becomes NaN."""
+    """The flat results of the program with their names.
+
+    Args:
+        values: results of `programs.reactions`. What no pin force settles becomes NaN in place.
+        pins: the pins of the program.
+        tree: the spanning tree.
+        closures: the closures of the pins.
+    """
     undefined = ~(values["pin_shares"] > UNDEFINED)
-    values["pin_shares"][np.isnan(values["pin_shares"]) & np.isfinite(values["tau"][..., :1])] = 0.0
+    shares = values["pin_shares"]
+    shares[np.isnan(shares) & np.isfinite(values["tau"][..., :1])] = 0.0
     if undefined.any():
         _empty(values, undefined, pins, tree)
-    by_pin = {
-        pin.name: _pin(values, k, pin, closure)
-        for k, (pin, closure) in enumerate(zip(pins, closures, strict=True))
-    }
-    joints = {
-        body.joint: JointReaction(
-            place=values["joint_places"][..., i, :],
-            force=values["joint_forces"][..., i, :],
-            moment=values["joint_moments"][..., i, :],
-            links=(tree.bodies[body.parent].name if body.parent >= 0 else tree.base, body.name),
-        )
-        for i, body in enumerate(tree.bodies)
-    }
+    by_pin: dict[str, PinReaction] = {}
+    for k, (pin, closure) in enumerate(zip(pins, closures, strict=True)):
+        by_pin[pin.name] = _pin(values, k, pin, closure)
+    by_joint = {body.joint: _joint(values, i, tree) for i, body in enumerate(tree.bodies)}
     return Reactions(
         values["tau"],
         MappingProxyType(Named("pin", by_pin)),
-        MappingProxyType(Named("joint", joints)),
+        MappingProxyType(Named("joint", by_joint)),
         values["base"],
     )
 
@@ -143,12 +143,28 @@ def _empty(
 
 
 def _pin(values: Mapping[str, Array], k: int, pin: Pin, closure: Closure) -> PinReaction:
-    share = values["pin_shares"][..., k]
+    shares = values["pin_shares"][..., k]
+    share: float | Array = shares
+    if shares.ndim == 0:
+        share = float(shares)
     return PinReaction(
         place=values["pin_places"][..., k, :],
         force=values["pin_forces"][..., k, :],
         moment=values["pin_moments"][..., k, :],
         links=(closure.link_a, closure.link_b),
         silent=pin.silent,
-        share=float(share) if share.ndim == 0 else share,
+        share=share,
+    )
+
+
+def _joint(values: Mapping[str, Array], i: int, tree: Tree) -> JointReaction:
+    body = tree.bodies[i]
+    before = tree.base
+    if body.parent >= 0:
+        before = tree.bodies[body.parent].name
+    return JointReaction(
+        place=values["joint_places"][..., i, :],
+        force=values["joint_forces"][..., i, :],
+        moment=values["joint_moments"][..., i, :],
+        links=(before, body.name),
     )

@@ -1,6 +1,7 @@
-"""The spanning tree as an open chain: link poses, geometric Jacobian and recursive Newton-Euler, over any scalar.
+"""The spanning tree as an open chain: poses, Jacobian and recursive Newton-Euler, over any scalar.
 
-Link frames; a rotation takes link coordinates to the parent's (or the base's where it says so).
+Everything is in link frames. A rotation takes link coordinates to the parent's, or to the base's
+where it says so.
 """
 
 from __future__ import annotations
@@ -20,10 +21,10 @@ from ..mechanism.joint_transform import (
 )
 from ..mechanism.tree import Body, Tree
 
-Wrench = tuple[Vector, Vector]  # force and moment about the link origin, in link axes
-BodyMotion = tuple[
-    Vector, Vector, Vector
-]  # angular velocity, angular and linear acceleration of the origin, link axes
+# force and moment about the link origin, in link axes
+Wrench = tuple[Vector, Vector]
+# angular velocity, angular acceleration and linear acceleration of the origin, in link axes
+BodyMotion = tuple[Vector, Vector, Vector]
 
 
 class TreeDynamics:
@@ -69,78 +70,106 @@ class TreeDynamics:
     def inverse_dynamics(
         self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]
     ) -> list[Scalar]:
-        """Forces along s that the open tree needs: M(s) s'' + C(s, s') s' + g(s), Chu (2020), Eq. 10.
+        """Forces along s that the open tree needs: M(s) s'' + C(s, s') s' + g(s).
 
-        Recursive Newton-Euler about the link origins; gravity enters as an acceleration of the
-        base.
+        Chu (2020), Eq. 10, by recursive Newton-Euler about the link origins. Gravity enters as an
+        acceleration of the base.
+
+        Args:
+            gravity: (3,) [m/s^2], base axes.
+            ds: s' (n_s,) [rad/s, m/s].
+            dds: s'' (n_s,) [rad/s^2, m/s^2].
+
+        Returns:
+            Forces (n_s,) [N m, N].
         """
         return self.along_joints(self.transmitted(self.body_wrenches(gravity, ds, dds)))
 
     def body_wrenches(
         self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]
     ) -> list[Wrench]:
-        """What has to act on each body, gravity aside, for it to move so."""
+        """What has to act on each body, besides gravity, for it to move so."""
         motions = self.motions(gravity, ds, dds)
-        return [
-            _newton_euler(b, *motion) for b, motion in zip(self.tree.bodies, motions, strict=True)
-        ]
+        bodies = zip(self.tree.bodies, motions, strict=True)
+        return [_newton_euler(body, *motion) for body, motion in bodies]
 
     def motions(
         self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]
     ) -> list[BodyMotion]:
         """How each body moves, seen from a base that falls freely."""
-        base = (ZERO3, ZERO3, scale(-1.0, gravity))
         motions: list[BodyMotion] = []
-        for i, b in enumerate(self.tree.bodies):
-            omega, alpha, accel = motions[b.parent] if b.parent >= 0 else base
-            rotation, r = self.transforms[i]
+        for body, (rotation, r) in zip(self.tree.bodies, self.transforms, strict=True):
+            omega, alpha, accel = ZERO3, ZERO3, scale(-1.0, gravity)
+            if body.parent >= 0:
+                omega, alpha, accel = motions[body.parent]
             to_child = transpose(rotation)
             accel = add(accel, add(cross(alpha, r), cross(omega, cross(omega, r))))
-            omega, alpha, accel = (matvec(to_child, v) for v in (omega, alpha, accel))
-            step, ddq = scale(ds[b.coordinate], b.axis), scale(dds[b.coordinate], b.axis)
-            if b.type == "revolute":
-                alpha = add(alpha, add(ddq, cross(omega, step)))
-                omega = add(omega, step)
+            omega = matvec(to_child, omega)
+            alpha = matvec(to_child, alpha)
+            accel = matvec(to_child, accel)
+            rate = scale(ds[body.coordinate], body.axis)
+            acceleration = scale(dds[body.coordinate], body.axis)
+            if body.is_revolute:
+                alpha = add(alpha, add(acceleration, cross(omega, rate)))
+                omega = add(omega, rate)
             else:
-                accel = add(accel, add(ddq, scale(2.0, cross(omega, step))))
+                accel = add(accel, add(acceleration, scale(2.0, cross(omega, rate))))
             motions.append((omega, alpha, accel))
         return motions
 
     def transmitted(
         self, needed: Sequence[Wrench], applied: Mapping[int, Wrench] | None = None
     ) -> list[Wrench]:
-        """What each joint passes on to its body: what it and all behind it need, less what is `applied` there."""
+        """What each joint passes on to its body.
+
+        Args:
+            needed: what each body needs.
+            applied: wrenches that act on bodies, by body.
+
+        Returns:
+            What each body and all behind it need, less what is applied there.
+        """
         wrenches = list(needed)
-        for i, (force, moment) in (applied or {}).items():
-            wrenches[i] = (sub(wrenches[i][0], force), sub(wrenches[i][1], moment))
+        for i, wrench in (applied or {}).items():
+            wrenches[i] = difference(wrenches[i], wrench)
         for i in range(len(wrenches) - 1, -1, -1):
             parent = self.tree.bodies[i].parent
             if parent >= 0:
-                force, moment = self.to_parent(i, wrenches[i])
-                wrenches[parent] = (
-                    add(wrenches[parent][0], force),
-                    add(wrenches[parent][1], moment),
-                )
+                wrenches[parent] = total(wrenches[parent], self.to_parent(i, wrenches[i]))
         return wrenches
 
     def to_parent(self, body: int, wrench: Wrench) -> Wrench:
         """A wrench on a body, about the parent's origin and in its axes."""
         rotation, origin = self.transforms[body]
         force = matvec(rotation, wrench[0])
-        return force, add(matvec(rotation, wrench[1]), cross(origin, force))
+        moment = add(matvec(rotation, wrench[1]), cross(origin, force))
+        return force, moment
 
     def along_joints(self, wrenches: Sequence[Wrench]) -> list[Scalar]:
         """The part of each joint's wrench along its axis, in the order of s."""
         forces: list[Scalar] = [0.0] * len(self.tree.coordinates)
-        for b, (force, moment) in zip(self.tree.bodies, wrenches, strict=True):
-            forces[b.coordinate] = dot(b.axis, moment if b.type == "revolute" else force)
+        for body, (force, moment) in zip(self.tree.bodies, wrenches, strict=True):
+            transmitted = force
+            if body.is_revolute:
+                transmitted = moment
+            forces[body.coordinate] = dot(body.axis, transmitted)
         return forces
 
 
-def _newton_euler(b: Body, omega: Vector, alpha: Vector, accel: Vector) -> Wrench:
-    force = scale(b.mass, accel)
-    force = add(
-        force, add(cross(alpha, b.first_moment), cross(omega, cross(omega, b.first_moment)))
-    )
-    moment = add(matvec(b.inertia, alpha), cross(omega, matvec(b.inertia, omega)))
-    return force, add(moment, cross(b.first_moment, accel))
+def total(a: Wrench, b: Wrench) -> Wrench:
+    """The sum of two wrenches about one point."""
+    return add(a[0], b[0]), add(a[1], b[1])
+
+
+def difference(a: Wrench, b: Wrench) -> Wrench:
+    """The difference of two wrenches about one point."""
+    return sub(a[0], b[0]), sub(a[1], b[1])
+
+
+def _newton_euler(body: Body, omega: Vector, alpha: Vector, accel: Vector) -> Wrench:
+    """The wrench that moves a body."""
+    h = body.first_moment
+    force = scale(body.mass, accel)
+    force = add(force, add(cross(alpha, h), cross(omega, cross(omega, h))))
+    moment = add(matvec(body.inertia, alpha), cross(omega, matvec(body.inertia, omega)))
+    return force, add(moment, cross(h, accel))

@@ -12,6 +12,7 @@ from ..algebra.vector import Rotation, Vector, constant
 from ..description.model import Frame, JointType, RobotDescription
 from ..ground.arrays import Array
 from ..ground.units import coordinate_unit
+from .inertia import parallel_axis_term
 
 
 @dataclass(frozen=True)
@@ -163,8 +164,7 @@ def build_tree(robot: RobotDescription) -> Tree:
 def _body(robot: RobotDescription, name: str, parent: int, coordinate: int) -> Body:
     joint = robot.joints[name]
     link = robot.links[joint.child]
-    c = link.com
-    about_origin = link.inertia + link.mass * (c @ c * np.eye(3) - np.outer(c, c))
+    about_origin = link.inertia + parallel_axis_term(link.mass, link.com)
     xx, yy, zz = (floats(row) for row in about_origin)
     return Body(
         name=joint.child,
@@ -176,7 +176,7 @@ def _body(robot: RobotDescription, name: str, parent: int, coordinate: int) -> B
         translation=floats(joint.translation),
         axis=constant(joint.axis),
         mass=link.mass,
-        first_moment=floats(link.mass * c),
+        first_moment=floats(link.mass * link.com),
         inertia=(xx, yy, zz),
         limits=joint.limits,
     )

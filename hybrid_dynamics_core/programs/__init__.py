@@ -1,16 +1,13 @@
-"""The model's answers as programs over scalars: the one text of closure, kinematics and minimal-form dynamics.
+"""The model's answers as programs over scalars: closure, kinematics and minimal-form dynamics.
 
 A program takes named vectors of scalars and returns named outputs with the checks that guard them.
-It runs on floats as it stands, on arrays (one array a scalar), or traced into a kernel. Chu (2020)
+It runs on floats as it is, on arrays (one array a scalar), or traced into a kernel. Chu (2020)
 gives the equations.
 """
 
 from .closure import ACCELERATIONS, CLOSE, MOTION
 from .derivatives import forward_dynamics_derivatives, inverse_dynamics_derivatives
 from .dynamics import (
-    FORWARD_DYNAMICS,
-    INVERSE_DYNAMICS,
-    MINIMAL_FORM,
     closed_inverse_dynamics,
     forward_dynamics,
     inverse_dynamics,
@@ -28,9 +25,6 @@ from .regressor import regressor
 __all__ = [
     "ACCELERATIONS",
     "CLOSE",
-    "FORWARD_DYNAMICS",
-    "INVERSE_DYNAMICS",
-    "MINIMAL_FORM",
     "MOTION",
     "Inputs",
     "Model",

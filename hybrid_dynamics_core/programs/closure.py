@@ -10,17 +10,20 @@ from ..kernels.trace import Check, Results
 from .model import Inputs, Model, Program
 from .outcome import Outcome, OutcomeKind
 
-# residual, in lengths of the loop, beyond which an equation that should follow from the others is
-# open
+# residual, in lengths of the loop, beyond which a redundant equation is open
 OPEN = 1e-6
 SINGULAR = 1e-5  # reciprocal condition below which rates would lose half their digits
 
 
 def closed_motion(model: Model, x: Inputs) -> tuple[ClosedMotion, list[Check], list[Scalar]]:
-    """The closed motion, its checks, and each step's distance to a singularity."""
+    """Close the loops.
+
+    Returns:
+        The closed motion, its checks, and the distance of each block to a singularity.
+    """
     motion = ClosedMotion(model.tree, model.plan, x.u, x.branch, x.guess)
     distances = motion.distances()
-    checks = []
+    checks: list[Check] = []
     for k, (block, distance) in enumerate(zip(motion.blocks, distances, strict=True)):
         checks.append(Check(block.margin, 0.0, unreachable(k)))
         checks.append(Check(distance, SINGULAR, Outcome(OutcomeKind.SINGULAR, k).encode()))
@@ -36,17 +39,17 @@ def unreachable(block: int) -> int:
     return Outcome(OutcomeKind.UNREACHABLE, block).encode()
 
 
-def _close(model: Model, x: Inputs) -> Results:
-    """All coordinates, their rates, R, R' u', and the evidence."""
-    motion, checks, distances = closed_motion(model, x)
-    outputs = closed_outputs(motion, len(x.u), motion.rates(x.du), distances)
-    return Results({**outputs, "iterations": [motion.iterations()]}, checks)
-
-
 def closed_outputs(
     motion: ClosedMotion, n: int, ds: list[Scalar], distances: list[Scalar]
 ) -> dict[str, Any]:
-    """What a closed state of a robot is made of."""
+    """What a closed state of a robot is made of.
+
+    Args:
+        motion: the closed motion.
+        n: number of active coordinates.
+        ds: s' (n_s,).
+        distances: of the blocks to a singularity.
+    """
     return {
         "s": motion.configuration.q,
         "ds": ds,
@@ -55,6 +58,13 @@ def closed_outputs(
         "residuals": motion.residuals,
         "distances": distances,
     }
+
+
+def _close(model: Model, x: Inputs) -> Results:
+    """All coordinates, their rates, R, R' u', and the evidence."""
+    motion, checks, distances = closed_motion(model, x)
+    outputs = closed_outputs(motion, len(x.u), motion.rates(x.du), distances)
+    return Results({**outputs, "iterations": [motion.iterations()]}, checks)
 
 
 def _motion(model: Model, x: Inputs) -> Results:

@@ -2,72 +2,74 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import chain
 
+from ..algebra.linear import transposed, unit_vectors
 from ..algebra.scalar import Scalar
 from ..dynamics.load_pattern import NOTHING, LoadPattern
 from ..kernels.differentiate import jacobian, substitute
-from ..kernels.graph import Graph, Symbol
+from ..kernels.graph import Graph, Operand, Symbol
 from ..kernels.trace import Results
 from .dynamics import Dynamics, solve_motion
-from .model import Inputs, Model, Program
+from .model import Inputs, Model, Program, with_loads
 
 Matrix = list[list[Scalar]]
 
 
 def inverse_dynamics_derivatives(pattern: LoadPattern = NOTHING) -> Program:
-    """Program for tau and d tau / d(u, u', u''); the last is M-bar. On symbols only."""
+    """Program for tau and d tau / d(u, u', u''), on symbols only. The last one is M-bar."""
 
     def run(model: Model, x: Inputs) -> Results:
         dynamics = Dynamics(model, x, pattern)
         tau = dynamics.inverse(list(x.ddu))
-        d_u, d_du = _split(jacobian(tau, [*x.u, *x.du]), dynamics.n)
-        return Results(
-            {"tau": tau, "d_u": d_u, "d_du": d_du, "d_ddu": dynamics.mass_matrix()}, dynamics.checks
-        )
+        d_u, d_du = _halves(jacobian(tau, [*x.u, *x.du]))
+        outputs = {"tau": tau, "d_u": d_u, "d_du": d_du, "d_ddu": dynamics.mass_matrix()}
+        return Results(outputs, dynamics.checks)
 
-    return Program(
-        ("u", "du", "ddu", "branch", "guess", "gravity", *pattern.inputs), run, pattern.sizes
-    )
+    return with_loads(("u", "du", "ddu", "branch", "guess", "gravity"), run, pattern)
 
 
 def forward_dynamics_derivatives(pattern: LoadPattern = NOTHING) -> Program:
-    """Program for u'' and d u'' / d(u, u', tau). On symbols only.
+    """Program for u'' and d u'' / d(u, u', tau), on symbols only.
 
-    From tau = ID(u, u', u''):  d u''/d(u, u') = -M-bar^-1 d ID/d(u, u') at the u'' found,  d u''/d
-    tau = M-bar^-1.
+    From tau = ID(u, u', u''):  d u''/d(u, u') = -M-bar^-1 d ID/d(u, u')  at the solution u'', and
+    d u''/d tau = M-bar^-1.
     """
 
     def run(model: Model, x: Inputs) -> Results:
         dynamics = Dynamics(model, x, pattern)
         ddu, mass, checks = solve_motion(model, dynamics, list(x.tau))
-        held = _held(x.u, dynamics.n)
+        held = _constants(x.u, dynamics.n)
         slopes = jacobian(dynamics.inverse(held), [*x.u, *x.du])
-        found = substitute(
-            [slope for row in slopes for slope in row], dict(zip(held, ddu, strict=True))
-        )
-        rows = [found[2 * dynamics.n * i : 2 * dynamics.n * (i + 1)] for i in range(dynamics.n)]
-        columns = [mass.solve([-value for value in column]) for column in zip(*rows, strict=True)]
-        d_u, d_du = _split([list(row) for row in zip(*columns, strict=True)], dynamics.n)
-        units = [[1.0 if i == j else 0.0 for i in range(dynamics.n)] for j in range(dynamics.n)]
+        at_solution = _substituted(slopes, dict(zip(held, ddu, strict=True)))
+        columns = [mass.solve([-v for v in column]) for column in transposed(at_solution)]
+        d_u, d_du = _halves(transposed(columns))
         outputs = {
             "ddu": ddu,
             "d_u": d_u,
             "d_du": d_du,
-            "d_tau": [mass.solve(unit) for unit in units],
+            "d_tau": [mass.solve(unit) for unit in unit_vectors(dynamics.n)],
         }
         return Results(outputs, dynamics.checks + checks)
 
-    return Program(
-        ("u", "du", "tau", "branch", "guess", "gravity", *pattern.inputs), run, pattern.sizes
-    )
+    return with_loads(("u", "du", "tau", "branch", "guess", "gravity"), run, pattern)
 
 
-def _held(u: Sequence[Scalar], count: int) -> list[Symbol]:
-    """Symbols that stand for accelerations which do not change with u: inputs that no kernel has."""
+def _constants(u: Sequence[Scalar], count: int) -> list[Symbol]:
+    """Symbols for accelerations that do not change with u: inputs that no kernel has."""
     graph: Graph = next(x.graph for x in u)
     return [graph.input(-1, k) for k in range(count)]
 
 
-def _split(rows: Matrix, n: int) -> tuple[Matrix, Matrix]:
+def _substituted(rows: Matrix, values: Mapping[Operand, Scalar]) -> Matrix:
+    """A matrix with symbols replaced by values."""
+    size = len(rows[0])
+    entries = substitute(list(chain.from_iterable(rows)), values)
+    return [entries[size * i : size * (i + 1)] for i in range(len(rows))]
+
+
+def _halves(rows: Matrix) -> tuple[Matrix, Matrix]:
+    """The left and the right half of a matrix."""
+    n = len(rows[0]) // 2
     return [row[:n] for row in rows], [row[n:] for row in rows]

@@ -3,53 +3,70 @@
 from __future__ import annotations
 
 from ..algebra.definite import Definite
+from ..algebra.linear import transposed
 from ..algebra.scalar import Scalar
-from ..algebra.vector import Vector
+from ..algebra.vector import ZERO3
 from ..closure.closed_motion import ClosedMotion
 from ..dynamics.load_pattern import NOTHING, LoadedTree, LoadPattern
 from ..kernels.trace import Check, Results
 from .closure import closed_motion, closed_outputs
-from .model import Inputs, Model, Program
+from .model import Inputs, Model, Program, with_loads
 from .outcome import Outcome, OutcomeKind
 
-SINGULAR_MASS = (
-    1e-13  # share of the robot's own scale of inertia below which a pivot of M-bar is rounding
-)
-NO_GRAVITY: Vector = (0.0, 0.0, 0.0)
+# share of the robot's own scale of inertia below which a pivot of M-bar is rounding
+SINGULAR_MASS = 1e-13
+MASS_SINGULAR = Outcome(OutcomeKind.MASS_SINGULAR).encode()
 
 
 class Dynamics:
-    """The closed mechanism at a state, with its loads: what all dynamic programs start from."""
+    """The closed mechanism at a state, with its loads: what all dynamic programs start from.
+
+    Attributes:
+        motion: the closed motion.
+        checks: what the state must meet.
+        distances: distance of each block to a singularity.
+        ds: s' (n_s,).
+        gravity: (3,) [m/s^2].
+        loaded: the tree with its loads.
+        tree: the tree, payloads added to its links.
+        n: number of active coordinates.
+    """
 
     def __init__(self, model: Model, x: Inputs, pattern: LoadPattern = NOTHING) -> None:
         self.motion, self.checks, self.distances = closed_motion(model, x)
         self.ds = self.motion.rates(x.du)
         self.gravity = tuple(x.gravity)
-        self.laden = LoadedTree(model.tree, pattern, x, self.motion.configuration)
-        self.tree = self.laden.tree
+        self.loaded = LoadedTree(model.tree, pattern, x, self.motion.configuration)
+        self.tree = self.loaded.tree
         self.n = len(x.u)
 
     def inverse(self, ddu: list[Scalar]) -> list[Scalar]:
-        """tau for active accelerations."""
-        return self.project(
-            self.laden.forces(self.gravity, self.ds, self.motion.accelerations(ddu, self.ds))
-        )
+        """tau (n,) for active accelerations."""
+        dds = self.motion.accelerations(ddu, self.ds)
+        return self.project(self.loaded.forces(self.gravity, self.ds, dds))
 
     def project(self, forces: list[Scalar]) -> list[Scalar]:
-        """R^T f."""
-        return self.motion.project(forces)[0]
+        """R^T f (n,)."""
+        projected, _ = self.motion.project(forces)
+        return projected
+
+    def drift(self) -> list[Scalar]:
+        """R' u' (n_s,): the accelerations with u'' = 0."""
+        return self.motion.accelerations([0.0] * self.n, self.ds)
 
     def mass_matrix(self) -> list[list[Scalar]]:
-        """M-bar = R^T M R, column by column; of each pair of equal entries one is computed."""
-        columns = [
-            self.project(self.laden.inertial_forces(column)) for column in columns_of(self.motion)
-        ]
-        return [[columns[min(i, j)][max(i, j)] for j in range(self.n)] for i in range(self.n)]
+        """M-bar = R^T M R (n, n), column by column; of each pair of equal entries one is taken."""
+        columns = [self.project(self.loaded.inertial_forces(c)) for c in columns_of(self.motion)]
+        rows = [list(column) for column in columns]
+        for i in range(self.n):
+            for j in range(i):
+                rows[i][j] = columns[j][i]
+        return rows
 
 
 def columns_of(motion: ClosedMotion) -> list[list[Scalar]]:
     """The columns of R, Chu (2020), Eq. 20."""
-    return [list(column) for column in zip(*motion.velocity_map(), strict=True)]
+    return transposed(motion.velocity_map())
 
 
 def inverse_dynamics(pattern: LoadPattern = NOTHING) -> Program:
@@ -59,9 +76,7 @@ def inverse_dynamics(pattern: LoadPattern = NOTHING) -> Program:
         dynamics = Dynamics(model, x, pattern)
         return Results({"tau": dynamics.inverse(list(x.ddu))}, dynamics.checks)
 
-    return Program(
-        ("u", "du", "ddu", "branch", "guess", "gravity", *pattern.inputs), run, pattern.sizes
-    )
+    return with_loads(("u", "du", "ddu", "branch", "guess", "gravity"), run, pattern)
 
 
 def closed_inverse_dynamics(pattern: LoadPattern = NOTHING) -> Program:
@@ -72,20 +87,22 @@ def closed_inverse_dynamics(pattern: LoadPattern = NOTHING) -> Program:
         closed = closed_outputs(dynamics.motion, dynamics.n, dynamics.ds, dynamics.distances)
         return Results({"tau": dynamics.inverse(list(x.ddu)), **closed}, dynamics.checks)
 
-    return Program(
-        ("u", "du", "ddu", "branch", "guess", "gravity", *pattern.inputs), run, pattern.sizes
-    )
+    return with_loads(("u", "du", "ddu", "branch", "guess", "gravity"), run, pattern)
 
 
 def minimal_form(pattern: LoadPattern = NOTHING) -> Program:
-    """Program for M-bar, C-bar u' and G-bar of  M-bar u'' + C-bar u' + G-bar + loads = tau, Chu (2020), Eq. 25."""
+    """Program for M-bar, C-bar u' and G-bar of the minimal form.
+
+    M-bar u'' + C-bar u' + G-bar + loads = tau, Chu (2020), Eq. 25.
+    """
 
     def run(model: Model, x: Inputs) -> Results:
         dynamics = Dynamics(model, x, pattern)
-        motion, tree, ds = dynamics.motion, dynamics.tree, dynamics.ds
-        still: list[Scalar] = [0.0] * motion.size
-        drift = motion.accelerations([0.0] * dynamics.n, ds)
-        bias = dynamics.laden.with_rotors(tree.inverse_dynamics(NO_GRAVITY, ds, drift), drift)
+        tree = dynamics.tree
+        ds = dynamics.ds
+        still: list[Scalar] = [0.0] * dynamics.motion.size
+        drift = dynamics.drift()
+        bias = dynamics.loaded.with_rotors(tree.inverse_dynamics(ZERO3, ds, drift), drift)
         gravity = tree.inverse_dynamics(dynamics.gravity, still, still)
         outputs = {
             "M": dynamics.mass_matrix(),
@@ -94,7 +111,7 @@ def minimal_form(pattern: LoadPattern = NOTHING) -> Program:
         }
         return Results(outputs, dynamics.checks)
 
-    return Program(("u", "du", "branch", "guess", "gravity", *pattern.inputs), run, pattern.sizes)
+    return with_loads(("u", "du", "branch", "guess", "gravity"), run, pattern)
 
 
 def passive_forces(pattern: LoadPattern = NOTHING) -> Program:
@@ -102,10 +119,10 @@ def passive_forces(pattern: LoadPattern = NOTHING) -> Program:
 
     def run(model: Model, x: Inputs) -> Results:
         dynamics = Dynamics(model, x, pattern)
-        forces = dynamics.laden.passive_forces(dynamics.ds)
+        forces = dynamics.loaded.passive_forces(dynamics.ds)
         return Results({"tau": dynamics.project(forces)}, dynamics.checks)
 
-    return Program(("u", "du", "branch", "guess", *pattern.inputs), run, pattern.sizes)
+    return with_loads(("u", "du", "branch", "guess"), run, pattern)
 
 
 def forward_dynamics(pattern: LoadPattern = NOTHING) -> Program:
@@ -116,45 +133,54 @@ def forward_dynamics(pattern: LoadPattern = NOTHING) -> Program:
         ddu, _, checks = solve_motion(model, dynamics, list(x.tau))
         return Results({"ddu": ddu}, dynamics.checks + checks)
 
-    return Program(
-        ("u", "du", "tau", "branch", "guess", "gravity", *pattern.inputs), run, pattern.sizes
-    )
+    return with_loads(("u", "du", "tau", "branch", "guess", "gravity"), run, pattern)
 
 
 def solve_motion(
     model: Model, dynamics: Dynamics, tau: list[Scalar]
 ) -> tuple[list[Scalar], Definite, list[Check]]:
-    """u'' from tau, M-bar ready to solve with, and the checks that it is regular."""
+    """Solve for u''.
+
+    Args:
+        model: the robot.
+        dynamics: its dynamics at a state.
+        tau: active efforts (n,).
+
+    Returns:
+        u'' (n,), M-bar ready to solve with, and the checks that it is regular.
+    """
     mass = Definite(dynamics.mass_matrix())
     bias = dynamics.inverse([0.0] * dynamics.n)
     ddu = mass.solve([t - b for t, b in zip(tau, bias, strict=True)])
-    sizes = inertia_scales(model, dynamics.motion)
-    code = Outcome(OutcomeKind.MASS_SINGULAR).encode()
-    checks = [
-        Check(pivot / size, SINGULAR_MASS, code)
-        for pivot, size in zip(mass.pivots, sizes, strict=True)
-    ]
+    checks: list[Check] = []
+    scales = inertia_scales(model, dynamics.motion)
+    for pivot, scale in zip(mass.pivots, scales, strict=True):
+        checks.append(Check(pivot / scale, SINGULAR_MASS, MASS_SINGULAR))
     return ddu, mass, checks
 
 
 def inertia_scales(model: Model, motion: ClosedMotion) -> list[Scalar]:
-    """What M-bar's diagonal would be, were the whole robot moved by each coordinate: the scale of its rounding."""
+    """What the diagonal of M-bar would be if each coordinate moved the whole robot.
+
+    This is the scale of its rounding.
+    """
     bodies = model.tree.bodies
-    mass = sum(b.mass for b in bodies) or 1.0
-    lengths = sum(float(x) ** 2 for b in bodies for x in b.translation)
-    inertia = (
-        sum(b.inertia[0][0] + b.inertia[1][1] + b.inertia[2][2] for b in bodies) + mass * lengths
-    )
-    own = [(inertia or 1.0) if model.tree.is_revolute(k) else mass for k in range(motion.size)]
-    scales = []
+    mass = sum(body.mass for body in bodies) or 1.0
+    squares: list[float] = []
+    for body in bodies:
+        squares += [float(length) ** 2 for length in body.translation]
+    traces = [b.inertia[0][0] + b.inertia[1][1] + b.inertia[2][2] for b in bodies]
+    inertia = sum(traces) + mass * sum(squares) or 1.0
+    sizes: list[float] = []
+    for k in range(motion.size):
+        size = mass
+        if model.tree.is_revolute(k):
+            size = inertia
+        sizes.append(size)
+    scales: list[Scalar] = []
     for column in columns_of(motion):
         total: Scalar = 0.0
-        for size, factor in zip(own, column, strict=True):
+        for size, factor in zip(sizes, column, strict=True):
             total = total + size * (factor * factor)
         scales.append(total)
     return scales
-
-
-INVERSE_DYNAMICS = inverse_dynamics()
-MINIMAL_FORM = minimal_form()
-FORWARD_DYNAMICS = forward_dynamics()

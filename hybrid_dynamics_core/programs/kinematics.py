@@ -56,13 +56,14 @@ def pose_and_jacobian(frame: Frame) -> Program:
 def _pose_and_jacobian(
     model: Model, motion: ClosedMotion, frame: Frame
 ) -> tuple[Rotation, Vector, list[list[Scalar]]]:
+    """Rotation, origin and the rows of the Jacobian (6, n) of a frame."""
     tree = TreeDynamics(model.tree, motion.configuration)
     rotation, position = frame_pose(tree, frame)
     columns = tree.jacobian(model.tree.body_index(frame.link), position)
     velocity_map = motion.velocity_map()
-    rows: list[list[Scalar]] = [[0.0] * len(velocity_map[0]) for _ in range(6)]
+    rows: list[list[Scalar]] = [[0.0] * len(motion.given) for _ in range(6)]
     for k, (linear, angular) in columns.items():
-        for i, part in enumerate((*linear, *angular)):
+        for row, part in zip(rows, (*linear, *angular), strict=True):
             for j, factor in enumerate(velocity_map[k]):
-                rows[i][j] = rows[i][j] + part * factor
+                row[j] = row[j] + part * factor
     return rotation, position, rows

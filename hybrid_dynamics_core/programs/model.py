@@ -1,4 +1,4 @@
-"""What every program works on: the model of a robot, its named input vectors."""
+"""What every program works on: the model of a robot and named input vectors."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from ..algebra.scalar import Scalar
 from ..closure.plan import ClosurePlan
-from ..dynamics.load_pattern import FRICTION, SPRINGS, LoadValues
+from ..dynamics.load_pattern import FRICTION, SPRINGS, LoadPattern, LoadValues
 from ..kernels.run import Kernel
 from ..kernels.trace import Results
 from ..mechanism.tree import Tree
@@ -15,6 +15,7 @@ from ..mechanism.tree import Tree
 Scalars = Sequence[Scalar]
 
 ALONG_S = ("guess", "armature", *FRICTION, *SPRINGS)  # inputs with one entry a coordinate
+GRAVITY = 3
 
 
 @dataclass(frozen=True)
@@ -28,15 +29,25 @@ class Model:
         """Length of an input vector."""
         if name in ALONG_S:
             return len(self.tree.coordinates)
-        return {"branch": len(self.plan.blocks), "gravity": 3}.get(name, len(self.plan.given))
+        if name == "branch":
+            return len(self.plan.blocks)
+        if name == "gravity":
+            return GRAVITY
+        return len(self.plan.given)
 
 
 @dataclass(frozen=True)
 class Inputs(LoadValues):
-    """Input vectors; a program has those that it names.
+    """Input vectors, of which a program has those that it names.
 
-    Active coordinates, rates, accelerations and efforts; branch sign of each step; s where
-    iterations start; gravity [m/s^2]; values of the loads.
+    Attributes:
+        u: active coordinates (n,) [rad, m].
+        du: their rates (n,).
+        ddu: their accelerations (n,).
+        tau: their efforts (n,) [N m, N].
+        branch: branch sign of each block.
+        guess: where iterations start, all coordinates (n_s,).
+        gravity: (3,) [m/s^2], base axes.
     """
 
     u: Scalars = ()
@@ -48,12 +59,21 @@ class Inputs(LoadValues):
     gravity: Scalars = ()
 
 
+ProgramText = Callable[[Model, Inputs], Results]
+
+
 @dataclass(frozen=True)
 class Program:
-    """The names of its input vectors, in order, and the text; `sizes` of those that the model does not know."""
+    """A text that computes named outputs from named inputs.
+
+    Attributes:
+        inputs: names of its input vectors, in order.
+        run: the text.
+        sizes: lengths of the inputs that the model does not know.
+    """
 
     inputs: tuple[str, ...]
-    run: Callable[[Model, Inputs], Results]
+    run: ProgramText
     sizes: Mapping[str, int] = field(default_factory=dict)
 
     def size(self, model: Model, name: str) -> int:
@@ -61,9 +81,19 @@ class Program:
         return self.sizes.get(name) or model.size(name)
 
     def kernel(self, model: Model, label: str) -> Kernel:
-        """The program on a model as functions of arrays, its inputs in order; `label`: what it is called by people."""
+        """The program on a model as functions of arrays, its inputs in order.
+
+        Args:
+            model: the robot.
+            label: what people are told while it is compiled.
+        """
 
         def run(*vectors: Scalars) -> Results:
             return self.run(model, Inputs(**dict(zip(self.inputs, vectors, strict=True))))
 
         return Kernel(run, [self.size(model, name) for name in self.inputs], label=label)
+
+
+def with_loads(inputs: tuple[str, ...], run: ProgramText, pattern: LoadPattern) -> Program:
+    """A program that takes the values of a load pattern after its other inputs."""
+    return Program((*inputs, *pattern.inputs), run, pattern.sizes)

@@ -1,8 +1,9 @@
-"""Reactions: the wrench in every closure and in every joint, from the forces that the motion needs."""
+"""Reactions: the wrench in every closure and in every joint, from the forces of a motion."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from ..algebra.scalar import Scalar
 from ..algebra.vector import ZERO3, Vector, add, cross, matvec, sub
@@ -10,11 +11,33 @@ from ..closure.closed_motion import ClosedMotion
 from ..description.model import Closure
 from ..dynamics.load_pattern import NOTHING, LoadPattern
 from ..dynamics.pins import Pin, find_pins
-from ..dynamics.spanning import Wrench
+from ..dynamics.spanning import TreeDynamics, Wrench, difference, total
 from ..kernels.trace import Results
 from ..mechanism.tree import Tree
 from .dynamics import Dynamics
-from .model import Inputs, Model, Program
+from .model import Inputs, Model, Program, with_loads
+
+
+class _PinWrench(NamedTuple):
+    """What a pin bears on its link a, in base axes.
+
+    Attributes:
+        pin: the pin.
+        place: where it is (3,) [m].
+        force: (3,) [N].
+        moment: about the place (3,) [N m].
+        share: how well they are settled, from 0 to 1.
+    """
+
+    pin: Pin
+    place: Vector
+    force: Vector
+    moment: Vector
+    share: Scalar
+
+    def about(self, origin: Vector) -> Wrench:
+        """Force, and moment about another point."""
+        return self.force, add(self.moment, cross(sub(self.place, origin), self.force))
 
 
 def reactions(closures: Sequence[Closure], pattern: LoadPattern = NOTHING) -> Program:
@@ -26,65 +49,86 @@ def reactions(closures: Sequence[Closure], pattern: LoadPattern = NOTHING) -> Pr
 
     def run(model: Model, x: Inputs) -> Results:
         dynamics = Dynamics(model, x, pattern)
-        motion, laden, tree = dynamics.motion, dynamics.laden, dynamics.tree
+        motion = dynamics.motion
+        loaded = dynamics.loaded
+        tree = dynamics.tree
         dds = motion.accelerations(x.ddu, dynamics.ds)
-        opened = laden.joint_wrenches(dynamics.gravity, dynamics.ds, dds)
-        tau, multipliers = motion.project(laden.added(tree.along_joints(opened), dynamics.ds, dds))
+        in_link_axes = loaded.joint_wrenches(dynamics.gravity, dynamics.ds, dds)
+        forces = loaded.with_joint_effects(tree.along_joints(in_link_axes), dynamics.ds, dds)
+        tau, multipliers = motion.project(forces)
         along = generalised_forces(motion, multipliers)
         poses = tree.poses()
-        joints = [
-            (matvec(turn, f), matvec(turn, m))
-            for (turn, _), (f, m) in zip(poses, opened, strict=True)
-        ]
-        base = _on_base(model.tree, joints, [origin for _, origin in poses])
+        origins = [origin for _, origin in poses]
+        joints: list[Wrench] = []
+        for (rotation, _), (force, moment) in zip(poses, in_link_axes, strict=True):
+            joints.append((matvec(rotation, force), matvec(rotation, moment)))
+        base = _on_base(model.tree, joints, origins)
         pins = find_pins(model.tree, model.plan, closures)
-        solved = [pin.wrench(tree, along.get(pin.name, {})) for pin in pins]
-        places = [pin.ends(tree)[0] for pin in pins]
-        for pin, place, (force, moment, _) in zip(pins, places, solved, strict=True):
-            for i, add_or_take in _branches(model.tree, pin):
-                turning = add(moment, cross(sub(place, poses[i][1]), force))
-                joints[i] = (add_or_take(joints[i][0], force), add_or_take(joints[i][1], turning))
+        solved = [_solved(pin, tree, along.get(pin.name, {})) for pin in pins]
+        for wrench in solved:
+            _shift_to_pin(model.tree, wrench, joints, origins)
         outputs = {
             "tau": tau,
-            "pin_places": places,
-            "pin_forces": [force for force, _, _ in solved],
-            "pin_moments": [moment for _, moment, _ in solved],
-            "pin_shares": [share for _, _, share in solved],
-            "joint_places": [origin for _, origin in poses],
+            "pin_places": [wrench.place for wrench in solved],
+            "pin_forces": [wrench.force for wrench in solved],
+            "pin_moments": [wrench.moment for wrench in solved],
+            "pin_shares": [wrench.share for wrench in solved],
+            "joint_places": origins,
             "joint_forces": [force for force, _ in joints],
             "joint_moments": [moment for _, moment in joints],
             "base": base,
         }
         return Results(outputs, dynamics.checks)
 
-    return Program(
-        ("u", "du", "ddu", "branch", "guess", "gravity", *pattern.inputs), run, pattern.sizes
-    )
+    return with_loads(("u", "du", "ddu", "branch", "guess", "gravity"), run, pattern)
 
 
-def _branches(tree: Tree, pin: Pin) -> list[tuple[int, Callable[[Vector, Vector], Vector]]]:
-    """The bodies beyond which the pin's wrench is borne: link a's side is relieved of it, link b's side has it too."""
-    side_a, side_b, _ = tree.branches(pin.body_a, pin.body_b)
-    return [*((i, sub) for i in side_a), *((i, add) for i in side_b)]
+def _solved(pin: Pin, tree: TreeDynamics, generalised: Mapping[int, Scalar]) -> _PinWrench:
+    force, moment, share = pin.wrench(tree, generalised)
+    place, _ = pin.ends(tree)
+    return _PinWrench(pin, place, force, moment, share)
+
+
+def _shift_to_pin(
+    tree: Tree, wrench: _PinWrench, joints: list[Wrench], origins: Sequence[Vector]
+) -> None:
+    """Take from the joints of a loop what its pin bears in their place.
+
+    Link a's side of the loop is relieved of it, link b's side has it too.
+    """
+    side_a, side_b, _ = tree.branches(wrench.pin.body_a, wrench.pin.body_b)
+    for i in side_a:
+        joints[i] = difference(joints[i], wrench.about(origins[i]))
+    for i in side_b:
+        joints[i] = total(joints[i], wrench.about(origins[i]))
 
 
 def _on_base(tree: Tree, joints: Sequence[Wrench], origins: Sequence[Vector]) -> list[Scalar]:
-    """Force and moment about the base origin of all that stands on the base; pins to the base are among it."""
+    """Force and moment about the base origin of all that stands on the base, its pins included."""
     force, moment = ZERO3, ZERO3
-    for body, (f, m), origin in zip(tree.bodies, joints, origins, strict=True):
+    for body, (joint_force, joint_moment), origin in zip(tree.bodies, joints, origins, strict=True):
         if body.parent < 0:
-            force, moment = add(force, f), add(moment, add(m, cross(origin, f)))
+            force = add(force, joint_force)
+            moment = add(moment, add(joint_moment, cross(origin, joint_force)))
     return [*force, *moment]
 
 
 def generalised_forces(
     motion: ClosedMotion, multipliers: list[list[Scalar]]
 ) -> dict[str, dict[int, Scalar]]:
-    """By closure: the forces along the joints that its equations and their multipliers stand for."""
-    result: dict[str, dict[int, Scalar]] = {}
+    """The forces along the joints that the equations of closures and their multipliers stand for.
+
+    Args:
+        motion: the closed motion.
+        multipliers: mu of each block, as `ClosedMotion.project` gives them.
+
+    Returns:
+        By closure, then by coordinate.
+    """
+    forces: dict[str, dict[int, Scalar]] = {}
     for block, factors in zip(motion.blocks, multipliers, strict=True):
         for equation, row, factor in zip(block.equations, block.rows, factors, strict=True):
-            forces = result.setdefault(equation.loop.name, {})
+            along = forces.setdefault(equation.loop.name, {})
             for k, coefficient in row.items():
-                forces[k] = forces.get(k, 0.0) + coefficient * factor
-    return result
+                along[k] = along.get(k, 0.0) + coefficient * factor
+    return forces

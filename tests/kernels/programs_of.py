@@ -39,10 +39,10 @@ def program(name: str, which: str) -> Program:
         "pose": programs.forward_kinematics(frame),
         "jacobian": programs.jacobian(frame),
         "both": programs.pose_and_jacobian(frame),
-        "inverse": programs.INVERSE_DYNAMICS,
+        "inverse": programs.inverse_dynamics(),
         "closed": programs.closed_inverse_dynamics(),
-        "minimal": programs.MINIMAL_FORM,
-        "forward": programs.FORWARD_DYNAMICS,
+        "minimal": programs.minimal_form(),
+        "forward": programs.forward_dynamics(),
     }[which]
 
 

@@ -75,11 +75,13 @@ def test_no_name_of_a_description_reaches_the_code(monkeypatch: pytest.MonkeyPat
         call = robot.kernels.inverse_dynamics
         u = np.array([0.3, 0.15, 0.175, 0.4])
         assert np.isfinite(call(u, u, u)).all()
-        trace = robot.kernel("inverse_dynamics", programs.INVERSE_DYNAMICS).trace
+        trace = robot.kernel("inverse_dynamics", programs.inverse_dynamics()).trace
         for emit in (emit_scalar, emit_columns):
             compiled(emit(trace), "<test>", "exec")
     assert "os.abort" not in str(written)
-    a, b = (r.kernel("inverse_dynamics", programs.INVERSE_DYNAMICS).trace for r in (hostile, plain))
+    a, b = (
+        r.kernel("inverse_dynamics", programs.inverse_dynamics()).trace for r in (hostile, plain)
+    )
     assert emit_scalar(a) == emit_scalar(b)
     assert emit_columns(a) == emit_columns(b)
     for form in ("one", "rows"):

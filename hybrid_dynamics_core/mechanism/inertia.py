@@ -1,0 +1,21 @@
+"""Inertia about the origin of a link."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..ground.arrays import Array
+
+
+def parallel_axis_term(mass: float, com: Array) -> Array:
+    """What the inertia about the origin has more than that about the centre of mass.
+
+    Args:
+        mass: [kg].
+        com: centre of mass (3,) [m].
+
+    Returns:
+        (3, 3) [kg m^2].
+    """
+    term: Array = mass * (com @ com * np.eye(3) - np.outer(com, com))
+    return term
