@@ -20,10 +20,10 @@ version = release = __version__
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
     "sphinx_copybutton",
     "sphinx_design",
     "formulas",
-    "plain_docstrings",
     "verb_help",
 ]
 exclude_patterns = ["_ext", "images"]
@@ -33,6 +33,8 @@ myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 myst_links_external_new_tab = False
 smartquotes = False  # primes of derivatives and options with two dashes stay what they are
+napoleon_numpy_docstring = False
+napoleon_use_rtype = False
 default_role = "code"  # docstrings mark names with single backticks
 nitpicky = True
 
