@@ -1,4 +1,7 @@
-"""Docstrings of the library are plain text: `name: what it is` is a parameter; only backticks have a meaning."""
+"""Docstrings of the library are plain text.
+
+`name: what it is` is a parameter; only backticks have a meaning.
+"""
 
 from __future__ import annotations
 

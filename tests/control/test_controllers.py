@@ -40,7 +40,9 @@ def errors(motion: Simulation, trajectory: JointTrajectory) -> np.ndarray:
 
 @pytest.mark.parametrize("name", STARTS)
 def test_computed_torque_makes_the_error_a_linear_one(name: str) -> None:
-    """From a start off the trajectory e'' + kd e' + kp e = 0 to the integrator's accuracy, loops and all."""
+    """From a start off the trajectory e'' + kd e' + kp e = 0 to the integrator's accuracy, loops
+    and all.
+    """
     robot, trajectory = motion_of(name)
     kp, kd = 60.0, 12.0
     offset = 0.01 * np.cos(np.arange(len(robot.active)))

@@ -63,7 +63,10 @@ def test_inverse_and_determinant() -> None:
 
 
 def test_iteration_is_differentiated_as_the_equations_it_solves() -> None:
-    """x^2 = p, x y = q: x = sqrt(p), y = q / sqrt(p); through a function of the parameters and the solution."""
+    """x^2 = p, x y = q: x = sqrt(p), y = q / sqrt(p).
+
+    Through a function of the parameters and the solution.
+    """
 
     def body(x: list, p: list) -> list:
         return [x[0] * x[0] - p[0], x[0] * x[1] - p[1], 2.0 * x[0], 0.0, x[1], x[0]]

@@ -44,7 +44,9 @@ def test_the_other_mode_has_another_reach(forging: Robot) -> None:
 
 @pytest.mark.parametrize("before", [1e-8, 1e-9])
 def test_a_target_at_a_toggle_point_is_told_as_singular(forging: Robot, before: float) -> None:
-    """That near to its toggle the loop closes, but what the cylinder says of the angle is lost in rounding."""
+    """That near to its toggle the loop closes, but what the cylinder says of the angle is lost in
+    rounding.
+    """
     u = np.array(forging.reference)
     u[1] = forging.closing_range[1, 1] - before
     found = forging.inverse_kinematics(forging.forward_kinematics(forging.close(u)).position)
@@ -114,7 +116,10 @@ def test_however_far_a_target_is_it_is_told_as_out_of_reach(
 
 
 def test_what_is_left_to_a_target_is_told_in_metres_and_radians() -> None:
-    """Half a turn about x cannot be made by a planar robot: the place is reached, the turn is left whole."""
+    """Half a turn about x cannot be made by a planar robot.
+
+    The place is reached, the turn is left whole.
+    """
     five_bar = robot("five_bar")
     here = five_bar.forward_kinematics(five_bar.close(five_bar.reference))
     flipped = Pose(here.position, np.diag([1.0, -1.0, -1.0]) @ here.rotation)
@@ -200,7 +205,10 @@ def test_a_limit_is_told_with_the_value_that_would_be_needed() -> None:
     [("delta", "no active joint moves the rotation about x"), ("ankle", "2 active")],
 )
 def test_a_platform_of_fewer_freedoms_is_not_kept_back_by_limits(name: str, why: str) -> None:
-    """The closed form places such a platform as far as it can be placed: that is no solution beyond the limits."""
+    """The closed form places such a platform as far as it can be placed.
+
+    That is no solution beyond the limits.
+    """
     machine = robot(name)
     here = machine.forward_kinematics(machine.close(machine.reference))
     result = machine.inverse_kinematics(Pose(here.position, TILT @ here.rotation))
@@ -222,7 +230,9 @@ def test_one_coordinate_that_no_joint_moves_is_named() -> None:
     ("name", "axis"), [("excavator", 3), ("forging_chu2020", 4), ("type_c", 3)]
 )
 def test_one_rotation_alone_is_reached_by_turning_about_another(name: str, axis: int) -> None:
-    """A column that turns about z changes which way the pitch joints turn, though it turns about neither x nor y."""
+    """A column that turns about z changes which way the pitch joints turn, though it turns about
+    neither x nor y.
+    """
     machine = robot(name)
     low, high = np.where(np.isfinite(machine.limits), machine.limits, [-np.pi, np.pi]).T
     for share in (0.2, 0.4, 0.6, 0.8):

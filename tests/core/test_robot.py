@@ -149,7 +149,10 @@ def test_state_carries_its_evidence(forging: Robot) -> None:
 
 
 def test_parallelograms_are_regular_at_their_change_point(forging: Robot) -> None:
-    """ERRATA: as general four-bars J_z is singular at q2 + q3 = 90 degrees; as parallelograms it is not."""
+    """ERRATA: as general four-bars J_z is singular at q2 + q3 = 90 degrees.
+
+    As parallelograms it is not.
+    """
     low, high = -0.09, 0.29
     for _ in range(60):  # bisect q22 for q2 + q3 = 90 degrees
         middle = 0.5 * (low + high)

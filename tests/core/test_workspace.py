@@ -58,7 +58,10 @@ def test_samples_are_where_the_bars_meet(found: Workspace) -> None:
 
 
 def test_extents_are_those_of_the_geometry(found: Workspace) -> None:
-    """Farthest with both cranks inward, nearest with both outward; the search ends within 2e-5 of the ranges."""
+    """Farthest with both cranks inward, nearest with both outward.
+
+    The search ends within 2e-5 of the ranges.
+    """
     far, near = tips(np.array([[1.45, 1.69], [2.6, 0.54]]))[:, 1]
     corners = tips(np.array([[1.45, 0.54], [2.6, 1.69]]))[:, 0]
     assert found.extents[1] == pytest.approx([near, far], abs=1e-5)

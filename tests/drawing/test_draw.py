@@ -170,7 +170,10 @@ def test_a_name_behind_a_body_has_a_line_to_what_it_names(
 
 @pytest.mark.parametrize("reach", [3.0, 300.0])
 def test_a_name_stands_on_no_outline_however_long_that_is(reach: float) -> None:
-    """A straight edge passes where the name would best stand; the name takes the other side of it."""
+    """A straight edge passes where the name would best stand.
+
+    The name takes the other side of it.
+    """
     axes = Figure(figsize=(5, 5)).add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set(xlim=(0.0, 10.0), ylim=(0.0, 10.0))
     edge = 5.25

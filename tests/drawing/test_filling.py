@@ -1,4 +1,6 @@
-"""Maps of a workspace: their outline is that of the workspace, and their values are the least that can be found."""
+"""Maps of a workspace: their outline is that of the workspace, and their values are the least that
+can be found.
+"""
 
 from functools import cache
 
@@ -24,7 +26,7 @@ joints:
 active: [q1, q2]
 end_effector: {link: fore, xyz: [0.6, 0, 0]}
 reference: {q2: 1}
-"""
+"""  # noqa: E501
 INNER, OUTER = (
     np.sqrt(1.36 + 1.2 * np.cos(q2)) for q2 in (np.pi / 2, 0.5)
 )  # [m] what q2 lets the arm reach
@@ -56,7 +58,10 @@ def test_the_outline_is_that_of_the_workspace() -> None:
 
 
 def test_no_cell_inside_is_far_from_a_place_that_was_reached() -> None:
-    """Of an arm with concave edges, where closing gaps could invent reach: cells against a grid of the cylinders."""
+    """Of an arm with concave edges, where closing gaps could invent reach.
+
+    Cells against a grid of the cylinders.
+    """
     robot, drawn = map_of("excavator", 8_000)
     low, high = robot.limits[1:].T
     grid = np.stack(np.meshgrid(*np.linspace(low, high, 60).T, indexing="ij"), axis=-1).reshape(

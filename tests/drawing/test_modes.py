@@ -94,7 +94,9 @@ STANDING = {  # robots whose modes lie on both sides of what holds them
 
 @pytest.mark.parametrize("make", STANDING.values(), ids=STANDING.keys())
 def test_ground_is_the_same_in_every_mode_and_where_the_base_holds_joints(make) -> None:
-    """What hatches the ground lies below the places where joints of the base are, by a few radii of a joint."""
+    """What hatches the ground lies below the places where joints of the base are, by a few radii of
+    a joint.
+    """
     mechanism = make()
     modes = mechanism.assembly_modes(mechanism.reference)
     panels = [_ground(axes) for axes in draw_modes(mechanism).axes]
@@ -138,7 +140,10 @@ def _ground(axes: Axes) -> dict[str, np.ndarray]:
 
 @pytest.mark.parametrize("name", ["gough", "delta"])
 def test_the_floor_is_at_one_height_in_every_mode(name: str) -> None:
-    """Where the mechanism stands in its reference: a mode that reaches below does not leave its base in the air."""
+    """Where the mechanism stands in its reference.
+
+    A mode that reaches below does not leave its base in the air.
+    """
     mechanism = robot_of(name)
     home = make_scene(mechanism, None)
     level = floor_corners(home)[0, 2]

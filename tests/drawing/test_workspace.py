@@ -27,7 +27,7 @@ joints:
 active: [turn, q1, q2]
 end_effector: {link: fore, xyz: [0.6, 0, 0], rpy: [pi/2, 0, 0]}
 reference: {q1: -0.5, q2: 1}
-"""
+"""  # noqa: E501
 _STEP = 0.02  # of the colours: less is not seen beside its neighbour
 ROCKER = four_bar(0.3, 0.1, 0.3, 0.2).replace("{link: rocker}", "{link: rocker, xyz: [0.2, 0, 0]}")
 PANELS = {
@@ -130,7 +130,10 @@ def test_the_bar_says_where_the_colours_end() -> None:
 
 
 def test_one_active_joint_gives_a_line_in_the_colours_of_its_margin() -> None:
-    """The rocker of a four-bar: its end on an arc, each piece with the margin that the robot has there."""
+    """The rocker of a four-bar.
+
+    Its end on an arc, each piece with the margin that the robot has there.
+    """
     robot = Robot(parse_description(ROCKER))
     found = robot.workspace(500)
     figure = draw_workspace(robot, found)

@@ -170,7 +170,10 @@ class TestBadLoads:
 
 @pytest.mark.parametrize("rows", [1, 3])
 def test_a_point_on_its_own_axis_takes_no_force(rows: int) -> None:
-    """Nothing in that robot has a length or an inertia: there is no size to hold a pivot against."""
+    """Nothing in that robot has a length or an inertia.
+
+    There is no size to hold a pivot against.
+    """
     text = (
         "format: 1\nname: point\nlinks: {base: {}, a: {mass: 1}}\nend_effector: {link: a}\n"
         "joints: {q: {type: revolute, parent: base, child: a, axis: z}}\nactive: [q]\n"

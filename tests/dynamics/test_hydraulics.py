@@ -1,4 +1,6 @@
-"""Hydraulic cylinders: pressures, flows, strokes, and drives that sit elsewhere than the active coordinates."""
+"""Hydraulic cylinders: pressures, flows, strokes, and drives that sit elsewhere than the active
+coordinates.
+"""
 
 from __future__ import annotations
 
@@ -95,7 +97,10 @@ def test_batch(oiled: Robot) -> None:
 
 
 def test_cylinder_on_a_passive_joint_drives_the_crank(forging: Robot) -> None:
-    """The forging robot told by its arm angles: the cylinders are passive there, and are still what pushes."""
+    """The forging robot told by its arm angles.
+
+    The cylinders are passive there, and are still what pushes.
+    """
     arm = changed(
         forging,
         active=("q1", "q2", "q3", "q4"),

@@ -1,4 +1,7 @@
-"""Pin forces that can be told without computing: members that only two pins hold; and places where none can be told."""
+"""Pin forces that can be told without computing.
+
+Members that only two pins hold; and places where none can be told.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,10 @@ def test_massless_rod_of_a_slider_crank_pulls_along_itself() -> None:
 
 
 def test_massless_rocker_of_a_parallelogram_pulls_along_itself() -> None:
-    """Its loop closes by relations between angles, whose multipliers are torques; the pin's force is this one."""
+    """Its loop closes by relations between angles, whose multipliers are torques.
+
+    The pin's force is this one.
+    """
     robot = massless(mechanism("parallelogram"), "rocker")
     force, bar = along(robot, [1.0, 0.3], "rocker", "pin")
     in_plane = force - [0, 0, force[2]]
@@ -86,7 +92,10 @@ def test_still_forging_robot_stands_on_its_weight(forging: Robot) -> None:
 
 
 def test_welded_loop_bears_a_moment() -> None:
-    """A planar loop closed by a whole frame: force in the plane, moment about its normal, the rest silent."""
+    """A planar loop closed by a whole frame.
+
+    Force in the plane, moment about its normal, the rest silent.
+    """
     robot = mechanism("welded")
     axle = robot.reactions(robot.close(robot.reference, [1.0]), [2.0]).pins["axle"]
     assert axle.silent == ("force along z", "moment about x", "moment about y")

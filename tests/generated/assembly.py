@@ -1,4 +1,7 @@
-"""Robots put together in space, at a random configuration: joints stand where the configuration has them, so every loop closes."""
+"""Robots put together in space, at a random configuration.
+
+Joints stand where the configuration has them, so every loop closes.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,10 @@ def turn(axis: np.ndarray, angle: float) -> np.ndarray:
 
 
 def frame_with_normal(normal: np.ndarray, rng: np.random.Generator | None) -> np.ndarray:
-    """A rotation whose third column is the normal; turned at random about it if a generator is given."""
+    """A rotation whose third column is the normal.
+
+    Turned at random about it if a generator is given.
+    """
     first = unit(np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]))
     frame = np.column_stack([first, np.cross(normal, first), normal])
     return (
@@ -88,7 +94,10 @@ class Assembly:
         value: float | None = None,
         name: str = "",
     ) -> str:
-        """Hang a new link on a joint whose axis passes through the point; returns the link's name."""
+        """Hang a new link on a joint whose axis passes through the point.
+
+        Returns the link's name.
+        """
         child = name or self.fresh("l")
         rng = self.rng
         along = rng.normal() * 0.1

@@ -1,4 +1,7 @@
-"""A generated robot ready for tests: active joints that determine the rest, and an independent oracle."""
+"""A generated robot ready for tests.
+
+Active joints that determine the rest, and an independent oracle.
+"""
 
 from __future__ import annotations
 
@@ -66,7 +69,9 @@ class Case:
 
 
 def complete(a: Assembly, tool: str, label: str, choices: int) -> Case | None:
-    """Choose active joints at random among the sets that determine the rest well; None if there is none.
+    """Choose active joints at random among the sets that determine the rest well.
+
+    None if there is none.
 
     choices: seed of the choice.
     """
@@ -91,7 +96,9 @@ def complete(a: Assembly, tool: str, label: str, choices: int) -> Case | None:
 
 
 def independent_columns(jacobian: np.ndarray, order: list[int]) -> list[int]:
-    """Columns in the order given, each kept if enough of it is left beside those kept before (Gram-Schmidt)."""
+    """Columns in the order given, each kept if enough of it is left beside those kept before
+    (Gram-Schmidt).
+    """
     kept: list[int] = []
     basis = np.zeros((len(jacobian), 0))
     for k in order:

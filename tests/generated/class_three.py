@@ -1,4 +1,7 @@
-"""Random robots of Chu's class III: a serial arm with local loops of every type, in planes tilted in space."""
+"""Random robots of Chu's class III.
+
+A serial arm with local loops of every type, in planes tilted in space.
+"""
 
 from __future__ import annotations
 

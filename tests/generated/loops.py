@@ -1,4 +1,6 @@
-"""Loops of Type A to D on an assembly, in planes tilted in space: each link and joint where the configuration has it.
+"""Loops of Type A to D on an assembly, in planes tilted in space.
+
+Each link and joint where the configuration has it.
 
 All four types are one linkage: a stub S on the base, a first link F on the base, a second one c on
 F, and the pin between c and S. Type A: arm S, k1 F, k2 c; B: k1 S, arm F, k2 c; C: k1 S, k2 F, arm
@@ -35,7 +37,10 @@ MIXES = (
 
 @dataclass(frozen=True)
 class FourBar:
-    """Type letter; joints of S, F and c; whether opposite bars are equal (RRR only) and named so."""
+    """Type letter; joints of S, F and c.
+
+    Whether opposite bars are equal (RRR only) and named so.
+    """
 
     letter: str
     mix: str = "RRR"
@@ -97,7 +102,9 @@ def new_four_bar(
 
 
 def added_four_bar(a: Assembly, base: str, stub: str, bar: FourBar) -> dict[str, str]:
-    """A four-bar with two new links, on a pair of links that has a joint already (or stands on one pivot)."""
+    """A four-bar with two new links, on a pair of links that has a joint already (or stands on one
+    pivot).
+    """
     return {"S": stub, **_rest(a, base, stub, plane_of(a, stub), bar)}
 
 
@@ -123,7 +130,9 @@ def _rest(a: Assembly, base: str, stub: str, plane: Plane, bar: FourBar) -> dict
 
 
 def hung_four_bars(a: Assembly, base: str, at: np.ndarray, normal: np.ndarray, letter: str) -> str:
-    """Two loops as the forging robot's parallelograms: the second stands on the coupler of the first.
+    """Two loops as the forging robot's parallelograms.
+
+    The second stands on the coupler of the first.
 
     The next link of the arm turns on the pivot of that coupler. Returns the link that carries the
     arm on.
@@ -147,7 +156,10 @@ def hung_four_bars(a: Assembly, base: str, at: np.ndarray, normal: np.ndarray, l
 
 
 def spanning_cylinder(a: Assembly, base: str, far: str, mix: str, kind: str) -> None:
-    """Two new links between a link and one two joints on, in one plane: a loop with two degrees of freedom."""
+    """Two new links between a link and one two joints on, in one plane.
+
+    A loop with two degrees of freedom.
+    """
     plane = plane_of(a, far)
     rng = a.rng
     kinds = [KIND[letter] for letter in mix]
@@ -158,7 +170,10 @@ def spanning_cylinder(a: Assembly, base: str, far: str, mix: str, kind: str) -> 
 
 
 def framed_loop(a: Assembly, base: str, stub: str) -> None:
-    """A four-bar cut through its coupler and closed by a whole frame: six equations, of which three count."""
+    """A four-bar cut through its coupler and closed by a whole frame.
+
+    Six equations, of which three count.
+    """
     plane = plane_of(a, stub)
     rng = a.rng
     f = a.hang(base, "revolute", plane.axis("revolute"), plane.space(corner(rng)))
@@ -175,7 +190,9 @@ def leg_anywhere(a: Assembly, on: str, to: str, kind: str) -> None:
 
 
 def leg(a: Assembly, on: str, to: str, foot: np.ndarray, tip: np.ndarray, kind: str) -> str:
-    """A leg between two points, with a ball at its tip: UPS, or RUS and PUS, whose rod is carried by a crank or slide.
+    """A leg between two points, with a ball at its tip.
+
+    UPS, or RUS and PUS, whose rod is carried by a crank or slide.
 
     Returns its driven joint.
     """

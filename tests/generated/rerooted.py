@@ -1,4 +1,7 @@
-"""The same robot on another spanning tree: a loop is cut at another joint, and what hung on it hangs on the pin."""
+"""The same robot on another spanning tree.
+
+A loop is cut at another joint, and what hung on it hangs on the pin.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,9 @@ Pose = tuple[np.ndarray, np.ndarray]
 
 
 def other_cuts(robot: RobotDescription) -> list[tuple[str, str]]:
-    """(closure, joint) wherever a loop may as well be cut: turning joints that are not active, in loops of one pin.
+    """(closure, joint) wherever a loop may as well be cut.
+
+    Turning joints that are not active, in loops of one pin.
 
     Not where bars of another loop turn round that is named a parallelogram: it is told by its four
     bars.
@@ -58,7 +63,8 @@ def _loop(robot: RobotDescription, c: Closure) -> set[str]:
 def rerooted(
     robot: RobotDescription, s: np.ndarray, names: tuple[str, ...], closure: str, cut: str
 ) -> RobotDescription:
-    """The robot with a pin as a joint of the tree, named after the closure, and the joint `cut` as the closure.
+    """The robot with a pin as a joint of the tree, named after the closure, and the joint `cut` as
+    the closure.
 
     s: a closed configuration in the order `names`. The links between both turn round: each hangs on
     what hung on it.
@@ -157,7 +163,10 @@ def _joint(
 
 
 def _moved_closure(c: Closure, poses: dict[str, Pose], new_poses: dict[str, Pose]) -> Closure:
-    """The closure on links whose frames have moved; its mode, unless a parallelogram, is that of the reference."""
+    """The closure on links whose frames have moved.
+
+    Its mode, unless a parallelogram, is that of the reference.
+    """
     ends = {
         f"point_{end}": frozen(
             getattr(c, f"point_{end}") - _shift(getattr(c, f"link_{end}"), poses, new_poses)

@@ -1,4 +1,7 @@
-"""What the laws are tried on: class III robots and stacks of modules, and other ways to write the same robot."""
+"""What the laws are tried on.
+
+Class III robots and stacks of modules, and other ways to write the same robot.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +42,9 @@ def robots() -> st.SearchStrategy[Case]:
 
 
 def shuffled(robot: RobotDescription, seed: int) -> RobotDescription:
-    """The same robot with its links, joints, loops and closures in another order, and closures told the other way."""
+    """The same robot with its links, joints, loops and closures in another order, and closures told
+    the other way.
+    """
     rng = np.random.default_rng(seed)
 
     def mixed(entries: dict) -> dict:
@@ -182,7 +187,10 @@ def _closure(robot: RobotDescription, c: Closure) -> str:
 
 
 def _rpy(r: np.ndarray) -> list[float]:
-    """Roll, pitch, yaw of a rotation Rz Ry Rx; at pitch +-90 degrees, where roll and yaw act alike, all as yaw."""
+    """Roll, pitch, yaw of a rotation Rz Ry Rx.
+
+    At pitch +-90 degrees, where roll and yaw act alike, all as yaw.
+    """
     flat = float(np.hypot(r[0, 0], r[1, 0]))
     if flat < 1e-9:
         return [0.0, float(np.arctan2(-r[2, 0], flat)), float(np.arctan2(-r[0, 1], r[1, 1]))]

@@ -49,7 +49,9 @@ class Space:
         return result
 
     def columns(self, poses: dict, link: str, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Jacobians (3, n_s) of the velocity of a point (base frame) carried by the link, and of its spin."""
+        """Jacobians (3, n_s) of the velocity of a point (base frame) carried by the link, and of
+        its spin.
+        """
         linear, angular = np.zeros((3, self.size)), np.zeros((3, self.size))
         for name in self.chain[link]:
             j = self.robot.joints[name]
@@ -120,7 +122,10 @@ class Space:
         return s if self.gap(s) < 1e-11 else None
 
     def margin(self, s: np.ndarray, fixed: Sequence[int]) -> float:
-        """Smallest singular value of the Jacobian of the other coordinates: 0 where they are not determined."""
+        """Smallest singular value of the Jacobian of the other coordinates.
+
+        0 where they are not determined.
+        """
         free = [k for k in range(self.size) if k not in set(fixed)]
         if not free:
             return 1.0
@@ -149,7 +154,9 @@ class Space:
         far: float = np.inf,
         shortest: float = 0.01,
     ) -> tuple[float, np.ndarray]:
-        """Go along `move` of the fixed coordinates in small steps: (share of the way, s) where it ended.
+        """Go along `move` of the fixed coordinates in small steps.
+
+        (share of the way, s) where it ended.
 
         Stops before the margin falls below the floor, and before any coordinate has gone as far as
         `far` [rad or m]. shortest: step, as a share of the way, that is given up.

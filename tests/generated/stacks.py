@@ -1,4 +1,7 @@
-"""Random stacks of parallel modules: platforms on legs, in series, with an arm and its loops on top."""
+"""Random stacks of parallel modules.
+
+Platforms on legs, in series, with an arm and its loops on top.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,10 @@ PLANAR_LEGS = ("RR", "RP", "PR")
 
 @dataclass(frozen=True)
 class Module:
-    """A platform by its freedoms, and its legs; `carried`: the platform hangs on its first leg, not on the base."""
+    """A platform by its freedoms, and its legs.
+
+    `carried`: the platform hangs on its first leg, not on the base.
+    """
 
     platform: str
     leg: str
@@ -36,7 +42,10 @@ class Module:
 
 @dataclass(frozen=True)
 class Stack:
-    """Modules in series, an arm on the last, loops on the arm; which joints are active: 'legs', 'pose' or 'any'."""
+    """Modules in series, an arm on the last, loops on the arm.
+
+    Which joints are active: 'legs', 'pose' or 'any'.
+    """
 
     modules: tuple[Module, ...]
     arm: tuple[str | FourBar, ...]

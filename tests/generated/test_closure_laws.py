@@ -81,7 +81,10 @@ def test_every_loop_forms_the_type_it_claims(case: Case) -> None:
 @examples(24)
 @given(robots(), STATES)
 def test_closure_is_newtons(case: Case, seed: int) -> None:
-    """From the reference along a smooth way, in small steps, on equations in space: the same configuration."""
+    """From the reference along a smooth way, in small steps, on equations in space.
+
+    The same configuration.
+    """
     s = case.somewhere(seed, size=0.9, floor=0.3)
     near = case.robot.close(case.start[: case.n])
     assert close_to(near.s, case.start, 1e-12 / margin(case, case.start))

@@ -1,4 +1,7 @@
-"""Random robots and their copies are one robot: mounted elsewhere, told in another order, cut open at other joints."""
+"""Random robots and their copies are one robot.
+
+Mounted elsewhere, told in another order, cut open at other joints.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +49,9 @@ def test_random_robots_cut_open_elsewhere(case: Case, seed: int) -> None:
 @examples(8)
 @given(class_three(max_links=4, max_loops=4), STATES)
 def test_names_of_modes_mean_the_same_in_another_order(case: Case, seed: int) -> None:
-    """The modes at a random state, written into the description by name, are found again from a shuffled one."""
+    """The modes at a random state, written into the description by name, are found again from a
+    shuffled one.
+    """
     s = case.somewhere(seed)
     branch = case.robot.close(s[: case.n]).branch
     named = {loop: mode for loop, mode in branch.items() if mode in NAMED}

@@ -95,7 +95,10 @@ def test_regressor_times_parameters_is_tau(case: Case, seed: int) -> None:
 @examples(4)
 @given(class_three(max_links=2, max_loops=2), STATES)
 def test_derivatives_are_those_of_differences(case: Case, seed: int) -> None:
-    """Along one random direction of u and one of u', with all loads; d/du'' and d/d tau are M-bar and its inverse."""
+    """Along one random direction of u and one of u', with all loads.
+
+    D/du'' and d/d tau are M-bar and its inverse.
+    """
     robot, state, loads = case.robot, at(case, seed), heavy_loads(case.robot)
     way, ddu, tau = case.rates(seed + 1), case.rates(seed + 2), efforts(case, seed)
     for function, exact, given_one in (
@@ -122,7 +125,10 @@ def test_derivatives_are_those_of_differences(case: Case, seed: int) -> None:
 @examples(8)
 @given(robots(), STATES)
 def test_energy_changes_by_the_power_put_in(case: Case, seed: int) -> None:
-    """At a random acceleration: tau' u' less friction, plus that of the wrenches, told apart by leaving them out."""
+    """At a random acceleration.
+
+    Tau' u' less friction, plus that of the wrenches, told apart by leaving them out.
+    """
     robot, state, ddu = case.robot, at(case, seed), case.rates(seed + 1)
     loads = heavy_loads(robot)
 
@@ -150,7 +156,10 @@ def _springs_and_rotors_only(loads: Loads) -> Loads:
 @examples(5)
 @given(robots(), STATES)
 def test_energy_along_a_simulated_motion_is_the_work_done(case: Case, seed: int) -> None:
-    """Pushed, loaded and rubbing, as far as it goes in a fifth of a second; loops closed throughout."""
+    """Pushed, loaded and rubbing, as far as it goes in a fifth of a second.
+
+    Loops closed throughout.
+    """
     robot, state = case.robot, at(case, seed)
     assume(
         float(state.singularity) > 0.05

@@ -1,4 +1,7 @@
-"""Laws of motions and of coordinates given: branches kept, jumps refused, any independent set gives the rest."""
+"""Laws of motions and of coordinates given.
+
+Branches kept, jumps refused, any independent set gives the rest.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,8 @@ def apart(case: Case, a: np.ndarray, b: np.ndarray) -> float:
 @examples(9)
 @given(robots(), STATES)
 def test_one_long_step_ends_where_small_steps_do(case: Case, seed: int) -> None:
-    """Where the oracle comes through, far from singular places, the step is taken, and to the same configuration.
+    """Where the oracle comes through, far from singular places, the step is taken, and to the same
+    configuration.
 
     Where it does not, the step is refused or ends in a closed configuration.
     """
@@ -105,7 +109,9 @@ def another_set(case: Case, seed: int) -> list[int]:
 @examples(9)
 @given(robots(), STATES)
 def test_any_independent_coordinates_give_the_rest(case: Case, seed: int) -> None:
-    """From the reference along the straight way of the coordinates given, which the oracle follows in small steps."""
+    """From the reference along the straight way of the coordinates given, which the oracle follows
+    in small steps.
+    """
     given_ones = another_set(case, seed)
     start_margin = case.space.margin(case.start, given_ones)
     assume(len(given_ones) == case.n and start_margin > 0.02)
@@ -163,7 +169,10 @@ def test_what_passive_ones_give_gives_them_back(case: Case, seed: int) -> None:
 @examples(18)
 @given(class_three(max_links=4, max_loops=4), STATES)
 def test_coordinates_that_do_not_determine_the_rest_are_refused(case: Case, seed: int) -> None:
-    """As many as there are degrees of freedom, but dependent: at the reference, and a little way off."""
+    """As many as there are degrees of freedom, but dependent.
+
+    At the reference, and a little way off.
+    """
     given_ones = np.random.default_rng(seed).permutation(len(case.start))[: case.n].tolist()
     places = [case.start, *(case.somewhere(seed + k) for k in range(2))]
     assume(max(case.space.margin(s, given_ones) for s in places) < 1e-10)

@@ -22,7 +22,10 @@ def four_bar(
     active: str = "q1",
     reference: str = "q1: 1",
 ) -> str:
-    """Type A: crank q1 and coupler q2 on it, rocker q3; all angles counterclockwise, q2 from the crank."""
+    """Type A: crank q1 and coupler q2 on it, rocker q3.
+
+    All angles counterclockwise, q2 from the crank.
+    """
     named = f", assembly: {assembly}" if assembly else ""
     return (
         HEAD + "links: {base: {}, crank: {mass: 1}, coupler: {mass: 1, com: [0.1, 0, 0]},"
@@ -39,7 +42,9 @@ def four_bar(
 def cylinder(
     distance: float, radius: float, active: str = "stroke", assembly: str = "counterclockwise"
 ) -> str:
-    """A cylinder that turns a lever of some radius; its foot stands at a distance to the left of the lever's pivot.
+    """A cylinder that turns a lever of some radius.
+
+    Its foot stands at a distance to the left of the lever's pivot.
 
     stroke: distance from foot to pin; lever: its angle from straight ahead, tilt: that of the
     cylinder.

@@ -1,4 +1,7 @@
-"""All poses of a platform on six legs of known length, from thousands of starts at once: brute force."""
+"""All poses of a platform on six legs of known length, from thousands of starts at once.
+
+Brute force.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,9 @@ from tests.hard_cases.quadrics import rotation
 def platform_poses(
     feet: np.ndarray, tips: np.ndarray, lengths: np.ndarray, starts: int, seed: int = 0
 ) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Every (R, t) found with |t + R tips[i] - feet[i]| = lengths[i]; feet, tips (6, 3), lengths (6,).
+    """Every (R, t) found with |t + R tips[i] - feet[i]| = lengths[i].
+
+    Feet, tips (6, 3), lengths (6,).
 
     Newton from random rotations and places, each step a small turn and shift; no step is longer
     than 0.5.

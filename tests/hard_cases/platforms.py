@@ -15,7 +15,9 @@ def platform(
     pose: tuple[np.ndarray, np.ndarray],
     freedoms: str = "xyzabc",
 ) -> tuple[Robot, np.ndarray, str]:
-    """A platform on legs of universal joint, cylinder and ball: robot, leg extensions at the pose, platform's name.
+    """A platform on legs of universal joint, cylinder and ball.
+
+    Robot, leg extensions at the pose, platform's name.
 
     freedoms: slides along x, y, z and turns about three axes (a, b, c) that are at right angles at
     the pose.
@@ -37,7 +39,10 @@ def platform(
 def own_pose(
     robot: Robot, link: str, pose: tuple[np.ndarray, np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The pose, reached at the reference, as the link sees it: takes poses of the link to poses of the platform."""
+    """The pose, reached at the reference, as the link sees it.
+
+    Takes poses of the link to poses of the platform.
+    """
     at_reference = robot.forward_kinematics(robot.close(robot.reference), frame=link)
     return at_reference.rotation.T @ pose[0], at_reference.rotation.T @ (
         pose[1] - at_reference.position

@@ -1,4 +1,7 @@
-"""All rotations that meet three distances, by elimination: the modes of a spherical platform counted otherwise."""
+"""All rotations that meet three distances, by elimination.
+
+The modes of a spherical platform counted otherwise.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,8 @@ import numpy as np
 def rotations_at_distances(
     feet: np.ndarray, tips: np.ndarray, lengths: np.ndarray
 ) -> list[np.ndarray]:
-    """Every R with |R tips[i] - feet[i]| = lengths[i] for three pairs of points (about the centre of rotation).
+    """Every R with |R tips[i] - feet[i]| = lengths[i] for three pairs of points (about the centre
+    of rotation).
 
     feet . R tips = c is a quadric in the quaternion (1, x, y, z), with z hidden in the
     coefficients. Three conics in (x, y, 1) and the three derivatives of their Jacobian determinant
@@ -64,7 +68,9 @@ def _quadric(a: np.ndarray, b: np.ndarray, c: float) -> np.ndarray:
 
 
 def _six(quadrics: list[np.ndarray], z: complex) -> np.ndarray:
-    """Rows: coefficients of x x, y y, w w, x y, x w, y w in the three conics and the derivatives of their Jacobian."""
+    """Rows: coefficients of x x, y y, w w, x y, x w, y w in the three conics and the derivatives of
+    their Jacobian.
+    """
     conics = []
     for m in quadrics:  # order of the quaternion: 1 (w), x, y, z
         ww = m[0, 0] + 2 * m[0, 3] * z + m[3, 3] * z * z

@@ -37,7 +37,10 @@ class TestToggle:
 
     @pytest.mark.parametrize("left", [1e-2, 1e-4, 1e-6])
     def test_distance_goes_with_the_root_of_the_stroke_left(self, lift: Robot, left: float) -> None:
-        """Closed directly and followed from mid-stroke alike; the lever stands off the line by the law of cosines."""
+        """Closed directly and followed from mid-stroke alike.
+
+        The lever stands off the line by the law of cosines.
+        """
         stroke = DISTANCE + RADIUS - left
         angle = np.arccos((stroke**2 - DISTANCE**2 - RADIUS**2) / (2 * DISTANCE * RADIUS))
         for state in (lift.close([stroke]), lift.close([stroke], near=lift.close([DISTANCE]))):
@@ -48,7 +51,10 @@ class TestToggle:
         assert abs(speed) == pytest.approx(stroke / (DISTANCE * RADIUS * np.sin(angle)), rel=1e-6)
 
     def test_stroke_beyond_the_toggle_and_back_keeps_its_branch(self, lift: Robot) -> None:
-        """A path that leaves the range is refused at its first row outside; rows before it are on the branch."""
+        """A path that leaves the range is refused at its first row outside.
+
+        Rows before it are on the branch.
+        """
         u = DISTANCE + RADIUS * np.sin(np.linspace(0.0, np.pi, 21)) * 1.001
         with pytest.raises(ClosureError) as caught:
             lift.close_path(u[:, None])
@@ -68,7 +74,10 @@ class TestToggle:
         assert state.s[3] == pytest.approx(lift.close([0.6]).s, abs=1e-13)
 
     def test_driven_by_the_lever_the_toggle_is_regular(self) -> None:
-        """The stroke is then extreme: its rate is zero, its acceleration is -R (D + R) / D w^2 and so on."""
+        """The stroke is then extreme.
+
+        Its rate is zero, its acceleration is -R (D + R) / D w^2 and so on.
+        """
         crank = robot(cylinder(DISTANCE, RADIUS, active="lever", assembly="extended"))
         stroke = crank.coordinates.index("stroke")
         top = crank.close([0.0], [2.0])
@@ -82,7 +91,10 @@ class TestToggle:
 
 
 class TestPinThroughTheFoot:
-    """Lever as long as the foot is far: at half a turn the pin stands on the foot and the cylinder has no direction."""
+    """Lever as long as the foot is far.
+
+    At half a turn the pin stands on the foot and the cylinder has no direction.
+    """
 
     def test_it_is_singular(self) -> None:
         crank = robot(cylinder(RADIUS, RADIUS, active="lever", assembly="extended"))

@@ -14,7 +14,10 @@ GROUND, CRANK = 0.3, 0.1  # of the parallelogram: coupler like ground, rocker li
 
 @pytest.fixture(scope="module")
 def crank_rocker() -> Robot:
-    """Shortest and longest bar together are shorter than the other two: the crank turns all round."""
+    """Shortest and longest bar together are shorter than the other two.
+
+    The crank turns all round.
+    """
     return robot(four_bar(0.3, 0.1, 0.3, 0.2))
 
 
@@ -38,7 +41,10 @@ def general() -> Robot:
 class TestFolded:
     @pytest.mark.parametrize("sign", [-1, 1])
     def test_rocker_stops_where_crank_and_coupler_are_in_line(self, sign: int) -> None:
-        """Driven by the rocker: from the law of cosines, with the diagonal coupler + crank or coupler - crank."""
+        """Driven by the rocker.
+
+        From the law of cosines, with the diagonal coupler + crank or coupler - crank.
+        """
         driven = robot(four_bar(0.3, 0.1, 0.3, 0.2, active="q3", reference="q3: 1.6"))
         diagonal = 0.3 + sign * 0.1
         edge = np.pi - np.arccos((0.3**2 + 0.2**2 - diagonal**2) / (2 * 0.3 * 0.2))
@@ -82,7 +88,10 @@ class TestFolded:
 
     @pytest.mark.parametrize(("ground", "reference"), [(1.3, 1.0), (0.9, -0.4)])
     def test_the_refusal_tells_how_far_it_stays_open(self, ground: float, reference: float) -> None:
-        """Coupler and rocker together are shorter than the way from crank pin to rocker pivot: by the difference."""
+        """Coupler and rocker together are shorter than the way from crank pin to rocker pivot.
+
+        By the difference.
+        """
         way = float(np.hypot(ground - 0.1 * np.cos(reference), 0.1 * np.sin(reference)))
         with pytest.raises(DescriptionError, match=r"loops\.bar: does not close") as caught:
             robot(four_bar(ground, 0.1, 0.3, 0.2, reference=f"q1: {reference}"))
@@ -102,7 +111,10 @@ class TestFolded:
 class TestMirrorBranches:
     @pytest.mark.parametrize("u", [0.3, 1.0, 2.0, -2.5, 3.0])
     def test_modes_are_mirror_images(self, crank_rocker: Robot, u: float) -> None:
-        """Mirrored in the line of the ground: crank and mode change sides, all angles change sign."""
+        """Mirrored in the line of the ground.
+
+        Crank and mode change sides, all angles change sign.
+        """
         other = crank_rocker.close([-u], branch={"bar": "clockwise"})
         assert other.s == pytest.approx(-crank_rocker.close([u]).s, abs=1e-14)
         assert np.abs(other.R - crank_rocker.close([u]).R).max() < 1e-13
@@ -165,7 +177,9 @@ class TestChangePoints:
             assert caught.value.distance < 1e-5
 
     def test_no_step_crosses_a_change_point(self, general: Robot) -> None:
-        """Two hundred steps over q1 = 0 or pi, long and short, from all distances: every one is refused.
+        """Two hundred steps over q1 = 0 or pi, long and short, from all distances.
+
+        Every one is refused.
 
         Just beyond, the coordinates are nearly where they were foretold; only their rates have
         jumped.
@@ -194,7 +208,10 @@ class TestChangePoints:
         assert caught.value.index == 6
 
     def test_beyond_it_the_mode_of_the_same_name_is_the_other_linkage(self, general: Robot) -> None:
-        """Asked without a way there: the named side of the diagonal, which here is the anti-parallelogram."""
+        """Asked without a way there.
+
+        The named side of the diagonal, which here is the anti-parallelogram.
+        """
         name = general.close([1.0]).branch["bar"]
         anti = general.close([-1.0])
         assert anti.branch["bar"] == name
@@ -238,7 +255,10 @@ def test_too_many_active_joints_are_refused_even_where_they_agree(crank_rocker: 
 def test_an_angle_of_few_digits_is_thought_of_where_ends_do_not_meet(
     turn: str, hinted: bool
 ) -> None:
-    """All joints lean alike: the loop is planar, and its ends are beside each other by what the angle is off."""
+    """All joints lean alike.
+
+    The loop is planar, and its ends are beside each other by what the angle is off.
+    """
     text = f"""\
 format: 1
 name: leaning
@@ -250,7 +270,7 @@ joints:
 loops: {{bars: {{type: A, base: base, arm: b, k1: a, k2: c, pin: {{c: [0.3, 0, 0], b: [0.2, 0, 0]}}}}}}
 active: [q1]
 end_effector: {{link: b}}
-"""
+"""  # noqa: E501
     with pytest.raises(DescriptionError, match=r"apart along the loop's axis") as caught:
         Robot(parse_description(text))
     assert ("1.57 in place of pi/2" in str(caught.value)) == hinted
@@ -268,7 +288,7 @@ joints:
 loops: {bars: {type: A, base: base, arm: a, k1: b, k2: c, pin: {c: [0.3, 0, 0], a: [0.2, 0, 0]}}}
 active: [q1]
 end_effector: {link: a}
-"""
+"""  # noqa: E501
     with pytest.raises(
         DescriptionError, match=r"joint 'q1' does not move in the plane of 'q2' and 'q3', with axes"
     ):

@@ -1,4 +1,7 @@
-"""Loops with more equations than they need: planar ones closed by whole frames, and linkages that only just move."""
+"""Loops with more equations than they need.
+
+Planar ones closed by whole frames, and linkages that only just move.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,8 @@ X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
 
 def bennett(kind: str, seed: int, spoilt: float = 0.0) -> RobotDescription:
-    """Bennett's linkage: four skew revolute axes, which move only because length / sin(twist) is one for all links.
+    """Bennett's linkage: four skew revolute axes, which move only because length / sin(twist) is
+    one for all links.
 
     kind 'axis': cut at the third joint; 'frame': cut through the link behind it. spoilt: [m] one
     pivot is off.
@@ -57,7 +61,10 @@ def bennett(kind: str, seed: int, spoilt: float = 0.0) -> RobotDescription:
 
 
 def bennett_angles(first: float) -> list[float]:
-    """tan(first / 2) tan(second / 2) = sin((b + a) / 2) / sin((b - a) / 2); opposite angles are opposite."""
+    """tan(first / 2) tan(second / 2) = sin((b + a) / 2) / sin((b - a) / 2).
+
+    Opposite angles are opposite.
+    """
     a, b = TWISTS
     second = 2.0 * np.arctan(np.sin((b + a) / 2.0) / np.sin((b - a) / 2.0) / np.tan(first / 2.0))
     return [first, second, -first, -second]
@@ -66,7 +73,10 @@ def bennett_angles(first: float) -> list[float]:
 @pytest.mark.parametrize("kind", ["axis", "frame"])
 class TestBennettLinkage:
     def test_it_moves_and_every_equation_holds(self, kind: str) -> None:
-        """Three equations of five or six are solved; the others follow, and so does the relation of the angles."""
+        """Three equations of five or six are solved.
+
+        The others follow, and so does the relation of the angles.
+        """
         description = bennett(kind, seed=1)
         linkage = Robot(description)
         space = Space(description, linkage.coordinates)
@@ -91,7 +101,10 @@ class TestBennettLinkage:
         )
     )
     def test_singular_only_where_the_whole_jacobian_is(self, kind: str) -> None:
-        """The linkage is regular all along this way: which of its equations are solved must not matter."""
+        """The linkage is regular all along this way.
+
+        Which of its equations are solved must not matter.
+        """
         for seed in range(4):
             description = bennett(kind, seed)
             linkage = Robot(description)
@@ -105,7 +118,9 @@ class TestBennettLinkage:
 
 
 def framed(rpy: str, other: str) -> str:
-    """The four-bar cut behind its coupler and closed by a whole frame, which lies as the two angles say."""
+    """The four-bar cut behind its coupler and closed by a whole frame, which lies as the two angles
+    say.
+    """
     text = four_bar(0.3, 0.1, 0.3, 0.2, assembly="", reference="q1: 1, q2: -0.6, q3: 1.4, q4: -1")
     head, tail = text[: text.index("loops:")], text[text.index("active:") :]
     head = head.replace("rocker: {mass: 1}}", "rocker: {mass: 1}, half: {mass: 1}}")
@@ -119,7 +134,10 @@ def framed(rpy: str, other: str) -> str:
 class TestPlanarLoopClosedByAFrame:
     @pytest.mark.parametrize("rpy", ["[0, 0, 0]", "[0, pi/2, 0]", "[pi/2, 0, 0]", "[0.3, -1.2, 2]"])
     def test_it_is_the_four_bar_however_the_frame_lies(self, rpy: str) -> None:
-        """Six equations, three of them count; also where an axis of the tied frames is normal to the plane."""
+        """Six equations, three of them count.
+
+        Also where an axis of the tied frames is normal to the plane.
+        """
         plain, welded = robot(four_bar(0.3, 0.1, 0.3, 0.2)), robot(framed(rpy, rpy))
         for u in np.linspace(-3.0, 3.0, 9):
             one, two = plain.close([u], [1.0]), welded.close([u], [1.0])
@@ -154,7 +172,10 @@ class TestLoopsThatDoNotClose:
         )
 
     def test_motors_that_cannot_close_are_told_the_same(self) -> None:
-        """The foot's pin is 0.3 m from the wall, whose slide keeps 0.5 m away: 0.2 m are missing."""
+        """The foot's pin is 0.3 m from the wall, whose slide keeps 0.5 m away.
+
+        0.2 m are missing.
+        """
         text = (
             "format: 1\nname: leg\nlinks: {base: {}, foot: {mass: 1}, arm: {mass: 1}}\njoints:\n "
             " a: {type: revolute, parent: base, child: foot, axis: z}\n  c: {type: prismatic,"
@@ -184,7 +205,10 @@ class TestLoopsThatDoNotClose:
             Robot(description)
 
     def test_a_tilt_is_told_in_radians(self) -> None:
-        """Two frames of a planar loop, tilted by 0.1 rad against each other; least squares leave metres too."""
+        """Two frames of a planar loop, tilted by 0.1 rad against each other.
+
+        Least squares leave metres too.
+        """
         with pytest.raises(
             DescriptionError, match=r"its ends on coupler and half stay .* m and 0\.1 rad apart"
         ):

@@ -1,4 +1,7 @@
-"""Platforms: all assembly modes, counted by other means; mirror images; places where a platform gives way."""
+"""Platforms: all assembly modes, counted by other means.
+
+Mirror images; places where a platform gives way.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +42,9 @@ class TestSphericalPlatform:
     """3-UPS/S: three legs turn a platform about a point; up to eight modes."""
 
     def test_eight_modes_known_in_closed_form_are_all_found(self) -> None:
-        """Feet and tips on three axes at right angles: the legs give the diagonal of R, and with a quaternion
+        """Feet and tips on three axes at right angles.
+
+        The legs give the diagonal of R, and with a quaternion
 
         4 w^2 = 1 + R11 + R22 + R33, 4 x^2 = 1 + R11 - R22 - R33 and so on: sixteen choices of
         signs, eight rotations.
@@ -160,7 +165,9 @@ class TestGoughPlatform:
         assert same_sets([(mirror @ r @ mirror, mirror @ t) for r, t in found], found)
 
     def test_forward_kinematics_finds_the_pose_that_gave_the_legs(self) -> None:
-        """Pose to legs and back, with rates and accelerations, on the shipped platform, along a motion."""
+        """Pose to legs and back, with rates and accelerations, on the shipped platform, along a
+        motion.
+        """
         robot = load("gough")
         pose = ("x", "y", "z", "alpha_1", "alpha_2", "alpha_3")
         place = [next(n for n in robot.coordinates if n == p or n.endswith(p)) for p in pose]
@@ -182,7 +189,10 @@ class TestGoughPlatform:
 
     @staticmethod
     def hexagons(spread: float) -> tuple[np.ndarray, np.ndarray]:
-        """Feet and tips in three pairs each; the tips spread so far from the middle of their pair."""
+        """Feet and tips in three pairs each.
+
+        The tips spread so far from the middle of their pair.
+        """
         pairs = np.repeat([0.0, 2.0 * np.pi / 3.0, -2.0 * np.pi / 3.0], 2)
         sides = np.tile([-1.0, 1.0], 3)
 
@@ -198,7 +208,10 @@ class TestGoughPlatform:
         return robot.close(legs)
 
     def test_similar_platforms_give_way_everywhere(self) -> None:
-        """Base and platform alike but for size: six legs leave a freedom in every pose (architecture singularity)."""
+        """Base and platform alike but for size.
+
+        Six legs leave a freedom in every pose (architecture singularity).
+        """
         rng = np.random.default_rng(0)
         for _ in range(3):
             pose = (turn(unit(rng.normal(size=3)), 0.3), np.array([0.05, -0.02, 0.7]))
@@ -227,7 +240,10 @@ class TestGoughPlatform:
 
 
 def test_way_of_a_platform_is_the_same_there_and_back() -> None:
-    """Legs to random lengths from one pose: refused where the way meets a singular pose, otherwise it leads back."""
+    """Legs to random lengths from one pose.
+
+    Refused where the way meets a singular pose, otherwise it leads back.
+    """
     pose = (turn(unit(np.array([1.0, -2.0, 0.5])), 1.9), np.zeros(3))
     robot, legs, _ = platform(0.8 * np.eye(3), 0.3 * np.eye(3), pose, freedoms="abc")
     state = robot.close(legs)

@@ -53,7 +53,10 @@ class TestBaseParameters:
 
 
 def test_base_parameters_of_a_plane_arm_are_the_known_six() -> None:
-    """Two links in a vertical plane, the second joint at 0.5 m: what every textbook finds by hand."""
+    """Two links in a vertical plane, the second joint at 0.5 m.
+
+    What every textbook finds by hand.
+    """
     rows = [
         ("a", "revolute", "base", "l1", (0, 0, 0), "y"),
         ("b", "revolute", "l1", "l2", (0.5, 0, 0), "y"),
@@ -67,7 +70,9 @@ def test_base_parameters_of_a_plane_arm_are_the_known_six() -> None:
 
 
 def noisy(machine: Robot, count: int, noise: float, seed: int) -> tuple:
-    """Motion and efforts of the forging robot with friction, measured with `noise` of the efforts' size."""
+    """Motion and efforts of the forging robot with friction, measured with `noise` of the efforts'
+    size.
+    """
     state, ddu = random_motion(machine, count, seed)
     size = len(machine.coordinates)
     effects = {kind: np.pad(values, (0, size - 4)) for kind, values in FRICTION.items()}
@@ -218,7 +223,10 @@ class TestBadInput:
             identify(forging, torn, ddu, tau)
 
     def test_motion_that_shows_nothing_is_refused(self, forging: Robot) -> None:
-        """The same sample many times over: as many equations as one likes, four of them independent."""
+        """The same sample many times over.
+
+        As many equations as one likes, four of them independent.
+        """
         state, ddu = random_motion(forging, 1)
         many = forging.close(np.tile(state.u, (30, 1)), np.tile(state.du, (30, 1)))
         ddu = np.tile(ddu, (30, 1))
@@ -266,7 +274,10 @@ class TestConsistency:
     def test_bodies_stay_physical_however_sharp_the_measurements(
         self, seed: int, rank: int, sharpness: int
     ) -> None:
-        """Of masses and inertias that no body has, weighted by up to 1e7; the prior is never better."""
+        """Of masses and inertias that no body has, weighted by up to 1e7.
+
+        The prior is never better.
+        """
         rng = np.random.default_rng(seed)
         prior = np.tile([2.0, 0.0, 0.0, 0.2, 0.05, 0.0, 0.0, 0.06, 0.0, 0.05], 3)
         matrix = 10.0**sharpness * rng.normal(size=(200, rank)) @ rng.normal(size=(rank, 30))

@@ -1,4 +1,6 @@
-"""Outliers: bad samples are found even where they pull the fit, good ones stay, and intervals keep their confidence."""
+"""Outliers: bad samples are found even where they pull the fit, good ones stay, and intervals keep
+their confidence.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +47,10 @@ def test_spikes_are_found_and_nothing_else(share):
 
 
 def test_a_bad_sample_that_pulls_the_fit_onto_itself_is_found():
-    """A wrong acceleration: its equation has columns that are a thousand times those of the others."""
+    """A wrong acceleration.
+
+    Its equation has columns that are a thousand times those of the others.
+    """
     _, columns, target, _ = problem(5)
     columns[7] *= 1e3
     assert np.flatnonzero(outlying_samples(columns, target, FLOOR)).tolist() == [7]

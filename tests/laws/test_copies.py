@@ -1,4 +1,6 @@
-"""A robot and its copies are one robot: mounted elsewhere, told in another order, cut open at other joints.
+"""A robot and its copies are one robot.
+
+Mounted elsewhere, told in another order, cut open at other joints.
 
 The copies share no number of the spanning tree: other axes, other link frames, other order of
 coordinates, other equations of the loops. What the actuators feel is the same.
@@ -73,7 +75,10 @@ def test_copy_needs_the_same_efforts(name: str, copy: object) -> None:
 
 @pytest.mark.parametrize("told", [0, 1])
 def test_names_of_modes_do_not_depend_on_the_end_told_first(forging: Robot, told: int) -> None:
-    """counterclockwise is the same configuration whichever link of the pin a file names first: keys have no order."""
+    """counterclockwise is the same configuration whichever link of the pin a file names first.
+
+    Keys have no order.
+    """
     closures = list(forging.description.closures)
     assert closures[told].assembly == "counterclockwise"
     closures[told] = swapped(closures[told])
@@ -98,7 +103,10 @@ def cut_elsewhere() -> Iterator[object]:
 def test_robot_cut_open_at_another_joint_needs_the_same_efforts(
     name: str, closure: str, joint: str
 ) -> None:
-    """A joint of the loop becomes its closure and the closure a joint; the links between hang the other way round."""
+    """A joint of the loop becomes its closure and the closure a joint.
+
+    The links between hang the other way round.
+    """
     machine = robot(name)
     start = machine.close(machine.reference)
     other = Robot(rerooted(machine.description, start.s, machine.coordinates, closure, joint))

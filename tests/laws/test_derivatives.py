@@ -1,4 +1,6 @@
-"""Derivatives of inverse and forward dynamics against central differences of fourth order, on every robot."""
+"""Derivatives of inverse and forward dynamics against central differences of fourth order, on every
+robot.
+"""
 
 from __future__ import annotations
 

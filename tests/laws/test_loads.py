@@ -1,4 +1,7 @@
-"""Laws of what acts besides the actuators: payloads, wrenches, friction, rotors, springs, on every robot."""
+"""Laws of what acts besides the actuators.
+
+Payloads, wrenches, friction, rotors, springs, on every robot.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +47,9 @@ def heavy_loads(machine: Robot, seed: int = 0) -> Loads:
 @pytest.mark.parametrize("name", ROBOTS)
 class TestLoads:
     def test_payload_is_part_of_its_link(self, name: str) -> None:
-        """The same tau as from a description whose link has the payload's mass and inertia joined to its own."""
+        """The same tau as from a description whose link has the payload's mass and inertia joined
+        to its own.
+        """
         machine, ddu = robot(name), random_vector(robot(name), 1)
         frame = machine.description.frames["end_effector"]
         own = machine.description.links[frame.link]

@@ -1,4 +1,7 @@
-"""Laws of the equations of motion, on every robot: matrices, full DAE, forward against inverse dynamics."""
+"""Laws of the equations of motion, on every robot.
+
+Matrices, full DAE, forward against inverse dynamics.
+"""
 
 from __future__ import annotations
 
@@ -90,7 +93,10 @@ class TestMinimalForm:
 @pytest.mark.parametrize(("name", "k"), STATES)
 class TestSpanningTerms:
     def test_equations_hold(self, name: str, k: int) -> None:
-        """M s'' + C s' + g + extra + J^T lambda = [tau; 0] and J s'' + J' s' = 0, Chu (2020), Eq. 10 and 18."""
+        """M s'' + C s' + g + extra + J^T lambda = [tau.
+
+        0] and J s'' + J' s' = 0, Chu (2020), Eq. 10 and 18.
+        """
         state, machine = state_of(name, k), robot(name)
         ddu = random_vector(machine, k)
         terms, dds = machine.spanning_terms(state, ddu), machine.accelerations(state, ddu)
@@ -114,7 +120,10 @@ class TestSpanningTerms:
         assert scaled(matrix - machine.coriolis_matrix(state), matrix, mass) < 1e-11
 
     def test_whole_system_gives_the_accelerations(self, name: str, k: int) -> None:
-        """[M J^T; J 0] [s''; lambda] = [tau - C s' - g - extra; -J' s'], solved as one, is the forward dynamics."""
+        """[M J^T; J 0] [s''; lambda] = [tau - C s' - g - extra.
+
+        -J' s'], solved as one, is the forward dynamics.
+        """
         state, machine = state_of(name, k), robot(name)
         tau = random_vector(machine, k, 20.0)
         terms = machine.spanning_terms(state)

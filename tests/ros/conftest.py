@@ -186,7 +186,9 @@ class Client:
         return collect
 
     def connect(self):
-        """Waits until every topic and service is there, then until a message has gone all the way round."""
+        """Waits until every topic and service is there, then until a message has gone all the way
+        round.
+        """
         for name, publisher in self._publishers.items():
             wait_until(publisher.get_subscription_count, f"a subscription on {name}")
         for name, subscription in self._subscriptions.items():

@@ -55,7 +55,10 @@ def test_a_higher_polynomial_leaves_the_lag_and_nothing_else(degree):
 
 @DEGREES
 def test_a_change_of_the_sample_rate_does_not_change_the_lag(degree):
-    """A hundred times fewer samples from one moment on: the dense past must not outweigh the sparse present."""
+    """A hundred times fewer samples from one moment on.
+
+    The dense past must not outweigh the sparse present.
+    """
     filt = PolynomialFilter(degree, bandwidth=2.0, max_gap=1.0)
     dense, sparse = np.arange(0.0, 0.5, 5e-5), np.arange(0.5, 1.0, 5e-3)
     stamps = np.round(np.concatenate([dense, sparse]) * 1e9).astype(np.int64)
@@ -205,7 +208,10 @@ def test_what_a_stamp_means(degree, stamp_ms, value, event, restarts):
 
 @DEGREES
 def test_stamps_that_almost_coincide_do_not_blow_up(degree):
-    """Two stamps a nanosecond apart, noise between them: no derivative of 1e9 comes out, then or later."""
+    """Two stamps a nanosecond apart, noise between them.
+
+    No derivative of 1e9 comes out, then or later.
+    """
     rng = np.random.default_rng(8)
     pairs = np.arange(400) * 5 * MS
     stamps = np.ravel(np.column_stack([pairs, pairs + 1]))

@@ -82,7 +82,9 @@ def test_the_pose_is_that_of_the_core_in_the_base_frame(client, robot):
 
 
 def test_efforts_follow_as_soon_as_the_filter_has_its_samples(client):
-    """10 Hz bandwidth: the lag is 20.5 ms, so of samples every 10 ms the fourth is the first with efforts."""
+    """10 Hz bandwidth: the lag is 20.5 ms, so of samples every 10 ms the fourth is the first with
+    efforts.
+    """
     times = 5.0 + 0.01 * np.arange(-3, 1)
     stamps = [
         send(client, state(trajectory(t), RATES), after_s=10.0 if k == 0 else 0.01)
@@ -161,7 +163,10 @@ def test_any_order_and_extra_joints_give_the_same_answer(client):
 
 
 def test_a_motion_with_accelerations_is_taken_as_it_is(client):
-    """Random state 3 of the reference: efforts from the first message on, of accelerations no filter has seen."""
+    """Random state 3 of the reference.
+
+    Efforts from the first message on, of accelerations no filter has seen.
+    """
     stamp = send(
         client,
         motion(

@@ -1,4 +1,7 @@
-"""The node in this process, callbacks called by hand: faults that no message from outside can provoke."""
+"""The node in this process, callbacks called by hand.
+
+Faults that no message from outside can provoke.
+"""
 
 import sys
 import time
@@ -61,7 +64,9 @@ def test_a_bug_in_the_model_is_logged_with_its_place_counted_and_survived(ros_no
 
 
 def test_messages_that_cannot_be_read_count_as_received_and_rejected(ros_node):
-    """Cut short anywhere: what is received is what is accepted and what is rejected, never less than nothing."""
+    """Cut short anywhere: what is received is what is accepted and what is rejected, never less
+    than nothing.
+    """
     ros_node.start()
     whole = serialize_message(MESSAGE)
     counts = ros_node._runtime.pipeline.counts

@@ -1,4 +1,6 @@
-"""The lines of the pages that start a node do start it, and the blocks that talk to it get their answer."""
+"""The lines of the pages that start a node do start it, and the blocks that talk to it get their
+answer.
+"""
 
 import shlex
 

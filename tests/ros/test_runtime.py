@@ -57,7 +57,10 @@ def test_changes_of_calls_do_not_undo_each_other(runtime):
 
 
 def test_a_switch_waits_for_the_sample_that_is_worked_on(runtime):
-    """A switch in the middle of a sample would be lost: the state that the sample ends with has the old modes."""
+    """A switch in the middle of a sample would be lost.
+
+    The state that the sample ends with has the old modes.
+    """
     robot = runtime.robot
     one, two = (entry.state for entry in robot.assembly_modes(robot.reference)[:2])
     runtime.change(NewMode(one))

@@ -1,4 +1,7 @@
-"""Services as functions: what cannot be provoked from outside, and the mapping of errors to codes."""
+"""Services as functions.
+
+What cannot be provoked from outside, and the mapping of errors to codes.
+"""
 
 import dataclasses
 
@@ -196,7 +199,10 @@ def test_unknown_loops_and_modes_are_told_before_all_else(robot, newest, loop, m
 
 
 def test_a_mode_that_a_loop_may_have_and_has_not_here_is_told_with_those_it_has():
-    """The platform closes by iteration, so that its modes have numbers: which there are depends on the place."""
+    """The platform closes by iteration, so that its modes have numbers.
+
+    Which there are depends on the place.
+    """
     gough = load("gough")
     request = SwitchAssemblyMode.Request(loops=[gough.loops[0]], branches=["mode_999"])
     context = ServiceContext(gough, Situation(newest=gough.reference))

@@ -122,7 +122,10 @@ class TestEvents:
         assert motion.relative_energy_error < 1e-6
 
     def test_limit_passed_and_left_again_within_a_step_is_met(self) -> None:
-        """A mass on a spring whose limit is 1e-5 short of its swing: beyond it for 0.009 s, far less than a step."""
+        """A mass on a spring whose limit is 1e-5 short of its swing.
+
+        Beyond it for 0.009 s, far less than a step.
+        """
         rows = [("q", "prismatic", "base", "mass", (0, 0, 0), "x")]
         description = replace(describe("spring_mass", rows, [], ["q"], {}), gravity=np.zeros(3))
         swing = 0.1
@@ -288,7 +291,10 @@ class TestRecord:
                 load_simulation(tmp_path / name)
 
     def test_picture(self, motion: Simulation, tmp_path: Path) -> None:
-        """In the look of all pictures: a title, what is shown, every joint named, axes for each kind of unit."""
+        """In the look of all pictures.
+
+        A title, what is shown, every joint named, axes for each kind of unit.
+        """
         pytest.importorskip("matplotlib")
         from hybrid_dynamics_core.drawing import draw_simulation
 
@@ -318,7 +324,10 @@ class TestRecord:
     def test_a_curve_that_others_would_hide_has_axes_of_its_own(
         self, motion: Simulation, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        """Of two lengths one is a hundredth of the other, and the picture is higher for it; zeros are seen anywhere."""
+        """Of two lengths one is a hundredth of the other, and the picture is higher for it.
+
+        Zeros are seen anywhere.
+        """
         pytest.importorskip("matplotlib")
         from hybrid_dynamics_core.drawing import draw_simulation
 
@@ -337,7 +346,10 @@ class TestRecord:
     def test_rounding_is_a_straight_line_and_no_exponent_stands_on_a_legend(
         self, motion: Simulation
     ) -> None:
-        """A torque of rounding is zero beside the weight of the robot; millions of N have their numbers in full."""
+        """A torque of rounding is zero beside the weight of the robot.
+
+        Millions of N have their numbers in full.
+        """
         pytest.importorskip("matplotlib")
         from hybrid_dynamics_core.drawing import draw_simulation
 

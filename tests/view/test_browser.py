@@ -72,7 +72,9 @@ def coloured(image: np.ndarray, colour: str) -> int:
 
 
 def drawn(page) -> np.ndarray:
-    """The picture once the cylinders and the parallelogram are in it, and nothing fades or moves any more."""
+    """The picture once the cylinders and the parallelogram are in it, and nothing fades or moves
+    any more.
+    """
     before = picture(page)
     for _ in range(40):
         page.wait_for_timeout(250)
@@ -130,7 +132,10 @@ def look_and_move(page, forging: Robot, place: Path) -> None:
 
 
 def type_numbers(page, tip, u: np.ndarray) -> None:
-    """Of a number in the box each key is not yet a wish; beyond the range it is refused, and the box goes back."""
+    """Of a number in the box each key is not yet a wish.
+
+    Beyond the range it is refused, and the box goes back.
+    """
     box = page.locator("input.mantine-NumberInput-input").nth(1)
     for leave, within in (("Enter", 0.2345), ("Tab", 0.1234)):
         before = box.input_value()

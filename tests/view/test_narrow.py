@@ -1,4 +1,6 @@
-"""A narrow window: scene and panel share it, nothing is cut off, and the whole robot is in the picture."""
+"""A narrow window: scene and panel share it, nothing is cut off, and the whole robot is in the
+picture.
+"""
 
 from __future__ import annotations
 
@@ -24,11 +26,11 @@ BOXES = """() => {
   const sheet = document.querySelector('.hd-sheet').closest("div.mantine-ScrollArea-root").parentElement.parentElement;
   const wide = [...document.querySelectorAll('.hd table')].map(t => t.getBoundingClientRect().right);
   return {scene: box(document.querySelector('canvas')), panel: box(sheet), rightmost: Math.max(...wide)};
-}"""
+}"""  # noqa: E501
 SETTLED = """height => {
   const sheet = document.querySelector('.hd-sheet');
   return sheet && Math.abs(document.querySelector('canvas').getBoundingClientRect().height - height) < 1.5;
-}"""
+}"""  # noqa: E501
 
 
 def test_scene_and_panel_share_a_narrow_window() -> None:
@@ -78,7 +80,10 @@ def test_every_point_is_in_the_picture_however_narrow(forging: Robot, aspect: fl
 
 @pytest.mark.parametrize("name", ["forging_chu2020", "excavator", "gough", "five_bar", "ankle"])
 def test_what_stands_in_the_corner_is_seen_and_hides_nothing(name: str) -> None:
-    """The arrow of gravity: within the picture of a square canvas, and farther out than all of the robot."""
+    """The arrow of gravity.
+
+    Within the picture of a square canvas, and farther out than all of the robot.
+    """
     from hybrid_dynamics_core.view.bodies import robot_shape
 
     robot = load(name)

@@ -1,4 +1,7 @@
-"""What the scene holds, without a browser: every link, joint and loop, where the model says that it is."""
+"""What the scene holds, without a browser.
+
+Every link, joint and loop, where the model says that it is.
+"""
 
 from __future__ import annotations
 
@@ -54,7 +57,10 @@ def robot(request: pytest.FixtureRequest) -> Robot:
 
 @pytest.fixture(params=(*shipped_robots(), *SHAPES))
 def any_robot(request: pytest.FixtureRequest) -> Robot:
-    """Robots of many shapes besides: without loops, of one point, with every kind of joint and closure."""
+    """Robots of many shapes besides.
+
+    Without loops, of one point, with every kind of joint and closure.
+    """
     return loaded(request.param)
 
 
