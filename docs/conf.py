@@ -10,6 +10,9 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "docs" / "_ext")]
 
 
+from sphinx.application import Sphinx  # noqa: E402
+from sphinx.util.inspect import TypeAliasForwardRef  # noqa: E402
+
 from hybrid_dynamics_core import __version__  # noqa: E402  found by the line above
 
 project = "hybrid_dynamics"
@@ -34,6 +37,7 @@ myst_heading_anchors = 3
 myst_links_external_new_tab = False
 smartquotes = False  # primes of derivatives and options with two dashes stay what they are
 napoleon_numpy_docstring = False
+napoleon_use_ivar = True
 napoleon_use_rtype = False
 default_role = "code"  # docstrings mark names with single backticks
 nitpicky = True
@@ -57,7 +61,8 @@ nitpick_ignore_regex = [  # of other libraries, and of the inside: nothing is fe
         "py:.*",
         r"(.*\.)?(RobotDescription|PoseChain|Program|Prepare|FindFrame|Explain|Call|JointType|Kernel|Link)",
     ),
-    ("py:.*", r"(.*\.)?(Motion|Viewer)"),
+    ("py:.*", r"(.*\.)?(AppliedWrench|Motion|NoDescriptionError|Viewer)"),
+    ("py:.*", r"np\.ndarray"),
 ]
 
 # -- looks
@@ -72,3 +77,8 @@ html_theme_options = {"navigation_with_keys": True}
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 copybutton_only_copy_prompt_lines = True
+
+
+def setup(app: Sphinx) -> None:  # noqa: ARG001
+    """Show aliases of types by their names: in `Array | None` Sphinx would show how it keeps them."""
+    TypeAliasForwardRef.__repr__ = lambda alias: alias.name

@@ -62,7 +62,7 @@ class ClosedState(Picklable):
             (N, blocks).
         loops: names of the loops.
         distances: (loops,) distance of each loop to its nearest singularity, 0 singular, 1 best:
-            2 |det J_z| / ||J_z||_F^2 with J_z made dimensionless.
+            2 abs(det J_z) / norm(J_z)^2 with J_z made dimensionless.
         status: ClosureStatus, an int array (N,) for a batch. Only `close(..., check=False)` returns
             others than OK.
         iterations: of the closure; 0 where every loop has a closed form. (N,) for a batch.

@@ -34,11 +34,11 @@ class HydraulicCylinder:
 
     @property
     def cap_area(self) -> float:
-        """Area on which the pressure of the cap side acts [m^2]: it pushes outward."""
+        """Area on which the pressure of the cap side acts [m^2]. It pushes outward."""
         return self.count * math.pi / 4.0 * self.bore**2
 
     @property
     def rod_area(self) -> float:
-        """Area on which the pressure of the rod side acts [m^2]: it pulls inward."""
+        """Area on which the pressure of the rod side acts [m^2]. It pulls inward."""
         squares = self.bore**2 - self.rod**2
         return self.count * math.pi / 4.0 * squares

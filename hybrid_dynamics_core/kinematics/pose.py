@@ -33,12 +33,12 @@ class Pose:
 
     @property
     def quaternion(self) -> Array:
-        """Unit quaternion x, y, z, w: (4,) or (N, 4), with w >= 0."""
+        """Unit quaternion (x, y, z, w), of shape (4,) or (N, 4), with w >= 0."""
         return canonical(quaternion(self.rotation))
 
     @property
     def matrix(self) -> Array:
-        """Homogeneous transform (4, 4) or (N, 4, 4): frame coordinates to base coordinates."""
+        """Homogeneous transform (4, 4) or (N, 4, 4) from frame coordinates to base coordinates."""
         rows = self.position.shape[:-1]
         matrix = np.zeros((*rows, 4, 4))
         matrix[..., :3, :3] = self.rotation

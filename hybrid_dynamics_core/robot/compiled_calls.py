@@ -77,7 +77,7 @@ class RobotKernels:
 
     @lazy
     def close(self) -> Call:
-        """(u, du=0) -> s, ds: all coordinates and their rates, (n_s,) or (N, n_s)."""
+        """(u, du=0) -> s, ds. All coordinates and their rates, (n_s,) or (N, n_s)."""
         return self._compile("all coordinates", programs.MOTION, optional=("du",))
 
     @lazy
@@ -87,17 +87,17 @@ class RobotKernels:
 
     @lazy
     def jacobian(self) -> Call:
-        """(u) -> (6, n): d(linear, angular velocity)/du' of the end effector, base axes."""
+        """(u) -> (6, n), the Jacobian d(linear, angular velocity)/du' of the end effector, base axes."""
         return self._compile_at_frame("jacobian", programs.jacobian)
 
     @lazy
     def pose_and_jacobian(self) -> Call:
-        """(u) -> position (3,), rotation (3, 3), Jacobian (6, n): a step of inverse kinematics."""
+        """(u) -> position (3,), rotation (3, 3), Jacobian (6, n). A step of inverse kinematics."""
         return self._compile_at_frame("pose and jacobian", programs.pose_and_jacobian)
 
     @lazy
     def inverse_dynamics(self) -> Call:
-        """(u, du, ddu) -> tau (n,): actuator torques and forces; Chu (2020), Eq. 25."""
+        """(u, du, ddu) -> tau (n,). Actuator torques and forces; Chu (2020), Eq. 25."""
         return self._compile_under_loads("inverse_dynamics", programs.inverse_dynamics)
 
     @lazy
@@ -118,7 +118,7 @@ class RobotKernels:
 
     @lazy
     def forward_dynamics(self) -> Call:
-        """(u, du, tau) -> ddu (n,): active accelerations from actuator torques and forces."""
+        """(u, du, tau) -> ddu (n,). Active accelerations from actuator torques and forces."""
         explain = partial(self._dynamics.forward_dynamics, loads=self._loads)
         return self._compile_under_loads("forward_dynamics", programs.forward_dynamics, explain)
 

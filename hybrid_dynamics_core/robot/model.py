@@ -110,7 +110,7 @@ class RobotModel:
 
     @lazy
     def redundant_equations(self) -> Mapping[str, int]:
-        """By loop: how many of its equations follow from the others and are left out."""
+        """How many equations of each loop follow from the others and are left out."""
         counts: dict[str, int] = {}
         for equation in self.plan.redundant:
             loop = equation.loop.name

@@ -119,7 +119,7 @@ class Robot:
 
     @property
     def redundant_equations(self) -> Mapping[str, int]:
-        """By loop: how many of its equations follow from the others and are left out, by rank."""
+        """How many equations of each loop follow from the others and are left out, by rank."""
         return self._model.redundant_equations
 
     @property
@@ -290,7 +290,7 @@ class Robot:
 
     @lazy
     def kernels(self) -> RobotKernels:
-        """Compiled calls, from active coordinates straight to a result: the quickest way."""
+        """Compiled calls, from active coordinates straight to a result. They are the quickest way."""
         return RobotKernels(self._kernels, self._closure, self._dynamics, self.loads)
 
     kernel = delegate("_kernels", KernelStore.kernel)

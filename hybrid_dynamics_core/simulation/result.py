@@ -81,7 +81,7 @@ class Simulation:
 
     @property
     def energy_error(self) -> Array:
-        """(N,) energy less the work since the start [J]: zero but for the integrator's error."""
+        """Energy less the work since the start (N,) [J], zero but for the integrator's error."""
         total = self.energy.total
         return np.asarray(total - total[0] - self.work)
 

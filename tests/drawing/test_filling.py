@@ -26,7 +26,7 @@ joints:
 active: [q1, q2]
 end_effector: {link: fore, xyz: [0.6, 0, 0]}
 reference: {q2: 1}
-"""  # noqa: E501
+"""
 INNER, OUTER = (
     np.sqrt(1.36 + 1.2 * np.cos(q2)) for q2 in (np.pi / 2, 0.5)
 )  # [m] what q2 lets the arm reach

@@ -26,11 +26,11 @@ BOXES = """() => {
   const sheet = document.querySelector('.hd-sheet').closest("div.mantine-ScrollArea-root").parentElement.parentElement;
   const wide = [...document.querySelectorAll('.hd table')].map(t => t.getBoundingClientRect().right);
   return {scene: box(document.querySelector('canvas')), panel: box(sheet), rightmost: Math.max(...wide)};
-}"""  # noqa: E501
+}"""
 SETTLED = """height => {
   const sheet = document.querySelector('.hd-sheet');
   return sheet && Math.abs(document.querySelector('canvas').getBoundingClientRect().height - height) < 1.5;
-}"""  # noqa: E501
+}"""
 
 
 def test_scene_and_panel_share_a_narrow_window() -> None:

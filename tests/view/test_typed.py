@@ -290,7 +290,7 @@ def test_a_long_name_of_a_mode_ends_in_dots_before_the_arrows_and_is_told_whole(
       if (field.value !== name) return null;
       const own = getComputedStyle(field), arrows = field.parentElement.querySelector('[data-position=right]');
       return [own.textOverflow, parseFloat(own.paddingRight), arrows.getBoundingClientRect().width];
-    }"""  # noqa: E501
+    }"""
     arg = [field.element_handle(), name]
     overflow, room, arrows = page.wait_for_function(look, arg=arg, timeout=PATIENCE).json_value()
     assert overflow == "ellipsis"
