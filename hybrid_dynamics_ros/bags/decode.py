@@ -1,250 +1,206 @@
-"""Joint states and motions in bulk: messages of one layout become columns at once, others one by one by rosbags."""
+"""Joint states and motions in bulk: messages of one layout become columns at once, others go through rosbags."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..messages.cdr import Bytes
-from ..messages.interfaces import JOINT_MOTION, JOINT_STATE, typestore
+from ..messages.interfaces import JOINT_MOTION, JOINT_STATE, deserialize
 from ..messages.joint_samples import (
     LARGEST,
-    Calibration,
     FloatArray,
     JointOrder,
     JointSample,
     RejectedError,
-    Rejection,
     RejectionCode,
     nanoseconds,
 )
 from ..messages.joint_state_layout import JointStateLayout, LayoutError, layout_of
+from .samples import Samples
 from .storage.storage import Messages
 
-_LAYOUTS: Final = 32  # kept at a time: a bag has a handful
-T = TypeVar("T")
-_FEW: Final = 4  # messages of one layout below which finding it costs more than it saves
-
-
-@dataclass(eq=False)
-class Samples:
-    """Samples of the measured joints, a row each, in the order of the messages.
-
-    Attributes:
-        log_ns, stamp_ns: (N,) [ns].
-        position, velocity: (N, n) [rad or m, per second]; velocity is NaN where there is none.
-        measured: (N,) whether there are velocities.
-        effort: (N, n) recorded efforts [N m or N], NaN where there are none.
-        acceleration: (N, n) as they were told [per second^2]; None: to be estimated.
-        rejected: rows that are no samples, and why; their numbers say nothing.
-        bulk: how many came in bulk.
-        broken: rows that are no message of their type at all.
-    """
-
-    log_ns: NDArray[np.int64]
-    stamp_ns: NDArray[np.int64]
-    position: FloatArray
-    velocity: FloatArray
-    measured: NDArray[np.bool_]
-    effort: FloatArray
-    acceleration: FloatArray | None = None
-    rejected: dict[int, Rejection] = field(default_factory=dict)
-    broken: dict[int, str] = field(default_factory=dict)
-    bulk: int = 0
-
-    def __len__(self) -> int:
-        return len(self.stamp_ns)
-
-    @property
-    def usable(self) -> NDArray[np.bool_]:
-        """(N,) which rows are samples."""
-        good = np.ones(len(self), dtype=bool)
-        good[[*self.rejected, *self.broken]] = False
-        return good
-
-    def calibrated(self, calibration: Calibration | None) -> Samples:
-        """The samples of the joints from those of their sensors."""
-        if calibration is None:
-            return self
-        offset, factor = calibration.offset, calibration.factor
-        return replace(
-            self,
-            position=factor * (self.position - offset),
-            velocity=factor * self.velocity,
-            acceleration=None if self.acceleration is None else factor * self.acceleration,
-        )
-
-    def part(self, rows: slice) -> Samples:
-        """Samples of some rows that follow each other; views of these."""
-        return self._at(rows, range(rows.start, rows.stop))
-
-    def only(self, rows: NDArray[np.intp]) -> Samples:
-        """Samples of some rows."""
-        return self if len(rows) == len(self) else self._at(rows, rows.tolist())
-
-    def _at(self, rows: slice | NDArray[np.intp], numbers: Sequence[int]) -> Samples:
-        places = {row: k for k, row in enumerate(numbers)} if self.rejected or self.broken else {}
-        return Samples(
-            log_ns=self.log_ns[rows],
-            stamp_ns=self.stamp_ns[rows],
-            position=self.position[rows],
-            velocity=self.velocity[rows],
-            measured=self.measured[rows],
-            effort=self.effort[rows],
-            acceleration=None if self.acceleration is None else self.acceleration[rows],
-            rejected=_numbered(self.rejected, places),
-            broken=_numbered(self.broken, places),
-        )
-
-
-def _numbered(table: dict[int, T], places: dict[int, int]) -> dict[int, T]:
-    return {places[row]: why for row, why in table.items() if row in places}
+_MAX_LAYOUTS: Final = 32  # that are remembered of a size: a bag has a handful
+_MIN_BULK: Final = 4  # messages of one layout below which finding it costs more than it saves
 
 
 class Decoder:
-    """Decodes the messages of one topic; remembers the layouts that it has seen."""
+    """Decodes the messages of one topic, and remembers their layouts."""
 
     def __init__(
         self, joints: Sequence[str], kind: str = JOINT_STATE, *, bulk: bool = True
     ) -> None:
-        """The joints that are wanted, in order.
+        """Nothing is decoded yet.
 
-        kind: of the messages, JOINT_STATE or JOINT_MOTION.
-        bulk: False: every message through the library.
+        Args:
+            joints: the joints that are wanted, in order.
+            kind: type of the messages, JOINT_STATE or JOINT_MOTION.
+            bulk: False: every message goes through rosbags.
         """
-        self._joints, self._kind, self._bulk = tuple(joints), kind, bulk
+        self._joints = tuple(joints)
+        self._kind = kind
+        self._bulk = bulk
         self._order = JointOrder(joints)
-        self._layouts: dict[int, list[JointStateLayout]] = {}
+        self._layouts: dict[int, list[JointStateLayout]] = {}  # by size of the message
 
     def decode(self, messages: Messages) -> Samples:
-        """Samples of messages."""
-        count, n = len(messages), len(self._joints)
-        out = Samples(
-            log_ns=messages.log_ns,
-            stamp_ns=np.full(count, -1, dtype=np.int64),
-            position=np.full((count, n), np.nan),
-            velocity=np.full((count, n), np.nan),
-            measured=np.zeros(count, dtype=bool),
-            effort=np.full((count, n), np.nan),
-            acceleration=np.full((count, n), np.nan) if self._kind == JOINT_MOTION else None,
+        """The samples of messages."""
+        has_acceleration = self._kind == JOINT_MOTION
+        samples = Samples.blank(
+            messages.log_ns, len(self._joints), has_acceleration=has_acceleration
         )
-        for size in messages.sizes() if self._bulk else ():
-            self._decode_size(out, messages, size)
-        if not self._bulk:
-            for row in range(count):
-                self._one(out, row, messages.message(row))
-        return out
+        if self._bulk:
+            for size in messages.sizes():
+                self._decode_size(samples, messages, size)
+        else:
+            for row in range(len(messages)):
+                self._decode_one(samples, row, messages.message(row))
+        return samples
 
-    def _decode_size(self, out: Samples, messages: Messages, size: int) -> None:
+    def _decode_size(self, samples: Samples, messages: Messages, size: int) -> None:
+        """Decode the messages of one size, layout after layout."""
         rows = np.flatnonzero(messages.lengths == size)
         block = messages.block(rows, size)
         while len(rows):
-            layout = self._find(block, size) if len(rows) >= _FEW else None
+            layout = None
+            if len(rows) >= _MIN_BULK:
+                layout = self._layout_of_first(block)
             if layout is None:
-                self._one(out, int(rows[0]), bytes(block[0]))
-                rows, block = rows[1:], block[1:]
+                self._decode_one(samples, int(rows[0]), bytes(block[0]))
+                rows = rows[1:]
+                block = block[1:]
                 continue
-            same = layout.matches(block)
-            own, part = (rows, block) if same.all() else (rows[same], block[same])
-            if not self._take(out, layout, own, part):
-                for row, message in zip(own, part, strict=True):
-                    self._one(out, int(row), bytes(message))
-            rows, block = rows[~same], block[~same]
+            matches = layout.matches(block)
+            if matches.all():
+                self._decode_layout(samples, layout, rows, block)
+                return
+            self._decode_layout(samples, layout, rows[matches], block[matches])
+            rows = rows[~matches]
+            block = block[~matches]
 
-    def _find(self, block: Bytes, size: int) -> JointStateLayout | None:
-        known = self._layouts.setdefault(size, [])
-        for layout in known:
+    def _layout_of_first(self, block: Bytes) -> JointStateLayout | None:
+        """The layout of the first of some messages; None where it has none."""
+        layouts = self._layouts.setdefault(block.shape[1], [])
+        for layout in layouts:
             if layout.matches(block[:1])[0]:
                 return layout
         try:
-            known.append(layout_of(bytes(block[0])))
+            layouts.append(layout_of(bytes(block[0])))
         except LayoutError:
             return None
-        del known[:-_LAYOUTS]
-        return known[-1]
+        del layouts[:-_MAX_LAYOUTS]
+        return layouts[-1]
 
-    def _take(
-        self, out: Samples, layout: JointStateLayout, rows: NDArray[np.intp], block: Bytes
-    ) -> bool:
-        """Columns of many messages; False where each has to be asked what is wrong with it."""
-        names, counts = layout.names, [count for _, count in layout.starts]
-        parts = [out.position]
-        if counts[1] or out.acceleration is not None:
-            parts.append(out.velocity)
-        if out.acceleration is not None:
-            parts.append(out.acceleration)
-        complete = counts[: len(parts)] == [len(names)] * len(parts)
-        if not complete or any(names.count(joint) != 1 for joint in self._joints):
-            return False
-        places = [names.index(joint) for joint in self._joints]
-        own = slice(None) if len(rows) == len(out) else rows
-        out.stamp_ns[own] = stamps = layout.stamps(block)
-        out.measured[own] = counts[1] > 0
-        good = stamps >= 0
-        for which, values in enumerate(parts):
-            values[own] = numbers = layout.numbers(block, which)[:, places]
-            fit = np.abs(numbers) < LARGEST
-            if not fit.all():
-                good &= fit.all(axis=1)
-        if out.acceleration is None and counts[2] == len(names):
-            out.effort[own] = layout.numbers(block, 2)[:, places]
-        for k in np.flatnonzero(~good):
-            self._one(out, int(rows[k]), bytes(block[k]))
-        out.bulk += int(good.sum())
-        return True
-
-    def _one(self, out: Samples, row: int, data: bytes) -> None:
-        try:
-            message: Any = typestore().deserialize_cdr(_fields(data), self._kind)
-        except Exception as error:  # noqa: BLE001 - whatever the library meets in damaged bytes
-            out.broken[row] = (
-                f"no {self._kind.rpartition('/')[2]}: {str(error) or type(error).__name__}"
-            )
+    def _decode_layout(
+        self, samples: Samples, layout: JointStateLayout, rows: NDArray[np.intp], block: Bytes
+    ) -> None:
+        """Decode messages of one layout: in bulk where it holds what is wanted, else one by one."""
+        targets = [samples.position]
+        if layout.starts[1][1] or samples.acceleration is not None:
+            targets.append(samples.velocity)
+        if samples.acceleration is not None:
+            targets.append(samples.acceleration)
+        if self._is_complete(layout, len(targets)):
+            self._decode_block(samples, layout, targets, rows, block)
             return
-        sample = motion_of(message) if self._kind == JOINT_MOTION else sample_of(message)
-        out.stamp_ns[row] = sample.stamp_ns
+        for row, message in zip(rows.tolist(), block, strict=True):
+            self._decode_one(samples, row, bytes(message))
+
+    def _is_complete(self, layout: JointStateLayout, part_count: int) -> bool:
+        """Whether a layout has each joint once, and a number for each name in its first parts."""
+        names = layout.names
+        if any(names.count(joint) != 1 for joint in self._joints):
+            return False
+        return all(count == len(names) for _, count in layout.starts[:part_count])
+
+    def _decode_block(
+        self,
+        samples: Samples,
+        layout: JointStateLayout,
+        targets: Sequence[FloatArray],
+        rows: NDArray[np.intp],
+        block: Bytes,
+    ) -> None:
+        """Read columns of messages; messages with a bad stamp or number are decoded one by one."""
+        names = layout.names
+        places = [names.index(joint) for joint in self._joints]
+        selection: slice | NDArray[np.intp] = rows
+        if len(rows) == len(samples):
+            selection = slice(None)
+        stamps = layout.stamps(block)
+        samples.stamp_ns[selection] = stamps
+        samples.measured[selection] = layout.starts[1][1] > 0
+        good = stamps >= 0
+        for which, target in enumerate(targets):
+            numbers = layout.numbers(block, which)[:, places]
+            target[selection] = numbers
+            in_range = np.abs(numbers) < LARGEST
+            if not in_range.all():
+                good &= in_range.all(axis=1)
+        if samples.acceleration is None and layout.starts[2][1] == len(names):
+            samples.effort[selection] = layout.numbers(block, 2)[:, places]
+        for k in np.flatnonzero(~good):
+            self._decode_one(samples, int(rows[k]), bytes(block[k]))
+        samples.bulk_count += int(good.sum())
+
+    def _decode_one(self, samples: Samples, row: int, data: bytes) -> None:
+        """Decode one message by rosbags; what is wrong with it is kept."""
         try:
-            if sample.stamp_ns < 0:
-                told = f"stamp is {sample.stamp_ns} ns, expected 0 or more"
-                raise RejectedError(RejectionCode.BAD_STAMP, told)  # noqa: TRY301 - as the pipeline does
+            message = deserialize(_without_padding(data), self._kind)
+        except Exception as error:  # noqa: BLE001 - whatever rosbags meets in damaged bytes
+            type_name = self._kind.rpartition("/")[2]
+            samples.broken[row] = f"no {type_name}: {str(error) or type(error).__name__}"
+            return
+        if self._kind == JOINT_MOTION:
+            sample = sample_of_motion(message)
+        else:
+            sample = sample_of_state(message)
+        samples.stamp_ns[row] = sample.stamp_ns
+        try:
+            _require_stamp(sample.stamp_ns)
             motion = self._order.arrange(sample)
         except RejectedError as error:
-            out.rejected[row] = error.rejection
+            samples.rejected[row] = error.rejection
             return
-        out.position[row] = motion.position
-        out.measured[row] = motion.velocity is not None
-        out.velocity[row] = np.nan if motion.velocity is None else motion.velocity
-        if out.acceleration is not None:
-            out.acceleration[row] = motion.acceleration
-            return
-        efforts = np.asarray(message.effort)
-        if len(efforts) == len(sample.names):
-            out.effort[row] = efforts[[sample.names.index(joint) for joint in self._joints]]
+        samples.position[row] = motion.position
+        samples.measured[row] = motion.velocity is not None
+        samples.velocity[row] = np.nan if motion.velocity is None else motion.velocity
+        if samples.acceleration is not None:
+            samples.acceleration[row] = motion.acceleration
+        elif len(message.effort) == len(sample.names):
+            places = [sample.names.index(joint) for joint in self._joints]
+            samples.effort[row] = np.asarray(message.effort)[places]
 
 
-def _fields(data: bytes) -> bytes:
-    """A message without what its writer left after it, which the library does not take."""
+def _require_stamp(stamp_ns: int) -> None:
+    if stamp_ns < 0:
+        text = f"stamp is {stamp_ns} ns, expected 0 or more"
+        raise RejectedError(RejectionCode.BAD_STAMP, text)
+
+
+def _without_padding(data: bytes) -> bytes:
+    """A message without what its writer left after it, which rosbags does not take."""
     try:
         return data[: layout_of(data).end]
     except LayoutError:
-        return data  # the library says what is wrong
+        return data  # rosbags says what is wrong
 
 
-def sample_of(message: Any) -> JointSample:
-    """A JointState of rosbags as a sample, as `conversions.sample_of_state` makes it of one of rclpy."""
-    velocity = np.array(message.velocity, dtype=np.float64) if len(message.velocity) else None
+def sample_of_state(message: Any) -> JointSample:
+    """A JointState of rosbags as a sample, as `conversions` makes it of one of rclpy."""
+    velocity = None
+    if len(message.velocity):
+        velocity = np.array(message.velocity, dtype=np.float64)
     return _sample(message, velocity, None)
 
 
-def motion_of(message: Any) -> JointSample:
-    """A JointMotion of rosbags as a sample, as `conversions.sample_of_motion` makes it of one of rclpy."""
-    velocity, acceleration = (
-        np.array(part, dtype=np.float64) for part in (message.velocity, message.acceleration)
-    )
+def sample_of_motion(message: Any) -> JointSample:
+    """A JointMotion of rosbags as a sample, as `conversions` makes it of one of rclpy."""
+    velocity = np.array(message.velocity, dtype=np.float64)
+    acceleration = np.array(message.acceleration, dtype=np.float64)
     return _sample(message, velocity, acceleration)
 
 

@@ -1,4 +1,4 @@
-"""What can be wrong with a bag, said in words for the terminal."""
+"""Errors about bags, in words for the terminal."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ class BagError(HybridDynamicsError):
 
 
 class BagCallError(BagError, InputError):
-    """What was asked for cannot be: a topic that is not there, a place that is taken, a file of another kind.
+    """What was asked for cannot be: no such topic, a place that is taken, a file of another kind.
 
-    Attributes: ``file`` and its ``kind``, where it is of another kind than was expected.
+    Attributes:
+        file: the file of another kind than was expected; None for other errors.
+        kind: the kind of that file.
     """
 
     file: Path | None = None

@@ -1,11 +1,15 @@
-"""Many bags: one after the other, in processes of this machine, or on a Dask cluster; the results are the same."""
+"""Several bags: one after the other, in processes of this machine, or on a Dask cluster.
+
+The results are the same in all three ways.
+"""
 
 from __future__ import annotations
 
 import multiprocessing
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 from typing import Final
 
 from hybrid_dynamics_core.errors import HybridDynamicsError, InputError
@@ -13,7 +17,8 @@ from hybrid_dynamics_core.ground.progress import Progress
 
 from ..parameters import ParameterError
 from .errors import BagCallError, BagError
-from .process import Job, Outcome, process
+from .job import Job, Outcome
+from .process import process
 
 TRIES: Final = 2  # of each bag: a worker may be lost for reasons of its own
 
@@ -24,9 +29,13 @@ class WrongCall(str):
     __slots__ = ()
 
 
+Result = Outcome | str  # an outcome, or why there is none
+_Runner = Callable[[Sequence[Job], Sequence[int]], Iterator[tuple[int, Result]]]
+
+
 def run_jobs(
     jobs: Sequence[Job], processes: int = 1, scheduler: str | None = None
-) -> list[Outcome | str]:
+) -> list[Result]:
     """Outcomes in the order of the jobs; a text where a bag failed, for the second time.
 
     Args:
@@ -38,30 +47,20 @@ def run_jobs(
         BagError: dask is not installed.
         BagCallError: the scheduler is not there.
     """
-    found: dict[int, Outcome | str] = {}
-    if scheduler is None and (processes == 1 or len(jobs) == 1):
-        for k, job in enumerate(jobs):
-            found[k] = attempt(job, shown=None)
-        return [found[k] for k in range(len(jobs))]
-    left = list(range(len(jobs)))
-    with Progress("bags", len(jobs)) as progress:
-        for _ in range(TRIES):
-            step = (
-                _in_processes(jobs, left, processes)
-                if scheduler is None
-                else _on_cluster(jobs, left, scheduler)
-            )
-            for k, result in step:
-                found[k] = result
-                progress.update(sum(isinstance(entry, Outcome) for entry in found.values()))
-            left = [k for k in left if not isinstance(found.get(k), Outcome)]
-            if not left:
-                break
-    return [found[k] for k in range(len(jobs))]
+    if scheduler is not None:
+        return _run_beside(jobs, partial(_on_cluster, scheduler))
+    if processes == 1 or len(jobs) == 1:
+        return [attempt(job, shown=None) for job in jobs]
+    return _run_beside(jobs, partial(_in_processes, processes))
 
 
-def attempt(job: Job, shown: bool | None = False) -> Outcome | str:
-    """The outcome of one job, or why there is none."""
+def attempt(job: Job, shown: bool | None = False) -> Result:
+    """The outcome of one job, or why there is none.
+
+    Args:
+        job: what is to be done.
+        shown: whether progress is shown; None: on a terminal.
+    """
     try:
         return process(job, shown)
     except InputError as error:
@@ -70,14 +69,28 @@ def attempt(job: Job, shown: bool | None = False) -> Outcome | str:
         return str(error) or type(error).__name__
 
 
+def _run_beside(jobs: Sequence[Job], run: _Runner) -> list[Result]:
+    """Run jobs in other processes, those that fail once more."""
+    results: dict[int, Result] = {}
+    remaining = list(range(len(jobs)))
+    with Progress("bags", len(jobs)) as progress:
+        for _ in range(TRIES):
+            for k, result in run(jobs, remaining):
+                results[k] = result
+                progress.update(sum(isinstance(entry, Outcome) for entry in results.values()))
+            remaining = [k for k in remaining if not isinstance(results.get(k), Outcome)]
+            if not remaining:
+                break
+    return [results[k] for k in range(len(jobs))]
+
+
 def _in_processes(
-    jobs: Sequence[Job], which: Sequence[int], count: int
-) -> Iterator[tuple[int, Outcome | str]]:
-    context = multiprocessing.get_context(
-        "spawn"
-    )  # compiled code and threads do not outlive a fork
-    with ProcessPoolExecutor(min(count, len(which)), mp_context=context) as pool:
-        waiting = {pool.submit(attempt, jobs[k]): k for k in which}
+    count: int, jobs: Sequence[Job], numbers: Sequence[int]
+) -> Iterator[tuple[int, Result]]:
+    """Results of some jobs by number, from processes of this machine."""
+    context = multiprocessing.get_context("spawn")  # code and threads do not outlive a fork
+    with ProcessPoolExecutor(min(count, len(numbers)), mp_context=context) as pool:
+        waiting = {pool.submit(attempt, jobs[k]): k for k in numbers}
         for done in as_completed(waiting):
             try:
                 yield waiting[done], done.result()
@@ -86,8 +99,9 @@ def _in_processes(
 
 
 def _on_cluster(
-    jobs: Sequence[Job], which: Sequence[int], address: str
-) -> Iterator[tuple[int, Outcome | str]]:
+    address: str, jobs: Sequence[Job], numbers: Sequence[int]
+) -> Iterator[tuple[int, Result]]:
+    """Results of some jobs by number, from a Dask cluster."""
     try:
         import distributed  # noqa: PLC0415 - an extra
     except ImportError as error:
@@ -97,7 +111,7 @@ def _on_cluster(
     except (OSError, ValueError, TimeoutError) as error:
         raise BagCallError(f"scheduler {address}: {error}") from error
     with client:
-        waiting = {client.submit(attempt, jobs[k], pure=False, retries=TRIES): k for k in which}
+        waiting = {client.submit(attempt, jobs[k], pure=False, retries=TRIES): k for k in numbers}
         for done in distributed.as_completed(waiting):
             if done.status == "finished":
                 yield waiting[done], done.result()

@@ -15,15 +15,20 @@ from hybrid_dynamics_core.identification import noise_limit, robust_deviation
 
 from ..messages.joint_samples import FloatArray
 
-_DEGREE: Final = 3
-_WINDOW: Final = 240  # samples that are looked at together
-_LEAST: Final = 24  # samples that tell what noise is
-# of the joint between two samples, that a sample is off at least: a spline misses corners by less
-_STEPS: Final = 2.0
-_NEWTON: Final = 5  # steps along a parabola: more than what is left needs after the third
-_LASTS: Final = (
-    9  # steps, of which a fast motion makes most: two bad samples side by side make three
-)
+_DEGREE: Final = 3  # of the spline
+_KNOT_SPACING: Final = 4  # samples
+_WINDOW: Final = 240  # samples that are compared with one spline
+_MIN_SAMPLES: Final = 24  # that show what noise is
+# Steps of the joint between two samples that an outlier is off at least. A spline misses corners
+# by less.
+_MIN_STEPS: Final = 2.0
+# Steps of which a fast motion makes most. Two bad samples side by side make three.
+_LASTING: Final = 9
+_NEIGHBOURS: Final = 7  # samples about an outlier, with itself, that a parabola goes through
+_NEWTON_STEPS: Final = 5  # along the parabola: the residual is nothing after the third
+_MAX_MISS: Final = 0.3  # share of the distance that a wrong stamp may leave unexplained
+_MIN_FREEDOM: Final = 1e-9  # of a sample whose leverage is 1
+_NAN: Final = float("nan")
 
 
 @dataclass(frozen=True)
@@ -33,10 +38,10 @@ class SampleOutlier:
     Attributes:
         stamp_ns: its stamp [ns].
         joint: number of the measured joint that is furthest off.
-        rate: whether its velocity is, rather than its position.
+        rate: whether its velocity is off, rather than its position.
         off: by how much [rad or m, or per second].
-        late: by how much later than the motion says its stamp is [s]; NaN where the positions give
-        no such time.
+        late: by how much its stamp is later than the motion says [s]; NaN where the positions give
+            no such time.
     """
 
     stamp_ns: int
@@ -52,17 +57,16 @@ class SampleOutlier:
     def describe(self, joints: Sequence[str], start_ns: int) -> str:
         """A sentence, with the time since some stamp [ns]."""
         unit = "(rad or m)/s" if self.rate else "rad or m"
-        late = (
-            ""
-            if np.isnan(self.late)
-            else f", as if its stamp were {1e3 * abs(self.late):.1f} ms {self.word}"
-        )
-        off = f"{joints[self.joint]} is {abs(self.off):.3g} {unit} off the motion around it"
-        return f"{self.at(start_ns):.3f} s: {off}{late}"
+        joint = joints[self.joint]
+        text = f"{self.at(start_ns):.3f} s: {joint} is {abs(self.off):.3g} {unit} off the motion"
+        text += " around it"
+        if not np.isnan(self.late):
+            text += f", as if its stamp were {1e3 * abs(self.late):.1f} ms {self.word}"
+        return text
 
     @property
     def word(self) -> str:
-        """Which way the stamp is wrong."""
+        """Which way the stamp is wrong: `late` or `early`."""
         return "late" if self.late > 0.0 else "early"
 
 
@@ -71,99 +75,153 @@ def find_outliers(
 ) -> dict[int, SampleOutlier]:
     """The rows of a run that do not fit those around them.
 
-    Such a sample is off the least-squares spline through the others both by more than the largest
-    of as much noise as the others have, and by more than two steps of the joint's fast motion from
-    one sample to the next.
+    An outlier is off the least-squares spline through the other samples. It is off by more than
+    the largest of as much noise as they have. It is also off by more than two steps of the joint's
+    fast motion from one sample to the next.
 
     Args:
         stamps: (N,) [ns], rising.
         position: (N, n) [rad or m].
-        velocity: (N, n) where it was measured.
+        velocity: (N, n) [rad/s or m/s] where it was measured.
     """
-    found: dict[int, SampleOutlier] = {}
-    if len(stamps) < _LEAST:
-        return found
-    time, n = (stamps - stamps[0]) * 1e-9, position.shape[1]
-    parts = [position] if velocity is None else [position, velocity]
-    least = _STEPS * np.array([_fast_step(column) for part in parts for column in part.T])
+    outliers: dict[int, SampleOutlier] = {}
+    if len(stamps) < _MIN_SAMPLES:
+        return outliers
+    time = (stamps - stamps[0]) * 1e-9
+    n = position.shape[1]
+    parts = [position]
+    if velocity is not None:
+        parts.append(velocity)
+    scale = _MIN_STEPS * np.concatenate([_fast_steps(part) for part in parts])
     for window in _windows(len(time)):
         values = np.concatenate([part[window] for part in parts], axis=1)
-        for row, column, off in _off(time[window], values, least, len(time) * len(least)):
-            whole = row + window.start
-            late = _late(time, position, whole, least[:n])
-            found[whole] = SampleOutlier(int(stamps[whole]), column % n, column >= n, off, late)
-    return found
+        search = _WindowSearch(time[window], values, scale, len(time) * len(scale))
+        for row, column, off in search.outliers():
+            place = row + window.start
+            late = _lateness(time, position, place, scale[:n])
+            stamp = int(stamps[place])
+            outliers[place] = SampleOutlier(stamp, column % n, column >= n, off, late)
+    return outliers
 
 
 def _windows(count: int) -> Iterator[slice]:
-    """All samples, some at a time; the last ones together with as many before them as make a whole window."""
-    starts = range(0, max(count - _LEAST, 1), _WINDOW)
-    yield from (slice(start, start + _WINDOW) for start in starts[:-1])
-    yield slice(max(min(starts[-1], count - _WINDOW), 0), count)
+    """All samples, some at a time.
+
+    The last ones are together with as many before them as make a full window.
+    """
+    starts = range(0, max(count - _MIN_SAMPLES, 1), _WINDOW)
+    for start in starts[:-1]:
+        yield slice(start, start + _WINDOW)
+    last = min(starts[-1], count - _WINDOW)
+    yield slice(max(last, 0), count)
 
 
-def _fast_step(values: FloatArray) -> float:
-    """The largest step (N,) that lasts: jumps of a few samples do not; infinite where there is none."""
-    lasting = float(median_filter(np.abs(np.diff(values)), size=_LASTS).max())
-    return lasting if lasting > 0.0 else np.inf
+def _fast_steps(values: FloatArray) -> FloatArray:
+    """The largest step of each column of (N, n) that lasts (n,); infinite where there is none.
+
+    Jumps of a few samples do not last.
+    """
+    steps = np.empty(values.shape[1])
+    for k, column in enumerate(values.T):
+        steps[k] = median_filter(np.abs(np.diff(column)), size=_LASTING).max()
+    return np.where(steps > 0.0, steps, np.inf)
 
 
-def _off(
-    time: FloatArray, values: FloatArray, least: FloatArray, count: int
-) -> list[tuple[int, int, float]]:
-    """Row, column and by how much; the worst is left out first, as it makes its neighbours look worse."""
-    rows, found = np.arange(len(time)), dict[int, tuple[int, float]]()
-    while len(rows) >= _LEAST:
-        size, without = _sizes(time[rows], values[rows], least, count)
-        worst, column = divmod(int(np.argmax(size)), size.shape[1])
-        if size[worst, column] <= 1.0:
-            break
-        found[int(rows[worst])] = column, float(without[worst, column])
-        rows = np.delete(rows, worst)
-    for row in (
-        [*found] if len(found) > 1 else []
-    ):  # what only looked bad beside a worse one comes back
-        more = np.sort(np.append(rows, row))
-        size, _ = _sizes(time[more], values[more], least, count)
-        if size[np.searchsorted(more, row)].max() <= 1.0:
-            rows = more
-            del found[row]
-    return [(row, *told) for row, told in found.items()]
+class _WindowSearch:
+    """Outliers among some samples."""
+
+    def __init__(
+        self, time: FloatArray, values: FloatArray, scale: FloatArray, value_count: int
+    ) -> None:
+        """The samples.
+
+        Args:
+            time: (N,) [s].
+            values: (N, k).
+            scale: (k,) what an outlier is off at least.
+            value_count: how many values the recording has, of which the largest noise counts.
+        """
+        self._time = time
+        self._values = values
+        self._scale = scale
+        self._limit = noise_limit(value_count)
+
+    def outliers(self) -> list[tuple[int, int, float]]:
+        """Row, column, and by how much.
+
+        The worst is removed first, as it makes its neighbours look worse.
+        """
+        rows = np.arange(len(self._time))
+        outliers: dict[int, tuple[int, float]] = {}
+        while len(rows) >= _MIN_SAMPLES:
+            size, off = self._sizes(rows)
+            worst, column = divmod(int(np.argmax(size)), size.shape[1])
+            if size[worst, column] <= 1.0:
+                break
+            outliers[int(rows[worst])] = (column, float(off[worst, column]))
+            rows = np.delete(rows, worst)
+        if len(outliers) > 1:
+            self._restore(rows, outliers)
+        return [(row, column, off) for row, (column, off) in outliers.items()]
+
+    def _restore(
+        self, rows: NDArray[np.intp], outliers: dict[int, tuple[int, float]]
+    ) -> None:
+        """Take back the outliers that only looked bad beside a worse one."""
+        for row in list(outliers):
+            extended = np.sort(np.append(rows, row))
+            size, _ = self._sizes(extended)
+            if size[np.searchsorted(extended, row)].max() <= 1.0:
+                rows = extended
+                del outliers[row]
+
+    def _sizes(self, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+        """How far off samples are, in parts of the scale and as they are (N, k).
+
+        Parts are 0 within noise. Each sample is compared with the curve through the others.
+        """
+        residual, freedom = _fit_spline(self._time[rows], self._values[rows])
+        off = residual / freedom[:, None]
+        studentised = residual / np.sqrt(freedom)[:, None]
+        limit = self._limit * robust_deviation(studentised)
+        is_beyond = np.abs(studentised) > limit
+        return np.where(is_beyond, np.abs(off) / self._scale, 0.0), off
 
 
-def _sizes(
-    time: FloatArray, values: FloatArray, least: FloatArray, count: int
-) -> tuple[FloatArray, FloatArray]:
-    """How far off samples are in parts of the `least` that counts, 0 within noise; and off the curve without them."""
-    residual, free = _left(time, values)
-    without = residual / free[:, None]
-    studentised = residual / np.sqrt(free)[:, None]
-    limit = noise_limit(count) * robust_deviation(studentised)
-    return np.where(np.abs(studentised) > limit, np.abs(without) / least, 0.0), without
-
-
-def _left(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Residuals (N, k) of a least-squares spline with a knot every four samples, and 1 - leverage of each (N,)."""
-    inner = time[4:-4:4]
-    knots = np.concatenate([np.full(_DEGREE + 1, time[0]), inner, np.full(_DEGREE + 1, time[-1])])
+def _fit_spline(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Residuals (N, k) of a least-squares spline, and 1 - leverage of each sample (N,)."""
+    inner = time[_KNOT_SPACING:-_KNOT_SPACING:_KNOT_SPACING]
+    begin = np.full(_DEGREE + 1, time[0])
+    end = np.full(_DEGREE + 1, time[-1])
+    knots = np.concatenate([begin, inner, end])
     basis, _ = np.linalg.qr(BSpline.design_matrix(time, knots, _DEGREE).toarray())
-    left = values - basis @ (basis.T @ values)
-    return left, np.maximum(1.0 - np.square(basis).sum(axis=1), 1e-9)
+    residual = values - basis @ (basis.T @ values)
+    freedom = 1.0 - np.square(basis).sum(axis=1)
+    return residual, np.maximum(freedom, _MIN_FREEDOM)
 
 
-def _late(time: FloatArray, positions: FloatArray, row: int, scale: FloatArray) -> float:
-    """The time by which the stamp is later than when the joints were where the sample has them."""
-    first = min(max(row - 3, 0), len(time) - 7)
-    near = [k for k in range(first, first + 7) if k != row]
+def _lateness(time: FloatArray, positions: FloatArray, row: int, scale: FloatArray) -> float:
+    """By how much a stamp is later than when the joints were where the sample has them [s].
+
+    NaN where no time explains the positions. Newton's method goes along a parabola through the
+    neighbours to the point nearest to the sample.
+    """
+    first = min(max(row - _NEIGHBOURS // 2, 0), len(time) - _NEIGHBOURS)
+    neighbours = [k for k in range(first, first + _NEIGHBOURS) if k != row]
     weights = 1.0 / np.where(np.isfinite(scale), scale, 1.0)
-    curve = np.polyfit(time[near] - time[row], positions[near] * weights, 2)
-    late, miss, rate = 0.0, curve[2] - positions[row] * weights, curve[1]
-    whole = float(np.linalg.norm(miss))
-    for _ in range(_NEWTON):
-        speed = float(rate @ rate)
-        if not speed > 0.0:
-            return float("nan")
-        late += float(rate @ miss) / speed
-        miss = (curve[0] * -late + curve[1]) * -late + curve[2] - positions[row] * weights
+    target = positions[row] * weights
+    curve = np.polyfit(time[neighbours] - time[row], positions[neighbours] * weights, 2)
+    late = 0.0
+    miss = curve[2] - target
+    rate = curve[1]
+    distance = float(np.linalg.norm(miss))
+    for _ in range(_NEWTON_STEPS):
+        speed_squared = float(rate @ rate)
+        if not speed_squared > 0.0:
+            return _NAN
+        late += float(rate @ miss) / speed_squared
+        miss = (curve[0] * -late + curve[1]) * -late + curve[2] - target
         rate = curve[1] - 2.0 * curve[0] * late
-    return late if np.linalg.norm(miss) < 0.3 * whole else float("nan")
+    if np.linalg.norm(miss) < _MAX_MISS * distance:
+        return late
+    return _NAN

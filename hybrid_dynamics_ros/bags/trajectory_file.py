@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -21,8 +21,8 @@ from .errors import BagError, wrong_kind
 TRAJECTORY: Final = (
     "a trajectory (CSV with the columns time and JOINT, or .npz, as `simulate --save` writes them)"
 )
-# Each part by the names it may have: of a joint's column, and of an array (N, n) in a .npz; the
-# first are written now, the others were by earlier versions.
+# Names of each part: behind a joint's name, and of an array (N, n) in a .npz. The first are
+# written now, the others were by earlier versions.
 _TIMES: Final = ("time", "t", "time [s]")
 _SUFFIXES: Final = {
     "position": ("",),
@@ -36,6 +36,10 @@ _ARRAYS: Final = {
     "effort": ("effort", "tau"),
     "acceleration": ("acceleration", "ddu"),
 }
+_HEAD: Final = "head"  # array of a .npz with the names of its columns
+_REAL_KINDS: Final = "fiub"  # NumPy's codes of real numbers
+
+Columns = dict[str, FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +49,10 @@ class Trajectory:
     Attributes:
         names: of the joints.
         time: (N,) [s], rising.
-        position: (N, n) [rad or m]; velocity, effort, acceleration: (N, n), None where not known.
+        position: (N, n) [rad or m].
+        velocity: (N, n) [rad/s or m/s]; None where it is not known.
+        effort: (N, n) [N m or N]; None where it is not known.
+        acceleration: (N, n) [rad/s^2 or m/s^2]; None where it is not known.
         unused: columns of the file that are none of these.
     """
 
@@ -58,8 +65,14 @@ class Trajectory:
     unused: tuple[str, ...] = ()
 
     def noisy(self, deviations: Mapping[str, float], seed: int = 0) -> Trajectory:
-        """With white noise of these standard deviations by part."""
-        rng, changed = np.random.default_rng(seed), {}
+        """The trajectory with white noise.
+
+        Args:
+            deviations: standard deviations by part, in its unit.
+            seed: of the random numbers.
+        """
+        rng = np.random.default_rng(seed)
+        changed = {}
         for part, deviation in deviations.items():
             values = getattr(self, part)
             if values is not None:
@@ -68,55 +81,74 @@ class Trajectory:
 
 
 def read_trajectory(path: Path, robot: Robot) -> Trajectory:
-    """From a CSV file with a header, or a .npz.
+    """Read a CSV file with a header, or a .npz.
 
-    Columns `time`, each joint by name, and optionally `JOINT.velocity`, `JOINT.acceleration` and
-    `JOINT.effort`. A .npz may have the same names, or `time` with `position`, `velocity`,
-    `acceleration`, `effort` (N, n) in the order of the active joints. What `simulate` saves is
-    taken too, and what it saved under earlier names (`t`, `JOINT.rate`).
+    Columns are `time`, each joint by name, and optionally `JOINT.velocity`, `JOINT.acceleration`
+    and `JOINT.effort`. A .npz may have the same names. It may also have `time` with `position`,
+    `velocity`, `acceleration` and `effort` (N, n) in the order of the active joints. What
+    `simulate` saves is taken, also under its earlier names (`t`, `JOINT.rate`).
 
     Raises:
         BagCallError: there is no file, or one of another kind.
-        BagError: a column is missing, has values that are no numbers, or is of an active joint and
-        not known.
+        BagError: a column is missing, is of an active joint and not known, or has values that are
+            no numbers.
     """
-    if classify_path(path).kind not in (FileKind.TRAJECTORY, FileKind.TEXT) and not (
-        path.suffix == ".npz" and path.is_file()
-    ):
-        raise wrong_kind(path, TRAJECTORY)
-    try:
-        columns, spare = _npz(path, robot) if path.suffix == ".npz" else (_csv(path), [])
-    except UnicodeDecodeError as error:
-        raise BagError(f"{path}: is not in UTF-8; expected {TRAJECTORY}") from error
-    except (OSError, ValueError, IndexError, KeyError) as error:
-        raise BagError(f"{path}: expected a CSV file with a header, or a .npz ({error})") from error
-    time_name = next(
-        (name for name in _TIMES if name in columns and name not in robot.active), None
-    )
-    missing = [name for name in robot.active if name not in columns]
-    if time_name is None or missing:
-        told = "time" if time_name is None else ", ".join(missing)
-        raise BagError(
-            f"{path}: no column {told}; expected time, {', '.join(robot.active)}; there are:"
-            f" {', '.join(columns)}"
-        )
-    named = {part: _names_of(path, columns, robot, part) for part in _SUFFIXES}
-    used = {time_name, *(name for names in named.values() for name in names or ())}
+    _require_trajectory(path)
+    columns, unused_arrays = _read_columns(path, robot)
+    time_name = _time_column(path, columns, robot)
+    names_by_part = {}
+    for part in _SUFFIXES:
+        names = _columns_of(path, columns, robot, part)
+        if names is not None:
+            names_by_part[part] = names
+    used = {time_name}.union(*names_by_part.values())
     unused = [name for name in columns if name not in used]
-    _require_known(path, unused, robot)
+    _require_known_columns(path, unused, robot)
     time = columns[time_name]
-    parts = {part: _table(columns, names) for part, names in named.items() if names is not None}
+    parts = {part: _table(columns, names) for part, names in names_by_part.items()}
     for values in (time, *parts.values()):
         if len(values) != len(time) or not np.isfinite(values).all():
             raise BagError(f"{path}: expected {counted(len(time), 'finite number')} in each column")
     if not (np.diff(time) > 0.0).all():
         raise BagError(f"{path}: expected times that rise from row to row")
-    return Trajectory(robot.active, time, **parts, unused=(*unused, *spare))
+    return Trajectory(robot.active, time, **parts, unused=(*unused, *unused_arrays))
 
 
-def _names_of(
-    path: Path, columns: Mapping[str, FloatArray], robot: Robot, part: str
-) -> list[str] | None:
+def _require_trajectory(path: Path) -> None:
+    """Refuse a path that cannot be a trajectory. Raises BagCallError."""
+    if path.suffix == ".npz" and path.is_file():
+        return
+    if classify_path(path).kind not in (FileKind.TRAJECTORY, FileKind.TEXT):
+        raise wrong_kind(path, TRAJECTORY)
+
+
+def _read_columns(path: Path, robot: Robot) -> tuple[Columns, list[str]]:
+    """Columns by name, and the arrays of the file that are none. Raises BagError."""
+    try:
+        if path.suffix == ".npz":
+            return _read_npz(path, robot)
+        return _read_csv(path), []
+    except UnicodeDecodeError as error:
+        raise BagError(f"{path}: is not in UTF-8; expected {TRAJECTORY}") from error
+    except (OSError, ValueError, IndexError, KeyError) as error:
+        raise BagError(f"{path}: expected a CSV file with a header, or a .npz ({error})") from error
+
+
+def _time_column(path: Path, columns: Columns, robot: Robot) -> str:
+    """The name of the times; there are columns of all active joints too. Raises BagError."""
+    candidates = [name for name in _TIMES if name in columns and name not in robot.active]
+    missing = [name for name in robot.active if name not in columns]
+    if not candidates:
+        missing = ["time"]
+    if missing:
+        raise BagError(
+            f"{path}: no column {', '.join(missing)}; expected time, {', '.join(robot.active)};"
+            f" there are: {', '.join(columns)}"
+        )
+    return candidates[0]
+
+
+def _columns_of(path: Path, columns: Columns, robot: Robot, part: str) -> list[str] | None:
     """The columns of a part, one for each active joint; None where there are none at all."""
     for suffix in _SUFFIXES[part]:
         names = [f"{name}{suffix}" for name in robot.active]
@@ -131,29 +163,27 @@ def _names_of(
     return None
 
 
-def _require_known(path: Path, unused: list[str], robot: Robot) -> None:
-    """What is said of an active joint in a word that is not known is a mistake rather than something besides."""
+def _require_known_columns(path: Path, unused: Sequence[str], robot: Robot) -> None:
+    """Refuse a column of an active joint that means nothing: it is a slip. Raises BagError."""
     stems = tuple(f"{name}." for name in robot.active)
-    known = {
-        f"{name}{suffix}"
-        for name in robot.coordinates
-        for suffixes in _SUFFIXES.values()
-        for suffix in suffixes
-    }
-    strange = [name for name in unused if name not in known and name.startswith(stems)]
-    if strange:
-        told = ", ".join(f"JOINT{suffixes[0]}" for suffixes in _SUFFIXES.values())
+    meaningful: set[str] = set()
+    for suffixes in _SUFFIXES.values():
+        for suffix in suffixes:
+            meaningful |= {f"{name}{suffix}" for name in robot.coordinates}
+    unknown = [name for name in unused if name not in meaningful and name.startswith(stems)]
+    if unknown:
+        allowed = [f"JOINT{suffixes[0]}" for suffixes in _SUFFIXES.values()]
         raise BagError(
-            f"{path}: column {', '.join(strange)} is not known; of an active joint there may be"
-            f" {told}"
+            f"{path}: column {', '.join(unknown)} is not known; of an active joint there may be"
+            f" {', '.join(allowed)}"
         )
 
 
-def _table(columns: Mapping[str, FloatArray], names: list[str]) -> FloatArray:
+def _table(columns: Columns, names: Sequence[str]) -> FloatArray:
     return np.stack([columns[name] for name in names], axis=-1)
 
 
-def _csv(path: Path) -> dict[str, FloatArray]:
+def _read_csv(path: Path) -> Columns:
     with path.open(encoding="utf-8-sig") as file:
         names = [name.strip().strip('"') for name in file.readline().split(",")]
     if len(set(names)) < len(names):
@@ -164,34 +194,39 @@ def _csv(path: Path) -> dict[str, FloatArray]:
     return {name: table[:, k] for k, name in enumerate(names)}
 
 
-def _npz(path: Path, robot: Robot) -> tuple[dict[str, FloatArray], list[str]]:
+def _read_npz(path: Path, robot: Robot) -> tuple[Columns, list[str]]:
     """Columns by name, and the arrays that are none."""
+    arrays = _load_npz(path)
+    columns: Columns = {}
+    for part, keys in _ARRAYS.items():
+        for key in keys:
+            if key in arrays and arrays[key].ndim == 2:
+                columns |= _split_table(key, arrays.pop(key), part, robot)
+                break
+    for name, values in list(arrays.items()):
+        is_column = values.ndim == 1 and values.dtype.kind in "fi"
+        if is_column and name not in columns:
+            columns[name] = np.asarray(arrays.pop(name), dtype=np.float64)
+    return columns, [name for name in arrays if name not in columns and name != _HEAD]
+
+
+def _load_npz(path: Path) -> dict[str, Any]:
+    """The arrays of a .npz. Raises ValueError."""
     try:
         with np.load(path, allow_pickle=False) as file:
-            found: dict[str, Any] = dict(file)
+            arrays: dict[str, Any] = dict(file)
     except (BadZipFile, EOFError, TypeError, zlib.error) as error:
         raise ValueError(f"it is damaged, or no .npz file ({error})") from error
-    for name, values in found.items():
-        if values.ndim and values.dtype.kind not in "fiub" and name != "head":
+    for name, values in arrays.items():
+        is_real = values.dtype.kind in _REAL_KINDS
+        if values.ndim and not is_real and name != _HEAD:
             raise ValueError(f"{name} holds {values.dtype.name} values; expected real numbers")
-    arrays = {
-        part: next((key for key in keys if key in found and found[key].ndim == 2), None)
-        for part, keys in _ARRAYS.items()
-    }
-    columns: dict[str, FloatArray] = {}
-    for part, key in arrays.items():
-        if key is None:
-            continue
-        values = found.pop(key)
-        if values.shape[1] != len(robot.active):
-            raise ValueError(f"{key} has shape {values.shape}; expected (N, {len(robot.active)})")
-        columns |= {
-            f"{name}{_SUFFIXES[part][0]}": values[:, k] for k, name in enumerate(robot.active)
-        }
-    flat = [
-        name
-        for name, a in found.items()
-        if a.ndim == 1 and a.dtype.kind in "fi" and name not in columns
-    ]
-    columns |= {name: np.asarray(found.pop(name), dtype=np.float64) for name in flat}
-    return columns, [name for name in found if name not in columns and name != "head"]
+    return arrays
+
+
+def _split_table(key: str, values: FloatArray, part: str, robot: Robot) -> Columns:
+    """The columns of an array (N, n) of a .npz. Raises ValueError."""
+    if values.shape[1] != len(robot.active):
+        raise ValueError(f"{key} has shape {values.shape}; expected (N, {len(robot.active)})")
+    suffix = _SUFFIXES[part][0]
+    return {f"{name}{suffix}": values[:, k] for k, name in enumerate(robot.active)}

@@ -1,0 +1,145 @@
+"""Joint samples of a recording as columns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..messages.joint_samples import Calibration, FloatArray, Rejection
+
+T = TypeVar("T")
+
+
+@dataclass(eq=False)
+class Samples:
+    """Samples of the measured joints, a row each, in the order of the messages.
+
+    Attributes:
+        log_ns: log times (N,) [ns].
+        stamp_ns: stamps of the headers (N,) [ns].
+        position: (N, n) [rad or m].
+        velocity: (N, n) [rad/s or m/s]; NaN where there is none.
+        measured: (N,) whether there are velocities.
+        effort: recorded efforts (N, n) [N m or N]; NaN where there are none.
+        acceleration: (N, n) as the messages have it [rad/s^2 or m/s^2]; None: to be estimated.
+        rejected: rows that are no samples, and why; their numbers mean nothing.
+        broken: rows that are no message of their type, and why.
+        bulk_count: how many were decoded in bulk.
+    """
+
+    log_ns: NDArray[np.int64]
+    stamp_ns: NDArray[np.int64]
+    position: FloatArray
+    velocity: FloatArray
+    measured: NDArray[np.bool_]
+    effort: FloatArray
+    acceleration: FloatArray | None = None
+    rejected: dict[int, Rejection] = field(default_factory=dict)
+    broken: dict[int, str] = field(default_factory=dict)
+    bulk_count: int = 0
+
+    def __len__(self) -> int:
+        return len(self.stamp_ns)
+
+    @staticmethod
+    def blank(log_ns: NDArray[np.int64], joint_count: int, *, has_acceleration: bool) -> Samples:
+        """Rows that nothing is known of yet, but their log times (N,) [ns]."""
+        shape = (len(log_ns), joint_count)
+        samples = Samples(
+            log_ns=log_ns,
+            stamp_ns=np.full(len(log_ns), -1, dtype=np.int64),
+            position=np.full(shape, np.nan),
+            velocity=np.full(shape, np.nan),
+            measured=np.zeros(len(log_ns), dtype=bool),
+            effort=np.full(shape, np.nan),
+        )
+        if has_acceleration:
+            samples.acceleration = np.full(shape, np.nan)
+        return samples
+
+    @staticmethod
+    def joined(parts: Sequence[Samples]) -> Samples:
+        """The rows of several, one after the other; accelerations are left out."""
+        rejected: dict[int, Rejection] = {}
+        broken: dict[int, str] = {}
+        start = 0
+        for part in parts:
+            rejected |= {start + row: why for row, why in part.rejected.items()}
+            broken |= {start + row: why for row, why in part.broken.items()}
+            start += len(part)
+        return Samples(
+            log_ns=np.concatenate([part.log_ns for part in parts]),
+            stamp_ns=np.concatenate([part.stamp_ns for part in parts]),
+            position=np.concatenate([part.position for part in parts]),
+            velocity=np.concatenate([part.velocity for part in parts]),
+            measured=np.concatenate([part.measured for part in parts]),
+            effort=np.concatenate([part.effort for part in parts]),
+            rejected=rejected,
+            broken=broken,
+        )
+
+    @property
+    def usable(self) -> NDArray[np.bool_]:
+        """(N,) which rows are samples."""
+        usable = np.ones(len(self), dtype=bool)
+        usable[[*self.rejected, *self.broken]] = False
+        return usable
+
+    def calibrated(self, calibration: Calibration | None) -> Samples:
+        """The samples of the joints from the readings of their sensors."""
+        if calibration is None:
+            return self
+        factor = calibration.factor
+        acceleration = self.acceleration
+        if acceleration is not None:
+            acceleration = factor * acceleration
+        return replace(
+            self,
+            position=factor * (self.position - calibration.offset),
+            velocity=factor * self.velocity,
+            acceleration=acceleration,
+        )
+
+    def part(self, rows: slice) -> Samples:
+        """Rows that follow each other; views of these."""
+        return self._select(rows, range(rows.start, rows.stop))
+
+    def only(self, rows: NDArray[np.intp]) -> Samples:
+        """Some rows."""
+        if len(rows) == len(self):
+            return self
+        return self._select(rows, rows.tolist())
+
+    def _select(self, rows: slice | NDArray[np.intp], numbers: Sequence[int]) -> Samples:
+        """Some rows, whose numbers are given too."""
+        places: dict[int, int] = {}
+        if self.rejected or self.broken:
+            places = {row: k for k, row in enumerate(numbers)}
+        acceleration = self.acceleration
+        if acceleration is not None:
+            acceleration = acceleration[rows]
+        return Samples(
+            log_ns=self.log_ns[rows],
+            stamp_ns=self.stamp_ns[rows],
+            position=self.position[rows],
+            velocity=self.velocity[rows],
+            measured=self.measured[rows],
+            effort=self.effort[rows],
+            acceleration=acceleration,
+            rejected=_renumbered(self.rejected, places),
+            broken=_renumbered(self.broken, places),
+        )
+
+
+def _renumbered(table: Mapping[int, T], places: Mapping[int, int]) -> dict[int, T]:
+    return {places[row]: why for row, why in table.items() if row in places}
+
+
+def slices(count: int, size: int) -> Iterator[slice]:
+    """All of `count` rows in slices of at most `size`."""
+    for start in range(0, count, size):
+        yield slice(start, min(start + size, count))
