@@ -27,9 +27,12 @@ import numpy as np
 from rosbags.rosbag2 import Reader
 
 from hybrid_dynamics_core import Robot, load
-from hybrid_dynamics_ros.bags.decode import sample_of
+from hybrid_dynamics_ros.bags.decode import sample_of_state
+from hybrid_dynamics_ros.bags.input_topic import INPUT
+from hybrid_dynamics_ros.bags.job import Job
 from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
-from hybrid_dynamics_ros.bags.process import INPUT, Job, make_pipeline, process
+from hybrid_dynamics_ros.bags.process import process
+from hybrid_dynamics_ros.bags.settings import make_pipeline
 from hybrid_dynamics_ros.bags.trajectory_file import Trajectory
 from hybrid_dynamics_ros.messages.interfaces import typestore
 from hybrid_dynamics_ros.messages.joint_samples import JointSample
@@ -147,10 +150,10 @@ def singly(
     with Reader(path) as reader:
         messages = iter(reader.messages())
         for connection, _, data in islice(messages, WARM_UP):
-            respond(sample_of(typestore().deserialize_cdr(data, connection.msgtype)))
+            respond(sample_of_state(typestore().deserialize_cdr(data, connection.msgtype)))
         start = time.perf_counter()
         for connection, _, data in islice(messages, count - WARM_UP):
-            respond(sample_of(typestore().deserialize_cdr(data, connection.msgtype)))
+            respond(sample_of_state(typestore().deserialize_cdr(data, connection.msgtype)))
         return (time.perf_counter() - start) / (count - WARM_UP)
 
 

@@ -20,9 +20,10 @@ import numpy as np
 
 from hybrid_dynamics_core import Robot, load
 from hybrid_dynamics_ros.bags.analysis.collect import collect
-from hybrid_dynamics_ros.bags.analysis.identify import Found, identify_track
+from hybrid_dynamics_ros.bags.analysis.identification_result import IdentificationResult
+from hybrid_dynamics_ros.bags.analysis.identify import identify_recording
+from hybrid_dynamics_ros.bags.input_topic import INPUT
 from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
-from hybrid_dynamics_ros.bags.process import INPUT
 
 HEAVIER = {"l3": 1.2, "l4": 1.3}  # mass and inertia of these links, in parts of the file's
 NOISE = {"position": 1e-6, "effort": 5.0}  # standard deviations [rad or m], [N m or N]
@@ -47,32 +48,32 @@ def record(bag: Path) -> int:
     return write_trajectory(bag, motion, INPUT, {"robot": "forging_chu2020"})
 
 
-def identified(bag: Path) -> Found:
+def identified(bag: Path) -> IdentificationResult:
     """Base parameters from the bag, and what they are worth on its last quarter."""
-    return identify_track(collect(bag, "forging_chu2020", smooth="spline", most=3000))
+    return identify_recording(collect(bag, "forging_chu2020", smooth="spline", most=3000))
 
 
-def base_parameters(identification: Found, robot: Robot) -> np.ndarray:
+def base_parameters(result: IdentificationResult, robot: Robot) -> np.ndarray:
     """The base parameters (b,) of a robot."""
-    base = identification.result.base
+    base = result.identification.base
     return base.values(base.parameters.values(robot.description))
 
 
-def truth(identification: Found) -> np.ndarray:
+def truth(result: IdentificationResult) -> np.ndarray:
     """The base parameters (b,) of the robot as it is."""
-    return base_parameters(identification, real_robot())
+    return base_parameters(result, real_robot())
 
 
-def plot(identification: Found, path: str) -> None:
+def plot(result: IdentificationResult, path: str) -> None:
     """Estimates with their intervals, less the truth, each in parts of its interval."""
     # Matplotlib is an extra.
     from hybrid_dynamics_core.drawing.page import entitled, written_page  # noqa: PLC0415
     from hybrid_dynamics_core.drawing.style import GRID  # noqa: PLC0415
 
-    true = truth(identification)
-    half_interval = 0.5 * np.ptp(identification.result.interval, axis=1)
-    estimate_error = (identification.result.estimate - true) / half_interval
-    from_file = base_parameters(identification, load("forging_chu2020"))
+    true = truth(result)
+    half_interval = 0.5 * np.ptp(result.identification.interval, axis=1)
+    estimate_error = (result.identification.estimate - true) / half_interval
+    from_file = base_parameters(result, load("forging_chu2020"))
     file_error = (from_file - true) / half_interval
     heavier = ", ".join(f"{name} {share:g} times" for name, share in HEAVIER.items())
     about = f"links of the recorded robot are heavier than its file says: {heavier}"
@@ -97,16 +98,16 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         bag = options.bag or Path(folder) / "recording"
         print(f"{record(bag)} messages recorded")
-        identification = identified(bag)
-    low, high = identification.result.interval.T
-    true = truth(identification)
+        result = identified(bag)
+    low, high = result.identification.interval.T
+    true = truth(result)
     inside = (low <= true) & (true <= high)
     print(f"{inside.sum()} of {len(inside)} base parameters are within their 95 % intervals")
     print("effort left unexplained on the part kept back: by the file, and identified")
     for k, joint in enumerate(("q1 [N m]", "q12 [N]", "q22 [N]", "q4 [N m]")):
-        print(f"  {joint:<9}{identification.before[k]:10.1f}{identification.noise[k]:10.2f}")
+        print(f"  {joint:<9}{result.file_residual[k]:10.1f}{result.residual[k]:10.2f}")
     if options.plot:
-        plot(identification, options.plot)
+        plot(result, options.plot)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What the verbs for bags share."""
+"""Options and output that the verbs for bags share."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ from ..parameters import RobotType
 
 __all__ = [
     "LOST",
+    "MAX_LISTED",
     "PATH",
-    "first_few",
-    "known_robot_option",
+    "bag_robot_option",
+    "list_names",
     "params_option",
     "robot_option",
     "span_of",
@@ -28,11 +29,12 @@ __all__ = [
     "topic_option",
 ]
 
+MAX_LISTED = 4  # names in a line
 PATH = click.Path(path_type=Path)
 robot_option = click.option(
     "--robot", type=RobotType(), required=True, metavar="ROBOT", help="Robot (a name or its file)."
 )
-known_robot_option = click.option(
+bag_robot_option = click.option(
     "--robot",
     type=RobotType(),
     metavar="ROBOT",
@@ -52,41 +54,49 @@ params_option = click.option(
     metavar="FILE",
     help="Parameter file of the node.  [default: the node's defaults]",
 )
-FEW = 4  # names in a line
+_from_option = click.option(
+    "--from",
+    "start",
+    type=click.FloatRange(0.0),
+    default=0.0,
+    metavar="S",
+    help="First time that counts, [s] since the first stamp of the bag.  [default: 0]",
+)
+_to_option = click.option(
+    "--to",
+    "end",
+    type=click.FloatRange(0.0),
+    default=math.inf,
+    metavar="S",
+    help="Last time that counts, [s] since the first stamp of the bag.  [default: the end]",
+)
 
 
 def span_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """--from and --to."""
-    after = "[s] since the first stamp of the bag."
-    ends = (("--to", "end", math.inf, "Last", "the end"), ("--from", "start", 0.0, "First", "0"))
-    for name, key, default, text, shown in ends:
-        kind = click.FloatRange(0.0)
-        help_text = f"{text} time that counts, {after}  [default: {shown}]"
-        function = click.option(name, key, type=kind, default=default, metavar="S", help=help_text)(
-            function
-        )
-    return function
+    return _from_option(_to_option(function))
 
 
 def span_of(start: float, end: float) -> tuple[float, float]:
-    """The span of --from and --to; it is not empty."""
+    """The span of --from and --to [s]. Raises click.BadParameter where it is empty."""
     if not start < end:
         raise click.BadParameter(f"{end:g} s is not after --from {start:g} s", param_hint="--to")
     return start, end
 
 
-def first_few(names: Sequence[str]) -> str:
-    """The first few names, and how many more there are."""
-    more = f" and {len(names) - FEW} more" if len(names) > FEW else ""
-    return ", ".join(names[:FEW]) + more
+def list_names(names: Sequence[str]) -> str:
+    """The first of some names, and how many more there are."""
+    text = ", ".join(names[:MAX_LISTED])
+    if len(names) > MAX_LISTED:
+        text += f" and {len(names) - MAX_LISTED} more"
+    return text
 
 
 def tell_unused(path: Path, columns: Sequence[str]) -> None:
-    """Print which columns of a trajectory file count for nothing: the first few, and how many more there are."""
+    """Print which columns of a trajectory file are not used, where there are any."""
     if columns:
-        click.echo(
-            f"{path}: {counted(len(columns), 'column')} not used: {first_few(columns)}", err=True
-        )
+        names = list_names(columns)
+        click.echo(f"{path}: {counted(len(columns), 'column')} not used: {names}", err=True)
 
 
 def tell_losses(losses: Sequence[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Final
 
 import click
 
@@ -11,9 +12,11 @@ from hybrid_dynamics_ros.bags.analysis.tables import FORMATS, export, table_file
 
 from ..output import show, written
 from ..parameters import json_option
-from .common import LOST, PATH, first_few, tell_losses
+from .common import LOST, PATH, list_names, tell_losses
 
-EPILOG = """\b
+HELP: Final = """Write the topics of BAG as tables into the folder OUT: a file a topic, a row a
+message, a column a number."""
+EPILOG: Final = """\b
 Examples:
   hybrid-dynamics bag export results tables
   hybrid-dynamics bag export results tables --format npz \\
@@ -21,7 +24,7 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG, short_help="Tables out of a bag: CSV, Parquet or .npz.")
+@click.command(epilog=EPILOG, help=HELP, short_help="Tables out of a bag: CSV, Parquet or .npz.")
 @click.argument("bag", type=PATH)
 @click.argument("out", type=PATH)
 @click.option(
@@ -55,18 +58,17 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Write the topics of BAG as tables into the folder OUT: a file a topic, a row a message, a column a number."""
+    """Write the tables."""
     counts, losses = export(bag, out, kind, topics, overwrite=overwrite)
     tables = {name: table_file(out, name, kind) for name in counts}
     others = sorted(file.name for file in out.iterdir() if file not in tables.values())
-    lines = [
-        written(tables[name], f"{counted(count, 'row')} of {name}")
-        for name, count in counts.items()
-    ]
-    told = {"folder": str(out), "rows": dict(counts), "losses": losses, "others": others}
-    show(told, as_json, "\n".join(lines))
+    lines = []
+    for name, count in counts.items():
+        lines.append(written(tables[name], f"{counted(count, 'row')} of {name}"))
+    facts = {"folder": str(out), "rows": counts, "losses": losses, "others": others}
+    show(facts, as_json, "\n".join(lines))
     if others:
-        click.echo(f"note: {out} holds what was there before too: {first_few(others)}", err=True)
+        click.echo(f"note: {out} holds what was there before too: {list_names(others)}", err=True)
     tell_losses(losses)
     if losses:
         context.exit(LOST)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Final
 
 import click
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.ground.suggestions import suggestion
 from hybrid_dynamics_core.ground.wording import counted
+from hybrid_dynamics_ros.bags.input_topic import INPUT
 from hybrid_dynamics_ros.bags.make import PARTS, simulated, write_trajectory
-from hybrid_dynamics_ros.bags.process import INPUT
 from hybrid_dynamics_ros.bags.provenance import robot_notes
 from hybrid_dynamics_ros.bags.storage.bag_writer import require_new, require_replaceable
 from hybrid_dynamics_ros.bags.trajectory_file import Trajectory, read_trajectory
@@ -19,7 +20,12 @@ from ..output import show, written
 from ..parameters import json_option, loaded
 from .common import PATH, robot_option, tell_unused
 
-EPILOG = """\b
+DEFAULT_SECONDS: Final = 10.0
+DEFAULT_RATE: Final = 1000.0  # [Hz]
+MAX_DEVIATION: Final = 1e300
+HELP: Final = """Write a bag of joint states from a trajectory file, or from a motion of the model
+with its efforts."""
+EPILOG: Final = """\b
 Examples:
   hybrid-dynamics bag make recording --robot forging_chu2020 \\
       --seconds 60 --rate 1000 --noise position=1e-6,effort=2
@@ -27,7 +33,7 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG, short_help="A bag for trying things out.")
+@click.command(epilog=EPILOG, help=HELP, short_help="A bag for trying things out.")
 @click.argument("out", type=PATH)
 @robot_option
 @click.option(
@@ -65,56 +71,63 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Write a bag of joint states from a trajectory file, or from a motion of the model with its efforts."""
-    (require_replaceable if overwrite else require_new)(out)
-    if trajectory is not None and (seconds, rate) != (None, None):
+    """Make the bag."""
+    require_place = require_replaceable if overwrite else require_new
+    require_place(out)
+    if trajectory is not None and (seconds is not None or rate is not None):
         raise click.UsageError(
             "--seconds and --rate are of a simulation; a trajectory has its own times"
         )
     machine = loaded(robot)
     if trajectory is None:
-        motion = simulated(
-            machine, 10.0 if seconds is None else seconds, 1000.0 if rate is None else rate, seed
-        )
+        motion = simulated(machine, seconds or DEFAULT_SECONDS, rate or DEFAULT_RATE, seed)
     else:
-        motion = _of_file(trajectory, machine)
-    count = write_trajectory(
-        out, motion.noisy(_deviations(noise), seed), topic, robot_notes(robot, machine)
-    )
-    told = {"bag": str(out), "topic": topic, "messages": count}
-    show(told, as_json, written(out, f"{counted(count, 'message')} on {topic}"))
+        motion = _motion_of(trajectory, machine)
+    noisy = motion.noisy(_deviations(noise), seed)
+    count = write_trajectory(out, noisy, topic, robot_notes(robot, machine))
+    facts = {"bag": str(out), "topic": topic, "messages": count}
+    show(facts, as_json, written(out, f"{counted(count, 'message')} on {topic}"))
 
 
-def _of_file(path: Path, robot: Robot) -> Trajectory:
-    """The trajectory; what a bag of joint states does not hold is told."""
+def _motion_of(path: Path, robot: Robot) -> Trajectory:
+    """The motion of a file; columns that a bag of joint states does not hold are named."""
     motion = read_trajectory(path, robot)
-    pushes = (
-        [] if motion.acceleration is None else [f"{name}.acceleration" for name in robot.active]
-    )
-    tell_unused(path, [*pushes, *motion.unused])
+    unused = list(motion.unused)
+    if motion.acceleration is not None:
+        unused = [*(f"{name}.acceleration" for name in robot.active), *unused]
+    tell_unused(path, unused)
     return motion
 
 
-def _no_noise(problem: str) -> click.BadParameter:
-    """What is wrong, and the form that is taken."""
-    expected = (
-        f"expected PART=DEVIATION with the parts {', '.join(PARTS)}, as position=1e-6,effort=2"
-    )
+def _deviations(text: str) -> dict[str, float]:
+    """Standard deviations by part. Raises click.BadParameter."""
+    deviations = {}
+    for entry in text.split(","):
+        if entry:
+            part, deviation = _deviation(entry)
+            deviations[part] = deviation
+    return deviations
+
+
+def _deviation(entry: str) -> tuple[str, float]:
+    """The part and the deviation of `PART=DEVIATION`. Raises click.BadParameter."""
+    name, _, value = entry.partition("=")
+    name = name.strip()
+    try:
+        deviation = float(value)
+    except ValueError as error:
+        raise _noise_error(f"'{entry}'") from error
+    if name not in PARTS:
+        raise _noise_error(f"there is no part '{name}'{suggestion(name, PARTS)}")
+    if not 0.0 <= deviation < MAX_DEVIATION:
+        raise _noise_error(f"'{entry}' is no deviation of 0 or more")
+    return name, deviation
+
+
+def _noise_error(problem: str) -> click.BadParameter:
+    """What is wrong with --noise, and the form that is taken."""
+    parts = ", ".join(PARTS)
+    expected = f"expected PART=DEVIATION with the parts {parts}, as position=1e-6,effort=2"
     return click.BadParameter(
         f"{problem}; {expected} (rad or m, per second, N m or N)", param_hint="--noise"
     )
-
-
-def _deviations(text: str) -> dict[str, float]:
-    found = {}
-    for part in (entry for entry in text.split(",") if entry):
-        name, _, value = part.partition("=")
-        try:
-            found[name.strip()] = float(value)
-        except ValueError as error:
-            raise _no_noise(f"'{part}'") from error
-        if name.strip() not in PARTS:
-            raise _no_noise(f"there is no part '{name.strip()}'{suggestion(name.strip(), PARTS)}")
-        if not 0.0 <= found[name.strip()] < 1e300:
-            raise _no_noise(f"'{part}' is no deviation of 0 or more")
-    return found

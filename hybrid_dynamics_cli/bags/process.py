@@ -4,33 +4,40 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import click
 
 from hybrid_dynamics_ros.bags.errors import BagCallError
-from hybrid_dynamics_ros.bags.parallel import WrongCall, run_jobs
-from hybrid_dynamics_ros.bags.process import SMOOTHINGS, Job, Outcome
+from hybrid_dynamics_ros.bags.job import SMOOTHINGS, Job
+from hybrid_dynamics_ros.bags.parallel import Result, WrongCall, run_jobs
 from hybrid_dynamics_ros.bags.settings import read_settings
 from hybrid_dynamics_ros.bags.storage.bag_reader import bags_of
 from hybrid_dynamics_ros.bags.storage.bag_writer import THERE, require_new, require_replaceable
 
-from ..exit_codes import FAILED, MISUSED, Misused
+from ..exit_codes import DONE, FAILED, MISUSED, Misused
 from ..output import show, written
 from ..parameters import json_option, loaded
 from .common import (
-    FEW,
     LOST,
+    MAX_LISTED,
     PATH,
-    first_few,
+    list_names,
     params_option,
     robot_option,
     tell_losses,
     topic_option,
 )
 
-EPILOG = """\b
+HELP: Final = """Write a bag with every topic that the node would have published for IN.
+
+With one bag, OUT is the new bag; with several, or a folder of bags, OUT is the folder for the
+new ones, under the same names. Exits with 3 where something of a bag could not be read, and
+with 1 where a bag failed.
+"""
+EPILOG: Final = """\b
 Examples:
   hybrid-dynamics bag process recording results --robot forging_chu2020
   hybrid-dynamics bag process recording results --robot excavator \\
@@ -41,7 +48,7 @@ Examples:
 """
 
 
-@click.command(epilog=EPILOG, short_help="What the node would have published for a bag.")
+@click.command(epilog=EPILOG, help=HELP, short_help="What the node would have published for a bag.")
 @click.argument("bags", type=PATH, nargs=-1, required=True, metavar="IN...")
 @click.argument("out", type=PATH)
 @robot_option
@@ -82,72 +89,86 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     scheduler: str | None,
     as_json: bool,
 ) -> None:
-    """Write a bag with every topic that the node would have published for IN.
-
-    With one bag, OUT is the new bag; with several, or a folder of bags, OUT is the folder for the
-    new ones, under the same names. Exits with 3 where something of a bag could not be read, and
-    with 1 where a bag failed.
-    """
+    """Process the bags."""
     settings = read_settings(params)
     loaded(robot)
-    found = [bag for given in bags for bag in bags_of(given)]
-    single = len(bags) == 1 and found == [bags[0]]
-    targets = [out] if single else [out / bag.stem for bag in found]
+    sources = list(chain.from_iterable(bags_of(path) for path in bags))
+    is_single = len(bags) == 1 and sources == [bags[0]]
+    targets = _targets(sources, out, is_single=is_single)
+    _require_place(bags, out, is_single=is_single, overwrite=overwrite)
+    require_place = require_replaceable if overwrite else require_new
+    work = []
+    for source, target in zip(sources, targets, strict=True):
+        require_place(target)
+        work.append(Job(source, target, robot, topic, smooth, keep, settings))
+    results = run_jobs(work, jobs, scheduler)
+    pairs = list(zip(work, results, strict=True))
+    if as_json:
+        show({"bags": [_facts(job, result) for job, result in pairs]}, as_json, "")
+    else:
+        for job, result in pairs:
+            _print_result(job, result)
+    code = _exit_code(results)
+    if code:
+        sys.exit(code)
+
+
+def _targets(sources: Sequence[Path], out: Path, *, is_single: bool) -> list[Path]:
+    """Where the new bags go. Raises Misused where two have the same name."""
+    if is_single:
+        return [out]
+    targets = [out / source.stem for source in sources]
     if len(set(targets)) < len(targets):
         raise Misused("two bags have the same name; process them into different folders")
-    _require_free(bags, out, targets, single=single, overwrite=overwrite)
-    work = [
-        Job(bag, to, robot, topic, smooth, keep, settings)
-        for bag, to in zip(found, targets, strict=True)
-    ]
-    results = run_jobs(work, jobs, scheduler)
-    if as_json:
-        told = [_facts(job, result) for job, result in zip(work, results, strict=True)]
-        show({"bags": told}, as_json, "")
-    else:
-        for job, result in zip(work, results, strict=True):
-            _tell(job, result)
-    if any(not isinstance(result, Outcome) for result in results):
-        sys.exit(MISUSED if all(isinstance(result, WrongCall) for result in results) else FAILED)
-    if any(isinstance(result, Outcome) and result.losses for result in results):
-        sys.exit(LOST)
+    return targets
 
 
-def _require_free(
-    bags: Sequence[Path], out: Path, targets: Sequence[Path], *, single: bool, overwrite: bool
-) -> None:
-    """Refuse to write over what is there, before anything is done."""
-    if (
-        out.is_dir()
-        and any(out.iterdir())
-        and _bags_in(out) == [out]
-        and not (single and overwrite)
-    ):
-        understood = (
-            f"read as IN: {first_few([str(bag) for bag in bags])}, as OUT: {out}; is OUT missing?"
-        )
-        what = THERE if single else "is a bag, and expected is a folder for the new bags"
-        raise BagCallError(f"{out}: {what} ({understood})")
-    for target in targets:
-        (require_replaceable if overwrite else require_new)(target)
+def _exit_code(results: Sequence[Result]) -> int:
+    """How the command ends."""
+    if all(isinstance(result, WrongCall) for result in results):
+        return MISUSED
+    code = DONE
+    for result in results:
+        if isinstance(result, str):
+            return FAILED
+        if result.losses:
+            code = LOST
+    return code
 
 
-def _bags_in(path: Path) -> list[Path]:
-    """The bags that a path means, none where there are none."""
+def _require_place(bags: Sequence[Path], out: Path, *, is_single: bool, overwrite: bool) -> None:
+    """Refuse a bag as OUT, before anything is done: OUT may be missing. Raises BagCallError."""
+    if not _is_bag(out) or (is_single and overwrite):
+        return
+    sources = list_names([str(bag) for bag in bags])
+    understood = f"read as IN: {sources}, as OUT: {out}; is OUT missing?"
+    what = THERE
+    if not is_single:
+        what = "is a bag, and expected is a folder for the new bags"
+    raise BagCallError(f"{out}: {what} ({understood})")
+
+
+def _is_bag(path: Path) -> bool:
+    """Whether a path is a folder with one bag."""
+    if not path.is_dir() or not any(path.iterdir()):
+        return False
     try:
-        return bags_of(path)
+        return bags_of(path) == [path]
     except BagCallError:
-        return []
+        return False
 
 
-def _facts(job: Job, result: Outcome | str) -> dict[str, Any]:
-    told: dict[str, Any] = {"source": str(job.source), "target": str(job.target), "failed": None}
+def _facts(job: Job, result: Result) -> dict[str, Any]:
+    """What came of a job, for programs."""
+    facts: dict[str, Any] = {"source": str(job.source), "target": str(job.target), "failed": None}
     if isinstance(result, str):
-        return {**told, "failed": result}
-    more = {"summary": result.summary, "samples": result.samples, "duration": result.duration}
+        facts["failed"] = result
+        return facts
     return {
-        **told,
-        **more,
+        **facts,
+        "summary": result.summary,
+        "samples": result.samples,
+        "duration": result.duration,
         "seconds": result.shares,
         "rejections": result.rejections,
         "losses": result.losses,
@@ -156,30 +177,31 @@ def _facts(job: Job, result: Outcome | str) -> dict[str, Any]:
 
 
 def pace(duration: float, spent: float) -> str:
-    """How long it took [s], and beside a second of samples or more, how that compares with them [s]."""
-    if duration < 1.0 or spent <= 0.0:  # the start alone would tell
+    """How long it took, and how that compares with the samples where they last a second or more.
+
+    Args:
+        duration: of the samples [s].
+        spent: time that it took [s].
+    """
+    if duration < 1.0 or spent <= 0.0:  # the start alone takes as long
         return f"{spent:.1f} s"
-    faster = duration / spent
-    return (
-        f"{spent:.1f} s, {f'{faster:.0f}' if faster >= 10.0 else f'{faster:.2g}'} times real time"
-    )
+    ratio = duration / spent
+    times = f"{ratio:.0f}" if ratio >= 10.0 else f"{ratio:.2g}"
+    return f"{spent:.1f} s, {times} times real time"
 
 
-def _tell(job: Job, result: Outcome | str) -> None:
+def _print_result(job: Job, result: Result) -> None:
+    """What came of a job, for people."""
     if isinstance(result, str):
-        told = result.removeprefix(
-            f"{job.source}: "
-        )  # most errors begin with the file that they are about
-        click.echo(f"{job.source}: failed: {told}", err=True)
+        reason = result.removeprefix(f"{job.source}: ")  # with which most errors begin
+        click.echo(f"{job.source}: failed: {reason}", err=True)
         return
-    spent = sum(result.shares.values())
-    click.echo(
-        written(job.target, f"from {job.source}: {result.summary}; {pace(result.duration, spent)}")
-    )
+    took = pace(result.duration, sum(result.shares.values()))
+    click.echo(written(job.target, f"from {job.source}: {result.summary}; {took}"))
     for code, text in result.rejections.items():
         click.echo(f"  rejected, {code}: {text}")
-    for text in result.outliers[:FEW]:
+    for text in result.outliers[:MAX_LISTED]:
         click.echo(f"  without accelerations, {text}")
-    if len(result.outliers) > FEW:
-        click.echo(f"  and {len(result.outliers) - FEW} more like this")
+    if len(result.outliers) > MAX_LISTED:
+        click.echo(f"  and {len(result.outliers) - MAX_LISTED} more like this")
     tell_losses(result.losses)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any, Final
 
 import click
 
 from hybrid_dynamics_core.ground.units import effort_unit
 from hybrid_dynamics_core.ground.wording import counted, singular_or_plural
-from hybrid_dynamics_ros.bags.analysis.collect import Track, collect
+from hybrid_dynamics_ros.bags.analysis.collect import collect
 from hybrid_dynamics_ros.bags.analysis.effort_error import EffortError, effort_errors
-from hybrid_dynamics_ros.bags.process import SMOOTHINGS
+from hybrid_dynamics_ros.bags.analysis.recording import EvaluatedRecording
+from hybrid_dynamics_ros.bags.job import SMOOTHINGS
 from hybrid_dynamics_ros.bags.settings import read_settings
 
 from ..output import show, table, written
@@ -20,7 +22,7 @@ from ..writing import output_option, overwrite_option, place_for
 from .common import (
     LOST,
     PATH,
-    known_robot_option,
+    bag_robot_option,
     params_option,
     span_of,
     span_options,
@@ -28,16 +30,31 @@ from .common import (
     topic_option,
 )
 
-EPILOG = """\b
+ERROR_HEAD: Final = (
+    "effort error",
+    "50 % within",
+    "95 % within",
+    "RMS",
+    "far off",
+    "beyond",
+    "unit",
+)
+HELP: Final = """One HTML page about BAG: motion, efforts computed and recorded, energy, loops,
+strokes, gaps, bad samples.
+
+BAG is a recording with joint states, or what `bag process` wrote (with --keep, where efforts
+were recorded).
+"""
+EPILOG: Final = """\b
 Examples:
   hybrid-dynamics bag report recording --robot excavator
   hybrid-dynamics bag report results --output shift_12.html
 """
 
 
-@click.command(epilog=EPILOG, short_help="One HTML page about a recording.")
+@click.command(epilog=EPILOG, help=HELP, short_help="One HTML page about a recording.")
 @click.argument("bag", type=PATH)
-@known_robot_option
+@bag_robot_option
 @topic_option
 @params_option
 @span_options
@@ -66,92 +83,87 @@ def command(  # noqa: PLR0913, PLR0917 - an argument for each option
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """One HTML page about BAG: motion, efforts computed and recorded, energy, loops, strokes, gaps, bad samples.
-
-    BAG is a recording with joint states, or what `bag process` wrote (with --keep, where efforts
-    were recorded).
-    """
+    """Write the page."""
     try:
-        from hybrid_dynamics_ros.bags.analysis.report import (  # noqa: PLC0415 - matplotlib is an extra
-            write_report,
-        )
+        # Matplotlib is an extra.
+        from hybrid_dynamics_ros.bags.analysis.report import write_report  # noqa: PLC0415
     except ModuleNotFoundError as error:
         raise click.ClickException("reports need matplotlib: pip install matplotlib") from error
-    place = place_for(output or beside(bag), (".html",), [bag], overwrite=overwrite)
-    track = collect(bag, robot, topic, smooth, read_settings(params), span=span_of(start, end))
-    write_report(track, bag.resolve().name, place)
-    summary, apart = track.counts.summary(), effort_errors(track)
-    told = {
-        "page": str(place),
-        "received": track.counts.received,
-        "accepted": track.counts.accepted,
-        "summary": summary,
-        "smooth": track.smooth,
-        "stamps": {
-            "nominal": track.stamps.nominal,
-            "longest": track.stamps.longest,
-            "missing": sum(count for _, _, count in track.stamps.missing),
-            "gaps": len(track.gaps),
-        },
-        "efforts": {error.joint: error.facts for error in apart},
-        "strays": [outlier.describe(track.measured, track.start_ns) for outlier in track.outliers],
-        "losses": track.losses,
-    }
-    show(
-        told,
-        as_json,
-        "\n".join(
-            [
-                written(place, f"report: {summary}"),
-                *efforts_of(track, apart),
-                *off_the_motion(track),
-            ]
-        ),
-    )
-    tell_losses(track.losses)
-    if track.losses:
+    place = place_for(output or page_of(bag), (".html",), [bag], overwrite=overwrite)
+    span = span_of(start, end)
+    recording = collect(bag, robot, topic, smooth, read_settings(params), span=span)
+    write_report(recording, bag.resolve().name, place)
+    errors = effort_errors(recording)
+    lines = [
+        written(place, f"report: {recording.counts.summary()}"),
+        *error_lines(recording, errors),
+        *outlier_lines(recording),
+    ]
+    show(facts(recording, errors, place), as_json, "\n".join(lines))
+    tell_losses(recording.losses)
+    if recording.losses:
         context.exit(LOST)
 
 
-def beside(bag: Path) -> Path:
-    """The page of a bag, as the bag was named; `.` and `..` have no name of their own."""
-    return (bag.resolve() if bag.name in ("", "..") else bag).with_suffix(".html")
+def page_of(bag: Path) -> Path:
+    """The page beside a bag, named as the bag was; `.` and `..` have no name of their own."""
+    if bag.name in ("", ".."):
+        bag = bag.resolve()
+    return bag.with_suffix(".html")
 
 
-def efforts_of(track: Track, apart: Sequence[EffortError]) -> list[str]:
+def facts(
+    recording: EvaluatedRecording, errors: Sequence[EffortError], place: Path
+) -> dict[str, Any]:
+    """What the page says, for programs."""
+    stamps = recording.stamps
+    joints, start_ns = recording.measured, recording.start_ns
+    return {
+        "page": str(place),
+        "received": recording.counts.received,
+        "accepted": recording.counts.accepted,
+        "summary": recording.counts.summary(),
+        "smooth": recording.smooth,
+        "stamps": {
+            "nominal": stamps.nominal,
+            "longest": stamps.longest,
+            "missing": stamps.missing_count,
+            "gaps": len(recording.gaps),
+        },
+        "efforts": {error.joint: error.facts for error in errors},
+        "strays": [outlier.describe(joints, start_ns) for outlier in recording.outliers],
+        "losses": recording.losses,
+    }
+
+
+def error_lines(recording: EvaluatedRecording, errors: Sequence[EffortError]) -> list[str]:
     """How far recorded and computed efforts are apart, a row a joint."""
-    if not apart:
-        why = "; `bag process --keep` takes those of the recording over" if track.computed else ""
-        return [f"no recorded efforts to compare with{why}"]
-    rows = [
-        [
-            s.joint,
-            s.median,
-            s.near,
-            s.rms,
-            f"{s.far} of {s.count}",
-            s.limit,
-            effort_unit(track.robot.joint_types[s.joint]),
-        ]
-        for s in apart
-    ]
+    if errors:
+        rows = [_error_row(recording, error) for error in errors]
+        return ["", table(ERROR_HEAD, rows)]
+    text = "no recorded efforts to compare with"
+    if recording.is_computed:
+        text += "; `bag process --keep` takes those of the recording over"
+    return [text]
+
+
+def _error_row(recording: EvaluatedRecording, error: EffortError) -> list[object]:
     return [
-        "",
-        table(
-            ["effort error", "50 % within", "95 % within", "RMS", "far off", "beyond", "unit"], rows
-        ),
+        error.joint,
+        error.median,
+        error.near,
+        error.rms,
+        f"{error.far} of {error.count}",
+        error.limit,
+        effort_unit(recording.robot.joint_types[error.joint]),
     ]
 
 
-def off_the_motion(track: Track) -> list[str]:
+def outlier_lines(recording: EvaluatedRecording) -> list[str]:
     """How many samples have positions or velocities that do not fit the motion around them."""
-    if track.smooth == "causal":
+    if recording.is_causal:
         return []
-    count = len(track.outliers)
-    return [
-        "",
-        (
-            f"{counted(count, 'sample')} with positions or velocities off the motion around"
-            f" {singular_or_plural(count, 'it', 'them')}"
-        ),
-    ]
+    count = len(recording.outliers)
+    them = singular_or_plural(count, "it", "them")
+    samples = counted(count, "sample")
+    return ["", f"{samples} with positions or velocities off the motion around {them}"]

@@ -19,7 +19,7 @@ from .bag import missing
 
 if TYPE_CHECKING:
     from hybrid_dynamics_core.view.motion import Motion
-    from hybrid_dynamics_ros.bags.analysis.collect import Track
+    from hybrid_dynamics_ros.bags.analysis.recording import EvaluatedRecording
 
 FILE = click.Path(path_type=Path)
 
@@ -151,34 +151,34 @@ def _of_bag(robot: str, path: Path, topic: str | None) -> tuple[Robot, Motion, l
         from hybrid_dynamics_ros.bags.analysis.collect import collect  # noqa: PLC0415
     except ModuleNotFoundError as error:
         raise missing(error) from error
-    track = collect(path, robot, topic, smooth=None)
-    latest = np.maximum.accumulate(track.time)
+    recording = collect(path, robot, topic, smooth=None)
+    latest = np.maximum.accumulate(recording.time)
     ascending = np.flatnonzero(np.diff(latest, prepend=-1.0) > 0.0)
     recorded = None
-    if np.isfinite(track.recorded).any():
-        recorded = track.recorded[ascending]
+    if np.isfinite(recording.recorded).any():
+        recorded = recording.recorded[ascending]
     motion = Motion(
         path.name,
-        track.time[ascending],
-        track.state.rows(ascending),
-        track.acceleration[ascending],
+        recording.time[ascending],
+        recording.state.rows(ascending),
+        recording.acceleration[ascending],
         recorded,
-        acceleration_note(track),
+        acceleration_note(recording),
     )
-    return track.robot, motion, track.losses
+    return recording.robot, motion, recording.losses
 
 
-def acceleration_note(track: Track) -> str:
+def acceleration_note(recording: EvaluatedRecording) -> str:
     """Where the accelerations of a recording are from, and how late they are.
 
     The model's efforts are as late.
     """
-    lag = f"{1e3 * track.causal_lag:.3g} ms"
-    if track.smooth == "causal":
+    lag = f"{1e3 * recording.causal_lag:.3g} ms"
+    if recording.is_causal:
         return (
             f"The model's accelerations are from the node's causal filter, {lag} late: waves"
             " between model and file are this lag, not the model. The recording itself, or bag"
             " process --smooth spline, has none."
         )
-    source = f"The model's accelerations are from {track.smoother} through the recording"
+    source = f"The model's accelerations are from {recording.smoother} through the recording"
     return f"{source}: no lag (the node's filter: {lag})."

@@ -28,7 +28,7 @@ from ..messages.joint_samples import (
 from ..stream.filter.rate_estimator import RateRows
 from ..stream.pipeline import Pipeline
 from ..stream.results import MotionResult
-from .decode import Samples
+from .samples import Samples
 
 Rows = NDArray[np.intp]
 

@@ -1,4 +1,7 @@
-"""Joint states and motions in bulk: messages of one layout become columns at once, others go through rosbags."""
+"""Joint states and motions in bulk: messages of one layout become columns at once.
+
+Other messages go through rosbags, one by one.
+"""
 
 from __future__ import annotations
 

@@ -33,9 +33,7 @@ Result = Outcome | str  # an outcome, or why there is none
 _Runner = Callable[[Sequence[Job], Sequence[int]], Iterator[tuple[int, Result]]]
 
 
-def run_jobs(
-    jobs: Sequence[Job], processes: int = 1, scheduler: str | None = None
-) -> list[Result]:
+def run_jobs(jobs: Sequence[Job], processes: int = 1, scheduler: str | None = None) -> list[Result]:
     """Outcomes in the order of the jobs; a text where a bag failed, for the second time.
 
     Args:

@@ -4,108 +4,52 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
-from hybrid_dynamics_core import Robot, load
+from hybrid_dynamics_core import load
 from hybrid_dynamics_core.errors import HybridDynamicsError
 from hybrid_dynamics_core.formats.urdf.writer import to_urdf
 from hybrid_dynamics_core.ground.progress import Progress
-from hybrid_dynamics_core.ground.suggestions import suggestion
 
 from ..messages.cdr import MessageTemplate
 from ..messages.interfaces import JOINT_MOTION, JOINT_STATE
 from ..messages.joint_samples import RejectionCode
-from ..parameters import BANDWIDTH, MAX_GAP, MEASURED, NodeSettings
-from ..stream.conditions import Conditions, calibration_of, loads_of
-from ..stream.pipeline import Counts, Pipeline
-from .batch_outputs import NODE, BagOutput, outputs_of
+from ..stream.pipeline import Pipeline
+from .batch_outputs import BagOutput, outputs_of
 from .batch_pipeline import BatchPipeline, BatchResult
-from .decode import Decoder, Samples
+from .decode import Decoder
 from .errors import BagCallError, BagError
+from .input_topic import input_topic
+from .job import Job, Outcome
 from .provenance import robot_notes
-from .settings import require_known_sensors
-from .smooth import estimates_of, joined, split
+from .samples import Samples, slices
+from .settings import make_pipeline
+from .smooth import estimates_of
 from .storage.bag_reader import BagReader
 from .storage.bag_writer import BagWriter, new_bag
 from .storage.mcap_chunk import RecordBlock
 from .storage.qos import reliable_profile
 from .storage.storage import Losses, Messages, Topic
 
-INPUT: Final = f"{NODE}/active_joint_states"
 KINDS: Final = (JOINT_STATE, JOINT_MOTION)  # that the node takes
 DESCRIPTION: Final = "/robot_description"
-SMOOTHINGS: Final = ("causal", "savgol", "spline")
-_AT_ONCE: Final = 2048  # samples that go through the model together, and into one chunk
+_BATCH: Final = 2048  # samples that go through the model together, and into one chunk
 _OUTPUT_DEPTH: Final = 200  # messages that publishers of results keep
 _STRING: Final = "std_msgs/msg/String"
-
-
-@dataclass(frozen=True)
-class Job:
-    """What is to be done with one bag.
-
-    Attributes:
-        source, target: the bag in and the bag out.
-        robot: name of a shipped robot or path of a description file.
-        topic: where the joint states or motions are; None: the node's own topic of joint states, or
-        the only one of
-            their type, or where there are no joint states the only one of joint motions.
-        smooth: one of `SMOOTHINGS`.
-        keep: whether the original topics go into the new bag too.
-        settings: parameters of the node.
-    """
-
-    source: Path
-    target: Path
-    robot: str
-    topic: str | None = None
-    smooth: str = "causal"
-    keep: bool = False
-    settings: NodeSettings = field(default_factory=NodeSettings)
-
-
-@dataclass(eq=False)
-class Outcome:
-    """What came of a job.
-
-    Attributes:
-        job: the job.
-        summary: one line about the samples.
-        losses: what could not be read, a sentence each; after a thousand, how many more of each
-        kind.
-        rejections: the first text of each kind of rejection.
-        outliers: samples that `smooth` made no accelerations of, as they do not fit the motion around
-        them, a text each.
-        bulk: share of the samples that were decoded in bulk.
-        shares: [s] spent on reading, decoding, the model, what the messages hold (encoding), and
-        waiting until they are
-            written.
-        beside: [s] that the thread took which fills, packs and writes chunks meanwhile.
-        duration: [s] of the samples' stamps; samples: how many there were.
-    """
-
-    job: Job
-    summary: str = ""
-    losses: list[str] = field(default_factory=list)
-    rejections: dict[str, str] = field(default_factory=dict)
-    outliers: list[str] = field(default_factory=list)
-    bulk: float = 0.0
-    shares: Counter[str] = field(default_factory=Counter)
-    beside: float = 0.0
-    duration: float = 0.0
-    samples: int = 0
+_MAX_LOSSES_IN_ERROR: Final = 3
+_NO_STAMP: Final = 2**63 - 1  # [ns], later than every stamp
 
 
 class Stopwatch:
     """Adds up where the time goes."""
 
     def __init__(self, shares: Counter[str]) -> None:
-        self._shares, self._last = shares, time.perf_counter()
+        """Start it; the shares [s] are added to."""
+        self._shares = shares
+        self._last = time.perf_counter()
 
     def lap(self, what: str) -> None:
         """All since the last lap was spent on this."""
@@ -115,14 +59,19 @@ class Stopwatch:
 
 
 def process(job: Job, shown: bool | None = None) -> Outcome:
-    """Do a job; the new bag is there when this returns, and what was lost is in the outcome.
+    """Do a job; the new bag is there when this returns.
+
+    Args:
+        job: what is to be done.
+        shown: whether progress is shown; None: on a terminal.
 
     Raises:
         BagError: the bag cannot be read at all, its topic is not clear, or none of its samples can
-        be used.
+            be used.
         HybridDynamicsError: the robot cannot be loaded.
     """
-    if job.target.resolve() in (job.source.resolve(), *job.source.resolve().parents):
+    source_path = job.source.resolve()
+    if job.target.resolve() in (source_path, *source_path.parents):
         raise BagCallError(
             f"{job.target}: the new bag would replace the one it is made of; name another"
         )
@@ -130,226 +79,190 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
     watch = Stopwatch(outcome.shares)
     robot = load(job.robot)
     pipeline = make_pipeline(robot, job.settings)
-    evaluator = pipeline.evaluator
     outputs = outputs_of(robot, job.settings)
+    notes = robot_notes(job.robot, robot) | {"source": job.source.name, "smooth": job.smooth}
     with BagReader(job.source) as source:
-        topic = input_topic(source, job.topic, KINDS)
-        kind = source.topics[topic].kind
-        if kind == JOINT_MOTION and job.smooth != "causal":
-            told = "accelerations, which are taken as they are"
-            raise BagCallError(
-                f"{source.path}: {topic} has {told}: nothing can be smoothed; leave out --smooth"
-                f" {job.smooth}"
-            )
-        profile = reliable_profile(_OUTPUT_DEPTH)
-        topics = [Topic(output.name, output.topic.kind, (profile,)) for output in outputs]
-        topics.append(Topic(DESCRIPTION, _STRING, (reliable_profile(1, latched=True),)))
-        kept = _kept(source, topics) if job.keep else []
-        notes = {**robot_notes(job.robot, robot), "source": job.source.name, "smooth": job.smooth}
+        topic = source.topics[input_topic(source, job.topic, KINDS)]
+        _require_smoothable(job, topic)
+        topics = _output_topics(outputs)
+        copied = _copied_topics(source, topics) if job.keep else []
         watch.lap("start")
-        with new_bag(job.target, [*topics, *kept], notes) as bag:
-            worker = _Worker(
-                job,
-                BatchPipeline(pipeline),
-                Decoder(evaluator.measured, kind),
-                outputs,
-                bag,
-                outcome,
-                watch,
-            )
-            worker.run(source, topic, {entry.name for entry in kept}, shown)
-            _require_some(
-                outcome,
-                topic,
-                pipeline.counts,
-                [*worker.losses.describe(), *source.losses.describe()],
-            )
+        with new_bag(job.target, [*topics, *copied], notes) as bag:
+            decoder = Decoder(pipeline.evaluator.measured, topic.kind)
+            transfer = _Transfer(pipeline, decoder, outputs, bag, outcome, watch)
+            transfer.run(source, topic, [entry.name for entry in copied], shown)
+            outcome.losses = [*transfer.losses.describe(), *source.losses.describe()]
+            _require_results(outcome, topic, pipeline)
             watch.lap("writing")
         watch.lap("writing")
         outcome.beside = bag.thread_time
-        outcome.losses += [*worker.losses.describe(), *source.losses.describe()]
     outcome.summary = pipeline.counts.summary()
     return outcome
 
 
-def _require_some(outcome: Outcome, topic: str, counts: Counts, losses: Sequence[str]) -> None:
-    """Raise BagError where no sample could be used: a bag without one computed message would look like a result."""
-    if counts.accepted:
+def _require_smoothable(job: Job, topic: Topic) -> None:
+    """Refuse to smooth a topic that has accelerations. Raises BagCallError."""
+    if topic.kind == JOINT_MOTION and job.smooth != "causal":
+        raise BagCallError(
+            f"{job.source}: {topic.name} has accelerations, which are taken as they are: nothing"
+            f" can be smoothed; leave out --smooth {job.smooth}"
+        )
+
+
+def _output_topics(outputs: Sequence[BagOutput]) -> list[Topic]:
+    """The topics that the node would publish."""
+    profile = reliable_profile(_OUTPUT_DEPTH)
+    latched = reliable_profile(1, latched=True)
+    topics = [Topic(output.name, output.topic.kind, (profile,)) for output in outputs]
+    return [*topics, Topic(DESCRIPTION, _STRING, (latched,))]
+
+
+def _copied_topics(source: BagReader, topics: Sequence[Topic]) -> list[Topic]:
+    """The topics of a bag that none of the given ones replaces."""
+    replaced = {topic.name for topic in topics}
+    return [topic for topic in source.topics.values() if topic.name not in replaced]
+
+
+def _require_results(outcome: Outcome, topic: Topic, pipeline: Pipeline) -> None:
+    """Raise BagError where no sample could be used: a bag without results would look like one."""
+    if pipeline.counts.accepted:
         return
     job = outcome.job
-    told = [f"{code}: {text}" for code, text in outcome.rejections.items()] + [
-        f"lost: {loss}" for loss in losses[:3]
-    ]
+    reasons = [f"; {code}: {text}" for code, text in outcome.rejections.items()]
+    reasons += [f"; lost: {loss}" for loss in outcome.losses[:_MAX_LOSSES_IN_ERROR]]
     if RejectionCode.MISSING_JOINT.value in outcome.rejections:
-        told.append(f"is {job.robot} the robot of this bag?")
-    why = "; ".join(["", *told])
+        reasons.append(f"; is {job.robot} the robot of this bag?")
     raise BagError(
-        f"{job.source}: {topic}: none of {outcome.samples} samples can be used, nothing is"
-        f" written{why}"
+        f"{job.source}: {topic.name}: none of {outcome.samples} samples can be used, nothing is"
+        f" written{''.join(reasons)}"
     )
 
 
-def make_pipeline(robot: Robot, settings: NodeSettings) -> Pipeline:
-    """The node's pipeline under the node's parameters."""
-    pipeline = Pipeline(robot, settings[BANDWIDTH], settings[MAX_GAP], settings[MEASURED])
-    conditions = Conditions().with_settings(settings, None, robot.end_effector)
-    evaluator = pipeline.evaluator
-    evaluator.loads = loads_of(robot, conditions)
-    require_known_sensors(settings, evaluator.measured)
-    evaluator.calibrate(calibration_of(settings, evaluator.measured))
-    return pipeline
+class _Transfer:
+    """Carries messages through one job.
 
-
-def input_topic(
-    source: BagReader, wanted: str | None, kinds: Sequence[str] = (JOINT_STATE,)
-) -> str:
-    """The topic with the samples.
-
-    Args:
-        source: the bag.
-        wanted: its name; None: the node's own topic of joint states, or the only topic of the first
-        kind that is there.
-        kinds: message types that are taken.
-
-    Raises:
-        BagError: there is none.
-        BagCallError: there is none of the wanted name, or it is not clear which.
+    Attributes:
+        losses: messages that could not be decoded or evaluated.
     """
-    there = {
-        kind: [topic.name for topic in source.topics.values() if topic.kind == kind]
-        for kind in kinds
-    }
-    every = [name for names in there.values() for name in names]
-    told = ", ".join(every)
-    if not every:
-        others = ", ".join(source.topics) or "none that can be read"
-        raise BagError(
-            f"{source.path}: holds no topic of type {' or '.join(kinds)}; its topics: {others}"
-        )
-    if wanted is not None:
-        if wanted in every:
-            return wanted
-        raise BagCallError(
-            f"{source.path}: no topic {wanted} of type"
-            f" {' or '.join(kinds)}{suggestion(wanted, every)}; topics of this type: {told}"
-        )
-    if INPUT in every:
-        return INPUT
-    first = next((names for names in there.values() if names), [])
-    if len(first) != 1:
-        raise BagCallError(
-            f"{source.path}: which topic holds the joint states? Name it with --topic; there are:"
-            f" {told}"
-        )
-    return first[0]
 
-
-class _Worker:
-    """Carries messages through one job."""
-
-    def __init__(  # noqa: PLR0913, PLR0917 - what the job made, each once
+    def __init__(
         self,
-        job: Job,
-        bulk: BatchPipeline,
+        pipeline: Pipeline,
         decoder: Decoder,
-        outputs: list[BagOutput],
+        outputs: Sequence[BagOutput],
         bag: BagWriter,
         outcome: Outcome,
         watch: Stopwatch,
     ) -> None:
-        self._job, self._bulk, self._decoder, self._outputs = job, bulk, decoder, outputs
-        self._bag, self._outcome, self._watch = bag, outcome, watch
         self.losses = Losses()
-        self._in_bulk = 0
-        self._first, self._last = 2**63 - 1, -(2**63)
-        self._described = False
+        self._batches = BatchPipeline(pipeline)
+        self._evaluator = pipeline.evaluator
+        self._decoder = decoder
+        self._outputs = outputs
+        self._bag = bag
+        self._outcome = outcome
+        self._job = outcome.job
+        self._watch = watch
+        self._bulk_count = 0  # samples that were decoded in bulk
+        self._first_ns = _NO_STAMP
+        self._last_ns = -_NO_STAMP
+        self._has_description = False
+        self._waiting: list[Samples] = []  # to be smoothed together
 
-    def run(self, source: BagReader, topic: str, kept: set[str], shown: bool | None) -> None:
-        """All messages."""
-        total = source.message_count if kept else source.topics[topic].message_count or 0
-        wanted = None if kept else frozenset([topic])
-        waiting: list[Samples] = []
-        with Progress(f"{self._job.source.name}", total or 1, shown) as progress:
+    def run(
+        self, source: BagReader, topic: Topic, copied: Sequence[str], shown: bool | None
+    ) -> None:
+        """Carry all messages.
+
+        Args:
+            source: the bag that is read.
+            topic: where the samples are.
+            copied: names of the topics that go into the new bag as they are.
+            shown: whether progress is shown; None: on a terminal.
+        """
+        wanted: frozenset[str] | None = frozenset([topic.name])
+        total = topic.message_count or 0
+        if copied:
+            wanted = None
+            total = source.message_count
+        with Progress(self._job.source.name, total or 1, shown) as progress:
             done = 0
             for name, messages in source.read(wanted):
                 self._watch.lap("reading")
-                if name in kept:
-                    self._bag.write(list(RecordBlock.copies(self._bag.channels[name], messages)))
-                    self._watch.lap("writing")
-                for part in _pieces(messages) if name == topic else ():
-                    samples = self._decode(part)
-                    if self._job.smooth == "causal":
-                        self._emit(self._bulk.process(samples))
-                    else:
-                        waiting.append(samples)
+                if name in copied:
+                    self._copy(name, messages)
+                if name == topic.name:
+                    self._process(messages)
                 done += len(messages)
                 progress.update(done)
             self._watch.lap("reading")
-            if waiting:
-                self._smoothed(joined(waiting))
+            if self._waiting:
+                self._smooth(Samples.joined(self._waiting))
         outcome = self._outcome
-        outcome.bulk = self._in_bulk / max(outcome.samples, 1)
-        outcome.rejections = self._bulk.first_rejections
-        outcome.duration = max(self._last - self._first, 0) * 1e-9
+        outcome.bulk = self._bulk_count / max(outcome.samples, 1)
+        outcome.rejections = self._batches.first_rejections
+        outcome.duration = max(self._last_ns - self._first_ns, 0) * 1e-9
+
+    def _copy(self, name: str, messages: Messages) -> None:
+        """Write messages as they are."""
+        self._bag.write(list(RecordBlock.copies(self._bag.channels[name], messages)))
+        self._watch.lap("writing")
+
+    def _process(self, messages: Messages) -> None:
+        """Decode messages, and evaluate them unless their rates wait for those that follow."""
+        for rows in slices(len(messages), _BATCH):
+            samples = self._decode(messages.part(np.arange(rows.start, rows.stop)))
+            if self._job.smooth == "causal":
+                self._write(self._batches.process(samples))
+            else:
+                self._waiting.append(samples)
 
     def _decode(self, messages: Messages) -> Samples:
-        samples, done = self._decoder.decode(messages), self._outcome.samples
-        self._in_bulk += samples.bulk
-        self._outcome.samples += len(samples)
+        samples = self._decoder.decode(messages)
         for row, text in samples.broken.items():
-            self.losses.add(f"message {done + row}, logged at {samples.log_ns[row]} ns: {text}")
-        good = samples.stamp_ns[samples.stamp_ns >= 0]
-        if len(good):
-            self._first, self._last = (
-                min(self._first, int(good.min())),
-                max(self._last, int(good.max())),
-            )
+            number = self._outcome.samples + row
+            self.losses.add(f"message {number}, logged at {samples.log_ns[row]} ns: {text}")
+        self._bulk_count += samples.bulk_count
+        self._outcome.samples += len(samples)
+        stamps = samples.stamp_ns[samples.stamp_ns >= 0]
+        if len(stamps):
+            self._first_ns = min(self._first_ns, int(stamps.min()))
+            self._last_ns = max(self._last_ns, int(stamps.max()))
         self._watch.lap("decoding")
         return samples
 
-    def _smoothed(self, samples: Samples) -> None:
-        evaluator = self._bulk.pipeline.evaluator
-        estimates = estimates_of(samples, self._job.smooth, evaluator)
-        joints, first = (
-            evaluator.measured,
-            int(samples.stamp_ns[samples.usable][:1].sum()),
-        )
-        self._outcome.outliers = [outlier.describe(joints, first) for outlier in estimates.outliers]
+    def _smooth(self, samples: Samples) -> None:
+        """Evaluate all samples with smoothed rates."""
+        estimates = estimates_of(samples, self._job.smooth, self._evaluator)
+        joints = self._evaluator.measured
+        start_ns = int(samples.stamp_ns[samples.usable][:1].sum())  # 0 where none is usable
+        self._outcome.outliers = [
+            outlier.describe(joints, start_ns) for outlier in estimates.outliers
+        ]
         self._watch.lap("model")
-        for rows in split(len(samples), _AT_ONCE):
-            part, own = samples.part(rows), estimates.part(rows)
+        for rows in slices(len(samples), _BATCH):
             try:
-                self._emit(self._bulk.process(part, own))
+                self._write(self._batches.process(samples.part(rows), estimates.part(rows)))
             except HybridDynamicsError as error:
                 self.losses.add(f"samples {rows.start} to {rows.stop}: {error}")
 
-    def _emit(self, motion: BatchResult | None) -> None:
+    def _write(self, result: BatchResult | None) -> None:
+        """Write the messages of a result; the thread of the bag does most of it."""
         self._watch.lap("model")
-        if motion is None:
+        if result is None:
             return
-        blocks = [
-            block
-            for output in self._outputs
-            for block in output.blocks(self._bag.channels[output.name], motion)
-        ]
-        if not self._described:
-            self._described = True
-            text = MessageTemplate().string(
-                to_urdf(self._bulk.pipeline.evaluator.robot.description)
-            )
-            blocks.append(
-                RecordBlock.filled(self._bag.channels[DESCRIPTION], motion.log_ns[:1], text, {})
-            )
+        blocks: list[RecordBlock] = []
+        for output in self._outputs:
+            blocks += output.blocks(self._bag.channels[output.name], result)
+        if not self._has_description:
+            self._has_description = True
+            blocks.append(self._description(result))
         self._watch.lap("encoding")
         self._bag.write(blocks)
         self._watch.lap("writing")
 
-
-def _pieces(messages: Messages) -> Iterator[Messages]:
-    for rows in split(len(messages), _AT_ONCE):
-        yield messages.part(np.arange(rows.start, rows.stop))
-
-
-def _kept(source: BagReader, own: list[Topic]) -> list[Topic]:
-    taken = {topic.name for topic in own}
-    return [topic for topic in source.topics.values() if topic.name not in taken]
+    def _description(self, result: BatchResult) -> RecordBlock:
+        """The robot's URDF, logged with the first result."""
+        template = MessageTemplate().string(to_urdf(self._evaluator.robot.description))
+        channel = self._bag.channels[DESCRIPTION]
+        return RecordBlock.filled(channel, result.log_ns[:1], template, {})

@@ -1,4 +1,4 @@
-"""Samples that do not fit the motion around them: a stamp that is late or early, a reading that jumps."""
+"""Samples that do not fit the motion around them: a late or early stamp, a reading that jumps."""
 
 from __future__ import annotations
 
@@ -164,9 +164,7 @@ class _WindowSearch:
             self._restore(rows, outliers)
         return [(row, column, off) for row, (column, off) in outliers.items()]
 
-    def _restore(
-        self, rows: NDArray[np.intp], outliers: dict[int, tuple[int, float]]
-    ) -> None:
+    def _restore(self, rows: NDArray[np.intp], outliers: dict[int, tuple[int, float]]) -> None:
         """Take back the outliers that only looked bad beside a worse one."""
         for row in list(outliers):
             extended = np.sort(np.append(rows, row))

@@ -1,23 +1,38 @@
-"""The node's parameters from a parameter file, without ROS."""
+"""The node's parameters from a parameter file, and its pipeline under them, without ROS."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import yaml
 
+from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.ground.file_kinds import FileKind, classify_path
 
-from ..parameters import SENSOR, TABLE, NodeSettings, ParameterError, checked, sensor_rows
+from ..parameters import (
+    BANDWIDTH,
+    MAX_GAP,
+    MEASURED,
+    SENSOR,
+    TABLE,
+    NodeSettings,
+    ParameterError,
+    checked,
+    sensor_rows,
+)
+from ..stream.conditions import Conditions, calibration_of, loads_of
+from ..stream.pipeline import Pipeline
 from .errors import BagError, wrong_kind
 
-_NAME = "hybrid_dynamics"  # of the node whose topics a processed bag has
+_NAME: Final = "hybrid_dynamics"  # of the node whose topics a processed bag has
+_PARAMETERS: Final = "ros__parameters"
+_ERRORS: Final = (OSError, ValueError, yaml.YAMLError, AttributeError, KeyError, TypeError)
 
 
 def read_settings(path: Path | None) -> NodeSettings:
-    """NodeSettings of a file as `ros2 run ... --params-file` takes it; defaults without one.
+    """Settings from a file as `ros2 run ... --params-file` takes it; defaults without one.
 
     Raises:
         BagCallError: it is a file of another kind.
@@ -26,21 +41,9 @@ def read_settings(path: Path | None) -> NodeSettings:
     """
     if path is None:
         return NodeSettings()
-    sections = _sections(path)
-    given: dict[str, Any] = {}
-    for name in [name for name in sections if _is_for_the_node(name)] or (
-        list(sections) if len(sections) == 1 else []
-    ):
-        given |= sections[name]  # as ROS does: a later section wins
-    if sections and not given and not any(map(_is_for_the_node, sections)):
-        told = ", ".join(map(str, sections))
-        raise BagError(
-            f"{path}: no section is for a node named {_NAME}; there are {told}; call one '{_NAME}'"
-            " or '/**'"
-        )
     rows = {row.name: row for row in TABLE}
     values = {}
-    for name, value in given.items():
+    for name, value in _parameters(path).items():
         if name.startswith(f"{SENSOR}.") and name.count(".") == 2:
             rows |= {row.name: row for row in sensor_rows(name.split(".")[1])}
         if name not in rows:
@@ -49,31 +52,64 @@ def read_settings(path: Path | None) -> NodeSettings:
     return NodeSettings(values)
 
 
-def _sections(path: Path) -> dict[Any, dict[str, Any]]:
-    """The parameters of each section."""
-    if classify_path(path).kind not in (FileKind.SETTINGS, FileKind.TEXT):
-        raise wrong_kind(path, "a parameter file of the node ('/**:' above 'ros__parameters:')")
-    try:
-        tree = yaml.safe_load(path.read_text(encoding="utf-8"))
-        return {name: dict(_flat(section["ros__parameters"])) for name, section in tree.items()}
-    except (OSError, ValueError, yaml.YAMLError, AttributeError, KeyError, TypeError) as error:
-        raise BagError(
-            f"{path}: expected a parameter file, '/**:' above 'ros__parameters:' ({error})"
-        ) from error
-
-
-def require_known_sensors(settings: NodeSettings, measured: Sequence[str]) -> None:
-    """Refuse what is said of sensors that there are not.
+def require_measured(settings: NodeSettings, measured: Sequence[str]) -> None:
+    """Refuse settings of sensors that there are not.
 
     Raises:
         ParameterError: a joint of the sensors is not measured.
     """
     for joint in settings.sensors:
         if joint not in measured:
-            told = ", ".join(measured)
             raise ParameterError(
-                f"{SENSOR}.{joint}: '{joint}' is not measured; measured are {told}"
+                f"{SENSOR}.{joint}: '{joint}' is not measured; measured are {', '.join(measured)}"
             )
+
+
+def make_pipeline(robot: Robot, settings: NodeSettings) -> Pipeline:
+    """The node's pipeline under the node's parameters.
+
+    Raises:
+        ParameterError: the settings do not go with the robot.
+    """
+    pipeline = Pipeline(robot, settings[BANDWIDTH], settings[MAX_GAP], settings[MEASURED])
+    conditions = Conditions().with_settings(settings, None, robot.end_effector)
+    evaluator = pipeline.evaluator
+    evaluator.loads = loads_of(robot, conditions)
+    require_measured(settings, evaluator.measured)
+    evaluator.calibrate(calibration_of(settings, evaluator.measured))
+    return pipeline
+
+
+def _parameters(path: Path) -> dict[str, Any]:
+    """The parameters of the node, by dotted names. Raises BagError."""
+    sections = _sections(path)
+    matching = [name for name in sections if _is_for_the_node(name)]
+    chosen = matching
+    if not matching and len(sections) == 1:
+        chosen = list(sections)
+    parameters: dict[str, Any] = {}
+    for name in chosen:
+        parameters |= sections[name]  # as ROS does: a later section wins
+    if sections and not parameters and not matching:
+        listed = ", ".join(map(str, sections))
+        raise BagError(
+            f"{path}: no section is for a node named {_NAME}; there are {listed}; call one"
+            f" '{_NAME}' or '/**'"
+        )
+    return parameters
+
+
+def _sections(path: Path) -> dict[Any, dict[str, Any]]:
+    """The parameters of each section."""
+    if classify_path(path).kind not in (FileKind.SETTINGS, FileKind.TEXT):
+        raise wrong_kind(path, "a parameter file of the node ('/**:' above 'ros__parameters:')")
+    try:
+        tree = yaml.safe_load(path.read_text(encoding="utf-8"))
+        return {name: dict(_flatten(section[_PARAMETERS])) for name, section in tree.items()}
+    except _ERRORS as error:
+        raise BagError(
+            f"{path}: expected a parameter file, '/**:' above 'ros__parameters:' ({error})"
+        ) from error
 
 
 def _is_for_the_node(section: object) -> bool:
@@ -81,9 +117,10 @@ def _is_for_the_node(section: object) -> bool:
     return last in (_NAME, "*", "**")
 
 
-def _flat(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def _flatten(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Values by dotted names."""
     for key, value in tree.items():
         if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{key}.")
+            yield from _flatten(value, f"{prefix}{key}.")
         else:
             yield f"{prefix}{key}", value

@@ -6,7 +6,7 @@ It takes 150 bytes of memory a sample.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -18,8 +18,8 @@ from scipy.signal import savgol_filter
 from ..messages.joint_samples import FloatArray
 from ..stream.evaluator import MotionEvaluator
 from ..stream.filter.rate_estimator import RateRows
-from .decode import Samples
 from .sample_outliers import SampleOutlier, find_outliers
+from .samples import Samples, slices
 
 _DEGREE: Final = 5  # of the spline: accelerations are cubic
 _ORDER: Final = 4  # of Savitzky-Golay polynomials
@@ -36,32 +36,6 @@ class SmoothRates(RateRows):
     """
 
     outliers: list[SampleOutlier] = field(default_factory=list)
-
-
-def joined(parts: Sequence[Samples]) -> Samples:
-    """One table of many."""
-    table = Samples(
-        log_ns=np.concatenate([part.log_ns for part in parts]),
-        stamp_ns=np.concatenate([part.stamp_ns for part in parts]),
-        position=np.concatenate([part.position for part in parts]),
-        velocity=np.concatenate([part.velocity for part in parts]),
-        measured=np.concatenate([part.measured for part in parts]),
-        effort=np.concatenate([part.effort for part in parts]),
-    )
-    start = 0
-    for part in parts:
-        for row, rejection in part.rejected.items():
-            table.rejected[start + row] = rejection
-        for row, text in part.broken.items():
-            table.broken[start + row] = text
-        start += len(part)
-    return table
-
-
-def split(count: int, size: int) -> Iterator[slice]:
-    """Slices of at most `size`."""
-    for start in range(0, count, size):
-        yield slice(start, min(start + size, count))
 
 
 def estimates_of(samples: Samples, method: str, evaluator: MotionEvaluator) -> SmoothRates:
@@ -135,7 +109,7 @@ def _is_regular(samples: Samples, evaluator: MotionEvaluator) -> NDArray[np.bool
     if not evaluator.is_plain:
         return regular
     rows = np.flatnonzero(regular)
-    for part in split(len(rows), _BATCH):
+    for part in slices(len(rows), _BATCH):
         batch = rows[part]
         rates = np.where(samples.measured[batch, None], samples.velocity[batch], 0.0)
         with np.errstate(all="ignore"):

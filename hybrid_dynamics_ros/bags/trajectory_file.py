@@ -103,7 +103,7 @@ def read_trajectory(path: Path, robot: Robot) -> Trajectory:
             names_by_part[part] = names
     used = {time_name}.union(*names_by_part.values())
     unused = [name for name in columns if name not in used]
-    _require_known_columns(path, unused, robot)
+    _require_meaning(path, unused, robot)
     time = columns[time_name]
     parts = {part: _table(columns, names) for part, names in names_by_part.items()}
     for values in (time, *parts.values()):
@@ -163,7 +163,7 @@ def _columns_of(path: Path, columns: Columns, robot: Robot, part: str) -> list[s
     return None
 
 
-def _require_known_columns(path: Path, unused: Sequence[str], robot: Robot) -> None:
+def _require_meaning(path: Path, unused: Sequence[str], robot: Robot) -> None:
     """Refuse a column of an active joint that means nothing: it is a slip. Raises BagError."""
     stems = tuple(f"{name}." for name in robot.active)
     meaningful: set[str] = set()

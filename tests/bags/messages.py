@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
-from hybrid_dynamics_ros.bags.process import INPUT
+from hybrid_dynamics_ros.bags.input_topic import INPUT
 from hybrid_dynamics_ros.bags.storage.storage import Messages
 from hybrid_dynamics_ros.messages.interfaces import JOINT_MOTION, JOINT_STATE, typestore
 

@@ -13,7 +13,8 @@ from hybrid_dynamics_cli.app import app
 from hybrid_dynamics_core import load
 from hybrid_dynamics_core.identification import noise_limit
 from hybrid_dynamics_ros.bags.analysis.collect import collect
-from hybrid_dynamics_ros.bags.analysis.identify import Found, identify_track
+from hybrid_dynamics_ros.bags.analysis.identification_result import IdentificationResult
+from hybrid_dynamics_ros.bags.analysis.identify import identify_recording
 from hybrid_dynamics_ros.bags.make import write_trajectory
 from hybrid_dynamics_ros.bags.trajectory_file import Trajectory
 from hybrid_dynamics_ros.messages.joint_samples import FloatArray
@@ -50,40 +51,40 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def found(bag: Path) -> Found:
-    return identify_track(collect(bag, smooth="spline"))
+def found(bag: Path) -> IdentificationResult:
+    return identify_recording(collect(bag, smooth="spline"))
 
 
-def test_what_no_bodies_can_have_is_not_determined(found: Found) -> None:
+def test_what_no_bodies_can_have_is_not_determined(found: IdentificationResult) -> None:
     """It is sure of itself, and wrong: the efforts are those of the file."""
-    off = np.abs(found.result.estimate - found.described) / found.result.deviation
-    by_name = dict(zip(found.result.base.names, off, strict=True))
+    off = np.abs(found.identification.estimate - found.file_values) / found.identification.deviation
+    by_name = dict(zip(found.identification.base.names, off, strict=True))
     limit = noise_limit(len(off))
-    assert len(found.bodiless) >= 3
-    assert not set(found.bodiless) & set(found.determined)
-    assert all(by_name[name] > 0.9 * limit for name in found.bodiless)
+    assert len(found.unphysical) >= 3
+    assert not set(found.unphysical) & set(found.determined)
+    assert all(by_name[name] > 0.9 * limit for name in found.unphysical)
     assert len(found.determined) >= 10
     assert max(by_name[name] for name in found.determined) < limit
 
 
-def test_the_physical_values_are_nearer_to_the_truth(found: Found) -> None:
-    names = found.result.base.names
+def test_the_physical_values_are_nearer_to_the_truth(found: IdentificationResult) -> None:
+    names = found.identification.base.names
     estimate, physical = (
-        np.abs(found.result.estimate - found.described),
-        np.abs(found.physical - found.described),
+        np.abs(found.identification.estimate - found.file_values),
+        np.abs(found.physical - found.file_values),
     )
-    for name in found.bodiless:
+    for name in found.unphysical:
         assert physical[names.index(name)] < 0.1 * estimate[names.index(name)]
 
 
-def test_the_command_says_so(bag: Path, found: Found) -> None:
+def test_the_command_says_so(bag: Path, found: IdentificationResult) -> None:
     said = " ".join(CliRunner().invoke(app, ["bag", "identify", str(bag)]).stdout.split())
     assert (
-        f"{len(found.bodiless)} more would be, but no bodies with positive masses can have them"
+        f"{len(found.unphysical)} more would be, but no bodies with positive masses can have them"
         in said
     )
     told = json.loads(CliRunner().invoke(app, ["bag", "identify", str(bag), "--json"]).stdout)
-    assert told["bodiless"] == list(found.bodiless)
-    assert told["base"][found.bodiless[0]]["physical"] == pytest.approx(
-        found.physical[found.result.base.names.index(found.bodiless[0])]
+    assert told["bodiless"] == list(found.unphysical)
+    assert told["base"][found.unphysical[0]]["physical"] == pytest.approx(
+        found.physical[found.identification.base.names.index(found.unphysical[0])]
     )

@@ -7,7 +7,7 @@ from zlib import crc32
 import numpy as np
 import pytest
 
-from hybrid_dynamics_ros.bags.process import INPUT
+from hybrid_dynamics_ros.bags.input_topic import INPUT
 from hybrid_dynamics_ros.bags.storage.bag_reader import BagReader
 from hybrid_dynamics_ros.bags.storage.bag_writer import new_bag
 from hybrid_dynamics_ros.bags.storage.compression import zstd

@@ -16,8 +16,10 @@ from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from hybrid_dynamics_core.ground.file_kinds import BAG_METADATA
 from hybrid_dynamics_ros.bags.errors import BagError
+from hybrid_dynamics_ros.bags.input_topic import INPUT
+from hybrid_dynamics_ros.bags.job import Job
 from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
-from hybrid_dynamics_ros.bags.process import INPUT, Job, process
+from hybrid_dynamics_ros.bags.process import process
 from hybrid_dynamics_ros.bags.storage.bag_reader import BagReader
 from hybrid_dynamics_ros.bags.storage.bag_writer import new_bag
 from hybrid_dynamics_ros.bags.storage.mcap_chunk import RecordBlock

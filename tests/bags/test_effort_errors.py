@@ -12,8 +12,8 @@ import pytest
 from hybrid_dynamics_core import load
 from hybrid_dynamics_ros.bags.analysis.collect import collect
 from hybrid_dynamics_ros.bags.analysis.effort_error import effort_errors
+from hybrid_dynamics_ros.bags.input_topic import INPUT
 from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
-from hybrid_dynamics_ros.bags.process import INPUT
 from tests.cli.calling import call
 
 SPIKES = (40, 120, 121, 300, 455)

@@ -12,7 +12,9 @@ from hybrid_dynamics_core import load, shipped_robots
 from hybrid_dynamics_ros.bags.batch_outputs import NODE
 from hybrid_dynamics_ros.bags.decode import Decoder
 from hybrid_dynamics_ros.bags.errors import BagError
-from hybrid_dynamics_ros.bags.process import INPUT, KINDS, Job, input_topic, process
+from hybrid_dynamics_ros.bags.input_topic import INPUT, input_topic
+from hybrid_dynamics_ros.bags.job import Job
+from hybrid_dynamics_ros.bags.process import KINDS, process
 from hybrid_dynamics_ros.bags.storage.bag_reader import BagReader
 from hybrid_dynamics_ros.messages.interfaces import JOINT_MOTION, JOINT_STATE, typestore
 from hybrid_dynamics_ros.messages.joint_samples import Calibration
@@ -96,7 +98,7 @@ def test_motions_of_one_layout_are_decoded_in_bulk(forging):
         Decoder(ACTIVE, JOINT_MOTION, bulk=many).decode(messages_of(pairs))
         for many in (True, False)
     )
-    assert (bulk.bulk, single.bulk) == (40, 0)
+    assert (bulk.bulk_count, single.bulk_count) == (40, 0)
     for part in ("stamp_ns", "position", "velocity", "acceleration", "measured"):
         assert np.array_equal(getattr(bulk, part), getattr(single, part)), part
 

@@ -12,9 +12,11 @@ import pytest
 
 from hybrid_dynamics_core import load
 from hybrid_dynamics_ros.bags.analysis.collect import collect
-from hybrid_dynamics_ros.bags.analysis.stamp_intervals import Stamps
+from hybrid_dynamics_ros.bags.analysis.stamp_intervals import StampIntervals
+from hybrid_dynamics_ros.bags.input_topic import INPUT
+from hybrid_dynamics_ros.bags.job import Job
 from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
-from hybrid_dynamics_ros.bags.process import INPUT, Job, process
+from hybrid_dynamics_ros.bags.process import process
 from hybrid_dynamics_ros.bags.sample_outliers import find_outliers
 from tests.bags.calling import printed, run
 
@@ -237,13 +239,13 @@ def test_missing_samples_are_counted_and_late_stamps_are_none():
     steps[[20, 21]] = 0.018, 0.002  # a late stamp
     steps[[40, 41]] = 0.002, 0.018  # an early one
     steps[100], steps[150] = 0.14, 0.0201
-    stamps = Stamps(0.5, steps)
+    stamps = StampIntervals(0.5, steps)
     assert stamps.nominal == pytest.approx(0.01)
     assert stamps.longest == pytest.approx((0.14, 0.5 + 1.0))
     assert [count for _, _, count in stamps.missing] == [13, 1]
     assert [at for at, _, _ in stamps.missing] == pytest.approx([1.5, 0.5 + 1.5 + 0.13])
-    assert Stamps(0.0, np.zeros(0)).missing == []
-    assert Stamps(0.0, np.zeros(3)).missing == []
+    assert StampIntervals(0.0, np.zeros(0)).missing == []
+    assert StampIntervals(0.0, np.zeros(3)).missing == []
 
 
 def test_a_report_counts_every_interval_names_the_longest_and_says_what_a_gap_is(tmp_path):

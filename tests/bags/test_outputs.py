@@ -11,7 +11,9 @@ from rosbags.rosbag2 import Reader
 
 from hybrid_dynamics_core import load, shipped_robots
 from hybrid_dynamics_ros.bags.batch_outputs import NODE
-from hybrid_dynamics_ros.bags.process import DESCRIPTION, INPUT, Job, process
+from hybrid_dynamics_ros.bags.input_topic import INPUT
+from hybrid_dynamics_ros.bags.job import Job
+from hybrid_dynamics_ros.bags.process import DESCRIPTION, process
 from hybrid_dynamics_ros.messages.interfaces import JOINT_STATE, typestore
 from hybrid_dynamics_ros.parameters import TF_RATE, NodeSettings
 from hybrid_dynamics_ros.stream.pipeline import Pipeline

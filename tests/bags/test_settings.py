@@ -4,8 +4,7 @@ import pytest
 
 from hybrid_dynamics_core import load
 from hybrid_dynamics_ros.bags.errors import BagError
-from hybrid_dynamics_ros.bags.process import make_pipeline
-from hybrid_dynamics_ros.bags.settings import read_settings
+from hybrid_dynamics_ros.bags.settings import make_pipeline, read_settings
 from hybrid_dynamics_ros.parameters import GRAVITY, PAYLOAD_MASS, ParameterError
 
 MASS = "{}:\n  ros__parameters:\n    payload: {{mass: {}}}\n"

@@ -5,7 +5,8 @@ import pytest
 
 from hybrid_dynamics_core import load
 from hybrid_dynamics_ros.bags.analysis.collect import collect
-from hybrid_dynamics_ros.bags.process import Job, process
+from hybrid_dynamics_ros.bags.job import Job
+from hybrid_dynamics_ros.bags.process import process
 from hybrid_dynamics_ros.bags.storage.compression import zstd
 from hybrid_dynamics_ros.bags.storage.mcap_chunk import ChunkPacker, RecordBlock
 from hybrid_dynamics_ros.bags.storage.mcap_format import PREFIX

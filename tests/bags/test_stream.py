@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from hybrid_dynamics_core import load, shipped_robots
 from hybrid_dynamics_ros.bags.batch_pipeline import BatchPipeline
-from hybrid_dynamics_ros.bags.decode import Decoder, motion_of, sample_of
+from hybrid_dynamics_ros.bags.decode import Decoder, sample_of_motion, sample_of_state
 from hybrid_dynamics_ros.messages.interfaces import JOINT_MOTION, JOINT_STATE, typestore
 from hybrid_dynamics_ros.stream.filter import batch as recursion
 from hybrid_dynamics_ros.stream.filter.batch import run_filter
@@ -36,7 +36,7 @@ def pipeline_of(robot, measured, calibration):
 
 def streamed(pipeline, pairs, kind=JOINT_STATE):
     """Row and result of each accepted message, one after the other; the pipeline."""
-    read = {JOINT_STATE: sample_of, JOINT_MOTION: motion_of}[kind]
+    read = {JOINT_STATE: sample_of_state, JOINT_MOTION: sample_of_motion}[kind]
     results = [pipeline.process(read(typestore().deserialize_cdr(data, kind))) for _, data in pairs]
     return [(row, r) for row, r in enumerate(results) if isinstance(r, MotionResult)], pipeline
 

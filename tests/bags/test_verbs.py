@@ -20,12 +20,14 @@ from hybrid_dynamics_core.identification import noise_limit
 from hybrid_dynamics_core.simulation import simulate
 from hybrid_dynamics_ros.bags.analysis.collect import collect
 from hybrid_dynamics_ros.bags.analysis.figures import efforts, margins, sampling
-from hybrid_dynamics_ros.bags.analysis.identify import identify_track
+from hybrid_dynamics_ros.bags.analysis.identify import identify_recording
 from hybrid_dynamics_ros.bags.analysis.report import accelerations_of, report
 from hybrid_dynamics_ros.bags.errors import BagError
+from hybrid_dynamics_ros.bags.input_topic import INPUT
+from hybrid_dynamics_ros.bags.job import Job, Outcome
 from hybrid_dynamics_ros.bags.make import simulated, write_trajectory
 from hybrid_dynamics_ros.bags.parallel import attempt, run_jobs
-from hybrid_dynamics_ros.bags.process import INPUT, Job, Outcome, process
+from hybrid_dynamics_ros.bags.process import process
 from hybrid_dynamics_ros.bags.trajectory_file import read_trajectory
 from tests.bags.calling import output, run
 from tests.bags.messages import bag, joint_state, motion_of, recorded
@@ -197,19 +199,21 @@ def test_smoothing_with_the_future_has_no_lag(smooth, least, forging, tmp_path):
 def test_identification_finds_base_parameters_within_its_confidence(forging, tmp_path):
     motion = simulated(forging, 40.0, 100.0, seed=5).noisy({"effort": 0.5})
     write_trajectory(tmp_path / "rec", motion, INPUT, {"robot": ROBOT})
-    found = identify_track(collect(tmp_path / "rec", smooth="spline"))
-    truth = found.result.base.values(
+    found = identify_recording(collect(tmp_path / "rec", smooth="spline"))
+    truth = found.identification.base.values(
         described_parameters(forging.description).values(forging.description)
     )
-    inside = (truth > found.result.interval[:, 0]) & (truth < found.result.interval[:, 1])
+    inside = (truth > found.identification.interval[:, 0]) & (
+        truth < found.identification.interval[:, 1]
+    )
     assert (
         inside.mean() > 0.85
     )  # of 43 independent 95 % intervals fewer are as good as never inside
-    assert found.noise == pytest.approx(0.5, rel=0.1)  # held out: nothing but the noise is left
-    assert found.held == pytest.approx(1000, abs=20)
+    assert found.residual == pytest.approx(0.5, rel=0.1)  # held out: nothing but the noise is left
+    assert found.test_count == pytest.approx(1000, abs=20)
     told = json.loads(output("identify", tmp_path / "rec", "--json"))
-    assert len(told["base"]) == found.result.base.size
-    assert told["unsettled"] == list(found.unsettled)
+    assert len(told["base"]) == found.identification.base.size
+    assert told["unsettled"] == list(found.undetermined)
     assert "excites too little" not in output("identify", tmp_path / "rec")
     assert output("identify", tmp_path / "rec", "--topic", "/none", code=2).startswith("Error: ")
 
@@ -218,19 +222,22 @@ def test_a_motion_that_shows_too_little_is_told(forging, tmp_path):
     """In noise of 1 kN most signs are not known; parameters that are 0 in the file do not count."""
     motion = simulated(forging, 20.0, 100.0, seed=5).noisy({"effort": 1000.0})
     write_trajectory(tmp_path / "rec", motion, INPUT, {"robot": ROBOT})
-    found = identify_track(collect(tmp_path / "rec", smooth="spline"))
-    true = found.result.base.values(
+    found = identify_recording(collect(tmp_path / "rec", smooth="spline"))
+    true = found.identification.base.values(
         described_parameters(forging.description).values(forging.description)
     )
     known = (
-        np.abs(found.result.estimate) > noise_limit(found.result.base.size) * found.result.deviation
+        np.abs(found.identification.estimate)
+        > noise_limit(found.identification.base.size) * found.identification.deviation
     )
     meant = np.abs(true) > 1e-6  # zeros of the file are zero to rounding
-    assert len(found.meant) == meant.sum() < found.result.base.size
-    assert len(found.unsettled) == (meant & ~known).sum()
+    assert len(found.nonzero_in_file) == meant.sum() < found.identification.base.size
+    assert len(found.undetermined) == (meant & ~known).sum()
     said = " ".join(output("identify", tmp_path / "rec").split())
-    assert f"of {len(found.meant)} base parameters that are not 0 in the robot file" in said
-    assert f"the signs of {len(found.unsettled)} are not known" in said
+    assert (
+        f"of {len(found.nonzero_in_file)} base parameters that are not 0 in the robot file" in said
+    )
+    assert f"the signs of {len(found.undetermined)} are not known" in said
 
 
 def test_identification_tells_what_is_determined_on_lines_that_fit(tmp_path):
@@ -296,8 +303,8 @@ def test_a_wrong_robot_file_is_seen_in_the_held_out_part(forging, tmp_path):
         INPUT,
         {"robot": ROBOT},
     )
-    found = identify_track(collect(tmp_path / "rec", smooth="spline"))
-    assert (found.before > 2.0 * found.noise)[:3].all()  # q4 carries next to nothing
+    found = identify_recording(collect(tmp_path / "rec", smooth="spline"))
+    assert (found.file_residual > 2.0 * found.residual)[:3].all()  # q4 carries next to nothing
 
 
 def test_a_report_stands_alone_and_tells_of_gaps_and_bad_samples(forging, tmp_path):

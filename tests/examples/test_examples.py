@@ -209,13 +209,13 @@ def test_a_bag_tells_what_the_robot_weighs(
     assert PRINTS["identify_from_bag"] in capsys.readouterr().out
     assert figure.read_bytes().startswith(b"\x89PNG")
     check_style(drawn[0])
-    identification = example["identified"](bag)
-    truth = example["truth"](identification)
-    low, high = identification.result.interval.T
+    result = example["identified"](bag)
+    truth = example["truth"](result)
+    low, high = result.identification.interval.T
     assert ((low <= truth) & (truth <= high)).mean() > 0.85
-    assert identification.noise == pytest.approx(5.0, rel=0.1)  # that of the recorded efforts
-    assert identification.before[2] > 100.0  # the file alone explains them much worse
-    from_file = example["base_parameters"](identification, load("forging_chu2020"))
+    assert result.residual == pytest.approx(5.0, rel=0.1)  # that of the recorded efforts
+    assert result.file_residual[2] > 100.0  # the file alone explains them much worse
+    from_file = example["base_parameters"](result, load("forging_chu2020"))
     outside = (from_file < low) | (high < from_file)
     assert outside.sum() >= 3  # the bag shows that the file is wrong
 

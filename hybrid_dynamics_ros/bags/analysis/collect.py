@@ -1,215 +1,42 @@
-"""A recording and what the model says about it, as arrays: what reports and identification look at."""
+"""Collecting a recording: samples go through the model, and some are kept with their results."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hybrid_dynamics_core import ClosedState, Loads, Robot, load
+from hybrid_dynamics_core import ClosedState, load
 from hybrid_dynamics_core.ground.progress import Progress
 
 from ...messages.joint_samples import FloatArray
 from ...parameters import MAX_GAP, NodeSettings
-from ...stream.pipeline import Counts, Pipeline
-from ...stream.stroke_margins import StrokeMargins
+from ...stream.pipeline import Pipeline
 from ..batch_outputs import NODE
 from ..batch_pipeline import BatchPipeline, BatchResult
-from ..decode import Decoder, Samples
+from ..decode import Decoder
 from ..errors import BagError
-from ..process import SMOOTHINGS, input_topic, make_pipeline
-from ..provenance import known_robot, smoothing_of
+from ..input_topic import INPUT, input_topic
+from ..job import SMOOTHINGS
+from ..provenance import robot_of, smoothing_of
 from ..sample_outliers import SampleOutlier
-from ..smooth import estimates_of, joined, split
+from ..samples import Samples, slices
+from ..settings import make_pipeline
+from ..smooth import estimates_of
 from ..storage.bag_reader import BagReader
-from .stamp_intervals import Stamps
+from .error_statistics import ErrorStatistics
+from .recording import COMPUTED, EvaluatedRecording
+from .stamp_intervals import StampIntervals
 
 Span = tuple[float, float]  # from, to [s]
-WHOLE: Final[Span] = (0.0, math.inf)
-_AT_ONCE = 4096
-_COMPUTED: Final = f"{NODE}/joint_states"  # the node's output: its efforts are the model's own
-_LISTED = 1000  # gaps and bad samples that are kept for the page
-
-
-@dataclass(eq=False)
-class Track:
-    """Some samples of a recording with what the model says, in order.
-
-    Attributes:
-        robot, loads: what it was computed with.
-        topic: where the samples are from.
-        start_ns: stamp of the first [ns].
-        time: (N,) [s] since then.
-        state: closed, a batch of N.
-        acceleration, efforts: (N, n) of the active joints; NaN before they are known.
-        recorded: (N, n) recorded efforts, NaN where there are none.
-        every: each how manieth sample is here.
-        gaps: (from, to) [s] where stamps are further apart than the largest gap.
-        bad: (time [s], why) of samples that were refused.
-        outliers: samples that do not fit the motion around them, and have no acceleration; none of
-        the causal filter.
-        measured: joints of the bag's samples, the active ones unless the node's parameter says
-        otherwise.
-        max_gap: the largest gap [s], a parameter of the node.
-        intervals: (k,) [s] between all stamps, one after the other from `first` on.
-        first: [s] the first stamp that was looked at.
-        errors: recorded less computed efforts over all samples: count, sum, sum of squares,
-        largest, (n,) each.
-        losses: what could not be read.
-        smooth: how accelerations were found, one of `process.SMOOTHINGS`.
-        causal_lag: how late they are where they come from the node's filter [s].
-    """
-
-    robot: Robot
-    loads: Loads
-    topic: str
-    start_ns: int
-    time: FloatArray
-    state: ClosedState
-    acceleration: FloatArray
-    efforts: FloatArray
-    recorded: FloatArray
-    every: int
-    counts: Counts
-    gaps: list[tuple[float, float]]
-    bad: list[tuple[float, str]]
-    outliers: list[SampleOutlier]
-    measured: tuple[str, ...]
-    max_gap: float
-    intervals: FloatArray
-    first: float
-    errors: Errors
-    losses: list[str]
-    smooth: str
-    causal_lag: float
-
-    @cached_property
-    def stamps(self) -> Stamps:
-        """How regular the stamps are."""
-        return Stamps(self.first, self.intervals)
-
-    @property
-    def smoother(self) -> str:
-        """What accelerations without lag are from, in words."""
-        return {"spline": "a spline", "savgol": "a Savitzky-Golay filter"}[self.smooth]
-
-    @property
-    def computed(self) -> bool:
-        """Whether the samples are what a processed bag has in place of a recording: their efforts are the model's."""
-        return self.topic == _COMPUTED
-
-    @property
-    def power(self) -> FloatArray:
-        """What the actuators give (N,) [W]."""
-        total: FloatArray = (self.efforts * self.state.du).sum(axis=1)
-        return total
-
-    @property
-    def energy(self) -> tuple[FloatArray, FloatArray]:
-        """Of motion, and of gravity and springs, (N,) [J]."""
-        energy = self.robot.energy(self.state, self.loads)
-        return np.asarray(energy.kinetic), np.asarray(energy.potential) + np.asarray(energy.springs)
-
-    @property
-    def margins(self) -> tuple[tuple[str, ...], FloatArray]:
-        """Joints with a stroke that ends, and the least that is left to an end, (N, k) [rad or m]."""
-        strokes = StrokeMargins(self.robot)
-        return strokes.joints, np.minimum(*strokes.margins(self.state.s))
-
-
-@dataclass(eq=False)
-class Errors:
-    """Sums over all samples that have both efforts: recorded less computed, (n,) each; the largest and its stamp."""
-
-    count: NDArray[np.int64]
-    total: FloatArray
-    squares: FloatArray
-    largest: FloatArray
-    largest_ns: NDArray[np.int64]
-    recorded_total: FloatArray
-    recorded_squares: FloatArray
-
-    @staticmethod
-    def none(n: int) -> Errors:
-        """Of no samples."""
-        zeros = np.zeros(n)
-        return Errors(
-            np.zeros(n, dtype=np.int64),
-            zeros,
-            zeros,
-            zeros,
-            np.zeros(n, dtype=np.int64),
-            zeros,
-            zeros,
-        )
-
-    def add(self, recorded: FloatArray, computed: FloatArray, stamp_ns: NDArray[np.int64]) -> None:
-        """More samples (N, n), with their stamps [ns]."""
-        if not len(recorded):
-            return
-        good = np.isfinite(recorded) & np.isfinite(computed)
-        error = np.where(good, recorded - computed, 0.0)
-        told = np.where(good, recorded, 0.0)
-        self.count = self.count + good.sum(axis=0)
-        self.total = self.total + error.sum(axis=0)
-        self.squares = self.squares + (error**2).sum(axis=0)
-        size = np.abs(error)
-        worst = size.argmax(axis=0)
-        self.largest_ns = np.where(
-            size.max(axis=0) > self.largest, stamp_ns[worst], self.largest_ns
-        )
-        self.largest = np.maximum(self.largest, size.max(axis=0))
-        self.recorded_total = self.recorded_total + told.sum(axis=0)
-        self.recorded_squares = self.recorded_squares + (told**2).sum(axis=0)
-
-    @property
-    def mean(self) -> FloatArray:
-        """(n,) [N m or N]."""
-        return self.total / np.maximum(self.count, 1)
-
-    @property
-    def rms(self) -> FloatArray:
-        """(n,) [N m or N]."""
-        return np.sqrt(self.squares / np.maximum(self.count, 1))
-
-    @property
-    def explained(self) -> FloatArray:
-        """Share of the variance of the recorded efforts that the model explains, (n,); 1 at best."""
-        count = np.maximum(self.count, 1)
-        spread = self.recorded_squares / count - (self.recorded_total / count) ** 2
-        left = self.squares / count - self.mean**2
-        return np.where(spread > 0.0, 1.0 - left / np.where(spread > 0.0, spread, 1.0), np.nan)
-
-
-@dataclass(eq=False)
-class _Results:
-    """Copies of some rows of a `BatchResult`, which itself can then be forgotten."""
-
-    stamp_ns: NDArray[np.int64]
-    state: ClosedState
-    acceleration: FloatArray
-    efforts: FloatArray
-
-
-@dataclass(eq=False)
-class _Kept:
-    motions: list[_Results] = field(default_factory=list)
-    recorded: list[FloatArray] = field(default_factory=list)
-    gaps: list[tuple[int, int]] = field(default_factory=list)
-    bad: list[tuple[int, str]] = field(default_factory=list)
-    intervals: list[NDArray[np.int64]] = field(default_factory=list)
-    outliers: list[SampleOutlier] = field(default_factory=list)
-    origin: int | None = None  # the first stamp of the bag [ns]
-    first: int | None = None  # and of what is looked at
-    last: int | None = None
-    with_velocity: int = 0  # samples
-    without: int = 0
+ALL_TIMES: Final[Span] = (0.0, math.inf)
+_BATCH: Final = 4096  # samples that go through the model together
+_MAX_LISTED: Final = 1000  # gaps and refused samples that are kept
 
 
 def collect(  # noqa: PLR0913 - the command's options
@@ -220,191 +47,267 @@ def collect(  # noqa: PLR0913 - the command's options
     settings: NodeSettings | None = None,
     most: int = 20_000,
     *,
-    span: Span = WHOLE,
-) -> Track:
-    """Run a recording through the pipeline and keep about `most` samples, evenly.
+    span: Span = ALL_TIMES,
+) -> EvaluatedRecording:
+    """Run a recording through the model and keep about `most` samples, evenly.
 
-    `span`: from and to [s], after the first stamp of the bag, to which times refer too; nothing
-    outside is looked at. `smooth`: one of `process.SMOOTHINGS`; None: that of a processed bag, or
-    the spline, which has no lag.
+    Args:
+        path: the bag.
+        robot: name or file of the robot; None: the one that the bag was made with.
+        topic: where the joint states are; None: see `input_topic`.
+        smooth: one of `job.SMOOTHINGS`; None: that of a processed bag, or the spline.
+        settings: parameters of the node.
+        most: about how many samples are kept.
+        span: from and to, since the first stamp of the bag [s]. Samples outside are left out.
 
     Raises:
-        BagError: there is nothing in it that the model can take, or it is not told which robot it
-        is of.
+        BagError: there is nothing in it that the model can take, or its robot is not known.
     """
     settings = settings or NodeSettings()
-    smooth = smooth or _smoothing(path)
-    machine = known_robot(path) if robot is None else load(robot)
+    machine = robot_of(path) if robot is None else load(robot)
     pipeline = make_pipeline(machine, settings)
-    evaluator = pipeline.evaluator
-    bulk, decoder = BatchPipeline(pipeline), Decoder(evaluator.measured)
-    kept, errors = _Kept(), Errors.none(len(machine.active))
     with BagReader(path) as source:
-        name = topic or _own_states(source) or input_topic(source, None)
-        name = input_topic(source, name)
-        every = max(1, math.ceil((source.topics[name].message_count or 1) / most))
-        parts: list[Samples] = []
-        for samples in _read(source, name, decoder, kept, span):
-            _watch(kept, samples, settings[MAX_GAP])
-            if name == _COMPUTED or evaluator.measured != machine.active:
-                samples.effort[:] = np.nan
-            measured = samples.measured[samples.usable]
-            kept.with_velocity += int(measured.sum())
-            kept.without += int((~measured).sum())
-            if smooth == "causal":
-                _keep(kept, errors, samples, bulk.process(samples), every)
-            else:
-                parts.append(samples)
-        if parts:
-            whole = joined(parts)
-            estimates = estimates_of(whole, smooth, evaluator)
-            kept.outliers = estimates.outliers
-            for rows in split(len(whole), _AT_ONCE):
-                samples = whole.part(rows)
-                _keep(kept, errors, samples, bulk.process(samples, estimates.part(rows)), every)
-        losses = source.losses.describe()
-    if not kept.motions:
-        told = "".join(f"; {code}: {text}" for code, text in bulk.first_rejections.items())
-        where = "" if span == WHOLE else f" from {span[0]:g} s {end_text(span)} of the bag"
-        raise BagError(
-            f"{path}: {name}: no sample{where} can be used ({pipeline.counts.summary()}){told}"
+        name = _topic_of(source, topic)
+        count = source.topics[name].message_count or 1
+        collector = _Collector(
+            pipeline,
+            topic=name,
+            smooth=smooth or _smoothing(path),
+            span=span,
+            max_gap=settings[MAX_GAP],
+            every=max(1, math.ceil(count / most)),
         )
-    lag = evaluator.estimator.lag(measured=kept.with_velocity >= kept.without)  # of most samples
-    return _track(
-        machine, pipeline, name, kept, errors, every, losses, smooth, lag, settings[MAX_GAP]
-    )
+        for samples in _read(source, name, Decoder(pipeline.evaluator.measured)):
+            collector.add(samples)
+        collector.smooth_waiting()
+        losses = source.losses.describe()
+    if not collector.has_results:
+        raise BagError(f"{path}: {name}: {collector.why_no_results()}")
+    return collector.recording(losses)
 
 
 def _smoothing(path: Path) -> str:
-    """That which a bag was processed with; of a recording the one that has no lag."""
-    told = smoothing_of(path)
-    return told if told in SMOOTHINGS else "spline"
+    """That which a bag was processed with; of a recording the spline, which has no lag."""
+    smoothing = smoothing_of(path)
+    return smoothing if smoothing in SMOOTHINGS else "spline"
 
 
-def _own_states(source: BagReader) -> str | None:
-    """The node's output, in a bag without its input."""
-    own, given = _COMPUTED, f"{NODE}/active_joint_states"
-    if given in source.topics or own not in source.topics:
-        return None
-    others = [
-        t.name
-        for t in source.topics.values()
-        if t.kind == source.topics[own].kind and NODE not in t.name
-    ]
-    return own if len(others) != 1 else others[0]
+def _topic_of(source: BagReader, topic: str | None) -> str:
+    """The topic with the joint states; the node's output in a bag without its input."""
+    output = source.topics.get(COMPUTED)
+    if topic or output is None or INPUT in source.topics:
+        return input_topic(source, topic or None)
+    candidates = [other.name for other in source.topics.values() if other.kind == output.kind]
+    recorded = [name for name in candidates if NODE not in name]
+    if len(recorded) == 1:
+        return input_topic(source, recorded[0])
+    return input_topic(source, COMPUTED)
 
 
-def _read(
-    source: BagReader, name: str, decoder: Decoder, kept: _Kept, span: Span
-) -> Iterator[Samples]:
-    """The samples of a topic within the span, some at a time."""
+def _read(source: BagReader, name: str, decoder: Decoder) -> Iterator[Samples]:
+    """The samples of a topic, some at a time."""
     with Progress(source.path.name, source.topics[name].message_count or 1) as progress:
         done = 0
         for _, messages in source.read(frozenset([name])):
-            for rows in split(len(messages), _AT_ONCE):
-                samples = decoder.decode(messages.part(np.arange(rows.start, rows.stop)))
-                samples = _within(kept, samples, span)
-                if len(samples):
-                    yield samples
+            for rows in slices(len(messages), _BATCH):
+                yield decoder.decode(messages.part(np.arange(rows.start, rows.stop)))
             done += len(messages)
             progress.update(done)
 
 
-def end_text(span: Span) -> str:
+@dataclass(eq=False)
+class _Results:
+    """Copies of some rows of a `BatchResult`, which itself can then be forgotten."""
+
+    stamp_ns: NDArray[np.int64]
+    state: ClosedState
+    acceleration: FloatArray
+    efforts: FloatArray
+    recorded: FloatArray
+
+
+class _Collector:
+    """Evaluates samples, and keeps some of them with their results."""
+
+    def __init__(
+        self,
+        pipeline: Pipeline,
+        *,
+        topic: str,
+        smooth: str,
+        span: Span,
+        max_gap: float,
+        every: int,
+    ) -> None:
+        """Nothing is collected yet.
+
+        Args:
+            pipeline: the node's.
+            topic: where the samples are from.
+            smooth: one of `job.SMOOTHINGS`.
+            span: from and to, since the first stamp of the bag [s].
+            max_gap: between stamps [s].
+            every: one in so many samples is kept.
+        """
+        self._pipeline = pipeline
+        self._evaluator = pipeline.evaluator
+        self._robot = pipeline.evaluator.robot
+        self._batches = BatchPipeline(pipeline)
+        self._topic = topic
+        self._smooth = smooth
+        self._span = span
+        self._max_gap = max_gap
+        self._every = every
+        self._waiting: list[Samples] = []  # to be smoothed together
+        self._results: list[_Results] = []
+        self._errors = ErrorStatistics.empty(len(self._robot.active))
+        self._outliers: list[SampleOutlier] = []
+        self._gaps: list[tuple[int, int]] = []  # [ns]
+        self._refused: list[tuple[int, str]] = []  # [ns], and why
+        self._intervals: list[NDArray[np.int64]] = [np.zeros(0, dtype=np.int64)]  # [ns]
+        self._start_ns: int | None = None  # the first stamp of the bag
+        self._first_ns: int | None = None  # and of the span
+        self._last_ns: int | None = None
+        self._with_velocity = 0  # samples
+        self._without_velocity = 0
+
+    @property
+    def has_results(self) -> bool:
+        """Whether the model took any sample."""
+        return bool(self._results)
+
+    def add(self, samples: Samples) -> None:
+        """Evaluate samples, or let them wait for those that follow where rates need them."""
+        samples = self._within_span(samples)
+        if not len(samples):
+            return
+        self._register_stamps(samples)
+        if self._topic == COMPUTED or self._evaluator.measured != self._robot.active:
+            samples.effort[:] = np.nan
+        measured = samples.measured[samples.usable]
+        self._with_velocity += int(measured.sum())
+        self._without_velocity += int((~measured).sum())
+        if self._smooth == "causal":
+            self._keep(samples, self._batches.process(samples))
+        else:
+            self._waiting.append(samples)
+
+    def smooth_waiting(self) -> None:
+        """Evaluate the samples that wait, with smoothed rates."""
+        if not self._waiting:
+            return
+        samples = Samples.joined(self._waiting)
+        estimates = estimates_of(samples, self._smooth, self._evaluator)
+        self._outliers = estimates.outliers
+        for rows in slices(len(samples), _BATCH):
+            part = samples.part(rows)
+            self._keep(part, self._batches.process(part, estimates.part(rows)))
+
+    def why_no_results(self) -> str:
+        """Why the model took no sample."""
+        where = ""
+        if self._span != ALL_TIMES:
+            where = f" from {self._span[0]:g} s {_end_text(self._span)} of the bag"
+        rejections = self._batches.first_rejections.items()
+        reasons = "".join(f"; {code}: {text}" for code, text in rejections)
+        summary = self._pipeline.counts.summary()
+        return f"no sample{where} can be used ({summary}){reasons}"
+
+    def recording(self, losses: list[str]) -> EvaluatedRecording:
+        """What was collected; there are results.
+
+        Args:
+            losses: what of the bag could not be read.
+        """
+        results = self._results
+        stamps = np.concatenate([part.stamp_ns for part in results])
+        start_ns = int(stamps[0]) if self._start_ns is None else self._start_ns
+        first_ns = start_ns if self._first_ns is None else self._first_ns
+        intervals = np.concatenate(self._intervals).astype(np.float64) * 1e-9
+        mostly_measured = self._with_velocity >= self._without_velocity
+        return EvaluatedRecording(
+            robot=self._robot,
+            loads=self._evaluator.loads,
+            topic=self._topic,
+            start_ns=start_ns,
+            time=(stamps - start_ns) * 1e-9,
+            state=ClosedState.joined([part.state for part in results]),
+            acceleration=np.concatenate([part.acceleration for part in results]),
+            efforts=np.concatenate([part.efforts for part in results]),
+            recorded=np.concatenate([part.recorded for part in results]),
+            every=self._every,
+            counts=self._pipeline.counts,
+            gaps=[((a - start_ns) * 1e-9, (b - start_ns) * 1e-9) for a, b in self._gaps],
+            refused=[((at - start_ns) * 1e-9, why) for at, why in self._refused],
+            outliers=self._outliers,
+            measured=self._evaluator.measured,
+            max_gap=self._max_gap,
+            stamps=StampIntervals((first_ns - start_ns) * 1e-9, intervals),
+            errors=self._errors,
+            losses=losses,
+            smooth=self._smooth,
+            causal_lag=self._evaluator.estimator.lag(measured=mostly_measured),
+        )
+
+    def _within_span(self, samples: Samples) -> Samples:
+        """The samples of the span; the others are as if they were not in the bag."""
+        usable = samples.usable
+        if self._start_ns is None and usable.any():
+            self._start_ns = int(samples.stamp_ns[usable][0])
+        if self._span == ALL_TIMES or self._start_ns is None:
+            return samples
+        begin, end = self._span
+        stamps = np.where(usable, samples.stamp_ns, samples.log_ns)
+        time = (stamps - self._start_ns) * 1e-9
+        return samples.only(np.flatnonzero((time >= begin) & (time <= end)))
+
+    def _register_stamps(self, samples: Samples) -> None:
+        """Take intervals, gaps, and samples that are none."""
+        for row, rejection in samples.rejected.items():
+            self._refuse(int(samples.log_ns[row]), rejection.code.value)
+        stamps = samples.stamp_ns[samples.usable]
+        if not len(stamps):
+            return
+        if self._first_ns is None:
+            self._first_ns = int(stamps[0])
+        if self._last_ns is not None:
+            stamps = np.concatenate([[self._last_ns], stamps])
+        intervals = np.diff(stamps)
+        is_gap = (intervals < 0) | (intervals * 1e-9 > self._max_gap)
+        free = _MAX_LISTED - len(self._gaps)
+        for k in np.flatnonzero(is_gap)[:free]:
+            self._gaps.append((int(stamps[k]), int(stamps[k + 1])))
+        self._intervals.append(intervals)
+        self._last_ns = int(stamps[-1])
+
+    def _keep(self, samples: Samples, result: BatchResult | None) -> None:
+        """Keep some samples with their results, and the errors of all."""
+        if result is None:
+            return
+        recorded = samples.effort[result.rows]
+        if recorded.shape == result.efforts.shape:
+            self._errors.add(recorded, result.efforts, result.stamp_ns)
+        rows = np.arange(0, len(result), self._every)
+        self._results.append(
+            _Results(
+                stamp_ns=result.stamp_ns[rows],
+                state=result.state.rows(rows),
+                acceleration=result.acceleration[rows],
+                efforts=result.efforts[rows],
+                recorded=recorded[rows],
+            )
+        )
+        missing = np.setdiff1d(np.arange(len(samples)), result.rows)
+        free = _MAX_LISTED - len(self._refused)
+        for row in missing[:free]:
+            if row not in samples.rejected and row not in samples.broken:
+                self._refuse(int(samples.stamp_ns[row]), "refused by the model")
+
+    def _refuse(self, stamp_ns: int, why: str) -> None:
+        if len(self._refused) < _MAX_LISTED:
+            self._refused.append((stamp_ns, why))
+
+
+def _end_text(span: Span) -> str:
     """`to 5 s`, or `to the end`."""
     return f"to {span[1]:g} s" if math.isfinite(span[1]) else "to the end"
-
-
-def _within(kept: _Kept, samples: Samples, span: Span) -> Samples:
-    """The samples of a span; the others are as if they were not in the bag."""
-    if kept.origin is None and samples.usable.any():
-        kept.origin = int(samples.stamp_ns[samples.usable][0])
-    if span == WHOLE or kept.origin is None:
-        return samples
-    stamps = np.where(samples.usable, samples.stamp_ns, samples.log_ns)
-    time = (stamps - kept.origin) * 1e-9
-    return samples.only(np.flatnonzero((time >= span[0]) & (time <= span[1])))
-
-
-def _watch(kept: _Kept, samples: Samples, gap: float) -> None:
-    stamps = samples.stamp_ns[samples.usable]
-    for row, why in samples.rejected.items():
-        if len(kept.bad) < _LISTED:
-            kept.bad.append((int(samples.log_ns[row]), why.code.value))
-    if not len(stamps):
-        return
-    whole = stamps if kept.last is None else np.concatenate([[kept.last], stamps])
-    steps = np.diff(whole)
-    for k in np.flatnonzero((steps < 0) | (steps * 1e-9 > gap)):
-        if len(kept.gaps) < _LISTED:
-            kept.gaps.append((int(whole[k]), int(whole[k + 1])))
-    kept.first = int(stamps[0]) if kept.first is None else kept.first
-    kept.intervals.append(steps)
-    kept.last = int(stamps[-1])
-
-
-def _keep(
-    kept: _Kept, errors: Errors, samples: Samples, motion: BatchResult | None, every: int
-) -> None:
-    if motion is None:
-        return
-    recorded = samples.effort[motion.rows]
-    if recorded.shape == motion.efforts.shape:
-        errors.add(recorded, motion.efforts, motion.stamp_ns)
-    rows = np.arange(0, len(motion), every)
-    kept.recorded.append(recorded[rows])
-    kept.motions.append(_thinned(motion, rows))
-    lost = np.setdiff1d(np.arange(len(samples)), motion.rows)
-    for row in lost[: _LISTED - len(kept.bad)]:
-        if row not in samples.rejected and row not in samples.broken:
-            kept.bad.append((int(samples.stamp_ns[row]), "refused by the model"))
-
-
-def _thinned(motion: BatchResult, rows: NDArray[np.intp]) -> _Results:
-    return _Results(
-        stamp_ns=motion.stamp_ns[rows],
-        state=motion.state.rows(rows),
-        acceleration=motion.acceleration[rows],
-        efforts=motion.efforts[rows],
-    )
-
-
-def _track(  # noqa: PLR0913, PLR0917 - a line for each attribute
-    robot: Robot,
-    pipeline: Pipeline,
-    topic: str,
-    kept: _Kept,
-    errors: Errors,
-    every: int,
-    losses: list[str],
-    smooth: str,
-    causal_lag: float,
-    max_gap: float,
-) -> Track:
-    stamps = np.concatenate([motion.stamp_ns for motion in kept.motions])
-    start = int(stamps[0]) if kept.origin is None else kept.origin
-    return Track(
-        robot=robot,
-        loads=pipeline.evaluator.loads,
-        topic=topic,
-        start_ns=start,
-        time=(stamps - start) * 1e-9,
-        state=ClosedState.joined([motion.state for motion in kept.motions]),
-        acceleration=np.concatenate([motion.acceleration for motion in kept.motions]),
-        efforts=np.concatenate([motion.efforts for motion in kept.motions]),
-        recorded=np.concatenate(kept.recorded),
-        every=every,
-        counts=pipeline.counts,
-        gaps=[((a - start) * 1e-9, (b - start) * 1e-9) for a, b in kept.gaps],
-        bad=[((at - start) * 1e-9, why) for at, why in kept.bad],
-        outliers=kept.outliers,
-        measured=pipeline.evaluator.measured,
-        max_gap=max_gap,
-        first=0.0 if kept.first is None else (kept.first - start) * 1e-9,
-        intervals=np.concatenate([np.zeros(0, dtype=np.int64), *kept.intervals]).astype(np.float64)
-        * 1e-9,
-        errors=errors,
-        losses=losses,
-        smooth=smooth,
-        causal_lag=causal_lag,
-    )

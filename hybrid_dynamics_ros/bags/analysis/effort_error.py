@@ -1,31 +1,32 @@
-"""How far recorded and computed efforts are apart: what most samples are within, and how many are far off."""
+"""How far recorded and computed efforts are apart, for most samples and for those far off."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import asdict, dataclass
+from typing import Any, Final
 
 import numpy as np
 
 from hybrid_dynamics_core.identification import noise_limit, robust_deviation
 
 from ...messages.joint_samples import FloatArray
-from .collect import Track
+from .recording import EvaluatedRecording
 
-_ROUNDING = 1e-12  # of the largest: without noise only rounding is left about the middle
+_ROUNDING: Final = 1e-12  # share of the largest: without noise only rounding is about the median
 
 
 @dataclass(frozen=True)
 class EffortError:
-    """Recorded less computed of one joint, in the unit of its effort.
+    """Recorded less computed efforts of one joint, in the unit of its effort.
 
     Attributes:
         joint: its name.
-        median: half of the samples are within it; near: 95 % are.
-        limit: what noise about the middle of the samples stays within in all of them, in 19 of 20
-        recordings.
-        far: how many samples are farther from that middle than the limit; count: of how many.
-        rms: over all samples of the recording; a few that are far off make most of it.
+        median: half of the samples are within it.
+        near: 95 % of the samples are within it.
+        limit: what noise about the median stays within, for all samples of 19 in 20 recordings.
+        far: how many samples are further from the median than the limit.
+        count: how many samples there are.
+        rms: over all samples of the recording. A few that are far off make most of it.
     """
 
     joint: str
@@ -39,25 +40,28 @@ class EffortError:
     @property
     def facts(self) -> dict[str, Any]:
         """As plain data."""
-        return {
-            key: getattr(self, key) for key in ("median", "near", "limit", "far", "count", "rms")
-        }
+        facts = asdict(self)
+        del facts["joint"]
+        return facts
 
 
-def effort_errors(track: Track) -> list[EffortError]:
-    """One for each active joint with recorded efforts; of the samples that the track kept."""
-    left = track.recorded - track.efforts
-    found = (_spread(track, k, part[np.isfinite(part)]) for k, part in enumerate(left.T))
-    return [error for error in found if error.count]
+def effort_errors(recording: EvaluatedRecording) -> list[EffortError]:
+    """The errors of the samples that a recording has, for each active joint with efforts."""
+    errors = []
+    difference = recording.recorded - recording.efforts
+    for k, column in enumerate(difference.T):
+        values = column[np.isfinite(column)]
+        if len(values):
+            rms = float(recording.errors.rms[k])
+            errors.append(_effort_error(recording.robot.active[k], values, rms))
+    return errors
 
 
-def _spread(track: Track, k: int, left: FloatArray) -> EffortError:
-    name, rms = track.robot.active[k], float(track.errors.rms[k])
-    if not len(left):
-        return EffortError(name, np.nan, np.nan, np.nan, 0, 0, rms)
-    sizes = np.abs(left)
-    median, near = (float(value) for value in np.percentile(sizes, [50.0, 95.0]))
-    about = left - np.median(left)  # an offset of all samples is no reason to count them
-    limit = noise_limit(len(sizes)) * float(robust_deviation(about[:, None])[0])
-    far = int((np.abs(about) > limit + _ROUNDING * sizes.max()).sum())
-    return EffortError(name, median, near, limit, far, len(sizes), rms)
+def _effort_error(joint: str, values: FloatArray, rms: float) -> EffortError:
+    """Statistics of differences (N,)."""
+    sizes = np.abs(values)
+    median, near = np.percentile(sizes, [50.0, 95.0]).tolist()
+    centred = values - np.median(values)  # an offset of all samples is no reason to count them
+    limit = noise_limit(len(values)) * float(robust_deviation(centred[:, None])[0])
+    is_far = np.abs(centred) > limit + _ROUNDING * sizes.max()
+    return EffortError(joint, median, near, limit, int(is_far.sum()), len(values), rms)

@@ -2,339 +2,236 @@
 
 from __future__ import annotations
 
-import io
-import re
-from collections.abc import Callable
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hybrid_dynamics_core.drawing.plots.rounding import Sizes, sizes_of, suppress_rounding
+from hybrid_dynamics_core.drawing.plots.rounding import suppress_rounding
 from hybrid_dynamics_core.ground.units import coordinate_unit, effort_unit
-from hybrid_dynamics_core.scene.style import (
-    BLUE,
-    GREEN,
-    INK,
-    LOOPS,
-    ORANGE,
-    PURPLE,
-    QUIET,
-    RED,
-    STYLE,
-)
+from hybrid_dynamics_core.scene.style import BLUE, GREEN, INK, ORANGE, PURPLE, QUIET, RED
 
 from ...messages.joint_samples import FloatArray
-from .collect import Track
-from .stamp_intervals import Stamps
+from .plotting import (
+    LEGEND_ABOVE,
+    clip_outliers,
+    colour_of,
+    draw_line,
+    make_panels,
+    natural_sizes,
+    widen,
+)
+from .recording import EvaluatedRecording
+from .stamp_intervals import StampIntervals
 
-_COLOURS: Final = LOOPS  # as in the drawings; RED is kept for what is beyond an end
-_WIDTH: Final = 10.5  # [inch]
-_LEAST: Final = 1e-17  # residuals of zero on a logarithmic axis
-_ABOVE: Final[dict[str, Any]] = {
-    "loc": "lower right",
-    "bbox_to_anchor": (1.0, 0.97),
-    "fontsize": 8,
-    "frameon": False,
-}
-_NEAR: Final = 0.1  # of a singularity
-_THOUSANDS: Final = "{x:,.10g}"
+_MIN_RESIDUAL: Final = 1e-17  # drawn for a residual of zero, on a logarithmic axis
+_MIN_RESIDUAL_RANGE: Final = 1e-11  # upper end of that axis at least
+_NEAR_SINGULARITY: Final = 0.1
 _RECORDED: Final = "#b4bac2"
-_BEYOND: Final[dict[str, Any]] = {"color": "black", "markersize": 5, "clip_on": False, "zorder": 5}
-_BOX: Final = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0}
-_NOTE: Final[dict[str, Any]] = {
-    "ha": "right",
-    "va": "top",
-    "fontsize": 8,
-    "bbox": _BOX,
-    "zorder": 6,
-}
-_MOST: Final = 2500  # points of a line: more cannot be seen, and make the page heavy
-Draw = Callable[[Track], Figure]
+_BINS: Final = 61  # odd: one stands on the usual interval
+_DASHED: Final[dict[str, Any]] = {"color": QUIET, "linewidth": 0.8, "linestyle": "--"}
+_MARK: Final[dict[str, Any]] = {"markersize": 16, "markeredgewidth": 1.6}
 
 
-def trajectories(track: Track) -> Figure:
+def trajectories(recording: EvaluatedRecording) -> Figure:
     """Active joints: position and velocity, a row each."""
-    names = track.robot.active
-    figure, axes = _panels(len(names), 2, 1.7)
-    sizes = _sizes(track)
-    for k, name in enumerate(names):
-        kind = track.robot.joint_types[name]
-        units = coordinate_unit(kind), coordinate_unit(kind, "/s")
-        natural = sizes.position(kind), sizes.rate(kind)
-        parts = zip(axes[k], (track.state.u, track.state.du), units, natural, strict=True)
-        for ax, values, unit, size in parts:
-            _line(ax, track, values[:, k], _COLOURS[k % len(_COLOURS)])
-            suppress_rounding(ax, size)
-            ax.set_ylabel(f"{name} [{unit}]")
+    robot, state = recording.robot, recording.state
+    figure, axes = make_panels(len(robot.active), 2, 1.7)
+    sizes = natural_sizes(recording)
+    for k, name in enumerate(robot.active):
+        kind = robot.joint_types[name]
+        position_ax, velocity_ax = axes[k]
+        draw_line(position_ax, recording, state.u[:, k], colour_of(k))
+        suppress_rounding(position_ax, sizes.position(kind))
+        position_ax.set_ylabel(f"{name} [{coordinate_unit(kind)}]")
+        draw_line(velocity_ax, recording, state.du[:, k], colour_of(k))
+        suppress_rounding(velocity_ax, sizes.rate(kind))
+        velocity_ax.set_ylabel(f"{name} [{coordinate_unit(kind, '/s')}]")
     axes[0][0].set_title("position")
     axes[0][1].set_title("velocity")
     return figure
 
 
-def efforts(track: Track) -> Figure:
+def efforts(recording: EvaluatedRecording) -> Figure:
     """Efforts recorded and computed, and their difference."""
-    names, told = track.robot.active, np.isfinite(track.recorded).any()
-    figure, axes = _panels(len(names), 2 if told else 1, 1.9)
-    sizes = _sizes(track)
+    names = recording.robot.active
+    has_recorded = bool(np.isfinite(recording.recorded).any())
+    columns = 2 if has_recorded else 1
+    figure, axes = make_panels(len(names), columns, 1.9)
+    sizes = natural_sizes(recording)
     for k, name in enumerate(names):
-        ax, kind = axes[k][0], track.robot.joint_types[name]
-        unit, size = effort_unit(kind), sizes.effort(kind)
-        if told:
-            _line(ax, track, track.recorded[:, k], _RECORDED, label="recorded", linewidth=1.8)
-        _line(ax, track, track.efforts[:, k], _COLOURS[k % len(_COLOURS)], label="computed")
+        kind = recording.robot.joint_types[name]
+        label = f"{name} [{effort_unit(kind)}]"
+        size = sizes.effort(kind)
+        recorded, computed = recording.recorded[:, k], recording.efforts[:, k]
+        ax = axes[k][0]
+        if has_recorded:
+            draw_line(ax, recording, recorded, _RECORDED, label="recorded", linewidth=1.8)
+        draw_line(ax, recording, computed, colour_of(k), label="computed")
         if not suppress_rounding(ax, size):
-            _clip(ax, track, track.efforts[:, k], track.recorded[:, k])
-        ax.set_ylabel(f"{name} [{unit}]")
-        if told:
-            left = track.recorded[:, k] - track.efforts[:, k]
-            _line(axes[k][1], track, left, _COLOURS[k % len(_COLOURS)])
-            if not suppress_rounding(axes[k][1], size):
-                _clip(axes[k][1], track, left)
-            axes[k][1].axhline(0.0, color=QUIET, linewidth=0.6)
-            axes[k][1].set_ylabel(f"{name} [{unit}]")
-    axes[0][0].legend(**_ABOVE, ncols=2)
+            clip_outliers(ax, recording, computed, recorded)
+        ax.set_ylabel(label)
+        if has_recorded:
+            _draw_difference(axes[k][1], recording, k, size)
+            axes[k][1].set_ylabel(label)
+    axes[0][0].legend(**LEGEND_ABOVE, ncols=2)
     axes[0][0].set_title("efforts")
-    if told:
+    if has_recorded:
         axes[0][1].set_title("recorded less computed")
     return figure
 
 
-def energy(track: Track) -> Figure:
+def _draw_difference(ax: Axes, recording: EvaluatedRecording, k: int, size: float) -> None:
+    """Recorded less computed efforts of a joint, whose efforts are of some size by nature."""
+    difference = recording.recorded[:, k] - recording.efforts[:, k]
+    draw_line(ax, recording, difference, colour_of(k))
+    if not suppress_rounding(ax, size):
+        clip_outliers(ax, recording, difference)
+    ax.axhline(0.0, color=QUIET, linewidth=0.6)
+
+
+def energy(recording: EvaluatedRecording) -> Figure:
     """Energy, and the power of the actuators."""
-    figure, axes = _panels(2, 1, 2.2)
-    kinetic, potential = track.energy
-    _line(axes[0][0], track, kinetic, BLUE, label="of motion")
-    _line(
-        axes[0][0],
-        track,
-        potential - potential[0],
-        GREEN,
-        label="of gravity and springs, since the start",
-    )
-    _line(
-        axes[0][0],
-        track,
-        kinetic + potential - kinetic[0] - potential[0],
-        QUIET,
-        label="both, since the start",
-    )
-    axes[0][0].set_ylabel("energy [J]")
-    axes[0][0].legend(**_ABOVE, ncols=3)
-    sizes = _sizes(track)
-    suppress_rounding(axes[0][0], sizes.energy)
-    for k, name in enumerate(track.robot.active):
-        part = track.efforts[:, k] * track.state.du[:, k]
-        _line(axes[1][0], track, part, _COLOURS[k % len(_COLOURS)], label=name)
-    _line(axes[1][0], track, track.power, INK, label="sum")
-    axes[1][0].set_ylabel("power [W]")
-    axes[1][0].legend(**_ABOVE, ncols=8)
-    suppress_rounding(axes[1][0], sizes.energy / sizes.time)
+    figure, axes = make_panels(2, 1, 2.2)
+    energy_ax, power_ax = axes[0][0], axes[1][0]
+    sizes = natural_sizes(recording)
+    kinetic, potential = recording.energy
+    raised = potential - potential[0]
+    total = kinetic + potential - kinetic[0] - potential[0]
+    label = "of gravity and springs, since the start"
+    draw_line(energy_ax, recording, kinetic, BLUE, label="of motion")
+    draw_line(energy_ax, recording, raised, GREEN, label=label)
+    draw_line(energy_ax, recording, total, QUIET, label="both, since the start")
+    energy_ax.set_ylabel("energy [J]")
+    energy_ax.legend(**LEGEND_ABOVE, ncols=3)
+    suppress_rounding(energy_ax, sizes.energy)
+    for k, name in enumerate(recording.robot.active):
+        power = recording.efforts[:, k] * recording.state.du[:, k]
+        draw_line(power_ax, recording, power, colour_of(k), label=name)
+    draw_line(power_ax, recording, recording.power, INK, label="sum")
+    power_ax.set_ylabel("power [W]")
+    power_ax.legend(**LEGEND_ABOVE, ncols=8)
+    suppress_rounding(power_ax, sizes.energy / sizes.time)
     return figure
 
 
-def closure(track: Track) -> Figure:
+def closure(recording: EvaluatedRecording) -> Figure:
     """Residual of the loops, and the distance of each to a singularity."""
-    figure, axes = _panels(2, 1, 2.2)
-    _line(axes[0][0], track, np.maximum(np.asarray(track.state.residual), _LEAST), BLUE)
-    axes[0][0].set_yscale("log")
-    axes[0][0].set_ylim(1e-17, max(1e-11, 10.0 * float(np.max(track.state.residual))))
-    axes[0][0].set_ylabel("largest residual [1]")
-    for k, loop in enumerate(track.robot.loops):
-        _line(
-            axes[1][0], track, track.state.distances[:, k], _COLOURS[k % len(_COLOURS)], label=loop
-        )
-    axes[1][0].set_ylim(0.0, 1.05)
-    axes[1][0].axhline(_NEAR, color=QUIET, linewidth=0.8, linestyle="--", label=f"near: {_NEAR:g}")
-    axes[1][0].set_ylabel("distance to a\nsingularity [1]")
-    axes[1][0].legend(**_ABOVE, ncols=6)
+    figure, axes = make_panels(2, 1, 2.2)
+    residual_ax, distance_ax = axes[0][0], axes[1][0]
+    state = recording.state
+    residual = np.maximum(np.asarray(state.residual), _MIN_RESIDUAL)
+    draw_line(residual_ax, recording, residual, BLUE)
+    residual_ax.set_yscale("log")
+    top = max(_MIN_RESIDUAL_RANGE, 10.0 * float(np.max(state.residual)))
+    residual_ax.set_ylim(_MIN_RESIDUAL, top)
+    residual_ax.set_ylabel("largest residual [1]")
+    for k, loop in enumerate(recording.robot.loops):
+        draw_line(distance_ax, recording, state.distances[:, k], colour_of(k), label=loop)
+    distance_ax.set_ylim(0.0, 1.05)
+    distance_ax.axhline(_NEAR_SINGULARITY, label=f"near: {_NEAR_SINGULARITY:g}", **_DASHED)
+    distance_ax.set_ylabel("distance to a\nsingularity [1]")
+    distance_ax.legend(**LEGEND_ABOVE, ncols=6)
     return figure
 
 
-def margins(track: Track) -> Figure:
-    """What is left to the nearer end of each joint's range."""
-    names, left = track.margins
-    sizes = _sizes(track)
-    figure, axes = _panels(max(len(names), 1), 1, 1.5)
+def margins(recording: EvaluatedRecording) -> Figure:
+    """Margins of each joint to the nearer end of its range."""
+    names, values = recording.margins
+    sizes = natural_sizes(recording)
+    figure, axes = make_panels(max(len(names), 1), 1, 1.5)
     for k, name in enumerate(names):
+        kind = recording.robot.joint_types[name]
+        margin = values[:, k]
         ax = axes[k][0]
-        _line(ax, track, left[:, k], _COLOURS[k % len(_COLOURS)])
+        draw_line(ax, recording, margin, colour_of(k))
         ax.axhline(0.0, color=RED, linewidth=0.8)
-        low, high = min(0.0, float(left[:, k].min())), max(0.0, float(left[:, k].max()))
+        low = min(0.0, float(margin.min()))
+        high = max(0.0, float(margin.max()))
         room = 0.08 * (high - low) + 1e-9
         ax.set_ylim(low - room, high + room)  # the line at 0 stands clear of the axis
-        kind = track.robot.joint_types[name]
         suppress_rounding(ax, sizes.position(kind))
         ax.set_ylabel(f"{name} [{coordinate_unit(kind)}]")
     return figure
 
 
-def sampling(track: Track) -> Figure:
+class _Row(NamedTuple):
+    """Times that a row of the figure marks [s], and how many samples they mean."""
+
+    label: str
+    colour: str
+    times: list[float]
+    sample_count: int
+
+
+def sampling(recording: EvaluatedRecording) -> Figure:
     """Intervals between stamps, and where samples are missing, off or refused."""
-    missing = track.stamps.missing
-    regular = not (missing or track.gaps or track.outliers or track.bad)
-    figure, axes = _panels(1, 1 if regular else 2, 2.4)
-    steps = _intervals(axes[0][0], track.stamps)
-    if regular:
-        axes[0][0].set_title(f"{steps}; no gaps, none missing or bad")
+    stamps = recording.stamps
+    faults = (stamps.missing, recording.gaps, recording.outliers, recording.refused)
+    if not any(faults):
+        figure, axes = make_panels(1, 1, 2.4)
+        summary = _draw_intervals(axes[0][0], stamps)
+        axes[0][0].set_title(f"{summary}; no gaps, none missing or bad")
         return figure
-    axes[0][0].set_title(steps)
-    ax = axes[0][1]
-    for start, end in track.gaps:
-        ax.axvspan(min(start, end), max(start, end), color=ORANGE, alpha=0.5, linewidth=1.0)
-    first = track.start_ns
-    looked = track.smooth != "causal"
-    rows = [
-        ("missing", ORANGE, [at for at, _, _ in missing]),
-        *(
-            [("off the motion", PURPLE, [outlier.at(first) for outlier in track.outliers])]
-            if looked
-            else []
-        ),
-        ("refused", RED, [at for at, _ in track.bad]),
-    ]
-    for k, (_, colour, times) in enumerate(rows):
-        ax.plot(
-            times,
-            np.full(len(times), 2.0 - k),
-            "|",
-            color=colour,
-            markersize=16,
-            markeredgewidth=1.6,
-        )
-    ax.set_xlim(*_wider(float(track.time.min()), float(track.time.max())))
-    ax.set_ylim(2.4 - len(rows), 2.6)
-    counts = [sum(count for _, _, count in missing), *(len(times) for _, _, times in rows[1:])]
-    told = [f"{name}: {count}" for (name, _, _), count in zip(rows, counts, strict=True)]
-    ax.set_yticks([2.0 - k for k in range(len(rows))], told)
-    ax.set_title(f"samples; gaps, shaded: {len(track.gaps)}")
-    ax.set_xlabel("time [s]")
+    figure, axes = make_panels(1, 2, 2.4)
+    axes[0][0].set_title(_draw_intervals(axes[0][0], stamps))
+    _draw_faults(axes[0][1], recording)
     return figure
 
 
-def _intervals(ax: Axes, stamps: Stamps) -> str:
-    """How many intervals are how long, and in words how many of the few that are far from the others."""
-    steps = stamps.intervals * 1e3
+def _draw_faults(ax: Axes, recording: EvaluatedRecording) -> None:
+    """Gaps, and samples that are missing, off the motion or refused, over time."""
+    for start, end in recording.gaps:
+        ax.axvspan(min(start, end), max(start, end), color=ORANGE, alpha=0.5, linewidth=1.0)
+    rows = _fault_rows(recording)
+    heights = [2.0 - k for k in range(len(rows))]
+    for row, height in zip(rows, heights, strict=True):
+        ax.plot(row.times, np.full(len(row.times), height), "|", color=row.colour, **_MARK)
+    ax.set_xlim(*widen(float(recording.time.min()), float(recording.time.max())))
+    ax.set_ylim(2.4 - len(rows), 2.6)
+    ax.set_yticks(heights, [f"{row.label}: {row.sample_count}" for row in rows])
+    ax.set_title(f"samples; gaps, shaded: {len(recording.gaps)}")
+    ax.set_xlabel("time [s]")
+
+
+def _fault_rows(recording: EvaluatedRecording) -> list[_Row]:
+    stamps = recording.stamps
+    begins = [interval.begin for interval in stamps.missing]
+    rows = [_Row("missing", ORANGE, begins, stamps.missing_count)]
+    if not recording.is_causal:
+        times = [outlier.at(recording.start_ns) for outlier in recording.outliers]
+        rows.append(_Row("off the motion", PURPLE, times, len(times)))
+    times = [time for time, _ in recording.refused]
+    rows.append(_Row("refused", RED, times, len(times)))
+    return rows
+
+
+def _draw_intervals(ax: Axes, stamps: StampIntervals) -> str:
+    """How many intervals are how long; in words, how many are far from the others."""
+    intervals = stamps.intervals * 1e3
     ax.set_xlabel("between stamps [ms]")
     ax.set_ylabel("intervals")
-    if not len(steps):
+    if not len(intervals):
         return "no intervals"
-    low, high = np.percentile(steps, [0.5, 99.5])
-    span = max(high - low, 0.1 * stamps.nominal * 1e3, 1e-6)
-    low, high = low - 0.2 * span, high + 0.2 * span
-    inside = steps[(steps >= low) & (steps <= high)]
-    ax.hist(inside, bins=61, range=(low, high), color=BLUE)  # odd: one stands on the usual interval
+    low, high = _usual_range(intervals, stamps.nominal * 1e3)
+    inside = intervals[(intervals >= low) & (intervals <= high)]
+    ax.hist(inside, bins=_BINS, range=(low, high), color=BLUE)
     ax.set_xlim(low, high)
-    words = [
-        (
-            f"{len(inside)} of {len(steps)} intervals"
-            if len(inside) < len(steps)
-            else f"{len(steps)} intervals"
-        )
-    ]
-    if (steps < low).any():
-        words.append(f"{(steps < low).sum()} shorter, from {steps.min():.4g} ms")
-    if (steps > high).any():
-        words.append(f"{(steps > high).sum()} longer, to {steps.max():.4g} ms")
+    counts = f"{len(intervals)} intervals"
+    if len(inside) < len(intervals):
+        counts = f"{len(inside)} of {counts}"
+    words = [counts]
+    shorter, longer = intervals < low, intervals > high
+    if shorter.any():
+        words.append(f"{shorter.sum()} shorter, from {intervals.min():.4g} ms")
+    if longer.any():
+        words.append(f"{longer.sum()} longer, to {intervals.max():.4g} ms")
     return "; ".join(words)
 
 
-def _wider(low: float, high: float) -> tuple[float, float]:
-    """A range with some room, so that marks at its ends are seen."""
-    room = max(0.02 * (high - low), 1e-3)
-    return low - room, high + room
-
-
-def svg(draw: Draw, track: Track, name: str) -> str:
-    """A figure as SVG text to stand in a page; `name` keeps its ids apart from those of others."""
-    with mpl.rc_context(
-        {**STYLE, "svg.fonttype": "path", "svg.hashsalt": name, "path.simplify_threshold": 0.3}
-    ):
-        figure = draw(track)
-        out = io.StringIO()
-        figure.savefig(out, format="svg", metadata={"Date": None})
-    text = out.getvalue()
-    text = re.sub(r'(id="|url\(#|href="#)', rf"\g<1>{name}_", text[text.index("<svg") :])
-    return re.sub(
-        r'<svg ([^>]*?)width="[^"]*" ',
-        r"<svg \1",
-        re.sub(r' height="[^"]*pt"', "", text, count=1),
-        count=1,
-    )
-
-
-def _panels(rows: int, columns: int, height: float) -> tuple[Figure, list[list[Axes]]]:
-    figure = Figure(figsize=(_WIDTH, 0.5 + height * rows), layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False, sharex=False)
-    for ax in axes.flat:
-        ax.grid(visible=True, color="#e6e6e6", linewidth=0.6)
-        ax.spines[["top", "right"]].set_visible(False)
-        ax.yaxis.set_major_formatter(_THOUSANDS)
-    for ax in axes[-1]:
-        ax.set_xlabel("time [s]")
-    for ax in axes[:-1].flat:
-        ax.tick_params(labelbottom=False)
-    return figure, [list(row) for row in axes]
-
-
-def _sizes(track: Track) -> Sizes:
-    return sizes_of(track.robot, float(np.ptp(track.time)))
-
-
-def _line(
-    ax: Axes, track: Track, values: FloatArray, colour: str, label: str = "", linewidth: float = 0.9
-) -> None:
-    """A line, broken at gaps."""
-    time, values = _thinned(track.time, values)
-    breaks = [end for _, end in track.gaps]
-    where = np.searchsorted(time, breaks)
-    time, values = (
-        np.insert(time, where, np.nan),
-        np.insert(values.astype(np.float64), where, np.nan),
-    )
-    ax.plot(time, values, color=colour, linewidth=linewidth, label=label)
-    ax.margins(x=0.01)
-
-
-def _clip(ax: Axes, track: Track, *parts: FloatArray) -> None:
-    """Keep a few wild values from flattening all others: they are marked at the edge, and counted.
-
-    The axis reaches once the range of the middle 98 % beyond it: seven deviations of Gaussian
-    noise, and every wave.
-    """
-    values = np.concatenate([part[np.isfinite(part)] for part in parts])
-    if not len(values):
-        return
-    low, high = np.percentile(values, [1.0, 99.0])
-    low, high = low - (high - low), high + (high - low)
-    lowest, highest = float(values.min()), float(values.max())
-    if not low < high or (low <= lowest and highest <= high):
-        return
-    ends = _wider(max(low, lowest), min(high, highest))
-    ax.set_ylim(*ends)
-    beyond = []
-    for part in parts:
-        for sign, mark, edge in ((-1.0, 6, ends[0]), (1.0, 7, ends[1])):
-            rows = np.flatnonzero(sign * part > sign * (low if sign < 0.0 else high))
-            (marks,) = ax.plot(
-                track.time[rows], np.full(len(rows), edge), linestyle="", marker=mark, **_BEYOND
-            )
-            marks.set_in_layout(False)
-            beyond += part[rows].tolist()
-    told = f"{len(beyond)} beyond, to {max(beyond, key=abs):.4g}"
-    ax.annotate(told, (0.995, 0.97), xycoords="axes fraction", **_NOTE).set_in_layout(False)
-
-
-def _thinned(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The least and the largest value of each stretch: peaks stay."""
-    size = -(-len(time) // (_MOST // 2))
-    if size <= 2:
-        return time, values
-    count = len(time) // size * size
-    table = values[:count].reshape(-1, size)
-    filled = np.where(np.isfinite(table), table, table[:, :1])
-    ends = np.sort(np.stack([filled.argmin(axis=1), filled.argmax(axis=1)], axis=1), axis=1)
-    rows = (ends + size * np.arange(len(ends))[:, None]).ravel()
-    return time[rows], values[rows]
+def _usual_range(intervals: FloatArray, nominal: float) -> tuple[float, float]:
+    """A range about 99 % of the intervals, with room [ms]."""
+    low, high = np.percentile(intervals, [0.5, 99.5])
+    span = max(high - low, 0.1 * nominal, 1e-6)
+    return low - 0.2 * span, high + 0.2 * span

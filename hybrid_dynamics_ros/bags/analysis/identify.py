@@ -1,9 +1,10 @@
-"""Parameters from a recording, with confidence, and what they are worth on a part of it that they have not seen."""
+"""Identification of parameters from a recording, whose last part is held out for testing."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from operator import attrgetter
 from typing import Final
 
 import numpy as np
@@ -14,285 +15,181 @@ from hybrid_dynamics_core.dynamics.parameters import Parameters, described_param
 from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_core.ground.suggestions import suggestion
 from hybrid_dynamics_core.ground.wording import counted, singular_or_plural
-from hybrid_dynamics_core.identification import (
-    Identification,
-    identify,
-    noise_limit,
-    robust_deviation,
-)
+from hybrid_dynamics_core.identification import identify, noise_limit, robust_deviation
 from hybrid_dynamics_core.robot.robot import Robot
 
 from ...messages.joint_samples import FloatArray
 from ..errors import BagError
-from .collect import Track
+from .identification_result import ExcludedSample, IdentificationResult
+from .recording import EvaluatedRecording
 
-_NOTHING: Final = (
-    1e-9  # share of the largest base parameter up to which one is zero but for rounding
-)
-_WORSE: Final = (
-    1.1  # times what the file leaves: noise in the estimates alone makes some percent at most
-)
-_SEEN: Final = 1e-3  # share of the efforts below which what is left does not matter
-_EDGE: Final = 0.02  # share of the samples at both ends of the held-out part that neither side sees
+_MIN_SAMPLES: Final = 10
+_MARGIN: Final = 0.02  # share of the samples before the held-out part that is used by neither
+_TINY: Final = 1e-300
+
+Rows = NDArray[np.intp]
 
 
-@dataclass(frozen=True)
-class LeftOut:
-    """A sample that was left out.
-
-    Attributes:
-        time: [s] since the start of the bag.
-        joint: the one that is furthest off.
-        off: by how much: an effort [N m or N], for a sample outlier a position [rad or m] or a
-        velocity.
-        what: of these three which.
-        late: by how much later than the motion says a stray's stamp is [s]; NaN where that is not
-        known.
-    """
-
-    time: float
-    joint: str
-    off: float
-    what: str
-    late: float = float("nan")
-
-
-@dataclass(frozen=True, eq=False)
-class Found:
-    """What identification found.
-
-    Attributes:
-        result: estimates with confidence.
-        joints: the active ones, (n,).
-        trained, held: how many samples each part has.
-        noise: (n,) standard deviation of what is left in the held-out part with the estimates [N m
-        or N].
-        before: (n,) the same with the parameters of the robot file.
-        spread: (n,) standard deviation of the recorded efforts there.
-        left_out: samples that count in neither part, in the order of their times.
-        described: (b,) base parameters as the robot file has them, in the order of the result.
-    """
-
-    result: Identification
-    joints: tuple[str, ...]
-    trained: int
-    held: int
-    noise: FloatArray
-    before: FloatArray
-    spread: FloatArray
-    left_out: tuple[LeftOut, ...]
-    described: FloatArray
-
-    @property
-    def worse(self) -> tuple[str, ...]:
-        """Joints whose efforts, where they were not seen, the estimates explain worse than the robot file.
-
-        What is below a thousandth of the efforts does not count.
-        """
-        least = _SEEN * np.maximum(self.spread, 0.1 * self.spread.max())
-        worse = self.noise > np.maximum(_WORSE * self.before, least)
-        return tuple(name for name, bad in zip(self.joints, worse, strict=True) if bad)
-
-    @property
-    def meant(self) -> tuple[str, ...]:
-        """Base parameters that are not zero in the robot file."""
-        largest = max(float(np.abs(self.described).max(initial=0.0)), 1e-300)
-        names = zip(self.result.table(), self.described, strict=True)
-        return tuple(name for name, value in names if abs(value) > _NOTHING * largest)
-
-    @property
-    def determined(self) -> tuple[str, ...]:
-        """Base parameters that are not 0, at 95 % for all of them together: the motion shows at least their signs.
-
-        One interval in twenty misses, and where the motion excites too little many miss at once: so
-        the least of all has to be as far from 0 as the largest of as many Gaussian values hardly
-        ever is. None of those that bodies with positive masses cannot have (`bodiless`), and none
-        where the estimates are `worse` than the robot file: their intervals hold for a model that
-        does not.
-        """
-        return self._named(self._sure & self._embodied)
-
-    @property
-    def bodiless(self) -> tuple[str, ...]:
-        """Those that would be determined, if bodies could have them: their noise cannot be white.
-
-        Where the motion hardly shows a combination, small errors of stamps and accelerations, which
-        make errors of the efforts, look like it. They know nothing of positive masses, and land far
-        off what masses can make.
-        """
-        return self._named(self._sure & ~self._embodied)
-
-    @property
-    def physical(self) -> FloatArray:
-        """(b,) base parameters of bodies with positive masses, nearest to the efforts."""
-        return np.asarray(self.result.base.values(self.result.values))
-
-    def _named(self, chosen: NDArray[np.bool_]) -> tuple[str, ...]:
-        """The chosen ones (b,); none where the estimates are `worse`."""
-        names = zip(self.result.base.names, chosen, strict=True)
-        return () if self.worse else tuple(name for name, one in names if one)
-
-    @property
-    def _sure(self) -> NDArray[np.bool_]:
-        return np.asarray(np.abs(self.result.estimate) > self._reach)
-
-    @property
-    def _embodied(self) -> NDArray[np.bool_]:
-        return np.asarray(np.abs(self.result.estimate - self.physical) <= self._reach)
-
-    @property
-    def _reach(self) -> FloatArray:
-        """(b,) how far the estimates may be off, at 95 % for all of them together."""
-        return np.asarray(noise_limit(len(self.result.estimate)) * self.result.deviation)
-
-    @property
-    def unsettled(self) -> tuple[str, ...]:
-        """Those of them that are not determined: the motion does not even show their sign."""
-        return tuple(name for name in self.meant if name not in self.determined)
-
-    @property
-    def explained(self) -> FloatArray:
-        """Share of the variance of the held-out efforts that the estimates explain, (n,); NaN where none varies."""
-        told = self.spread > 0.0
-        return np.where(told, 1.0 - (self.noise / np.where(told, self.spread, 1.0)) ** 2, np.nan)
-
-
-def asked_parameters(
+def requested_parameters(
     robot: Robot, links: Sequence[str] = (), friction: Sequence[str] = ()
 ) -> Parameters:
-    """Inertias of these links (none: of all that have mass) and friction of these joints.
+    """Inertias of some links and friction of some joints.
+
+    Args:
+        robot: the robot.
+        links: names of links; none: all that have mass.
+        friction: names of joints.
 
     Raises:
         InputError: the robot has no such link that moves, or no such joint.
     """
-    moving = [name for name in robot.description.links if name != robot.description.base]
-    for names, known, what in (
-        (links, moving, "moving link"),
-        (friction, [*robot.description.joints], "joint"),
-    ):
-        for name in names:
-            if name not in known:
-                raise InputError(
-                    f"'{name}' is not a {what}{suggestion(name, known)}; they are {', '.join(known)}"
-                )
-    asked = described_parameters(robot.description, tuple(dict.fromkeys(friction)))
-    return replace(asked, links=tuple(dict.fromkeys(links))) if links else asked
+    description = robot.description
+    moving = [name for name in description.links if name != description.base]
+    _require_names(links, moving, "moving link")
+    _require_names(friction, list(description.joints), "joint")
+    parameters = described_parameters(description, tuple(dict.fromkeys(friction)))
+    if links:
+        parameters = replace(parameters, links=tuple(dict.fromkeys(links)))
+    return parameters
 
 
-def identify_track(
-    track: Track, parameters: Parameters | None = None, hold_out: float = 0.25
-) -> Found:
-    """Identify from recorded efforts; the last part of the recording is held out.
+def _require_names(names: Sequence[str], candidates: Sequence[str], what: str) -> None:
+    for name in names:
+        if name not in candidates:
+            hint = suggestion(name, candidates)
+            raise InputError(f"'{name}' is not a {what}{hint}; they are {', '.join(candidates)}")
+
+
+def identify_recording(
+    recording: EvaluatedRecording, parameters: Parameters | None = None, hold_out: float = 0.25
+) -> IdentificationResult:
+    """Identify parameters from recorded efforts; the last part of the recording is held out.
 
     Args:
-        track: of a recording with efforts.
-        parameters: which are asked for, see `asked_parameters`; None: inertias of all links with
-        mass.
+        recording: a recording with efforts.
+        parameters: see `requested_parameters`; None: inertias of all links with mass.
         hold_out: share of the samples.
 
     Raises:
         BagError: there are no recorded efforts.
         InputError: the motion does not show the parameters.
     """
-    robot = track.robot
-    usable = np.isfinite(track.recorded).all(axis=1) & np.isfinite(track.acceleration).all(axis=1)
-    rows = np.flatnonzero(usable)
-    if len(rows) < 10:
-        count = f"{counted(len(rows), 'sample')} {singular_or_plural(len(rows), 'has', 'have')}"
-        kept = (
+    robot = recording.robot
+    training, test = _split(_usable_rows(recording), hold_out)
+    if parameters is None:
+        parameters = requested_parameters(robot)
+    identification = identify(
+        robot,
+        recording.state.rows(training),
+        recording.acceleration[training],
+        recording.recorded[training],
+        parameters,
+        recording.loads,
+    )
+    identified = Robot(identification.described(robot.description))
+    loads = identified.loads.with_gravity(recording.loads.gravity)
+    residual = _residual(identified, recording, test, loads)
+    file_residual = _residual(robot, recording, test, recording.loads)
+    is_outlier = _is_unexplained(residual, file_residual)
+    excluded = _excluded_outliers(recording)
+    excluded += _excluded_efforts(
+        recording,
+        training[identification.outlying],
+        identification.residual[identification.outlying],
+        identification.noise,
+    )
+    excluded += _excluded_efforts(
+        recording, test[is_outlier], file_residual[is_outlier], file_residual.std(axis=0)
+    )
+    test = test[~is_outlier]
+    return IdentificationResult(
+        identification=identification,
+        joints=robot.active,
+        training_count=int((~identification.outlying).sum()),
+        test_count=len(test),
+        residual=residual[~is_outlier].std(axis=0),
+        file_residual=file_residual[~is_outlier].std(axis=0),
+        effort_deviation=recording.recorded[test].std(axis=0),
+        excluded=tuple(sorted(excluded, key=attrgetter("time"))),
+        file_values=np.asarray(identification.base.values(parameters.values(robot.description))),
+    )
+
+
+def _usable_rows(recording: EvaluatedRecording) -> Rows:
+    """Samples with recorded efforts and accelerations. Raises BagError where there are none."""
+    has_efforts = np.isfinite(recording.recorded).all(axis=1)
+    has_accelerations = np.isfinite(recording.acceleration).all(axis=1)
+    rows = np.flatnonzero(has_efforts & has_accelerations)
+    if len(rows) >= _MIN_SAMPLES:
+        return rows
+    have = singular_or_plural(len(rows), "has", "have")
+    text = (
+        f"{recording.topic}: {counted(len(rows), 'sample')} {have} recorded efforts of"
+        f" {', '.join(recording.robot.active)} and accelerations; identification needs the effort"
+        " field of the recorded joint states"
+    )
+    if recording.is_computed:
+        text += (
             "; these are what `bag process` computed: process the recording with --keep, which"
             " takes its topics over too, or identify from the recording itself"
         )
-        raise BagError(
-            f"{track.topic}: {count} recorded efforts of {', '.join(robot.active)} and"
-            " accelerations; identification needs the effort field of the recorded joint"
-            f" states{kept if track.computed else ''}"
-        )
+    raise BagError(text)
+
+
+def _split(rows: Rows, hold_out: float) -> tuple[Rows, Rows]:
+    """Rows for training and, after a margin, those that are held out."""
     cut = round(len(rows) * (1.0 - hold_out))
-    edge = round(_EDGE * len(rows))
-    train, held = rows[: max(cut - edge, 1)], rows[cut:]
-    parameters = asked_parameters(robot) if parameters is None else parameters
-    result = identify(
-        robot,
-        track.state.rows(train),
-        track.acceleration[train],
-        track.recorded[train],
-        parameters,
-        track.loads,
-    )
-    better = Robot(result.described(robot.description))
-    loads = better.loads.with_gravity(track.loads.gravity)
-    left = _left(better, track, held, loads)
-    before = _left(robot, track, held, track.loads)
-    neither = _unexplained(left, before)
-    strange = [
-        (train, result.outlying, result.residual, result.noise),
-        (held, neither, before, before.std(axis=0)),
-    ]
-    left_out = sorted(
-        [*_strays(track), *(entry for part in strange for entry in _told(track, *part))], key=_time
-    )
-    left, before, held = left[~neither], before[~neither], held[~neither]
-    return Found(
-        result=result,
-        joints=robot.active,
-        trained=int((~result.outlying).sum()),
-        held=len(held),
-        noise=left.std(axis=0),
-        before=before.std(axis=0),
-        spread=track.recorded[held].std(axis=0),
-        left_out=tuple(left_out),
-        described=np.asarray(result.base.values(parameters.values(robot.description))),
-    )
+    margin = round(_MARGIN * len(rows))
+    return rows[: max(cut - margin, 1)], rows[cut:]
 
 
-def _time(entry: LeftOut) -> float:
-    return entry.time
+def _residual(robot: Robot, recording: EvaluatedRecording, rows: Rows, loads: Loads) -> FloatArray:
+    """Recorded efforts of some rows less those of a robot (k, n) [N m or N]."""
+    state = robot.close(recording.state.u[rows], recording.state.du[rows])
+    computed = robot.inverse_dynamics(state, recording.acceleration[rows], loads)
+    residual: FloatArray = recording.recorded[rows] - computed
+    return residual
 
 
-def _unexplained(left: FloatArray, before: FloatArray) -> NDArray[np.bool_]:
-    """Samples (N,) whose efforts neither the estimates nor the robot file explain, beyond what noise does.
+def _is_unexplained(residual: FloatArray, file_residual: FloatArray) -> NDArray[np.bool_]:
+    """Samples (N,) whose efforts neither the estimates nor the robot file explain.
 
-    By the better one of both: what a wrong model leaves everywhere is no fault of a sample.
+    The better one of both counts: what a wrong model leaves everywhere is no fault of a sample.
     """
-    least = np.minimum(
-        np.abs(left - np.median(left, axis=0)), np.abs(before - np.median(before, axis=0))
-    )
-    limit = noise_limit(least.size) * np.maximum(robust_deviation(least), 1e-300)
+    centred = np.abs(residual - np.median(residual, axis=0))
+    file_centred = np.abs(file_residual - np.median(file_residual, axis=0))
+    least = np.minimum(centred, file_centred)
+    limit = noise_limit(least.size) * np.maximum(robust_deviation(least), _TINY)
     return np.asarray((least > limit).any(axis=1))
 
 
-def _strays(track: Track) -> list[LeftOut]:
-    names, start = track.measured, track.start_ns
-    return [
-        LeftOut(s.at(start), names[s.joint], s.off, "velocity" if s.rate else "position", s.late)
-        for s in track.outliers
-    ]
+def _excluded_outliers(recording: EvaluatedRecording) -> list[ExcludedSample]:
+    """The samples that do not fit the motion around them."""
+    excluded = []
+    for outlier in recording.outliers:
+        what = "velocity" if outlier.rate else "position"
+        joint = recording.measured[outlier.joint]
+        time = outlier.at(recording.start_ns)
+        excluded.append(ExcludedSample(time, joint, outlier.off, what, outlier.late))
+    return excluded
 
 
-def _told(
-    track: Track,
-    rows: NDArray[np.intp],
-    out: NDArray[np.bool_],
-    residual: FloatArray,
-    noise: FloatArray,
-) -> list[LeftOut]:
-    found = []
-    for k in np.flatnonzero(out):
-        joint = int(np.argmax(np.abs(residual[k]) / np.maximum(noise, 1e-300)))
-        found.append(
-            LeftOut(
-                float(track.time[rows[k]]),
-                track.robot.active[joint],
-                float(residual[k, joint]),
-                "effort",
-            )
-        )
-    return found
+def _excluded_efforts(
+    recording: EvaluatedRecording, rows: Rows, residual: FloatArray, noise: FloatArray
+) -> list[ExcludedSample]:
+    """Samples whose efforts noise does not explain.
 
-
-def _left(robot: Robot, track: Track, rows: NDArray[np.intp], loads: Loads) -> FloatArray:
-    state = robot.close(track.state.u[rows], track.state.du[rows])
-    computed = robot.inverse_dynamics(state, track.acceleration[rows], loads)
-    left: FloatArray = track.recorded[rows] - computed
-    return left
+    Args:
+        recording: where they are from.
+        rows: of the samples (k,).
+        residual: of their efforts (k, n) [N m or N].
+        noise: standard deviation of each joint's effort (n,) [N m or N].
+    """
+    excluded = []
+    scale = np.maximum(noise, _TINY)
+    for row, values in zip(rows.tolist(), residual, strict=True):
+        joint = int(np.argmax(np.abs(values) / scale))
+        time = float(recording.time[row])
+        name = recording.robot.active[joint]
+        excluded.append(ExcludedSample(time, name, float(values[joint]), "effort"))
+    return excluded

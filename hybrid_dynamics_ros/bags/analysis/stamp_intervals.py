@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -13,48 +13,74 @@ from ...messages.joint_samples import FloatArray
 _LONG: Final = 1.5  # nominal intervals, beyond which at least one sample is missing
 
 
+class LongInterval(NamedTuple):
+    """An interval that misses samples.
+
+    Attributes:
+        begin: time at which it begins [s].
+        length: [s].
+        missing: how many samples are missing.
+    """
+
+    begin: float
+    length: float
+    missing: int
+
+
 @dataclass(frozen=True, eq=False)
-class Stamps:
-    """Intervals between stamps (k,) [s], one after the other from the time `first` [s] on."""
+class StampIntervals:
+    """Intervals between stamps, one after the other.
+
+    Attributes:
+        first: time of the first stamp [s].
+        intervals: (k,) [s].
+    """
 
     first: float
     intervals: FloatArray
 
     @cached_property
     def nominal(self) -> float:
-        """The median interval [s]; 0 where there is none."""
+        """The median of the rising intervals [s]; 0 where there are none."""
         rising = self.intervals[self.intervals > 0.0]
         return float(np.median(rising)) if len(rising) else 0.0
 
     @property
     def longest(self) -> tuple[float, float]:
-        """The longest interval and the time at which it begins [s]."""
+        """The longest interval, and the time at which it begins [s]."""
         if not len(self.intervals):
             return 0.0, self.first
         row = int(np.argmax(self.intervals))
         return float(self.intervals[row]), float(self._begins[row])
 
     @cached_property
-    def missing(self) -> list[tuple[float, float, int]]:
-        """Intervals that miss samples: where they begin, how long they are [s], and how many samples are missing.
+    def missing(self) -> list[LongInterval]:
+        """Intervals that miss samples.
 
-        An interval is long if it is beyond 1.5 nominal ones, whatever the one before or behind it
-        makes up for: a stamp that is late is followed by a short interval, and no sample is
-        missing.
+        Such an interval is longer than 1.5 nominal ones, without what its neighbours make up for.
+        A stamp that is late is followed by a short interval: no sample is missing there.
         """
-        nominal, steps = self.nominal, self.intervals
+        nominal = self.nominal
         if not nominal:
             return []
-        spare = np.minimum(steps - nominal, 0.0)
-        around = np.minimum(np.append(spare[1:], 0.0), np.insert(spare[:-1], 0, 0.0))
-        left = steps + around
-        rows = np.flatnonzero(left > _LONG * nominal)
-        return [
-            (float(self._begins[k]), float(steps[k]), max(round(steps[k] / nominal) - 1, 1))
-            for k in rows
-        ]
+        shortage = np.minimum(self.intervals - nominal, 0.0)  # of each interval, 0 or less
+        before = np.insert(shortage[:-1], 0, 0.0)
+        after = np.append(shortage[1:], 0.0)
+        compensated = self.intervals + np.minimum(after, before)
+        rows = np.flatnonzero(compensated > _LONG * nominal).tolist()
+        return [self._long_interval(row) for row in rows]
+
+    @property
+    def missing_count(self) -> int:
+        """How many samples are missing."""
+        return sum(interval.missing for interval in self.missing)
+
+    def _long_interval(self, row: int) -> LongInterval:
+        length = float(self.intervals[row])
+        missing = max(round(length / self.nominal) - 1, 1)
+        return LongInterval(float(self._begins[row]), length, missing)
 
     @cached_property
     def _begins(self) -> FloatArray:
-        """(k,) when each interval begins [s]."""
+        """When each interval begins (k,) [s]."""
         return self.first + np.cumsum(self.intervals) - self.intervals

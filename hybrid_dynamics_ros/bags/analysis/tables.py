@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -13,53 +13,73 @@ import numpy as np
 from hybrid_dynamics_core.ground.progress import Progress
 from hybrid_dynamics_core.ground.suggestions import suggestion
 
-from ...messages.interfaces import typestore
+from ...messages.interfaces import deserialize, typestore
 from ..errors import BagCallError, BagError
 from ..storage.bag_reader import BagReader
+from ..storage.storage import Topic
 
 FORMATS: Final = ("csv", "parquet", "npz")
-_NAMES: Final = (
-    "name",
-    "loops",
-    "pins",
-    "stroke_joints",
-    "joint_names",
-)  # fields that name the entries of others
+# Fields that name the entries of others.
+_NAME_FIELDS: Final[tuple[str, ...]] = ("name", "loops", "pins", "stroke_joints", "joint_names")
+_STROKE_FIELDS: Final = ("to_lower", "to_upper")  # whose entries `stroke_joints` names
+_UPDATE: Final = 256  # messages between two updates of the progress
+_LOG_TIME: Final = "log_ns"
 
 Columns = dict[str, list[Any]]
 
 
-def flat(message: Any) -> dict[str, Any]:
-    """Numbers and texts of a message by path; entries of arrays by the names that the message gives them."""
-    return dict(_flat(message, "", ()))
+def flatten(message: Any) -> dict[str, Any]:
+    """Numbers and texts of a message by path.
+
+    Entries of arrays have the names that the message gives them. A stamp becomes its nanoseconds.
+    """
+    return dict(_flatten(message, "", ()))
 
 
-def _flat(value: Any, path: str, names: tuple[str, ...]) -> Iterator[tuple[str, Any]]:
-    """A stamp becomes its nanoseconds."""
+def _flatten(value: Any, path: str, names: tuple[str, ...]) -> Iterator[tuple[str, Any]]:
+    """Paths and values.
+
+    Args:
+        value: a part of a message.
+        path: of the part.
+        names: of its entries, where it is an array.
+    """
     if hasattr(value, "nanosec"):
         yield f"{path}_ns", int(value.sec) * 10**9 + int(value.nanosec)
     elif is_dataclass(value):
-        own = {f.name: getattr(value, f.name) for f in fields(value) if f.name != "__msgtype__"}
-        for name, part in own.items():
-            if name not in _NAMES:
-                yield from _flat(part, f"{path}.{name}" if path else name, _labels(own, name))
+        yield from _flatten_fields(value, path)
     elif isinstance(value, (list, tuple, np.ndarray)):
         for k, entry in enumerate(value):
-            yield from _flat(entry, f"{path}[{names[k] if k < len(names) else k}]", ())
+            label = names[k] if k < len(names) else k
+            yield from _flatten(entry, f"{path}[{label}]", ())
+    elif isinstance(value, np.generic):
+        yield path, value.item()
     else:
-        yield path, value.item() if isinstance(value, np.generic) else value
+        yield path, value
 
 
-def _labels(own: Mapping[str, Any], name: str) -> tuple[str, ...]:
-    """What the message itself calls the entries of a field."""
-    lists = ["stroke_joints"] if name in ("to_lower", "to_upper") else []
-    for key in (*lists, *_NAMES):
-        if key in own and len(own[key]) == _sized(own[name]):
-            return tuple(own[key])
+def _flatten_fields(message: Any, path: str) -> Iterator[tuple[str, Any]]:
+    names = [entry.name for entry in fields(message) if entry.name != "__msgtype__"]
+    parts = {name: getattr(message, name) for name in names}
+    prefix = f"{path}." if path else ""
+    for name, part in parts.items():
+        if name not in _NAME_FIELDS:
+            yield from _flatten(part, prefix + name, _entry_names(parts, name))
+
+
+def _entry_names(parts: Mapping[str, Any], name: str) -> tuple[str, ...]:
+    """What a message itself calls the entries of one of its fields."""
+    size = _size(parts[name])
+    candidates = _NAME_FIELDS
+    if name in _STROKE_FIELDS:
+        candidates = ("stroke_joints", *_NAME_FIELDS)
+    for candidate in candidates:
+        if candidate in parts and len(parts[candidate]) == size:
+            return tuple(parts[candidate])
     return ()
 
 
-def _sized(value: Any) -> int:
+def _size(value: Any) -> int:
     return len(value) if isinstance(value, (list, tuple, np.ndarray)) else -1
 
 
@@ -71,42 +91,25 @@ def table_file(folder: Path, topic: str, kind: str) -> Path:
 def export(
     path: Path, target: Path, kind: str, topics: tuple[str, ...] = (), *, overwrite: bool = False
 ) -> tuple[dict[str, int], list[str]]:
-    """Write a file for each topic into a folder; how many messages each has, and what could not be read.
+    """Write a file for each topic into a folder.
 
-    overwrite: files of the same names are replaced, all else in the folder stays.
+    Args:
+        path: the bag.
+        target: the folder.
+        kind: one of `FORMATS`.
+        topics: names of the topics; none: all.
+        overwrite: whether files of the same names are replaced. All else in the folder stays.
+
+    Returns:
+        How many messages each topic has, and what could not be read.
 
     Raises:
         BagCallError: a topic is not there, or the folder is not empty.
         BagError: the format needs what is not installed.
     """
-    if target.exists() and not target.is_dir():
-        raise BagCallError(f"{target}: is a file; name a folder")
-    if not overwrite and target.is_dir() and any(target.iterdir()):
-        raise BagCallError(
-            f"{target}: there is something in it already, and tables of two bags would mix; name a"
-            " new folder, or give --overwrite to replace the files of the same names"
-        )
+    _require_folder(target, overwrite=overwrite)
     with BagReader(path) as source:
-        missing = [topic for topic in topics if topic not in source.topics]
-        if missing:
-            hint = suggestion(missing[0], source.topics)
-            raise BagCallError(
-                f"{path}: no topic {missing[0]}{hint}; there are: {', '.join(source.topics)}"
-            )
-        wanted = {
-            name: topic for name, topic in source.topics.items() if not topics or name in topics
-        }
-        unknown = [t.name for t in wanted.values() if t.kind not in typestore().types]
-        for name in unknown:
-            source.losses.add(
-                f"{name}: its type {wanted.pop(name).kind} is not known; it is left out"
-            )
-        tables = _tables(
-            source,
-            frozenset(wanted),
-            {name: topic.kind for name, topic in wanted.items()},
-            path.name,
-        )
+        tables = _tables(source, _exported_topics(source, topics))
         losses = source.losses.describe()
     target.mkdir(parents=True, exist_ok=True)
     for name, columns in tables.items():
@@ -114,39 +117,69 @@ def export(
         aside = file.with_name(f".{file.name}.part")
         _WRITERS[kind](aside, columns)
         aside.replace(file)
-    return {name: len(columns["log_ns"]) for name, columns in tables.items()}, losses
+    return {name: len(columns[_LOG_TIME]) for name, columns in tables.items()}, losses
 
 
-def _tables(
-    source: BagReader, wanted: frozenset[str], kinds: Mapping[str, str], label: str
-) -> dict[str, Columns]:
+def _require_folder(target: Path, *, overwrite: bool) -> None:
+    """Refuse a target that tables cannot go into. Raises BagCallError."""
+    if target.exists() and not target.is_dir():
+        raise BagCallError(f"{target}: is a file; name a folder")
+    if not overwrite and target.is_dir() and any(target.iterdir()):
+        raise BagCallError(
+            f"{target}: there is something in it already, and tables of two bags would mix; name a"
+            " new folder, or give --overwrite to replace the files of the same names"
+        )
+
+
+def _exported_topics(source: BagReader, names: tuple[str, ...]) -> dict[str, Topic]:
+    """The topics that are wanted and whose types are known. Raises BagCallError."""
+    for name in names:
+        if name not in source.topics:
+            hint = suggestion(name, source.topics)
+            raise BagCallError(
+                f"{source.path}: no topic {name}{hint}; there are: {', '.join(source.topics)}"
+            )
+    exported = {}
+    for name, topic in source.topics.items():
+        if names and name not in names:
+            continue
+        if topic.kind in typestore().types:
+            exported[name] = topic
+        else:
+            source.losses.add(f"{name}: its type {topic.kind} is not known; it is left out")
+    return exported
+
+
+def _tables(source: BagReader, topics: Mapping[str, Topic]) -> dict[str, Columns]:
+    """Columns of each topic."""
     tables: dict[str, Columns] = {}
-    total = sum(source.topics[name].message_count or 0 for name in wanted) or 1
-    with Progress(label, total) as progress:
+    total = sum(topic.message_count or 0 for topic in topics.values())
+    with Progress(source.path.name, total or 1) as progress:
         done = 0
-        for name, messages in source.read(wanted):
-            columns = tables.setdefault(name, {"log_ns": []})
-            for row in range(len(messages)):
+        for name, messages in source.read(frozenset(topics)):
+            columns = tables.setdefault(name, {_LOG_TIME: []})
+            for log_ns, data in messages.raw():
                 try:
-                    message = typestore().deserialize_cdr(messages.message(row), kinds[name])
-                except Exception as error:  # noqa: BLE001 - whatever the library meets in damaged bytes
+                    message = deserialize(data, topics[name].kind)
+                except Exception as error:  # noqa: BLE001 - whatever rosbags meets in damaged bytes
                     source.losses.add(
-                        f"{name}: the message logged at {messages.log_ns[row]} ns is none ({error})"
+                        f"{name}: the message logged at {log_ns} ns is none ({error})"
                     )
                     continue
-                _append(columns, {"log_ns": int(messages.log_ns[row]), **flat(message)})
+                _append(columns, {_LOG_TIME: log_ns, **flatten(message)})
                 done += 1
-                if done % 256 == 0:
+                if done % _UPDATE == 0:
                     progress.update(done)
     return tables
 
 
 def _append(columns: Columns, values: Mapping[str, Any]) -> None:
-    before = len(columns["log_ns"])
+    """Append a row; None where it has no value."""
+    count = len(columns[_LOG_TIME])
     for name, value in values.items():
-        columns.setdefault(name, [None] * before).append(value)
+        columns.setdefault(name, [None] * count).append(value)
     for column in columns.values():
-        if len(column) == before:
+        if len(column) == count:
             column.append(None)
 
 
@@ -158,20 +191,18 @@ def _write_csv(path: Path, columns: Columns) -> None:
 
 
 def _write_npz(path: Path, columns: Columns) -> None:
-    arrays: dict[str, Any] = {name: _array(values) for name, values in columns.items()}
+    arrays: dict[str, Any] = {name: _array_of(values) for name, values in columns.items()}
     with path.open("wb") as file:
         np.savez_compressed(file, **arrays)
 
 
-def _array(values: list[Any]) -> Any:
+def _array_of(values: list[Any]) -> Any:
+    """A column as an array; an empty text or NaN where there is no value."""
     if any(isinstance(value, str) for value in values):
         return np.array(["" if value is None else str(value) for value in values])
-    whole = all(isinstance(value, int) for value in values)
-    return (
-        np.array(values)
-        if whole
-        else np.array([np.nan if v is None else v for v in values], dtype=np.float64)
-    )
+    if all(isinstance(value, int) for value in values):
+        return np.array(values)
+    return np.array(values, dtype=np.float64)  # None becomes NaN
 
 
 def _write_parquet(path: Path, columns: Columns) -> None:
@@ -183,4 +214,8 @@ def _write_parquet(path: Path, columns: Columns) -> None:
     parquet.write_table(pa.table(columns), path)
 
 
-_WRITERS: Final = {"csv": _write_csv, "npz": _write_npz, "parquet": _write_parquet}
+_WRITERS: Final[dict[str, Callable[[Path, Columns], None]]] = {
+    "csv": _write_csv,
+    "npz": _write_npz,
+    "parquet": _write_parquet,
+}

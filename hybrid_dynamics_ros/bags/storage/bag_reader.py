@@ -141,7 +141,7 @@ class BagReader:
         return target
 
     def _merge_topics(self) -> dict[str, Topic]:
-        """The topics of all files; what the metadata say of one comes before what its files say."""
+        """The topics of all files; the metadata come before what the files say."""
         topics: dict[str, Topic] = {}
         for file in self._files:
             for topic in file.topics():
@@ -161,7 +161,7 @@ def _with_count_of(topic: Topic, earlier: Topic | None) -> Topic:
 
 
 def read_raw(path: Path, topic: str) -> list[RawMessage]:
-    """All messages of one topic, in the order of their log times; none where the topic is not there.
+    """All messages of one topic, in the order of their log times; none without the topic.
 
     Raises:
         BagError: there is no bag, or not all of it can be read.

@@ -287,7 +287,7 @@ class McapReader:
             self._find_messages(records, segment)
 
     def _find_messages(self, records: bytes, segment: _Segment) -> tuple[Places, Places]:
-        """Where message records begin, and the bytes of their bodies; schemas and channels are taken."""
+        """Where message records begin, and the bytes of their bodies; channels are registered."""
         runs = MessageRuns()
         start = 0
         end = len(records)

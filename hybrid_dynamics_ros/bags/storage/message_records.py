@@ -1,4 +1,4 @@
-"""Where the messages of a chunk are: message records of one size that follow each other are found together."""
+"""Where the messages of a chunk are: records of one size that follow each other, together."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class MessageRuns:
 
 
 def _run_length(records: bytes, start: int, step: int) -> int:
-    """How many records from `start` on have the same code and size: each ends where the next begins."""
+    """How many records from `start` on have the same code and size."""
     shape = ((len(records) - start) // step, RECORD_HEAD.size)
     heads = np.ndarray(shape, dtype=np.uint8, buffer=records, offset=start, strides=(step, 1))
     count = 1
