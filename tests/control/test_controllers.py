@@ -40,9 +40,7 @@ def errors(motion: Simulation, trajectory: JointTrajectory) -> np.ndarray:
 
 @pytest.mark.parametrize("name", STARTS)
 def test_computed_torque_makes_the_error_a_linear_one(name: str) -> None:
-    """From a start off the trajectory e'' + kd e' + kp e = 0 to the integrator's accuracy, loops
-    and all.
-    """
+    """From a start off the trajectory e'' + kd e' + kp e = 0, to the integrator's accuracy."""
     robot, trajectory = motion_of(name)
     kp, kd = 60.0, 12.0
     offset = 0.01 * np.cos(np.arange(len(robot.active)))
@@ -61,13 +59,13 @@ def test_computed_torque_makes_the_error_a_linear_one(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["forging_chu2020", "excavator"])
-def test_computed_torque_forgets_a_payload_only_where_it_is_told(name: str) -> None:
+def test_computed_torque_needs_the_payload(name: str) -> None:
     robot, trajectory = motion_of(name)
     laden = robot.loads.with_payload(Payload(60.0, [0.1, 0.0, 0.0]))
     runs = {}
-    for told, loads in (("told", laden), ("not told", robot.loads)):
+    for label, loads in (("told", laden), ("not told", robot.loads)):
         controller = ComputedTorque(robot, trajectory, 100.0, 20.0, loads)
-        runs[told] = simulate(
+        runs[label] = simulate(
             robot, trajectory.positions[0], None, controller, (0.0, 1.2), Settings(loads=laden)
         )
     assert np.abs(errors(runs["told"], trajectory)).max() < 1e-7
@@ -107,7 +105,7 @@ def test_gravity_compensation_moves_as_without_weight(forging: Robot) -> None:
     assert np.ptp(space.energy.kinetic) < 1e-6 * space.energy.kinetic[0]  # it only coasts
 
 
-def test_damping_brings_it_to_rest(forging: Robot) -> None:
+def test_damping_brings_it_to_a_standstill(forging: Robot) -> None:
     controller = GravityCompensation(forging, damping=[400.0, 20000.0, 20000.0, 5.0])
     motion = simulate(forging, [0.0, 0.2, 0.1, 0.0], [0.3, 0.05, 0.02, 0.5], controller, (0.0, 2.0))
     assert motion.completed
@@ -116,7 +114,7 @@ def test_damping_brings_it_to_rest(forging: Robot) -> None:
 
 
 @pytest.mark.parametrize("name", STARTS)
-def test_feed_forward_follows_on_its_own(name: str) -> None:
+def test_feed_forward_follows_without_feedback(name: str) -> None:
     """On the trajectory from the start, without any feedback: only the integrator's error grows."""
     robot, trajectory = motion_of(name)
     motion = simulate(

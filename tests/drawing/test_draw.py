@@ -23,24 +23,24 @@ def gids(figure: Figure) -> set[str]:
     return {artist.get_gid() for artist in figure.findobj() if artist.get_gid()}
 
 
-def owners(found: set[str], kind: str) -> set[str]:
+def owners(names: set[str], kind: str) -> set[str]:
     """Names with artists of their own; several that are drawn as one are joined by +."""
-    joined = [gid.removeprefix(f"{kind}:") for gid in found if gid.startswith(f"{kind}:")]
+    joined = [gid.removeprefix(f"{kind}:") for gid in names if gid.startswith(f"{kind}:")]
     return {name for part in joined for name in part.split("+")}
 
 
 def labels(figure: Figure) -> set[str]:
-    found = [
+    names = [
         artist for artist in figure.findobj(Text) if (artist.get_gid() or "").startswith("name:")
     ]
-    return {name for artist in found for name in artist.get_text().split(", ")}
+    return {name for artist in names for name in artist.get_text().split(", ")}
 
 
 def test_every_link_joint_and_closure_has_its_artist(robot: Robot) -> None:
-    found = gids(drawing_of(robot.name))
-    assert owners(found, "link") >= {robot.base_frame, *robot.description.links}
-    assert owners(found, "joint") >= set(robot.coordinates)
-    assert owners(found, "closure") >= {closure.name for closure in robot.description.closures}
+    names = gids(drawing_of(robot.name))
+    assert owners(names, "link") >= {robot.base_frame, *robot.description.links}
+    assert owners(names, "joint") >= set(robot.coordinates)
+    assert owners(names, "closure") >= {closure.name for closure in robot.description.closures}
 
 
 def test_the_svg_holds_them_by_name_and_the_active_names_as_text(robot: Robot, tmp_path) -> None:
@@ -75,7 +75,7 @@ def test_the_base_is_named_among_the_links(robot: Robot) -> None:
 
 
 @pytest.mark.parametrize(("name", "which"), [("five_bar", "the"), ("excavator", "each")])
-def test_the_pin_of_the_key_looks_as_the_pins_of_the_picture(name: str, which: str) -> None:
+def test_the_pin_of_the_key_is_that_of_the_picture(name: str, which: str) -> None:
     figure = draw(robot_of(name))
     (handle,) = (
         handle
@@ -170,10 +170,7 @@ def test_a_name_behind_a_body_has_a_line_to_what_it_names(
 
 @pytest.mark.parametrize("reach", [3.0, 300.0])
 def test_a_name_stands_on_no_outline_however_long_that_is(reach: float) -> None:
-    """A straight edge passes where the name would best stand.
-
-    The name takes the other side of it.
-    """
+    """An edge passes where the name would best stand; the name takes the other side of it."""
     axes = Figure(figsize=(5, 5)).add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set(xlim=(0.0, 10.0), ylim=(0.0, 10.0))
     edge = 5.25
@@ -250,12 +247,12 @@ def test_a_png_is_written(forging: Robot, tmp_path) -> None:
 
 def test_a_robot_on_axes_of_a_larger_figure(forging: Robot) -> None:
     figure = Figure()
-    left, right = figure.subplots(1, 2)
-    left.plot([0, 1], [0, 1])
+    beside, right = figure.subplots(1, 2)
+    beside.plot([0, 1], [0, 1])
     draw_on(right, forging, forging.close(forging.reference), names="joints")
     assert set(forging.coordinates) <= {text.get_text() for text in right.texts}
     assert len(figure.texts) == 0
-    assert not left.texts
+    assert not beside.texts
 
 
 def test_a_state_moves_what_is_drawn(forging: Robot) -> None:

@@ -1,6 +1,4 @@
-"""Maps of a workspace: their outline is that of the workspace, and their values are the least that
-can be found.
-"""
+"""Maps of a workspace: their outline is that of the workspace, their values are the least."""
 
 from functools import cache
 
@@ -22,7 +20,9 @@ name: two_links
 links: {base: {}, upper: {}, fore: {}}
 joints:
   q1: {type: revolute, parent: base, child: upper, axis: y, limits: [-pi, pi]}
-  q2: {type: revolute, parent: upper, child: fore, origin: {xyz: [1, 0, 0]}, axis: y, limits: [0.5, pi/2]}
+  q2:
+    {type: revolute, parent: upper, child: fore, origin: {xyz: [1, 0, 0]}, axis: y,
+     limits: [0.5, pi/2]}
 active: [q1, q2]
 end_effector: {link: fore, xyz: [0.6, 0, 0]}
 reference: {q2: 1}
@@ -58,10 +58,7 @@ def test_the_outline_is_that_of_the_workspace() -> None:
 
 
 def test_no_cell_inside_is_far_from_a_place_that_was_reached() -> None:
-    """Of an arm with concave edges, where closing gaps could invent reach.
-
-    Cells against a grid of the cylinders.
-    """
+    """Of an arm with concave edges, where closing gaps could invent reach: cells against a grid."""
     robot, drawn = map_of("excavator", 8_000)
     low, high = robot.limits[1:].T
     grid = np.stack(np.meshgrid(*np.linspace(low, high, 60).T, indexing="ij"), axis=-1).reshape(
@@ -71,17 +68,18 @@ def test_no_cell_inside_is_far_from_a_place_that_was_reached() -> None:
     samples = margins_at(robot, np.column_stack([np.full(len(grid), robot.reference[0]), grid]))
     points = plane.points(samples)[samples.reachable]
     index = np.floor((points - drawn.outline.low) / drawn.outline.size).astype(int)
-    seen = np.zeros(drawn.outline.shape, dtype=bool)
-    seen[index[:, 0], index[:, 1]] = True
-    assert (seen & ~drawn.inside).sum() < 1e-2 * seen.sum()  # cells that the edge cuts may stay out
-    near = np.zeros_like(seen)
+    reached = np.zeros(drawn.outline.shape, dtype=bool)
+    reached[index[:, 0], index[:, 1]] = True
+    # Cells that the edge cuts may stay out.
+    assert (reached & ~drawn.inside).sum() < 1e-2 * reached.sum()
+    near = np.zeros_like(reached)
     for a in range(-2, 3):  # two cells, which the grid may leave between its own places
         for b in range(-2, 3):
-            near |= np.roll(seen, (a, b), (0, 1))
+            near |= np.roll(reached, (a, b), (0, 1))
     assert (drawn.inside & ~near).sum() < 5e-3 * drawn.inside.sum()
 
 
-def test_values_are_the_least_that_is_found_behind_a_point() -> None:
+def test_values_are_the_least_behind_a_point() -> None:
     robot, drawn = map_of("excavator", 8_000)
     (plane,) = choose_planes(robot)
     samples = robot.workspace(60_000).samples  # by chance alone, many more than the map began with
@@ -99,8 +97,8 @@ def test_values_are_the_least_that_is_found_behind_a_point() -> None:
 def test_the_same_call_gives_the_same_map() -> None:
     robot, drawn = map_of("two_links", 4_000)
     (plane,) = choose_planes(robot)
-    again = filled_maps(
+    repeated = filled_maps(
         robot, robot.workspace(4_000), [plane.points], lambda s: values_of(s, "singularity")
     )[0]
-    assert np.array_equal(again.inside, drawn.inside)
-    assert again.values == pytest.approx(drawn.values, nan_ok=True, abs=0.0)
+    assert np.array_equal(repeated.inside, drawn.inside)
+    assert repeated.values == pytest.approx(drawn.values, nan_ok=True, abs=0.0)

@@ -41,9 +41,9 @@ def test_every_mode_has_a_panel_that_names_what_differs(forging: Robot) -> None:
 
 
 def test_the_mode_of_the_file_is_marked() -> None:
-    own = [text for text in titles(figure_of("forging_chu2020")) if "the robot's own" in text]
-    assert len(own) == 1
-    assert own[0].count("counterclockwise") == 2
+    marked = [text for text in titles(figure_of("forging_chu2020")) if "the robot's own" in text]
+    assert len(marked) == 1
+    assert marked[0].count("counterclockwise") == 2
 
 
 @pytest.mark.parametrize("name", ["forging_chu2020", "staicu2015"])
@@ -54,8 +54,8 @@ def test_all_panels_have_one_scale(name: str) -> None:
 
 
 def test_panels_have_room_for_all_names() -> None:
-    few, every = (draw_modes(robot_of("palletizer"), names=names) for names in ("joints", "all"))
-    assert every.axes[0].bbox.width > 1.3 * few.axes[0].bbox.width
+    some, every = (draw_modes(robot_of("palletizer"), names=names) for names in ("joints", "all"))
+    assert every.axes[0].bbox.width > 1.3 * some.axes[0].bbox.width
 
 
 def test_modes_may_be_fewer_and_are_written(tmp_path) -> None:
@@ -94,9 +94,7 @@ STANDING = {  # robots whose modes lie on both sides of what holds them
 
 @pytest.mark.parametrize("make", STANDING.values(), ids=STANDING.keys())
 def test_ground_is_the_same_in_every_mode_and_where_the_base_holds_joints(make) -> None:
-    """What hatches the ground lies below the places where joints of the base are, by a few radii of
-    a joint.
-    """
+    """The hatched ground lies below the joints of the base, by a few radii of a joint."""
     mechanism = make()
     modes = mechanism.assembly_modes(mechanism.reference)
     panels = [_ground(axes) for axes in draw_modes(mechanism).axes]
@@ -140,10 +138,7 @@ def _ground(axes: Axes) -> dict[str, np.ndarray]:
 
 @pytest.mark.parametrize("name", ["gough", "delta"])
 def test_the_floor_is_at_one_height_in_every_mode(name: str) -> None:
-    """Where the mechanism stands in its reference.
-
-    A mode that reaches below does not leave its base in the air.
-    """
+    """The base stands where it does in the reference, also for a mode that reaches below."""
     mechanism = robot_of(name)
     home = make_scene(mechanism, None)
     level = floor_corners(home)[0, 2]

@@ -25,7 +25,7 @@ def at(robot: Robot, **values: float):
     return place_skeleton(robot, robot.close(u))
 
 
-def test_planar_mechanisms_are_known(robot: Robot) -> None:
+def test_planar_mechanisms_are_recognised(robot: Robot) -> None:
     view = choose_projection(place_skeleton(robot, robot.close(robot.reference)))
     assert view.planar == (robot.name in PLANAR)
 
@@ -40,7 +40,7 @@ def test_a_turned_wrist_makes_an_arm_spatial() -> None:
     assert find_plane(at(robot_of("wrist"), q4=0.6)) is None
 
 
-def test_a_side_view_stands_upright_and_looks_to_the_right() -> None:
+def test_a_side_view_stands_upright_and_points_to_the_right() -> None:
     for turn in (0.0, 0.8, 2.5, -1.6):
         skeleton = at(robot_of("excavator"), slew=turn)
         view = choose_projection(skeleton)

@@ -22,8 +22,12 @@ name: turning
 links: {base: {}, column: {}, upper: {}, fore: {}}
 joints:
   turn: {type: revolute, parent: base, child: column, axis: z, limits: [-2, 2]}
-  q1: {type: revolute, parent: column, child: upper, origin: {xyz: [0, 0, 0.5]}, axis: y, limits: [-1, 1]}
-  q2: {type: revolute, parent: upper, child: fore, origin: {xyz: [1, 0, 0]}, axis: y, limits: [0.5, 1.5]}
+  q1:
+    {type: revolute, parent: column, child: upper, origin: {xyz: [0, 0, 0.5]}, axis: y,
+     limits: [-1, 1]}
+  q2:
+    {type: revolute, parent: upper, child: fore, origin: {xyz: [1, 0, 0]}, axis: y,
+     limits: [0.5, 1.5]}
 active: [turn, q1, q2]
 end_effector: {link: fore, xyz: [0.6, 0, 0], rpy: [pi/2, 0, 0]}
 reference: {q1: -0.5, q2: 1}
@@ -40,9 +44,9 @@ PANELS = {
 @pytest.mark.parametrize("name", PANELS)
 def test_planes_are_chosen_for_the_robot(name, tmp_path) -> None:
     robot = robot_of(name)
-    found = robot.workspace(3_000)
+    workspace = robot.workspace(3_000)
     path = tmp_path / "map.svg"
-    figure = draw_workspace(robot, found, path)
+    figure = draw_workspace(robot, workspace, path)
     assert [axes.get_title(loc="left") for axes in figure.axes[:-1]] == PANELS[name]
     *panels, key = (axes.get_position() for axes in figure.axes)
     assert (
@@ -58,7 +62,7 @@ def test_planes_are_chosen_for_the_robot(name, tmp_path) -> None:
             assert f'id="link:{link}' in text
     for axes, plane in zip(figure.axes, choose_planes(robot), strict=False):
         low, high = np.array([axes.get_xlim(), axes.get_ylim()]).T
-        points = plane.points(found.samples)
+        points = plane.points(workspace.samples)
         good = points[np.isfinite(points).all(axis=1)]
         assert (good > low).all()
         assert (good < high).all()
@@ -74,7 +78,7 @@ def test_a_turning_arm_is_turned_back() -> None:
     assert points[:, 1] == pytest.approx(samples.position[:, 2], abs=1e-12)
 
 
-def test_a_column_that_does_not_turn_round_is_seen_from_above_too() -> None:
+def test_a_column_that_does_not_turn_round_is_shown_from_above_too() -> None:
     text = (
         resources.files("hybrid_dynamics_core")
         .joinpath("robots/type_d.yaml")
@@ -130,24 +134,22 @@ def test_the_bar_says_where_the_colours_end() -> None:
 
 
 def test_one_active_joint_gives_a_line_in_the_colours_of_its_margin() -> None:
-    """The rocker of a four-bar.
-
-    Its end on an arc, each piece with the margin that the robot has there.
-    """
+    """The rocker of a four-bar: its end on an arc, each piece with the robot's margin there."""
     robot = Robot(parse_description(ROCKER))
-    found = robot.workspace(500)
-    figure = draw_workspace(robot, found)
+    workspace = robot.workspace(500)
+    figure = draw_workspace(robot, workspace)
     lines = [drawn for drawn in figure.axes[0].collections if isinstance(drawn, LineCollection)]
     coloured = lines[1]
     ends = np.array(coloured.get_segments())
-    places = robot.forward_kinematics(robot.close(found.samples.first(found.spread).u)).position
+    state = robot.close(workspace.samples.first(workspace.spread).u)
+    places = robot.forward_kinematics(state).position
     assert len(ends) == len(places) - 1
     assert (
         np.hypot(*np.diff(ends, axis=1)[:, 0].T).max() < 0.02
     )  # neighbours of that joint, not as they were drawn
     assert np.linalg.norm(ends - [0.3, 0.0], axis=2) == pytest.approx(0.2, abs=1e-12)
     assert np.ptp(ends[:, 0, 0]) > 0.1
-    margin = np.sort(found.samples.first(found.spread).singularity)
+    margin = np.sort(workspace.samples.first(workspace.spread).singularity)
     values = np.asarray(coloured.get_array())
     assert margin[0] <= values.min() <= values.max() <= margin[-1]
     assert values.max() == pytest.approx(margin[-1], rel=1e-2)
@@ -159,17 +161,17 @@ def test_a_line_has_gaps_where_nothing_closes() -> None:
         "[0.3, 0, 0]}, axis: z", "[0.3, 0, 0]}, axis: z, limits: [1.5, 3]"
     ).replace("q1: 1}", "q1: 2}")
     robot = Robot(parse_description(limited))
-    found = robot.workspace(400)
-    samples = found.samples.first(found.spread)
+    workspace = robot.workspace(400)
+    samples = workspace.samples.first(workspace.spread)
     reachable = samples.reachable[np.argsort(samples.u[:, 0])]
     pieces = int((reachable[:-1] & reachable[1:]).sum())
     assert 0 < reachable.sum() < len(reachable)
-    figure = draw_workspace(robot, found)
+    figure = draw_workspace(robot, workspace)
     lines = [drawn for drawn in figure.axes[0].collections if isinstance(drawn, LineCollection)]
     assert len(lines[1].get_segments()) == pieces < reachable.sum() - 1  # a gap in the middle
 
 
-def test_a_map_over_two_joints_shows_ends(tmp_path) -> None:
+def test_a_map_of_two_joints_shows_ends(tmp_path) -> None:
     robot = robot_of("type_d")
     path = tmp_path / "over.png"
     figure = draw_margins(robot, ("q2", "p3"), path=path)
@@ -188,7 +190,7 @@ def test_a_map_over_two_joints_shows_ends(tmp_path) -> None:
     assert "reference configuration" in words
 
 
-def test_toggle_points_are_told_from_limits() -> None:
+def test_toggle_points_differ_from_limits() -> None:
     figure = draw_margins(
         robot_of("forging_chu2020"), ("q12", "q22"), [0.0, 0.2, 0.1, 0.0], colour="singularity"
     )
@@ -200,7 +202,7 @@ def test_toggle_points_are_told_from_limits() -> None:
 
 
 @pytest.mark.parametrize(
-    ("over", "colour", "words"),
+    ("pair", "colour", "words"),
     [
         (
             ("q12", "q2"),
@@ -211,9 +213,9 @@ def test_toggle_points_are_told_from_limits() -> None:
         (("q12", "q22"), "red", "none of singularity, limits"),
     ],
 )
-def test_wrong_choices_are_refused(over, colour, words) -> None:
+def test_wrong_choices_are_refused(pair, colour, words) -> None:
     with pytest.raises(InputError, match=words):
-        draw_margins(robot_of("forging_chu2020"), over, colour=colour)
+        draw_margins(robot_of("forging_chu2020"), pair, colour=colour)
 
 
 def test_letters_of_axes_stand_on_no_part_of_the_robot() -> None:
@@ -232,7 +234,7 @@ def test_letters_of_axes_stand_on_no_part_of_the_robot() -> None:
         assert not any(bar.get_path().contains_point(middle) for bar in bars)
 
 
-def test_colours_change_in_steps_that_are_not_seen_and_drawings_of_lines_stay_light(
+def test_colours_change_in_invisible_steps_and_drawings_of_lines_stay_light(
     tmp_path,
 ) -> None:
     robot, path = robot_of("excavator"), tmp_path / "map.svg"

@@ -1,6 +1,4 @@
-"""Outliers: bad samples are found even where they pull the fit, good ones stay, and intervals keep
-their confidence.
-"""
+"""Outliers: bad samples are left out even where they pull the fit; intervals stay as confident."""
 
 from __future__ import annotations
 
@@ -32,7 +30,7 @@ def test_of_clean_recordings_one_in_twenty_loses_a_sample():
 
 
 @pytest.mark.parametrize("share", [0.003, 0.1, 0.25])
-def test_spikes_are_found_and_nothing_else(share):
+def test_spikes_are_outliers_and_nothing_else(share):
     rng, columns, target, _ = problem(3)
     bad = rng.choice(len(target), max(1, round(share * len(target))), replace=False)
     joint = rng.integers(2, size=len(bad))
@@ -46,11 +44,8 @@ def test_spikes_are_found_and_nothing_else(share):
     assert out.sum() <= len(bad) + 1
 
 
-def test_a_bad_sample_that_pulls_the_fit_onto_itself_is_found():
-    """A wrong acceleration.
-
-    Its equation has columns that are a thousand times those of the others.
-    """
+def test_a_bad_sample_that_pulls_the_fit_onto_itself_is_an_outlier():
+    """A wrong acceleration: the columns of its equation are a thousand times the others."""
     _, columns, target, _ = problem(5)
     columns[7] *= 1e3
     assert np.flatnonzero(outlying_samples(columns, target, FLOOR)).tolist() == [7]
@@ -70,15 +65,15 @@ def test_identification_from_a_recording_with_spikes_keeps_its_confidence():
         tau[bad, rng.integers(clean.shape[1], size=12)] += rng.choice(
             [-1.0, 1.0], 12
         ) * rng.uniform(3.0, 300.0, 12)
-        found = identify(robot, state, ddu, tau)
-        assert set(np.flatnonzero(found.outlying)) >= set(bad)
-        assert found.outlying.sum() <= 13
+        result = identify(robot, state, ddu, tau)
+        assert set(np.flatnonzero(result.outlying)) >= set(bad)
+        assert result.outlying.sum() <= 13
         assert (
-            np.abs(found.residual[bad]).max(axis=1).min() > 2.0
+            np.abs(result.residual[bad]).max(axis=1).min() > 2.0
         )  # of at least 3 N m, less what 40 deviations move
-        value = found.base.values(truth)
-        inside.append((value > found.interval[:, 0]) & (value < found.interval[:, 1]))
-        width.append(np.median(found.deviation / alone.deviation))
+        value = result.base.values(truth)
+        inside.append((value > result.interval[:, 0]) & (value < result.interval[:, 1]))
+        width.append(np.median(result.deviation / alone.deviation))
     # of 6 b intervals of 95 %, dependent within a fit, fewer than 85 % inside are as good as never
     assert np.mean(inside) > 0.85
     assert np.mean(width) == pytest.approx(
@@ -89,11 +84,11 @@ def test_identification_from_a_recording_with_spikes_keeps_its_confidence():
 def test_efforts_without_noise_lose_no_sample():
     robot = load("five_bar")
     state, ddu = random_motion(robot, 200, 2)
-    found = identify(robot, state, ddu, robot.inverse_dynamics(state, ddu))
-    assert not found.outlying.any()
+    result = identify(robot, state, ddu, robot.inverse_dynamics(state, ddu))
+    assert not result.outlying.any()
 
 
-def test_names_that_the_robot_does_not_have_and_motions_that_show_too_little_are_told():
+def test_names_that_the_robot_does_not_have_and_motions_that_show_too_little_are_refused():
     robot = load("five_bar")
     state, ddu = random_motion(robot, 50, 2)
     tau = robot.inverse_dynamics(state, ddu)

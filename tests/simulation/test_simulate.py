@@ -106,7 +106,7 @@ class TestEvents:
         assert motion.u[-1, 2] == pytest.approx(0.32, abs=1e-9)
         assert (motion.u[:, 2] >= 0.32).all()
 
-    def test_or_is_told_and_passed(self) -> None:
+    def test_or_is_reported_and_passed(self) -> None:
         excavator = load("excavator")
         settings = Settings(stop_at_limits=False)
         motion = simulate(excavator, excavator.reference, t_span=(0.0, 0.9), settings=settings)
@@ -121,11 +121,8 @@ class TestEvents:
         assert float(motion.state.singularity[-1]) == pytest.approx(0.01, abs=1e-4)
         assert motion.relative_energy_error < 1e-6
 
-    def test_limit_passed_and_left_again_within_a_step_is_met(self) -> None:
-        """A mass on a spring whose limit is 1e-5 short of its swing.
-
-        Beyond it for 0.009 s, far less than a step.
-        """
+    def test_limit_passed_twice_within_a_step_is_met(self) -> None:
+        """A mass on a spring swings 1e-5 beyond its limit: for 0.009 s, far less than a step."""
         rows = [("q", "prismatic", "base", "mass", (0, 0, 0), "x")]
         description = replace(describe("spring_mass", rows, [], ["q"], {}), gravity=np.zeros(3))
         swing = 0.1
@@ -234,15 +231,15 @@ class TestRecord:
         slope = np.gradient(motion.du[:20], motion.t[:20], axis=0, edge_order=2)
         assert slope[1:-1] == pytest.approx(motion.ddu[1:19], abs=0.05)
 
-    def test_saved_and_read_again(self, motion: Simulation, tmp_path: Path) -> None:
+    def test_saved_and_loaded(self, motion: Simulation, tmp_path: Path) -> None:
         path = tmp_path / "fall.npz"
         motion.save(path)
-        again = load_simulation(path)
+        loaded = load_simulation(path)
         assert [p.name for p in tmp_path.iterdir()] == ["fall.npz"]
         for name in ("t", "u", "du", "ddu", "tau", "work"):
-            assert np.array_equal(getattr(again, name), getattr(motion, name))
-        assert np.array_equal(again.state.s, motion.state.s)
-        assert again.events == motion.events
+            assert np.array_equal(getattr(loaded, name), getattr(motion, name))
+        assert np.array_equal(loaded.state.s, motion.state.s)
+        assert loaded.events == motion.events
         for name in (
             "message",
             "robot",
@@ -252,9 +249,9 @@ class TestRecord:
             "steps",
             "evaluations",
         ):
-            assert getattr(again, name) == getattr(motion, name)
-        assert dict(again.state.branch) == dict(motion.state.branch)
-        assert np.array_equal(again.energy.total, motion.energy.total)
+            assert getattr(loaded, name) == getattr(motion, name)
+        assert dict(loaded.state.branch) == dict(motion.state.branch)
+        assert np.array_equal(loaded.energy.total, motion.energy.total)
 
     def test_what_the_former_format_saved_is_read(self, motion: Simulation, tmp_path: Path) -> None:
         motion.save(tmp_path / "fall.npz")
@@ -264,14 +261,19 @@ class TestRecord:
         head = json.dumps(json.loads(str(arrays.pop("head"))) | {"format": 2})
         old = {former.get(name, name): values for name, values in arrays.items()}
         np.savez(tmp_path / "old.npz", head=np.array(head), **old)
-        again = load_simulation(tmp_path / "old.npz")
+        loaded = load_simulation(tmp_path / "old.npz")
         for name in ("t", "u", "du", "ddu", "tau", "work"):
-            assert np.array_equal(getattr(again, name), getattr(motion, name))
+            assert np.array_equal(getattr(loaded, name), getattr(motion, name))
 
     def test_saved_as_a_table(self, motion: Simulation, tmp_path: Path) -> None:
         motion.save(tmp_path / "fall.csv")
         assert [p.name for p in tmp_path.iterdir()] == ["fall.csv"]
-        rows = np.genfromtxt(tmp_path / "fall.csv", delimiter=",", names=True, deletechars="")
+        rows = np.genfromtxt(
+            tmp_path / "fall.csv",
+            delimiter=",",
+            names=True,
+            deletechars="",
+        )
         assert np.array_equal(rows["time"], motion.t)
         assert np.array_equal(rows["q12.effort"], motion.tau[:, 1])
         assert np.array_equal(
@@ -291,10 +293,7 @@ class TestRecord:
                 load_simulation(tmp_path / name)
 
     def test_picture(self, motion: Simulation, tmp_path: Path) -> None:
-        """In the look of all pictures.
-
-        A title, what is shown, every joint named, axes for each kind of unit.
-        """
+        """As all pictures: a title, what is shown, joints named, axes for each kind of unit."""
         pytest.importorskip("matplotlib")
         from hybrid_dynamics_core.drawing import draw_simulation
 
@@ -309,9 +308,9 @@ class TestRecord:
             "tau [N]",
             "energy [J]",
         ]
-        own = {name for name in motion.names if machine.joint_types[name] == "revolute"}
-        assert set(figure.axes[0].get_legend_handles_labels()[1]) == own
-        assert set(figure.axes[1].get_legend_handles_labels()[1]) == set(motion.names) - own
+        revolute = {name for name in motion.names if machine.joint_types[name] == "revolute"}
+        assert set(figure.axes[0].get_legend_handles_labels()[1]) == revolute
+        assert set(figure.axes[1].get_legend_handles_labels()[1]) == set(motion.names) - revolute
         text = (tmp_path / "fall.svg").read_text(encoding="utf-8")
         assert all(words in text for words in (*motion.names, motion.message, "simulated motion"))
         draw_simulation(machine, motion, tmp_path / "fall.pdf")
@@ -321,21 +320,18 @@ class TestRecord:
         with pytest.raises(InputError, match="the active joints of five_bar are"):
             draw_simulation(load("five_bar"), motion)
 
-    def test_a_curve_that_others_would_hide_has_axes_of_its_own(
+    def test_a_curve_that_others_would_hide_has_further_axes(
         self, motion: Simulation, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        """Of two lengths one is a hundredth of the other, and the picture is higher for it.
-
-        Zeros are seen anywhere.
-        """
+        """Of two lengths one is a hundredth of the other: it has further axes. Zeros need none."""
         pytest.importorskip("matplotlib")
         from hybrid_dynamics_core.drawing import draw_simulation
 
         machine = load(motion.robot)
         figures = []
         for values in ([1.0, 0.5, 0.4, 1.0], [0.0, 0.5, 0.005, 0.0]):
-            told = np.tile(values, (len(motion.t), 1))
-            monkeypatch.setattr(Simulation, "u", property(lambda _, told=told: told))
+            shown = np.tile(values, (len(motion.t), 1))
+            monkeypatch.setattr(Simulation, "u", property(lambda _, shown=shown: shown))
             figures.append(draw_simulation(machine, motion))
         alike, apart = figures
         assert len(apart.axes) == len(alike.axes) + 1
@@ -346,10 +342,7 @@ class TestRecord:
     def test_rounding_is_a_straight_line_and_no_exponent_stands_on_a_legend(
         self, motion: Simulation
     ) -> None:
-        """A torque of rounding is zero beside the weight of the robot.
-
-        Millions of N have their numbers in full.
-        """
+        """A torque of rounding is zero beside the weight; millions of N are in full."""
         pytest.importorskip("matplotlib")
         from hybrid_dynamics_core.drawing import draw_simulation
 
