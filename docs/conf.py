@@ -61,7 +61,10 @@ nitpick_ignore_regex = [  # of other libraries, and of the inside: nothing is fe
         "py:.*",
         r"(.*\.)?(RobotDescription|PoseChain|Program|Prepare|FindFrame|Explain|Call|JointType|Kernel|Link)",
     ),
-    ("py:.*", r"(.*\.)?(AppliedWrench|MissingPackageError|Motion|NoDescriptionError|TooLittleShownError|Viewer)"),
+    (
+        "py:.*",
+        r"(.*\.)?(AppliedWrench|MissingPackageError|Motion|NoDescriptionError|TooLittleShownError|Viewer)",
+    ),
     ("py:.*", r"np\.ndarray"),
 ]
 
