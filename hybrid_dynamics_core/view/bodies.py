@@ -30,7 +30,6 @@ BASE: Final = "#9aa5b1"
 WHITE: Final = "#ffffff"
 OUT: Final = 1.75  # how much longer the hinge of a drive is on the base
 Kind = Literal["link", "joint", "closure"]
-Names = tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +46,7 @@ class SolidBody:
     """
 
     kind: Kind
-    names: Names
+    names: tuple[str, ...]
     link: str
     mesh: Mesh
     colour: str
@@ -69,7 +68,7 @@ class Span:
     """
 
     kind: Kind
-    names: Names
+    names: tuple[str, ...]
     links: tuple[str, str]
     points: tuple[Array, Array]
     radius: float
@@ -172,11 +171,10 @@ def span_pose(span: Span, poses: Mapping[str, Pose]) -> tuple[Array, Array, floa
     Returns:
         Rotation (3, 3) with z along it, its start (3,) [m] and its length [m].
     """
-    first, second = (poses[link] for link in span.links)
-    start = _moved(span.points[0], first)
-    end = _moved(span.points[1], second)
+    start = _moved(span.points[0], poses[span.links[0]])
+    end = _moved(span.points[1], poses[span.links[1]])
     if span.along is not None:
-        rotation, _ = first
+        rotation, _ = poses[span.links[0]]
         along = rotation @ span.along
         length = float((end - start) @ along)
         return meshes.frame_along(along), start, max(length, 0.0)
@@ -204,12 +202,10 @@ def _limited(robot: Robot, state: ClosedState, cylinder: CylinderShape) -> Cylin
     joint = cylinder.joint
     lower, upper = joint.limits
     if joint.name in robot.active:
-        index = robot.active.index(joint.name)
-        lower, upper = robot.limits[index].tolist()
+        lower, upper = robot.limits[robot.active.index(joint.name)].tolist()
     outward = float(cylinder.direction @ joint.axis) > 0.0
     innermost = lower if outward else upper
-    coordinate = robot.coordinates.index(joint.name)
-    value = float(state.s[coordinate])
+    value = float(state.s[robot.coordinates.index(joint.name)])
     shortest = cylinder.length - abs(value - innermost)
     if not shortest > 0.0:
         return cylinder
@@ -238,12 +234,10 @@ class _Builder:
 
     def add_marks(self, marks: Sequence[Mark]) -> None:
         """Bodies for parts, spans for rods, small balls for dots; lines are not shown."""
-        radius = 0.6 * self.unit
         for mark in marks:
             if not isinstance(mark, Part):
                 if mark.role == "dot":
-                    dot = Part(mark.owner, "cross", mark.points, radius)
-                    self._add_body(dot)
+                    self._add_body(Part(mark.owner, "cross", mark.points, 0.6 * self.unit))
             elif mark.role == "rod":
                 self._add_rod(mark)
             else:
@@ -272,18 +266,15 @@ class _Builder:
         kind, names = self._owner(part)
         if part.role == "hinge" and self._is_drive_on_base(part, names):
             middle = part.points.mean(axis=0)  # out of the base, whose bars are thicker than others
-            longer = middle + OUT * (part.points - middle)
-            part = replace(part, points=longer)
+            part = replace(part, points=middle + OUT * (part.points - middle))
         link = self._link_of(kind, names, part)
         rotation, origin = self.poses[link]
         mesh = mesh_of(part).placed(rotation.T, -rotation.T @ origin)
         colour = self._colour(kind, names, part)
-        body = SolidBody(kind, names, link, mesh, colour, part.role)
-        self.bodies.append(body)
+        self.bodies.append(SolidBody(kind, names, link, mesh, colour, part.role))
 
-    def _is_drive_on_base(self, part: Part, names: Names) -> bool:
-        on_base = self.skeleton.base in part.links
-        return on_base and self.joints[names[0]].active
+    def _is_drive_on_base(self, part: Part, names: tuple[str, ...]) -> bool:
+        return self.skeleton.base in part.links and self.joints[names[0]].active
 
     def _add_rod(self, part: Part) -> None:
         """From the mouth of the barrel, which is on the other link, to its end.
@@ -293,10 +284,7 @@ class _Builder:
         kind, names = self._owner(part)
         end_link, mouth_link = part.links
         mouth, end = part.points
-        along = None
-        if part.axis is not None:
-            rotation, _ = self.poses[mouth_link]
-            along = np.asarray(rotation.T @ part.axis)
+        rotation, _ = self.poses[mouth_link]
         span = Span(
             kind=kind,
             names=names,
@@ -304,11 +292,11 @@ class _Builder:
             points=(self._local(mouth_link, mouth), self._local(end_link, end)),
             radius=part.radius,
             colour=STEEL,
-            along=along,
+            along=None if part.axis is None else np.asarray(rotation.T @ part.axis),
         )
         self.spans.append(span)
 
-    def _owner(self, part: Part) -> tuple[Kind, Names]:
+    def _owner(self, part: Part) -> tuple[Kind, tuple[str, ...]]:
         """What of the robot a part shows."""
         kind, _, name = part.owner.partition(":")
         if kind == "joint":
@@ -325,15 +313,14 @@ class _Builder:
         elif joint.type == "prismatic":
             link = joint.child
         rotation, _ = self.poses[link]
-        axis = np.asarray(rotation.T @ joint.axis)
-        return Anchor(link, self._local(link, point), axis)
+        return Anchor(link, self._local(link, point), np.asarray(rotation.T @ joint.axis))
 
     def _local(self, link: str, point: Array) -> Array:
         """A point (3,) in base axes in the axes of a link."""
         rotation, origin = self.poses[link]
         return np.asarray(rotation.T @ (point - origin))
 
-    def _link_of(self, kind: Kind, names: Names, part: Part) -> str:
+    def _link_of(self, kind: Kind, names: tuple[str, ...], part: Part) -> str:
         """The link with which a part moves; an axis is fixed in both that it joins."""
         if kind == "link":
             return names[0]
@@ -342,7 +329,7 @@ class _Builder:
         joint = self.joints[names[0]]
         return joint.child if part.role == "block" else joint.parent
 
-    def _colour(self, kind: Kind, names: Names, part: Part) -> str:
+    def _colour(self, kind: Kind, names: tuple[str, ...], part: Part) -> str:
         if kind == "joint":
             return self._joint_colour(names, part)
         if kind == "closure":
@@ -352,7 +339,7 @@ class _Builder:
         colour = self.colours[names[0]]
         return mix(colour, WHITE, 0.28 if colour == INK else 0.12)
 
-    def _joint_colour(self, names: Names, part: Part) -> str:
+    def _joint_colour(self, names: tuple[str, ...], part: Part) -> str:
         if part.role == "rail":
             return STEEL
         if any(self.joints[name].active for name in names):
@@ -360,7 +347,7 @@ class _Builder:
         return mix(INK, WHITE, 0.25)
 
 
-def _joint_names(group: JointGroup) -> Names:
+def _joint_names(group: JointGroup) -> tuple[str, ...]:
     return tuple(joint.name for joint in group.joints)
 
 

@@ -66,8 +66,7 @@ class EffortScale:
             if math.isinf(limit):
                 self._grow(kind, abs(value))
         shared = [self.largest.get(kind, math.inf) for kind in kinds]
-        is_limited = np.isfinite(limits)
-        return np.where(is_limited, limits, shared)
+        return np.where(np.isfinite(limits), limits, shared)
 
     def _grow(self, kind: str, size: float) -> None:
         """Have bars of a type of joint hold a value."""

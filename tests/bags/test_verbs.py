@@ -416,7 +416,7 @@ def test_a_bag_knows_the_file_of_its_robot(verb, own_file, tmp_path, monkeypatch
     monkeypatch.chdir("/")
     track = collect(made)
     given = collect(made, str(own_file))
-    assert track.robot.description.file == str(own_file.resolve())
+    assert Path(track.robot.description.file) == own_file.resolve()
     assert np.array_equal(track.efforts, given.efforts, equal_nan=True)
     own_file.write_text(own_file.read_text(encoding="utf-8") + "# a word\n", encoding="utf-8")
     assert "has been changed since then; give --robot FILE" in output("report", made, code=2)
