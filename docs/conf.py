@@ -59,12 +59,10 @@ nitpick_ignore_regex = [  # of other libraries, and of the inside: nothing is fe
     ("py:.*", r"(Array|ArrayLike|Axes|Efforts|Figure|Names)"),
     (
         "py:.*",
-        r"(.*\.)?(RobotDescription|PoseChain|Program|Prepare|FindFrame|Explain|Call|JointType|Kernel|Link)",
+        r"(.*\.)?(RobotDescription|PoseChain|Program|Prepare|FindFrame|Explain|Call|JointType)",
     ),
-    (
-        "py:.*",
-        r"(.*\.)?(AppliedWrench|MissingPackageError|Motion|NoDescriptionError|TooLittleShownError|Viewer)",
-    ),
+    ("py:.*", r"(.*\.)?(Kernel|Link)"),
+    ("py:.*", r"(.*\.)?(AppliedWrench|Motion|NoDescriptionError|Viewer)"),
     ("py:.*", r"np\.ndarray"),
 ]
 
