@@ -81,5 +81,5 @@ copybutton_only_copy_prompt_lines = True
 
 
 def setup(app: Sphinx) -> None:  # noqa: ARG001
-    """Show aliases of types by their names: in `Array | None` Sphinx would show how it keeps them."""
+    """Show aliases of types by their names, as `Array | None`."""
     TypeAliasForwardRef.__repr__ = lambda alias: alias.name
