@@ -41,10 +41,11 @@ class DescriptionError(HybridDynamicsError):
 class UndecidedModeError(DescriptionError):
     """A description leaves open in which of its assembly modes a loop closes.
 
+    Its attributes are those of DescriptionError, and these:
+
     Attributes:
         loop: name of the loop.
         modes: names that can stand as ``assembly``.
-        problem, key, file, line: as in DescriptionError.
     """
 
     def __init__(self, error: DescriptionError, *, loop: str, modes: tuple[str, ...]) -> None:

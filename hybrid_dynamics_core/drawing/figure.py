@@ -92,7 +92,12 @@ def _save_svg(figure: Figure, path: Path) -> None:
 
 def _save_png(figure: Figure, path: Path) -> None:
     metadata = {"Software": _MAKER}
-    figure.savefig(path, dpi=150, metadata=metadata, pil_kwargs={"optimize": True})
+    figure.savefig(
+        path,
+        dpi=150,
+        metadata=metadata,
+        pil_kwargs={"optimize": True},
+    )
 
 
 def _save_pdf(figure: Figure, path: Path) -> None:

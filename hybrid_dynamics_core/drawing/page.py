@@ -74,17 +74,44 @@ def page(
     figure = Figure(figsize=(width, total), layout="constrained")
     engine: Any = figure.get_layout_engine()
     engine.set(rect=(0.008, foot / total, 0.98, (height - 0.04) / total))
-    figure.text(_LEFT, 1.0 - 0.22 / total, title, fontsize=12, weight="bold", va="center")
+    figure.text(
+        _LEFT,
+        1.0 - 0.22 / total,
+        title,
+        fontsize=12,
+        weight="bold",
+        va="center",
+    )
     if line:
-        figure.text(_LEFT, 1.0 - 0.44 / total, line, fontsize=9, color=QUIET, va="center")
+        figure.text(
+            _LEFT,
+            1.0 - 0.44 / total,
+            line,
+            fontsize=9,
+            color=QUIET,
+            va="center",
+        )
     if text:
         top = foot / total - 0.03 / total
-        figure.text(_LEFT, top, text, fontsize=8, color=QUIET, va="top", linespacing=1.35)
+        figure.text(
+            _LEFT,
+            top,
+            text,
+            fontsize=8,
+            color=QUIET,
+            va="top",
+            linespacing=1.35,
+        )
     return figure
 
 
 @contextmanager
-def written_page(path: str | Path, title: str, line: str, height: float) -> Iterator[Figure]:
+def written_page(
+    path: str | Path,
+    title: str,
+    line: str,
+    height: float,
+) -> Iterator[Figure]:
     """A page to be filled with axes, which is written to a file at the end.
 
     Args:

@@ -41,9 +41,10 @@ class FileKind(Enum):
 class NoDescriptionError(DescriptionError, InputError):
     """There is no robot description at a path: nothing, or something of another kind.
 
+    Its attributes are those of DescriptionError, and this:
+
     Attributes:
         kind: what is there instead.
-        problem, key, file, line: as in DescriptionError.
     """
 
     def __init__(self, path: str | Path, problem: str, kind: FileKind) -> None:

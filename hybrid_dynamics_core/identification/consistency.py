@@ -45,14 +45,14 @@ def _basis() -> Array:
     """P of each parameter at one, the others zero: (10, 4, 4)."""
     basis = np.zeros((10, 4, 4))
     basis[0, 3, 3] = 1.0
-    for k in range(3):
-        basis[1 + k, k, 3] = basis[1 + k, 3, k] = 1.0
-    for k, (i, j) in enumerate(_ENTRIES):
+    for k, matrix in enumerate(basis[1:4]):
+        matrix[k, 3] = matrix[3, k] = 1.0
+    for matrix, (i, j) in zip(basis[4:], _ENTRIES, strict=True):
         if i == j:
-            basis[4 + k, :3, :3] = 0.5 * np.eye(3)
-            basis[4 + k, i, i] = -0.5
+            matrix[:3, :3] = 0.5 * np.eye(3)
+            matrix[i, i] = -0.5
         else:
-            basis[4 + k, i, j] = basis[4 + k, j, i] = -1.0
+            matrix[i, j] = matrix[j, i] = -1.0
     return basis
 
 
@@ -70,7 +70,8 @@ class _MatrixVariable:
     @property
     def columns(self) -> slice:
         """Its place among all parameters."""
-        return slice(self.start, self.start + len(self.to_parameters))
+        end = self.start + len(self.to_parameters)
+        return slice(self.start, end)
 
     @property
     def identity(self) -> Array:
@@ -79,13 +80,20 @@ class _MatrixVariable:
 
     def matrix(self, x: Array) -> Array:
         """X (d, d) of the coordinates (p,) of all variables."""
-        return np.asarray(np.tensordot(x[self.columns], self.matrices, axes=1))
+        values = x[self.columns]
+        return np.asarray(np.tensordot(values, self.matrices, axes=1))
 
 
 _Variables = Sequence[_MatrixVariable]
 
 
-def consistent(matrix: Array, target: Array, prior: Array, bodies: int, weight: float) -> Array:
+def consistent(
+    matrix: Array,
+    target: Array,
+    prior: Array,
+    bodies: int,
+    weight: float,
+) -> Array:
     """Physical parameters that fit measurements, and stay near a prior where these leave them open.
 
     They minimise |matrix pi - target|^2 / 2 + weight * divergence of pi from the prior.
@@ -104,9 +112,7 @@ def consistent(matrix: Array, target: Array, prior: Array, bodies: int, weight: 
     inertial = 10 * bodies
     variables = [_body(k, prior[k : k + 10]) for k in range(0, inertial, 10)]
     variables += [_number(k, prior[k]) for k in range(inertial, len(prior))]
-    transform = np.zeros((len(prior), len(prior)))
-    for variable in variables:
-        transform[variable.columns, variable.columns] = variable.to_parameters
+    transform = _block_diagonal(variables, len(prior))
     equations = _triangle(matrix @ transform, target)
     x = np.concatenate([variable.identity for variable in variables])
     decrement = np.inf
@@ -126,6 +132,15 @@ def consistent(matrix: Array, target: Array, prior: Array, bodies: int, weight: 
     return np.asarray(transform @ x)
 
 
+def _block_diagonal(variables: _Variables, size: int) -> Array:
+    """(p, p): parameters = transform x."""
+    transform = np.zeros((size, size))
+    for variable in variables:
+        place = variable.columns
+        transform[place, place] = variable.to_parameters
+    return transform
+
+
 def _weights(misfit: float, last: float) -> list[float]:
     """From that of the misfit down to the last, a tenth each."""
     ratio = max(misfit, last) / last
@@ -134,7 +149,10 @@ def _weights(misfit: float, last: float) -> list[float]:
 
 
 def _minimised(
-    variables: _Variables, x: Array, equations: Array, weight: float
+    variables: _Variables,
+    x: Array,
+    equations: Array,
+    weight: float,
 ) -> tuple[Array, float]:
     """The minimum by damped Newton steps, and the last decrement."""
     cost = _cost(variables, x, equations, weight)
@@ -167,20 +185,28 @@ def _triangle(matrix: Array, target: Array) -> Array:
     return np.asarray(np.linalg.qr(equations, mode="r"))
 
 
-def _cost(variables: _Variables, x: Array, equations: Array, weight: float) -> float:
+def _cost(
+    variables: _Variables,
+    x: Array,
+    equations: Array,
+    weight: float,
+) -> float:
     """The cost; infinite beyond the border, and where rounding hides the border."""
     total = 0.5 * _squared_error(equations, x)
     for variable in variables:
         values = np.linalg.eigvalsh(variable.matrix(x))
         if not values[0] > BORDER * values[-1]:
             return np.inf
-        divergence = float(values.sum() - np.log(values).sum())
-        total += weight * divergence
+        logarithm = np.log(values).sum()
+        total += weight * float(values.sum() - logarithm)
     return total
 
 
 def _newton(
-    variables: _Variables, x: Array, equations: Array, weight: float
+    variables: _Variables,
+    x: Array,
+    equations: Array,
+    weight: float,
 ) -> tuple[Array, float]:
     """Newton's step and decrement, by least squares.
 
@@ -191,10 +217,12 @@ def _newton(
     size = len(x)
     residual = -(equations @ np.append(x, -1.0))
     rows = [np.column_stack([equations[:, :-1], residual])]
-    rows += [np.sqrt(weight) * _divergence_rows(variable, x) for variable in variables]
-    matrix = np.concatenate(rows)
-    scale = 1.0 / np.linalg.norm(matrix[:, :-1], axis=0)
-    reduced = _triangle(matrix[:, :-1] * scale, matrix[:, -1])[:size]
+    root = np.sqrt(weight)
+    rows += [root * _divergence_rows(variable, x) for variable in variables]
+    system = np.concatenate(rows)
+    matrix, target = system[:, :-1], system[:, -1]
+    scale = 1.0 / np.linalg.norm(matrix, axis=0)
+    reduced = _triangle(matrix * scale, target)[:size]
     triangle = reduced[:, :-1]
     image = reduced[:, -1]
     step = np.asarray(scale * solve_triangular(triangle, image))
@@ -208,7 +236,8 @@ def _divergence_rows(variable: _MatrixVariable, x: Array) -> Array:
     inverse = np.linalg.inv(factor)
     slopes = inverse @ variable.matrices @ inverse.T
     gap = np.eye(len(factor)) - factor.T @ factor
-    reduced = _triangle(slopes.reshape(size, -1).T, gap.ravel())[:size]
+    matrix = slopes.reshape(size, -1).T
+    reduced = _triangle(matrix, gap.ravel())[:size]
     rows = np.zeros((len(reduced), len(x) + 1))
     rows[:, variable.columns] = reduced[:, :-1]
     rows[:, -1] = reduced[:, -1]
@@ -217,10 +246,12 @@ def _divergence_rows(variable: _MatrixVariable, x: Array) -> Array:
 
 def _body(start: int, prior: Array) -> _MatrixVariable:
     p = pseudo_inertia(prior)
-    is_flat = np.linalg.eigvalsh(p)[0] < FLAT * np.trace(p)
+    smallest = np.linalg.eigvalsh(p)[0]
+    is_flat = smallest < FLAT * np.trace(p)
     radius = WIDENING if is_flat else 0.0
     p[:3, :3] += p[3, 3] * radius**2 * np.eye(3)
-    lower = np.linalg.inv(np.linalg.cholesky(p))
+    factor = np.linalg.cholesky(p)
+    lower = np.linalg.inv(factor)
     basis = _symmetric_basis(4)
     whitened = np.array([lower @ e @ lower.T for e in _BASIS])
     to_x = np.tensordot(basis, whitened, axes=([1, 2], [1, 2]))

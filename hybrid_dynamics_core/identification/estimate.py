@@ -80,13 +80,15 @@ class Identification:
         parameters = self.parameters
         links = dict(description.links)
         for k, link in enumerate(parameters.links):
-            links[link] = link_of(link, self.values[10 * k : 10 * k + 10])
+            values = self.values[10 * k : 10 * k + 10]
+            links[link] = link_of(link, values)
         effects: dict[str, JointEffect] = dict(description.effects)
         joint_values = iter(self.values[parameters.inertial_size :])
         for kind in JOINT_KINDS:
             for joint in getattr(parameters, kind):
                 effect = effects.get(joint, effects_of(description, joint))
-                effects[joint] = _with(effect, kind, float(next(joint_values)))
+                value = float(next(joint_values))
+                effects[joint] = _with(effect, kind, value)
         return replace(
             description, links=MappingProxyType(links), effects=MappingProxyType(effects)
         )
@@ -95,8 +97,8 @@ class Identification:
         """Estimate and ends of its 95 % interval, by the name of each base parameter."""
         rows = {}
         for k, name in enumerate(self.base.names):
-            low, high = self.interval[k]
-            rows[name] = (float(self.estimate[k]), float(low), float(high))
+            low, high = self.interval[k].tolist()
+            rows[name] = (float(self.estimate[k]), low, high)
         return MappingProxyType(rows)
 
 
@@ -184,7 +186,8 @@ class _Fit:
         self._take(regressor, target)
         floor = _noise_floor(target)
         self.outlying: Mask = outlying_samples(self.columns, target, floor)
-        self._take(regressor[~self.outlying], target[~self.outlying])
+        good = ~self.outlying
+        self._take(regressor[good], target[good])
         self._free = self.target.size - base.size  # degrees of freedom
         self.noise = self._estimated_noise(floor)
         self.beta, triangle, sizes = self._solved()
@@ -229,7 +232,8 @@ class _Fit:
         for _ in range(RUNS - 1):
             beta, _, _ = self._solved()
             residual = self.target - self.columns @ beta
-            deviation = np.sqrt((residual**2).sum(axis=0) * n / self._free)
+            squares = (residual**2).sum(axis=0)
+            deviation = np.sqrt(squares * n / self._free)
             self.noise = np.maximum(deviation, floor)
         return self.noise
 
@@ -246,7 +250,8 @@ class _Fit:
         normalised = residual / self.noise
         scale = np.sqrt((normalised**2).sum() / self._free)
         inverse = solve_triangular(triangle, np.eye(self.base.size))
-        return np.asarray(scale * np.linalg.norm(inverse, axis=1) / sizes)
+        lengths = np.linalg.norm(inverse, axis=1)
+        return np.asarray(scale * lengths / sizes)
 
     def _interval(self) -> Array:
         """(b, 2) ends between which each base parameter lies with the CONFIDENCE."""
@@ -271,7 +276,8 @@ def _noise_floor(target: Array) -> Array:
     """(n,) least deviation of each joint's noise, from efforts (N, n)."""
     size = np.abs(target)
     largest = size.max(initial=TINY)
-    return np.asarray(np.maximum(FINEST * size.max(axis=0), 1e-3 * FINEST * largest))
+    finest = FINEST * size.max(axis=0)
+    return np.asarray(np.maximum(finest, 1e-3 * FINEST * largest))
 
 
 def _positive(prior: Array, fit: _Fit, inertial: int) -> Array:
@@ -285,7 +291,8 @@ def _positive(prior: Array, fit: _Fit, inertial: int) -> Array:
     effort = float(np.sqrt((fit.target**2).mean()))
     small = 0.01 * effort / np.maximum(sizes, TINY)
     joints = prior[inertial:]
-    return np.concatenate([prior[:inertial], np.where(joints > 0.0, joints, small)])
+    positive = np.where(joints > 0.0, joints, small)
+    return np.concatenate([prior[:inertial], positive])
 
 
 def _with(effect: JointEffect, kind: str, value: float) -> JointEffect:

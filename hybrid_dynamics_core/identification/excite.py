@@ -16,7 +16,11 @@ REGULAR = 0.02  # distance to a singularity below which a state is left out
 
 
 def random_motion(
-    robot: Robot, count: int, seed: int = 0, rate: float = 1.0, acceleration: float = 3.0
+    robot: Robot,
+    count: int,
+    seed: int = 0,
+    rate: float = 1.0,
+    acceleration: float = 3.0,
 ) -> tuple[ClosedState, Array]:
     """Independent random states within the limits, with accelerations.
 

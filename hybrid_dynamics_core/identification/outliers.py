@@ -20,12 +20,14 @@ HUBER = 1.345  # deviations up to which residuals count in full: 95 % efficient 
 STEPS = 8  # of the robust start
 ROUNDS = 20  # of leaving out and taking back
 CASES = 0.05  # share of clean recordings in which a good sample is left out
+TINY = 1e-300  # divisors at least
 LEAST_FREE = 1e-9  # 1 - leverage of an equation that alone tells a parameter: rounding is below
 
 
 def noise_limit(count: int) -> float:
     """Deviations within which the largest of `count` Gaussian values stays in 19 of 20 cases."""
-    return float(stats.norm.isf(0.5 * CASES / max(count, 1)))
+    tail = 0.5 * CASES / max(count, 1)
+    return float(stats.norm.isf(tail))
 
 
 def robust_deviation(values: Array) -> Array:
@@ -47,16 +49,22 @@ def outlying_samples(columns: Array, target: Array, floor: Array) -> Mask:
     """
     limit = noise_limit(target.size)
     residuals, scale = _robust_fit(columns, target, floor)
-    outlying = (np.abs(residuals) > limit).any(axis=1)
+    outlying = _beyond(residuals, limit)
     for _ in range(ROUNDS):
-        weights = np.where(outlying, 0.0, 1.0)[:, None] / scale
-        residuals = _studentised(columns, target, weights, scale)
-        scale = np.maximum(scale * robust_deviation(residuals[~outlying]), floor)
+        included = np.where(outlying, 0.0, 1.0)
+        residuals = _studentised(columns, target, included[:, None] / scale, scale)
+        deviation = robust_deviation(residuals[~outlying])
+        scale = np.maximum(scale * deviation, floor)
         before = outlying
-        outlying = (np.abs(residuals) > limit).any(axis=1)
-        if (outlying == before).all():
+        outlying = _beyond(residuals, limit)
+        if np.array_equal(outlying, before):
             break
-    return np.asarray(outlying)
+    return outlying
+
+
+def _beyond(residuals: Array, limit: float) -> Mask:
+    """(N,) whether a sample is beyond a limit in some joint."""
+    return np.asarray((np.abs(residuals) > limit).any(axis=1))
 
 
 def _robust_fit(columns: Array, target: Array, floor: Array) -> tuple[Array, Array]:
@@ -66,12 +74,19 @@ def _robust_fit(columns: Array, target: Array, floor: Array) -> tuple[Array, Arr
     scale = np.maximum(robust_deviation(target), floor)
     for _ in range(STEPS):
         residuals = _studentised(columns, target, weights / scale, scale)
-        scale = np.maximum(scale * robust_deviation(residuals), floor)
-        weights = np.minimum(1.0, HUBER / np.maximum(np.abs(residuals), HUBER))
+        deviation = robust_deviation(residuals)
+        scale = np.maximum(scale * deviation, floor)
+        sizes = np.maximum(np.abs(residuals), HUBER)
+        weights = np.minimum(1.0, HUBER / sizes)
     return residuals, scale
 
 
-def _studentised(columns: Array, target: Array, weights: Array, scale: Array) -> Array:
+def _studentised(
+    columns: Array,
+    target: Array,
+    weights: Array,
+    scale: Array,
+) -> Array:
     """Distance (N, n) of each equation from the fit to the others, in deviations of that distance.
 
     The noise of each joint has the deviation `scale` (n,). The distance follows from the residual r
@@ -79,15 +94,20 @@ def _studentised(columns: Array, target: Array, weights: Array, scale: Array) ->
     one it is r / (1 - w^2 h), with the variance 1 + h / (1 - w^2 h).
     """
     size = columns.shape[-1]
-    matrix = (columns * weights[..., None]).reshape(-1, size)
-    lengths = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
-    equations = np.column_stack([matrix / lengths, (target * weights).ravel()])
+    weighted = columns * weights[..., None]
+    matrix = weighted.reshape(-1, size)
+    lengths = np.maximum(np.linalg.norm(matrix, axis=0), TINY)
+    goal = (target * weights).ravel()
+    equations = np.column_stack([matrix / lengths, goal])
     reduced = np.asarray(np.linalg.qr(equations, mode="r"))
-    triangle, image = reduced[:size, :size], reduced[:size, size]
-    beta = solve_triangular(triangle, image) / lengths
-    rows = (columns / scale[:, None]).reshape(-1, size) / lengths
+    triangle = reduced[:size, :size]
+    beta = solve_triangular(triangle, reduced[:size, size]) / lengths
+    normalised = columns / scale[:, None]
+    rows = normalised.reshape(-1, size) / lengths
     whitened = solve_triangular(triangle, rows.T, trans="T")
     leverage = np.square(whitened).sum(axis=0).reshape(target.shape)
-    free = np.maximum(1.0 - np.square(weights * scale) * leverage, LEAST_FREE)
+    in_fit = np.square(weights * scale) * leverage
+    free = np.maximum(1.0 - in_fit, LEAST_FREE)
     residual = target - columns @ beta
-    return np.asarray(residual / scale / np.sqrt(free * (free + leverage)))
+    deviation = np.sqrt(free * (free + leverage))
+    return np.asarray(residual / scale / deviation)

@@ -96,11 +96,8 @@ def find_pose_chain(
     """The pose chain of a frame, if its joints are `size` coordinates of that kind; else None."""
     end = tree.body_index(frame.link)
     bodies = [tree.bodies[i] for i in tree.path(end)]
-    kinds = [body.type for body in bodies]
-    k = kinds.count("prismatic")
-    if len(bodies) != size or "prismatic" in kinds[k:]:
-        return None
-    if k > 3 or size - k > 3:
+    k = _count_slides(bodies)
+    if len(bodies) != size or k is None:
         return None
     lines = [_axis_at_zero(tree, body) for body in bodies]
     directions = _directions(lines[:k])
@@ -121,6 +118,17 @@ def find_pose_chain(
         rotation=rotation @ np.array(frame.rotation),
         position=rotation @ np.array(frame.translation) + origin,
     )
+
+
+def _count_slides(bodies: Sequence[Body]) -> int | None:
+    """How many slides come first; None if not all do, or there are more than a pose has."""
+    kinds = [body.type for body in bodies]
+    k = kinds.count("prismatic")
+    if "prismatic" in kinds[k:]:
+        return None
+    if k > 3 or len(kinds) - k > 3:
+        return None
+    return k
 
 
 class _Line(NamedTuple):

@@ -51,7 +51,11 @@ class Actuation:
         rows = independent_rows(R, order, INDEPENDENT * np.maximum(sizes, 1.0))
         return tuple(model.coordinates[k] for k in sorted(rows))
 
-    def generalised_forces(self, state: ClosedState, forces: Mapping[str, ArrayLike]) -> Array:
+    def generalised_forces(
+        self,
+        state: ClosedState,
+        forces: Mapping[str, ArrayLike],
+    ) -> Array:
         """Generalised forces of forces along any joints: tau = R^T f, Chu (2020), Eq. 22.
 
         Forward dynamics from measured cylinder forces is
@@ -77,7 +81,11 @@ class Actuation:
         tau: Array = np.einsum("...ij,...i->...j", state.R, along)
         return tau
 
-    def drive_forces(self, state: ClosedState, tau: ArrayLike) -> Mapping[str, Array]:
+    def drive_forces(
+        self,
+        state: ClosedState,
+        tau: ArrayLike,
+    ) -> Mapping[str, Array]:
         """Forces of the `drives` that give the generalised forces tau.
 
         Args:
@@ -101,7 +109,11 @@ class Actuation:
         by_name = {name: forces[..., k] for k, name in enumerate(self.drives)}
         return MappingProxyType(by_name)
 
-    def hydraulics(self, state: ClosedState, tau: ArrayLike) -> Mapping[str, CylinderState]:
+    def hydraulics(
+        self,
+        state: ClosedState,
+        tau: ArrayLike,
+    ) -> Mapping[str, CylinderState]:
         """Pressures, flows and remaining stroke of every cylinder.
 
         Args:

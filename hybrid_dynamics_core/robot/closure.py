@@ -92,7 +92,10 @@ class Closure:
         return replace(state, branch=self._branch_after(near, state))
 
     def close_path(
-        self, u: ArrayLike, du: ArrayLike | None = None, near: ClosedState | None = None
+        self,
+        u: ArrayLike,
+        du: ArrayLike | None = None,
+        near: ClosedState | None = None,
     ) -> ClosedState:
         """Close along a motion: each row is followed from the one before.
 
@@ -229,7 +232,12 @@ class Closure:
         if not self.owns(state):
             raise InputError("the state belongs to another robot")
 
-    def vector_like(self, state: ClosedState, name: str, value: ArrayLike) -> Array:
+    def vector_like(
+        self,
+        state: ClosedState,
+        name: str,
+        value: ArrayLike,
+    ) -> Array:
         """A vector of the active coordinates that belongs to a state, checked.
 
         Args:
@@ -278,7 +286,11 @@ class Closure:
             return frozen(signs_of_names(self.model.plan, self.signs, branch))
         return self.signs
 
-    def _start_at(self, near: ClosedState | None, rows: int) -> Start | None:
+    def _start_at(
+        self,
+        near: ClosedState | None,
+        rows: int,
+    ) -> Start | None:
         if near is None:
             return None
         self.check_state(near)
@@ -295,13 +307,24 @@ class Closure:
     # -- solvers
 
     def _solver_of(self, key: str, model: programs.Model) -> ClosureSolver:
-        def run(u: Array, du: Array, signs: Array, guess: Array) -> ClosureResults:
+        def run(
+            u: Array,
+            du: Array,
+            signs: Array,
+            guess: Array,
+        ) -> ClosureResults:
             inputs = {"u": u, "du": du, "branch": signs, "guess": guess}
             return self.kernels.run(key, programs.CLOSE, inputs, model)
 
         return ClosureSolver(model, run)
 
-    def _run_closure(self, u: Array, du: Array, signs: Array, guess: Array) -> ClosureResults:
+    def _run_closure(
+        self,
+        u: Array,
+        du: Array,
+        signs: Array,
+        guess: Array,
+    ) -> ClosureResults:
         inputs = {"u": u, "du": du, "branch": signs, "guess": guess}
         return self.kernels.run("close", programs.CLOSE, inputs)
 
@@ -316,7 +339,11 @@ class Closure:
         values, codes = self._run_closure(u, du, signs, s)
         return self._states.build(u, du, signs, values, codes)
 
-    def _branch_after(self, near: ClosedState, state: ClosedState) -> Mapping[str, str]:
+    def _branch_after(
+        self,
+        near: ClosedState,
+        state: ClosedState,
+    ) -> Mapping[str, str]:
         """Names of the modes after a motion from `near`.
 
         Loops without a closed form are on the mode they came from.

@@ -146,20 +146,14 @@ class CompiledCall:
         return array
 
     def _checked_outs(self, out: Any, rows: int | None) -> list[Array]:
+        """The arrays for the results: new ones, or those of the caller."""
         names = [name for name, _ in self._kernel.layout]
         shapes = [shape for _, shape in self._kernel.layout]
         if rows is not None:
             shapes = [(rows, *shape) for shape in shapes]
         if out is None:
             return [np.empty(shape) for shape in shapes]
-        outs: list[Any] = []
-        if len(shapes) == 1:
-            outs = [out]
-        elif isinstance(out, (tuple, list)):
-            outs = list(out)
-        if len(outs) != len(shapes):
-            expected = f"a tuple of {len(shapes)} arrays for {', '.join(names)}"
-            raise InputError(f"out: expected {expected}")
+        outs = _listed(out, names)
         for name, array, shape in zip(names, outs, shapes, strict=True):
             _check_out(name, array, shape)
         return outs
@@ -194,7 +188,11 @@ class CompiledCall:
         if check:
             self._raise_for_first(inputs, codes)
 
-    def _raise_for_first(self, inputs: dict[str, Array], codes: Codes) -> None:
+    def _raise_for_first(
+        self,
+        inputs: dict[str, Array],
+        codes: Codes,
+    ) -> None:
         """Raise for the first row without an answer what the methods of the robot raise for it."""
         u = inputs["u"]
         du = np.broadcast_to(inputs.get("du", 0.0), u.shape)
@@ -222,6 +220,16 @@ def _check_rows(name: str, array: Array, u: Array) -> None:
             f"{name} has shape {array.shape}; expected {u.shape} as u, or ({array.shape[1]},)"
             " for all"
         )
+
+
+def _listed(out: Any, names: Sequence[str]) -> list[Any]:
+    """The caller's arrays, one for each result; raise where there are more or fewer."""
+    if len(names) == 1:
+        return [out]
+    if not isinstance(out, (tuple, list)) or len(out) != len(names):
+        expected = f"a tuple of {len(names)} arrays for {', '.join(names)}"
+        raise InputError(f"out: expected {expected}")
+    return list(out)
 
 
 def _check_out(

@@ -19,12 +19,21 @@ from .model import RobotModel
 class Kinematics:
     """Kinematics of the frames and coordinates of a robot."""
 
-    def __init__(self, model: RobotModel, kernels: KernelStore, closure: Closure) -> None:
+    def __init__(
+        self,
+        model: RobotModel,
+        kernels: KernelStore,
+        closure: Closure,
+    ) -> None:
         self._model = model
         self._kernels = kernels
         self._closure = closure
 
-    def forward_kinematics(self, state: ClosedState, frame: str | None = None) -> Pose:
+    def forward_kinematics(
+        self,
+        state: ClosedState,
+        frame: str | None = None,
+    ) -> Pose:
         """Pose of a frame in the base frame.
 
         Args:
@@ -41,7 +50,11 @@ class Kinematics:
         values = self._evaluate(f"pose {frame!r}", program, state)
         return Pose(values["position"], values["rotation"])
 
-    def jacobian(self, state: ClosedState, frame: str | None = None) -> Array:
+    def jacobian(
+        self,
+        state: ClosedState,
+        frame: str | None = None,
+    ) -> Array:
         """Jacobian of a frame's origin with respect to the active rates, in base axes.
 
         Args:

@@ -37,7 +37,11 @@ class LoadedPrograms:
         """What the description says acts on the robot besides its actuators."""
         return described_loads(self._model.description, self._model.coordinates)
 
-    def pack(self, loads: Loads, rows: int | None = None) -> Packed:
+    def pack(
+        self,
+        loads: Loads,
+        rows: int | None = None,
+    ) -> Packed:
         """The pattern of the loads, and their values as inputs of a program.
 
         Args:
@@ -57,7 +61,12 @@ class LoadedPrograms:
                 self._packed[loads] = packed
         return packed
 
-    def kernel(self, key: str, program: LoadedProgram, pattern: LoadPattern) -> LoadedKernel:
+    def kernel(
+        self,
+        key: str,
+        program: LoadedProgram,
+        pattern: LoadPattern,
+    ) -> LoadedKernel:
         """The kernel of a program under a pattern of loads, and the names of its inputs."""
         loaded = self._by_pattern.get((key, pattern))
         if loaded is None:

@@ -141,7 +141,14 @@ class Simulation:
     def _write_csv(self, file: BinaryIO) -> None:
         columns, rows = self.table()
         header = ",".join(columns)
-        np.savetxt(file, rows, fmt="%.17g", delimiter=",", header=header, comments="")
+        np.savetxt(
+            file,
+            rows,
+            fmt="%.17g",
+            delimiter=",",
+            header=header,
+            comments="",
+        )
 
     def _write_npz(self, file: BinaryIO) -> None:
         head: dict[str, Any] = {"format": FORMAT}

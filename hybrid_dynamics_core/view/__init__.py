@@ -22,7 +22,11 @@ __all__ = ["open_viewer", "view"]
 
 
 def open_viewer(
-    robot: Robot, motion: Motion | None = None, *, host: str = "localhost", port: int = 8080
+    robot: Robot,
+    motion: Motion | None = None,
+    *,
+    host: str = "localhost",
+    port: int = 8080,
 ) -> Viewer:
     """A viewer that listens at host:port, to be used in a `with`; its `run` serves it.
 
@@ -49,7 +53,11 @@ def open_viewer(
 
 
 def view(
-    robot: Robot, motion: Motion | None = None, *, host: str = "localhost", port: int = 8080
+    robot: Robot,
+    motion: Motion | None = None,
+    *,
+    host: str = "localhost",
+    port: int = 8080,
 ) -> None:
     """Show a robot in the browser until KeyboardInterrupt.
 

@@ -30,6 +30,7 @@ BASE: Final = "#9aa5b1"
 WHITE: Final = "#ffffff"
 OUT: Final = 1.75  # how much longer the hinge of a drive is on the base
 Kind = Literal["link", "joint", "closure"]
+Names = tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +47,7 @@ class SolidBody:
     """
 
     kind: Kind
-    names: tuple[str, ...]
+    names: Names
     link: str
     mesh: Mesh
     colour: str
@@ -68,7 +69,7 @@ class Span:
     """
 
     kind: Kind
-    names: tuple[str, ...]
+    names: Names
     links: tuple[str, str]
     points: tuple[Array, Array]
     radius: float
@@ -171,10 +172,11 @@ def span_pose(span: Span, poses: Mapping[str, Pose]) -> tuple[Array, Array, floa
     Returns:
         Rotation (3, 3) with z along it, its start (3,) [m] and its length [m].
     """
-    start = _moved(span.points[0], poses[span.links[0]])
-    end = _moved(span.points[1], poses[span.links[1]])
+    first, second = (poses[link] for link in span.links)
+    start = _moved(span.points[0], first)
+    end = _moved(span.points[1], second)
     if span.along is not None:
-        rotation, _ = poses[span.links[0]]
+        rotation, _ = first
         along = rotation @ span.along
         length = float((end - start) @ along)
         return meshes.frame_along(along), start, max(length, 0.0)
@@ -202,10 +204,12 @@ def _limited(robot: Robot, state: ClosedState, cylinder: CylinderShape) -> Cylin
     joint = cylinder.joint
     lower, upper = joint.limits
     if joint.name in robot.active:
-        lower, upper = robot.limits[robot.active.index(joint.name)].tolist()
+        index = robot.active.index(joint.name)
+        lower, upper = robot.limits[index].tolist()
     outward = float(cylinder.direction @ joint.axis) > 0.0
     innermost = lower if outward else upper
-    value = float(state.s[robot.coordinates.index(joint.name)])
+    coordinate = robot.coordinates.index(joint.name)
+    value = float(state.s[coordinate])
     shortest = cylinder.length - abs(value - innermost)
     if not shortest > 0.0:
         return cylinder
@@ -234,10 +238,12 @@ class _Builder:
 
     def add_marks(self, marks: Sequence[Mark]) -> None:
         """Bodies for parts, spans for rods, small balls for dots; lines are not shown."""
+        radius = 0.6 * self.unit
         for mark in marks:
             if not isinstance(mark, Part):
                 if mark.role == "dot":
-                    self._add_body(Part(mark.owner, "cross", mark.points, 0.6 * self.unit))
+                    dot = Part(mark.owner, "cross", mark.points, radius)
+                    self._add_body(dot)
             elif mark.role == "rod":
                 self._add_rod(mark)
             else:
@@ -266,15 +272,18 @@ class _Builder:
         kind, names = self._owner(part)
         if part.role == "hinge" and self._is_drive_on_base(part, names):
             middle = part.points.mean(axis=0)  # out of the base, whose bars are thicker than others
-            part = replace(part, points=middle + OUT * (part.points - middle))
+            longer = middle + OUT * (part.points - middle)
+            part = replace(part, points=longer)
         link = self._link_of(kind, names, part)
         rotation, origin = self.poses[link]
         mesh = mesh_of(part).placed(rotation.T, -rotation.T @ origin)
         colour = self._colour(kind, names, part)
-        self.bodies.append(SolidBody(kind, names, link, mesh, colour, part.role))
+        body = SolidBody(kind, names, link, mesh, colour, part.role)
+        self.bodies.append(body)
 
-    def _is_drive_on_base(self, part: Part, names: tuple[str, ...]) -> bool:
-        return self.skeleton.base in part.links and self.joints[names[0]].active
+    def _is_drive_on_base(self, part: Part, names: Names) -> bool:
+        on_base = self.skeleton.base in part.links
+        return on_base and self.joints[names[0]].active
 
     def _add_rod(self, part: Part) -> None:
         """From the mouth of the barrel, which is on the other link, to its end.
@@ -284,7 +293,10 @@ class _Builder:
         kind, names = self._owner(part)
         end_link, mouth_link = part.links
         mouth, end = part.points
-        rotation, _ = self.poses[mouth_link]
+        along = None
+        if part.axis is not None:
+            rotation, _ = self.poses[mouth_link]
+            along = np.asarray(rotation.T @ part.axis)
         span = Span(
             kind=kind,
             names=names,
@@ -292,11 +304,11 @@ class _Builder:
             points=(self._local(mouth_link, mouth), self._local(end_link, end)),
             radius=part.radius,
             colour=STEEL,
-            along=None if part.axis is None else np.asarray(rotation.T @ part.axis),
+            along=along,
         )
         self.spans.append(span)
 
-    def _owner(self, part: Part) -> tuple[Kind, tuple[str, ...]]:
+    def _owner(self, part: Part) -> tuple[Kind, Names]:
         """What of the robot a part shows."""
         kind, _, name = part.owner.partition(":")
         if kind == "joint":
@@ -313,14 +325,15 @@ class _Builder:
         elif joint.type == "prismatic":
             link = joint.child
         rotation, _ = self.poses[link]
-        return Anchor(link, self._local(link, point), np.asarray(rotation.T @ joint.axis))
+        axis = np.asarray(rotation.T @ joint.axis)
+        return Anchor(link, self._local(link, point), axis)
 
     def _local(self, link: str, point: Array) -> Array:
         """A point (3,) in base axes in the axes of a link."""
         rotation, origin = self.poses[link]
         return np.asarray(rotation.T @ (point - origin))
 
-    def _link_of(self, kind: Kind, names: tuple[str, ...], part: Part) -> str:
+    def _link_of(self, kind: Kind, names: Names, part: Part) -> str:
         """The link with which a part moves; an axis is fixed in both that it joins."""
         if kind == "link":
             return names[0]
@@ -329,7 +342,7 @@ class _Builder:
         joint = self.joints[names[0]]
         return joint.child if part.role == "block" else joint.parent
 
-    def _colour(self, kind: Kind, names: tuple[str, ...], part: Part) -> str:
+    def _colour(self, kind: Kind, names: Names, part: Part) -> str:
         if kind == "joint":
             return self._joint_colour(names, part)
         if kind == "closure":
@@ -339,7 +352,7 @@ class _Builder:
         colour = self.colours[names[0]]
         return mix(colour, WHITE, 0.28 if colour == INK else 0.12)
 
-    def _joint_colour(self, names: tuple[str, ...], part: Part) -> str:
+    def _joint_colour(self, names: Names, part: Part) -> str:
         if part.role == "rail":
             return STEEL
         if any(self.joints[name].active for name in names):
@@ -347,7 +360,7 @@ class _Builder:
         return mix(INK, WHITE, 0.25)
 
 
-def _joint_names(group: JointGroup) -> tuple[str, ...]:
+def _joint_names(group: JointGroup) -> Names:
     return tuple(joint.name for joint in group.joints)
 
 

@@ -50,9 +50,9 @@ class Camera:
         away = self.look_at - self.position
         side = np.cross(away, _UP)
         up = np.cross(side, away)
-        across, upward = _CORNER
-        offset = across * side / np.linalg.norm(side) + upward * up / np.linalg.norm(up)
-        return np.asarray(self.look_at + self.radius * offset)
+        across = _CORNER[0] * side / np.linalg.norm(side)
+        upward = _CORNER[1] * up / np.linalg.norm(up)
+        return np.asarray(self.look_at + self.radius * (across + upward))
 
     def sees(self, points: Array, aspect: float) -> bool:
         """Whether points (k, 3) are in a picture whose width is `aspect` times its height."""
@@ -66,7 +66,8 @@ class Camera:
         half_height = np.tan(0.5 * self.field) * (rays @ forward)
         across = np.abs(rays @ right)
         upward = np.abs(rays @ up)
-        return bool(((across < aspect * half_height) & (upward < half_height)).all())
+        within = (across < aspect * half_height) & (upward < half_height)
+        return bool(within.all())
 
     def around(self, points: Array) -> Camera:
         """Another one, that looks the same way and shows points (k, 3)."""
@@ -127,13 +128,15 @@ def camera_for(skeleton: Skeleton, points: Array) -> Camera:
     if projection.planar:
         turn = Rotation.from_rotvec(-ASIDE * projection.up)
         aside = turn.as_matrix() @ toward
-        toward = np.cos(ABOVE) * aside + np.sin(ABOVE) * projection.up
+        level = np.cos(ABOVE) * aside
+        toward = level + np.sin(ABOVE) * projection.up
     return camera_around(points, toward)
 
 
 def camera_around(points: Array, toward: Array) -> Camera:
     """A camera that shows all points (k, 3) [m]; `toward` (3,) is the direction from them to it."""
-    low, high = points.min(axis=0), points.max(axis=0)
+    low = points.min(axis=0)
+    high = points.max(axis=0)
     middle = 0.5 * (low + high)
     farthest = np.linalg.norm(points - middle, axis=1).max()
     radius = max(float(farthest), 0.05)
@@ -148,7 +151,7 @@ def unit_vector(vector: Array) -> Array:
 
 def floor_under(points: Array, unit: float) -> Floor:
     """The floor below points (k, 3) [m], some radii of a joint `unit` [m] under the lowest."""
-    width = max(float(np.ptp(points, axis=0).max()), 1e-3)
-    tile = round_value(width / 5.0)
+    extent = np.ptp(points, axis=0).max()
+    tile = round_value(max(float(extent), 1e-3) / 5.0)
     lowest = float(points[:, 2].min())
     return Floor(lowest - 2.0 * unit, 24.0 * tile, tile)

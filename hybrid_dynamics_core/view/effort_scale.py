@@ -66,7 +66,8 @@ class EffortScale:
             if math.isinf(limit):
                 self._grow(kind, abs(value))
         shared = [self.largest.get(kind, math.inf) for kind in kinds]
-        return np.where(np.isfinite(limits), limits, shared)
+        is_limited = np.isfinite(limits)
+        return np.where(is_limited, limits, shared)
 
     def _grow(self, kind: str, size: float) -> None:
         """Have bars of a type of joint hold a value."""

@@ -24,6 +24,7 @@ _HEAD: Final = 0.55  # [rad] of the head of that arrow
 _AROUND_RING: Final = 16  # corners of a circle across that arrow
 
 Faces = NDArray[np.int64]
+Corner = tuple[float, float]  # radius and height
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +58,7 @@ def join_meshes(meshes: Sequence[Mesh]) -> Mesh:
 # -- revolved bodies
 
 
-def revolved(profile: Sequence[tuple[float, float]]) -> Mesh:
+def revolved(profile: Sequence[Corner]) -> Mesh:
     """A body turned about z from a profile, from the bottom to the top, outside to the right.
 
     Every piece of the profile has corners of its own, so that its edges stay sharp in smooth
@@ -69,40 +70,51 @@ def revolved(profile: Sequence[tuple[float, float]]) -> Mesh:
     Returns:
         The body.
     """
-    return join_meshes([_revolved_piece(low, high) for low, high in pairwise(profile)])
+    pieces = [_revolved_piece(low, high) for low, high in pairwise(profile)]
+    return join_meshes(pieces)
 
 
-def _revolved_piece(low: tuple[float, float], high: tuple[float, float]) -> Mesh:
+def _revolved_piece(low: Corner, high: Corner) -> Mesh:
     """One piece of a profile turned about z; a radius of zero is a tip."""
     angles = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     rings = []
     for radius, height in (low, high):
-        rings.append(np.column_stack([radius * circle, np.full(AROUND, height)]))
+        heights = np.full(AROUND, height)
+        rings.append(np.column_stack([radius * circle, heights]))
     here = np.arange(AROUND)
     after = (here + 1) % AROUND
+    above, above_after = AROUND + here, AROUND + after
     faces = []
     if high[0] == 0.0:
-        faces.append(np.stack([here, after, AROUND + here], axis=1))
+        faces.append(_triangles(here, after, above))
     else:
         if low[0] > 0.0:
-            faces.append(np.stack([here, after, AROUND + after], axis=1))
-        faces.append(np.stack([here, AROUND + after, AROUND + here], axis=1))
+            faces.append(_triangles(here, after, above_after))
+        faces.append(_triangles(here, above_after, above))
     return Mesh(np.vstack(rings), np.vstack(faces))
+
+
+def _triangles(first: Faces, second: Faces, third: Faces) -> Faces:
+    """(m, 3) of three corners (m,) each."""
+    return np.stack([first, second, third], axis=1)
 
 
 def cylinder(radius: float, start: Array, end: Array) -> Mesh:
     """A cylinder with broken edges between two points (3,)."""
     length = float(np.linalg.norm(end - start))
     edge = CHAMFER * min(radius, length)
-    bottom = [(0.0, 0.0), (radius - edge, 0.0), (radius, edge)]
-    top = [(radius, length - edge), (radius - edge, length), (0.0, length)]
+    inner, upper = radius - edge, length - edge
+    bottom = [(0.0, 0.0), (inner, 0.0), (radius, edge)]
+    top = [(radius, upper), (inner, length), (0.0, length)]
     return revolved(bottom + top).placed(frame_along(end - start), start)
 
 
 def tube(radius: float) -> Mesh:
     """A cylinder along z from 0 to 1, to be stretched."""
-    return revolved([(0.0, 0.0), (radius, 0.0), (radius, 1.0), (0.0, 1.0)])
+    bottom = [(0.0, 0.0), (radius, 0.0)]
+    top = [(radius, 1.0), (0.0, 1.0)]
+    return revolved(bottom + top)
 
 
 def arrow(radius: float) -> Mesh:
@@ -117,12 +129,14 @@ def arrow(radius: float) -> Mesh:
 
 def rounded(points: Array, radius: float) -> Mesh:
     """The hull of balls round points (k, 3): a ball, a capsule, a plate with round edges."""
-    corners = (points[:, None] + radius * _BALL[None]).reshape(-1, 3)
+    balls = points[:, None] + radius * _BALL[None]
+    corners = balls.reshape(-1, 3)
     hull = ConvexHull(corners)
     faces = np.array(hull.simplices, dtype=np.int64)
-    a, b, c = corners[faces[:, 0]], corners[faces[:, 1]], corners[faces[:, 2]]
+    a, b, c = (corners[indices] for indices in faces.T)
     normals = np.cross(b - a, c - a)
-    inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
+    outward = np.einsum("ij,ij->i", normals, hull.equations[:, :3])
+    inward = outward < 0.0
     faces[inward] = faces[inward][:, ::-1]
     used, indices = np.unique(faces, return_inverse=True)
     return Mesh(corners[used], indices.reshape(faces.shape))
@@ -131,19 +145,23 @@ def rounded(points: Array, radius: float) -> Mesh:
 def ring_arrow(radius: float) -> Mesh:
     """An arrow round z on a circle of radius 1, counterclockwise from x over SWEEP."""
     angles = np.linspace(0.0, SWEEP, 49)
-    profile = [(0.0, 0.0)]
-    profile += [(float(angle), radius) for angle in angles if angle <= SWEEP - _HEAD]
-    profile += [(SWEEP - _HEAD, 2.6 * radius), (SWEEP, 0.0)]
-    rings = [_ring(angle, size) for angle, size in profile]
-    return join_meshes([_ring_piece(low, high) for low, high in pairwise(rings)])
+    neck = SWEEP - _HEAD
+    rings = [_ring(0.0, 0.0)]
+    rings += [_ring(float(angle), radius) for angle in angles if angle <= neck]
+    rings.append(_ring(neck, 2.6 * radius))
+    rings.append(_ring(SWEEP, 0.0))
+    pieces = [_ring_piece(low, high) for low, high in pairwise(rings)]
+    return join_meshes(pieces)
 
 
 def _ring(angle: float, size: float) -> Array:
     """(k, 3) a circle of a size across the circle of radius 1, at an angle of that."""
-    around = np.linspace(0.0, 2.0 * np.pi, _AROUND_RING + 1)[:-1, None]
+    angles = np.linspace(0.0, 2.0 * np.pi, _AROUND_RING + 1)
+    around = angles[:-1, None]
     outward = np.array([np.cos(angle), np.sin(angle), 0.0])
     up = np.array([0.0, 0.0, 1.0])
-    return np.asarray(outward * (1.0 + size * np.cos(around)) + up * size * np.sin(around))
+    across = outward * (1.0 + size * np.cos(around))
+    return np.asarray(across + up * size * np.sin(around))
 
 
 def _ring_piece(low: Array, high: Array) -> Mesh:
@@ -151,9 +169,10 @@ def _ring_piece(low: Array, high: Array) -> Mesh:
     count = len(low)
     here = np.arange(count)
     after = (here + 1) % count
-    first = np.stack([here, count + after, after], axis=1)
-    second = np.stack([here, count + here, count + after], axis=1)
-    return Mesh(np.vstack([low, high]), np.vstack([first, second]))
+    first = _triangles(here, count + after, after)
+    second = _triangles(here, count + here, count + after)
+    faces = np.vstack([first, second])
+    return Mesh(np.vstack([low, high]), faces)
 
 
 # -- frames
@@ -173,7 +192,8 @@ def frame_open(axis: Array, toward: Array) -> Array:
     z = axis / np.linalg.norm(axis)
     open_to = toward / np.linalg.norm(toward)
     middle = 0.5 * (SWEEP + 2.0 * np.pi)  # of what the arrow leaves open, from x
-    x = np.cos(middle) * open_to - np.sin(middle) * np.cross(z, open_to)
+    across = np.cross(z, open_to)
+    x = np.cos(middle) * open_to - np.sin(middle) * across
     return np.stack([x, np.cross(z, x), z], axis=1)
 
 
@@ -183,8 +203,8 @@ def _ball(rings: int = 7, around: int = 20) -> Array:
     angles = np.linspace(0.0, 2.0 * np.pi, around, endpoint=False)
     points = [(0.0, 0.0, 1.0)]
     for height in heights:
-        ring = np.sin(height)
-        points += [(ring * np.cos(a), ring * np.sin(a), np.cos(height)) for a in angles]
+        radius, z = np.sin(height), np.cos(height)
+        points += [(radius * np.cos(a), radius * np.sin(a), z) for a in angles]
     points.append((0.0, 0.0, -1.0))
     return np.array(points)
 

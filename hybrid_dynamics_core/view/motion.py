@@ -54,7 +54,8 @@ class Motion:
         count = len(self.time)
         if self.time.ndim != 1 or count == 0:
             return False
-        return self.state.u.shape[0] == count and self.ddu.shape == self.state.u.shape
+        shape = self.state.u.shape
+        return shape[0] == count and self.ddu.shape == shape
 
     @property
     def duration(self) -> float:
@@ -68,8 +69,9 @@ class Motion:
             return 0
         if after == len(self.time):
             return after - 1
-        is_nearer = self.time[after] - time < time - self.time[after - 1]
-        return after if is_nearer else after - 1
+        to_next = self.time[after] - time
+        to_last = time - self.time[after - 1]
+        return after if to_next < to_last else after - 1
 
     def at(self, index: int) -> ClosedState:
         """The state of one sample."""
@@ -96,7 +98,8 @@ def motion_of(
     Raises:
         InputError: with the time at which the loops do not close.
     """
-    count = int(np.clip(round(trajectory.duration * RATE) + 1, 2, LARGEST))
+    wanted = round(trajectory.duration * RATE) + 1
+    count = int(np.clip(wanted, 2, LARGEST))
     time = np.linspace(0.0, trajectory.duration, count)
     start, end = trajectory.times[0], trajectory.times[-1]
     reference = trajectory(np.minimum(start + time, end))  # beyond the end it is at rest

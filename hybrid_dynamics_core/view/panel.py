@@ -126,7 +126,8 @@ class Panel:
             for k, name in enumerate(robot.active):
                 unit = coordinate_unit(robot.joint_types[name])
                 limits = robot.description.joints[name].limits
-                scope = Range(name, unit, ranges[k, 0], ranges[k, 1], limits)
+                low, high = ranges[k]
+                scope = Range(name, unit, low, high, limits)
                 slider = Slider(self.gui, scope, float(self.target[k]))
                 slider.on_request(f"move {k}", self.enqueue, partial(self._move, k))
                 self.sliders.append(slider)
@@ -156,7 +157,8 @@ class Panel:
             self.enqueue("pause", self._pause)
 
     def _add_modes(self) -> None:
-        with self.gui.add_folder("Assembly mode", visible=bool(self.session.state.loops)):
+        has_loops = bool(self.session.state.loops)
+        with self.gui.add_folder("Assembly mode", visible=has_loops):
             self._mode = self.gui.add_dropdown("mode", ("1",))
             self._modes = self.gui.add_html("")
 
@@ -184,5 +186,6 @@ class Panel:
         with self.gui.add_folder("Efforts of the drives"):
             self._efforts = self.gui.add_html("")
             heaviest = round_value(0.5 * mass) if mass else 10.0
-            self._payload = Slider(self.gui, Range("payload", "kg", 0.0, heaviest), 0.0)
+            scope = Range("payload", "kg", 0.0, heaviest)
+            self._payload = Slider(self.gui, scope, 0.0)
         self._payload.on_request("payload", self.enqueue, self.session.lift)

@@ -214,7 +214,12 @@ def _named_rows(entries: Mapping[str, str]) -> str:
     return table(rows)
 
 
-def bar(start: float, length: float, colour: str, width: float = 7.0) -> str:
+def bar(
+    start: float,
+    length: float,
+    colour: str,
+    width: float = 7.0,
+) -> str:
     """A bar that is filled from one share of its width on.
 
     Args:

@@ -109,7 +109,12 @@ def slider_ranges(robot: Robot, start: ClosedState, size: float) -> Array:
     return np.stack([low, high], axis=1)
 
 
-def _closing_end(robot: Robot, start: ClosedState, k: int, way: float) -> float:
+def _closing_end(
+    robot: Robot,
+    start: ClosedState,
+    k: int,
+    way: float,
+) -> float:
     """The last value of a coordinate on the way at which all loops close."""
     path = np.tile(start.u, (STEPS, 1))
     path[:, k] += way * np.arange(1, STEPS + 1) / STEPS
@@ -134,7 +139,8 @@ def on_round_steps(low: float, high: float) -> tuple[float, float, float]:
     digits = max(-power, 0)
     first = float(np.round(low / step) * step)
     last = float(np.round(high / step) * step)
-    return round(first, digits), round(last, digits), round(float(step), digits)
+    step = float(step)
+    return round(first, digits), round(last, digits), round(step, digits)
 
 
 def on_step(value: float, step: float) -> float:
@@ -151,12 +157,16 @@ def decimals(value: float) -> int:
 def round_value(value: float) -> float:
     """1, 2 or 5 times a power of ten, near a value above zero."""
     power = 10.0 ** np.floor(np.log10(value))
-    nearest = min(ROUND, key=lambda factor: abs(np.log(factor * power / value)))
-    return float(power * nearest)
+
+    def distance(factor: float) -> float:
+        return float(abs(np.log(factor * power / value)))
+
+    return float(power * min(ROUND, key=distance))
 
 
 def round_above(value: float) -> float:
     """1, 2 or 5 times a power of ten, the smallest that is not below a value above zero."""
     power = 10.0 ** np.floor(np.log10(value))
+    least = value * (1.0 - 1e-9)
     candidates = [factor * power for factor in ROUND]
-    return float(next(each for each in candidates if each >= value * (1.0 - 1e-9)))
+    return float(next(each for each in candidates if each >= least))

@@ -66,7 +66,8 @@ class SceneView:
         self.scene = server.scene
         self.links = {}
         for name in shape.skeleton.links:
-            self.links[name] = self.scene.add_frame(node("links", name), show_axes=False)
+            path = node("links", name)
+            self.links[name] = self.scene.add_frame(path, show_axes=False)
         self._add_bodies()
         self.spans = [(span, self._add_span(k, span)) for k, span in enumerate(shape.spans)]
         self._add_names()
@@ -101,7 +102,8 @@ class SceneView:
                 if arrow.handle.visible:
                     arrow.handle.position = arrow.base
                     arrow.handle.wxyz = wxyz(arrow.frame(share))
-                    arrow.handle.scale = self._scale(arrow, min(abs(share), 1.0))
+                    size = min(abs(share), 1.0)
+                    arrow.handle.scale = self._scale(arrow, size)
 
     def _scale(self, arrow: EffortArrow, share: float) -> float | tuple[float, float, float]:
         """How large an arrow is for a share of its bar."""
@@ -118,7 +120,8 @@ class SceneView:
             points: (k, 3) of the robot [m]. The floor is never above where it was at the start.
             camera: of who comes now.
         """
-        level = min(self.floor.level, floor_under(points, self.shape.unit).level)
+        floor = floor_under(points, self.shape.unit)
+        level = min(self.floor.level, floor.level)
         x, y, _ = self._tiles.position
         self._tiles.position = np.array([x, y, level])
         if camera is self.camera:
@@ -227,7 +230,8 @@ class SceneView:
 
     def _add_arrow(self, name: str) -> EffortArrow:
         """An arrow of effort, hidden at first."""
-        joint = next(joint for joint in self.shape.skeleton.joints if joint.name == name)
+        joints = {joint.name: joint for joint in self.shape.skeleton.joints}
+        joint = joints[name]
         toward = self.camera.position - self.camera.look_at
         if joint.type == "revolute":
             return self._add_ring(joint, toward)
@@ -238,7 +242,8 @@ class SceneView:
 
         It is open where the link is that the joint turns, and turns with it.
         """
-        rotation, origin = self.shape.poses(self.shape.reference)[joint.child]
+        poses = self.shape.poses(self.shape.reference)
+        rotation, origin = poses[joint.child]
         front = np.copysign(1.0, joint.axis @ toward) * joint.axis
         place = joint.point + 2.0 * self.shape.unit * front
         opening = reach(self.shape.skeleton, joint)
@@ -252,14 +257,16 @@ class SceneView:
 
     def _add_shaft(self, joint: PlacedJoint, toward: Array) -> EffortArrow:
         """Beside what slides."""
-        anchor, unit = self.shape.anchors[joint.name], self.shape.unit
-        rotation, _ = self.shape.poses(self.shape.reference)[anchor.link]
+        anchor = self.shape.anchors[joint.name]
+        poses = self.shape.poses(self.shape.reference)
+        rotation, _ = poses[anchor.link]
         aside = np.cross(anchor.axis, rotation.T @ toward)
         aside /= max(float(np.linalg.norm(aside)), 1e-9)
         offset = 1.9 * aside + 2.4 * np.cross(aside, anchor.axis)
         path = node("links", anchor.link, f"effort {joint.name}")
         handle = self._add_hidden(path, meshes.arrow(0.008))
-        return EffortArrow(handle, anchor.point + unit * offset, anchor.axis, None)
+        base = anchor.point + self.shape.unit * offset
+        return EffortArrow(handle, base, anchor.axis, None)
 
     def _add_hidden(self, path: str, mesh: meshes.Mesh) -> viser.MeshHandle:
         return self.scene.add_mesh_simple(
@@ -290,7 +297,8 @@ def reach(skeleton: Skeleton, joint: PlacedJoint) -> Array:
     Returns:
         (3,) [m], base axes.
     """
-    arms = np.array([joint.point, *_points_on(skeleton, joint.child)]) - joint.point
+    points = np.array([joint.point, *_points_on(skeleton, joint.child)])
+    arms = points - joint.point
     arms -= np.outer(arms @ joint.axis, joint.axis)
     lengths = np.linalg.norm(arms, axis=1)
     if not lengths.max() > ON_AXIS:

@@ -83,7 +83,8 @@ class Slider:
         slack = 0.5 * self.step if wanted in self._ends else 0.0
         self._meaning = self.scope.take(wanted, slack)
         rounded = float(f"{wanted:.{ROOM}g}")
-        self._stand(rounded, max(decimals(rounded), decimals(self.step)))
+        digits = max(decimals(rounded), decimals(self.step))
+        self._stand(rounded, digits)
         return self._meaning
 
     def show(self, value: float) -> None:
@@ -108,7 +109,8 @@ class Slider:
         set_value(self.handle, value)
 
     def _on_slider(self, value: float) -> float:
-        return on_step(float(np.clip(value, *self._ends)), self.step)
+        nearest = float(np.clip(value, *self._ends))
+        return on_step(nearest, self.step)
 
 
 def _on_given_steps(scope: Range, step: float) -> tuple[float, float, float]:

@@ -54,7 +54,8 @@ class StateInterpolation:
             self.state = state
 
     def _is_near(self, state: ClosedState) -> bool:
-        distance = float(np.abs(state.u - self.state.u).max(initial=0.0))
+        steps = np.abs(state.u - self.state.u)
+        distance = float(steps.max(initial=0.0))
         return distance < FAR and state.branch == self.state.branch
 
     def tick(self, elapsed: float) -> None:
@@ -63,7 +64,8 @@ class StateInterpolation:
         if self.elapsed >= SPAN:
             self.state = self.end
             return
-        u = self.start.u + self.elapsed / SPAN * (self.end.u - self.start.u)
+        share = self.elapsed / SPAN
+        u = self.start.u + share * (self.end.u - self.start.u)
         try:
             self.state = self.robot.close(u, near=self.state)
         except HybridDynamicsError:  # the straight way leaves the range, the wanted state does not

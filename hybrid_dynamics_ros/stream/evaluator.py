@@ -191,8 +191,9 @@ class MotionEvaluator:
         efforts = None
         if du is not None and acceleration is not None:
             efforts = self.robot.inverse_dynamics(state, acceleration, self._loads)
-        known = OrderedMotion(state.u, None if du is None else state.du, acceleration)
-        return self._result(stamp_ns, state, known, efforts, event)
+        velocity = None if du is None else state.du
+        active = OrderedMotion(state.u, velocity, acceleration)
+        return self._result(stamp_ns, state, active, efforts, event)
 
     def _evaluate_compiled(
         self,

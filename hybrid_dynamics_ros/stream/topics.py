@@ -77,10 +77,10 @@ class JointStates(OutputTopic):
         self._active = len(robot.active)
         self._drives_are_active = set(robot.drives) == set(robot.active)
         self._drive_places = [robot.coordinates.index(name) for name in robot.drives]
-        self._templates = {
-            known: joint_state_template(robot.coordinates, velocity=known[0], effort=known[1])
-            for known in itertools.product((False, True), repeat=2)
-        }
+        self._templates = {}  # by whether velocities and efforts are there
+        for velocity, effort in itertools.product((False, True), repeat=2):
+            template = joint_state_template(robot.coordinates, velocity=velocity, effort=effort)
+            self._templates[velocity, effort] = template
 
     def message(self, result: MotionResult) -> Message:
         """Velocities and efforts as far as they are known."""
@@ -150,9 +150,9 @@ class ClosedStates(OutputTopic):
     def message(self, result: MotionResult) -> Message:
         """Rows have to share the loop that is nearest to its singularity."""
         nearest, loop = result.nearest
+        template = self._template(result.branch, loop)
         lower, upper = self._strokes.margins(result.position)
-        values = (result.residual, result.distances, nearest, lower, upper)
-        return self._template(result.branch, loop), values
+        return template, (result.residual, result.distances, nearest, lower, upper)
 
     def groups(self, result: MotionResult) -> Sequence[Rows]:
         """Rows by the loop that is nearest to its singularity."""

@@ -18,7 +18,8 @@ from hybrid_dynamics_core.control import (
 )
 from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
 
-STARTS = {
+SPAN = (0.0, 1.2)  # [s]
+STARTS = {  # from where to where
     "forging_chu2020": ([0.0, 0.15, 0.1, 0.0], [0.5, 0.25, 0.14, 1.0]),
     "excavator": ([0.0, 0.7, 0.7, 0.6], [0.4, 0.8, 0.6, 0.7]),
     "palletizer": (None, [0.2, 0.15, -0.1, 0.3]),
@@ -40,9 +41,7 @@ def errors(motion: Simulation, trajectory: JointTrajectory) -> np.ndarray:
 
 @pytest.mark.parametrize("name", STARTS)
 def test_computed_torque_makes_the_error_a_linear_one(name: str) -> None:
-    """From a start off the trajectory e'' + kd e' + kp e = 0 to the integrator's accuracy, loops
-    and all.
-    """
+    """From a start off the trajectory e'' + kd e' + kp e = 0, to the integrator's accuracy."""
     robot, trajectory = motion_of(name)
     kp, kd = 60.0, 12.0
     offset = 0.01 * np.cos(np.arange(len(robot.active)))
@@ -56,20 +55,21 @@ def test_computed_torque_makes_the_error_a_linear_one(name: str) -> None:
         settings,
     )
     assert motion.completed
-    flow = np.array([expm(np.array([[0.0, 1.0], [-kp, -kd]]) * t)[0, 0] for t in motion.t])
-    assert errors(motion, trajectory) == pytest.approx(flow[:, None] * offset, abs=1e-7)
+    matrix = np.array([[0.0, 1.0], [-kp, -kd]])
+    flow = np.array([expm(matrix * t)[0, 0] for t in motion.t])
+    expected = flow[:, None] * offset
+    assert errors(motion, trajectory) == pytest.approx(expected, abs=1e-7)
 
 
 @pytest.mark.parametrize("name", ["forging_chu2020", "excavator"])
-def test_computed_torque_forgets_a_payload_only_where_it_is_told(name: str) -> None:
+def test_computed_torque_needs_the_payload(name: str) -> None:
     robot, trajectory = motion_of(name)
     laden = robot.loads.with_payload(Payload(60.0, [0.1, 0.0, 0.0]))
     runs = {}
-    for told, loads in (("told", laden), ("not told", robot.loads)):
+    for label, loads in (("told", laden), ("not told", robot.loads)):
         controller = ComputedTorque(robot, trajectory, 100.0, 20.0, loads)
-        runs[told] = simulate(
-            robot, trajectory.positions[0], None, controller, (0.0, 1.2), Settings(loads=laden)
-        )
+        start = trajectory.positions[0]
+        runs[label] = simulate(robot, start, None, controller, SPAN, Settings(loads=laden))
     assert np.abs(errors(runs["told"], trajectory)).max() < 1e-7
     assert np.abs(errors(runs["not told"], trajectory)).max() > 1e-4
 
@@ -77,63 +77,56 @@ def test_computed_torque_forgets_a_payload_only_where_it_is_told(name: str) -> N
 @pytest.mark.parametrize("name", STARTS)
 def test_gravity_compensation_leaves_the_arm_where_it_is(name: str) -> None:
     robot, trajectory = motion_of(name)
-    laden = robot.loads.with_payload(Payload(5.0)).with_wrench([10.0, -20.0, 15.0, 1.0, 2.0, -1.0])
+    wrench = [10.0, -20.0, 15.0, 1.0, 2.0, -1.0]
+    laden = robot.loads.with_payload(Payload(5.0)).with_wrench(wrench)
     start = trajectory.positions[0]
-    held = simulate(
-        robot,
-        start,
-        None,
-        GravityCompensation(robot, loads=laden),
-        (0.0, 0.5),
-        Settings(loads=laden),
-    )
+    span, settings = (0.0, 0.5), Settings(loads=laden)
+    controller = GravityCompensation(robot, loads=laden)
+    held = simulate(robot, start, None, controller, span, settings)
     assert np.abs(held.u - start).max() < 1e-9
-    fallen = simulate(
-        robot, start, None, GravityCompensation(robot), (0.0, 0.5), Settings(loads=laden)
-    )
+    fallen = simulate(robot, start, None, GravityCompensation(robot), span, settings)
     assert np.abs(fallen.u - start).max() > 1e-5
 
 
 def test_gravity_compensation_moves_as_without_weight(forging: Robot) -> None:
     start = ([0.0, 0.2, 0.1, 0.0], [0.3, 0.1, 0.05, 0.5])
     here = simulate(forging, *start, GravityCompensation(forging), (0.0, 0.3))
-    space = simulate(
-        forging,
-        *start,
-        t_span=(0.0, 0.3),
-        settings=Settings(loads=forging.loads.with_gravity([0, 0, 0])),
-    )
+    weightless = Settings(loads=forging.loads.with_gravity([0, 0, 0]))
+    space = simulate(forging, *start, t_span=(0.0, 0.3), settings=weightless)
     assert here.u == pytest.approx(space.u, abs=1e-8)
-    assert np.ptp(space.energy.kinetic) < 1e-6 * space.energy.kinetic[0]  # it only coasts
+    energy = space.energy.kinetic
+    assert np.ptp(energy) < 1e-6 * energy[0]  # it only coasts
 
 
-def test_damping_brings_it_to_rest(forging: Robot) -> None:
+def test_damping_brings_it_to_a_standstill(forging: Robot) -> None:
     controller = GravityCompensation(forging, damping=[400.0, 20000.0, 20000.0, 5.0])
-    motion = simulate(forging, [0.0, 0.2, 0.1, 0.0], [0.3, 0.05, 0.02, 0.5], controller, (0.0, 2.0))
+    start, rates = [0.0, 0.2, 0.1, 0.0], [0.3, 0.05, 0.02, 0.5]
+    motion = simulate(forging, start, rates, controller, (0.0, 2.0))
     assert motion.completed
     assert (np.diff(motion.energy.kinetic) <= 1e-9).all()
     assert motion.energy.kinetic[-1] < 1e-3 * motion.energy.kinetic[0]
 
 
 @pytest.mark.parametrize("name", STARTS)
-def test_feed_forward_follows_on_its_own(name: str) -> None:
+def test_feed_forward_follows_without_feedback(name: str) -> None:
     """On the trajectory from the start, without any feedback: only the integrator's error grows."""
     robot, trajectory = motion_of(name)
-    motion = simulate(
-        robot, trajectory.positions[0], None, FeedForward(robot, trajectory), (0.0, 1.2)
-    )
+    controller = FeedForward(robot, trajectory)
+    motion = simulate(robot, trajectory.positions[0], None, controller, SPAN)
     assert np.abs(errors(motion, trajectory)).max() < 1e-6
 
 
 @pytest.mark.parametrize("name", ["forging_chu2020", "excavator"])
 def test_feed_forward_is_worth_more_than_gains(name: str) -> None:
     robot, trajectory = motion_of(name)
-    weight = np.diag(robot.minimal_form(robot.close(trajectory.positions[0]))[0])
+    start = trajectory.positions[0]
+    mass, _, _ = robot.minimal_form(robot.close(start))
+    weight = np.diag(mass)
     laden = Settings(loads=robot.loads.with_payload(Payload(10.0)))  # which neither knows
     worst = {}
     for model in (True, False):
         controller = FeedForward(robot, trajectory, 400.0 * weight, 40.0 * weight, model=model)
-        motion = simulate(robot, trajectory.positions[0], None, controller, (0.0, 1.2), laden)
+        motion = simulate(robot, start, None, controller, SPAN, laden)
         assert motion.completed
         worst[model] = np.abs(errors(motion, trajectory)).max()
     assert worst[True] < 0.1 * worst[False]
@@ -144,9 +137,8 @@ def test_digital_controller_is_worse_the_slower_it_is(forging: Robot) -> None:
     worst = []
     for hold in (0.02, 0.005):
         controller = ComputedTorque(forging, trajectory, 100.0, 20.0)
-        motion = simulate(
-            forging, trajectory.positions[0], None, controller, (0.0, 1.2), Settings(hold=hold)
-        )
+        settings = Settings(hold=hold)
+        motion = simulate(forging, trajectory.positions[0], None, controller, SPAN, settings)
         worst.append(np.abs(errors(motion, trajectory)).max())
     assert 1e-7 < worst[1] < 0.5 * worst[0] < 0.01
 
@@ -157,9 +149,9 @@ def test_efforts_along_a_trajectory_are_its_inverse_dynamics(forging: Robot) -> 
     tau = efforts_along(forging, trajectory, times)
     for t, row in zip(times, tau, strict=True):
         goal = trajectory(t)
-        assert row == pytest.approx(
-            forging.inverse_dynamics(forging.close(goal.u, goal.du), goal.ddu), rel=1e-10
-        )
+        state = forging.close(goal.u, goal.du)
+        expected = forging.inverse_dynamics(state, goal.ddu)
+        assert row == pytest.approx(expected, rel=1e-10)
     beyond = JointTrajectory.between([0, 0.3, 0.1, 0], [0, 0.8, 0.1, 0], 1.0)
     with pytest.raises(ClosureError) as caught:
         efforts_along(forging, beyond, np.linspace(0, 1, 11))
@@ -167,7 +159,8 @@ def test_efforts_along_a_trajectory_are_its_inverse_dynamics(forging: Robot) -> 
 
 
 def test_what_does_not_fit_the_robot_is_refused(forging: Robot) -> None:
-    path, other = motion_of("forging_chu2020")[1], JointTrajectory.between([0.0], [1.0], 1.0)
+    _, path = motion_of("forging_chu2020")
+    other = JointTrajectory.between([0.0], [1.0], 1.0)
     calls: dict[str, Callable] = {
         r"damping has shape \(2,\); expected a number or \(4,\)": lambda: GravityCompensation(
             forging, [1.0, 2.0]
@@ -187,7 +180,8 @@ class TestTrajectory:
     @pytest.mark.parametrize("order", [1, 2, 3])
     def test_passes_its_points(self, order: int) -> None:
         rng = np.random.default_rng(order)
-        times, points = [0.0, 0.4, 1.0, 1.5], rng.normal(size=(3, 4, 2))
+        times = [0.0, 0.4, 1.0, 1.5]
+        points = rng.normal(size=(3, 4, 2))
         trajectory = JointTrajectory(times, *points[:order])
         for k, t in enumerate(times):
             goal = trajectory(t)
@@ -195,17 +189,22 @@ class TestTrajectory:
                 assert part == pytest.approx(wanted, abs=1e-12)
 
     def test_rates_are_derivatives(self) -> None:
-        trajectory = JointTrajectory([0.0, 0.4, 1.0], np.random.default_rng(0).normal(size=(3, 2)))
+        points = np.random.default_rng(0).normal(size=(3, 2))
+        trajectory = JointTrajectory([0.0, 0.4, 1.0], points)
         t, h = np.linspace(0.05, 0.95, 7), 1e-5
-        ahead, behind, here = trajectory(t + h), trajectory(t - h), trajectory(t)
-        assert (ahead.u - behind.u) / (2 * h) == pytest.approx(here.du, abs=1e-7)
-        assert (ahead.du - behind.du) / (2 * h) == pytest.approx(here.ddu, abs=1e-6)
+        ahead, behind = trajectory(t + h), trajectory(t - h)
+        here = trajectory(t)
+        du = (ahead.u - behind.u) / (2 * h)
+        ddu = (ahead.du - behind.du) / (2 * h)
+        assert du == pytest.approx(here.du, abs=1e-7)
+        assert ddu == pytest.approx(here.ddu, abs=1e-6)
 
     def test_stands_before_and_after(self) -> None:
         trajectory = JointTrajectory([1.0, 2.0], [[0.0], [1.0]], [[1.0], [1.0]])
         for t, u in ((0.0, 0.0), (3.0, 1.0)):
             goal = trajectory(t)
-            assert (goal.u[0], goal.du[0], goal.ddu[0]) == (u, 0.0, 0.0)
+            assert goal.u[0] == u
+            assert goal.du[0] == goal.ddu[0] == 0.0
         assert trajectory([0.0, 1.5, 3.0]).u.shape == (3, 1)
         assert trajectory.duration == 1.0
 

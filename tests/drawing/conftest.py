@@ -25,6 +25,20 @@ def drawing_of(name: str) -> Figure:
     return draw(robot_of(name))
 
 
+def artists_of(figure: Figure, kind: type, *prefixes: str) -> list:
+    """Artists of a kind whose names begin with one of some prefixes."""
+    artists = figure.findobj(kind)
+    return [artist for artist in artists if (artist.get_gid() or "").startswith(prefixes)]
+
+
+def legend_texts(figure: Figure) -> list[str]:
+    """What the keys of a figure say."""
+    texts = []
+    for legend in figure.legends:
+        texts += [text.get_text() for text in legend.get_texts()]
+    return texts
+
+
 @pytest.fixture(params=ROBOTS)
 def robot(request: pytest.FixtureRequest) -> Robot:
     """Each robot in turn."""

@@ -1,7 +1,4 @@
-"""Robots of many shapes as texts.
-
-Serial arms, rails, sliders, spatial loops, one that is a single point.
-"""
+"""Robots of many shapes as texts: serial arms, rails, sliders, spatial loops, a single point."""
 
 from hybrid_dynamics_core import Robot
 from hybrid_dynamics_core.formats.reader import parse_description

@@ -42,9 +42,9 @@ def test_mistakes_end_with_one_message(arguments, words, tmp_path, monkeypatch, 
     with pytest.raises(SystemExit) as stopped:
         main(arguments)
     assert stopped.value.code == 1
-    told = capsys.readouterr().err
-    assert words in told
-    assert told.count("\n") == 1
+    message = capsys.readouterr().err
+    assert words in message
+    assert message.count("\n") == 1
 
 
 def test_without_matplotlib_the_error_says_what_to_install(forging: Robot, monkeypatch) -> None:

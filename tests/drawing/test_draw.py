@@ -16,44 +16,51 @@ from hybrid_dynamics_core.drawing import draw, draw_on
 from hybrid_dynamics_core.drawing.paint.labels import Label, Labeller, TextBox
 from hybrid_dynamics_core.scene.style import RED
 
-from .conftest import drawing_of, robot_of
+from .conftest import artists_of, drawing_of, robot_of
 
 
 def gids(figure: Figure) -> set[str]:
-    return {artist.get_gid() for artist in figure.findobj() if artist.get_gid()}
+    names = {artist.get_gid() for artist in figure.findobj()}
+    return {name for name in names if name}
 
 
-def owners(found: set[str], kind: str) -> set[str]:
+def owners(names: set[str], kind: str) -> set[str]:
     """Names with artists of their own; several that are drawn as one are joined by +."""
-    joined = [gid.removeprefix(f"{kind}:") for gid in found if gid.startswith(f"{kind}:")]
-    return {name for part in joined for name in part.split("+")}
+    result = set()
+    for gid in names:
+        if gid.startswith(f"{kind}:"):
+            result |= set(gid.removeprefix(f"{kind}:").split("+"))
+    return result
 
 
 def labels(figure: Figure) -> set[str]:
-    found = [
-        artist for artist in figure.findobj(Text) if (artist.get_gid() or "").startswith("name:")
-    ]
-    return {name for artist in found for name in artist.get_text().split(", ")}
+    names = set()
+    for artist in artists_of(figure, Text, "name:"):
+        names |= set(artist.get_text().split(", "))
+    return names
+
+
+def links_of(robot: Robot) -> set[str]:
+    return {robot.base_frame, *robot.description.links}
 
 
 def test_every_link_joint_and_closure_has_its_artist(robot: Robot) -> None:
-    found = gids(drawing_of(robot.name))
-    assert owners(found, "link") >= {robot.base_frame, *robot.description.links}
-    assert owners(found, "joint") >= set(robot.coordinates)
-    assert owners(found, "closure") >= {closure.name for closure in robot.description.closures}
+    names = gids(drawing_of(robot.name))
+    closures = {closure.name for closure in robot.description.closures}
+    assert owners(names, "link") >= links_of(robot)
+    assert owners(names, "joint") >= set(robot.coordinates)
+    assert owners(names, "closure") >= closures
 
 
 def test_the_svg_holds_them_by_name_and_the_active_names_as_text(robot: Robot, tmp_path) -> None:
     path = tmp_path / "robot.svg"
     draw(robot, path=path)
-    tree = ElementTree.parse(path)
-    ids = {element.get("id") for element in tree.iter() if element.get("id")}
-    written = {
-        "".join(element.itertext()).strip()
-        for element in tree.iter()
-        if element.tag.endswith("}text")
-    }
-    assert owners(ids, "link") >= {robot.base_frame, *robot.description.links}
+    ids, written = set(), set()
+    for element in ElementTree.parse(path).iter():
+        ids.add(element.get("id", ""))
+        if element.tag.endswith("}text"):
+            written.add("".join(element.itertext()).strip())
+    assert owners(ids, "link") >= links_of(robot)
     assert owners(ids, "joint") >= set(robot.coordinates)
     assert written >= {*robot.active, robot.end_effector, robot.name}
     for closure in robot.description.closures:
@@ -61,13 +68,13 @@ def test_the_svg_holds_them_by_name_and_the_active_names_as_text(robot: Robot, t
 
 
 def test_names_are_shown_as_asked(robot: Robot) -> None:
-    shown = {names: labels(draw(robot, names=names)) for names in ("none", "joints", "all")}
-    shown["active"] = labels(drawing_of(robot.name))
-    assert shown["none"] == set()
-    assert shown["active"] == {*robot.active, robot.end_effector}
-    assert shown["joints"] == {*robot.coordinates, robot.end_effector}
-    assert shown["all"] > shown["joints"]
-    assert shown["all"] <= {*robot.coordinates, *robot.frames, robot.base_frame}
+    joints = labels(draw(robot, names="joints"))
+    everything = labels(draw(robot, names="all"))
+    assert labels(draw(robot, names="none")) == set()
+    assert labels(drawing_of(robot.name)) == {*robot.active, robot.end_effector}
+    assert joints == {*robot.coordinates, robot.end_effector}
+    assert everything > joints
+    assert everything <= {*robot.coordinates, *robot.frames, robot.base_frame}
 
 
 def test_the_base_is_named_among_the_links(robot: Robot) -> None:
@@ -75,42 +82,38 @@ def test_the_base_is_named_among_the_links(robot: Robot) -> None:
 
 
 @pytest.mark.parametrize(("name", "which"), [("five_bar", "the"), ("excavator", "each")])
-def test_the_pin_of_the_key_looks_as_the_pins_of_the_picture(name: str, which: str) -> None:
+def test_the_pin_of_the_key_is_that_of_the_picture(name: str, which: str) -> None:
     figure = draw(robot_of(name))
-    (handle,) = (
-        handle
-        for legend in figure.legends
-        for handle, text in zip(legend.legend_handles, legend.get_texts(), strict=True)
-        if text.get_text() == f"pin that closes {which} loop"
-    )
+    handles = {}
+    for legend in figure.legends:
+        texts = [text.get_text() for text in legend.get_texts()]
+        handles |= dict(zip(texts, legend.legend_handles, strict=True))
+    handle = handles[f"pin that closes {which} loop"]
     closures = {f"closure:{closure.name}" for closure in robot_of(name).description.closures}
-    edges = {
-        to_hex(artist.get_edgecolor())
-        for artist in figure.findobj(Polygon)
-        if artist.get_gid() in closures
-    }
+    pins = [artist for artist in figure.findobj(Polygon) if artist.get_gid() in closures]
+    edges = {to_hex(pin.get_edgecolor()) for pin in pins}
     assert to_hex(handle.get_markeredgecolor()) in edges
 
 
 def test_active_joints_and_no_others_have_the_colour_of_drives(robot: Robot) -> None:
     figure = drawing_of(robot.name)
-    red = {
-        re.sub(r"\.\d+$", "", patch.get_gid()).removeprefix("joint:")
-        for patch in figure.findobj(Polygon)
-        if (patch.get_gid() or "").startswith("joint:") and to_hex(patch.get_facecolor()) == RED
-    }
+    red = set()
+    for patch in artists_of(figure, Polygon, "joint:"):
+        if to_hex(patch.get_facecolor()) == RED:
+            name = patch.get_gid().removeprefix("joint:")
+            red.add(re.sub(r"\.\d+$", "", name))
     assert red == set(robot.active)
-    assert owners(gids(figure), "drive") == {
-        *robot.active,
-        *(f"{name}.head" for name in robot.active),
-    } | {f"{name}.head.2" for name in robot.active if robot.joint_types[name] == "prismatic"}
+    arrows = set(robot.active)
+    for name in robot.active:
+        arrows.add(f"{name}.head")
+        if robot.joint_types[name] == "prismatic":
+            arrows.add(f"{name}.head.2")
+    assert owners(gids(figure), "drive") == arrows
 
 
 def test_names_of_active_joints_do_not_hide_each_other(robot: Robot) -> None:
     figure = drawing_of(robot.name)
-    named = [
-        artist for artist in figure.findobj(Text) if (artist.get_gid() or "").startswith("name:")
-    ]
+    named = artists_of(figure, Text, "name:")
     assert len(named) == len(robot.active) + 1
     boxes = [label.get_window_extent() for label in named]
     for one, other in combinations(boxes, 2):
@@ -122,23 +125,15 @@ def test_names_of_active_joints_do_not_hide_each_other(robot: Robot) -> None:
 
 def test_letters_of_axes_stand_on_no_joint_and_no_arrow(robot: Robot) -> None:
     figure = drawing_of(robot.name)
-    letters = [
-        artist for artist in figure.findobj(Text) if (artist.get_gid() or "").startswith("letter:")
-    ]
-    assert (
-        len(letters) >= 2
-    )  # of the end effector's frame; an axis along the view has a mark instead
-    symbols = [
-        patch
-        for patch in figure.findobj(Polygon)
-        if (patch.get_gid() or "").startswith(("joint:", "drive:"))
-    ]
+    letters = artists_of(figure, Text, "letter:")
+    # Of the end effector's frame; an axis along the view has a mark instead.
+    assert len(letters) >= 2
+    symbols = artists_of(figure, Polygon, "joint:", "drive:")
     for letter in letters:
         middle = np.mean(letter.get_window_extent().get_points(), axis=0)
         for symbol in symbols:
-            assert (
-                not symbol.get_path().transformed(symbol.get_transform()).contains_point(middle)
-            ), symbol.get_gid()
+            outline = symbol.get_path().transformed(symbol.get_transform())
+            assert not outline.contains_point(middle), symbol.get_gid()
 
 
 @pytest.mark.parametrize("direction", np.linspace(0.0, 2.0 * np.pi, 25))
@@ -170,21 +165,12 @@ def test_a_name_behind_a_body_has_a_line_to_what_it_names(
 
 @pytest.mark.parametrize("reach", [3.0, 300.0])
 def test_a_name_stands_on_no_outline_however_long_that_is(reach: float) -> None:
-    """A straight edge passes where the name would best stand.
-
-    The name takes the other side of it.
-    """
+    """An edge passes where the name would best stand; the name takes the other side of it."""
     axes = Figure(figsize=(5, 5)).add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set(xlim=(0.0, 10.0), ylim=(0.0, 10.0))
     edge = 5.25
-    body = np.array(
-        [
-            [5.0 - reach, edge],
-            [5.0 + reach, edge],
-            [5.0 + reach, 4.0 * reach],
-            [5.0 - reach, 4.0 * reach],
-        ]
-    )
+    low, high = 5.0 - reach, 5.0 + reach
+    body = np.array([[low, edge], [high, edge], [high, 4.0 * reach], [low, 4.0 * reach]])
     label = Label(
         "a longer name", np.array([5.0, 5.0]), 0.05, {"fontsize": 8}, "name:link:rod", RED
     )
@@ -201,14 +187,19 @@ def test_the_name_of_the_base_keeps_off_the_axis_of_the_column(name: str) -> Non
     figure = draw(robot, names="all")
     (axes,) = figure.axes
     figure.canvas.draw()
-    (box,) = (
-        t.get_window_extent() for t in axes.texts if t.get_gid() == f"name:link:{robot.base_frame}"
-    )
+    (name_of_base,) = artists_of(figure, Text, f"name:link:{robot.base_frame}")
+    box = name_of_base.get_window_extent()
     dashed = [line for line in axes.lines if line.get_linestyle() not in ("-", "None")]
     assert dashed
     for line in dashed:
-        along = np.linspace(*axes.transData.transform(line.get_xydata())[[0, -1]], 200)
-        assert not ((along > (box.x0, box.y0)) & (along < (box.x1, box.y1))).all(axis=1).any()
+        ends = axes.transData.transform(line.get_xydata())[[0, -1]]
+        assert not any_inside(box, np.linspace(*ends, 200))
+
+
+def any_inside(box, points: np.ndarray) -> bool:
+    """Whether any of points (k, 2) is inside a box."""
+    inside = (points > (box.x0, box.y0)) & (points < (box.x1, box.y1))
+    return bool(inside.all(axis=1).any())
 
 
 @pytest.mark.parametrize("name", ["ankle", "excavator", "gough", "palletizer", "staicu2015"])
@@ -216,17 +207,14 @@ def test_no_line_to_a_name_runs_under_another_name(name: str) -> None:
     figure = draw(robot_of(name), names="all")
     (axes,) = figure.axes[:1]
     figure.canvas.draw()
-    names = [text for text in axes.texts if (text.get_gid() or "").startswith("name:")]
-    leaders = [
-        axes.transData.transform(line.get_xydata())
-        for line in axes.lines
-        if line.get_zorder() == 19
-    ]
+    names = artists_of(figure, Text, "name:")
+    leaders = [line for line in axes.lines if line.get_zorder() == 19]
     assert names
-    for ends in leaders:
+    for leader in leaders:
+        ends = axes.transData.transform(leader.get_xydata())
         inner = np.linspace(*ends, 50)[:-2]  # its end touches its own name
-        for box in (text.get_window_extent() for text in names):
-            assert not ((inner > (box.x0, box.y0)) & (inner < (box.x1, box.y1))).all(axis=1).any()
+        for name_ in names:
+            assert not any_inside(name_.get_window_extent(), inner)
 
 
 def test_scales_are_equal(robot: Robot) -> None:
@@ -250,18 +238,20 @@ def test_a_png_is_written(forging: Robot, tmp_path) -> None:
 
 def test_a_robot_on_axes_of_a_larger_figure(forging: Robot) -> None:
     figure = Figure()
-    left, right = figure.subplots(1, 2)
-    left.plot([0, 1], [0, 1])
+    beside, right = figure.subplots(1, 2)
+    beside.plot([0, 1], [0, 1])
     draw_on(right, forging, forging.close(forging.reference), names="joints")
     assert set(forging.coordinates) <= {text.get_text() for text in right.texts}
     assert len(figure.texts) == 0
-    assert not left.texts
+    assert not beside.texts
 
 
 def test_a_state_moves_what_is_drawn(forging: Robot) -> None:
-    figures = [draw(forging), draw(forging, forging.close([0.0, 0.15, 0.15, 0.0]))]
-    ends = [next(a for a in f.findobj() if a.get_gid() == "link:l42").get_xy() for f in figures]
-    assert np.abs(ends[0].mean(axis=0) - ends[1].mean(axis=0)).max() > 0.01
+    middles = []
+    for state in (None, forging.close([0.0, 0.15, 0.15, 0.0])):
+        (end,) = artists_of(draw(forging, state), Polygon, "link:l42")
+        middles.append(end.get_xy().mean(axis=0))
+    assert np.abs(middles[0] - middles[1]).max() > 0.01
 
 
 def bad_states(robot: Robot) -> list[tuple[ClosedState, str]]:

@@ -1,6 +1,4 @@
-"""Maps of a workspace: their outline is that of the workspace, and their values are the least that
-can be found.
-"""
+"""Maps of a workspace: their outline is that of the workspace, their values are the least."""
 
 from functools import cache
 
@@ -12,7 +10,7 @@ from hybrid_dynamics_core.drawing.maps.interpolate import CellMap, filled_maps
 from hybrid_dynamics_core.drawing.maps.planes import choose_planes
 from hybrid_dynamics_core.drawing.maps.workspace import values_of
 from hybrid_dynamics_core.formats.reader import parse_description
-from hybrid_dynamics_core.kinematics.workspace import margins_at
+from hybrid_dynamics_core.kinematics.workspace import Margins, margins_at
 
 from .conftest import robot_of
 
@@ -22,26 +20,34 @@ name: two_links
 links: {base: {}, upper: {}, fore: {}}
 joints:
   q1: {type: revolute, parent: base, child: upper, axis: y, limits: [-pi, pi]}
-  q2: {type: revolute, parent: upper, child: fore, origin: {xyz: [1, 0, 0]}, axis: y, limits: [0.5, pi/2]}
+  q2:
+    {type: revolute, parent: upper, child: fore, origin: {xyz: [1, 0, 0]}, axis: y,
+     limits: [0.5, pi/2]}
 active: [q1, q2]
 end_effector: {link: fore, xyz: [0.6, 0, 0]}
 reference: {q2: 1}
 """
-INNER, OUTER = (
-    np.sqrt(1.36 + 1.2 * np.cos(q2)) for q2 in (np.pi / 2, 0.5)
-)  # [m] what q2 lets the arm reach
+# [m] what q2 lets the arm reach
+INNER = np.sqrt(1.36)
+OUTER = np.sqrt(1.36 + 1.2 * np.cos(0.5))
 
 
 @cache
 def map_of(name: str, count: int) -> tuple[Robot, CellMap]:
     robot = Robot(parse_description(ARM)) if name == "two_links" else robot_of(name)
+    return robot, new_map(robot, count)
+
+
+def new_map(robot: Robot, count: int) -> CellMap:
+    """The map of a workspace of some samples."""
     (plane,) = choose_planes(robot)
-    return (
-        robot,
-        filled_maps(
-            robot, robot.workspace(count), [plane.points], lambda s: values_of(s, "singularity")
-        )[0],
-    )
+    workspace = robot.workspace(count)
+    (drawn,) = filled_maps(robot, workspace, [plane.points], singularity_of)
+    return drawn
+
+
+def singularity_of(samples: Margins) -> np.ndarray:
+    return values_of(samples, "singularity")
 
 
 def test_the_outline_is_that_of_the_workspace() -> None:
@@ -58,35 +64,34 @@ def test_the_outline_is_that_of_the_workspace() -> None:
 
 
 def test_no_cell_inside_is_far_from_a_place_that_was_reached() -> None:
-    """Of an arm with concave edges, where closing gaps could invent reach.
-
-    Cells against a grid of the cylinders.
-    """
+    """Of an arm with concave edges, where closing gaps could invent reach: cells against a grid."""
     robot, drawn = map_of("excavator", 8_000)
     low, high = robot.limits[1:].T
-    grid = np.stack(np.meshgrid(*np.linspace(low, high, 60).T, indexing="ij"), axis=-1).reshape(
-        -1, 3
-    )
+    places = np.meshgrid(*np.linspace(low, high, 60).T, indexing="ij")
+    grid = np.stack(places, axis=-1).reshape(-1, 3)
     (plane,) = choose_planes(robot)
-    samples = margins_at(robot, np.column_stack([np.full(len(grid), robot.reference[0]), grid]))
+    column = np.full(len(grid), robot.reference[0])
+    samples = margins_at(robot, np.column_stack([column, grid]))
     points = plane.points(samples)[samples.reachable]
     index = np.floor((points - drawn.outline.low) / drawn.outline.size).astype(int)
-    seen = np.zeros(drawn.outline.shape, dtype=bool)
-    seen[index[:, 0], index[:, 1]] = True
-    assert (seen & ~drawn.inside).sum() < 1e-2 * seen.sum()  # cells that the edge cuts may stay out
-    near = np.zeros_like(seen)
+    reached = np.zeros(drawn.outline.shape, dtype=bool)
+    reached[index[:, 0], index[:, 1]] = True
+    # Cells that the edge cuts may stay out.
+    assert (reached & ~drawn.inside).sum() < 1e-2 * reached.sum()
+    near = np.zeros_like(reached)
     for a in range(-2, 3):  # two cells, which the grid may leave between its own places
         for b in range(-2, 3):
-            near |= np.roll(seen, (a, b), (0, 1))
+            near |= np.roll(reached, (a, b), (0, 1))
     assert (drawn.inside & ~near).sum() < 5e-3 * drawn.inside.sum()
 
 
-def test_values_are_the_least_that_is_found_behind_a_point() -> None:
+def test_values_are_the_least_behind_a_point() -> None:
     robot, drawn = map_of("excavator", 8_000)
     (plane,) = choose_planes(robot)
     samples = robot.workspace(60_000).samples  # by chance alone, many more than the map began with
     good = samples.reachable
-    index = np.floor((plane.points(samples)[good] - drawn.grid.low) / drawn.grid.size).astype(int)
+    places = plane.points(samples)[good] - drawn.grid.low
+    index = np.floor(places / drawn.grid.size).astype(int)
     least = np.full(drawn.grid.shape, np.inf)
     np.minimum.at(least, (index[:, 0], index[:, 1]), samples.singularity[good])
     both = np.isfinite(least) & np.isfinite(drawn.values)
@@ -98,9 +103,6 @@ def test_values_are_the_least_that_is_found_behind_a_point() -> None:
 
 def test_the_same_call_gives_the_same_map() -> None:
     robot, drawn = map_of("two_links", 4_000)
-    (plane,) = choose_planes(robot)
-    again = filled_maps(
-        robot, robot.workspace(4_000), [plane.points], lambda s: values_of(s, "singularity")
-    )[0]
-    assert np.array_equal(again.inside, drawn.inside)
-    assert again.values == pytest.approx(drawn.values, nan_ok=True, abs=0.0)
+    repeated = new_map(robot, 4_000)
+    assert np.array_equal(repeated.inside, drawn.inside)
+    assert repeated.values == pytest.approx(drawn.values, nan_ok=True, abs=0.0)

@@ -27,8 +27,8 @@ def test_the_page_is_up_to_date(pictures) -> None:
 
 def test_every_picture_of_the_page_is_there_and_small(pictures) -> None:
     folder = ROOT / "docs" / pictures.IMAGES
-    wanted = {f"{name}.svg" for name in shipped_robots()} | {
-        f"{name}_modes.svg" for name in pictures.MODES
-    }
+    wanted = {f"{name}.svg" for name in shipped_robots()}
+    wanted |= {f"{name}_modes.svg" for name in pictures.MODES}
     assert {path.name for path in folder.iterdir()} == wanted
-    assert all(path.stat().st_size < pictures.LARGEST for path in folder.iterdir())
+    for path in folder.iterdir():
+        assert path.stat().st_size < pictures.LARGEST

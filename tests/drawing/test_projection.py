@@ -21,11 +21,18 @@ EXACT = 1e-12  # [m] the same products of rotations in another order
 
 
 def at(robot: Robot, **values: float):
-    u = [values.get(name, value) for name, value in zip(robot.active, robot.reference, strict=True)]
+    u = np.array(robot.reference)
+    for name, value in values.items():
+        u[robot.active.index(name)] = value
     return place_skeleton(robot, robot.close(u))
 
 
-def test_planar_mechanisms_are_known(robot: Robot) -> None:
+def kinds_of(robot: Robot) -> dict[str, str]:
+    """Kinds of the groups of joints, by name."""
+    return {group.names: group.kind for group in group_joints(at(robot))}
+
+
+def test_planar_mechanisms_are_recognised(robot: Robot) -> None:
     view = choose_projection(place_skeleton(robot, robot.close(robot.reference)))
     assert view.planar == (robot.name in PLANAR)
 
@@ -40,18 +47,19 @@ def test_a_turned_wrist_makes_an_arm_spatial() -> None:
     assert find_plane(at(robot_of("wrist"), q4=0.6)) is None
 
 
-def test_a_side_view_stands_upright_and_looks_to_the_right() -> None:
+def test_a_side_view_stands_upright_and_points_to_the_right() -> None:
     for turn in (0.0, 0.8, 2.5, -1.6):
         skeleton = at(robot_of("excavator"), slew=turn)
         view = choose_projection(skeleton)
         np.testing.assert_allclose(view.up, [0.0, 0.0, 1.0], atol=1e-12)
         assert view.project(skeleton.tip.point)[0] > 1.0  # the bucket is to the right of the column
-    assert choose_projection(at(robot_of("excavator"))).names == ("x [m]", "z [m]")
-    assert choose_projection(at(robot_of("excavator"), slew=0.8)).names == (
-        "along the arm [m]",
-        "z [m]",
-    )
-    assert choose_projection(at(robot_of("five_bar"))).names == ("x [m]", "y [m]")
+    excavator = robot_of("excavator")
+    names = choose_projection(at(excavator)).names
+    assert names == ("x [m]", "z [m]")
+    names = choose_projection(at(excavator, slew=0.8)).names
+    assert names == ("along the arm [m]", "z [m]")
+    names = choose_projection(at(robot_of("five_bar"))).names
+    assert names == ("x [m]", "y [m]")
 
 
 def test_a_view_is_orthonormal_and_from_above(robot: Robot) -> None:
@@ -82,22 +90,25 @@ def test_joints_closures_and_frames_are_where_kinematics_puts_them(robot: Robot)
 
 def test_every_joint_is_in_one_group_and_every_link_between_joints_too(robot: Robot) -> None:
     groups = group_joints(place_skeleton(robot, robot.close(robot.reference)))
-    names = [joint.name for group in groups for joint in group.joints]
-    assert sorted(names) == sorted(robot.coordinates)
+    names = []
     children = {body.joint: body.name for body in build_tree(robot.description).bodies}
     for group in groups:
-        assert list(group.inner) == [children[joint.name] for joint in group.joints[:-1]]
+        names += [joint.name for joint in group.joints]
+        inner = [children[joint.name] for joint in group.joints[:-1]]
+        assert list(group.inner) == inner
+    assert sorted(names) == sorted(robot.coordinates)
 
 
 def test_legs_of_a_platform_have_universal_joints_and_its_pose_is_no_mechanism() -> None:
-    kinds = {group.names: group.kind for group in group_joints(at(robot_of("staicu2015")))}
+    kinds = kinds_of(robot_of("staicu2015"))
     assert kinds["x+y+z"] == "carrier"
     assert kinds["alpha_1+alpha_2+alpha_3"] == "spherical"
-    assert all(kinds[f"phi10_{leg}+phi21_{leg}"] == "universal" for leg in "ABCDEF")
-    gough = {group.names: group.kind for group in group_joints(at(robot_of("gough")))}
+    for leg in "ABCDEF":
+        assert kinds[f"phi10_{leg}+phi21_{leg}"] == "universal"
+    gough = kinds_of(robot_of("gough"))
     assert gough["x+y+z+alpha_1+alpha_2+alpha_3"] == "carrier"
-    arm = {group.kind for group in group_joints(at(robot_of("wrist")))}
-    assert arm == {"revolute"}  # what is driven is always drawn by itself
+    arm = kinds_of(robot_of("wrist"))
+    assert set(arm.values()) == {"revolute"}  # what is driven is always drawn by itself
 
 
 def test_cylinders_reach_from_pin_to_pin() -> None:
@@ -110,7 +121,8 @@ def test_cylinders_reach_from_pin_to_pin() -> None:
     }
     for part in scene.parts:
         if part.role == "barrel" and part.links[0] in ends:
-            foot, pin = by_name[ends[part.links[0]][0]], pins[ends[part.links[0]][1]]
+            joint, closure = ends[part.links[0]]
+            foot, pin = by_name[joint], pins[closure]
             np.testing.assert_allclose(part.points[0], foot, atol=1e-9)
             along = (pin - foot) / np.linalg.norm(pin - foot)
             np.testing.assert_allclose(part.axis, along, atol=1e-9)

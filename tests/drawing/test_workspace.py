@@ -5,6 +5,9 @@ from importlib import resources
 import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+from matplotlib.text import Text
 
 from hybrid_dynamics_core import InputError, Robot
 from hybrid_dynamics_core.drawing import draw_margins, draw_workspace
@@ -14,7 +17,7 @@ from hybrid_dynamics_core.drawing.maps.workspace import values_of
 from hybrid_dynamics_core.formats.reader import parse_description
 from tests.hard_cases.linkages import four_bar
 
-from .conftest import robot_of
+from .conftest import artists_of, legend_texts, robot_of
 
 TURNING = """
 format: 1
@@ -22,8 +25,12 @@ name: turning
 links: {base: {}, column: {}, upper: {}, fore: {}}
 joints:
   turn: {type: revolute, parent: base, child: column, axis: z, limits: [-2, 2]}
-  q1: {type: revolute, parent: column, child: upper, origin: {xyz: [0, 0, 0.5]}, axis: y, limits: [-1, 1]}
-  q2: {type: revolute, parent: upper, child: fore, origin: {xyz: [1, 0, 0]}, axis: y, limits: [0.5, 1.5]}
+  q1:
+    {type: revolute, parent: column, child: upper, origin: {xyz: [0, 0, 0.5]}, axis: y,
+     limits: [-1, 1]}
+  q2:
+    {type: revolute, parent: upper, child: fore, origin: {xyz: [1, 0, 0]}, axis: y,
+     limits: [0.5, 1.5]}
 active: [turn, q1, q2]
 end_effector: {link: fore, xyz: [0.6, 0, 0], rpy: [pi/2, 0, 0]}
 reference: {q1: -0.5, q2: 1}
@@ -40,25 +47,24 @@ PANELS = {
 @pytest.mark.parametrize("name", PANELS)
 def test_planes_are_chosen_for_the_robot(name, tmp_path) -> None:
     robot = robot_of(name)
-    found = robot.workspace(3_000)
+    workspace = robot.workspace(3_000)
     path = tmp_path / "map.svg"
-    figure = draw_workspace(robot, found, path)
+    figure = draw_workspace(robot, workspace, path)
     assert [axes.get_title(loc="left") for axes in figure.axes[:-1]] == PANELS[name]
     *panels, key = (axes.get_position() for axes in figure.axes)
-    assert (
-        len({(round(panel.y0, 9), round(panel.y1, 9)) for panel in panels}) == 1
-    )  # their titles stand in one line
+    for panel in panels:  # their titles stand in one line
+        assert panel.y0 == pytest.approx(panels[0].y0, abs=1e-9)
+        assert panel.y1 == pytest.approx(panels[0].y1, abs=1e-9)
     assert key.x0 == pytest.approx(panels[0].x0)
-    assert key.x1 == pytest.approx(
-        panels[-1].x1
-    ) or key.width * figure.get_figwidth() == pytest.approx(5.2)
+    width = key.width * figure.get_figwidth()
+    assert key.x1 == pytest.approx(panels[-1].x1) or width == pytest.approx(5.2)
     text = path.read_text(encoding="utf-8")
     for link in robot.description.links:  # the robot's own skeleton is in the picture
         if link != robot.base_frame and robot.description.links[link].mass:
             assert f'id="link:{link}' in text
     for axes, plane in zip(figure.axes, choose_planes(robot), strict=False):
         low, high = np.array([axes.get_xlim(), axes.get_ylim()]).T
-        points = plane.points(found.samples)
+        points = plane.points(workspace.samples)
         good = points[np.isfinite(points).all(axis=1)]
         assert (good > low).all()
         assert (good < high).all()
@@ -69,22 +75,17 @@ def test_a_turning_arm_is_turned_back() -> None:
     robot = robot_of("excavator")
     samples = robot.workspace(500).samples
     (plane,) = choose_planes(robot)
-    points = plane.points(samples)
-    assert np.abs(points[:, 0]) == pytest.approx(np.hypot(*samples.position[:, :2].T), abs=1e-12)
-    assert points[:, 1] == pytest.approx(samples.position[:, 2], abs=1e-12)
+    across, up = plane.points(samples).T
+    x, y, z = samples.position.T
+    assert np.abs(across) == pytest.approx(np.hypot(x, y), abs=1e-12)
+    assert up == pytest.approx(z, abs=1e-12)
 
 
-def test_a_column_that_does_not_turn_round_is_seen_from_above_too() -> None:
-    text = (
-        resources.files("hybrid_dynamics_core")
-        .joinpath("robots/type_d.yaml")
-        .read_text(encoding="utf-8")
-    )
-    robot = Robot(
-        parse_description(
-            text.replace("axis: z, limits: [-pi, pi]}", "axis: z, limits: [-1, 1]}", 1)
-        )
-    )
+def test_a_column_that_does_not_turn_round_is_shown_from_above_too() -> None:
+    file = resources.files("hybrid_dynamics_core").joinpath("robots/type_d.yaml")
+    text = file.read_text(encoding="utf-8")
+    limited = text.replace("axis: z, limits: [-pi, pi]}", "axis: z, limits: [-1, 1]}", 1)
+    robot = Robot(parse_description(limited))
     assert robot.limits[0].tolist() == [-1.0, 1.0]
     titles = [plane.title for plane in choose_planes(robot)]
     assert titles == ["in the plane of the arm, at any q1", "seen from above"]
@@ -110,89 +111,88 @@ def test_values_are_those_of_reachable_samples() -> None:
     ],
 )
 def test_colours_end_at_the_largest_value_rounded_up(largest: float, top: float) -> None:
-    assert top_of([np.array([np.nan, 0.0]), np.array([largest, largest / 2.0])]) == pytest.approx(
-        top
-    )
+    maps = [np.array([np.nan, 0.0]), np.array([largest, largest / 2.0])]
+    assert top_of(maps) == pytest.approx(top)
     assert top_of([np.array([np.nan])]) == 1.0
 
 
 def test_the_bar_says_where_the_colours_end() -> None:
     robot = robot_of("delta")
     figure = draw_workspace(robot, robot.workspace(2_000))
-    bar = figure.axes[-1]
-    drawn = max(float(panel.collections[0].get_array().max()) for panel in figure.axes[:-1])
+    *panels, bar = figure.axes
+    maps = [panel.collections[0] for panel in panels]
+    largest = max(float(drawn.get_array().max()) for drawn in maps)
     top = bar.get_xlim()[1]
-    assert 0.5 < drawn <= top < 1.0
+    assert 0.5 < largest <= top < 1.0
     assert bar.get_title(loc="left").endswith(f"1 best; colours up to {top:.3g})")
-    assert {panel.collections[0].get_clim() for panel in figure.axes[:-1]} == {
-        (0.0, top)
-    }  # one scale for all
+    for drawn in maps:  # one scale for all
+        assert drawn.get_clim() == (0.0, top)
+
+
+def coloured_line(figure: Figure) -> LineCollection:
+    """The line of a path, which lies on a wider one in ink."""
+    drawn = figure.axes[0].collections
+    lines = [line for line in drawn if isinstance(line, LineCollection)]
+    return lines[1]
 
 
 def test_one_active_joint_gives_a_line_in_the_colours_of_its_margin() -> None:
-    """The rocker of a four-bar.
-
-    Its end on an arc, each piece with the margin that the robot has there.
-    """
+    """The rocker of a four-bar: its end on an arc, each piece with the robot's margin there."""
     robot = Robot(parse_description(ROCKER))
-    found = robot.workspace(500)
-    figure = draw_workspace(robot, found)
-    lines = [drawn for drawn in figure.axes[0].collections if isinstance(drawn, LineCollection)]
-    coloured = lines[1]
+    workspace = robot.workspace(500)
+    figure = draw_workspace(robot, workspace)
+    coloured = coloured_line(figure)
     ends = np.array(coloured.get_segments())
-    places = robot.forward_kinematics(robot.close(found.samples.first(found.spread).u)).position
+    state = robot.close(workspace.samples.first(workspace.spread).u)
+    places = robot.forward_kinematics(state).position
     assert len(ends) == len(places) - 1
-    assert (
-        np.hypot(*np.diff(ends, axis=1)[:, 0].T).max() < 0.02
-    )  # neighbours of that joint, not as they were drawn
+    lengths = np.hypot(*np.diff(ends, axis=1)[:, 0].T)
+    assert lengths.max() < 0.02  # neighbours of that joint, not as they were drawn
     assert np.linalg.norm(ends - [0.3, 0.0], axis=2) == pytest.approx(0.2, abs=1e-12)
     assert np.ptp(ends[:, 0, 0]) > 0.1
-    margin = np.sort(found.samples.first(found.spread).singularity)
+    margin = np.sort(workspace.samples.first(workspace.spread).singularity)
     values = np.asarray(coloured.get_array())
     assert margin[0] <= values.min() <= values.max() <= margin[-1]
     assert values.max() == pytest.approx(margin[-1], rel=1e-2)
-    assert not any(type(drawn).__name__ == "QuadContourSet" for drawn in figure.axes[0].collections)
+    kinds = {type(drawn).__name__ for drawn in figure.axes[0].collections}
+    assert "QuadContourSet" not in kinds
 
 
 def test_a_line_has_gaps_where_nothing_closes() -> None:
-    limited = ROCKER.replace(
-        "[0.3, 0, 0]}, axis: z", "[0.3, 0, 0]}, axis: z, limits: [1.5, 3]"
-    ).replace("q1: 1}", "q1: 2}")
+    limits = ("[0.3, 0, 0]}, axis: z", "[0.3, 0, 0]}, axis: z, limits: [1.5, 3]")
+    limited = ROCKER.replace(*limits).replace("q1: 1}", "q1: 2}")
     robot = Robot(parse_description(limited))
-    found = robot.workspace(400)
-    samples = found.samples.first(found.spread)
+    workspace = robot.workspace(400)
+    samples = workspace.samples.first(workspace.spread)
     reachable = samples.reachable[np.argsort(samples.u[:, 0])]
     pieces = int((reachable[:-1] & reachable[1:]).sum())
     assert 0 < reachable.sum() < len(reachable)
-    figure = draw_workspace(robot, found)
-    lines = [drawn for drawn in figure.axes[0].collections if isinstance(drawn, LineCollection)]
-    assert len(lines[1].get_segments()) == pieces < reachable.sum() - 1  # a gap in the middle
+    figure = draw_workspace(robot, workspace)
+    segments = coloured_line(figure).get_segments()
+    assert len(segments) == pieces < reachable.sum() - 1  # a gap in the middle
 
 
-def test_a_map_over_two_joints_shows_ends(tmp_path) -> None:
+def test_a_map_of_two_joints_shows_ends(tmp_path) -> None:
     robot = robot_of("type_d")
     path = tmp_path / "over.png"
     figure = draw_margins(robot, ("q2", "p3"), path=path)
     axes = figure.axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("q2 [m]", "p3 [rad]")
-    ends = {
-        round(float(line.get_xdata()[0]), 6)
-        for line in axes.lines
-        if len(set(line.get_xdata())) == 1
-    }
+    upright = [line.get_xdata() for line in axes.lines if np.ptp(line.get_xdata()) == 0.0]
+    ends = {round(float(x[0]), 6) for x in upright}
     assert {0.02, 0.32} <= ends
     assert path.read_bytes().startswith(b"\x89PNG")
-    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    words = legend_texts(figure)
     assert "stroke end or limit" in words
     assert "toggle point of a loop" not in words
     assert "reference configuration" in words
 
 
-def test_toggle_points_are_told_from_limits() -> None:
-    figure = draw_margins(
-        robot_of("forging_chu2020"), ("q12", "q22"), [0.0, 0.2, 0.1, 0.0], colour="singularity"
-    )
-    words = [text.get_text() for text in figure.legends[0].get_texts()]
+def test_toggle_points_differ_from_limits() -> None:
+    u = [0.0, 0.2, 0.1, 0.0]
+    forging = robot_of("forging_chu2020")
+    figure = draw_margins(forging, ("q12", "q22"), u, colour="singularity")
+    words = legend_texts(figure)
     assert "toggle point of a loop" in words
     assert "stroke end or limit" not in words
     assert "loops do not close here" in words
@@ -200,7 +200,7 @@ def test_toggle_points_are_told_from_limits() -> None:
 
 
 @pytest.mark.parametrize(
-    ("over", "colour", "words"),
+    ("pair", "colour", "words"),
     [
         (
             ("q12", "q2"),
@@ -211,9 +211,9 @@ def test_toggle_points_are_told_from_limits() -> None:
         (("q12", "q22"), "red", "none of singularity, limits"),
     ],
 )
-def test_wrong_choices_are_refused(over, colour, words) -> None:
+def test_wrong_choices_are_refused(pair, colour, words) -> None:
     with pytest.raises(InputError, match=words):
-        draw_margins(robot_of("forging_chu2020"), over, colour=colour)
+        draw_margins(robot_of("forging_chu2020"), pair, colour=colour)
 
 
 def test_letters_of_axes_stand_on_no_part_of_the_robot() -> None:
@@ -221,26 +221,22 @@ def test_letters_of_axes_stand_on_no_part_of_the_robot() -> None:
     arm = Robot(parse_description(TURNING))
     figure = draw_workspace(arm, arm.workspace(500))
     above = next(axes for axes in figure.axes if axes.get_title(loc="left") == "seen from above")
-    bars = [patch for patch in above.patches if (patch.get_gid() or "").startswith("link:")]
-    letters = [text for text in above.texts if (text.get_gid() or "").startswith("letter:")]
+    bars = artists_of(above, Polygon, "link:")
+    letters = artists_of(above, Text, "letter:")
     assert len(bars) >= 2
     assert {text.get_text() for text in letters} >= {"x"}
     for text in letters:
-        middle = above.transData.inverted().transform(
-            text.get_window_extent().get_points().mean(axis=0)
-        )
+        place = text.get_window_extent().get_points().mean(axis=0)
+        middle = above.transData.inverted().transform(place)
         assert not any(bar.get_path().contains_point(middle) for bar in bars)
 
 
-def test_colours_change_in_steps_that_are_not_seen_and_drawings_of_lines_stay_light(
+def test_colours_change_in_invisible_steps_and_drawings_of_lines_stay_light(
     tmp_path,
 ) -> None:
     robot, path = robot_of("excavator"), tmp_path / "map.svg"
     figure = draw_workspace(robot, robot.workspace(3_000), path, colour="limits")
-    levels = next(
-        areas.levels
-        for areas in figure.axes[0].collections
-        if len(getattr(areas, "levels", ())) > 2
-    )
+    drawn = [getattr(areas, "levels", ()) for areas in figure.axes[0].collections]
+    levels = next(levels for levels in drawn if len(levels) > 2)
     assert np.diff(levels).max() < _STEP * np.ptp(levels)
     assert path.stat().st_size < 600_000  # [bytes]; 4 MB where every step is an outline

@@ -23,7 +23,29 @@ from hybrid_dynamics_core.simulation import Settings, simulate
 from tests.mechanisms import changed, describe, random_link
 from tests.robots import ROBOTS, robot, scaled
 
-FRICTION = {"viscous": [30.0, 500.0, 300.0, 3.0], "coulomb": [20.0, 300.0, 200.0, 2.0]}
+FRICTION = {
+    "viscous": [30.0, 500.0, 300.0, 3.0],
+    "coulomb": [20.0, 300.0, 200.0, 2.0],
+}
+# Ten parameters each: a body, and one a little off its link's origin.
+BODY = [1.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.1, 0.0, 0.1]
+ROD = [2.0, 0.0, 0.0, 0.2, 0.05, 0.0, 0.0, 0.06, 0.0, 0.05]
+
+
+def root_mean_square(values: np.ndarray) -> np.ndarray:
+    """Of each column."""
+    return np.sqrt((values**2).mean(axis=0))
+
+
+def inside(values: np.ndarray, result: Identification) -> np.ndarray:
+    """Which values lie within their intervals."""
+    low, high = result.interval.T
+    return (values > low) & (values < high)
+
+
+def is_physical(values: np.ndarray) -> bool:
+    """Whether some body has ten parameters."""
+    return bool(np.linalg.eigvalsh(pseudo_inertia(values))[0] > 0.0)
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -34,63 +56,64 @@ class TestBaseParameters:
         base = base_parameters(machine)
         state, ddu = random_motion(machine, 10, seed=99)
         regressor = machine.regressor(state, ddu)
-        values = np.random.default_rng(5).uniform(-1, 1, len(base.parameters.names))
-        whole = regressor @ values
-        assert (
-            scaled(
-                regressor[..., base.kept] @ base.values(values) - whole,
-                np.abs(regressor) @ np.abs(values),
-            )
-            < 1e-7
-        )
+        count = len(base.parameters.names)
+        values = np.random.default_rng(5).uniform(-1, 1, count)
+        efforts = regressor @ values
+        by_base = regressor[..., base.kept] @ base.values(values)
+        size = np.abs(regressor) @ np.abs(values)
+        assert scaled(by_base - efforts, size) < 1e-7
 
     def test_none_is_a_combination_of_the_others(self, name: str) -> None:
         machine = robot(name)
         base = base_parameters(machine)
         assert np.isfinite(base.condition)
-        assert base.combine[:, base.kept] == pytest.approx(np.eye(base.size))
-        assert len(base.names) == base.size == np.linalg.matrix_rank(base.combine)
+        leads = base.combine[:, base.kept]
+        assert leads == pytest.approx(np.eye(base.size))
+        rank = np.linalg.matrix_rank(base.combine)
+        assert len(base.names) == base.size == rank
 
 
-def test_base_parameters_of_a_plane_arm_are_the_known_six() -> None:
-    """Two links in a vertical plane, the second joint at 0.5 m.
-
-    What every textbook finds by hand.
-    """
+def test_base_parameters_of_a_plane_arm_are_the_six_of_the_literature() -> None:
+    """Two links in a vertical plane, the second joint at 0.5 m: a textbook example."""
     rows = [
         ("a", "revolute", "base", "l1", (0, 0, 0), "y"),
         ("b", "revolute", "l1", "l2", (0.5, 0, 0), "y"),
     ]
-    base = base_parameters(Robot(describe("plane_arm", rows, [], ["a", "b"], {})))
-    by_hand = [{"l1.Jyy": 1, "l2.m": 0.25}, {"l1.mx": 1, "l2.m": 0.5}]
-    by_hand += [{name: 1} for name in ("l1.mz", "l2.Jyy", "l2.mx", "l2.mz")]
-    span = np.array([[parts.get(name, 0.0) for name in base.parameters.names] for parts in by_hand])
+    description = describe("plane_arm", rows, [], ["a", "b"], {})
+    base = base_parameters(Robot(description))
+    by_hand = [
+        {"l1.Jyy": 1, "l2.m": 0.25},
+        {"l1.mx": 1, "l2.m": 0.5},
+        {"l1.mz": 1},
+        {"l2.Jyy": 1},
+        {"l2.mx": 1},
+        {"l2.mz": 1},
+    ]
+    names = base.parameters.names
+    span = np.zeros((6, len(names)))
+    for row, parts in zip(span, by_hand, strict=True):
+        for name, factor in parts.items():
+            row[names.index(name)] = factor
     assert base.size == 6
-    assert np.linalg.matrix_rank(np.vstack([base.combine, span]), tol=1e-9) == 6  # the same space
+    both = np.vstack([base.combine, span])
+    assert np.linalg.matrix_rank(both, tol=1e-9) == 6  # the same space
 
 
 def noisy(machine: Robot, count: int, noise: float, seed: int) -> tuple:
-    """Motion and efforts of the forging robot with friction, measured with `noise` of the efforts'
-    size.
-    """
+    """Motion and efforts of the forging robot with friction, with `noise` of the efforts' size."""
     state, ddu = random_motion(machine, count, seed)
     size = len(machine.coordinates)
     effects = {kind: np.pad(values, (0, size - 4)) for kind, values in FRICTION.items()}
     truth = machine.loads.with_effects(smoothing=np.full(size, 0.01), **effects)
     tau = machine.inverse_dynamics(state, ddu, truth)
-    deviation = noise * np.sqrt((tau**2).mean(axis=0))
-    return (
-        state,
-        ddu,
-        tau + deviation * np.random.default_rng(seed + 1).normal(size=tau.shape),
-        truth,
-    )
+    deviation = noise * root_mean_square(tau)
+    errors = np.random.default_rng(seed + 1).normal(size=tau.shape)
+    return state, ddu, tau + deviation * errors, truth
 
 
 def parameters_of(machine: Robot) -> Parameters:
-    return Parameters(
-        described_parameters(machine.description).links, machine.active, machine.active
-    )
+    links = described_parameters(machine.description).links
+    return Parameters(links, machine.active, machine.active)
 
 
 def estimated(
@@ -99,73 +122,81 @@ def estimated(
     """The estimate, from a description with other masses and no friction, and the true values."""
     state, ddu, tau, truth = noisy(machine, count, noise, seed)
     rng = np.random.default_rng(3)
-    links = {
-        name: random_link(name, rng, 0.2) if link.mass else link
-        for name, link in machine.description.links.items()
-    }
+    links = dict(machine.description.links)
+    for name, link in links.items():
+        if link.mass:
+            links[name] = random_link(name, rng, 0.2)
     wrong = changed(machine, links=MappingProxyType(links))
-    known = wrong.loads.with_effects(smoothing=truth.effects.smoothing)
-    found = identify(wrong, wrong.close(state.u, state.du), ddu, tau, parameters_of(machine), known)
-    return found, parameters_of(machine).values(machine.description, truth.effects)
+    loads = wrong.loads.with_effects(smoothing=truth.effects.smoothing)
+    measured = wrong.close(state.u, state.du)
+    parameters = parameters_of(machine)
+    result = identify(wrong, measured, ddu, tau, parameters, loads)
+    return result, parameters.values(machine.description, truth.effects)
 
 
 class TestEstimate:
     def test_without_noise_the_truth_comes_back(self, forging: Robot) -> None:
-        found, truth = estimated(forging, 200, 0.0, 1)
-        expected = found.base.values(truth)
-        assert found.estimate == pytest.approx(expected, abs=1e-7 * np.abs(expected).max())
-        assert (found.explained > 1 - 1e-12).all()
+        result, truth = estimated(forging, 200, 0.0, 1)
+        expected = result.base.values(truth)
+        rounding = 1e-7 * np.abs(expected).max()
+        assert result.estimate == pytest.approx(expected, abs=rounding)
+        assert (result.explained > 1 - 1e-12).all()
 
     def test_intervals_hold_the_truth_as_often_as_they_say(self, forging: Robot) -> None:
         """51 base parameters, 6 data sets: 95 % of 306 intervals, give or take four deviations."""
-        inside = []
+        held = []
         for seed in range(6):
-            found, truth = estimated(forging, 150, 0.02, 10 * seed)
-            expected = found.base.values(truth)
-            inside.append((expected > found.interval[:, 0]) & (expected < found.interval[:, 1]))
-        assert 0.90 < np.mean(inside) < 1.0
+            result, truth = estimated(forging, 150, 0.02, 10 * seed)
+            expected = result.base.values(truth)
+            held.append(inside(expected, result))
+        assert 0.90 < np.mean(held) < 1.0
 
-    def test_noise_of_each_joint_is_told(self, forging: Robot) -> None:
-        found, _ = estimated(forging, 400, 0.02, 2)
+    def test_noise_of_each_joint_is_estimated(self, forging: Robot) -> None:
+        result, _ = estimated(forging, 400, 0.02, 2)
         _, _, tau, _ = noisy(forging, 400, 0.0, 2)
-        assert found.noise == pytest.approx(0.02 * np.sqrt((tau**2).mean(axis=0)), rel=0.15)
+        assert result.noise == pytest.approx(0.02 * root_mean_square(tau), rel=0.15)
 
     def test_estimates_are_physical_however_poor_the_data(self, forging: Robot) -> None:
         """Plain least squares are not: some base parameters alone belong to no body."""
-        found, _ = estimated(forging, 20, 0.3, 3)
-        for k in range(len(found.parameters.links)):
-            assert np.linalg.eigvalsh(pseudo_inertia(found.values[10 * k : 10 * k + 10]))[0] > 0.0
-        assert (found.values[found.parameters.inertial_size :] > 0.0).all()
-        assert not (found.estimate[-8:] > 0.0).all()  # friction
+        result, _ = estimated(forging, 20, 0.3, 3)
+        inertial = result.parameters.inertial_size
+        for body in result.values[:inertial].reshape(-1, 10):
+            assert is_physical(body)
+        assert (result.values[inertial:] > 0.0).all()
+        assert not (result.estimate[-8:] > 0.0).all()  # friction
 
     def test_physical_values_predict_new_motion(self, forging: Robot) -> None:
-        found, _ = estimated(forging, 300, 0.01, 4)
-        again = Robot(found.described(forging.description))
+        result, _ = estimated(forging, 300, 0.01, 4)
+        estimated_robot = Robot(result.described(forging.description))
         state, ddu, tau, truth = noisy(forging, 100, 0.0, 77)
-        loads = again.loads.with_effects(smoothing=truth.effects.smoothing)
-        predicted = again.inverse_dynamics(again.close(state.u, state.du), ddu, loads)
-        error = np.sqrt(((predicted - tau) ** 2).mean(axis=0))
-        assert (error < 0.02 * np.sqrt((tau**2).mean(axis=0))).all()
+        loads = estimated_robot.loads.with_effects(smoothing=truth.effects.smoothing)
+        closed = estimated_robot.close(state.u, state.du)
+        predicted = estimated_robot.inverse_dynamics(closed, ddu, loads)
+        error = root_mean_square(predicted - tau)
+        assert (error < 0.02 * root_mean_square(tau)).all()
 
-    def test_table_names_what_was_found(self, forging: Robot) -> None:
-        found, _ = estimated(forging, 200, 0.01, 5)
-        table = found.table()
+    def test_table_names_the_estimates(self, forging: Robot) -> None:
+        result, _ = estimated(forging, 200, 0.01, 5)
+        table = result.table()
         value, low, high = table["q12.viscous"]
         assert low < value < high
         assert low < 500.0 < high
-        assert len(table) == found.base.size
+        assert len(table) == result.base.size
 
     def test_from_a_simulated_log(self) -> None:
         """An excavator under computed torque with friction, logged at 100 Hz with noise."""
         excavator = load("excavator")
         n, size = 4, len(excavator.coordinates)
         friction = np.array([3000.0, 20000.0, 8000.0, 5000.0])
-        truth = excavator.loads.with_effects(viscous=np.pad(friction, (0, size - n)))
+        viscous = np.pad(friction, (0, size - n))
+        truth = excavator.loads.with_effects(viscous=viscous)
         rng = np.random.default_rng(0)
         times = np.linspace(0.0, 12.0, 13)
-        points = excavator.reference + rng.uniform(-1, 1, (13, 4)) * [0.6, 0.2, 0.2, 0.2]
+        steps = rng.uniform(-1, 1, (13, 4)) * [0.6, 0.2, 0.2, 0.2]
+        points = excavator.reference + steps
         points[0] = excavator.reference
-        follow = ComputedTorque(excavator, JointTrajectory(times, points), 100.0, 20.0, truth)
+        path = JointTrajectory(times, points)
+        follow = ComputedTorque(excavator, path, 100.0, 20.0, truth)
         log = simulate(
             excavator,
             excavator.reference,
@@ -177,24 +208,26 @@ class TestEstimate:
         assert log.completed
         deviation = 0.01 * log.tau.std(axis=0)
         tau = log.tau + deviation * rng.normal(size=log.tau.shape)
-        parameters = Parameters(described_parameters(excavator.description).links, excavator.active)
-        found = identify(excavator, log.state, log.ddu, tau, parameters)
-        expected = found.base.values(parameters.values(excavator.description, truth.effects))
-        inside = (expected > found.interval[:, 0]) & (expected < found.interval[:, 1])
-        assert inside.mean() > 0.85
-        assert found.values[-n:] == pytest.approx(friction, rel=0.05)
+        links = described_parameters(excavator.description).links
+        parameters = Parameters(links, excavator.active)
+        result = identify(excavator, log.state, log.ddu, tau, parameters)
+        values = parameters.values(excavator.description, truth.effects)
+        expected = result.base.values(values)
+        assert inside(expected, result).mean() > 0.85
+        assert result.values[-n:] == pytest.approx(friction, rel=0.05)
 
 
 class TestBadInput:
-    def test_too_few_samples(self, forging: Robot) -> None:
+    def test_too_short_recordings(self, forging: Robot) -> None:
         state, ddu = random_motion(forging, 5)
         with pytest.raises(InputError, match="20 equations cannot tell 43 base parameters"):
             identify(forging, state, ddu, forging.inverse_dynamics(state, ddu))
 
     def test_shapes_and_names(self, forging: Robot) -> None:
         state, ddu = random_motion(forging, 20)
+        one = forging.close(forging.reference)
         with pytest.raises(InputError, match="batch"):
-            identify(forging, forging.close(forging.reference), np.zeros(4), np.zeros(4))
+            identify(forging, one, np.zeros(4), np.zeros(4))
         with pytest.raises(InputError, match="tau has shape"):
             identify(forging, state, ddu, np.zeros((20, 3)))
         with pytest.raises(InputError, match="no moving link 'base'"):
@@ -209,13 +242,14 @@ class TestBadInput:
             for bad in (np.nan, np.inf):
                 spoilt = values.copy()
                 spoilt[7, 2] = bad
-                told = {"tau": tau, "ddu": ddu} | {name: spoilt}
+                arguments = {"tau": tau, "ddu": ddu} | {name: spoilt}
                 with pytest.raises(
                     InputError, match=rf"{name}: q22 in row 7 is {bad}; expected finite numbers"
                 ):
-                    identify(forging, state, told["ddu"], told["tau"])
+                    identify(forging, state, arguments["ddu"], arguments["tau"])
         u = state.u.copy()
-        u[3], u[12] = [0, 0.9, 0.1, 0], [0, 0.7, 0.1, 0]
+        u[3] = [0, 0.9, 0.1, 0]
+        u[12] = [0, 0.7, 0.1, 0]
         torn = forging.close(u, state.du, check=False)
         with pytest.raises(
             InputError, match=r"2 of 20 states do not close, row 3 the first \(unreachable\)"
@@ -223,69 +257,69 @@ class TestBadInput:
             identify(forging, torn, ddu, tau)
 
     def test_motion_that_shows_nothing_is_refused(self, forging: Robot) -> None:
-        """The same sample many times over.
-
-        As many equations as one likes, four of them independent.
-        """
+        """The same sample thirty times: many equations, four of them independent."""
         state, ddu = random_motion(forging, 1)
-        many = forging.close(np.tile(state.u, (30, 1)), np.tile(state.du, (30, 1)))
+        u, du = np.tile(state.u, (30, 1)), np.tile(state.du, (30, 1))
+        repeated = forging.close(u, du)
         ddu = np.tile(ddu, (30, 1))
         with pytest.raises(InputError, match="shows 4 of 43 base parameters"):
-            identify(forging, many, ddu, forging.inverse_dynamics(many, ddu))
+            identify(forging, repeated, ddu, forging.inverse_dynamics(repeated, ddu))
 
 
 class TestConsistency:
     def test_pseudo_inertia_is_of_the_body(self) -> None:
         """Sum over point masses of m [c; 1][c; 1]^T."""
         rng = np.random.default_rng(0)
-        points, masses = rng.normal(size=(5, 3)), rng.uniform(1, 2, 5)
+        points = rng.normal(size=(5, 3))
+        masses = rng.uniform(1, 2, 5)
         ones = np.hstack([points, np.ones((5, 1))])
-        about = sum(
-            m * (c @ c * np.eye(3) - np.outer(c, c)) for m, c in zip(masses, points, strict=True)
-        )
-        values = np.array([masses.sum(), *(masses @ points), *about[np.triu_indices(3)]])
-        assert pseudo_inertia(values) == pytest.approx(ones.T @ (masses[:, None] * ones), rel=1e-12)
+        inertia = np.zeros((3, 3))
+        for mass, c in zip(masses, points, strict=True):
+            inertia += mass * (c @ c * np.eye(3) - np.outer(c, c))
+        first_moment = masses @ points
+        values = np.array([masses.sum(), *first_moment, *inertia[np.triu_indices(3)]])
+        expected = ones.T @ (masses[:, None] * ones)
+        assert pseudo_inertia(values) == pytest.approx(expected, rel=1e-12)
 
-    def test_physical_measurements_are_kept(self) -> None:
+    def test_physical_measurements_stay(self) -> None:
         body = np.array([2.0, 0.1, 0.0, 0.2, 0.3, 0.01, 0.0, 0.3, 0.0, 0.2])
-        prior = np.array([1.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.1, 0.0, 0.1])
-        found = consistent(1e3 * np.eye(10), 1e3 * body, prior, 1, 1e-3)
-        assert found == pytest.approx(body, abs=1e-6)
+        prior = np.array(BODY)
+        result = consistent(1e3 * np.eye(10), 1e3 * body, prior, 1, 1e-3)
+        assert result == pytest.approx(body, abs=1e-6)
 
     def test_impossible_measurements_go_to_the_nearest_body(self) -> None:
         """A negative mass and a triangle inequality broken by measurement."""
-        prior = np.array([1.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.1, 0.0, 0.1])
+        prior = np.array(BODY)
         target = np.array([-1.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.1, 0.0, 0.9])
-        found = consistent(10.0 * np.eye(10), 10.0 * target, prior, 1, 1e-4)
-        assert np.linalg.eigvalsh(pseudo_inertia(found))[0] > 0.0
-        assert found[0] == pytest.approx(0.0, abs=1e-2)
-        assert found[4] + found[7] == pytest.approx(found[9], abs=1e-2)  # on the border
+        result = consistent(10.0 * np.eye(10), 10.0 * target, prior, 1, 1e-4)
+        assert is_physical(result)
+        assert result[0] == pytest.approx(0.0, abs=1e-2)
+        assert result[4] + result[7] == pytest.approx(result[9], abs=1e-2)  # on the border
 
     def test_what_is_not_measured_stays_at_the_prior(self) -> None:
         prior = np.array([1.0, 0.1, 0.0, 0.0, 0.1, 0.0, 0.0, 0.1, 0.0, 0.1, 4.0])
         row = np.zeros((1, 11))
         row[0, 10] = 1.0
-        found = consistent(row, np.array([7.0]), prior, 1, 1e-6)
-        assert found[:10] == pytest.approx(prior[:10], rel=1e-9)
-        assert found[10] == pytest.approx(7.0, rel=1e-4)
+        result = consistent(row, np.array([7.0]), prior, 1, 1e-6)
+        assert result[:10] == pytest.approx(prior[:10], rel=1e-9)
+        assert result[10] == pytest.approx(7.0, rel=1e-4)
 
     @settings(deadline=None, max_examples=60)
     @given(st.integers(0, 2**32 - 1), st.integers(5, 24), st.integers(0, 7))
     def test_bodies_stay_physical_however_sharp_the_measurements(
         self, seed: int, rank: int, sharpness: int
     ) -> None:
-        """Of masses and inertias that no body has, weighted by up to 1e7.
-
-        The prior is never better.
-        """
+        """Masses and inertias of no body, weighted by up to 1e7: the prior is never better."""
         rng = np.random.default_rng(seed)
-        prior = np.tile([2.0, 0.0, 0.0, 0.2, 0.05, 0.0, 0.0, 0.06, 0.0, 0.05], 3)
-        matrix = 10.0**sharpness * rng.normal(size=(200, rank)) @ rng.normal(size=(rank, 30))
+        prior = np.tile(ROD, 3)
+        tall = 10.0**sharpness * rng.normal(size=(200, rank))
+        matrix = tall @ rng.normal(size=(rank, 30))
         target = matrix @ (prior * (1 + 0.5 * rng.normal(size=30)))
-        found = consistent(matrix, target, prior, 3, 1e-3)
-        for body in found.reshape(3, 10):
-            assert np.linalg.eigvalsh(pseudo_inertia(body))[0] > 0.0
-        assert np.linalg.norm(matrix @ found - target) <= np.linalg.norm(matrix @ prior - target)
+        result = consistent(matrix, target, prior, 3, 1e-3)
+        for body in result.reshape(3, 10):
+            assert is_physical(body)
+        error = np.linalg.norm(matrix @ result - target)
+        assert error <= np.linalg.norm(matrix @ prior - target)
 
     @pytest.mark.parametrize("noise", [0.0, 3.0, 30.0, 300.0])
     def test_nothing_near_by_costs_less(self, noise: float) -> None:
@@ -294,28 +328,28 @@ class TestConsistency:
         From 30 on the best fit is no body.
         """
         rng = np.random.default_rng(0)
-        prior = np.tile([2.0, 0.0, 0.0, 0.2, 0.05, 0.0, 0.0, 0.06, 0.0, 0.05], 3)
-        matrix = 10.0 * rng.normal(size=(40, 24)) @ rng.normal(size=(24, 30))
-        target = matrix @ (prior * np.where(np.arange(30) == 0, 1.3, 1.0)) + noise * rng.normal(
-            size=40
-        )
+        prior = np.tile(ROD, 3)
+        tall = 10.0 * rng.normal(size=(40, 24))
+        matrix = tall @ rng.normal(size=(24, 30))
+        heavier = prior * np.where(np.arange(30) == 0, 1.3, 1.0)
+        target = matrix @ heavier + noise * rng.normal(size=40)
         at_prior = np.linalg.inv(pseudo_inertia(prior[:10]))
 
         def cost(values: np.ndarray) -> float:
-            ratios = [at_prior @ pseudo_inertia(body) for body in values.reshape(3, 10)]
-            divergence = sum(np.trace(r) - np.linalg.slogdet(r)[1] for r in ratios)
-            return float(0.5 * np.square(matrix @ values - target).sum() + 1e-3 * divergence)
+            divergence = 0.0
+            for body in values.reshape(3, 10):
+                ratio = at_prior @ pseudo_inertia(body)
+                divergence += np.trace(ratio) - np.linalg.slogdet(ratio)[1]
+            misfit = np.square(matrix @ values - target).sum()
+            return float(0.5 * misfit + 1e-3 * divergence)
 
-        found = consistent(matrix, target, prior, 3, 1e-3)
-        least = cost(found)
-        # Newton's decrement, half of it what is left to gain, is below 1e-6 of the weight, or 1e-5
-        # of the misfit
+        result = consistent(matrix, target, prior, 3, 1e-3)
+        least = cost(result)
+        # Newton's decrement, of which half may be gained, is below 1e-6 of the weight, or 1e-5 of
+        # the misfit.
         slack = 1e-5 * max(1e-3, least)
         for size in (1e-2, 1e-4, 1e-6):
             for direction in rng.normal(size=(50, 30)):
-                step = size * direction
-                physical = all(
-                    np.linalg.eigvalsh(pseudo_inertia(b))[0] > 0.0
-                    for b in (found + step).reshape(3, 10)
-                )
-                assert not physical or cost(found + step) >= least - slack
+                other = result + size * direction
+                physical = all(map(is_physical, other.reshape(3, 10)))
+                assert not physical or cost(other) >= least - slack

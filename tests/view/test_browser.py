@@ -46,9 +46,9 @@ def served(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
     )
     assert process.stdout is not None
     line = process.stdout.readline()
-    found = re.search(r"http://\S+", line)
-    assert found, line
-    yield process, found.group()
+    address = re.search(r"http://\S+", line)
+    assert address, line
+    yield process, address.group()
     if process.poll() is None:
         process.kill()
     process.wait()
@@ -72,9 +72,7 @@ def coloured(image: np.ndarray, colour: str) -> int:
 
 
 def drawn(page) -> np.ndarray:
-    """The picture once the cylinders and the parallelogram are in it, and nothing fades or moves
-    any more.
-    """
+    """The picture once cylinders and parallelogram are in it, and nothing fades or moves."""
     before = picture(page)
     for _ in range(40):
         page.wait_for_timeout(250)
@@ -132,10 +130,7 @@ def look_and_move(page, forging: Robot, place: Path) -> None:
 
 
 def type_numbers(page, tip, u: np.ndarray) -> None:
-    """Of a number in the box each key is not yet a wish.
-
-    Beyond the range it is refused, and the box goes back.
-    """
+    """A number in the box is no request before Enter; beyond the range the box goes back."""
     box = page.locator("input.mantine-NumberInput-input").nth(1)
     for leave, within in (("Enter", 0.2345), ("Tab", 0.1234)):
         before = box.input_value()

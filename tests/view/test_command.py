@@ -36,7 +36,7 @@ def swing(robot: Robot) -> tuple[np.ndarray, JointTrajectory]:
     return np.linspace(0.0, 1.0, 101), JointTrajectory.between(robot.reference, end, 1.0)
 
 
-def test_mistakes_are_told(tmp_path: Path) -> None:
+def test_mistakes_are_reported(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("time,q1\n0,0\n1,1\n", encoding="utf-8")
     (tmp_path / "bag").mkdir()
     file, bag = str(tmp_path / "a.csv"), str(tmp_path / "bag")
@@ -60,7 +60,7 @@ def test_mistakes_are_told(tmp_path: Path) -> None:
         assert "Traceback" not in result.output
 
 
-def test_a_port_in_use_is_told() -> None:
+def test_a_port_in_use_is_reported() -> None:
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
         other.listen()
@@ -74,9 +74,9 @@ def test_a_port_in_use_is_told() -> None:
 @pytest.mark.parametrize("rates", [False, True])
 def test_a_trajectory_file_is_played(forging: Robot, tmp_path: Path, rates: bool) -> None:
     time, curve = swing(forging)
-    told = curve(time)
+    wanted = curve(time)
     file = tmp_path / "swing.npz"
-    np.savez(file, time=time + 5.0, u=told.u, **({"du": told.du} if rates else {}))
+    np.savez(file, time=time + 5.0, u=wanted.u, **({"du": wanted.du} if rates else {},))
     robot, motion, losses = what_to_show(forging.name, file, None, None)
     assert (robot.active, losses, motion.title) == (forging.active, [], "swing.npz")
     assert motion.duration == pytest.approx(1.0)
@@ -106,14 +106,16 @@ def test_a_saved_simulation_is_played_with_the_efforts_that_made_it(
     motion = what_to_show("excavator", tmp_path / name, None, None)[1]
     assert motion is not None
     assert motion.recorded is not None
-    told = robot.inverse_dynamics(motion.state, motion.ddu)
+    expected = robot.inverse_dynamics(motion.state, motion.ddu)
     # quintics through exact rates and accelerations every 10 ms: what is left is the file's samples
     # brought onto the player's times, below 1e-4 of the largest effort
-    assert np.abs(told - motion.recorded).max() < 1e-4 * np.abs(motion.recorded).max()
+    assert np.abs(expected - motion.recorded).max() < 1e-4 * np.abs(motion.recorded).max()
     assert " not used: " in capsys.readouterr().err
 
 
-def test_positions_alone_are_not_made_to_start_from_rest(forging: Robot, tmp_path: Path) -> None:
+def test_positions_alone_are_not_made_to_start_from_standstill(
+    forging: Robot, tmp_path: Path
+) -> None:
     time = np.linspace(0.0, 1.0, 101)[:, None]
     rise = np.array([0.1, 0.02, -0.02, 0.2])
     np.savez(
@@ -150,11 +152,12 @@ def test_a_recording_is_played_with_its_efforts(forging: Robot, tmp_path: Path) 
     assert efforts.values == pytest.approx(efforts.recorded, rel=1e-4, abs=0.5)
     assert "a spline through the recording: no lag" in motion.note
     track = SimpleNamespace(smooth="causal", causal_lag=0.0204)
-    assert "20.4 ms late" in acceleration_note(track)  # type: ignore[arg-type]  # of a bag that was processed so
+    note = acceleration_note(track)  # type: ignore[arg-type]  # of a bag that was processed so
+    assert "20.4 ms late" in note
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_lossy_recording_is_played_and_the_loss_told(
+def test_a_lossy_recording_is_played_and_the_loss_reported(
     forging: Robot, tmp_path: Path, number: int
 ) -> None:
     make = pytest.importorskip(
@@ -164,9 +167,9 @@ def test_a_lossy_recording_is_played_and_the_loss_told(
     make.write_trajectory(
         bag, make.simulated(forging, 1.0, 200.0), "/joint_states", {"robot": forging.name}
     )
-    told = (bag / "metadata.yaml").read_text(encoding="utf-8")
+    metadata = (bag / "metadata.yaml").read_text(encoding="utf-8")
     (bag / "metadata.yaml").write_text(
-        told.replace("message_count: 200", "message_count: 300"), encoding="utf-8"
+        metadata.replace("message_count: 200", "message_count: 300"), encoding="utf-8"
     )
     arguments = [
         forging.name,

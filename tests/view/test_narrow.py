@@ -1,6 +1,4 @@
-"""A narrow window: scene and panel share it, nothing is cut off, and the whole robot is in the
-picture.
-"""
+"""A narrow window: scene and panel share it, nothing is cut off, all of the robot is visible."""
 
 from __future__ import annotations
 
@@ -22,14 +20,20 @@ pytestmark = pytest.mark.usefixtures("needs_viser")
 PATIENCE = 60_000  # [ms] a machine may be loaded; nothing waits for this where all is well
 WIDTH, HEIGHT = 500, 800  # [px]
 BOXES = """() => {
-  const box = e => { const r = e.getBoundingClientRect(); return [r.left, r.top, r.right, r.bottom]; };
-  const sheet = document.querySelector('.hd-sheet').closest("div.mantine-ScrollArea-root").parentElement.parentElement;
-  const wide = [...document.querySelectorAll('.hd table')].map(t => t.getBoundingClientRect().right);
-  return {scene: box(document.querySelector('canvas')), panel: box(sheet), rightmost: Math.max(...wide)};
+  const box = e => {
+    const r = e.getBoundingClientRect();
+    return [r.left, r.top, r.right, r.bottom];
+  };
+  const area = document.querySelector('.hd-sheet').closest("div.mantine-ScrollArea-root");
+  const sheet = area.parentElement.parentElement;
+  const tables = [...document.querySelectorAll('.hd table')];
+  const rightmost = Math.max(...tables.map(t => t.getBoundingClientRect().right));
+  return {scene: box(document.querySelector('canvas')), panel: box(sheet), rightmost};
 }"""
 SETTLED = """height => {
   const sheet = document.querySelector('.hd-sheet');
-  return sheet && Math.abs(document.querySelector('canvas').getBoundingClientRect().height - height) < 1.5;
+  const canvas = document.querySelector('canvas');
+  return sheet && Math.abs(canvas.getBoundingClientRect().height - height) < 1.5;
 }"""
 
 
@@ -70,20 +74,17 @@ def test_every_point_is_in_the_picture_however_narrow(forging: Robot, aspect: fl
     forward = away / np.linalg.norm(away)
     right = np.cross(forward, (0.0, 0.0, 1.0))
     right /= np.linalg.norm(right)
-    seen = shape.points - camera.position_for(aspect)
-    depth, up = seen @ forward, seen @ np.cross(right, forward)
+    rays = shape.points - camera.position_for(aspect)
+    depth, up = rays @ forward, rays @ np.cross(right, forward)
     assert np.abs(up / depth).max() < np.tan(0.5 * camera.field)
-    assert np.abs(seen @ right / depth).max() < aspect * np.tan(0.5 * camera.field)
+    assert np.abs(rays @ right / depth).max() < aspect * np.tan(0.5 * camera.field)
     if aspect >= 1.0:
         assert camera.position_for(aspect) == pytest.approx(camera.position, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["forging_chu2020", "excavator", "gough", "five_bar", "ankle"])
-def test_what_stands_in_the_corner_is_seen_and_hides_nothing(name: str) -> None:
-    """The arrow of gravity.
-
-    Within the picture of a square canvas, and farther out than all of the robot.
-    """
+def test_what_stands_in_the_corner_is_visible_and_hides_nothing(name: str) -> None:
+    """The arrow of gravity: within a square picture, and farther out than all of the robot."""
     from hybrid_dynamics_core.view.bodies import robot_shape
 
     robot = load(name)
@@ -94,10 +95,10 @@ def test_what_stands_in_the_corner_is_seen_and_hides_nothing(name: str) -> None:
     ends = camera.corner + np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -0.14 * shape.size]])
 
     def picture(points: np.ndarray) -> np.ndarray:
-        seen = points - camera.position
+        rays = points - camera.position
         flat = (
-            np.stack([seen @ right, seen @ np.cross(right, forward)], axis=1)
-            / (seen @ forward)[:, None]
+            np.stack([rays @ right, rays @ np.cross(right, forward)], axis=1)
+            / (rays @ forward)[:, None]
         )
         return flat / np.tan(0.5 * camera.field)
 

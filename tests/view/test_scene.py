@@ -1,7 +1,4 @@
-"""What the scene holds, without a browser.
-
-Every link, joint and loop, where the model says that it is.
-"""
+"""What the scene holds, without a browser: every link, joint and loop where the model has it."""
 
 from __future__ import annotations
 
@@ -57,14 +54,11 @@ def robot(request: pytest.FixtureRequest) -> Robot:
 
 @pytest.fixture(params=(*shipped_robots(), *SHAPES))
 def any_robot(request: pytest.FixtureRequest) -> Robot:
-    """Robots of many shapes besides.
-
-    Without loops, of one point, with every kind of joint and closure.
-    """
+    """Robots of many shapes: without loops, of one point, with every kind of joint and closure."""
     return loaded(request.param)
 
 
-def test_every_link_joint_and_loop_is_seen(any_robot: Robot) -> None:
+def test_every_link_joint_and_loop_is_shown(any_robot: Robot) -> None:
     robot = any_robot
     shape = robot_shape(robot, robot.close(robot.reference))
     shown: dict[str, set[str]] = {kind: set() for kind in ("link", "joint", "closure")}
@@ -91,7 +85,7 @@ def test_links_stand_where_forward_kinematics_says(robot: Robot, opened: Opened)
 
 
 def test_joints_and_pins_hold_their_links_together(robot: Robot) -> None:
-    """The middle of each hinge, ball and pin, which moves with one link, is on the other one too."""
+    """The middle of each hinge, ball and pin moves with one link, and is on the other one too."""
     shape = robot_shape(robot, robot.close(robot.reference))
     state = moved(robot.name)
     poses, skeleton = shape.poses(state), place_skeleton(robot, state)
@@ -134,7 +128,7 @@ def test_meshes_are_closed_and_turned_outward(any_robot: Robot) -> None:
         assert np.abs(areas.sum(axis=0)).max() < 1e-9 * np.abs(areas).sum(), body.names  # rounding
 
 
-def test_the_camera_sees_the_whole_robot(any_robot: Robot) -> None:
+def test_the_camera_sees_all_of_the_robot(any_robot: Robot) -> None:
     shape = robot_shape(any_robot, any_robot.close(any_robot.reference))
     camera, floor = camera_for(shape.skeleton, shape.points), floor_under(shape.points, shape.unit)
     ahead = (camera.look_at - camera.position) / np.linalg.norm(camera.look_at - camera.position)

@@ -71,7 +71,7 @@ def test_a_move_keeps_the_assembly_mode(forging: Robot) -> None:
 
 
 @pytest.mark.parametrize("name", ["forging_chu2020", "gough", "excavator"])
-def test_every_assembly_mode_can_be_chosen_and_is_told_from_the_others(name: str) -> None:
+def test_every_assembly_mode_can_be_chosen_and_has_another_name(name: str) -> None:
     session = ViewSession(load(name))
     modes = session.modes()
     labels = mode_labels(modes, session.reference.branch)
@@ -86,10 +86,10 @@ def test_every_assembly_mode_can_be_chosen_and_is_told_from_the_others(name: str
 
 def test_efforts_are_those_of_the_model(forging: Robot) -> None:
     session = ViewSession(forging)
-    rest = forging.inverse_dynamics(session.state, np.zeros(4))
-    found = session.efforts()
-    assert dict(zip(found.joints, found.values, strict=True)) == pytest.approx(
-        dict(zip(forging.active, rest, strict=True)), rel=EXACT, abs=1e-9
+    at_standstill = forging.inverse_dynamics(session.state, np.zeros(4))
+    efforts = session.efforts()
+    assert dict(zip(efforts.joints, efforts.values, strict=True)) == pytest.approx(
+        dict(zip(forging.active, at_standstill, strict=True)), rel=EXACT, abs=1e-9
     )
     session.payload = 20.0
     laden = forging.inverse_dynamics(
@@ -234,7 +234,11 @@ def test_full_bars_are_round_and_only_grow(forging: Robot) -> None:
         return session.scale.full(tuple(efforts), np.array(list(efforts.values()))).tolist()
 
     assert (force, torque) == ("prismatic", "revolute")
-    assert full(q12=-341.0, q22=20.0, q1=3.0) == [500.0, 500.0, 5.0]
+    assert full(
+        q12=-341.0,
+        q22=20.0,
+        q1=3.0,
+    ) == [500.0, 500.0, 5.0]
     assert full(q12=1.0, q1=5.1) == [500.0, 10.0]
     assert full(q12=501.0) == [1000.0]
     empty = ViewSession(forging).scale
@@ -257,9 +261,9 @@ def test_full_bars_of_cylinders_are_what_they_give_at_their_supply_pressure(forg
     pull = 2e7 * cylinder.rod_area - 1e5 * cylinder.cap_area
     assert scale.full(("q12",), np.array([10.0])) == pytest.approx([push])
     assert scale.full(("q12",), np.array([-10.0])) == pytest.approx([pull])
-    told = efforts_html(robot, DriveEfforts(("q12",), np.array([0.5 * push]), np.array([push])))
-    assert "what the cylinder gives at its supply pressure" in told
-    assert "width:25.0%" in told  # half of the right half
+    html = efforts_html(robot, DriveEfforts(("q12",), np.array([0.5 * push]), np.array([push])))
+    assert "what the cylinder gives at its supply pressure" in html
+    assert "width:25.0%" in html  # half of the right half
 
 
 def test_sliders_begin_on_their_steps_whatever_the_reference(
@@ -288,10 +292,10 @@ def test_playback_shows_the_motion_with_the_efforts_that_it_takes(
     for elapsed, time in ((0.1, 0.2), (0.1, 0.4)):
         playback.tick(elapsed)
         viewer.show()
-        told = curve(time)
-        assert session.state.u == pytest.approx(told.u, abs=EXACT)
-        state = forging.close(told.u, told.du)
-        needed = forging.inverse_dynamics(state, told.ddu)
+        wanted = curve(time)
+        assert session.state.u == pytest.approx(wanted.u, abs=EXACT)
+        state = forging.close(wanted.u, wanted.du)
+        needed = forging.inverse_dynamics(state, wanted.ddu)
         assert session.efforts().values == pytest.approx(
             needed, rel=1e-9, abs=1e-6
         )  # rates scale the last digits

@@ -1,7 +1,4 @@
-"""What is typed into the box of a slider.
-
-Taken as it stands, or refused with what to type instead.
-"""
+"""Typed into the box of a slider: taken as it stands, or refused with what to type instead."""
 
 from __future__ import annotations
 
@@ -49,7 +46,7 @@ def test_numbers_are_read_as_the_command_line_reads_them(
 
 
 @pytest.mark.parametrize(
-    ("text", "scope", "told"),
+    ("text", "scope", "advice"),
     [
         ("2,5", MASS, "decimals have a point, write 2.5"),
         ("-0,3", ANGLE, "decimals have a point, write -0.3"),
@@ -71,16 +68,18 @@ def test_numbers_are_read_as_the_command_line_reads_them(
         ("1e", ANGLE, "or degrees"),
     ],
 )
-def test_all_else_is_refused_with_what_to_type_instead(text: str, scope: Range, told: str) -> None:
+def test_all_else_is_refused_with_what_to_type_instead(
+    text: str, scope: Range, advice: str
+) -> None:
     from hybrid_dynamics_core.view.number_input import parse_number
 
     with pytest.raises(InputError) as refused:
         parse_number(text, scope)
     assert f"{scope.name}: '{text}' was not taken: " in str(refused.value)
-    assert told in str(refused.value)
+    assert advice in str(refused.value)
 
 
-def test_a_long_text_is_told_in_part() -> None:
+def test_a_long_text_is_repeated_in_part() -> None:
     from hybrid_dynamics_core.view.number_input import parse_number
 
     with pytest.raises(InputError, match=r"'a{40}\.\.\.'"):
@@ -155,10 +154,10 @@ def test_who_goes_to_a_box_pauses_the_motion_which_would_write_into_it(
     viewer = opened(forging, motion)
     playback = viewer.panel.playback
     assert playback is not None
-    viewer.panel._at_a_box()
+    viewer.panel._pause_for_typing()
     assert not viewer.step(0.0)  # nothing plays
     playback.playing, playback.time = True, 0.5
-    viewer.panel._at_a_box()
+    viewer.panel._pause_for_typing()
     assert viewer.step(0.0)
     assert (playback.playing, playback.time, playback._play.label) == (False, 0.5, "Play")
 
@@ -200,7 +199,7 @@ def shows(page, k: int, text: str) -> None:
     page.wait_for_function("([box, text]) => box.value === text", arg=arg, timeout=PATIENCE)
 
 
-def test_boxes_of_the_page_take_numbers_as_they_stand_and_refuse_the_rest(
+def test_boxes_of_the_page_take_numbers_as_they_stand_and_refuse_others(
     page_of_an_excavator,
 ) -> None:
     viewer, page = page_of_an_excavator
@@ -209,11 +208,11 @@ def test_boxes_of_the_page_take_numbers_as_they_stand_and_refuse_the_rest(
         enter(page, LOAD, text)
         shows(page, LOAD, shown)
         assert session.payload == value
-    for text, told in (("2,5", "write 2.5"), ("20 cm", "in kg"), ("2*deg", "in kg")):
+    for text, advice in (("2,5", "write 2.5"), ("20 cm", "in kg"), ("2*deg", "in kg")):
         enter(page, LOAD, text)
         assert boxes(page).nth(LOAD).input_value() == "300"  # at once
         notice.get_by_text(f"'{text}' was not taken").wait_for(timeout=PATIENCE)
-        assert told in notice.inner_text()
+        assert advice in notice.inner_text()
         assert notice.bounding_box()["y"] >= 0.0  # though the panel is scrolled to the payload
         assert session.payload == 300.0
     enter(page, SLEW, "30*deg", "Tab")
@@ -277,7 +276,7 @@ def test_the_page_follows_the_arm_until_somebody_turns_it_and_keys_of_sliders_do
     assert client.camera.position == pytest.approx(turned, rel=1e-4)
 
 
-def test_a_long_name_of_a_mode_ends_in_dots_before_the_arrows_and_is_told_whole(
+def test_a_long_name_of_a_mode_ends_in_dots_before_the_arrows_and_has_a_title(
     page_of_an_excavator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     viewer, page = page_of_an_excavator
@@ -288,8 +287,10 @@ def test_a_long_name_of_a_mode_ends_in_dots_before_the_arrows_and_is_told_whole(
     field = page.locator("input.mantine-Select-input").last
     look = """([field, name]) => {
       if (field.value !== name) return null;
-      const own = getComputedStyle(field), arrows = field.parentElement.querySelector('[data-position=right]');
-      return [own.textOverflow, parseFloat(own.paddingRight), arrows.getBoundingClientRect().width];
+      const style = getComputedStyle(field);
+      const arrows = field.parentElement.querySelector('[data-position=right]');
+      const width = arrows.getBoundingClientRect().width;
+      return [style.textOverflow, parseFloat(style.paddingRight), width];
     }"""
     arg = [field.element_handle(), name]
     overflow, room, arrows = page.wait_for_function(look, arg=arg, timeout=PATIENCE).json_value()

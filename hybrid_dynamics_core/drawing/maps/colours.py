@@ -32,8 +32,22 @@ def head(figure: Figure, title: str, line: str) -> None:
     """Title, and a line below it."""
     width, height = figure.get_size_inches()
     left = _EDGE / width
-    figure.text(left, 1.0 - 0.24 / height, title, fontsize=13, weight="bold", va="center")
-    figure.text(left, 1.0 - 0.38 / height, line, fontsize=8.5, color=QUIET, va="top")
+    figure.text(
+        left,
+        1.0 - 0.24 / height,
+        title,
+        fontsize=13,
+        weight="bold",
+        va="center",
+    )
+    figure.text(
+        left,
+        1.0 - 0.38 / height,
+        line,
+        fontsize=8.5,
+        color=QUIET,
+        va="top",
+    )
 
 
 def top_of(values: Iterable[Array]) -> float:

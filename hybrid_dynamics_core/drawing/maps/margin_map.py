@@ -169,7 +169,14 @@ def _draw_levels(axes: Axes, lines: list[Array], height: Array) -> None:
     levels = [level for level in _LINES if lowest < level < highest]
     if not levels:
         return
-    drawn = axes.contour(*lines, height, levels=levels, colors=INK, linewidths=0.7, zorder=1.4)
+    drawn = axes.contour(
+        *lines,
+        height,
+        levels=levels,
+        colors=INK,
+        linewidths=0.7,
+        zorder=1.4,
+    )
     _name_levels(axes, drawn, lines)
 
 
@@ -188,7 +195,13 @@ def _name_levels(axes: Axes, drawn: ContourSet, lines: list[Array]) -> None:
             continue
         best = int(np.argmax(inward[inside].prod(axis=1)))
         x, y = places[inside][best].tolist()
-        axes.clabel(drawn, [level], fmt="%g", fontsize=7.5, manual=[(x, y)])
+        axes.clabel(
+            drawn,
+            [level],
+            fmt="%g",
+            fontsize=7.5,
+            manual=[(x, y)],
+        )
 
 
 # -- lines and words
@@ -209,7 +222,13 @@ def _draw_ends(
         draw_line = axes.axvline if k == 0 else axes.axhline
         for value in _finite_ends(robot, name, ranges[k]):
             kind = _end_kind(robot, name, value)
-            draw_line(value, color=BLUE, linewidth=1.8, linestyle=_STYLES[kind], zorder=2.0)
+            draw_line(
+                value,
+                color=BLUE,
+                linewidth=1.8,
+                linestyle=_STYLES[kind],
+                zorder=2.0,
+            )
             kinds.add(kind)
     return kinds
 
@@ -250,7 +269,18 @@ def _key(
     entries: list[tuple[Any, str]] = []
     for kind, style in _STYLES.items():
         if kind in kinds:
-            entries.append((Line2D([], [], color=BLUE, linewidth=1.8, linestyle=style), kind))
+            entries.append(
+                (
+                    Line2D(
+                        [],
+                        [],
+                        color=BLUE,
+                        linewidth=1.8,
+                        linestyle=style,
+                    ),
+                    kind,
+                )
+            )
     entries.append((Line2D([], [], **_DOT), dot))
     if _has_status(samples, SampleStatus.OPEN, SampleStatus.SINGULAR).any():
         entries.append((Patch(facecolor=STEEL, edgecolor=QUIET), "loops do not close here"))

@@ -182,7 +182,11 @@ def _panel(
         _paint_map(axes, content, top)
     painter = Painter(axes, plane.scene, sheer=True)
     painter.paint()
-    axes.set(xlim=box[:, 0], ylim=box[:, 1], aspect="equal")
+    axes.set(
+        xlim=box[:, 0],
+        ylim=box[:, 1],
+        aspect="equal",
+    )
     letters = []
     for letter in painter.letters:
         style = {**letter.style, "bbox": _LETTER_GROUND}
@@ -196,7 +200,12 @@ def _paint_path(axes: Axes, path: SampledPath, top: float) -> None:
     values = (path.values[:-1] + path.values[1:]) / 2.0
     drawn = np.isfinite(values) & np.isfinite(segments).all(axis=(1, 2))
     shared: Any = {"capstyle": "round", "zorder": 0.6}
-    border = LineCollection(list(segments[drawn]), linewidths=6.0, colors=INK, **shared)
+    border = LineCollection(
+        list(segments[drawn]),
+        linewidths=6.0,
+        colors=INK,
+        **shared,
+    )
     axes.add_collection(border, autolim=False)
     norm = Normalize(0.0, top)
     line = LineCollection(
@@ -216,8 +225,23 @@ def _paint_map(axes: Axes, content: CellMap, top: float) -> None:
     shade(axes, content.grid.middles, values.T, top, 0.6)
     inside = gaussian_filter(content.inside.astype(float), _SOFT).T
     x, y = content.outline.middles
-    axes.contourf(x, y, inside, levels=[-1.0, 0.5], colors="white", zorder=0.7)
-    axes.contour(x, y, inside, levels=[0.5], colors=INK, linewidths=0.9, zorder=0.8)
+    axes.contourf(
+        x,
+        y,
+        inside,
+        levels=[-1.0, 0.5],
+        colors="white",
+        zorder=0.7,
+    )
+    axes.contour(
+        x,
+        y,
+        inside,
+        levels=[0.5],
+        colors=INK,
+        linewidths=0.9,
+        zorder=0.8,
+    )
 
 
 def _smoothed(values: Array) -> Array:

@@ -88,7 +88,12 @@ def _hatch(scene: Scene, outline: Array, gid: str) -> LineCollection:
     ticks = [[[start, upper], [start - 0.9 * unit, lower]] for start in starts]
     surface = [[left, upper], [right, upper]]
     widths = [1.5] + [0.8] * len(ticks)
-    hatch = LineCollection([surface, *ticks], colors=INK, linewidths=widths, zorder=1.5)
+    hatch = LineCollection(
+        [surface, *ticks],
+        colors=INK,
+        linewidths=widths,
+        zorder=1.5,
+    )
     hatch.set_gid(gid)
     return hatch
 
@@ -125,7 +130,13 @@ def draw_loops(axes: Axes, scene: Scene) -> None:
         corners = _loop_corners(scene, closure)
         if len(corners) > 2:
             colour = scene.colours[f"closure:{closure.name}"]
-            patch = Polygon(corners, facecolor=colour, edgecolor="none", alpha=0.10, zorder=1.2)
+            patch = Polygon(
+                corners,
+                facecolor=colour,
+                edgecolor="none",
+                alpha=0.10,
+                zorder=1.2,
+            )
             patch.set_gid(f"loop:{closure.name}")
             axes.add_patch(patch)
 

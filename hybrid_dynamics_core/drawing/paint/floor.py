@@ -65,16 +65,36 @@ def draw_floor(axes: Axes, scene: Scene) -> None:
     project = scene.projection.project
     corners = floor_corners(scene)
     flat = project(corners)
-    ground = Polygon(flat, facecolor=_FLOOR, edgecolor=GRID, linewidth=0.8, zorder=1.0)
+    ground = Polygon(
+        flat,
+        facecolor=_FLOOR,
+        edgecolor=GRID,
+        linewidth=0.8,
+        zorder=1.0,
+    )
     ground.set_gid("floor")
     axes.add_patch(ground)
     level = corners[0, 2]
     for part in scene.parts:
         if part.role in _BODIES and part.points[:, 2].max() > level:
             shadow = _shadow(scene, part, level)
-            axes.add_patch(Polygon(shadow, facecolor=_SHADE, edgecolor="none", zorder=1.1))
+            axes.add_patch(
+                Polygon(
+                    shadow,
+                    facecolor=_SHADE,
+                    edgecolor="none",
+                    zorder=1.1,
+                )
+            )
     lines = [project(ends) for ends in _grid(corners, tile_side(scene))]
-    axes.add_collection(LineCollection(lines, colors=GRID, linewidths=0.6, zorder=1.15))
+    axes.add_collection(
+        LineCollection(
+            lines,
+            colors=GRID,
+            linewidths=0.6,
+            zorder=1.15,
+        )
+    )
     axes.annotate(
         f"floor tiles {tile_side(scene):g} m",
         flat[int(np.argmin(flat[:, 1]))],

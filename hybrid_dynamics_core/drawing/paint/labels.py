@@ -195,7 +195,13 @@ class Labeller:
     def _draw_leader(self, label: Label, ends: Array) -> None:
         self.grid[self._cells_on(ends)] = _LINE
         x, y = self.axes.transData.inverted().transform(ends).T
-        self.axes.plot(x, y, color=label.colour, linewidth=0.7, zorder=19)
+        self.axes.plot(
+            x,
+            y,
+            color=label.colour,
+            linewidth=0.7,
+            zorder=19,
+        )
 
     def _cells_on(self, ends: Array) -> CellIndex:
         """Cells on a line between two points (2, 2) [px], in its order."""

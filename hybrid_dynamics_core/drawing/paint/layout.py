@@ -41,8 +41,22 @@ def framed(
     figure = Figure(figsize=(width, total))
     add_legends(figure, scenes, description)
     left = _EDGE / width
-    figure.text(left, 1.0 - 0.24 / total, title, fontsize=13, weight="bold", va="center")
-    figure.text(left, 1.0 - 0.46 / total, line, fontsize=9, color=QUIET, va="center")
+    figure.text(
+        left,
+        1.0 - 0.24 / total,
+        title,
+        fontsize=13,
+        weight="bold",
+        va="center",
+    )
+    figure.text(
+        left,
+        1.0 - 0.46 / total,
+        line,
+        fontsize=9,
+        color=QUIET,
+        va="center",
+    )
     return figure, key
 
 

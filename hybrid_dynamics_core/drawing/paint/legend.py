@@ -84,7 +84,11 @@ def _loops(scene: Scene, description: RobotDescription) -> list[Entry]:
     entries = []
     for closure in description.closures:
         colour = scene.colours[f"closure:{closure.name}"]
-        patch = Patch(facecolor=pale(colour), edgecolor=deep(colour), linewidth=1.1)
+        patch = Patch(
+            facecolor=pale(colour),
+            edgecolor=deep(colour),
+            linewidth=1.1,
+        )
         entries.append((patch, f"{closure.name}: {loop_type(description, closure)}"))
     return entries
 
@@ -162,7 +166,15 @@ def _disc(
 
 
 def _dot(colour: str) -> Line2D:
-    return Line2D([], [], marker=".", linestyle="", color=colour, markersize=6, mew=0)
+    return Line2D(
+        [],
+        [],
+        marker=".",
+        linestyle="",
+        color=colour,
+        markersize=6,
+        mew=0,
+    )
 
 
 def _sphere(colour: str) -> tuple[Line2D, Line2D]:
@@ -189,13 +201,31 @@ def _cross() -> Line2D:
 def _cylinder() -> tuple[Line2D, Line2D]:
     barrel = mix(STEEL, INK, 0.35)
     return (
-        Line2D([], [], color=barrel, linewidth=6.0, solid_capstyle="butt"),
-        Line2D([], [], color=INK, linewidth=1.2, solid_capstyle="butt"),
+        Line2D(
+            [],
+            [],
+            color=barrel,
+            linewidth=6.0,
+            solid_capstyle="butt",
+        ),
+        Line2D(
+            [],
+            [],
+            color=INK,
+            linewidth=1.2,
+            solid_capstyle="butt",
+        ),
     )
 
 
 def _carrier() -> Line2D:
-    return Line2D([], [], color=SHADOW, linestyle=(0, (1, 2.2)), linewidth=1.4)
+    return Line2D(
+        [],
+        [],
+        color=SHADOW,
+        linestyle=(0, (1, 2.2)),
+        linewidth=1.4,
+    )
 
 
 # -- words

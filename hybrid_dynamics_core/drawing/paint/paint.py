@@ -138,7 +138,12 @@ class Painter:
             (artist,) = self.axes.plot(*flat.T, "o", color=BALL, markersize=2.0)
         else:
             colour, style, width = _LINES[line.role]
-            (artist,) = self.axes.plot(*flat.T, color=colour, linestyle=style, linewidth=width)
+            (artist,) = self.axes.plot(
+                *flat.T,
+                color=colour,
+                linestyle=style,
+                linewidth=width,
+            )
             self.covered.append((flat, 0.0))
         self._register(artist, line.owner)
 
@@ -157,7 +162,12 @@ class Painter:
         if line.role == "travel":
             shaft, head = _headed(shaft[::-1], size)
             heads.append(head)
-        (artist,) = self.axes.plot(*shaft.T, color=colour, linewidth=width, solid_capstyle="butt")
+        (artist,) = self.axes.plot(
+            *shaft.T,
+            color=colour,
+            linewidth=width,
+            solid_capstyle="butt",
+        )
         self._register(artist, line.owner)
         for head in heads:
             self._add(f"{line.owner}.head", head, colour, colour, 0.4)

@@ -171,7 +171,13 @@ def _draw_panel(axes: Axes, motion: Simulation, panel: _Panel) -> None:
         colour = CURVES[k % len(CURVES)]
         style = _STYLES[k // len(CURVES) % len(_STYLES)]
         name = motion.names[k]
-        axes.plot(motion.t, panel.values[:, k], label=name, color=colour, linestyle=style)
+        axes.plot(
+            motion.t,
+            panel.values[:, k],
+            label=name,
+            color=colour,
+            linestyle=style,
+        )
     axes.set_ylabel(panel.label)
     suppress_rounding(axes, panel.size)
     entitled(axes, panel.title, min(len(panel.joints), _COLUMNS))

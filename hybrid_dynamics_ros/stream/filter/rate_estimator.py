@@ -185,11 +185,11 @@ class MotionEstimator:
         derivatives, ready, events, after = run_filter(filt, before, stamps, samples)
         if not np.isfinite(derivatives).all():
             raise _overflow()
-        known = ready[:, None]
+        is_ready = ready[:, None]
         if not measured:
-            rates.velocity[rows] = np.where(known, derivatives[:, 1], 0.0)
+            rates.velocity[rows] = np.where(is_ready, derivatives[:, 1], 0.0)
             rates.has_velocity[rows] = ready
-        rates.acceleration[rows] = np.where(known, derivatives[:, filt.degree], np.nan)
+        rates.acceleration[rows] = np.where(is_ready, derivatives[:, filt.degree], np.nan)
         rates.has_acceleration[rows] = ready
         rates.events += events
         rates.state = EstimatorState(measured, after)
