@@ -1,1 +1,4 @@
-"""ROS 2 node for hybrid robots: full state, efforts and end-effector pose from the active joints."""
+"""ROS 2 node for hybrid robots.
+
+Full state, efforts and end-effector pose from the active joints.
+"""

@@ -1,4 +1,4 @@
-"""Loads with names and units -> which loads there are (LoadPattern), and the arrays a kernel takes."""
+"""Loads with names and units become a LoadPattern and the arrays that a kernel takes."""
 
 from __future__ import annotations
 

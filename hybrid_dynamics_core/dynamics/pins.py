@@ -185,7 +185,7 @@ def _pin(tree: Tree, closure: Closure, configurations: Sequence[Configuration]) 
 
 
 def _axes(tree: Tree, closure: Closure) -> tuple[Rotation, tuple[int, ...]]:
-    """The axes of a pin as rows in link a's frame, and directions that a planar loop cannot tell."""
+    """Axes of a pin in the frame of link a, and directions that a planar loop leaves free."""
     a = tree.body_index(closure.link_a)
     path_a, path_b, ancestor = tree.branches(a, tree.body_index(closure.link_b))
     try:

@@ -98,8 +98,8 @@ def load(artifact: Artifact) -> Callable[..., int]:
     scope: dict[str, Any] = dict(_COLUMNS if is_columns else _SCALAR)
     exec(compile(artifact.code, "<kernel>", "exec"), scope)  # noqa: S102  numbered variables only
     if is_columns:
-        return ManyStates(scope["kernel"], scope["ROWS"], artifact.facts)
-    return OneState(scope["kernel"], artifact.facts)
+        return StateBatch(scope["kernel"], scope["ROWS"], artifact.facts)
+    return SingleState(scope["kernel"], artifact.facts)
 
 
 def _suits(array: object, *shapes: tuple[int, ...], dtype: np.dtype[Any] = _FLOAT64) -> bool:
@@ -110,7 +110,7 @@ def _can_be_filled(array: Array) -> bool:
     return array.flags.c_contiguous and array.flags.writeable
 
 
-class OneState:
+class SingleState:
     """Calls a function of floats with arrays: inputs, then outputs, which are filled."""
 
     def __init__(
@@ -152,7 +152,7 @@ def _share_memory(inputs: Sequence[Array], outs: Sequence[Array]) -> bool:
     return any(np.may_share_memory(a, out) for a in inputs for out in outs)
 
 
-class ManyStates:
+class StateBatch:
     """Calls a function of columns with arrays.
 
     They are the inputs (size,) or (N, size), the outputs (N, *shape) and the status (N,).

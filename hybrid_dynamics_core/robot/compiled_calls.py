@@ -87,7 +87,7 @@ class RobotKernels:
 
     @lazy
     def jacobian(self) -> Call:
-        """(u) -> (6, n), the Jacobian d(linear, angular velocity)/du' of the end effector, base axes."""
+        """(u) -> Jacobian (6, n) of the tool, d(linear, angular velocity)/du', base axes."""
         return self._compile_at_frame("jacobian", programs.jacobian)
 
     @lazy

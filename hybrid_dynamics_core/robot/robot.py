@@ -290,7 +290,7 @@ class Robot:
 
     @lazy
     def kernels(self) -> RobotKernels:
-        """Compiled calls, from active coordinates straight to a result. They are the quickest way."""
+        """Compiled calls, from active coordinates straight to a result. The quickest way."""
         return RobotKernels(self._kernels, self._closure, self._dynamics, self.loads)
 
     kernel = delegate("_kernels", KernelStore.kernel)

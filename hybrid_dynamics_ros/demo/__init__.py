@@ -1,4 +1,4 @@
-"""The demo: the paper's trajectory, played from a recording into the running node, shown, recorded and drawn.
+"""The demo plays the paper's trajectory into the running node, and shows, records and draws it.
 
 python -m hybrid_dynamics_ros.demo --help
 """

@@ -1,4 +1,7 @@
-"""What must come out of the node for a recording: how many messages of each topic, and with which stamps."""
+"""What must come out of the node for a recording.
+
+How many messages of each topic, and with which stamps.
+"""
 
 from __future__ import annotations
 

@@ -120,7 +120,10 @@ def summary(verdict: Verdict, files: Files) -> str:
 
 
 def wrapped(line: str) -> str:
-    """A line of the summary on as many as a terminal needs; what goes on stands below what it tells of the label."""
+    """A line of the summary on as many as a terminal needs.
+
+    What goes on stands below what it tells of the label.
+    """
     return fill(
         line, _WIDTH, subsequent_indent=" " * _LABEL, break_long_words=False, break_on_hyphens=False
     )

@@ -1,4 +1,7 @@
-"""The live part of the demo: node and player in processes of their own, the recorder and the live view in this one."""
+"""The live part of the demo.
+
+Node and player in processes of their own, the recorder and the live view in this one.
+"""
 
 from __future__ import annotations
 
@@ -62,7 +65,7 @@ class Session:
         self._stop = stop
 
     def record(self, bag: BagWriter, rate: float) -> None:
-        """Start all, play the recording ``rate`` times as fast as it was recorded, record to ``bag``, end all.
+        """Start all, play the recording ``rate`` times as fast, record to ``bag``, end all.
 
         Raises:
             DemoError: the node or the player failed.
@@ -89,7 +92,7 @@ class Session:
         ):
             self._say(
                 f"node    process {model.pid}\nplayer  process {player.pid}\n  plays"
-                f" {_told(SHIPPED)}"
+                f" {_short_path(SHIPPED)}"
             )
             recorder = Recorder(ros_node, bag)
             self._connect(executor, recorder, model, player)
@@ -142,7 +145,7 @@ class Session:
             process.require_alive()
 
 
-def _told(path: Path) -> Path:
+def _short_path(path: Path) -> Path:
     """A path as it is seen from here, where it is in this folder."""
     here = Path.cwd()
     return path.relative_to(here) if path.is_relative_to(here) else path

@@ -41,7 +41,10 @@ class Trajectory:
 
 
 def paper_trajectory(frequency: int) -> Trajectory:
-    """The trajectory sampled at ``frequency`` [Hz], both ends included: constant rates, no accelerations."""
+    """The trajectory sampled at ``frequency`` [Hz], both ends included.
+
+    Constant rates, no accelerations.
+    """
     time = np.arange(round(DURATION * frequency) + 1) / frequency
     position = np.array(_START) + np.outer(time, _RATE)
     return Trajectory(time, position, np.tile(_RATE, (time.size, 1)))

@@ -25,7 +25,10 @@ JITTER = 1e-4  # [s] of the stamps, as of a program that stamps after computing
 
 @pytest.fixture(scope="module")
 def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two sines a joint and their efforts, sampled a little beside their stamps; noise in the efforts."""
+    """Two sines a joint and their efforts, sampled a little beside their stamps.
+
+    Noise in the efforts.
+    """
     robot, rng = load("excavator"), np.random.default_rng(0)
     n, time = len(robot.active), np.arange(round(SECONDS * RATE)) / RATE
     late = time + rng.normal(0.0, JITTER, len(time))

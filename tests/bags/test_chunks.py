@@ -19,7 +19,10 @@ from tests.bags.messages import START, messages_of
 
 
 def blocks(rng, count):
-    """Blocks of random columns: numbers of several sizes, views with steps, messages as they were."""
+    """Blocks of random columns.
+
+    Numbers of several sizes, views with steps, messages as they were.
+    """
     log_ns = START + np.sort(rng.integers(0, 10**9, count))
     template = (
         MessageTemplate()

@@ -195,7 +195,10 @@ def test_a_thousand_damaged_bags(whole, tmp_path):
 
 
 def test_damaged_databases_do_not_escape(forging, tmp_path):
-    """sqlite3 has no checksums: what it gives may be wrong, as the page on bags says; it never ends in a traceback."""
+    """sqlite3 has no checksums.
+
+    What it gives may be wrong, as the page on bags says; it never ends in a traceback.
+    """
     rng = np.random.default_rng(3)
     source = bag(tmp_path / "in", recorded(forging, 200), plugin=StoragePlugin.SQLITE3)
     raw = (source / "in.db3").read_bytes()

@@ -1,4 +1,7 @@
-"""Errors of efforts: what most are within does not move with a few that are far off; those are counted."""
+"""Errors of efforts: what most are within does not move with a few that are far off.
+
+Those are counted.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,9 @@ MEDIAN = 0.6745  # of the sizes of Gaussian values of deviation 1
 
 @pytest.fixture
 def recording(tmp_path: Path, python_kernels: None) -> Path:  # noqa: ARG001
-    """Five seconds of the five-bar with noise of 1 N m in its efforts, and five samples of the first that are off."""
+    """Five seconds of the five-bar with noise of 1 N m in its efforts, and five samples of the
+    first that are off.
+    """
     motion = simulated(load("five_bar"), 5.0, 100.0, 3).noisy({"effort": 1.0}, 3)
     assert motion.effort is not None
     effort = motion.effort.copy()

@@ -1,4 +1,7 @@
-"""Every verb of `bag` as programs call it: JSON on the output, losses in it and in the exit code."""
+"""Every verb of `bag` as programs call it.
+
+JSON on the output, losses in it and in the exit code.
+"""
 
 from __future__ import annotations
 
@@ -65,7 +68,10 @@ def test_a_bag_that_fails_is_told_with_1(tmp_path: Path) -> None:
 
 
 def test_losses_are_told_with_3(tmp_path: Path) -> None:
-    """One byte of a chunk turned: the other chunk is identified from, and the loss is in answer and exit code."""
+    """One byte of a chunk turned.
+
+    The other chunk is identified from, and the loss is in answer and exit code.
+    """
     make(tmp_path / "recording", 2000)  # two chunks
     (source,) = (tmp_path / "recording").glob("*.mcap")
     data = bytearray(source.read_bytes())

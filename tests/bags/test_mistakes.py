@@ -1,4 +1,7 @@
-"""Slips on the command line of `bag`: what is wrong is told, what to do too, and nothing is written or lost."""
+"""Slips on the command line of `bag`.
+
+What is wrong is told, what to do too, and nothing is written or lost.
+"""
 
 from __future__ import annotations
 

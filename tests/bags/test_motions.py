@@ -1,4 +1,7 @@
-"""Recorded joint motions, whose accelerations are told: what the node answers to them, to the last bit."""
+"""Recorded joint motions, whose accelerations are told.
+
+What the node answers to them, to the last bit.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +43,10 @@ def test_every_shipped_robot_gives_the_bits_of_the_stream(name):
 
 @st.composite
 def sequences(draw):
-    """JointMotion messages: reordered joints, arrays too short or missing, numbers that are none or too large."""
+    """JointMotion messages.
+
+    Reordered joints, arrays too short or missing, numbers that are none or too large.
+    """
     stamp, pairs = START, []
     for k in range(draw(st.integers(1, 30))):
         names = draw(st.sampled_from(NAMES))

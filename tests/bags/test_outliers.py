@@ -1,4 +1,6 @@
-"""Samples that do not fit the motion or the model around them, and what stamps tell of those that are missing."""
+"""Samples that do not fit the motion or the model around them, and what stamps tell of those that
+are missing.
+"""
 
 from __future__ import annotations
 

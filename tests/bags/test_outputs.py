@@ -1,4 +1,7 @@
-"""What is written offline is what the node publishes: every field of every message, to the last bit."""
+"""What is written offline is what the node publishes.
+
+Every field of every message, to the last bit.
+"""
 
 from __future__ import annotations
 

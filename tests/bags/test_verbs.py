@@ -68,7 +68,10 @@ def test_a_trajectory_file_becomes_a_bag_and_comes_back(forging, tmp_path):
 
 @pytest.mark.parametrize("lasts", [6e8, 1e18])
 def test_a_trajectory_beyond_the_stamps_of_ros_is_refused(forging, tmp_path, lasts):
-    """20 years, or nanoseconds taken for seconds: the bag's stamps begin in 2020 and end in January 2038."""
+    """20 years, or nanoseconds taken for seconds.
+
+    The bag's stamps begin in 2020 and end in January 2038.
+    """
     u = motion_of(forging, 3)[1]
     np.savez(tmp_path / "a.npz", time=[0.0, 1.0, lasts], position=u)
     told = output(
@@ -124,7 +127,7 @@ def test_trajectories_of_earlier_versions_keep_their_rates(tmp_path):
         ),
         (
             ["slew.velocity"],
-            "no column boom_cylinder.velocity, stick_cylinder.velocity, bucket_cylinder.velocity; expected velocity of all",
+            "no column boom_cylinder.velocity, stick_cylinder.velocity, bucket_cylinder.velocity; expected velocity of all",  # noqa: E501
         ),
         (["slew"], "two columns have the same name"),
     ],
@@ -395,7 +398,10 @@ def test_a_processed_bag_is_reported_with_the_rates_that_it_was_made_with(forgin
 
 @pytest.fixture
 def own_file(tmp_path):
-    """The excavator in a file of one's own, under the same name: a robot that could be taken for the shipped one."""
+    """The excavator in a file of one's own, under the same name.
+
+    A robot that could be taken for the shipped one.
+    """
     text = (
         resources.files("hybrid_dynamics_core")
         .joinpath("robots", "excavator.yaml")

@@ -217,7 +217,7 @@ class Client:
         return self
 
     def connect_service(self, name):
-        """The service, once it answers, or is there at least where any call would change the node."""
+        """The service once it answers; where any call would change the node, once it is there."""
         service = self._services[name]
         if name not in self._answered:
             assert service.wait_for_service(DEADLINE), f"no service {name}"

@@ -41,7 +41,7 @@ def test_a_polynomial_of_its_degree_is_exact_from_the_first_samples_on_at_any_st
 
 @DEGREES
 def test_a_higher_polynomial_leaves_the_lag_and_nothing_else(degree):
-    """A ramp of the highest derivative is followed with the documented delay, whatever the stamps."""
+    """A ramp of the highest derivative is followed with the documented delay."""
     rng = np.random.default_rng(2)
     filt = PolynomialFilter(degree, bandwidth=5.0, max_gap=1.0)
     stamps = irregular(rng, 20000, mean_ms=0.2)

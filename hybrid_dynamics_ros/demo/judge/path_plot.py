@@ -30,7 +30,7 @@ _POSTURES: Final = ((0.0, 0.35), (1.0, 1.0))  # share of the path, opacity
 
 
 def draw_path(axes: Any, results: Results, robot: Robot) -> None:
-    """Draw on 3-D axes: the path and its shadow on the floor, and the robot at the start (pale) and at the end.
+    """Draw the path, its shadow on the floor, and the robot at the start (pale) and at the end.
 
     Args:
         axes: 3-D axes of Matplotlib.

@@ -1,4 +1,4 @@
-"""The figure: the four efforts and the path of the end effector, as in Figures 10 and 8 of the paper."""
+"""The figure: four efforts and the path of the end effector, as Figures 10 and 8 of the paper."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ def judge(expected: Expectation, results: Results, robot: Robot) -> Verdict:
 
 
 def _differences(expected: Expectation, results: Results, robot: Robot) -> tuple[float, float]:
-    """Largest difference of an effort, absolute and relative to the largest effort of its message."""
+    """Largest difference of an effort, absolute and relative to the largest of its message."""
     efforts, inputs = results.efforts, results.inputs
     _, rows, origins = np.intersect1d(efforts.stamp_ns, inputs.stamp_ns, return_indices=True)
     _, places, accelerations = np.intersect1d(

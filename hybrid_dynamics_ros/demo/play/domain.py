@@ -21,7 +21,7 @@ _PROFILES: Final = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_
 
 
 @contextmanager
-def own_graph(domain: int | None) -> Iterator[int]:
+def private_domain(domain: int | None) -> Iterator[int]:
     """Take a domain and set the environment of this process, and of those it starts, for it.
 
     Args:
@@ -56,7 +56,10 @@ def _given(domain: int) -> Iterator[int]:
 
 @contextmanager
 def _taken_domain() -> Iterator[int]:
-    """A domain where no process is heard; a lock file keeps other runs away while this one lasts."""
+    """A domain where no process is heard.
+
+    A lock file keeps other runs away while this one lasts.
+    """
     first = os.getpid() % len(DOMAINS)
     for domain in (*DOMAINS[first:], *DOMAINS[:first]):
         with (Path(tempfile.gettempdir()) / f"ros_domain_{domain}.{os.getuid()}.lock").open(
@@ -73,7 +76,7 @@ def _taken_domain() -> Iterator[int]:
 
 
 def is_silent(domain: int) -> bool:
-    """Whether no participant of this machine listens on the discovery ports of a domain (RTPS 2.5, 9.6.2)."""
+    """Whether no participant here listens on the discovery ports of a domain (RTPS 2.5, 9.6.2)."""
     for participant in range(_PARTICIPANTS):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             try:

@@ -1,4 +1,4 @@
-"""The live view: the newest messages as a table that stays in its place, or as lines where there is no terminal."""
+"""The live view: the newest messages as a table in its place, or as lines without a terminal."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class LiveView:
     """Draws on a stream, a few times a second at most, however often it is called."""
 
     def __init__(self, stream: TextIO, expected: Expectation, prismatic: frozenset[str]) -> None:
-        """Where to draw, what will come, and which coordinates are lengths (the others are angles)."""
+        """Where to draw, what will come, and which coordinates are lengths, not angles."""
         self._stream = stream
         self._expected = expected
         self._prismatic = prismatic
@@ -71,16 +71,18 @@ class LiveView:
 
     def _redraw(self, rows: list[Row], width: int) -> None:
         back = f"\x1b[{self._height}A" if self._height else _HIDE_CURSOR
-        drawn = [
-            f"{_CLEAR_LINE}{_BOLD if row.heading else ''}{row.text[:width]}{_PLAIN if row.heading else ''}\n"
-            for row in rows
-        ]
+        drawn = [f"{_CLEAR_LINE}{_styled(row, width)}\n" for row in rows]
         self._write("\r" + back + "".join(drawn))
         self._height = len(rows)
 
     def _write(self, text: str) -> None:
         self._stream.write(text)
         self._stream.flush()
+
+
+def _styled(row: Row, width: int) -> str:
+    text = row.text[:width]
+    return f"{_BOLD}{text}{_PLAIN}" if row.heading else text
 
 
 def _can_show(text: str, stream: TextIO) -> bool:

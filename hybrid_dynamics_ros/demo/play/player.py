@@ -1,4 +1,4 @@
-"""The player: a process that sends the messages of a recording, in their own time, as a sensor would.
+"""The player: a process that sends the messages of a recording as a sensor would.
 
 python -m hybrid_dynamics_ros.demo.play.player BAG [--rate R] [--subscribers N]
 """
@@ -65,8 +65,8 @@ def _run(
     publisher = node.create_publisher(JointState, INPUT, qos)
     try:
         if not wait_for_subscribers(publisher, subscribers, stop):
-            found = publisher.get_subscription_count()
-            sys.stderr.write(f"{found} of {subscribers} subscribers of {INPUT} came\n")
+            matched = publisher.get_subscription_count()
+            sys.stderr.write(f"{matched} of {subscribers} subscribers of {INPUT} came\n")
             return 1
         sent = play(messages, publisher.publish, rate, stop)
         sys.stdout.write(f"{sent} of {len(messages)} messages sent\n")
@@ -79,7 +79,10 @@ def _run(
 
 
 def wait_for_subscribers(publisher: Publisher, count: int, stop: threading.Event) -> bool:
-    """Wait until so many subscriptions are matched: nothing that is sent from then on is lost to them."""
+    """Wait until so many subscriptions are matched.
+
+    Nothing that is sent from then on is lost to them.
+    """
     end = time.monotonic() + MATCH_DEADLINE
     while publisher.get_subscription_count() < count:
         if time.monotonic() > end or stop.wait(0.01):
@@ -88,7 +91,9 @@ def wait_for_subscribers(publisher: Publisher, count: int, stop: threading.Event
 
 
 def wait_for_acknowledgements(publisher: Publisher, stop: threading.Event) -> bool:
-    """Wait until every subscriber has every message, or until ``stop`` is set; False if it took too long.
+    """Wait until every subscriber has every message, or until ``stop`` is set.
+
+    False if it took too long.
 
     The middleware asks for acknowledgements every few seconds: whoever knows otherwise that all
     came sets ``stop``.

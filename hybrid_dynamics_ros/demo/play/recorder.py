@@ -15,13 +15,13 @@ from ...bags.storage.bag_writer import BagWriter
 from ..topics import EFFORTS, INPUT, NODE, OUTPUTS, POSE, STATES
 from ..trajectory import JOINTS, paper_trajectory
 
-ASK_AGAIN: Final = 2.0  # [s]
+ASK_PERIOD: Final = 2.0  # [s]
 QUEUE: Final = 10_000  # messages: a stalled terminal must not lose any
 _CLASSES: Final = {INPUT: JointState, STATES: JointState, EFFORTS: JointState, POSE: PoseStamped}
 
 
 class Recorder:
-    """Subscribes to the results, later to the input too, and writes the bytes that arrive to a bag."""
+    """Subscribes to the results, later to the input, and writes the bytes that arrive to a bag."""
 
     def __init__(self, node: Node, bag: BagWriter) -> None:
         self._node = node
@@ -34,14 +34,14 @@ class Recorder:
         # After the subscriptions: see connected().
         self._client = node.create_client(InverseDynamics, f"{NODE}/inverse_dynamics")
         self._answers: list[Any] = []
-        self._asked = -ASK_AGAIN
+        self._asked = -ASK_PERIOD
 
     def listen_to_input(self) -> None:
         """Record what the node gets as well, from now on."""
         self._subscribe(INPUT)
 
     def connected(self) -> bool:
-        """Whether the node is there and sends to all subscriptions from now on. Poll it while spinning.
+        """Whether the node sends to all subscriptions from now on. Poll it while spinning.
 
         Matching is not symmetric: that this side knows the node's publishers does not say that they
         know its subscriptions. So the node is asked something. Its answer arrives only after it
@@ -49,7 +49,7 @@ class Recorder:
         announcements arrive in order. Where the answer was lost because the node had not found that
         reader yet, the question is asked again.
         """
-        due = time.monotonic() >= self._asked + ASK_AGAIN
+        due = time.monotonic() >= self._asked + ASK_PERIOD
         if (
             due
             and all(self._node.count_publishers(topic) for topic in OUTPUTS)
@@ -60,7 +60,7 @@ class Recorder:
         return any(answer.done() for answer in self._answers)
 
     def _subscribe(self, topic: str) -> None:
-        """Keep a topic: the input with the time at which it was sent, results with that at which they arrived.
+        """Record a topic: the input with its sending time, results with their arrival time.
 
         Both are the middleware's, of one clock. When this process comes to read a message says
         nothing: one that was sent later may be read first.
@@ -79,7 +79,10 @@ class Recorder:
 
 
 def _first_question() -> InverseDynamics.Request:
-    """The efforts at the start of the trajectory; it also makes the node compile its model before time matters."""
+    """The efforts at the start of the trajectory.
+
+    It also makes the node compile its model before time matters.
+    """
     trajectory = paper_trajectory(1)
     request = InverseDynamics.Request()
     motion = request.motion

@@ -1,4 +1,6 @@
-"""The shipped recording: the paper's trajectory as a sensor would send it. Made by this module, the same every time.
+"""The shipped recording.
+
+The paper's trajectory as a sensor would send it. Made by this module, the same every time.
 
 python -m hybrid_dynamics_ros.demo.play.recording FOLDER
 """
@@ -24,7 +26,10 @@ START_NS: Final = (
 
 
 def recorded_messages() -> list[RawMessage]:
-    """The messages of the recording: JointState with positions and velocities of the active joints."""
+    """The messages of the recording.
+
+    JointState with positions and velocities of the active joints.
+    """
     types = typestore().types
     joint_state, header, time = (
         types[name]

@@ -91,7 +91,10 @@ def table(
 
 
 def line(snapshot: Snapshot, progress: Progress, prismatic: Collection[str]) -> str:
-    """The active joints in a line, below it their efforts and the tool: neither is wider than a terminal."""
+    """The active joints in a line, below it their efforts and the tool.
+
+    Neither is wider than a terminal.
+    """
     active = [name for name in snapshot.position if name in snapshot.effort]
     joints = ", ".join(
         f"{name} {_position(name, snapshot.position[name], prismatic).strip()}" for name in active
