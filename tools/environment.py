@@ -75,7 +75,7 @@ HEARTBEAT = 15.0  # [s] between signs of life of a long step
 
 @dataclass(frozen=True)
 class Step:
-    """One call of pip, with the files that it depends on, a distribution that it brings, and how long it takes."""
+    """One call of pip: what it depends on, a distribution that it brings, how long it takes."""
 
     title: str
     arguments: list[str]
@@ -268,7 +268,7 @@ def run(title: str, command: list[str], log: Path) -> None:
 
 
 def watched(command: list[str], log: Path, scratch: str, start: float) -> int:
-    """Run a command with its temporary files in ``scratch``, and say what it does from time to time; its exit code."""
+    """Run a command with its temporary files in ``scratch`` and report progress; its exit code."""
     with log.open("w", encoding="utf-8") as output:
         process = subprocess.Popen(
             command,
