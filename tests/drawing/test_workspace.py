@@ -34,7 +34,7 @@ joints:
 active: [turn, q1, q2]
 end_effector: {link: fore, xyz: [0.6, 0, 0], rpy: [pi/2, 0, 0]}
 reference: {q1: -0.5, q2: 1}
-"""  # noqa: E501
+"""
 _STEP = 0.02  # of the colours: less is not seen beside its neighbour
 ROCKER = four_bar(0.3, 0.1, 0.3, 0.2).replace("{link: rocker}", "{link: rocker, xyz: [0.2, 0, 0]}")
 PANELS = {
