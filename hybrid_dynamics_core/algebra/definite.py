@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from .scalar import Scalar
+from .scalar import Scalar, Scalars
 
 
 class Definite:
@@ -18,7 +18,7 @@ class Definite:
             where the matrix is positive definite. One next to zero says that it is singular.
     """
 
-    def __init__(self, matrix: Sequence[Sequence[Scalar]], floor: Scalar = 0.0) -> None:
+    def __init__(self, matrix: Sequence[Scalars], floor: Scalar = 0.0) -> None:
         """Factorise the matrix.
 
         Args:
@@ -39,7 +39,7 @@ class Definite:
             self.pivots.append(pivot)
             self._lower.append(row)
 
-    def solve(self, rhs: Sequence[Scalar]) -> list[Scalar]:
+    def solve(self, rhs: Scalars) -> list[Scalar]:
         """x with matrix x = rhs."""
         x: list[Scalar] = []
         for i, row in enumerate(self._lower):
@@ -53,7 +53,7 @@ class Definite:
                 x[i] = x[i] - self._lower[j][i] * x[j]
         return x
 
-    def _scaled_row(self, entries: Sequence[Scalar], i: int) -> list[Scalar]:
+    def _scaled_row(self, entries: Scalars, i: int) -> list[Scalar]:
         """Row i of L D, without its diagonal."""
         scaled: list[Scalar] = []
         for j in range(i):
@@ -63,7 +63,7 @@ class Definite:
             scaled.append(value)
         return scaled
 
-    def _divided_by_pivots(self, values: Sequence[Scalar]) -> list[Scalar]:
+    def _divided_by_pivots(self, values: Scalars) -> list[Scalar]:
         return [value / self._divisor(d) for value, d in zip(values, self.pivots, strict=True)]
 
     def _divisor(self, pivot: Scalar) -> Scalar:

@@ -1,4 +1,4 @@
-"""Linearly independent rows of a matrix of floats, by Gram-Schmidt."""
+"""Lengths, and linearly independent rows, of floats."""
 
 from __future__ import annotations
 
@@ -10,10 +10,15 @@ from numpy.typing import ArrayLike
 from ..ground.arrays import Array
 
 
+def norm(vector: ArrayLike) -> float:
+    """Length of a vector of floats."""
+    return float(np.linalg.norm(np.asarray(vector, dtype=float)))
+
+
 def independent_rows(
     matrix: Array, order: Sequence[int], least: ArrayLike, passes: int = 2
 ) -> list[int]:
-    """Choose rows in order, each if enough of it is not in the span of those before.
+    """Choose rows in order, each if enough of it is not in the span of those before (Gram-Schmidt).
 
     Args:
         matrix: (m, n).
@@ -32,7 +37,7 @@ def independent_rows(
         for _ in range(passes):
             for direction in basis:
                 remainder = remainder - (direction @ remainder) * direction
-        size = float(np.linalg.norm(remainder))
+        size = norm(remainder)
         if size > limits[k] and len(chosen) < matrix.shape[1]:
             basis.append(remainder / size)
             chosen.append(k)

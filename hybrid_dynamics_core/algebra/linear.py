@@ -11,10 +11,10 @@ from itertools import chain
 import numpy as np
 
 from .numerics import invert
-from .scalar import Scalar, absolute, sqrt
+from .scalar import Scalar, Scalars, absolute, sqrt
 from .vector import cross, dot
 
-Matrix = Sequence[Sequence[Scalar]]
+Matrix = Sequence[Scalars]
 Rows = list[list[Scalar]]
 
 
@@ -69,11 +69,11 @@ class Inverse:
             inverse_squares += [a * a / (unit * unit) for a in row]
         return self.size * absolute(self.divisor) / sqrt(total * _sum(inverse_squares))
 
-    def solve(self, rhs: Sequence[Scalar]) -> list[Scalar]:
+    def solve(self, rhs: Scalars) -> list[Scalar]:
         """x with matrix x = rhs."""
         return [_product(row, rhs) / self.divisor for row in self.adjugate]
 
-    def solve_transposed(self, rhs: Sequence[Scalar]) -> list[Scalar]:
+    def solve_transposed(self, rhs: Scalars) -> list[Scalar]:
         """x with matrix^T x = rhs."""
         columns = zip(*self.adjugate, strict=True)
         return [_product(column, rhs) / self.divisor for column in columns]

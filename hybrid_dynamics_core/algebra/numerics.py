@@ -13,10 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..ground.arrays import Array
-from .scalar import Scalar
+from .scalar import Scalar, Scalars
 
 # unknowns and parameters in; residuals, then the Jacobian row by row, out
-Body = Callable[[Sequence[Scalar], Sequence[Scalar]], list[Scalar]]
+Body = Callable[[Scalars, Scalars], list[Scalar]]
+
+Flags = NDArray[np.bool_]
 
 MAX_ITERATIONS = 40
 LARGEST_STEP = 0.5  # [rad or m] a longer step is shortened: the linear model does not hold that far
@@ -24,7 +26,7 @@ SMALL_STEP = 1e-9  # convergence is quadratic, so the step after this one is rou
 TINY = 1e-300
 
 
-def invert(entries: Sequence[Scalar], size: int) -> list[Scalar]:
+def invert(entries: Scalars, size: int) -> list[Scalar]:
     """Invert a square matrix.
 
     Args:
@@ -36,7 +38,8 @@ def invert(entries: Sequence[Scalar], size: int) -> list[Scalar]:
     """
     symbol = _first_symbol(entries)
     if symbol is not None:
-        result: list[Scalar] = symbol.graph.block("invert", size, size * size + 1, [list(entries)])
+        outputs = size * size + 1
+        result: list[Scalar] = symbol.graph.block("invert", size, outputs, [list(entries)])
         return result
     if any(isinstance(e, np.ndarray) for e in entries):
         return invert_columns(entries, size)
@@ -51,13 +54,15 @@ def invert_floats(entries: Sequence[float], size: int) -> list[float]:
         inverse = np.linalg.inv(matrix)
     except np.linalg.LinAlgError:
         return [np.nan] * (size * size) + [0.0]
-    return [*inverse.ravel().tolist(), float(np.linalg.det(matrix))]
+    determinant = float(np.linalg.det(matrix))
+    return [*inverse.ravel().tolist(), determinant]
 
 
 @np.errstate(all="ignore")  # the status tells what is not finite
-def invert_columns(entries: Sequence[Scalar], size: int) -> list[Scalar]:
+def invert_columns(entries: Scalars, size: int) -> list[Scalar]:
     """`invert` of many matrices, one array an entry."""
-    matrices = np.stack(np.broadcast_arrays(*entries), axis=-1).reshape(-1, size, size)
+    columns = np.broadcast_arrays(*entries)
+    matrices = np.stack(columns, axis=-1).reshape(-1, size, size)
     determinant = np.linalg.det(matrices)
     regular = np.isfinite(determinant) & (determinant != 0.0)
     inverse = np.full_like(matrices, np.nan)
@@ -65,7 +70,7 @@ def invert_columns(entries: Sequence[Scalar], size: int) -> list[Scalar]:
     return [*inverse.reshape(-1, size * size).T, determinant]
 
 
-def newton(body: Body, guess: Sequence[Scalar], parameters: Sequence[Scalar]) -> list[Scalar]:
+def newton(body: Body, guess: Scalars, parameters: Scalars) -> list[Scalar]:
     """Solve a square system of equations by Newton's method.
 
     Args:
@@ -110,9 +115,7 @@ def newton_floats(body: Body, guess: Sequence[float], parameters: Sequence[float
 
 
 @np.errstate(all="ignore")  # the status tells what is not finite
-def newton_columns(
-    body: Body, guess: Sequence[Scalar], parameters: Sequence[Scalar]
-) -> list[Scalar]:
+def newton_columns(body: Body, guess: Scalars, parameters: Scalars) -> list[Scalar]:
     """`newton` on arrays, one problem a column; each stops by itself."""
     size = len(guess)
     columns = np.broadcast_arrays(*guess, *parameters)
@@ -135,17 +138,20 @@ def newton_columns(
     return [*x, np.where(converged, count, -count)]
 
 
-def _newton_steps(body: Body, x: Array, constants: Array) -> tuple[Array, NDArray[np.bool_]]:
+def _newton_steps(body: Body, x: Array, constants: Array) -> tuple[Array, Flags]:
     """Steps (size, k) at unknowns (size, k), and where they are finite (k,)."""
     size = len(x)
     results = body(list(x), list(constants))
-    values = np.array(np.broadcast_arrays(x[0], *results)[1:])
+    _, *columns = np.broadcast_arrays(x[0], *results)
+    values = np.array(columns)
+    residuals = values[:size].T
     jacobian = np.moveaxis(values[size:], 0, -1).reshape(-1, size, size)
-    finite = np.isfinite(values).all(axis=0) & (np.abs(np.linalg.det(jacobian)) > 0.0)
+    regular = np.abs(np.linalg.det(jacobian)) > 0.0
+    finite = np.isfinite(values).all(axis=0) & regular
     jacobian[~finite] = np.eye(size)
-    step = np.linalg.solve(jacobian, values[:size].T[..., None])[..., 0].T
-    return step, finite
+    step = np.linalg.solve(jacobian, residuals[..., None])[..., 0]
+    return step.T, finite
 
 
-def _first_symbol(entries: Sequence[Scalar]) -> Any:
+def _first_symbol(entries: Scalars) -> Any:
     return next((e for e in entries if hasattr(e, "graph")), None)

@@ -25,21 +25,27 @@ def quaternion(rotation: Array) -> Array:
     """
     if rotation.ndim == 2:
         return np.array(_one_quaternion(rotation))
-    candidates: Array = np.array(_candidates(np.moveaxis(rotation, 0, -1)))
+    entries = np.moveaxis(rotation, 0, -1)
+    candidates: Array = np.array(_candidates(entries))
     squares = np.einsum("kkn->kn", candidates)
     largest = np.argmax(squares, axis=0)
-    x, y, z, w = candidates[largest, :, np.arange(len(rotation))].T
+    matrices = np.arange(len(rotation))
+    x, y, z, w = candidates[largest, :, matrices].T
     scale = np.copysign(1.0 / _length(x, y, z, w), w)
-    return np.stack([scale * x, scale * y, scale * z, scale * w], axis=-1)
+    return np.stack(_times(scale, x, y, z, w), axis=-1)
 
 
-def _one_quaternion(rotation: Array) -> tuple[float, float, float, float]:
+def _one_quaternion(rotation: Array) -> list[float]:
     """In floats: a message needs it quickly."""
     candidates = _candidates(rotation.tolist())
     squares = [candidates[k][k] for k in range(4)]
     x, y, z, w = candidates[squares.index(max(squares))]
     scale = math.copysign(1.0 / _length(x, y, z, w), w)
-    return scale * x, scale * y, scale * z, scale * w
+    return _times(scale, x, y, z, w)
+
+
+def _times(scale: Scalar, *components: Scalar) -> list[Scalar]:
+    return [scale * component for component in components]
 
 
 def canonical(quaternion: Array) -> Array:
@@ -67,12 +73,15 @@ def rotation_angle(rotation: Array) -> float:
 def rotation_matrix(quaternion: Sequence[float] | Array) -> Array:
     """The rotation matrix (3, 3) of a quaternion x, y, z, w of any length above zero."""
     x, y, z, w = np.asarray(quaternion, dtype=float) / _length(*quaternion)
-    xx, yy, zz, ww = x * x, y * y, z * z, w * w
+    xx, xy, xz, xw = x * x, x * y, x * z, x * w
+    yy, yz, yw = y * y, y * z, y * w
+    zz, zw = z * z, z * w
+    ww = w * w
     return np.array(
         [
-            [xx - yy - zz + ww, 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
-            [2.0 * (x * y + z * w), -xx + yy - zz + ww, 2.0 * (y * z - x * w)],
-            [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), -xx - yy + zz + ww],
+            [xx - yy - zz + ww, 2.0 * (xy - zw), 2.0 * (xz + yw)],
+            [2.0 * (xy + zw), -xx + yy - zz + ww, 2.0 * (yz - xw)],
+            [2.0 * (xz - yw), 2.0 * (yz + xw), -xx - yy + zz + ww],
         ]
     )
 

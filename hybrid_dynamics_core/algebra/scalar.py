@@ -8,11 +8,13 @@ negative number is NaN everywhere.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 Scalar = Any  # float | NDArray[float64] | kernels.graph.Symbol
+Scalars = Sequence[Scalar]
 
 
 def sin(x: Scalar) -> Scalar:

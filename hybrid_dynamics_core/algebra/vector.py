@@ -8,35 +8,40 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from .scalar import Scalar
+from .scalar import Scalar, Scalars
 
 Vector = tuple[Scalar, ...]
 Rotation = tuple[Vector, Vector, Vector]  # rows
 
 ZERO3: Vector = (0.0, 0.0, 0.0)
-IDENTITY3: Rotation = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+IDENTITY3: Rotation = (
+    (1.0, 0.0, 0.0),
+    (0.0, 1.0, 0.0),
+    (0.0, 0.0, 1.0),
+)
 DUST = 1e-15  # of constants next to -1, 0 and 1
 
 
-def add(a: Vector, b: Vector) -> Vector:
+def add(a: Scalars, b: Scalars) -> Vector:
     """a + b."""
     return tuple(x + y for x, y in zip(a, b, strict=True))
 
 
-def sub(a: Vector, b: Vector) -> Vector:
+def sub(a: Scalars, b: Scalars) -> Vector:
     """a - b."""
     return tuple(x - y for x, y in zip(a, b, strict=True))
 
 
-def scale(k: Scalar, a: Vector) -> Vector:
+def scale(k: Scalar, a: Scalars) -> Vector:
     """k a."""
     return tuple(k * x for x in a)
 
 
 def dot(a: Vector, b: Vector) -> Scalar:
     """a . b."""
-    total = a[0] * b[0]
-    for x, y in zip(a[1:], b[1:], strict=True):
+    first, *others = zip(a, b, strict=True)
+    total = first[0] * first[1]
+    for x, y in others:
         total = total + x * y
     return total
 
@@ -74,7 +79,8 @@ def turn(c: Scalar, s: Scalar, a: Vector) -> Vector:
 
 def matvec(m: Rotation, a: Vector) -> Vector:
     """M a."""
-    return (dot(m[0], a), dot(m[1], a), dot(m[2], a))
+    x, y, z = m
+    return (dot(x, a), dot(y, a), dot(z, a))
 
 
 def transposed_matvec(m: Rotation, a: Vector) -> Vector:
@@ -94,9 +100,20 @@ def transpose(m: Rotation) -> Rotation:
 
 def matmul(a: Rotation, b: Rotation) -> Rotation:
     """A B."""
-    x, y, z = transpose(b)
-    first, second, third = ((dot(row, x), dot(row, y), dot(row, z)) for row in a)
-    return (first, second, third)
+    columns = transpose(b)
+    x, y, z = (_row_times(row, columns) for row in a)
+    return (x, y, z)
+
+
+def _row_times(row: Vector, columns: Rotation) -> Vector:
+    x, y, z = columns
+    return (dot(row, x), dot(row, y), dot(row, z))
+
+
+def trace(m: Rotation) -> Scalar:
+    """The sum of the diagonal of M."""
+    x, y, z = m
+    return x[0] + y[1] + z[2]
 
 
 def axis_rotation(axis: Vector, c: Scalar, s: Scalar) -> Rotation:
@@ -124,10 +141,13 @@ def axis_rotation(axis: Vector, c: Scalar, s: Scalar) -> Rotation:
             (0.0, x * s, c),
         )
     k = 1.0 - c
+    xy = k * (x * y)
+    xz = k * (x * z)
+    yz = k * (y * z)
     return (
-        (c + k * (x * x), k * (x * y) - s * z, k * (x * z) + s * y),
-        (k * (x * y) + s * z, c + k * (y * y), k * (y * z) - s * x),
-        (k * (x * z) - s * y, k * (y * z) + s * x, c + k * (z * z)),
+        (c + k * (x * x), xy - s * z, xz + s * y),
+        (xy + s * z, c + k * (y * y), yz - s * x),
+        (xz - s * y, yz + s * x, c + k * (z * z)),
     )
 
 

@@ -41,15 +41,9 @@ def choose_branch(
     signs = _named_signs(robot, block, context) or list(block.signs)
     if len(signs) > 1 and block.needs_mode and not given:
         _require_decided(robot, block, context, configuration, guess)
-
-    def distance(sign: float) -> float:
-        """Distance of a solution to the reference."""
-        if not _margin(block, configuration, sign, guess) > 0.0:
-            return math.inf
-        compared = given or block.unknowns
-        return sum(abs(float(configuration.q[k]) - guess[k]) for k in compared)
-
-    nearest = min(signs, key=distance)
+    compared = given or block.unknowns
+    distances = [_distance(block, configuration, sign, guess, compared) for sign in signs]
+    nearest = signs[distances.index(min(distances))]
     if not _margin(block, configuration, nearest, guess) > 0.0:
         problem = _open_problem(block, context, configuration, guess)
         raise robot.error(robot.closure_key(block.loops[0]), problem)
@@ -66,6 +60,19 @@ def _margin(
         return float(block.solve(configuration, sign, guess))
     except ZeroDivisionError:  # a pin exactly on a pivot
         return math.nan
+
+
+def _distance(
+    block: BlockSolver,
+    configuration: Configuration,
+    sign: float,
+    guess: Sequence[float],
+    compared: Sequence[int],
+) -> float:
+    """Distance of a solution to the reference, over some coordinates; inf where there is none."""
+    if not _margin(block, configuration, sign, guess) > 0.0:
+        return math.inf
+    return sum(abs(float(configuration.q[k]) - guess[k]) for k in compared)
 
 
 def _open_problem(

@@ -7,14 +7,12 @@ is inverted.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from ..algebra.linear import Inverse, transposed, unit_vectors
-from ..algebra.scalar import Scalar, sqrt
+from ..algebra.linear import Inverse, Rows, transposed, unit_vectors
+from ..algebra.scalar import Scalar, Scalars, sqrt
 from ..mechanism.configuration import given_configuration
 from ..mechanism.tree import Tree
 from .blocks.block_solver import BlockSolver
-from .constraints.equations import Equation, Linearised, LoopEquations, Row, loops_of
+from .constraints.equations import Equation, Linearised, LoopEquations, Row, coefficients, loops_of
 from .plan import ClosurePlan
 
 
@@ -32,9 +30,7 @@ class SolvedBlock:
         self.solver = solver
         self.margin = margin
         self.rows = rows
-        self.jacobian: list[list[Scalar]] = []
-        for row in rows:
-            self.jacobian.append([row.get(k, 0.0) for k in solver.unknowns])
+        self.jacobian = [coefficients(row, solver.unknowns) for row in rows]
         self._inverse = Inverse(self.jacobian)
 
     @property
@@ -42,7 +38,7 @@ class SolvedBlock:
         """Its equations."""
         return self.solver.equations
 
-    def complete(self, values: list[Scalar], bias: Sequence[Scalar]) -> None:
+    def complete(self, values: list[Scalar], bias: Scalars) -> None:
         """Fill in the rates (or accelerations) of the unknowns from those before.
 
         Args:
@@ -56,7 +52,8 @@ class SolvedBlock:
                 if k not in self.solver.unknowns:
                     total = total + coefficient * values[k]
             rhs.append(-total)
-        for k, value in zip(self.solver.unknowns, self._inverse.solve(rhs), strict=True):
+        solution = self._inverse.solve(rhs)
+        for k, value in zip(self.solver.unknowns, solution, strict=True):
             values[k] = value
 
     def project(self, forces: list[Scalar]) -> list[Scalar]:
@@ -110,9 +107,9 @@ class ClosedMotion:
         self,
         tree: Tree,
         plan: ClosurePlan,
-        u: Sequence[Scalar],
-        branch: Sequence[Scalar],
-        guess: Sequence[Scalar],
+        u: Scalars,
+        branch: Scalars,
+        guess: Scalars,
     ) -> None:
         """Close the mechanism.
 
@@ -126,7 +123,8 @@ class ClosedMotion:
         self._tree = tree
         self.given = plan.given
         self.size = len(tree.coordinates)
-        self.configuration = given_configuration(tree, dict(zip(plan.given, u, strict=True)))
+        values = dict(zip(plan.given, u, strict=True))
+        self.configuration = given_configuration(tree, values)
         margins: list[Scalar] = []
         for block, sign in zip(plan.blocks, branch, strict=True):
             margins.append(block.solve(self.configuration, sign, guess))
@@ -139,26 +137,31 @@ class ClosedMotion:
             self.guards += loop.guards(self.configuration)
         self.blocks: list[SolvedBlock] = []
         for block, margin in zip(plan.blocks, margins, strict=True):
-            rows = [linear[e.loop].rows[e.index] for e in block.equations]
+            rows = [linear[equation.loop].rows[equation.index] for equation in block.equations]
             self.blocks.append(SolvedBlock(block, margin, rows))
-        self.surplus = [linear[e.loop].residual[e.index] for e in plan.redundant]
+        self.surplus: list[Scalar] = []
+        for equation in plan.redundant:
+            residual = linear[equation.loop].residual
+            self.surplus.append(residual[equation.index])
 
-    def rates(self, du: Sequence[Scalar]) -> list[Scalar]:
+    def rates(self, du: Scalars) -> list[Scalar]:
         """s' from u'."""
-        return self._complete(du, [[0.0] * len(block.equations) for block in self.blocks])
+        bias = [[0.0] * len(block.equations) for block in self.blocks]
+        return self._complete(du, bias)
 
-    def accelerations(self, ddu: Sequence[Scalar], ds: Sequence[Scalar]) -> list[Scalar]:
+    def accelerations(self, ddu: Scalars, ds: Scalars) -> list[Scalar]:
         """s'' from u'' and s'; with u'' = 0 this is R' u'."""
         biases: dict[LoopEquations, list[Scalar]] = {}
-        by_block: list[list[Scalar]] = []
+        by_block: Rows = []
         for block in self.blocks:
             for loop in loops_of(block.equations):
                 if loop not in biases:
                     biases[loop] = loop.bias(self.configuration, ds)
-            by_block.append([biases[e.loop][e.index] for e in block.equations])
+            terms = [biases[equation.loop][equation.index] for equation in block.equations]
+            by_block.append(terms)
         return self._complete(ddu, by_block)
 
-    def _complete(self, given: Sequence[Scalar], bias: list[list[Scalar]]) -> list[Scalar]:
+    def _complete(self, given: Scalars, bias: Rows) -> list[Scalar]:
         """Rates or accelerations of all coordinates."""
         values: list[Scalar] = [0.0] * self.size
         for k, value in zip(self.given, given, strict=True):
@@ -167,11 +170,12 @@ class ClosedMotion:
             block.complete(values, terms)
         return values
 
-    def velocity_map(self) -> list[list[Scalar]]:
+    def velocity_map(self) -> Rows:
         """R (n_s, n), Chu (2020), Eq. 20."""
-        return transposed([self.rates(unit) for unit in unit_vectors(len(self.given))])
+        units = unit_vectors(len(self.given))
+        return transposed([self.rates(unit) for unit in units])
 
-    def project(self, forces: Sequence[Scalar]) -> tuple[list[Scalar], list[list[Scalar]]]:
+    def project(self, forces: Scalars) -> tuple[list[Scalar], Rows]:
         """Project forces of the tree onto the given coordinates.
 
         Args:

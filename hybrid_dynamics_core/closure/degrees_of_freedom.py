@@ -9,7 +9,7 @@ from ..errors import DescriptionError
 from ..ground.wording import counted, singular_or_plural
 from ..mechanism.configuration import configuration_at
 from ..mechanism.tree import Tree
-from .constraints.equations import Equation, LoopEquations, loops_of
+from .constraints.equations import Equation, LoopEquations, equations_of, loops_of
 from .loop_gap import describe_gap
 from .matching import Matching, match
 from .numeric_closure import CLOSED
@@ -36,7 +36,7 @@ def independent_equations(
         DescriptionError: the given coordinates are too many, too few or the wrong ones, or the
             loops do not close.
     """
-    equations = [Equation(loop, k) for loop in loops for k in range(loop.size)]
+    equations = equations_of(loops)
     matching = match(equations, unknowns)
     if len(equations) < len(unknowns):
         problem = _wrong_count(tree, len(unknowns), len(equations), matching.undetermined)
@@ -47,12 +47,14 @@ def independent_equations(
     start = [near.get(k, 0.0) for k in range(len(tree.coordinates))]
     ranked = rank_equations(tree, loops, start, unknowns)
     if ranked.rank is not None and ranked.rank > len(unknowns):
+        problem = _wrong_count(tree, len(unknowns), ranked.rank)
         surplus = f": {_names(matching.surplus)} would be fixed more than once"
-        raise robot.error("active", _wrong_count(tree, len(unknowns), ranked.rank) + surplus)
+        raise robot.error("active", problem + surplus)
     _require_movable(tree, robot, ranked)
     if ranked.free:
         count = len(ranked.independent)
-        raise robot.error("active", _wrong_count(tree, len(unknowns), count, ranked.free))
+        problem = _wrong_count(tree, len(unknowns), count, ranked.free)
+        raise robot.error("active", problem)
     return ranked.independent, ranked.redundant
 
 

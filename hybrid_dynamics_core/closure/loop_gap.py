@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from ..algebra.independence import norm
 from ..algebra.rotations import rotation_angle
 from ..description.model import Closure, RobotDescription
 from ..ground.arrays import Array
@@ -42,12 +43,12 @@ def describe_gap(
     chain_a, chain_b = closure_chains(tree, closure)
     a = chain_a.at(configuration)
     b = chain_b.at(configuration)
-    distance = float(np.linalg.norm(np.subtract(a.end, b.end).astype(float)))
-    gaps = [(distance, "m")]
+    gaps = [(norm(np.subtract(a.end, b.end)), "m")]
     rotation_a = np.array(a.rotation, dtype=float)
     rotation_b = np.array(b.rotation, dtype=float)
     if closure.kind == "axis":
-        gaps.append((_angle_between(rotation_a[:, 2], rotation_b[:, 2]), "rad"))
+        angle = _angle_between(rotation_a[:, 2], rotation_b[:, 2])
+        gaps.append((angle, "rad"))
     if closure.kind == "frame":
         gaps.append((rotation_angle(rotation_a @ rotation_b.T), "rad"))
     open_gaps = [f"{gap:.3g} {unit}" for gap, unit in gaps if gap > NEGLIGIBLE]
@@ -68,7 +69,8 @@ def _describe_follower(
 
 def _angle_between(a: Array, b: Array) -> float:
     """Angle between two unit vectors [rad]."""
-    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
+    sine = norm(np.cross(a, b))
+    return float(np.arctan2(sine, a @ b))
 
 
 def describe_least_gap(
@@ -119,15 +121,18 @@ def _least_gap(
     free = _free_coordinates(pairs, block, configuration)
     if not free:
         return 0.0
-    from scipy.optimize import least_squares  # noqa: PLC0415  slow to import, only errors need it
+    # slow to import, and only errors need it
+    from scipy.optimize import least_squares  # noqa: PLC0415
 
     gaps = _gaps_as_function(tree, pairs, configuration, free)
     spans = np.full(len(free), length)
     spans[[tree.is_revolute(k) for k in free]] = np.pi
-    starts = spans * np.random.default_rng(0).uniform(-1.0, 1.0, (STARTS, len(free)))
+    rng = np.random.default_rng(0)
+    starts = spans * rng.uniform(-1.0, 1.0, (STARTS, len(free)))
     solutions = [least_squares(gaps, start, x_scale=spans) for start in starts]
     best = min(solutions, key=lambda solution: float(solution.cost))
-    return float(np.linalg.norm(best.fun.reshape(-1, 3), axis=1).max())
+    differences = best.fun.reshape(-1, 3)
+    return max(norm(difference) for difference in differences)
 
 
 def _free_coordinates(
@@ -149,7 +154,9 @@ def _gaps_as_function(
         trial = configuration.copy()
         for k, value in zip(free, x, strict=True):
             trial.set_value(k, float(value), revolute=tree.is_revolute(k))
-        differences = [np.subtract(a.at(trial).end, b.at(trial).end) for a, b in pairs]
+        differences: list[Array] = []
+        for a, b in pairs:
+            differences.append(np.subtract(a.at(trial).end, b.at(trial).end))
         return np.concatenate(differences).astype(float)
 
     return gaps
@@ -163,7 +170,8 @@ def _lengths(
     for pair in pairs:
         for chain in pair:
             lengths += chain.offsets
-            lengths += [abs(float(configuration.q[k])) for k in _given_strokes(chain, block)]
+            strokes = [float(configuration.q[k]) for k in _given_strokes(chain, block)]
+            lengths += map(abs, strokes)
     return [length for length in lengths if length > 0.0] or [1.0]
 
 

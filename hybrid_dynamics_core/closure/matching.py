@@ -45,7 +45,7 @@ def match(equations: Sequence[Equation], unknowns: Sequence[int]) -> Matching:
         return Matching([], list(unknowns), list(equations))
     incidence = _incidence(equations, unknowns)
     matched = maximum_bipartite_matching(incidence, perm_type="column")
-    surplus = [e for e, column in zip(equations, matched.tolist(), strict=True) if column < 0]
+    surplus = [equations[row] for row in np.flatnonzero(matched < 0).tolist()]
     undetermined = _undetermined(incidence, matched)
     if surplus or undetermined:
         return Matching([], [unknowns[k] for k in undetermined], surplus)
@@ -55,7 +55,8 @@ def match(equations: Sequence[Equation], unknowns: Sequence[int]) -> Matching:
     blocks: list[EquationBlock] = []
     for rows in _ordered(depends, label):
         solved = sorted(unknowns[matched[row]] for row in rows)
-        blocks.append(EquationBlock(tuple(equations[row] for row in rows), tuple(solved)))
+        of_block = tuple(equations[row] for row in rows)
+        blocks.append(EquationBlock(of_block, tuple(solved)))
     return Matching(blocks, [], [])
 
 
@@ -66,8 +67,9 @@ def _incidence(equations: Sequence[Equation], unknowns: Sequence[int]) -> csr_ar
     for row, equation in enumerate(equations):
         pairs += [(row, column[k]) for k in sorted(equation.involved) if k in column]
     indices = np.array(pairs, dtype=np.int32).T
+    entries = np.ones(len(pairs))
     shape = (len(equations), len(unknowns))
-    return csr_array(coo_array((np.ones(len(pairs)), indices), shape=shape))
+    return csr_array(coo_array((entries, indices), shape=shape))
 
 
 def _undetermined(incidence: csr_array, matched: Indices) -> list[int]:
@@ -90,7 +92,9 @@ def _ordered(depends: csr_array, label: Indices) -> list[list[int]]:
     """Rows of each block, such that each block needs only earlier ones; as given among equals."""
     waiting = list(dict.fromkeys(label.tolist()))
     members = {block: np.flatnonzero(label == block).tolist() for block in waiting}
-    needs = {block: _blocks_in(depends, members[block], label) - {block} for block in waiting}
+    needs: dict[int, set[int]] = {}
+    for block in waiting:
+        needs[block] = _blocks_in(depends, members[block], label) - {block}
     ordered: list[list[int]] = []
     done = set[int]()
     while waiting:

@@ -69,7 +69,8 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     _, jacobian = gaps_and_jacobian(tree, loops, s, range(len(names)))
     motions = _null_space(jacobian)
     order = [names.index(name) for name in robot.active] + passive
-    chosen = [names[k] for k in independent_rows(motions, order, INDEPENDENT, passes=1)]
+    independent = independent_rows(motions, order, INDEPENDENT, passes=1)
+    chosen = [names[k] for k in independent]
     if names and not chosen:
         raise robot.error(
             "active", "the loops hold every joint fast: nothing is left to move; mend the geometry"
@@ -77,7 +78,8 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     motors = tuple(name for name in chosen if name in robot.active)
     idle = tuple(name for name in chosen if name not in robot.active)
     dependent = tuple(name for name in robot.active if name not in motors)
-    return Mobility(motors + idle, idle, dependent, dict(zip(names, s.tolist(), strict=True)))
+    reference = dict(zip(names, s.tolist(), strict=True))
+    return Mobility(motors + idle, idle, dependent, reference)
 
 
 def with_mobility(robot: RobotDescription, mobility: Mobility) -> tuple[RobotDescription, Tree]:
@@ -115,7 +117,8 @@ def _closed(
     least = _merit(tree, *best)
     # all that no loop holds stays where the reference has it; redundant motors must give way
     held = sorted({k for loop in loops for k in loop.coordinates})
-    for other_start in (np.asarray(start, dtype=float), *_other_starts(tree, start, held)):
+    other_starts = [np.asarray(start, dtype=float), *_other_starts(tree, start, held)]
+    for other_start in other_starts:
         if least == 0.0:
             break
         other = close_numerically(tree, loops, other_start, held)
@@ -186,5 +189,6 @@ def _null_space(jacobian: Array) -> Array:
     if not len(jacobian):
         return np.eye(jacobian.shape[1])
     _, sizes, vectors = np.linalg.svd(jacobian)
-    rank = int((sizes > ZERO * max(float(sizes[0]), TINY)).sum())
+    least = ZERO * max(float(sizes[0]), TINY)
+    rank = np.count_nonzero(sizes > least)
     return vectors[rank:].T

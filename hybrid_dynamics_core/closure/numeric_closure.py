@@ -9,7 +9,7 @@ import numpy as np
 from ..ground.arrays import Array
 from ..mechanism.configuration import configuration_at
 from ..mechanism.tree import Tree
-from .constraints.equations import LoopEquations, Row
+from .constraints.equations import LoopEquations, coefficients
 
 MAX_ITERATIONS = 200
 CLOSED = 1e-6  # residual, in lengths of the loop, up to which a configuration counts as closed
@@ -49,7 +49,7 @@ def close_numerically(
         try:
             residual, jacobian = gaps_and_jacobian(tree, loops, s, unknowns)
         except ZeroDivisionError:  # frames half a turn apart: any way to turn is as good as another
-            s[columns] += AWAY * np.cos(1.0 + k + 2.0 * np.arange(len(columns)))
+            s[columns] += AWAY * irregular(len(columns), k)
             if least == np.inf:
                 best = s.copy()
             continue
@@ -63,9 +63,15 @@ def close_numerically(
         if size < ROUNDING or without_gain > PATIENCE:
             break
         step = np.linalg.lstsq(jacobian, -residual, rcond=RANK)[0]
-        longest = max(float(np.abs(step).max(initial=0.0)), TINY)
-        s[columns] += step * min(1.0, LARGEST_STEP / longest)
+        longest = float(np.abs(step).max(initial=0.0))
+        s[columns] += step * min(1.0, LARGEST_STEP / max(longest, TINY))
     return best, _largest_gaps(tree, loops, best)
+
+
+def irregular(size: int, k: int = 0) -> Array:
+    """Numbers between -1 and 1 without a pattern, always the same: the k-th such vector (size,)."""
+    numbers: Array = np.cos(1.0 + k + 2.0 * np.arange(size))
+    return numbers
 
 
 def _largest_gaps(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> dict[str, float]:
@@ -88,9 +94,6 @@ def gaps_and_jacobian(
     for loop in loops:
         gaps += loop.gaps(configuration)
         rows = loop.linearise(configuration).rows
-        entries += [_entries(row, unknowns) for row in rows]
-    return np.array(gaps), np.array(entries).reshape(len(gaps), len(unknowns))
-
-
-def _entries(row: Row, unknowns: Sequence[int]) -> list[float]:
-    return [float(row.get(k, 0.0)) for k in unknowns]
+        entries += [coefficients(row, unknowns) for row in rows]
+    jacobian = np.array(entries, dtype=float)
+    return np.array(gaps), jacobian.reshape(len(gaps), len(unknowns))

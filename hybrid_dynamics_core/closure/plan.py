@@ -63,27 +63,31 @@ def build_plan(
         given = range(tree.n_active)
     if near is None:
         near = _reference(tree, robot)
-    unknowns = [k for k in range(len(tree.coordinates)) if k not in given]
+    coordinates = range(len(tree.coordinates))
+    unknowns = [k for k in coordinates if k not in given]
     loops = loop_equations(tree, robot, frozenset(unknowns))
     equations, redundant = independent_equations(tree, robot, loops, near, unknowns)
     matching = match(equations, unknowns)
     require_determined(tree, robot, matching, len(equations), len(unknowns))
-    context = Context(tree, {closure.name: closure for closure in robot.closures}, near, of_active)
+    closures = {closure.name: closure for closure in robot.closures}
+    context = Context(tree, closures, near, of_active)
     blocks = [solver_for(block, context) for block in matching.blocks]
-    guess = [float(near.get(k, 0.0)) for k in range(len(tree.coordinates))]
+    guess = [float(near.get(k, 0.0)) for k in coordinates]
     configuration = given_configuration(tree, {k: guess[k] for k in given})
-    # iterations start where everything is closed already
     if any(block.iterates for block in blocks):
-        closed, residual = close_numerically(tree, loops, guess, unknowns)
-        if max(residual.values()) < CLOSED:
-            guess = closed.tolist()
+        guess = _closed_guess(tree, loops, guess, unknowns)
     branch = [choose_branch(robot, block, context, configuration, guess) for block in blocks]
     _require_closed(tree, robot, loops, configuration)
     # another reference than the file's has a note of its own
     if of_active and robot.active_set == "exact":
         _require_limits(tree, robot, configuration)
     return ClosurePlan(
-        tuple(given), tuple(blocks), tuple(branch), configuration, tuple(loops), tuple(redundant)
+        given=tuple(given),
+        blocks=tuple(blocks),
+        branch=tuple(branch),
+        reference=configuration,
+        loops=tuple(loops),
+        redundant=tuple(redundant),
     )
 
 
@@ -96,6 +100,16 @@ def _reference(tree: Tree, robot: RobotDescription) -> dict[int, float]:
     return values
 
 
+def _closed_guess(
+    tree: Tree, loops: Sequence[LoopEquations], guess: list[float], unknowns: Sequence[int]
+) -> list[float]:
+    """Where iterations start: everything is closed there already, if it can be."""
+    closed, residual = close_numerically(tree, loops, guess, unknowns)
+    if max(residual.values()) < CLOSED:
+        guess = closed.tolist()
+    return guess
+
+
 def _require_closed(
     tree: Tree,
     robot: RobotDescription,
@@ -104,7 +118,8 @@ def _require_closed(
 ) -> None:
     """Raise for a loop that is open at the reference."""
     for loop in loops:
-        error = max(abs(float(r)) for r in loop.linearise(configuration).residual)
+        residual = loop.linearise(configuration).residual
+        error = max(abs(float(r)) for r in residual)
         opposed = any(not float(guard) > 0.0 for guard in loop.guards(configuration))
         if error < CLOSED and not opposed:
             continue

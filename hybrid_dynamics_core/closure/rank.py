@@ -7,15 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..algebra.independence import independent_rows
+from ..algebra.independence import independent_rows, norm
 from ..ground.arrays import Array
 from ..mechanism.tree import Tree
-from .constraints.equations import Equation, LoopEquations
-from .numeric_closure import CLOSED, close_numerically, gaps_and_jacobian
+from .constraints.equations import Equation, LoopEquations, equations_of
+from .numeric_closure import CLOSED, close_numerically, gaps_and_jacobian, irregular
 
 INDEPENDENT = 1e-7  # share of a row that must remain after the rows before it are taken out
 SHORTEST_ROW = 1e-3  # a shorter row counts as one of this length
 CLOSED_NEARBY = 1e-9  # residual of a configuration that is closed beside the reference
+DIGITS = 6  # of a null space in which parts are told apart
 # [rad or m] moves of the given coordinates off symmetric places
 MOVES = (0.07, 0.02, -0.02, 0.005, -0.005)
 
@@ -61,7 +62,7 @@ def rank_equations(
         return Ranked([], [], [], residual, closed, rank, rigid=True)
     _, jacobian = gaps_and_jacobian(tree, loops, moved, unknowns)
     chosen = _independent(jacobian)
-    equations = [Equation(loop, k) for loop in loops for k in range(loop.size)]
+    equations = equations_of(loops)
     return Ranked(
         independent=[equations[k] for k in chosen],
         redundant=[equation for k, equation in enumerate(equations) if k not in chosen],
@@ -79,7 +80,7 @@ def _closed_nearby(
     given = [k for k in range(len(closed)) if k not in unknowns]
     for size in MOVES:
         start = np.array(closed)
-        start[given] += size * np.cos(1.0 + 2.0 * np.arange(len(given)))
+        start[given] += size * irregular(len(given))
         moved, residual = close_numerically(tree, loops, start, unknowns)
         if max(residual.values(), default=0.0) < CLOSED_NEARBY:
             return moved
@@ -98,8 +99,7 @@ def _rank(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> int | None:
 
 def _independent(jacobian: Array) -> list[int]:
     """Independent rows of a Jacobian, the first ones preferred."""
-    sizes = np.array([float(np.linalg.norm(row)) for row in jacobian])
-    least = INDEPENDENT * np.maximum(sizes, SHORTEST_ROW)
+    least = [INDEPENDENT * max(norm(row), SHORTEST_ROW) for row in jacobian]
     return independent_rows(jacobian, range(len(jacobian)), least)
 
 
@@ -113,6 +113,7 @@ def _free(jacobian: Array, unknowns: Sequence[int]) -> list[int]:
     while len(columns) > len(jacobian):
         _, _, vectors = np.linalg.svd(jacobian[:, columns])
         null = np.abs(vectors[len(jacobian) :]).max(axis=0)
-        largest = max(range(len(columns)), key=lambda c: (round(float(null[c]), 6), c))
-        free.append(unknowns[columns.pop(largest)])
+        sizes = [round(float(size), DIGITS) for size in null]
+        _, last = max((size, column) for column, size in enumerate(sizes))
+        free.append(unknowns[columns.pop(last)])
     return sorted(free)

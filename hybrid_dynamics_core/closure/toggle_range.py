@@ -72,8 +72,11 @@ def allowed_range(
         return -math.inf, math.inf
     if not closes.any():
         return None
-    inside = int(np.argmin(np.where(closes, np.abs(values - near), np.inf)))
-    return _end(margin, values, closes, inside, -1), _end(margin, values, closes, inside, 1)
+    distances = np.where(closes, np.abs(values - near), np.inf)
+    inside = int(np.argmin(distances))
+    lower = _end(margin, values, closes, inside, -1)
+    upper = _end(margin, values, closes, inside, 1)
+    return lower, upper
 
 
 def _end(margin: _ClosingMargin, values: Array, closes: Flags, inside: int, way: int) -> float:

@@ -16,15 +16,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..algebra.scalar import Scalar
-from ..algebra.vector import ZERO3, Vector, add, cross, matvec, scale, sub, transpose
+from ..algebra.scalar import Scalar, Scalars
+from ..algebra.vector import ZERO3, Vector, add, cross, matvec, scale, sub, trace, transpose
 from ..mechanism.tree import Body
 from .spanning import TreeDynamics, Wrench, total
 
 Twist = tuple[Vector, Vector]  # angular velocity, linear velocity of the link origin, in link axes
 
 
-def body_twists(tree: TreeDynamics, rates: Sequence[Scalar]) -> list[Twist]:
+def body_twists(tree: TreeDynamics, rates: Scalars) -> list[Twist]:
     """Velocity of every body for rates of s (n_s,)."""
     twists: list[Twist] = []
     for i, body in enumerate(tree.tree.bodies):
@@ -37,9 +37,9 @@ def body_twists(tree: TreeDynamics, rates: Sequence[Scalar]) -> list[Twist]:
 
 def twist_rates(
     tree: TreeDynamics,
-    ds: Sequence[Scalar],
+    ds: Scalars,
     twists: Sequence[Twist],
-    accelerations: Sequence[Scalar],
+    accelerations: Scalars,
 ) -> list[Twist]:
     """Rates of the components of some twists.
 
@@ -69,9 +69,9 @@ def twist_rates(
 
 def tree_forces(
     tree: TreeDynamics,
-    ds: Sequence[Scalar],
-    rates: Sequence[Scalar],
-    accelerations: Sequence[Scalar],
+    ds: Scalars,
+    rates: Scalars,
+    accelerations: Scalars,
 ) -> list[Scalar]:
     """M(s) a + C(s, s') r along s, for any rates r and accelerations a, all (n_s,)."""
     velocities = body_twists(tree, ds)
@@ -80,7 +80,8 @@ def tree_forces(
     wrenches: list[Wrench] = []
     parts = zip(tree.tree.bodies, velocities, twists, changes, strict=True)
     for body, (omega, _), twist, change in parts:
-        wrenches.append(total(momentum(body, change), coriolis(body, omega, twist)))
+        inertial = momentum(body, change)
+        wrenches.append(total(inertial, coriolis(body, omega, twist)))
     return tree.along_joints(tree.transmitted(wrenches))
 
 
@@ -96,9 +97,10 @@ def coriolis(body: Body, omega: Vector, twist: Twist) -> Wrench:
     """B(omega) V of this module's head."""
     turning, v = twist
     h = body.first_moment
-    trace = body.inertia[0][0] + body.inertia[1][1] + body.inertia[2][2]
-    half = scale(0.5 * trace, omega)
-    force = sub(scale(body.mass, cross(omega, v)), cross(omega, cross(h, turning)))
+    half = scale(0.5 * trace(body.inertia), omega)
+    of_mass = scale(body.mass, cross(omega, v))
+    of_moment = cross(omega, cross(h, turning))
+    force = sub(of_mass, of_moment)
     gyroscopic = cross(sub(half, matvec(body.inertia, omega)), turning)
     return force, add(gyroscopic, cross(h, cross(omega, v)))
 
@@ -108,7 +110,8 @@ def _at_joint(tree: TreeDynamics, body: int, twist: Twist) -> Twist:
     omega, v = twist
     rotation, origin = tree.transforms[body]
     to_child = transpose(rotation)
-    return matvec(to_child, omega), matvec(to_child, add(v, cross(omega, origin)))
+    at_origin = add(v, cross(omega, origin))
+    return matvec(to_child, omega), matvec(to_child, at_origin)
 
 
 def _with_joint(body: Body, twist: Twist, rate: Scalar) -> Twist:

@@ -7,10 +7,9 @@ Friction, rotors behind gears and springs act along the joints.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from ..algebra.scalar import Scalar, sqrt
+from ..algebra.scalar import Scalar, Scalars, sqrt
 from ..algebra.vector import ZERO3, Rotation, Vector, add, cross, transposed_matvec
 from ..mechanism.configuration import Configuration
 from ..mechanism.tree import Body, Tree
@@ -79,16 +78,16 @@ NOTHING = LoadPattern()
 class LoadValues:
     """The inputs of a LoadPattern, each as long as it says; along s one for each coordinate."""
 
-    payloads: Sequence[Scalar] = ()
-    frame_wrenches: Sequence[Scalar] = ()
-    link_wrenches: Sequence[Scalar] = ()
-    viscous: Sequence[Scalar] = ()
-    coulomb: Sequence[Scalar] = ()
-    smoothing: Sequence[Scalar] = ()
-    armature: Sequence[Scalar] = ()
-    stiffness: Sequence[Scalar] = ()
-    rest: Sequence[Scalar] = ()
-    preload: Sequence[Scalar] = ()
+    payloads: Scalars = ()
+    frame_wrenches: Scalars = ()
+    link_wrenches: Scalars = ()
+    viscous: Scalars = ()
+    coulomb: Scalars = ()
+    smoothing: Scalars = ()
+    armature: Scalars = ()
+    stiffness: Scalars = ()
+    rest: Scalars = ()
+    preload: Scalars = ()
 
 
 class LoadedTree:
@@ -111,29 +110,26 @@ class LoadedTree:
         self.tree = TreeDynamics(_with_payloads(tree, pattern, values.payloads), configuration)
         self.applied = self._applied()
 
-    def forces(self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]) -> list[Scalar]:
+    def forces(self, gravity: Vector, ds: Scalars, dds: Scalars) -> list[Scalar]:
         """Forces along s (n_s,) for the motion: inertia, gravity and all loads."""
         wrenches = self.joint_wrenches(gravity, ds, dds)
         return self.with_joint_effects(self.tree.along_joints(wrenches), ds, dds)
 
-    def joint_wrenches(
-        self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]
-    ) -> list[Wrench]:
+    def joint_wrenches(self, gravity: Vector, ds: Scalars, dds: Scalars) -> list[Wrench]:
         """What the joints of the open tree pass on to their bodies."""
-        return self.tree.transmitted(self.tree.body_wrenches(gravity, ds, dds), self.applied)
+        needed = self.tree.body_wrenches(gravity, ds, dds)
+        return self.tree.transmitted(needed, self.applied)
 
-    def inertial_forces(self, dds: Sequence[Scalar]) -> list[Scalar]:
+    def inertial_forces(self, dds: Scalars) -> list[Scalar]:
         """M(s) s'', rotors included."""
         still = [0.0] * len(dds)
         return self.with_rotors(self.tree.inverse_dynamics(ZERO3, still, dds), dds)
 
-    def with_rotors(self, forces: Sequence[Scalar], dds: Sequence[Scalar]) -> list[Scalar]:
+    def with_rotors(self, forces: Scalars, dds: Scalars) -> list[Scalar]:
         """Forces along s with what the rotors take for s''."""
         return [force + self._rotor(k, dds[k]) for k, force in enumerate(forces)]
 
-    def with_joint_effects(
-        self, forces: Sequence[Scalar], ds: Sequence[Scalar], dds: Sequence[Scalar]
-    ) -> list[Scalar]:
+    def with_joint_effects(self, forces: Scalars, ds: Scalars, dds: Scalars) -> list[Scalar]:
         """Forces along s with what friction, rotors and springs take."""
         result: list[Scalar] = []
         for k, force in enumerate(forces):
@@ -142,20 +138,21 @@ class LoadedTree:
             result.append(force + friction + rotor + self._spring(k))
         return result
 
-    def passive_forces(self, ds: Sequence[Scalar]) -> list[Scalar]:
+    def passive_forces(self, ds: Scalars) -> list[Scalar]:
         """What the loads alone take along s at rates s'.
 
         Friction and springs, less the work of the wrenches.
         """
-        return [force + self._spring(k) for k, force in enumerate(self.dissipative_forces(ds))]
+        forces = self.dissipative_forces(ds)
+        return [force + self._spring(k) for k, force in enumerate(forces)]
 
-    def dissipative_forces(self, ds: Sequence[Scalar]) -> list[Scalar]:
+    def dissipative_forces(self, ds: Scalars) -> list[Scalar]:
         """Those that take energy out of the robot, or bring it in: friction and wrenches."""
         nothing: list[Wrench] = [(ZERO3, ZERO3) for _ in self.tree.tree.bodies]
         forces = self.tree.along_joints(self.tree.transmitted(nothing, self.applied))
         return [force + self._friction(k, ds[k]) for k, force in enumerate(forces)]
 
-    def rotor_energy(self, ds: Sequence[Scalar]) -> Scalar:
+    def rotor_energy(self, ds: Scalars) -> Scalar:
         """Kinetic energy of the rotors."""
         energy: Scalar = 0.0
         for armature, rate in zip(self.values.armature, ds, strict=False):
@@ -216,23 +213,25 @@ def smooth_sign(rate: Scalar, smoothing: Scalar) -> Scalar:
     return rate / sqrt(rate * rate + smoothing * smoothing)
 
 
-def _wrench(values: Sequence[Scalar], n: int) -> Wrench:
+def _wrench(values: Scalars, n: int) -> Wrench:
     """The n-th wrench of flat values."""
     fx, fy, fz, mx, my, mz = values[WRENCH * n : WRENCH * (n + 1)]
     return (fx, fy, fz), (mx, my, mz)
 
 
-def _with_payloads(tree: Tree, pattern: LoadPattern, values: Sequence[Scalar]) -> Tree:
+def _with_payloads(tree: Tree, pattern: LoadPattern, values: Scalars) -> Tree:
     bodies = list(tree.bodies)
     for n, body in enumerate(pattern.payloads):
-        bodies[body] = add_inertia(bodies[body], values[INERTIAL * n : INERTIAL * (n + 1)])
+        parameters = values[INERTIAL * n : INERTIAL * (n + 1)]
+        bodies[body] = add_inertia(bodies[body], parameters)
     return replace(tree, bodies=tuple(bodies))
 
 
-def add_inertia(body: Body, values: Sequence[Scalar]) -> Body:
+def add_inertia(body: Body, values: Scalars) -> Body:
     """The body with ten inertial parameters added to its own."""
     mass, moment, inertia = unpack_inertia(values)
-    x, y, z = (add(a, b) for a, b in zip(body.inertia, inertia, strict=True))
+    pairs = zip(body.inertia, inertia, strict=True)
+    x, y, z = (add(a, b) for a, b in pairs)
     return replace(
         body,
         mass=body.mass + mass,
@@ -241,7 +240,7 @@ def add_inertia(body: Body, values: Sequence[Scalar]) -> Body:
     )
 
 
-def unpack_inertia(values: Sequence[Scalar]) -> tuple[Scalar, Vector, Rotation]:
+def unpack_inertia(values: Scalars) -> tuple[Scalar, Vector, Rotation]:
     """Mass, first moment and inertia about the origin from the ten parameters."""
     mass, hx, hy, hz, xx, xy, xz, yy, yz, zz = values
     inertia = (

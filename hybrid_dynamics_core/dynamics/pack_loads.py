@@ -1,4 +1,4 @@
-"""Loads with names and units become a LoadPattern and the arrays that a kernel takes."""
+"""Loads with names and units, as a LoadPattern and the arrays that a kernel takes."""
 
 from __future__ import annotations
 
@@ -94,7 +94,8 @@ def inertial_vector(mass: float, com: Array, inertia: Array) -> Array:
         m, m c (3), Jxx, Jxy, Jxz, Jyy, Jyz, Jzz, about the origin.
     """
     about_origin = inertia + parallel_axis_term(mass, com)
-    return np.array([mass, *(mass * com), *about_origin[np.triu_indices(3)]])
+    components = about_origin[np.triu_indices(3)]
+    return np.array([mass, *(mass * com), *components])
 
 
 def _require_coordinates(loads: Loads, tree: Tree) -> None:
@@ -159,8 +160,9 @@ def _require_rows(name: str, wrench: AppliedWrench, rows: int | None) -> None:
 def _at_origin(wrench: AppliedWrench, frame: Frame) -> Array:
     """A wrench in frame axes, in link axes about the link origin: (6,) or (N, 6)."""
     force = wrench.values[..., :3] @ frame.rotation.T
-    moment = wrench.values[..., 3:] @ frame.rotation.T + np.cross(frame.translation, force)
-    return np.concatenate([force, moment], axis=-1)
+    moment = wrench.values[..., 3:] @ frame.rotation.T
+    about_origin = moment + np.cross(frame.translation, force)
+    return np.concatenate([force, about_origin], axis=-1)
 
 
 def _side_by_side(parts: Sequence[Array]) -> Array:

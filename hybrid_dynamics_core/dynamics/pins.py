@@ -20,6 +20,7 @@ from ..algebra.vector import ZERO3, Rotation, Vector, add, constant, dot, matvec
 from ..closure.closed_motion import ClosedMotion
 from ..closure.constraints.plane import plane_basis
 from ..closure.constraints.spatial import chains_length, closure_chains
+from ..closure.numeric_closure import irregular
 from ..closure.plan import ClosurePlan
 from ..description.model import Closure
 from ..ground.arrays import Array
@@ -93,7 +94,11 @@ class Pin:
         rotation = self._rotation(tree)
         place_a, place_b = self.ends(tree)
         work: Work = [{} for _ in self.borne]
-        for sign, body, place in ((1.0, self.body_a, place_a), (-1.0, self.body_b, place_b)):
+        sides = (
+            (1.0, self.body_a, place_a),
+            (-1.0, self.body_b, place_b),
+        )
+        for sign, body, place in sides:
             for k, (linear, angular) in tree.jacobian(body, place).items():
                 if k not in self.loop:
                     continue
@@ -175,8 +180,10 @@ def _pin(tree: Tree, closure: Closure, configurations: Sequence[Configuration]) 
     pin = _pin_of_all_directions(tree, closure, axes)
     borne: tuple[int, ...] = ()
     for configuration in configurations:
-        work = _matrix(pin.work(TreeDynamics(tree, configuration)), len(tree.coordinates))
-        least = INDEPENDENT * max(float(np.abs(work).max(initial=0.0)), TINY)
+        at_place = TreeDynamics(tree, configuration)
+        work = _matrix(pin.work(at_place), len(tree.coordinates))
+        largest = float(np.abs(work).max(initial=0.0))
+        least = INDEPENDENT * max(largest, TINY)
         independent = tuple(independent_rows(work, held, least))
         if len(independent) > len(borne):
             borne = independent
@@ -185,7 +192,7 @@ def _pin(tree: Tree, closure: Closure, configurations: Sequence[Configuration]) 
 
 
 def _axes(tree: Tree, closure: Closure) -> tuple[Rotation, tuple[int, ...]]:
-    """Axes of a pin in the frame of link a, and directions that a planar loop leaves free."""
+    """Axes of a pin, rows in link a's frame, and directions that a planar loop cannot tell."""
     a = tree.body_index(closure.link_a)
     path_a, path_b, ancestor = tree.branches(a, tree.body_index(closure.link_b))
     try:
@@ -220,7 +227,7 @@ def _closed_configurations(tree: Tree, plan: ClosurePlan) -> list[Configuration]
     given = list(plan.given)
     configurations: list[Configuration] = []
     for size in MOVES:
-        u = reference[given] + size * np.cos(1.0 + 2.0 * np.arange(len(given)))
+        u = reference[given] + size * irregular(len(given))
         try:
             motion = ClosedMotion(tree, plan, u.tolist(), plan.branch, reference.tolist())
         except ZeroDivisionError:

@@ -97,8 +97,9 @@ class Reactions(Picklable):
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Restore the fields, with the names."""
-        named = {"pins": Named("pin", state["pins"]), "joints": Named("joint", state["joints"])}
-        super().__setstate__(state | named)
+        pins = Named("pin", state["pins"])
+        joints = Named("joint", state["joints"])
+        super().__setstate__({**state, "pins": pins, "joints": joints})
 
 
 def named_reactions(
@@ -114,13 +115,16 @@ def named_reactions(
     """
     undefined = ~(values["pin_shares"] > UNDEFINED)
     shares = values["pin_shares"]
-    shares[np.isnan(shares) & np.isfinite(values["tau"][..., :1])] = 0.0
+    has_answer = np.isfinite(values["tau"][..., :1])
+    shares[np.isnan(shares) & has_answer] = 0.0
     if undefined.any():
         _empty(values, undefined, pins, tree)
     by_pin: dict[str, PinReaction] = {}
     for k, (pin, closure) in enumerate(zip(pins, closures, strict=True)):
         by_pin[pin.name] = _pin(values, k, pin, closure)
-    by_joint = {body.joint: _joint(values, i, tree) for i, body in enumerate(tree.bodies)}
+    by_joint: dict[str, JointReaction] = {}
+    for i, body in enumerate(tree.bodies):
+        by_joint[body.joint] = _joint(values, i, tree)
     return Reactions(
         values["tau"],
         MappingProxyType(Named("pin", by_pin)),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from ..algebra.scalar import Scalar
+from ..algebra.scalar import Scalar, Scalars
 from ..algebra.transform import IDENTITY, RigidTransform, compose
 from ..algebra.vector import ZERO3, Vector, add, cross, dot, matvec, scale, sub, transpose
 from ..mechanism.configuration import Configuration
@@ -67,9 +67,7 @@ class TreeDynamics:
             columns[link.coordinate] = jacobian_column(link, axis, origin, point)
         return columns
 
-    def inverse_dynamics(
-        self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]
-    ) -> list[Scalar]:
+    def inverse_dynamics(self, gravity: Vector, ds: Scalars, dds: Scalars) -> list[Scalar]:
         """Forces along s that the open tree needs: M(s) s'' + C(s, s') s' + g(s).
 
         Chu (2020), Eq. 10, by recursive Newton-Euler about the link origins. Gravity enters as an
@@ -85,17 +83,13 @@ class TreeDynamics:
         """
         return self.along_joints(self.transmitted(self.body_wrenches(gravity, ds, dds)))
 
-    def body_wrenches(
-        self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]
-    ) -> list[Wrench]:
+    def body_wrenches(self, gravity: Vector, ds: Scalars, dds: Scalars) -> list[Wrench]:
         """What has to act on each body, besides gravity, for it to move so."""
         motions = self.motions(gravity, ds, dds)
         bodies = zip(self.tree.bodies, motions, strict=True)
         return [_newton_euler(body, *motion) for body, motion in bodies]
 
-    def motions(
-        self, gravity: Vector, ds: Sequence[Scalar], dds: Sequence[Scalar]
-    ) -> list[BodyMotion]:
+    def motions(self, gravity: Vector, ds: Scalars, dds: Scalars) -> list[BodyMotion]:
         """How each body moves, seen from a base that falls freely."""
         motions: list[BodyMotion] = []
         for body, (rotation, r) in zip(self.tree.bodies, self.transforms, strict=True):
@@ -103,17 +97,21 @@ class TreeDynamics:
             if body.parent >= 0:
                 omega, alpha, accel = motions[body.parent]
             to_child = transpose(rotation)
-            accel = add(accel, add(cross(alpha, r), cross(omega, cross(omega, r))))
+            tangential = cross(alpha, r)
+            centripetal = cross(omega, cross(omega, r))
+            accel = add(accel, add(tangential, centripetal))
             omega = matvec(to_child, omega)
             alpha = matvec(to_child, alpha)
             accel = matvec(to_child, accel)
             rate = scale(ds[body.coordinate], body.axis)
             acceleration = scale(dds[body.coordinate], body.axis)
             if body.is_revolute:
-                alpha = add(alpha, add(acceleration, cross(omega, rate)))
+                gyroscopic = cross(omega, rate)
+                alpha = add(alpha, add(acceleration, gyroscopic))
                 omega = add(omega, rate)
             else:
-                accel = add(accel, add(acceleration, scale(2.0, cross(omega, rate))))
+                coriolis = scale(2.0, cross(omega, rate))
+                accel = add(accel, add(acceleration, coriolis))
             motions.append((omega, alpha, accel))
         return motions
 
@@ -135,7 +133,8 @@ class TreeDynamics:
         for i in range(len(wrenches) - 1, -1, -1):
             parent = self.tree.bodies[i].parent
             if parent >= 0:
-                wrenches[parent] = total(wrenches[parent], self.to_parent(i, wrenches[i]))
+                passed_on = self.to_parent(i, wrenches[i])
+                wrenches[parent] = total(wrenches[parent], passed_on)
         return wrenches
 
     def to_parent(self, body: int, wrench: Wrench) -> Wrench:
@@ -158,18 +157,26 @@ class TreeDynamics:
 
 def total(a: Wrench, b: Wrench) -> Wrench:
     """The sum of two wrenches about one point."""
-    return add(a[0], b[0]), add(a[1], b[1])
+    force_a, moment_a = a
+    force_b, moment_b = b
+    return add(force_a, force_b), add(moment_a, moment_b)
 
 
 def difference(a: Wrench, b: Wrench) -> Wrench:
     """The difference of two wrenches about one point."""
-    return sub(a[0], b[0]), sub(a[1], b[1])
+    force_a, moment_a = a
+    force_b, moment_b = b
+    return sub(force_a, force_b), sub(moment_a, moment_b)
 
 
 def _newton_euler(body: Body, omega: Vector, alpha: Vector, accel: Vector) -> Wrench:
     """The wrench that moves a body."""
     h = body.first_moment
     force = scale(body.mass, accel)
-    force = add(force, add(cross(alpha, h), cross(omega, cross(omega, h))))
-    moment = add(matvec(body.inertia, alpha), cross(omega, matvec(body.inertia, omega)))
+    tangential = cross(alpha, h)
+    centripetal = cross(omega, cross(omega, h))
+    force = add(force, add(tangential, centripetal))
+    moment = matvec(body.inertia, alpha)
+    gyroscopic = cross(omega, matvec(body.inertia, omega))
+    moment = add(moment, gyroscopic)
     return force, add(moment, cross(h, accel))

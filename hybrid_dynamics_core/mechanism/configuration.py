@@ -73,7 +73,9 @@ class Configuration:
             return
         cn = math.cos(near)
         sn = math.sin(near)
-        self.q[k] = near + atan2(s * cn - c * sn, c * cn + s * sn)
+        sine = s * cn - c * sn
+        cosine = c * cn + s * sn
+        self.q[k] = near + atan2(sine, cosine)
 
 
 def given_configuration(tree: Tree, values: Mapping[int, Scalar]) -> Configuration:
@@ -88,4 +90,5 @@ def given_configuration(tree: Tree, values: Mapping[int, Scalar]) -> Configurati
 
 def configuration_at(tree: Tree, s: Iterable[float]) -> Configuration:
     """The configuration of floats with all coordinates s (n_s,) set."""
-    return given_configuration(tree, {k: float(q) for k, q in enumerate(s)})
+    values = {k: float(q) for k, q in enumerate(s)}
+    return given_configuration(tree, values)

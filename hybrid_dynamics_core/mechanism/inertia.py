@@ -17,5 +17,6 @@ def parallel_axis_term(mass: float, com: Array) -> Array:
     Returns:
         (3, 3) [kg m^2].
     """
-    term: Array = mass * (com @ com * np.eye(3) - np.outer(com, com))
+    squared = com @ com * np.eye(3)
+    term: Array = mass * (squared - np.outer(com, com))
     return term

@@ -52,7 +52,8 @@ def through_joint(
     if body.is_revolute:
         turn = axis_rotation(body.axis, configuration.c[k], configuration.s[k])
         return (matmul(rotation, turn), origin), axis
-    return (rotation, add(origin, scale(configuration.q[k], axis))), axis
+    slide = scale(configuration.q[k], axis)
+    return (rotation, add(origin, slide)), axis
 
 
 def pose_in_base(tree: Tree, transforms: Sequence[RigidTransform], body: int) -> RigidTransform:

@@ -152,7 +152,8 @@ def build_tree(robot: RobotDescription) -> Tree:
     for name, joint in robot.joints.items():
         children.setdefault(joint.parent, []).append(name)
     bodies: list[Body] = []
-    stack = [(name, -1) for name in reversed(children.get(robot.base, []))]
+    on_base = children.get(robot.base, [])
+    stack = [(name, -1) for name in reversed(on_base)]
     while stack:
         name, parent = stack.pop()
         carried = children.get(robot.joints[name].child, [])

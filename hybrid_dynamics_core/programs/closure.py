@@ -7,7 +7,7 @@ from typing import Any
 from ..algebra.scalar import Scalar, absolute
 from ..closure.closed_motion import ClosedMotion
 from ..kernels.trace import Check, Results
-from .model import Inputs, Model, Program
+from .model import AT_STATE, Inputs, Model, Program
 from .outcome import Outcome, OutcomeKind
 
 # residual, in lengths of the loop, beyond which a redundant equation is open
@@ -26,7 +26,8 @@ def closed_motion(model: Model, x: Inputs) -> tuple[ClosedMotion, list[Check], l
     checks: list[Check] = []
     for k, (block, distance) in enumerate(zip(motion.blocks, distances, strict=True)):
         checks.append(Check(block.margin, 0.0, unreachable(k)))
-        checks.append(Check(distance, SINGULAR, Outcome(OutcomeKind.SINGULAR, k).encode()))
+        singular = Outcome(OutcomeKind.SINGULAR, k).encode()
+        checks.append(Check(distance, SINGULAR, singular))
     half_turn = unreachable(len(distances))
     checks += [Check(guard, 0.0, half_turn) for guard in motion.guards]
     inconsistent = unreachable(len(distances) + 1)
@@ -63,22 +64,25 @@ def closed_outputs(
 def _close(model: Model, x: Inputs) -> Results:
     """All coordinates, their rates, R, R' u', and the evidence."""
     motion, checks, distances = closed_motion(model, x)
-    outputs = closed_outputs(motion, len(x.u), motion.rates(x.du), distances)
+    ds = motion.rates(x.du)
+    outputs = closed_outputs(motion, len(x.u), ds, distances)
     return Results({**outputs, "iterations": [motion.iterations()]}, checks)
 
 
 def _motion(model: Model, x: Inputs) -> Results:
     """All coordinates and their rates."""
     motion, checks, _ = closed_motion(model, x)
-    return Results({"s": motion.configuration.q, "ds": motion.rates(x.du)}, checks)
+    outputs = {"s": motion.configuration.q, "ds": motion.rates(x.du)}
+    return Results(outputs, checks)
 
 
 def _accelerations(model: Model, x: Inputs) -> Results:
     """s'' of all coordinates."""
     motion, checks, _ = closed_motion(model, x)
-    return Results({"dds": motion.accelerations(x.ddu, motion.rates(x.du))}, checks)
+    ds = motion.rates(x.du)
+    return Results({"dds": motion.accelerations(x.ddu, ds)}, checks)
 
 
-CLOSE = Program(("u", "du", "branch", "guess"), _close)
-MOTION = Program(("u", "du", "branch", "guess"), _motion)
+CLOSE = Program(AT_STATE, _close)
+MOTION = Program(AT_STATE, _motion)
 ACCELERATIONS = Program(("u", "du", "ddu", "branch", "guess"), _accelerations)

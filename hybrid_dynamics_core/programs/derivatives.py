@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import chain
 
 from ..algebra.linear import transposed, unit_vectors
-from ..algebra.scalar import Scalar
+from ..algebra.scalar import Scalar, Scalars
 from ..dynamics.load_pattern import NOTHING, LoadPattern
 from ..kernels.differentiate import jacobian, substitute
 from ..kernels.graph import Graph, Operand, Symbol
 from ..kernels.trace import Results
 from .dynamics import Dynamics, solve_motion
-from .model import Inputs, Model, Program, with_loads
+from .model import AT_ACCELERATION, AT_EFFORT, Inputs, Model, Program, with_loads
 
 Matrix = list[list[Scalar]]
 
@@ -27,7 +27,7 @@ def inverse_dynamics_derivatives(pattern: LoadPattern = NOTHING) -> Program:
         outputs = {"tau": tau, "d_u": d_u, "d_du": d_du, "d_ddu": dynamics.mass_matrix()}
         return Results(outputs, dynamics.checks)
 
-    return with_loads(("u", "du", "ddu", "branch", "guess", "gravity"), run, pattern)
+    return with_loads(AT_ACCELERATION, run, pattern)
 
 
 def forward_dynamics_derivatives(pattern: LoadPattern = NOTHING) -> Program:
@@ -53,10 +53,10 @@ def forward_dynamics_derivatives(pattern: LoadPattern = NOTHING) -> Program:
         }
         return Results(outputs, dynamics.checks + checks)
 
-    return with_loads(("u", "du", "tau", "branch", "guess", "gravity"), run, pattern)
+    return with_loads(AT_EFFORT, run, pattern)
 
 
-def _constants(u: Sequence[Scalar], count: int) -> list[Symbol]:
+def _constants(u: Scalars, count: int) -> list[Symbol]:
     """Symbols for accelerations that do not change with u: inputs that no kernel has."""
     graph: Graph = next(x.graph for x in u)
     return [graph.input(-1, k) for k in range(count)]

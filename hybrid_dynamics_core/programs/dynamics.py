@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 from ..algebra.definite import Definite
-from ..algebra.linear import transposed
+from ..algebra.linear import Rows, transposed
 from ..algebra.scalar import Scalar
-from ..algebra.vector import ZERO3
+from ..algebra.vector import ZERO3, sub, trace
 from ..closure.closed_motion import ClosedMotion
 from ..dynamics.load_pattern import NOTHING, LoadedTree, LoadPattern
 from ..kernels.trace import Check, Results
 from .closure import closed_motion, closed_outputs
-from .model import Inputs, Model, Program, with_loads
+from .model import (
+    AT_ACCELERATION,
+    AT_EFFORT,
+    AT_STATE,
+    UNDER_GRAVITY,
+    Inputs,
+    Model,
+    Program,
+    with_loads,
+)
 from .outcome import Outcome, OutcomeKind
 
 # share of the robot's own scale of inertia below which a pivot of M-bar is rounding
@@ -56,7 +65,10 @@ class Dynamics:
 
     def mass_matrix(self) -> list[list[Scalar]]:
         """M-bar = R^T M R (n, n), column by column; of each pair of equal entries one is taken."""
-        columns = [self.project(self.loaded.inertial_forces(c)) for c in columns_of(self.motion)]
+        columns: Rows = []
+        for column in columns_of(self.motion):
+            forces = self.loaded.inertial_forces(column)
+            columns.append(self.project(forces))
         rows = [list(column) for column in columns]
         for i in range(self.n):
             for j in range(i):
@@ -74,9 +86,10 @@ def inverse_dynamics(pattern: LoadPattern = NOTHING) -> Program:
 
     def run(model: Model, x: Inputs) -> Results:
         dynamics = Dynamics(model, x, pattern)
-        return Results({"tau": dynamics.inverse(list(x.ddu))}, dynamics.checks)
+        tau = dynamics.inverse(list(x.ddu))
+        return Results({"tau": tau}, dynamics.checks)
 
-    return with_loads(("u", "du", "ddu", "branch", "guess", "gravity"), run, pattern)
+    return with_loads(AT_ACCELERATION, run, pattern)
 
 
 def closed_inverse_dynamics(pattern: LoadPattern = NOTHING) -> Program:
@@ -85,9 +98,10 @@ def closed_inverse_dynamics(pattern: LoadPattern = NOTHING) -> Program:
     def run(model: Model, x: Inputs) -> Results:
         dynamics = Dynamics(model, x, pattern)
         closed = closed_outputs(dynamics.motion, dynamics.n, dynamics.ds, dynamics.distances)
-        return Results({"tau": dynamics.inverse(list(x.ddu)), **closed}, dynamics.checks)
+        tau = dynamics.inverse(list(x.ddu))
+        return Results({"tau": tau, **closed}, dynamics.checks)
 
-    return with_loads(("u", "du", "ddu", "branch", "guess", "gravity"), run, pattern)
+    return with_loads(AT_ACCELERATION, run, pattern)
 
 
 def minimal_form(pattern: LoadPattern = NOTHING) -> Program:
@@ -111,7 +125,7 @@ def minimal_form(pattern: LoadPattern = NOTHING) -> Program:
         }
         return Results(outputs, dynamics.checks)
 
-    return with_loads(("u", "du", "branch", "guess", "gravity"), run, pattern)
+    return with_loads(UNDER_GRAVITY, run, pattern)
 
 
 def passive_forces(pattern: LoadPattern = NOTHING) -> Program:
@@ -122,7 +136,7 @@ def passive_forces(pattern: LoadPattern = NOTHING) -> Program:
         forces = dynamics.loaded.passive_forces(dynamics.ds)
         return Results({"tau": dynamics.project(forces)}, dynamics.checks)
 
-    return with_loads(("u", "du", "branch", "guess"), run, pattern)
+    return with_loads(AT_STATE, run, pattern)
 
 
 def forward_dynamics(pattern: LoadPattern = NOTHING) -> Program:
@@ -133,7 +147,7 @@ def forward_dynamics(pattern: LoadPattern = NOTHING) -> Program:
         ddu, _, checks = solve_motion(model, dynamics, list(x.tau))
         return Results({"ddu": ddu}, dynamics.checks + checks)
 
-    return with_loads(("u", "du", "tau", "branch", "guess", "gravity"), run, pattern)
+    return with_loads(AT_EFFORT, run, pattern)
 
 
 def solve_motion(
@@ -151,7 +165,7 @@ def solve_motion(
     """
     mass = Definite(dynamics.mass_matrix())
     bias = dynamics.inverse([0.0] * dynamics.n)
-    ddu = mass.solve([t - b for t, b in zip(tau, bias, strict=True)])
+    ddu = mass.solve(sub(tau, bias))
     checks: list[Check] = []
     scales = inertia_scales(model, dynamics.motion)
     for pivot, scale in zip(mass.pivots, scales, strict=True):
@@ -164,13 +178,7 @@ def inertia_scales(model: Model, motion: ClosedMotion) -> list[Scalar]:
 
     This is the scale of its rounding.
     """
-    bodies = model.tree.bodies
-    mass = sum(body.mass for body in bodies) or 1.0
-    squares: list[float] = []
-    for body in bodies:
-        squares += [float(length) ** 2 for length in body.translation]
-    traces = [b.inertia[0][0] + b.inertia[1][1] + b.inertia[2][2] for b in bodies]
-    inertia = sum(traces) + mass * sum(squares) or 1.0
+    mass, inertia = _mass_and_inertia(model)
     sizes: list[float] = []
     for k in range(motion.size):
         size = mass
@@ -184,3 +192,17 @@ def inertia_scales(model: Model, motion: ClosedMotion) -> list[Scalar]:
             total = total + size * (factor * factor)
         scales.append(total)
     return scales
+
+
+def _mass_and_inertia(model: Model) -> tuple[float, float]:
+    """Mass [kg] of all bodies, and a bound of their inertia about any of their joints [kg m^2].
+
+    1 where there is none.
+    """
+    bodies = model.tree.bodies
+    mass = sum(body.mass for body in bodies) or 1.0
+    squares: list[float] = []
+    for body in bodies:
+        squares += [float(length) ** 2 for length in body.translation]
+    inertia = sum(trace(body.inertia) for body in bodies) + mass * sum(squares)
+    return mass, inertia or 1.0

@@ -8,7 +8,7 @@ from ..dynamics.bilinear import body_twists, momentum
 from ..dynamics.load_pattern import NOTHING, LoadPattern
 from ..kernels.trace import Results
 from .dynamics import Dynamics, solve_motion
-from .model import Inputs, Model, Program, with_loads
+from .model import AT_EFFORT, UNDER_GRAVITY, Inputs, Model, Program, with_loads
 
 
 def energy(pattern: LoadPattern = NOTHING) -> Program:
@@ -26,7 +26,7 @@ def energy(pattern: LoadPattern = NOTHING) -> Program:
         }
         return Results(outputs, dynamics.checks)
 
-    return with_loads(("u", "du", "branch", "guess", "gravity"), run, pattern)
+    return with_loads(UNDER_GRAVITY, run, pattern)
 
 
 def motion(pattern: LoadPattern = NOTHING) -> Program:
@@ -46,7 +46,7 @@ def motion(pattern: LoadPattern = NOTHING) -> Program:
             power = power - force * rate
         return Results({"ddu": ddu, "power": power}, dynamics.checks + checks)
 
-    return with_loads(("u", "du", "tau", "branch", "guess", "gravity"), run, pattern)
+    return with_loads(AT_EFFORT, run, pattern)
 
 
 def kinetic_energy(dynamics: Dynamics) -> Scalar:
@@ -55,7 +55,8 @@ def kinetic_energy(dynamics: Dynamics) -> Scalar:
     total = dynamics.loaded.rotor_energy(dynamics.ds)
     for body, twist in zip(tree.tree.bodies, body_twists(tree, dynamics.ds), strict=True):
         linear, angular = momentum(body, twist)
-        total = total + 0.5 * (dot(twist[0], angular) + dot(twist[1], linear))
+        omega, v = twist
+        total = total + 0.5 * (dot(omega, angular) + dot(v, linear))
     return total
 
 
@@ -64,5 +65,6 @@ def gravity_energy(dynamics: Dynamics) -> Scalar:
     tree = dynamics.tree
     moment: Vector = ZERO3
     for body, (rotation, origin) in zip(tree.tree.bodies, tree.poses(), strict=True):
-        moment = add(moment, add(scale(body.mass, origin), matvec(rotation, body.first_moment)))
+        of_body = add(scale(body.mass, origin), matvec(rotation, body.first_moment))
+        moment = add(moment, of_body)
     return -dot(dynamics.gravity, moment)

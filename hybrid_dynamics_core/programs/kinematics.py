@@ -11,7 +11,7 @@ from ..dynamics.spanning import TreeDynamics
 from ..kernels.trace import Results
 from ..mechanism.tree import frame_offset
 from .closure import closed_motion
-from .model import Inputs, Model, Program
+from .model import AT_POSITION, Inputs, Model, Program
 
 
 def frame_pose(tree: TreeDynamics, frame: Frame) -> RigidTransform:
@@ -28,7 +28,7 @@ def forward_kinematics(frame: Frame) -> Program:
         rotation, position = frame_pose(TreeDynamics(model.tree, motion.configuration), frame)
         return Results({"position": position, "rotation": rotation}, checks)
 
-    return Program(("u", "branch", "guess"), run)
+    return Program(AT_POSITION, run)
 
 
 def jacobian(frame: Frame) -> Program:
@@ -39,7 +39,7 @@ def jacobian(frame: Frame) -> Program:
         _, _, rows = _pose_and_jacobian(model, motion, frame)
         return Results({"jacobian": rows}, checks)
 
-    return Program(("u", "branch", "guess"), run)
+    return Program(AT_POSITION, run)
 
 
 def pose_and_jacobian(frame: Frame) -> Program:
@@ -50,7 +50,7 @@ def pose_and_jacobian(frame: Frame) -> Program:
         rotation, position, rows = _pose_and_jacobian(model, motion, frame)
         return Results({"position": position, "rotation": rotation, "jacobian": rows}, checks)
 
-    return Program(("u", "branch", "guess"), run)
+    return Program(AT_POSITION, run)
 
 
 def _pose_and_jacobian(

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from ..algebra.linear import transposed, unit_vectors
-from ..algebra.scalar import Scalar
+from ..algebra.scalar import Scalar, Scalars
+from ..algebra.vector import add, scale, sub
 from ..closure.closed_motion import ClosedMotion
+from ..closure.constraints.equations import coefficients
 from ..dynamics.bilinear import tree_forces
 from ..dynamics.load_pattern import NOTHING, LoadPattern
 from ..kernels.trace import Results
 from .dynamics import Dynamics, columns_of
-from .model import Inputs, Model, Program, with_loads
+from .model import AT_ACCELERATION, AT_STATE, Inputs, Model, Program, with_loads
 
 Matrix = list[list[Scalar]]
 
 
-def velocity_map_rate(motion: ClosedMotion, ds: Sequence[Scalar]) -> Matrix:
+def velocity_map_rate(motion: ClosedMotion, ds: Scalars) -> Matrix:
     """The columns of R'.
 
     R' x is the bias acceleration of two motions, s' and R x. It is symmetric and bilinear in them,
@@ -26,9 +26,9 @@ def velocity_map_rate(motion: ClosedMotion, ds: Sequence[Scalar]) -> Matrix:
     still: list[Scalar] = [0.0] * len(motion.given)
     rates: Matrix = []
     for column in columns_of(motion):
-        plus = motion.accelerations(still, [a + b for a, b in zip(ds, column, strict=True)])
-        minus = motion.accelerations(still, [a - b for a, b in zip(ds, column, strict=True)])
-        rates.append([0.25 * (a - b) for a, b in zip(plus, minus, strict=True)])
+        plus = motion.accelerations(still, add(ds, column))
+        minus = motion.accelerations(still, sub(ds, column))
+        rates.append(list(scale(0.25, sub(plus, minus))))
     return rates
 
 
@@ -49,7 +49,7 @@ def coriolis_matrix(pattern: LoadPattern = NOTHING) -> Program:
         outputs = {"C": transposed(columns), "dR": transposed(rates)}
         return Results(outputs, dynamics.checks)
 
-    return with_loads(("u", "du", "branch", "guess"), run, pattern)
+    return with_loads(AT_STATE, run, pattern)
 
 
 def spanning_terms(pattern: LoadPattern = NOTHING) -> Program:
@@ -78,15 +78,14 @@ def spanning_terms(pattern: LoadPattern = NOTHING) -> Program:
         }
         return Results(outputs, dynamics.checks)
 
-    return with_loads(("u", "du", "ddu", "branch", "guess", "gravity"), run, pattern)
+    return with_loads(AT_ACCELERATION, run, pattern)
 
 
 def constraint_jacobian(motion: ClosedMotion) -> Matrix:
     """J_s of the equations that are solved, (n_z, n_s)."""
     jacobian: Matrix = []
     for block in motion.blocks:
-        for row in block.rows:
-            jacobian.append([row.get(k, 0.0) for k in range(motion.size)])
+        jacobian += [coefficients(row, range(motion.size)) for row in block.rows]
     return jacobian
 
 
@@ -118,7 +117,7 @@ def _multipliers(motion: ClosedMotion, forces: list[Scalar]) -> list[Scalar]:
     return multipliers
 
 
-def _minus_dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
+def _minus_dot(a: Scalars, b: Scalars) -> Scalar:
     total: Scalar = 0.0
     for x, y in zip(a, b, strict=True):
         total = total - x * y

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from ..algebra.scalar import Scalar
+from ..algebra.scalar import Scalars
 from ..closure.plan import ClosurePlan
 from ..dynamics.load_pattern import FRICTION, SPRINGS, LoadPattern, LoadValues
 from ..kernels.run import Kernel
 from ..kernels.trace import Results
 from ..mechanism.tree import Tree
-
-Scalars = Sequence[Scalar]
 
 ALONG_S = ("guess", "armature", *FRICTION, *SPRINGS)  # inputs with one entry a coordinate
 GRAVITY = 3
@@ -89,9 +87,19 @@ class Program:
         """
 
         def run(*vectors: Scalars) -> Results:
-            return self.run(model, Inputs(**dict(zip(self.inputs, vectors, strict=True))))
+            named = dict(zip(self.inputs, vectors, strict=True))
+            return self.run(model, Inputs(**named))
 
-        return Kernel(run, [self.size(model, name) for name in self.inputs], label=label)
+        sizes = [self.size(model, name) for name in self.inputs]
+        return Kernel(run, sizes, label=label)
+
+
+# inputs of programs, before those of the loads
+AT_POSITION = ("u", "branch", "guess")
+AT_STATE = ("u", "du", "branch", "guess")
+UNDER_GRAVITY = (*AT_STATE, "gravity")
+AT_ACCELERATION = ("u", "du", "ddu", "branch", "guess", "gravity")
+AT_EFFORT = ("u", "du", "tau", "branch", "guess", "gravity")
 
 
 def with_loads(inputs: tuple[str, ...], run: ProgramText, pattern: LoadPattern) -> Program:

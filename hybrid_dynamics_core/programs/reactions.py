@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ..algebra.scalar import Scalar
+from ..algebra.transform import RigidTransform
 from ..algebra.vector import ZERO3, Vector, add, cross, matvec, sub
 from ..closure.closed_motion import ClosedMotion
 from ..description.model import Closure
@@ -15,7 +16,7 @@ from ..dynamics.spanning import TreeDynamics, Wrench, difference, total
 from ..kernels.trace import Results
 from ..mechanism.tree import Tree
 from .dynamics import Dynamics
-from .model import Inputs, Model, Program, with_loads
+from .model import AT_ACCELERATION, Inputs, Model, Program, with_loads
 
 
 class _PinWrench(NamedTuple):
@@ -37,7 +38,8 @@ class _PinWrench(NamedTuple):
 
     def about(self, origin: Vector) -> Wrench:
         """Force, and moment about another point."""
-        return self.force, add(self.moment, cross(sub(self.place, origin), self.force))
+        arm = sub(self.place, origin)
+        return self.force, add(self.moment, cross(arm, self.force))
 
 
 def reactions(closures: Sequence[Closure], pattern: LoadPattern = NOTHING) -> Program:
@@ -59,9 +61,7 @@ def reactions(closures: Sequence[Closure], pattern: LoadPattern = NOTHING) -> Pr
         along = generalised_forces(motion, multipliers)
         poses = tree.poses()
         origins = [origin for _, origin in poses]
-        joints: list[Wrench] = []
-        for (rotation, _), (force, moment) in zip(poses, in_link_axes, strict=True):
-            joints.append((matvec(rotation, force), matvec(rotation, moment)))
+        joints = _in_base_axes(in_link_axes, poses)
         base = _on_base(model.tree, joints, origins)
         pins = find_pins(model.tree, model.plan, closures)
         solved = [_solved(pin, tree, along.get(pin.name, {})) for pin in pins]
@@ -80,7 +80,15 @@ def reactions(closures: Sequence[Closure], pattern: LoadPattern = NOTHING) -> Pr
         }
         return Results(outputs, dynamics.checks)
 
-    return with_loads(("u", "du", "ddu", "branch", "guess", "gravity"), run, pattern)
+    return with_loads(AT_ACCELERATION, run, pattern)
+
+
+def _in_base_axes(wrenches: Sequence[Wrench], poses: Sequence[RigidTransform]) -> list[Wrench]:
+    """Wrenches on bodies in link axes, in base axes."""
+    turned: list[Wrench] = []
+    for (rotation, _), (force, moment) in zip(poses, wrenches, strict=True):
+        turned.append((matvec(rotation, force), matvec(rotation, moment)))
+    return turned
 
 
 def _solved(pin: Pin, tree: TreeDynamics, generalised: Mapping[int, Scalar]) -> _PinWrench:

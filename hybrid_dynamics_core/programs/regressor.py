@@ -13,7 +13,7 @@ from ..dynamics.parameters import Parameters
 from ..dynamics.spanning import BodyMotion, Wrench
 from ..kernels.trace import Results
 from .dynamics import Dynamics, columns_of
-from .model import Inputs, Model, Program
+from .model import AT_ACCELERATION, Inputs, Model, Program
 
 # unit inertias: the entries of the parameters Jxx, Jxy, Jxz, Jyy, Jyz, Jzz at one
 _UNIT_INERTIAS: tuple[Rotation, ...] = (
@@ -53,7 +53,7 @@ def regressor(parameters: Parameters) -> Program:
             columns.append([direction[k] * along for direction in directions])
         return Results({"Y": transposed(columns)}, dynamics.checks)
 
-    return Program(("u", "du", "ddu", "branch", "guess", "gravity", "smoothing"), run)
+    return Program((*AT_ACCELERATION, "smoothing"), run)
 
 
 # of a joint's rate, acceleration and smoothing
@@ -69,10 +69,12 @@ def unit_wrenches(motion: BodyMotion) -> list[Wrench]:
     omega, alpha, accel = motion
     wrenches: list[Wrench] = [(accel, ZERO3)]
     for unit in IDENTITY3:
-        force = add(cross(alpha, unit), cross(omega, cross(omega, unit)))
+        centripetal = cross(omega, cross(omega, unit))
+        force = add(cross(alpha, unit), centripetal)
         wrenches.append((force, cross(unit, accel)))
     for inertia in _UNIT_INERTIAS:
-        moment = add(matvec(inertia, alpha), cross(omega, matvec(inertia, omega)))
+        gyroscopic = cross(omega, matvec(inertia, omega))
+        moment = add(matvec(inertia, alpha), gyroscopic)
         wrenches.append((ZERO3, moment))
     return wrenches
 
@@ -83,4 +85,6 @@ def _powers(twists: Sequence[Twist], wrench: Wrench) -> list[Scalar]:
 
 
 def _power(twist: Twist, wrench: Wrench) -> Scalar:
-    return dot(twist[0], wrench[1]) + dot(twist[1], wrench[0])
+    omega, v = twist
+    force, moment = wrench
+    return dot(omega, moment) + dot(v, force)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
-from ...algebra.scalar import Scalar
+from ...algebra.scalar import Scalar, Scalars
 from ...algebra.vector import Vector, constant, turn
 from ...mechanism.configuration import Configuration
 from ..constraints.angle_sum import AngleSum
 from ..constraints.equations import Equation
 from .block_solver import BlockSolver
+
+TURN = 2.0 * math.pi
 
 
 class AngleBlock(BlockSolver):
@@ -23,24 +25,23 @@ class AngleBlock(BlockSolver):
         self.equations = (Equation(angles, 0),)
         self.unknowns = (unknown,)
         self.modes = (mode,)
-        sign_of_unknown = dict(angles.turns)[unknown]
-        self._others = [(k, -sign * sign_of_unknown) for k, sign in angles.turns if k != unknown]
+        signs = dict(angles.turns)
+        sign_of_unknown = signs.pop(unknown)
+        self._others = [(k, -sign * sign_of_unknown) for k, sign in signs.items()]
         self._offset = -angles.offset * sign_of_unknown
 
     def settle(self, configuration: Configuration, near: Mapping[int, float]) -> None:
         """Shift the constant by whole turns, so that the angle lies within pi of `near`."""
-        angle = self._offset + sum(sign * configuration.q[k] for k, sign in self._others)
-        wanted = near.get(self.unknowns[0], 0.0)
-        self._offset -= 2.0 * math.pi * round((angle - wanted) / (2.0 * math.pi))
+        (unknown,) = self.unknowns
+        others = sum(sign * configuration.q[k] for k, sign in self._others)
+        angle = self._offset + others
+        turns = round((angle - near.get(unknown, 0.0)) / TURN)
+        self._offset -= TURN * turns
 
-    def solve(
-        self,
-        configuration: Configuration,
-        branch: Scalar,  # noqa: ARG002
-        guess: Sequence[Scalar],  # noqa: ARG002
-    ) -> Scalar:
+    def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
         """Always closes."""
-        direction: Vector = constant((math.cos(self._offset), math.sin(self._offset)))
+        offset = (math.cos(self._offset), math.sin(self._offset))
+        direction: Vector = constant(offset)
         angle: Scalar = self._offset
         for k, sign in self._others:
             direction = turn(configuration.c[k], sign * configuration.s[k], direction)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
-from ...algebra.scalar import Scalar
+from ...algebra.scalar import Scalar, Scalars
 from ...mechanism.configuration import Configuration
 from ..constraints.equations import Equation
 
@@ -58,7 +58,8 @@ class BlockSolver(ABC):
         """The branch signs of the modes."""
         return (1.0, -1.0)[: len(self.modes)]
 
-    def settle(self, configuration: Configuration, near: Mapping[int, float]) -> None:  # noqa: B027  most blocks have nothing to settle
+    # most blocks have nothing to settle
+    def settle(self, configuration: Configuration, near: Mapping[int, float]) -> None:  # noqa: B027
         """Fix constants at the reference.
 
         Args:
@@ -67,9 +68,7 @@ class BlockSolver(ABC):
         """
 
     @abstractmethod
-    def solve(
-        self, configuration: Configuration, branch: Scalar, guess: Sequence[Scalar]
-    ) -> Scalar:
+    def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
         """Fill in the unknowns.
 
         Args:

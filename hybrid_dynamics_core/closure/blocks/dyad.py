@@ -7,9 +7,9 @@ without unknowns. Directions come as (cos, sin); angles follow from them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
-from ...algebra.scalar import Scalar, sqrt
+from ...algebra.scalar import Scalar, Scalars, sqrt
 from ...algebra.vector import Vector, add, cross2, dot, scale, sub, turn
 from ...mechanism.configuration import Configuration
 from ..constraints.equations import Equation
@@ -59,7 +59,8 @@ class _OpenLoop:
             chain = b
             if is_on_a:
                 chain = a
-            self.places.append(chain.places[list(chain.joints).index(joint)])
+            index = list(chain.joints).index(joint)
+            self.places.append(chain.places[index])
             self.ends.append(chain.end)
         self.target = a.end
         if on_a[0]:
@@ -71,12 +72,7 @@ class TwoRevolute(DyadBlock):
 
     modes = ORIENTATIONS
 
-    def solve(
-        self,
-        configuration: Configuration,
-        branch: Scalar,
-        guess: Sequence[Scalar],  # noqa: ARG002
-    ) -> Scalar:
+    def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
         """Intersect two circles, in (cos, sin)."""
         loop = _OpenLoop(self, configuration)
         first, second = self.joints
@@ -127,12 +123,7 @@ class RevoluteAndPrismatic(DyadBlock):
 
     modes = STROKES
 
-    def solve(
-        self,
-        configuration: Configuration,
-        branch: Scalar,
-        guess: Sequence[Scalar],  # noqa: ARG002
-    ) -> Scalar:
+    def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
         """The stroke q from a quadratic, then the direction."""
         loop = _OpenLoop(self, configuration)
         revolute = 1
@@ -172,12 +163,7 @@ class RevoluteAndPrismatic(DyadBlock):
 class TwoPrismatic(DyadBlock):
     """Two prismatic unknowns: two linear equations, one solution."""
 
-    def solve(
-        self,
-        configuration: Configuration,
-        branch: Scalar,  # noqa: ARG002
-        guess: Sequence[Scalar],  # noqa: ARG002
-    ) -> Scalar:
+    def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
         """Cramer's rule."""
         loop = _OpenLoop(self, configuration)
         e1, e2 = loop.places

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from ...algebra.scalar import Scalar
+from ...algebra.scalar import Scalar, Scalars
 from ...mechanism.configuration import Configuration
 from ..constraints.equations import Equation
 from ..constraints.joint_coupling import JointCoupling
@@ -20,12 +18,7 @@ class JointCouplingBlock(BlockSolver):
         self.unknowns = (unknown,)
         self._revolute = revolute
 
-    def solve(
-        self,
-        configuration: Configuration,
-        branch: Scalar,  # noqa: ARG002
-        guess: Sequence[Scalar],  # noqa: ARG002
-    ) -> Scalar:
+    def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
         """Always closes."""
         (unknown,) = self.unknowns
         scale = -1.0 / self.coupling.coefficients[unknown]

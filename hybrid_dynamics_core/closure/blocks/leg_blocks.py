@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
-from ...algebra.scalar import Scalar, sqrt
+from ...algebra.scalar import Scalar, Scalars, sqrt
 from ...algebra.vector import Vector, add, cross, dot, matvec, scale, sub, transposed_matvec
 from ...mechanism.configuration import Configuration
 from ...mechanism.tree import Body
 from ..constraints.equations import Equation
 from ..constraints.leg import Direction, Distance
-from ..constraints.spatial import ChainState
+from ..constraints.spatial import ChainJoint
 from .block_solver import ORIENTATIONS, SIDES, STROKES, BlockSolver
+
+Turn = tuple[Scalar, Scalar, Scalar]  # cosine, sine, margin
 
 
 class _OpenLeg(NamedTuple):
@@ -21,14 +23,14 @@ class _OpenLeg(NamedTuple):
     Attributes:
         x: vector with the end that the unknown joint moves: it grows with that end.
         y: vector that does not depend on the unknown.
-        state: the chain of the unknown joint.
-        joint: index of that joint in the chain.
+        end: end of the chain of the unknown joint.
+        joint: that joint.
     """
 
     x: Vector
     y: Vector
-    state: ChainState
-    joint: int
+    end: Vector
+    joint: ChainJoint
 
 
 class DistanceBlock(BlockSolver):
@@ -49,27 +51,23 @@ class DistanceBlock(BlockSolver):
             (gap, leg.end, target),
             (scale(-1.0, gap), leg.end, origin),
         )
+        (unknown,) = self.unknowns
         for x, y, state in candidates:
-            for joint, body in enumerate(state.chain.bodies):
-                if body.coordinate == self.unknowns[0]:
-                    return _OpenLeg(x, y, state, joint)
+            joint = state.joint_of(unknown)
+            if joint is not None:
+                return _OpenLeg(x, y, state.end, joint)
         raise AssertionError("the unknown is in one of the chains")
 
 
-class SlideDistance(DistanceBlock):
+class StrokeBlock(DistanceBlock):
     """The stroke q of a leg: |x + q e| = |y|."""
 
     modes = STROKES
 
-    def solve(
-        self,
-        configuration: Configuration,
-        branch: Scalar,
-        guess: Sequence[Scalar],  # noqa: ARG002
-    ) -> Scalar:
+    def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
         """A quadratic. The margin is cos^2 of the angle between leg and slide."""
-        x, y, state, joint = self.open_leg(configuration)
-        e = state.axes[joint]
+        x, y, _, joint = self.open_leg(configuration)
+        e = joint.axis
         along = dot(x, e)
         squared = dot(y, y)
         margin = 1.0 - (dot(x, x) - along * along) / squared
@@ -77,21 +75,16 @@ class SlideDistance(DistanceBlock):
         return margin
 
 
-class TurnDistance(DistanceBlock):
+class CrankBlock(DistanceBlock):
     """A crank from the length of its rod: |x| = |y| with x = h + R(q) v."""
 
     modes = ORIENTATIONS
 
-    def solve(
-        self,
-        configuration: Configuration,
-        branch: Scalar,
-        guess: Sequence[Scalar],  # noqa: ARG002
-    ) -> Scalar:
+    def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
         """A cos q + B sin q = C. The margin is sin^2 of the angle to the toggle point."""
-        x, y, state, joint = self.open_leg(configuration)
-        axis = state.axes[joint]
-        v = sub(state.end, state.origins[joint])
+        x, y, end, joint = self.open_leg(configuration)
+        axis = joint.axis
+        v = sub(end, joint.origin)
         h = sub(x, v)
         # R(q) v = v_along + cos q v_off + sin q (axis x v)
         v_across = cross(axis, v)
@@ -99,14 +92,15 @@ class TurnDistance(DistanceBlock):
         v_off = sub(v, v_along)
         a = dot(h, v_off)
         b = dot(h, v_across)
-        c = 0.5 * (dot(y, y) - dot(h, h) - dot(v, v)) - dot(h, v_along)
+        twice = dot(y, y) - dot(h, h) - dot(v, v)
+        c = 0.5 * twice - dot(h, v_along)
         cosine, sine, margin = _solve_sum(a, b, c, branch)
         k = self.unknowns[0]
         configuration.set_direction(k, cosine, sine, self.near.get(k, 0.0))
         return margin
 
 
-def _solve_sum(a: Scalar, b: Scalar, c: Scalar, branch: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+def _solve_sum(a: Scalar, b: Scalar, c: Scalar, branch: Scalar) -> Turn:
     """Solve a cos q + b sin q = c.
 
     Returns:
@@ -120,7 +114,7 @@ def _solve_sum(a: Scalar, b: Scalar, c: Scalar, branch: Scalar) -> tuple[Scalar,
     return cosine, sine, margin
 
 
-class PivotDirection(BlockSolver):
+class UniversalJointBlock(BlockSolver):
     """The two angles of a universal joint from the direction in which its leg must point."""
 
     modes = SIDES
@@ -129,16 +123,10 @@ class PivotDirection(BlockSolver):
     def __init__(self, direction: Direction, near: Mapping[int, float]) -> None:
         self.direction = direction
         self.equations = (Equation(direction, 0), Equation(direction, 1))
-        pivot = direction.pivot
-        self.unknowns = (pivot.first.coordinate, pivot.second.coordinate)
+        self.unknowns = direction.pivot.coordinates
         self.near = near
 
-    def solve(
-        self,
-        configuration: Configuration,
-        branch: Scalar,
-        guess: Sequence[Scalar],  # noqa: ARG002
-    ) -> Scalar:
+    def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
         """R1(q1) R2(q2) leg = gap: the part along the first axis gives q2, the other two q1."""
         pivot = self.direction.pivot
         before = pivot.before.at(configuration)
@@ -149,7 +137,8 @@ class PivotDirection(BlockSolver):
         wanted = transposed_matvec(pivot.first.rotation, transposed_matvec(before.rotation, gap))
         axis = pivot.first.axis
         k1, k2 = self.unknowns
-        c2, s2, margin = _turn_to_height(pivot.second, leg, axis, dot(axis, wanted), branch)
+        height = dot(axis, wanted)
+        c2, s2, margin = _turn_to_height(pivot.second, leg, axis, height, branch)
         configuration.set_direction(k2, c2, s2, self.near.get(k2, 0.0))
         reached = _turned(pivot.second, leg, c2, s2)
         flat = _across(axis, reached)
@@ -170,13 +159,12 @@ def _turned(body: Body, v: Vector, c: Scalar, s: Scalar) -> Vector:
     """rotation R(axis, q) v: from the body's frame to its parent's, without the translation."""
     along = scale(dot(body.axis, v), body.axis)
     off = sub(v, along)
-    turned = add(along, add(scale(c, off), scale(s, cross(body.axis, v))))
+    across = cross(body.axis, v)
+    turned = add(along, add(scale(c, off), scale(s, across)))
     return matvec(body.rotation, turned)
 
 
-def _turn_to_height(
-    body: Body, v: Vector, axis: Vector, height: Scalar, branch: Scalar
-) -> tuple[Scalar, Scalar, Scalar]:
+def _turn_to_height(body: Body, v: Vector, axis: Vector, height: Scalar, branch: Scalar) -> Turn:
     """The joint's angle at which v, carried by the body, has the given component along `axis`.
 
     Returns:

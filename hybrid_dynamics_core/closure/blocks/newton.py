@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ...algebra.numerics import newton
-from ...algebra.scalar import Scalar
+from ...algebra.scalar import Scalar, Scalars
 from ...mechanism.configuration import Configuration
-from ..constraints.equations import Equation
+from ..constraints.equations import Equation, coefficients, loops_of
 from .block_solver import BlockSolver
 
 
@@ -25,12 +25,7 @@ class NewtonBlock(BlockSolver):
         self._revolute = revolute
         self._inputs = self.inputs
 
-    def solve(
-        self,
-        configuration: Configuration,
-        branch: Scalar,  # noqa: ARG002
-        guess: Sequence[Scalar],
-    ) -> Scalar:
+    def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
         """The margin is the number of iterations, negative if they did not converge."""
         parameters: list[Scalar] = []
         for k in self._inputs:
@@ -43,25 +38,20 @@ class NewtonBlock(BlockSolver):
             configuration.set_value(k, value, revolute=self._revolute[k])
         return iterations
 
-    def residuals_and_jacobian(
-        self, unknowns: Sequence[Scalar], parameters: Sequence[Scalar]
-    ) -> list[Scalar]:
+    def residuals_and_jacobian(self, unknowns: Scalars, parameters: Scalars) -> list[Scalar]:
         """What Newton's method iterates: the residuals, then the Jacobian row by row."""
         configuration = self._configuration(unknowns, parameters)
         residuals: list[Scalar] = []
         entries: list[Scalar] = []
-        for loop in dict.fromkeys(equation.loop for equation in self.equations):
+        for loop in loops_of(self.equations):
             linear = loop.linearise(configuration)
             for equation in self.equations:
                 if equation.loop is loop:
                     residuals.append(linear.residual[equation.index])
-                    row = linear.rows[equation.index]
-                    entries += [row.get(k, 0.0) for k in self.unknowns]
+                    entries += coefficients(linear.rows[equation.index], self.unknowns)
         return [*residuals, *entries]
 
-    def _configuration(
-        self, unknowns: Sequence[Scalar], parameters: Sequence[Scalar]
-    ) -> Configuration:
+    def _configuration(self, unknowns: Scalars, parameters: Scalars) -> Configuration:
         """The configuration of the block's coordinates alone."""
         configuration = Configuration(1 + max((*self._inputs, *self.unknowns)))
         remaining = iter(parameters)

@@ -20,9 +20,9 @@ from .angle_sum import AngleBlock
 from .block_solver import ONLY, BlockSolver
 from .dyad import dyad
 from .joint_coupling import JointCouplingBlock
-from .leg_blocks import PivotDirection, SlideDistance, TurnDistance
+from .leg_blocks import CrankBlock, StrokeBlock, UniversalJointBlock
 from .newton import NewtonBlock
-from .three_spheres import ThreeSpheres, slides_only
+from .three_spheres import ThreeSpheresBlock, slides_only
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,8 @@ def _planar_pin(block: EquationBlock, context: Context) -> BlockSolver | None:
     pin = pins.pop()
     if not isinstance(pin, PlanarPin):
         return None
-    first, second = (j for j in pin.geometry.joints if j.coordinate in block.unknowns)
+    joints = pin.geometry.joints
+    first, second = (joint for joint in joints if joint.coordinate in block.unknowns)
     return dyad(pin, (first, second), context.near)
 
 
@@ -92,26 +93,26 @@ def _one_distance(block: EquationBlock, context: Context) -> BlockSolver | None:
     if len(block.equations) != 1 or not isinstance(loop, Distance):
         return None
     if context.revolute(unknown):
-        return TurnDistance(loop, unknown, context.near)
-    return SlideDistance(loop, unknown, context.near)
+        return CrankBlock(loop, unknown, context.near)
+    return StrokeBlock(loop, unknown, context.near)
 
 
 def _direction(block: EquationBlock, context: Context) -> BlockSolver | None:
     loop = block.equations[0].loop
     if len(block.equations) != 2 or not isinstance(loop, Direction):
         return None
-    if set(block.unknowns) != {loop.pivot.first.coordinate, loop.pivot.second.coordinate}:
+    if set(block.unknowns) != set(loop.pivot.coordinates):
         return None
-    return PivotDirection(loop, context.near)
+    return UniversalJointBlock(loop, context.near)
 
 
-def _three_spheres(block: EquationBlock, context: Context) -> BlockSolver | None:  # noqa: ARG001  one signature for all patterns
+def _three_spheres(block: EquationBlock, context: Context) -> BlockSolver | None:
     distances = [e.loop for e in block.equations if isinstance(e.loop, Distance)]
     if len(distances) != 3 or len(block.equations) != 3:
         return None
     if not all(slides_only(distance.target, block.unknowns) for distance in distances):
         return None
-    return ThreeSpheres(distances, block.unknowns)
+    return ThreeSpheresBlock(distances, block.unknowns)
 
 
 _PATTERNS: tuple[Callable[[EquationBlock, Context], BlockSolver | None], ...] = (

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...algebra.linear import Inverse
-from ...algebra.scalar import Scalar, sqrt
+from ...algebra.linear import Inverse, transposed
+from ...algebra.scalar import Scalar, Scalars, sqrt
 from ...algebra.vector import Vector, add, cross, dot, scale, sub
 from ...mechanism.configuration import Configuration
 from ..constraints.equations import Equation
@@ -14,7 +14,7 @@ from ..constraints.spatial import Chain, ChainState
 from .block_solver import SIDES, BlockSolver
 
 
-class ThreeSpheres(BlockSolver):
+class ThreeSpheresBlock(BlockSolver):
     """Three slides that move a platform, from three legs of known length."""
 
     modes = SIDES
@@ -24,12 +24,7 @@ class ThreeSpheres(BlockSolver):
         self.equations = tuple(Equation(distance, 0) for distance in distances)
         self.unknowns = unknowns
 
-    def solve(
-        self,
-        configuration: Configuration,
-        branch: Scalar,
-        guess: Sequence[Scalar],  # noqa: ARG002
-    ) -> Scalar:
+    def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
         """Intersect the spheres about the places where each leg alone would put the platform.
 
         The margin is sin^2 of the height over the plane of their centres.
@@ -42,28 +37,29 @@ class ThreeSpheres(BlockSolver):
             origin, leg, target = distance.ends(start)
             centres.append(sub(origin.end, target.end))
             squares.append(dot(leg.end, leg.end))
-            slides = [_axis(target, k) for k in self.unknowns]
+            slides = _axes(target, self.unknowns)
         u = sub(centres[1], centres[0])
         v = sub(centres[2], centres[0])
         n = cross(u, v)
-        d1 = 0.5 * (dot(u, u) + squares[0] - squares[1])
-        d2 = 0.5 * (dot(v, v) + squares[0] - squares[2])
+        r0, r1, r2 = squares
+        d1 = 0.5 * (dot(u, u) + r0 - r1)
+        d2 = 0.5 * (dot(v, v) + r0 - r2)
         n2 = dot(n, n)
-        flat = scale(1.0 / n2, add(scale(d1, cross(v, n)), scale(d2, cross(n, u))))
-        margin = 1.0 - dot(flat, flat) / squares[0]
-        height = scale(branch * sqrt(squares[0] * margin / n2), n)
+        in_plane = add(scale(d1, cross(v, n)), scale(d2, cross(n, u)))
+        flat = scale(1.0 / n2, in_plane)
+        margin = 1.0 - dot(flat, flat) / r0
+        height = scale(branch * sqrt(r0 * margin / n2), n)
         moved = add(centres[0], add(flat, height))
-        rows = [[slide[i] for slide in slides] for i in range(3)]
-        strokes = Inverse(rows).solve(list(moved))
+        strokes = Inverse(transposed(slides)).solve(moved)
         for k, stroke in zip(self.unknowns, strokes, strict=True):
             configuration.set_length(k, stroke)
         return margin
 
 
-def _axis(state: ChainState, coordinate: int) -> Vector:
-    """Axis of a joint of a chain."""
-    coordinates = [body.coordinate for body in state.chain.bodies]
-    return state.axes[coordinates.index(coordinate)]
+def _axes(state: ChainState, unknowns: Sequence[int]) -> list[Vector]:
+    """Axes of some joints of a chain."""
+    axes = {joint.body.coordinate: joint.axis for joint in state.joints}
+    return [axes[k] for k in unknowns]
 
 
 def slides_only(chain: Chain, unknowns: Sequence[int]) -> bool:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
-from ...algebra.scalar import Scalar
+from ...algebra.scalar import Scalar, Scalars
 from ...algebra.vector import Vector, constant, turn
 from ...mechanism.configuration import Configuration
 from .equations import Linearised, LoopEquations
@@ -32,7 +31,7 @@ class AngleSum(LoopEquations):
         _, sine = self._direction(configuration)
         return Linearised([dict(self.turns)], [sine])
 
-    def bias(self, configuration: Configuration, rates: Sequence[Scalar]) -> list[Scalar]:  # noqa: ARG002
+    def bias(self, configuration: Configuration, rates: Scalars) -> list[Scalar]:
         """Zero: the equation is linear."""
         return [0.0]
 
@@ -55,7 +54,8 @@ class AngleSum(LoopEquations):
 
     def _direction(self, configuration: Configuration) -> Vector:
         """Cosine and sine of the sum."""
-        direction: Vector = constant((math.cos(self.offset), math.sin(self.offset)))
+        offset = (math.cos(self.offset), math.sin(self.offset))
+        direction: Vector = constant(offset)
         for k, sign in self.turns:
             direction = turn(configuration.c[k], sign * configuration.s[k], direction)
         return direction

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ...algebra.scalar import Scalar
+from ...algebra.scalar import Scalar, Scalars
 from ...mechanism.configuration import Configuration
 
 Row = dict[int, Scalar]  # coordinate -> coefficient, zeros omitted
+
+
+def coefficients(row: Row, coordinates: Iterable[int]) -> list[Scalar]:
+    """The coefficients of some coordinates in a row."""
+    return [row.get(k, 0.0) for k in coordinates]
 
 
 class Linearised(NamedTuple):
@@ -53,10 +58,10 @@ class LoopEquations(ABC):
         """Rows of J_s and residuals."""
 
     @abstractmethod
-    def bias(self, configuration: Configuration, rates: Sequence[Scalar]) -> list[Scalar]:
+    def bias(self, configuration: Configuration, rates: Scalars) -> list[Scalar]:
         """(d/dt J_s) s' of each equation [1/s^2] at a closed configuration."""
 
-    def marks(self, configuration: Configuration) -> list[Scalar]:  # noqa: ARG002
+    def marks(self, configuration: Configuration) -> list[Scalar]:
         """Numbers that are equal where two sets of joint values put the links at one place."""
         return []
 
@@ -68,7 +73,7 @@ class LoopEquations(ABC):
         """
         return [float(residual) for residual in self.linearise(configuration).residual]
 
-    def guards(self, configuration: Configuration) -> list[Scalar]:  # noqa: ARG002  most closures need none
+    def guards(self, configuration: Configuration) -> list[Scalar]:
         """Scalars that must be positive where the equations hold.
 
         They refuse solutions of the equations that do not close the loop, such as a frame turned
@@ -88,6 +93,14 @@ class Equation:
     def involved(self) -> frozenset[int]:
         """Coordinates it can depend on."""
         return self.loop.involved[self.index]
+
+
+def equations_of(loops: Iterable[LoopEquations]) -> list[Equation]:
+    """All equations of some loops, in order."""
+    equations: list[Equation] = []
+    for loop in loops:
+        equations += [Equation(loop, k) for k in range(loop.size)]
+    return equations
 
 
 def loops_of(equations: Sequence[Equation]) -> list[LoopEquations]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
-from ...algebra.scalar import Scalar
+from ...algebra.scalar import Scalar, Scalars
 from ...mechanism.configuration import Configuration
 from .equations import Linearised, LoopEquations
 
@@ -27,7 +27,7 @@ class JointCoupling(LoopEquations):
             total = total + coefficient * configuration.q[k]
         return Linearised([dict(self.coefficients)], [total])
 
-    def bias(self, configuration: Configuration, rates: Sequence[Scalar]) -> list[Scalar]:  # noqa: ARG002
+    def bias(self, configuration: Configuration, rates: Scalars) -> list[Scalar]:
         """Zero: the equation is linear."""
         return [0.0]
 

@@ -7,15 +7,15 @@ close one after the other.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from ...algebra.scalar import Scalar
+from ...algebra.scalar import Scalar, Scalars
 from ...algebra.vector import Vector, constant, dot, scale, sub
 from ...mechanism.configuration import Configuration
+from ...mechanism.joint_transform import Column
 from ...mechanism.tree import Body
 from .equations import Linearised, LoopEquations, Row
 from .spatial import Chain, ChainState, chains_length
@@ -41,6 +41,11 @@ class Pivot:
     second: Body
     after: Chain
     centre: Vector
+
+    @property
+    def coordinates(self) -> tuple[int, int]:
+        """The coordinates of its two joints."""
+        return self.first.coordinate, self.second.coordinate
 
 
 def find_pivot(chain: Chain, only: frozenset[int]) -> Pivot | None:
@@ -87,13 +92,12 @@ class Distance(LoopEquations):
         self.target = target
         chains = (pivot.before, pivot.after, target)
         self.length = chains_length(*chains)
-        self.involved = (frozenset().union(*(chain.coordinates for chain in chains)),)
+        coordinates = [chain.coordinates for chain in chains]
+        self.involved = (frozenset().union(*coordinates),)
 
     def ends(self, configuration: Configuration) -> tuple[ChainState, ChainState, ChainState]:
         """Meeting point, leg vector, target point."""
-        leg = self.pivot.after.at(configuration)
-        leg.end = sub(leg.end, self.pivot.centre)
-        leg.origins = [sub(origin, self.pivot.centre) for origin in leg.origins]
+        leg = self.pivot.after.at(configuration).relative_to(self.pivot.centre)
         return self.pivot.before.at(configuration), leg, self.target.at(configuration)
 
     def linearise(self, configuration: Configuration) -> Linearised:
@@ -102,22 +106,27 @@ class Distance(LoopEquations):
         gap = sub(target.end, origin.end)
         unit = 1.0 / self.length**2
         row: Row = {}
-        terms = ((unit, gap, target), (-unit, gap, origin), (-unit, leg.end, leg))
+        terms = (
+            (unit, gap, target),
+            (-unit, gap, origin),
+            (-unit, leg.end, leg),
+        )
         for factor, vector, state in terms:
             for k, (linear, _) in state.columns().items():
                 row[k] = factor * dot(vector, linear)
-        residual = 0.5 * unit * (dot(gap, gap) - dot(leg.end, leg.end))
-        return Linearised([row], [residual])
+        difference = dot(gap, gap) - dot(leg.end, leg.end)
+        return Linearised([row], [0.5 * unit * difference])
 
-    def bias(self, configuration: Configuration, rates: Sequence[Scalar]) -> list[Scalar]:
+    def bias(self, configuration: Configuration, rates: Scalars) -> list[Scalar]:
         """Second derivative with joint accelerations zero."""
         origin, leg, target = self.ends(configuration)
         gap = sub(target.end, origin.end)
-        speed = sub(target.velocity(rates)[0], origin.velocity(rates)[0])
-        stretch = leg.velocity(rates)[0]
-        acceleration = sub(target.bias(rates)[0], origin.bias(rates)[0])
-        total = dot(speed, speed) + dot(gap, acceleration)
-        total = total - dot(stretch, stretch) - dot(leg.end, leg.bias(rates)[0])
+        velocity = sub(_linear(target.velocity(rates)), _linear(origin.velocity(rates)))
+        leg_velocity = _linear(leg.velocity(rates))
+        total = dot(velocity, velocity)
+        acceleration = sub(_linear(target.bias(rates)), _linear(origin.bias(rates)))
+        total = total + dot(gap, acceleration)
+        total = total - dot(leg_velocity, leg_velocity) - dot(leg.end, _linear(leg.bias(rates)))
         return [total / self.length**2]
 
     def marks(self, configuration: Configuration) -> list[Scalar]:
@@ -153,17 +162,23 @@ class Direction(LoopEquations):
         gap = sub(leg.end, target.end)
         return Linearised(rows, [dot(direction, gap) for direction in directions])
 
-    def bias(self, configuration: Configuration, rates: Sequence[Scalar]) -> list[Scalar]:
+    def bias(self, configuration: Configuration, rates: Scalars) -> list[Scalar]:
         """The difference of the accelerations, projected.
 
         The rates of the directions are multiplied by a gap that is closed.
         """
         leg = self.leg.at(configuration)
         target = self.target.at(configuration)
-        gap = sub(leg.bias(rates)[0], target.bias(rates)[0])
+        gap = sub(_linear(leg.bias(rates)), _linear(target.bias(rates)))
         return [dot(direction, gap) for direction in self._directions(leg)]
 
     def _directions(self, leg: ChainState) -> list[Vector]:
         columns = leg.columns()
-        joints = (self.pivot.first.coordinate, self.pivot.second.coordinate)
-        return [scale(1.0 / self.length**2, columns[k][0]) for k in joints]
+        unit = 1.0 / self.length**2
+        return [scale(unit, _linear(columns[k])) for k in self.pivot.coordinates]
+
+
+def _linear(motion: Column) -> Vector:
+    """The linear part of a motion."""
+    linear, _ = motion
+    return linear

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...algebra.independence import norm
 from ...algebra.vector import Vector
 from ...ground.arrays import Array
 from .angle_sum import AngleSum, Turns
@@ -29,7 +30,7 @@ class _Side(NamedTuple):
 
     @property
     def length(self) -> float:
-        return float(np.linalg.norm(self.vector))
+        return norm(self.vector)
 
 
 def parallelogram_equations(pin: PlanarPin) -> list[AngleSum]:
@@ -40,16 +41,19 @@ def parallelogram_equations(pin: PlanarPin) -> list[AngleSum]:
     """
     if not all(joint.revolute for joint in pin.geometry.joints):
         raise ValueError("a parallelogram has revolute joints only")
-    bars = [side for side in _sides(pin.geometry) if side.length > EQUAL * pin.length]
+    least = EQUAL * pin.length
+    bars = [side for side in _sides(pin.geometry) if side.length > least]
     if len(bars) != 4:
         raise ValueError(f"it has {len(bars)} bars, not four")
-    return [_opposite(pin, bars[0], bars[2]), _opposite(pin, bars[1], bars[3])]
+    first, second, third, fourth = bars
+    return [_opposite(pin, first, third), _opposite(pin, second, fourth)]
 
 
 def _sides(geometry: PlanarGeometry) -> list[_Side]:
     """Out along chain a to the pin, back along chain b, then across the link where they part."""
     out = _bars(geometry.chain_a, geometry.point_a)
-    back = [_Side(-bar.vector, bar.turns) for bar in _bars(geometry.chain_b, geometry.point_b)]
+    bars = _bars(geometry.chain_b, geometry.point_b)
+    back = [_Side(-bar.vector, bar.turns) for bar in bars]
     start_a = _first_pivot(geometry.chain_a, geometry.point_a)
     start_b = _first_pivot(geometry.chain_b, geometry.point_b)
     return [*out, *reversed(back), _Side(start_a - start_b, ())]
@@ -57,9 +61,15 @@ def _sides(geometry: PlanarGeometry) -> list[_Side]:
 
 def _bars(chain: Sequence[PlanarJoint], point: Vector) -> list[_Side]:
     """From each pivot of a chain to the next, the last to the pin."""
-    pivots = [np.array(joint.place) for joint in chain] + [np.array(point)]
-    turns = [(joint.coordinate, joint.sign) for joint in chain]
-    return [_Side(pivots[k + 1] - pivots[k], tuple(turns[: k + 1])) for k in range(len(chain))]
+    if not chain:
+        return []
+    pivots = [joint.place for joint in chain]
+    turns: list[tuple[int, float]] = []
+    bars: list[_Side] = []
+    for joint, end in zip(chain, [*pivots[1:], point], strict=True):
+        turns.append((joint.coordinate, joint.sign))
+        bars.append(_Side(np.subtract(end, joint.place), tuple(turns)))
+    return bars
 
 
 def _first_pivot(chain: Sequence[PlanarJoint], point: Vector) -> Array:

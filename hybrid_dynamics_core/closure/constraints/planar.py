@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...algebra.scalar import Scalar
+from ...algebra.scalar import Scalar, Scalars
 from ...algebra.vector import Vector, add, perp, scale, sub, turn
 from ...mechanism.configuration import Configuration
 from .equations import Linearised, LoopEquations, Row
@@ -67,9 +67,12 @@ class PlanarMotion:
         k = joint.coordinate
         if not joint.revolute:
             slide = scale(joint.sign * configuration.q[k], joint.place)
-            return PlanarMotion(self.c, self.s, add(self.t, turn(self.c, self.s, slide)))
-        c, s = turn(configuration.c[k], joint.sign * configuration.s[k], (self.c, self.s))
-        return PlanarMotion(c, s, sub(self.move(joint.place), turn(c, s, joint.place)))
+            moved = turn(self.c, self.s, slide)
+            return PlanarMotion(self.c, self.s, add(self.t, moved))
+        sine = joint.sign * configuration.s[k]
+        c, s = turn(configuration.c[k], sine, (self.c, self.s))
+        pivot = self.move(joint.place)
+        return PlanarMotion(c, s, sub(pivot, turn(c, s, joint.place)))
 
 
 @dataclass
@@ -96,7 +99,7 @@ class PlanarChainState:
             columns.append((joint.coordinate, scale(joint.sign, velocity)))
         return columns
 
-    def bias(self, rates: Sequence[Scalar]) -> Vector:
+    def bias(self, rates: Scalars) -> Vector:
         """Acceleration of the end point with all joint accelerations zero.
 
         The centripetal and Coriolis terms, from s'.
@@ -149,7 +152,8 @@ class PlanarPin(LoopEquations):
         self.geometry = geometry
         pivots = [joint.place for joint in geometry.joints if joint.revolute]
         points = np.array([*pivots, geometry.point_a, geometry.point_b])
-        self.length = float(np.max(np.ptp(points, axis=0))) or 1.0
+        extents = np.ptp(points, axis=0)
+        self.length = float(extents.max()) or 1.0
         self.involved = (frozenset(joint.coordinate for joint in geometry.joints),) * 2
 
     def chains(self, configuration: Configuration) -> tuple[PlanarChainState, PlanarChainState]:
@@ -169,12 +173,14 @@ class PlanarPin(LoopEquations):
             for coordinate, column in chain.columns():
                 for row, value in zip(rows, column, strict=True):
                     row[coordinate] = factor * value
-        return Linearised(rows, list(scale(unit, sub(a.end, b.end))))
+        gap = sub(a.end, b.end)
+        return Linearised(rows, list(scale(unit, gap)))
 
-    def bias(self, configuration: Configuration, rates: Sequence[Scalar]) -> list[Scalar]:
+    def bias(self, configuration: Configuration, rates: Scalars) -> list[Scalar]:
         """Difference of the end points' accelerations with joint accelerations zero."""
         a, b = self.chains(configuration)
-        return list(scale(1.0 / self.length, sub(a.bias(rates), b.bias(rates))))
+        gap = sub(a.bias(rates), b.bias(rates))
+        return list(scale(1.0 / self.length, gap))
 
     def marks(self, configuration: Configuration) -> list[Scalar]:
         """Pivots and ends."""

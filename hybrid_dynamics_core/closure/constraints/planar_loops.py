@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...algebra.independence import norm
 from ...algebra.vector import constant
 from ...description.model import Closure
 from ...ground.arrays import Array
@@ -66,12 +67,15 @@ def _ordered_ends(tree: Tree, closure: Closure) -> tuple[_End, _End]:
     b = _End(tree.body_index(closure.link_b), closure.point_b, closure.rotation_b)
     path_a, path_b, _ = tree.branches(a.body, b.body)
 
-    def order(path: list[int]) -> tuple[int, int]:
-        return -len(path), min((tree.bodies[i].coordinate for i in path), default=0)
-
-    if order(path_a) <= order(path_b):
+    if _precedence(tree, path_a) <= _precedence(tree, path_b):
         return a, b
     return b, a
+
+
+def _precedence(tree: Tree, path: list[int]) -> tuple[int, int]:
+    """What puts a chain first: its length, then its earliest coordinate."""
+    coordinates = [tree.bodies[i].coordinate for i in path]
+    return -len(path), min(coordinates, default=0)
 
 
 def _in_plane(tree: Tree, end: _End, ancestor: int, basis: Array) -> _End:
@@ -86,7 +90,7 @@ def _require_one_plane(a: _End, b: _End) -> None:
     gap = abs(float(a.point[2] - b.point[2]))
     if gap <= APART:
         return
-    size = max(float(np.linalg.norm(end.point)) for end in (a, b))
+    size = max(norm(a.point), norm(b.point))
     hint = ""
     if gap < ROUNDED_ANGLE * size:
         hint = " (angles of few digits do that: 1.57 in place of pi/2)"
@@ -95,7 +99,9 @@ def _require_one_plane(a: _End, b: _End) -> None:
 
 def _require_parallel_axes(a: _End, b: _End) -> None:
     """Raise where the axes of the ends are not the normal."""
-    if np.linalg.norm(np.cross(a.rotation[:, 2], b.rotation[:, 2])) > PARALLEL:
+    axis_a = a.rotation[:, 2]
+    axis_b = b.rotation[:, 2]
+    if norm(np.cross(axis_a, axis_b)) > PARALLEL:
         raise ValueError("its two axes are not parallel")
     if abs(a.rotation[2, 2]) < 1.0 - PARALLEL:
         raise ValueError("its axis is not the loop's")
@@ -103,12 +109,14 @@ def _require_parallel_axes(a: _End, b: _End) -> None:
 
 def _parallel_frames(name: str, geometry: PlanarGeometry, a: _End, b: _End) -> AngleSum:
     """The end frames are turned by the same angle."""
-    if np.linalg.norm(a.rotation[2] - b.rotation[2]) > PARALLEL:
+    normal_a = a.rotation[2]
+    normal_b = b.rotation[2]
+    if norm(normal_a - normal_b) > PARALLEL:
         raise ValueError("its frames are tilted out of the loop's plane against each other")
     turn = a.rotation @ b.rotation.T  # about the normal
     offset = math.atan2(turn[1, 0], turn[0, 0])
-    turns = [(joint.coordinate, joint.sign) for joint in geometry.chain_a if joint.revolute]
-    turns += [(joint.coordinate, -joint.sign) for joint in geometry.chain_b if joint.revolute]
+    turns = [(j.coordinate, j.sign) for j in geometry.chain_a if j.revolute]
+    turns += [(j.coordinate, -j.sign) for j in geometry.chain_b if j.revolute]
     return AngleSum(name, tuple(turns), offset)
 
 
@@ -121,4 +129,5 @@ def _planar_joint(tree: Tree, index: int, ancestor: int, basis: Array) -> Planar
     sign = -1.0
     if axis[2] > 0:
         sign = 1.0
-    return PlanarJoint(body.coordinate, True, sign, constant((basis @ origin)[:2]))
+    pivot = basis @ origin
+    return PlanarJoint(body.coordinate, True, sign, constant(pivot[:2]))

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...algebra.independence import norm
 from ...ground.arrays import Array
 from ...mechanism.tree import Tree
 
@@ -23,7 +24,7 @@ class _JointAxis(NamedTuple):
     def moves_in_plane(self, normal: Array) -> bool:
         """Whether the joint moves its link in the plane of this normal."""
         if self.is_revolute:
-            tilt = float(np.linalg.norm(np.cross(normal, self.axis)))
+            tilt = norm(np.cross(normal, self.axis))
         else:
             tilt = abs(float(normal @ self.axis))
         return not tilt > PARALLEL
@@ -66,11 +67,12 @@ def _joint_axis(tree: Tree, index: int, ancestor: int) -> _JointAxis:
 def _some_axis_across(normal: Array) -> Array:
     """A unit vector at right angles to the normal."""
     if max(abs(normal)) < 1.0:
-        side = np.eye(3)[int(np.argmin(np.abs(normal)))]
+        flattest = int(np.argmin(np.abs(normal)))
+        side = np.eye(3)[flattest]
     else:
         side = np.roll(np.abs(normal), 1)
     across: Array = side - (side @ normal) * normal
-    return across / np.linalg.norm(across)
+    return across / norm(across)
 
 
 def _outside(axes: Sequence[_JointAxis], normal: Array) -> list[str]:
@@ -95,15 +97,20 @@ def _not_planar(
     axes: Sequence[_JointAxis], normals: Sequence[Array], outside: Sequence[Sequence[str]]
 ) -> str:
     """Which joints are outside of the plane that most joints move in."""
-    best = min(range(len(normals)), key=lambda k: len(outside[k]))
-    inside = [axis.joint for axis in axes if axis.joint not in outside[best]]
+    fewest, normal = min(zip(outside, normals, strict=True), key=_number_outside)
+    inside = [axis.joint for axis in axes if axis.joint not in fewest]
     verb = "joints {} do"
-    if len(outside[best]) == 1:
+    if len(fewest) == 1:
         verb = "joint {} does"
     return (
-        f"{verb.format(_listed(outside[best]))} not move in the plane of {_listed(inside)}, with"
-        f" axes [{_text(normals[best])}]; mend the rpy of its origin, or its axis"
+        f"{verb.format(_listed(fewest))} not move in the plane of {_listed(inside)}, with axes"
+        f" [{_text(normal)}]; mend the rpy of its origin, or its axis"
     )
+
+
+def _number_outside(plane: tuple[Sequence[str], Array]) -> int:
+    outside, _ = plane
+    return len(outside)
 
 
 def _text(axis: Array) -> str:

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
-import numpy as np
-
-from ...algebra.scalar import Scalar
+from ...algebra.independence import norm
+from ...algebra.scalar import Scalar, Scalars
 from ...algebra.transform import IDENTITY, compose
 from ...algebra.vector import (
     IDENTITY3,
@@ -34,9 +34,17 @@ from .equations import Linearised, LoopEquations, Row
 
 SHORTEST = 1e-3  # [m] least length of a loop
 # pairs (axis of a, axis of b) that stay at right angles, by kind
-_PAIRS = {"point": (), "axis": ((0, 2), (1, 2)), "frame": ()}
+_PAIRS = {
+    "point": (),
+    "axis": ((0, 2), (1, 2)),
+    "frame": (),
+}
 # axes that must not be opposed
-_PARALLEL_AXES = {"point": (), "axis": (2,), "frame": (0, 1, 2)}
+_PARALLEL_AXES = {
+    "point": (),
+    "axis": (2,),
+    "frame": (0, 1, 2),
+}
 _SIZES = {"point": 3, "axis": 5, "frame": 6}
 
 
@@ -63,47 +71,67 @@ class Chain:
     def offsets(self) -> list[float]:
         """Lengths [m] between the joints, then to the frame, at zero."""
         vectors = [*(body.translation for body in self.bodies), self.point]
-        return [float(np.linalg.norm(np.array(vector, dtype=float))) for vector in vectors]
+        return [norm(vector) for vector in vectors]
 
     def at(self, configuration: Configuration) -> ChainState:
         """The chain at a configuration."""
         pose = IDENTITY
-        axes: list[Vector] = []
-        origins: list[Vector] = []
+        joints: list[ChainJoint] = []
         for body in self.bodies:
             pose, axis = through_joint(pose, body, configuration)
-            axes.append(axis)
-            origins.append(pose[1])
+            _, origin = pose
+            joints.append(ChainJoint(body, axis, origin))
         rotation, end = compose(pose, (self.rotation, self.point))
-        return ChainState(self, axes, origins, end, rotation)
+        return ChainState(joints, end, rotation)
 
 
-@dataclass
-class ChainState:
+class ChainJoint(NamedTuple):
+    """A joint of a chain at a configuration.
+
+    Attributes:
+        body: the body that it carries.
+        axis: its axis (3,).
+        origin: origin of the body, after the joint (3,) [m].
+    """
+
+    body: Body
+    axis: Vector
+    origin: Vector
+
+
+class ChainState(NamedTuple):
     """A chain at a configuration, in the frame of the link where it starts.
 
     Attributes:
-        chain: the chain.
-        axes: axis of each joint.
-        origins: origin of each body, after its joint [m].
-        end: origin of the frame at the end [m].
+        joints: its joints.
+        end: origin of the frame at the end (3,) [m].
         rotation: rotation of that frame.
     """
 
-    chain: Chain
-    axes: list[Vector]
-    origins: list[Vector]
+    joints: list[ChainJoint]
     end: Vector
     rotation: Rotation
+
+    def relative_to(self, point: Vector) -> ChainState:
+        """The same chain, seen from another origin."""
+        joints = [joint._replace(origin=sub(joint.origin, point)) for joint in self.joints]
+        return ChainState(joints, sub(self.end, point), self.rotation)
+
+    def joint_of(self, coordinate: int) -> ChainJoint | None:
+        """The joint of a coordinate, None where the chain has none."""
+        for joint in self.joints:
+            if joint.body.coordinate == coordinate:
+                return joint
+        return None
 
     def columns(self) -> dict[int, Column]:
         """Velocity of the end per unit rate, by coordinate."""
         columns: dict[int, Column] = {}
-        for body, axis, origin in zip(self.chain.bodies, self.axes, self.origins, strict=True):
+        for body, axis, origin in self.joints:
             columns[body.coordinate] = jacobian_column(body, axis, origin, self.end)
         return columns
 
-    def velocity(self, rates: Sequence[Scalar]) -> Column:
+    def velocity(self, rates: Scalars) -> Column:
         """Linear velocity of the end and angular velocity, from s'."""
         linear: Vector = ZERO3
         angular: Vector = ZERO3
@@ -112,13 +140,13 @@ class ChainState:
             angular = add(angular, scale(rates[k], w))
         return linear, angular
 
-    def bias(self, rates: Sequence[Scalar]) -> Column:
+    def bias(self, rates: Scalars) -> Column:
         """Linear acceleration of the end and angular acceleration, from s' with s'' = 0."""
         omega: Vector = ZERO3
         alpha: Vector = ZERO3
         accel: Vector = ZERO3
         last: Vector = ZERO3
-        for body, axis, origin in zip(self.chain.bodies, self.axes, self.origins, strict=True):
+        for body, axis, origin in self.joints:
             accel = add(accel, _carried(omega, alpha, sub(origin, last)))
             last = origin
             rate = scale(rates[body.coordinate], axis)
@@ -127,12 +155,15 @@ class ChainState:
                 omega = add(omega, rate)
             else:
                 accel = add(accel, scale(2.0, cross(omega, rate)))
-        return add(accel, _carried(omega, alpha, sub(self.end, last))), alpha
+        last_arm = sub(self.end, last)
+        return add(accel, _carried(omega, alpha, last_arm)), alpha
 
 
 def _carried(omega: Vector, alpha: Vector, arm: Vector) -> Vector:
     """Acceleration of the end of an arm that turns with a body."""
-    return add(cross(alpha, arm), cross(omega, cross(omega, arm)))
+    tangential = cross(alpha, arm)
+    centripetal = cross(omega, cross(omega, arm))
+    return add(tangential, centripetal)
 
 
 def closure_chains(tree: Tree, closure: Closure) -> tuple[Chain, Chain]:
@@ -183,7 +214,8 @@ class SpatialClosure(LoopEquations):
         """
         a = self.a.at(configuration)
         b = self.b.at(configuration)
-        residual = list(scale(1.0 / self.length, sub(a.end, b.end)))
+        gap = sub(a.end, b.end)
+        residual = list(scale(1.0 / self.length, gap))
         normals: list[Vector] = []
         for i, j in self.pairs:
             x = transpose(a.rotation)[i]
@@ -202,13 +234,14 @@ class SpatialClosure(LoopEquations):
                     row[k] = sign * entry
         return Linearised(jacobian, residual)
 
-    def bias(self, configuration: Configuration, rates: Sequence[Scalar]) -> list[Scalar]:
+    def bias(self, configuration: Configuration, rates: Scalars) -> list[Scalar]:
         """Differences of the ends' accelerations with joint accelerations zero."""
         a = self.a.at(configuration)
         b = self.b.at(configuration)
         accel_a, alpha_a = a.bias(rates)
         accel_b, alpha_b = b.bias(rates)
-        result: list[Scalar] = list(scale(1.0 / self.length, sub(accel_a, accel_b)))
+        accel = sub(accel_a, accel_b)
+        result: list[Scalar] = list(scale(1.0 / self.length, accel))
         # at a closed configuration the frames turn together, so no other term remains
         if self.kind == "frame":
             result += sub(alpha_a, alpha_b)
@@ -218,10 +251,12 @@ class SpatialClosure(LoopEquations):
             for i, j in self.pairs:
                 x = transpose(a.rotation)[i]
                 y = transpose(b.rotation)[j]
-                turning = add(cross(cross(omega_a, x), y), cross(x, cross(omega_b, y)))
-                result.append(
-                    dot(sub(alpha_a, alpha_b), cross(x, y)) + dot(sub(omega_a, omega_b), turning)
-                )
+                x_turns = cross(cross(omega_a, x), y)
+                y_turns = cross(x, cross(omega_b, y))
+                turning = add(x_turns, y_turns)
+                of_alpha = dot(sub(alpha_a, alpha_b), cross(x, y))
+                of_omega = dot(sub(omega_a, omega_b), turning)
+                result.append(of_alpha + of_omega)
         return result
 
     def marks(self, configuration: Configuration) -> list[Scalar]:
@@ -229,7 +264,8 @@ class SpatialClosure(LoopEquations):
         marks: list[Scalar] = []
         for chain in (self.a, self.b):
             state = chain.at(configuration)
-            for vector in (*state.origins, state.end, *state.rotation):
+            origins = [joint.origin for joint in state.joints]
+            for vector in (*origins, state.end, *state.rotation):
                 marks += vector
         return marks
 
@@ -249,7 +285,7 @@ def _turn_between(a: Rotation, b: Rotation) -> Vector:
     At zero its rate is the difference of the angular velocities. Unlike sines and cosines of single
     axes it vanishes for no other turn, so Newton's method does not end half round.
     """
-    turn = matmul(a, transpose(b))
-    factor = 2.0 / (1.0 + turn[0][0] + turn[1][1] + turn[2][2])
-    axis = (turn[2][1] - turn[1][2], turn[0][2] - turn[2][0], turn[1][0] - turn[0][1])
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = matmul(a, transpose(b))
+    factor = 2.0 / (1.0 + xx + yy + zz)
+    axis = (zy - yz, xz - zx, yx - xy)
     return scale(factor, axis)
