@@ -6,6 +6,8 @@ ifneq ($(words $(CURDIR) $(VENV)),2)
 $(error make cannot work in a folder with spaces in its path: $(CURDIR))
 endif
 
+# Without compiled modules every process that a test starts would compile hundreds.
+unexport PYTHONDONTWRITEBYTECODE
 # A sourced ROS installation must not mix with ROS 2 from PyPI.
 unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH PYTHONPATH
 ifdef ROS_DISTRO
@@ -13,35 +15,31 @@ unexport LD_LIBRARY_PATH
 endif
 
 .NOTPARALLEL: # two targets must not install into one environment at once
-.PHONY: help setup demo test lint docs colcon clean
+.PHONY: help setup demo test test-all test-remaining lint docs colcon clean
 
 help: ## say what there is
-	@sed -n 's/^\([a-z]*\):[^#]*## /  make \1\t/p' Makefile
+	@sed -n 's/^\([a-z-]*\):[^#]*## /  make \1\t/p' Makefile
 
 setup: ## install ROS 2 from PyPI, the interfaces and this package
 	@$(PYTHON) tools/environment.py $(VENV) run
 
-setup-test:
-	@$(PYTHON) tools/environment.py $(VENV) test
-
-setup-docs:
-	@$(PYTHON) tools/environment.py $(VENV) docs
-
 demo: setup ## play the recorded trajectory into the node, show and plot what comes out
 	$(RUN)/python -m hybrid_dynamics_ros.demo $(ARGS)
 
-# One worker more than processors: the tests that start processes, which stay on one, mostly wait.
-test: lint docs ## install, lint, build the pages and run all tests
-	$(RUN)/python -m pytest --numprocesses $$(($$(nproc) + 1)) --dist loadgroup $(ARGS)
+test: ## install, lint, build the pages and run all tests, whole sets by a sample
+	@$(PYTHON) tools/checks.py $(VENV) test $(ARGS)
 
-lint: setup-test ## ruff, mypy and import-linter
-	$(RUN)/ruff check .
-	$(RUN)/ruff format --check .
-	$(RUN)/mypy
-	$(RUN)/lint-imports --no-logo
+test-all: ## the same with whole sets: all robots, long random searches, floods
+	@$(PYTHON) tools/checks.py $(VENV) all $(ARGS)
 
-docs: setup-docs ## build the pages of docs/, build/docs/index.html
-	$(RUN)/python -m sphinx --quiet --fail-on-warning --keep-going --nitpicky docs build/docs
+test-remaining: # what .ci/run does after make test
+	@$(PYTHON) tools/checks.py $(VENV) remaining
+
+lint: ## ruff, mypy and import-linter
+	@$(PYTHON) tools/checks.py $(VENV) lint
+
+docs: ## build the pages of docs/, build/docs/index.html
+	@$(PYTHON) tools/checks.py $(VENV) docs
 	@echo "built: build/docs/index.html"
 
 colcon: ## build both packages with colcon, as on a ROS installation, and try what it built

@@ -1,26 +1,30 @@
-"""Shared by all tests: the forging robot, loaded once."""
+"""Shared by all tests: what is left out and why, the cache of kernels, samples of whole sets."""
 
 from __future__ import annotations
 
 import importlib.util
 import os
-import tempfile
+from collections import defaultdict
+from collections.abc import Iterable
 from pathlib import Path
+
+# One thread a process: several processes share the processors, and matrices are small.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 from hypothesis import HealthCheck, Phase, settings
 
 from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.kernels import cache
 from hybrid_dynamics_core.kernels.run import VARIABLE
 
-# Kernels are cached for this run of all workers, not among the user's.
-if "PYTEST_XDIST_WORKER" not in os.environ:
-    _cache = tempfile.TemporaryDirectory()
-    os.environ["HYBRID_DYNAMICS_CACHE"] = _cache.name
+# Kernels stay for the next run, apart from those of the user's own programs.
+os.environ.setdefault(cache.VARIABLE, str(cache.user_folder() / "hybrid_dynamics_tests"))
 
 ROOT = Path(__file__).resolve().parent
 
-NEEDS = {  # what tests take from beyond the libraries of Ubuntu 24.04, and of a ROS installation
+# what tests take from beyond the libraries of Ubuntu 24.04, and of a ROS installation
+NEEDS = {
     "agreement": ("mujoco", "pinocchio"),
     "bags": ("click", "mcap", "rosbags"),
     "cli": ("click",),
@@ -35,32 +39,33 @@ NEEDS = {  # what tests take from beyond the libraries of Ubuntu 24.04, and of a
     "ros/test_outputs.py": ("rclpy", "rosbags"),
     "ros/test_page_blocks.py": ("rclpy", "rosbags"),
 }
-MISSING: dict[str, list[str]] = {}
-for _place, _names in NEEDS.items():
-    if not all(map(importlib.util.find_spec, _names)):
-        MISSING[_place] = [name for name in _names if importlib.util.find_spec(name) is None]
+
+
+def is_missing(library: str) -> bool:
+    """Whether a library cannot be imported."""
+    return importlib.util.find_spec(library) is None
+
+
+def missing_libraries() -> dict[str, list[str]]:
+    """The libraries that each place of NEEDS lacks; places that lack none are left out."""
+    missing = {place: list(filter(is_missing, names)) for place, names in NEEDS.items()}
+    return {place: names for place, names in missing.items() if names}
+
+
+MISSING = missing_libraries()
 collect_ignore = list(MISSING)
-
-
-def pytest_report_header() -> list[str]:
-    """Say what is left out, and why."""
-    lines = []
-    for place, names in MISSING.items():
-        lines.append(f"left out: tests/{place}, which needs {' and '.join(names)}")
-    return lines
-
 
 settings.register_profile(
     "project",
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow],
     derandomize=True,
-    phases=[phase for phase in Phase if phase is not Phase.explain],  # it traces every line: slow
+    # explaining traces every line: failures ran out of time
+    phases=[phase for phase in Phase if phase is not Phase.explain],
 )
 settings.load_profile("project")
 
-
-# Folders whose robots are used once.
+# folders whose robots are met once
 UNCOMPILED = (
     "agreement",
     "description",
@@ -73,41 +78,67 @@ UNCOMPILED = (
     "identification",
     "view",
 )
+NODE = ("demo", "ros")  # folders that need ROS and the interfaces
 COMPILED = ("excavator", "five_bar", "forging_chu2020")  # of the robots of tests/laws
-PROCESSES = ("demo", "packaging", "ros")  # folders whose tests start processes: one after the other
 
 
+def pytest_report_header() -> list[str]:
+    """Say what is left out, and why."""
+    header = [f"kernels are kept in {cache.folder()}"]
+    for place, names in MISSING.items():
+        header.append(f"left out: tests/{place}, which needs {' and '.join(names)}")
+    return header
+
+
+@pytest.hookimpl(tryfirst=True)  # before any is deselected
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Groups for pytest-xdist: a file stays on one worker.
+    """Group tests for pytest-xdist, and hold that no law is without a sample.
 
-    So do all tests that start processes.
+    A file stays on one worker: its tests share fixtures, and for ROS a domain.
+
+    Raises:
+        pytest.UsageError: all cases of a test are marked `sweep`, and none stands for them.
     """
     for item in items:
-        group = item.nodeid.partition("::")[0]
-        if item.path.relative_to(ROOT).parts[0] in PROCESSES:
-            group = "processes"
-        item.add_marker(pytest.mark.xdist_group(group))
+        item.add_marker(pytest.mark.xdist_group(item.nodeid.partition("::")[0]))
+        if item.path.relative_to(ROOT).parts[0] in NODE:
+            item.add_marker(pytest.mark.ros)
+    unsampled = [name for name, cases in by_function(items).items() if not has_sample(cases)]
+    if unsampled:
+        raise pytest.UsageError(f"no case is in the sample of {', '.join(unsampled)}")
+
+
+def by_function(items: Iterable[pytest.Item]) -> dict[str, list[pytest.Item]]:
+    """The cases of each test."""
+    cases: dict[str, list[pytest.Item]] = defaultdict(list)
+    for item in items:
+        cases[item.nodeid.partition("[")[0]].append(item)
+    return cases
+
+
+def has_sample(cases: list[pytest.Item]) -> bool:
+    """Whether a case runs in `make test`, or another test stands for it: `sweep(sample="...")`."""
+    marks = [case.get_closest_marker("sweep") for case in cases]
+    return any(mark is None or "sample" in mark.kwargs for mark in marks)
 
 
 @pytest.fixture
 def python_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
     """Generated Python: compiling would take longer than a few messages."""
-    monkeypatch.setenv("HYBRID_DYNAMICS_KERNELS", "python")
+    monkeypatch.setenv(VARIABLE, "python")
 
 
 @pytest.fixture(autouse=True)
 def backend(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Generated Python where it answers before a compiler would be done.
 
-    Both agree, as tests/kernels shows.
+    Both backends agree, as tests/kernels shows.
     """
-    callspec = getattr(request.node, "callspec", None)
-    name = None
-    if callspec is not None:
-        name = callspec.params.get("name")
+    case = getattr(request.node, "callspec", None)
+    name = None if case is None else case.params.get("name")
     folder = request.path.relative_to(ROOT).parts[0]
-    is_rare_robot = name is not None and name not in COMPILED
-    if folder in UNCOMPILED or (folder == "laws" and is_rare_robot):
+    is_rare = folder == "laws" and name is not None and name not in COMPILED
+    if folder in UNCOMPILED or is_rare:
         monkeypatch.setenv(VARIABLE, "python")
 
 
@@ -116,6 +147,5 @@ def forging(request: pytest.FixtureRequest) -> Robot:
     """The forging robot of Chu et al. (2020), one for all tests of a backend."""
     from tests.robots import backend, robot_of  # after this file has set the environment
 
-    if request.path.relative_to(ROOT).parts[0] in UNCOMPILED:
-        return robot_of("forging_chu2020", "python")
-    return robot_of("forging_chu2020", backend())
+    is_compiled = request.path.relative_to(ROOT).parts[0] not in UNCOMPILED
+    return robot_of("forging_chu2020", backend() if is_compiled else "python")

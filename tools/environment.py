@@ -1,11 +1,19 @@
 """Install into a virtual environment what a make target needs, and nothing twice.
 
-python tools/environment.py VENV {run,test,docs,colcon}
+python tools/environment.py VENV {run,test,docs,colcon,venv,tools,interfaces}
 
-VENV is made where it does not exist. `run` brings ROS 2 from PyPI, the interfaces and this package,
-editable; `test` brings the tools of tests and lint as well, and a headless browser where npm is
-there; `docs` those that build the pages; `colcon` brings colcon and the interfaces' build tools. A
-stamp in VENV remembers what each step was given: a step with unchanged inputs is skipped.
+VENV is made where it does not exist. Libraries come from PyPI, ROS 2 among them, and this package
+is installed editable. Meanwhile the compiler builds the interfaces of msg_defs/.
+
+* `run`: libraries and interfaces.
+* `test`: these, and the tools of tests and lint, with a headless browser where npm is there.
+* `docs`: these, and what builds the pages.
+* `colcon`: these, colcon, and the build tools of the interfaces.
+* `venv`, `tools`, `interfaces`: parts for tools/checks.py. They are an empty environment, all that
+  needs no compiler, and the interfaces alone.
+
+A stamp in VENV remembers what each step was given: a step with unchanged inputs is skipped. Several
+processes may work on one environment: they install one after the other.
 """
 
 import platform
@@ -20,6 +28,7 @@ if sys.version_info < (3, 11):  # noqa: UP036  (for those who have an older one)
         f" PYTHON={example}"
     )
 
+import fcntl
 import hashlib
 import json
 import os
@@ -28,15 +37,26 @@ import sysconfig
 import tempfile
 import time
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import metadata, util
 from pathlib import Path
 from textwrap import fill, shorten
 
 ROOT = Path(__file__).resolve().parent.parent
+INTERFACES = ROOT / "msg_defs"
 RUN_EXTRAS = "fast,cli,plot,bag,view,ros"
-PURPOSES = ("run", "test", "docs", "colcon")
+# The interfaces come last: they are built while the others are installed.
+PURPOSES = {
+    "run": ("libraries", "interfaces"),
+    "test": ("libraries", "test tools", "interfaces"),
+    "docs": ("libraries", "page tools", "interfaces"),
+    "colcon": ("libraries", "colcon", "interfaces"),
+    "venv": (),
+    "tools": ("libraries", "test tools", "page tools"),
+    "interfaces": ("interfaces",),
+}
 NAME = "hybrid-dynamics-ros"
 PACKAGE_INPUTS = (
     "setup.*",
@@ -57,25 +77,28 @@ INTERFACE_INPUTS = (
     "msg/*",
     "srv/*",
 )
+PIP = [sys.executable, "-m", "pip"]
 # pip would take up to a minute to remove what it built with, in silence: `discard` does that beside
 # what follows.
-PIP = [
-    sys.executable,
-    "-m",
-    "pip",
-    "install",
-    "--no-clean",
-    "--no-input",
-    "--disable-pip-version-check",
-]
-PIP += ["--progress-bar=off"]
+PIP_OPTIONS = ["--no-clean", "--no-input", "--disable-pip-version-check", "--progress-bar=off"]
+# Modules are compiled when they are first imported, which most never are. This counts for the
+# environments that pip makes to build in, too.
+PIP_SETTINGS = {"PIP_COMPILE": "0"}
 WIDTH = 80  # letters of a terminal
 HEARTBEAT = 15.0  # [s] between signs of life of a long step
 
 
 @dataclass(frozen=True)
 class Step:
-    """One call of pip: what it depends on, a distribution that it brings, how long it takes."""
+    """One thing to install.
+
+    Attributes:
+        title: what is done, for people.
+        arguments: of pip.
+        inputs: files that the outcome depends on.
+        provides: a distribution that it brings.
+        expected: how long it takes, for people.
+    """
 
     title: str
     arguments: list[str]
@@ -90,9 +113,61 @@ class Step:
             total.update(f"{path.relative_to(ROOT)}\n".encode() + path.read_bytes())
         return total.hexdigest()
 
-    def is_done(self, stamp: dict[str, str]) -> bool:
+    def is_done(self, venv: Path) -> bool:
         """Whether the environment has the outcome already."""
+        stamp = read_stamp(venv)
         return is_installed(self.provides) and stamp.get(self.title) == self.digest()
+
+
+class Process:
+    """A program with its output in a file, and its temporary files in a folder of its own."""
+
+    def __init__(self, command: list[str], log: Path) -> None:
+        self.command, self.log = command, log
+        self.scratch = tempfile.mkdtemp(prefix="hybrid_dynamics_setup-")
+        self.start = time.monotonic()
+        with log.open("w", encoding="utf-8") as output:
+            self._process = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                env={**os.environ, **PIP_SETTINGS, "TMPDIR": self.scratch},
+            )
+
+    def stop(self) -> None:
+        """End it, unless it has ended."""
+        self._process.terminate()
+
+    def finish(self, title: str) -> None:
+        """Wait for the end, and say from time to time what the program does.
+
+        Raises:
+            SystemExit: it failed; the text has its last lines.
+        """
+        print(fill(f"{title} ...", WIDTH, subsequent_indent="  "), flush=True)
+        try:
+            code = self._watch()
+        finally:
+            discard(self.scratch)
+        if code != 0:
+            sys.exit(
+                f"{last_lines(self.log, 30)}\nThis failed: {' '.join(self.command)}\n"
+                f"All it said is in {self.log}"
+            )
+
+    def _watch(self) -> int:
+        previous = ""
+        while True:
+            try:
+                return self._process.wait(HEARTBEAT)
+            except subprocess.TimeoutExpired:
+                line = last_lines(self.log, 1)
+                news = shorten(line, WIDTH - 10)
+                if line == previous:
+                    news = "at work, and has said nothing new"
+                print(f"  {time.monotonic() - self.start:4.0f} s  {news}", flush=True)
+                previous = line
 
 
 def main(venv: Path, purpose: str) -> None:
@@ -101,22 +176,87 @@ def main(venv: Path, purpose: str) -> None:
         make_venv(venv)
         python = str(venv / "bin" / "python")
         os.execv(python, [python, __file__, str(venv), purpose])  # noqa: S606
-    stamp_file = venv / "hybrid_dynamics_setup.json"
-    stamp = json.loads(stamp_file.read_text(encoding="utf-8")) if stamp_file.exists() else {}
-    if stamp.setdefault("home", str(venv)) != str(venv):  # its scripts name the old path
-        sys.exit(f"{venv} was made as {stamp['home']} and moved since: remove it, then try again")
-    for step in steps(purpose):
-        if not step.is_done(stamp):
-            require_build_tools()
-            run(
-                f"{step.title}, {step.expected}",
-                [*PIP, *step.arguments],
-                venv / "hybrid_dynamics_setup.log",
-            )
-            stamp[step.title] = step.digest()
-            stamp_file.write_text(json.dumps(stamp, indent=2), encoding="utf-8")
-    if purpose == "test":
+    home = read_stamp(venv).get("home", str(venv))
+    if home != str(venv):  # its scripts name the old path
+        sys.exit(f"{venv} was made as {home} and moved since: remove it, then try again")
+    names = PURPOSES[purpose]
+    build = None
+    if "interfaces" in names and not interfaces().is_done(venv):
+        require_build_tools()
+        build = Build(venv)
+    try:
+        for name in names:
+            bring(STEPS[name](), build, venv)
+    finally:
+        if build is not None:
+            build.process.stop()
+    if "test tools" in names:
         bring_browser()
+
+
+def bring(step: Step, build: "Build | None", venv: Path) -> None:
+    """Do a step, unless it is done; the interfaces are what ``build`` makes."""
+    if step.is_done(venv):
+        return
+    require_build_tools()
+    if build is not None and step == interfaces():
+        build.install(step)
+    else:
+        install(step, step.arguments, venv)
+
+
+class Build:
+    """The interfaces, built into a wheel in the background."""
+
+    def __init__(self, venv: Path) -> None:
+        self.venv = venv
+        self.folder = tempfile.mkdtemp(prefix="hybrid_dynamics_wheel-")
+        wheel = [*PIP, "wheel", *PIP_OPTIONS, "--verbose", "--no-deps", "--wheel-dir", self.folder]
+        log = venv / "hybrid_dynamics_build.log"
+        self.process = Process([*wheel, str(INTERFACES)], log)
+
+    def install(self, step: Step) -> None:
+        """Wait for the wheel, then install it."""
+        self.process.finish(f"{step.title}, {step.expected}")
+        wheels = [str(path) for path in Path(self.folder).glob("*.whl")]
+        install(step, ["--no-deps", "--force-reinstall", *wheels], self.venv)
+        discard(self.folder)
+
+
+def install(step: Step, arguments: list[str], venv: Path) -> None:
+    """Let pip install, and note in the stamp that it is done."""
+    with exclusive(venv):
+        if "--force-reinstall" in arguments or not step.is_done(venv):
+            process = Process(
+                [*PIP, "install", *PIP_OPTIONS, *arguments], venv / "hybrid_dynamics_setup.log"
+            )
+            process.finish(f"{step.title}, {step.expected}")
+            stamp = {"home": str(venv), **read_stamp(venv), step.title: step.digest()}
+            text = json.dumps(stamp, indent=2)
+            stamp_file(venv).write_text(text, encoding="utf-8")
+            print(f"  {time.monotonic() - process.start:4.0f} s  done", flush=True)
+
+
+@contextmanager
+def exclusive(venv: Path) -> Iterator[None]:
+    """While no other process installs into the environment."""
+    with (venv / "hybrid_dynamics_setup.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def stamp_file(venv: Path) -> Path:
+    """Where the stamp is."""
+    return venv / "hybrid_dynamics_setup.json"
+
+
+def read_stamp(venv: Path) -> dict[str, str]:
+    """Digests of the steps that are done, by title, and the path at which VENV was made."""
+    file = stamp_file(venv)
+    if not file.exists():
+        return {}
+    stamp: dict[str, str] = json.loads(file.read_text(encoding="utf-8"))
+    return stamp
 
 
 def bring_browser() -> None:
@@ -132,63 +272,83 @@ def bring_browser() -> None:
         )
 
 
-def steps(purpose: str) -> Iterator[Step]:
-    """What there is to do, in order. Each step may rely on those before it."""
-    interfaces = ROOT / "msg_defs"
-    yield Step(
+def libraries() -> Step:
+    """The libraries from PyPI, and this package."""
+    return Step(
         f"Installing ROS 2 Jazzy and libraries from PyPI ({RUN_EXTRAS})",
         ["--editable", f"{ROOT}[{RUN_EXTRAS}]"],
         files(ROOT, PACKAGE_INPUTS),
         NAME,
         "1 to 3 minutes",
     )
-    yield Step(
+
+
+def interfaces() -> Step:
+    """The messages and services of this package."""
+    return Step(
         "Building and installing the interfaces of msg_defs/",
-        [
-            "--verbose",
-            "--no-deps",
-            "--force-reinstall",
-            str(interfaces),
-        ],  # the signs of life name what is built
-        files(interfaces, INTERFACE_INPUTS),
+        ["--verbose", "--no-deps", "--force-reinstall", str(INTERFACES)],
+        files(INTERFACES, INTERFACE_INPUTS),
         "hybrid-dynamics-msgs",
         "2 to 5 minutes: the compiler is busy",
     )
-    if purpose == "test":
-        yield Step(
-            "Installing the tools of tests and lint",
-            requirements("test", "dev"),
-            [],
-            "pytest",
-            "a minute",
-        )
-    if purpose == "docs":
-        yield Step(
-            "Installing what builds the pages", requirements("docs"), [], "sphinx", "half a minute"
-        )
-    if purpose == "colcon":
-        project = tomllib.loads((interfaces / "pyproject.toml").read_text(encoding="utf-8"))
-        tools = requirements("colcon") + project["build-system"]["requires"]
-        yield Step(
-            "Installing colcon and the build tools of ROS 2 Jazzy",
-            tools,
-            [],
-            "colcon-core",
-            "a minute",
-        )
+
+
+def test_tools() -> Step:
+    """What tests and lint need."""
+    return Step(
+        "Installing the tools of tests and lint",
+        requirements("test", "dev"),
+        [],
+        "pytest",
+        "a minute",
+    )
+
+
+def page_tools() -> Step:
+    """What builds the pages."""
+    return Step(
+        "Installing what builds the pages", requirements("docs"), [], "sphinx", "half a minute"
+    )
+
+
+def colcon() -> Step:
+    """Colcon, and what it builds the interfaces with."""
+    project = tomllib.loads((INTERFACES / "pyproject.toml").read_text(encoding="utf-8"))
+    return Step(
+        "Installing colcon and the build tools of ROS 2 Jazzy",
+        requirements("colcon") + project["build-system"]["requires"],
+        [],
+        "colcon-core",
+        "a minute",
+    )
+
+
+STEPS: dict[str, Callable[[], Step]] = {
+    "libraries": libraries,
+    "interfaces": interfaces,
+    "test tools": test_tools,
+    "page tools": page_tools,
+    "colcon": colcon,
+}
 
 
 def requirements(*extras: str) -> list[str]:
     """What the extras of the installed package ask for."""
-    lines = [line.partition(";") for line in metadata.requires(NAME) or ()]
-    return [
-        name.strip() for name, _, marker in lines if any(f'"{extra}"' in marker for extra in extras)
-    ]
+    names = []
+    for line in metadata.requires(NAME) or ():
+        name, _, marker = line.partition(";")
+        if any(f'"{extra}"' in marker for extra in extras):
+            names.append(name.strip())
+    return names
 
 
 def files(folder: Path, patterns: tuple[str, ...]) -> list[Path]:
     """The files of ``folder`` that match, in a fixed order."""
-    return sorted(path for pattern in patterns for path in folder.glob(pattern) if path.is_file())
+    matches: list[Path] = []
+    for pattern in patterns:
+        matches += filter(Path.is_file, folder.glob(pattern))
+    return sorted(matches)
 
 
 def is_installed(distribution: str) -> bool:
@@ -231,9 +391,8 @@ def require_build_tools() -> None:
     missing = []
     if not Path(sysconfig.get_path("include"), "Python.h").exists():
         missing.append("dev")
-    if not shutil.which(os.environ.get("CC", "cc")) or not shutil.which(
-        os.environ.get("CXX", "c++")
-    ):
+    compilers = [os.environ.get("CC", "cc"), os.environ.get("CXX", "c++")]
+    if not all(map(shutil.which, compilers)):
         missing.append("g++")
     if missing:
         sys.exit(f"Python.h or a C++ compiler is missing. Mend it: {apt(missing)}")
@@ -244,52 +403,8 @@ def require_build_tools() -> None:
 def apt(missing: list[str]) -> str:
     """The line that brings g++ or the parts dev and venv of this Python on Debian and Ubuntu."""
     python = f"python{sys.version_info.major}.{sys.version_info.minor}"
-    return "sudo apt install " + " ".join(
-        part if part == "g++" else f"{python}-{part}" for part in missing
-    )
-
-
-def run(title: str, command: list[str], log: Path) -> None:
-    """Run a step with its output in ``log``.
-
-    Say how long it takes, that it lives, or how it failed.
-    """
-    print(fill(f"{title} ...", WIDTH, subsequent_indent="  "), flush=True)
-    start, scratch = time.monotonic(), tempfile.mkdtemp(prefix="hybrid_dynamics_setup-")
-    try:
-        code = watched(command, log, scratch, start)
-    finally:
-        discard(scratch)
-    if code != 0:
-        sys.exit(
-            f"{last_lines(log, 30)}\nThis failed: {' '.join(command)}\nAll it said is in {log}"
-        )
-    print(f"  {time.monotonic() - start:4.0f} s  done", flush=True)
-
-
-def watched(command: list[str], log: Path, scratch: str, start: float) -> int:
-    """Run a command with its temporary files in ``scratch`` and report progress; its exit code."""
-    with log.open("w", encoding="utf-8") as output:
-        process = subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=output,
-            stderr=subprocess.STDOUT,
-            env={**os.environ, "TMPDIR": scratch},
-        )
-        told = ""
-        while True:
-            try:
-                return process.wait(HEARTBEAT)
-            except subprocess.TimeoutExpired:
-                last = last_lines(log, 1)
-                said = (
-                    shorten(last, WIDTH - 10)
-                    if last != told
-                    else "at work, and has said nothing new"
-                )
-                print(f"  {time.monotonic() - start:4.0f} s  {said}", flush=True)
-                told = last
+    packages = {"g++": "g++", "dev": f"{python}-dev", "venv": f"{python}-venv"}
+    return "sudo apt install " + " ".join(packages[part] for part in missing)
 
 
 def discard(scratch: str) -> None:
@@ -302,9 +417,8 @@ def discard(scratch: str) -> None:
 
 def last_lines(log: Path, count: int) -> str:
     """The last lines of a log that say something."""
-    lines = [
-        line.strip() for line in log.read_text(encoding="utf-8", errors="replace").splitlines()
-    ]
+    text = log.read_text(encoding="utf-8", errors="replace")
+    lines = [line.strip() for line in text.splitlines()]
     return "\n".join([line for line in lines if line and not line.startswith("WARNING")][-count:])
 
 

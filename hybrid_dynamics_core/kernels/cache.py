@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 VARIABLE = "HYBRID_DYNAMICS_CACHE"
-MAX_ENTRIES = 5000  # of some 20 kB; beyond, the longest unused are removed
+MAX_ENTRIES = 10_000  # of some 20 kB; beyond, the longest unused tenth is removed
 _OFF = ("", "0", "off", "no", "none")
 _MAGIC = b"hybrid_dynamics kernel 2\n"
 _CHECKSUM = 32  # bytes of a SHA-256
@@ -132,7 +132,7 @@ def _prune(place: Path) -> None:
         return
     paths = [place / name for name in names if name.endswith(_SUFFIX)]
     paths.sort(key=_last_use)
-    for path in paths[:-MAX_ENTRIES]:
+    for path in paths[: len(paths) - MAX_ENTRIES * 9 // 10]:
         path.unlink(missing_ok=True)
 
 

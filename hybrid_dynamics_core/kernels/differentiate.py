@@ -16,6 +16,8 @@ from ..algebra.numerics import invert, newton
 from ..algebra.scalar import Scalar, absolute, atan2, cos, sin, sqrt
 from .graph import Block, Graph, Operand, Symbol
 
+Operands = Sequence[Operand]
+Rows = list[list[Scalar]]
 Tangent = dict[int, Operand]  # direction -> derivative, zeros left out
 _UNARY: Mapping[str, Callable[[Scalar], Scalar]] = {
     "neg": lambda a: -a,
@@ -39,7 +41,7 @@ _CONSTANT: Mapping[str, tuple[float, float]] = {
 }
 
 
-def jacobian(outputs: Sequence[Operand], inputs: Sequence[Operand]) -> list[list[Operand]]:
+def jacobian(outputs: Operands, inputs: Operands) -> Rows:
     """The derivatives of outputs with respect to inputs.
 
     Args:
@@ -62,7 +64,7 @@ def jacobian(outputs: Sequence[Operand], inputs: Sequence[Operand]) -> list[list
     return rows
 
 
-def substitute(outputs: Sequence[Operand], replaced: Mapping[Operand, Scalar]) -> list[Scalar]:
+def substitute(outputs: Operands, replaced: Mapping[Operand, Scalar]) -> list[Scalar]:
     """The outputs with input symbols replaced; what does not depend on them stays as it is."""
     values: dict[int, Scalar] = {}
     for symbol, value in replaced.items():
@@ -77,13 +79,14 @@ def substitute(outputs: Sequence[Operand], replaced: Mapping[Operand, Scalar]) -
     return evaluate(graph, outputs, values)
 
 
-def _graph_of(outputs: Sequence[Operand]) -> Graph | None:
-    return next((y.graph for y in outputs if isinstance(y, Symbol)), None)
+def _graph_of(outputs: Operands) -> Graph | None:
+    for y in outputs:
+        if isinstance(y, Symbol):
+            return y.graph
+    return None
 
 
-def evaluate(
-    graph: Graph, outputs: Sequence[Operand], inputs: Mapping[int, Scalar]
-) -> list[Scalar]:
+def evaluate(graph: Graph, outputs: Operands, inputs: Mapping[int, Scalar]) -> list[Scalar]:
     """The outputs over any scalars, given those of the live input nodes by index."""
     return _Evaluation(graph, outputs, inputs).values
 
@@ -91,9 +94,7 @@ def evaluate(
 class _Evaluation:
     """A graph run over scalars."""
 
-    def __init__(
-        self, graph: Graph, outputs: Sequence[Operand], inputs: Mapping[int, Scalar]
-    ) -> None:
+    def __init__(self, graph: Graph, outputs: Operands, inputs: Mapping[int, Scalar]) -> None:
         self._graph = graph
         self._nodes = dict(inputs)
         self._blocks: dict[int, list[Scalar]] = {}
@@ -105,30 +106,35 @@ class _Evaluation:
     def _operand(self, x: Operand | int) -> Scalar:
         if isinstance(x, Symbol):
             return self._nodes[x.index]
-        return self._nodes[x] if isinstance(x, int) else x
+        if isinstance(x, int):
+            return self._nodes[x]
+        return x
 
     def _node(self, index: int) -> Scalar:
         op, a, b = self._graph.nodes[index]
         if op == "block":
-            number = int(a)
-            if number not in self._blocks:
-                self._blocks[number] = self._block(self._graph.blocks[number])
-            return self._blocks[number][int(b)]
+            return self._block(int(a))[int(b)]
+        first = self._operand(a)
         if op in _UNARY:
-            return _UNARY[op](self._operand(a))
-        return _BINARY[op](self._operand(a), self._operand(b))
+            return _UNARY[op](first)
+        second = self._operand(b)
+        return _BINARY[op](first, second)
 
-    def _block(self, block: Block) -> list[Scalar]:
-        arguments = [list(map(self._operand, vector)) for vector in block.arguments]
-        if block.body is None:
-            return invert(arguments[0], block.size)
-        return newton(block.body, *arguments)
+    def _block(self, number: int) -> list[Scalar]:
+        if number not in self._blocks:
+            block = self._graph.blocks[number]
+            arguments = [list(map(self._operand, vector)) for vector in block.arguments]
+            if block.body is None:
+                self._blocks[number] = invert(arguments[0], block.size)
+            else:
+                self._blocks[number] = newton(block.body, *arguments)
+        return self._blocks[number]
 
 
 class _Tangents:
     """Derivatives of every node that the outputs depend on."""
 
-    def __init__(self, outputs: Sequence[Operand], seeds: Mapping[int, Tangent]) -> None:
+    def __init__(self, outputs: Operands, seeds: Mapping[int, Tangent]) -> None:
         self._nodes: dict[int, Tangent] = dict(seeds)
         self._blocks: dict[int, list[Tangent]] = {}
         self._graph = _graph_of(outputs) or Graph()
@@ -140,21 +146,21 @@ class _Tangents:
         """Derivatives of a node, by symbol or index, or of a constant."""
         if isinstance(x, Symbol):
             return self._nodes[x.index]
-        return self._nodes[x] if isinstance(x, int) else {}
+        if isinstance(x, int):
+            return self._nodes[x]
+        return {}
 
     def _node(self, index: int) -> Tangent:
         op, a, b = self._graph.nodes[index]
         if op == "input":
             return {}
         if op == "block":
-            number = int(a)
-            if number not in self._blocks:
-                self._blocks[number] = self._block(number)
-            return self._blocks[number][int(b)]
-        da, db = self.of(a), self.of(b)
-        if not da and not db:
+            return self._block(int(a))[int(b)]
+        changes = self.of(a), self.of(b)
+        if not any(changes):
             return {}
-        return _combine(self._slopes(index), (da, db))
+        slopes = self._slopes(index)
+        return _combine(slopes, changes)
 
     def _slopes(self, index: int) -> tuple[Operand, Operand]:
         """Derivatives of a node with respect to its operands."""
@@ -164,32 +170,39 @@ class _Tangents:
         a, b = self._value(first), self._value(second)
         if op == "mul":
             return b, a
+        result = Symbol(self._graph, index)
         if op == "div":
-            return 1.0 / b, -Symbol(self._graph, index) / b
+            return 1.0 / b, -result / b
         if op == "atan2":
             size = a * a + b * b
             return b / size, -a / size
-        return self._slope(op, a, Symbol(self._graph, index)), 0.0
-
-    def _slope(self, op: str, a: Scalar, result: Symbol) -> Scalar:
-        """Derivative of a function of one operand."""
-        if op == "sqrt":
-            return 0.5 / result
-        if op == "abs":
-            return a / result
-        slopes = {"sin": cos(a), "cos": -sin(a)}  # both are nodes: one often needs the other
-        return slopes[op]
+        return _slope(op, a, result), 0.0
 
     def _value(self, x: int | float) -> Scalar:
         return Symbol(self._graph, x) if isinstance(x, int) else x
 
     def _block(self, number: int) -> list[Tangent]:
-        block = self._graph.blocks[number]
-        changes = [list(map(self.of, vector)) for vector in block.arguments]
-        outputs = [self._graph.output(number, k) for k in range(block.outputs)]
-        if block.body is None:
-            return _inverse_tangents(block.size, outputs, changes[0])
-        return _newton_tangents(block, outputs[: block.size], changes[1])
+        if number not in self._blocks:
+            block = self._graph.blocks[number]
+            changes = [list(map(self.of, vector)) for vector in block.arguments]
+            outputs = [self._graph.output(number, k) for k in range(block.outputs)]
+            if block.body is None:
+                tangents = _inverse_tangents(block.size, outputs, changes[0])
+            else:
+                solution = outputs[: block.size]
+                tangents = _newton_tangents(block, solution, changes[1])
+            self._blocks[number] = tangents
+        return self._blocks[number]
+
+
+def _slope(op: str, a: Scalar, result: Symbol) -> Scalar:
+    """Derivative of a function of one operand."""
+    if op == "sqrt":
+        return 0.5 / result
+    if op == "abs":
+        return a / result
+    slopes = {"sin": cos(a), "cos": -sin(a)}  # both are nodes: one often needs the other
+    return slopes[op]
 
 
 def _directions(changes: Sequence[Tangent]) -> set[int]:
@@ -197,56 +210,61 @@ def _directions(changes: Sequence[Tangent]) -> set[int]:
     return set(chain.from_iterable(changes))
 
 
-def _combine(slopes: Sequence[Operand], changes: Sequence[Tangent]) -> Tangent:
+def _combine(slopes: Operands, changes: Sequence[Tangent]) -> Tangent:
     """Sum of slope times change, direction by direction."""
     total: dict[int, Scalar] = {}
     for slope, change in zip(slopes, changes, strict=True):
         for direction, value in change.items():
             part = slope * value
-            total[direction] = total[direction] + part if direction in total else part
-    return {k: v for k, v in total.items() if isinstance(v, Symbol) or v != 0.0}
+            if direction in total:
+                part = total[direction] + part
+            total[direction] = part
+    return {k: value for k, value in total.items() if not _is_zero(value)}
 
 
-def _inverse_tangents(
-    size: int, outputs: Sequence[Operand], changes: Sequence[Tangent]
-) -> list[Tangent]:
+def _is_zero(value: Scalar) -> bool:
+    return not isinstance(value, Symbol) and value == 0.0
+
+
+def _inverse_tangents(size: int, outputs: Operands, changes: Sequence[Tangent]) -> list[Tangent]:
     """d(A^-1) = -A^-1 dA A^-1,  d(det A) = det A tr(A^-1 dA)."""
-    inverse = [outputs[k * size : (k + 1) * size] for k in range(size)]
+    *entries, determinant = outputs
+    inverse = _rows(entries, size)
     result: list[Tangent] = [{} for _ in outputs]
     for direction in _directions(changes):
-        entries = [change.get(direction, 0.0) for change in changes]
-        slope = [entries[k * size : (k + 1) * size] for k in range(size)]
-        relative = _product(inverse, slope)
+        slope = [change.get(direction, 0.0) for change in changes]
+        relative = _product(inverse, _rows(slope, size))
         product = _product(relative, inverse)
         for k, entry in enumerate(chain.from_iterable(product)):
             result[k][direction] = -entry
-        trace = sum((relative[k][k] for k in range(1, size)), relative[0][0])
-        result[-1][direction] = outputs[-1] * trace
+        diagonal = [relative[k][k] for k in range(size)]
+        trace = sum(diagonal[1:], diagonal[0])
+        result[-1][direction] = determinant * trace
     return result
 
 
-def _product(a: Sequence[Sequence[Scalar]], b: Sequence[Sequence[Scalar]]) -> list[list[Scalar]]:
+def _product(a: Rows, b: Rows) -> Rows:
     columns = list(zip(*b, strict=True))
     return [_dots(row, columns) for row in a]
 
 
-def _dots(row: Sequence[Scalar], columns: Sequence[Sequence[Scalar]]) -> list[Scalar]:
+def _dots(row: Operands, columns: Sequence[Operands]) -> list[Scalar]:
     return [_dot(row, column) for column in columns]
 
 
-def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
-    return sum((x * y for x, y in zip(a, b, strict=True)), 0.0)
+def _dot(a: Operands, b: Operands) -> Scalar:
+    total: Scalar = 0.0
+    for x, y in zip(a, b, strict=True):
+        total = total + x * y
+    return total
 
 
-def _newton_tangents(
-    block: Block, solution: Sequence[Operand], changes: Sequence[Tangent]
-) -> list[Tangent]:
+def _newton_tangents(block: Block, solution: Operands, changes: Sequence[Tangent]) -> list[Tangent]:
     """Of the solution of a block's equations; whether the iteration converged does not change."""
-    size = block.size
-    result: list[Tangent] = [{} for _ in range(size + 1)]
-    if block.body is None or not any(changes):
-        return result
+    result: list[Tangent] = [{} for _ in range(block.outputs)]
     moving = [k for k, change in enumerate(changes) if change]
+    if not moving:
+        return result
     partials, slopes = _partials(block, solution, moving)
     inverse = Inverse(partials)
     moves = [changes[k] for k in moving]
@@ -258,24 +276,26 @@ def _newton_tangents(
     return result
 
 
-def _partials(
-    block: Block, solution: Sequence[Operand], moving: Sequence[int]
-) -> tuple[list[list[Scalar]], list[list[Scalar]]]:
+def _partials(block: Block, solution: Operands, moving: Sequence[int]) -> tuple[Rows, Rows]:
     """d phi/dx, and d phi/dp of the moving parameters, at the solution."""
     assert block.body is not None  # noqa: S101  only equations have partials
-    size, parameters_given = block.size, block.arguments[1]
+    size, given = block.size, block.arguments[1]
     graph = Graph()  # of the equations alone: the solution is an input like the parameters
     unknowns = [graph.input(0, k) for k in range(size)]
-    parameters = [graph.input(1, k) for k in range(len(parameters_given))]
+    parameters = [graph.input(1, k) for k in range(len(given))]
     values = block.body(unknowns, parameters)
-    partial = jacobian(values[:size], [parameters[k] for k in moving])
-    outputs = [*values[size:], *chain.from_iterable(partial)]
+    residuals, partials = values[:size], values[size:]
+    moving_parameters = [parameters[k] for k in moving]
+    slopes = jacobian(residuals, moving_parameters)
     symbols = [*unknowns, *parameters]
-    at_solution = [*solution, *parameters_given]
-    inputs = {x.index: y for x, y in zip(symbols, at_solution, strict=True)}
+    at_solution = zip(symbols, [*solution, *given], strict=True)
+    inputs = {symbol.index: value for symbol, value in at_solution}
+    outputs = [*partials, *chain.from_iterable(slopes)]
     flat = evaluate(graph, outputs, inputs)
-    return _rows(flat[: size * size], size), _rows(flat[size * size :], len(moving))
+    count = len(partials)
+    return _rows(flat[:count], size), _rows(flat[count:], len(moving))
 
 
-def _rows(flat: Sequence[Scalar], width: int) -> list[list[Scalar]]:
-    return [list(flat[start : start + width]) for start in range(0, len(flat), width)]
+def _rows(flat: Operands, width: int) -> Rows:
+    starts = range(0, len(flat), width)
+    return [list(flat[start : start + width]) for start in starts]

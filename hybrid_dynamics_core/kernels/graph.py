@@ -41,7 +41,10 @@ class Block:
 
         They are the inverse and the determinant, or the solution and the count of iterations.
         """
-        return self.size**2 + 1 if self.body is None else self.size + 1
+        count = self.size
+        if self.body is None:
+            count = self.size**2
+        return count + 1
 
     def symbols(self) -> list[Symbol]:
         """Symbols among the arguments, in order."""
@@ -80,10 +83,9 @@ class Graph:
         body: Body | None = None,
     ) -> list[Symbol]:
         """Symbols for the outputs of a new block."""
+        number = len(self.blocks)
         self.blocks.append(Block(kind, size, arguments, body))
-        return [
-            Symbol(self, self._node(("block", len(self.blocks) - 1, k))) for k in range(outputs)
-        ]
+        return [self.output(number, k) for k in range(outputs)]
 
     def output(self, block: int, k: int) -> Symbol:
         """The symbol for an output of a block."""
@@ -95,7 +97,8 @@ class Graph:
         if op == "input":
             return []
         if op == "block":
-            return [x.index for x in self.blocks[int(a)].symbols()]
+            symbols = self.blocks[int(a)].symbols()
+            return [x.index for x in symbols]
         return [x for x in (a, b) if isinstance(x, int)]
 
     def live(self, roots: Sequence[Operand]) -> list[int]:
@@ -143,7 +146,9 @@ class Symbol:
 
     def __add__(self, other: Operand) -> Operand:
         if not isinstance(other, Symbol):
-            return self if other == 0.0 else self.graph.apply("add", self, float(other))
+            if other == 0.0:
+                return self
+            return self.graph.apply("add", self, float(other))
         inner = other._negated()
         if inner is not None:
             return self - inner
@@ -156,14 +161,20 @@ class Symbol:
 
     def __sub__(self, other: Operand) -> Operand:
         if not isinstance(other, Symbol):
-            return self if other == 0.0 else self.graph.apply("sub", self, float(other))
+            if other == 0.0:
+                return self
+            return self.graph.apply("sub", self, float(other))
         if other.index == self.index:
             return 0.0
         inner = other._negated()
-        return self.graph.apply("sub", self, other) if inner is None else self + inner
+        if inner is None:
+            return self.graph.apply("sub", self, other)
+        return self + inner
 
     def __rsub__(self, other: float) -> Operand:
-        return -self if other == 0.0 else self.graph.apply("sub", float(other), self)
+        if other == 0.0:
+            return -self
+        return self.graph.apply("sub", float(other), self)
 
     def __mul__(self, other: Operand) -> Operand:
         if not isinstance(other, Symbol):
@@ -200,16 +211,22 @@ class Symbol:
         return self._times(1.0 / other)
 
     def __rtruediv__(self, other: float) -> Operand:
-        return 0.0 if other == 0.0 else self.reciprocal() * other
+        if other == 0.0:
+            return 0.0
+        return self.reciprocal() * other
 
     def reciprocal(self) -> Operand:
         """1 / self: one division, however many are divided by it."""
         inner = self._negated()
-        return -inner.reciprocal() if inner is not None else self.graph.apply("div", 1.0, self)
+        if inner is not None:
+            return -inner.reciprocal()
+        return self.graph.apply("div", 1.0, self)
 
     def __neg__(self) -> Symbol:
         inner = self._negated()
-        return inner if inner is not None else self.graph.apply("neg", self)
+        if inner is not None:
+            return inner
+        return self.graph.apply("neg", self)
 
     def sin(self) -> Symbol:
         """Sine."""

@@ -20,6 +20,7 @@ from tests.agreement.pinocchio_model import PinocchioRobot
 from tests.generated.case import Case
 from tests.generated.robots import STATES, examples, robots
 from tests.robots import ROBOTS, random_states, random_vector, robot, scaled
+from tests.sampling import swept
 
 AGREE = 1e-8  # both engines close to 1e-12 or so; R loses up to four digits at margins of 0.01
 CLOSED = tuple(name for name in ROBOTS if robot(name).description.closures)
@@ -59,7 +60,7 @@ def test_forward_dynamics_of_random_robots_is_that_of_the_constrained_tree(
 
 
 @ENGINES
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", swept(ROBOTS))
 def test_inverse_dynamics_is_the_trees_projected(name: str, engine: type) -> None:
     machine, theirs = robot(name), model(engine, name)
     for k, state in enumerate(random_states(name)):
@@ -70,7 +71,7 @@ def test_inverse_dynamics_is_the_trees_projected(name: str, engine: type) -> Non
         assert scaled(machine.inverse_dynamics(state, ddu) - tau, size) < AGREE
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", swept(ROBOTS))
 def test_mass_matrix_is_the_trees_projected(name: str) -> None:
     machine, theirs = robot(name), model(PinocchioRobot, name)
     for state in random_states(name):

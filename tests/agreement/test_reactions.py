@@ -14,6 +14,7 @@ from tests.agreement.pinocchio_model import PinocchioRobot
 from tests.generated.case import Case
 from tests.generated.robots import STATES, examples, robots
 from tests.robots import ROBOTS, random_states, random_vector, robot, scaled
+from tests.sampling import swept
 
 WRENCH = np.array([40.0, -30.0, 20.0, 3.0, -2.0, 5.0])
 
@@ -136,7 +137,7 @@ def along_joints(machine: Robot, state: ClosedState, reactions: Reactions) -> np
     return along
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", swept(ROBOTS))
 def test_every_link_is_in_balance(name: str) -> None:
     """Newton and Euler on each free body."""
     machine = robot(name)
@@ -167,7 +168,7 @@ def test_reactions_of_random_robots_balance_every_link_do_no_work_and_leave_pass
     assert np.abs(along_joints(machine, state, reactions) - needed).max() < 1e-8 * size
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", swept(ROBOTS))
 def test_joints_without_drives_turn_freely(name: str) -> None:
     """Along their axes the wrenches of active joints are tau, those of passive joints nothing."""
     machine = robot(name)
@@ -182,7 +183,7 @@ def test_joints_without_drives_turn_freely(name: str) -> None:
         assert np.abs(along[state.n :]).max(initial=0.0) < 1e-11 * size
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", swept(ROBOTS))
 def test_reactions_do_no_work(name: str) -> None:
     machine = robot(name)
     for k, state in enumerate(random_states(name)):
@@ -190,7 +191,7 @@ def test_reactions_do_no_work(name: str) -> None:
         assert work_of_pins(machine, state, reactions) < 1e-9
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", swept(ROBOTS))
 def test_foundation_bears_weight_and_inertia(name: str) -> None:
     machine = robot(name)
     for k, state in enumerate(random_states(name)):
@@ -209,7 +210,7 @@ def test_foundation_bears_weight_and_inertia(name: str) -> None:
         assert scaled(base - [*force, *moment], base) < 1e-11
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", swept(ROBOTS))
 def test_a_batch_is_its_states(name: str) -> None:
     machine = robot(name)
     states = random_states(name)

@@ -187,7 +187,7 @@ def test_losses_told_again_are_told_once_and_kinds_stay_few():
     assert sum(int(text.split()[2]) for text in more) == 10_000
 
 
-@pytest.mark.soak
+@pytest.mark.sweep(sample="test_damaged_bags_give_true_messages_and_tell_what_is_lost")
 def test_a_thousand_damaged_bags(whole, tmp_path):
     rng = np.random.default_rng(9)
     for k in range(1000):

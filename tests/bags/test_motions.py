@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.rosbag2 import Writer
 
@@ -28,12 +28,13 @@ from hybrid_dynamics_ros.stream.topics import TOPICS
 from tests.bags.messages import START, bag, joint_motion, messages_of, recorded, recorded_motions
 from tests.bags.test_outputs import plain, written
 from tests.bags.test_stream import ACTIVE, GOOD, MS, NAMES, assert_same
+from tests.sampling import examples, swept
 
 MOTIONS = f"{NODE}/active_joint_motions"
 ROBOT = "forging_chu2020"
 
 
-@pytest.mark.parametrize("name", shipped_robots())
+@pytest.mark.parametrize("name", swept(shipped_robots()))
 def test_every_shipped_robot_gives_the_bits_of_the_stream(name):
     robot = load(name)
     expected = assert_same(robot, recorded_motions(robot, 20), cuts=(7, 8), kind=JOINT_MOTION)
@@ -68,7 +69,7 @@ def sequences(draw):
     return pairs, sorted(draw(st.lists(st.integers(0, len(pairs)), max_size=3)))
 
 
-@settings(max_examples=60)
+@examples(60)
 @given(case=sequences())
 def test_any_sequence_cut_anywhere_gives_the_bits_of_the_stream(forging, case):
     assert_same(forging, *case, kind=JOINT_MOTION)

@@ -24,6 +24,7 @@ from hybrid_dynamics_ros.stream.rate_limit import RateLimit
 from hybrid_dynamics_ros.stream.results import MotionResult
 from hybrid_dynamics_ros.stream.topics import TOPICS, Transforms
 from tests.bags.messages import bag, recorded
+from tests.sampling import SAMPLE, swept
 
 
 def plain(message):
@@ -73,15 +74,22 @@ def by_rosbags(path):
     return found
 
 
+NO_VELOCITIES = "forging_chu2020 without velocities"
+
+
 @pytest.mark.ros
-@pytest.mark.parametrize("name", [*shipped_robots(), "forging_chu2020 without velocities"])
+@pytest.mark.parametrize(
+    "name",
+    swept([*shipped_robots(), NO_VELOCITIES], (*SAMPLE, NO_VELOCITIES)),
+)
 def test_a_bag_has_what_the_node_would_have_published(name, tmp_path):
     pytest.importorskip("hybrid_dynamics_msgs")
     from sensor_msgs.msg import JointState
 
     from hybrid_dynamics_ros.messages.conversions import sample_of_state, stamp_to_ns
 
-    name, _, without = name.partition(" ")
+    without = name == NO_VELOCITIES
+    name = name.partition(" ")[0]
     robot = load(name)
     pairs = recorded(robot, 40, velocity=not without)
     outcome = process(Job(bag(tmp_path / "in", pairs), tmp_path / "out", name, keep=True))

@@ -7,7 +7,7 @@ import pickle
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core import load, shipped_robots
@@ -21,6 +21,7 @@ from hybrid_dynamics_ros.stream.filter.filter import PolynomialFilter
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
 from hybrid_dynamics_ros.stream.results import MotionResult
 from tests.bags.messages import START, joint_state, messages_of, recorded
+from tests.sampling import examples, swept
 
 ACTIVE = ("q1", "q12", "q22", "q4")
 GOOD = {"q1": 0.1, "q12": 0.1, "q22": 0.15, "q4": 0.2, "hose": np.nan}
@@ -94,7 +95,7 @@ def assert_same(robot, pairs, cuts=(), measured=None, kind=JOINT_STATE, calibrat
 
 
 @pytest.mark.parametrize("velocity", [True, False])
-@pytest.mark.parametrize("name", shipped_robots())
+@pytest.mark.parametrize("name", swept(shipped_robots()))
 def test_every_shipped_robot_gives_the_bits_of_the_stream(name, velocity):
     robot = load(name)
     expected = assert_same(robot, recorded(robot, 50, velocity=velocity), cuts=(7, 8, 30))
@@ -139,7 +140,7 @@ def sequences(draw):
     return pairs, sorted(draw(st.lists(st.integers(0, len(pairs)), max_size=3)))
 
 
-@settings(max_examples=150)
+@examples(150)
 @given(case=sequences())
 def test_any_sequence_cut_anywhere_gives_the_bits_of_the_stream(forging, case):
     assert_same(forging, *case)

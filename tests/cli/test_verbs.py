@@ -16,6 +16,7 @@ import yaml
 from hybrid_dynamics_cli.app import VERBS
 from hybrid_dynamics_core import Robot, load, shipped_robots
 from tests.cli.calling import call, call_line, data_of, shipped_text
+from tests.sampling import swept
 
 U = "0,0.10,0.15,30*deg"
 BROKEN = "format: 1\nname: broken\nlinks:\n  base: {}\n  arm: {mass: -1}\n"
@@ -32,7 +33,7 @@ def test_every_verb_is_listed_and_has_help() -> None:
         assert "Example" in page.output or "--help" in page.output
 
 
-@pytest.mark.parametrize("name", shipped_robots())
+@pytest.mark.parametrize("name", swept(shipped_robots()))
 def test_every_shipped_robot_is_right(name: str) -> None:
     answer = data_of("check", name)
     robot = load(name)

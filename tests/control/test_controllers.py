@@ -17,6 +17,7 @@ from hybrid_dynamics_core.control import (
     efforts_along,
 )
 from hybrid_dynamics_core.simulation import Settings, Simulation, simulate
+from tests.sampling import swept
 
 SPAN = (0.0, 1.2)  # [s]
 STARTS = {  # from where to where
@@ -39,7 +40,7 @@ def errors(motion: Simulation, trajectory: JointTrajectory) -> np.ndarray:
     return trajectory(motion.t).u - motion.u
 
 
-@pytest.mark.parametrize("name", STARTS)
+@pytest.mark.parametrize("name", swept(STARTS))
 def test_computed_torque_makes_the_error_a_linear_one(name: str) -> None:
     """From a start off the trajectory e'' + kd e' + kp e = 0, to the integrator's accuracy."""
     robot, trajectory = motion_of(name)
@@ -61,7 +62,7 @@ def test_computed_torque_makes_the_error_a_linear_one(name: str) -> None:
     assert errors(motion, trajectory) == pytest.approx(expected, abs=1e-7)
 
 
-@pytest.mark.parametrize("name", ["forging_chu2020", "excavator"])
+@pytest.mark.parametrize("name", swept(["forging_chu2020", "excavator"]))
 def test_computed_torque_needs_the_payload(name: str) -> None:
     robot, trajectory = motion_of(name)
     laden = robot.loads.with_payload(Payload(60.0, [0.1, 0.0, 0.0]))
@@ -74,7 +75,7 @@ def test_computed_torque_needs_the_payload(name: str) -> None:
     assert np.abs(errors(runs["not told"], trajectory)).max() > 1e-4
 
 
-@pytest.mark.parametrize("name", STARTS)
+@pytest.mark.parametrize("name", swept(STARTS))
 def test_gravity_compensation_leaves_the_arm_where_it_is(name: str) -> None:
     robot, trajectory = motion_of(name)
     wrench = [10.0, -20.0, 15.0, 1.0, 2.0, -1.0]
@@ -107,7 +108,7 @@ def test_damping_brings_it_to_a_standstill(forging: Robot) -> None:
     assert motion.energy.kinetic[-1] < 1e-3 * motion.energy.kinetic[0]
 
 
-@pytest.mark.parametrize("name", STARTS)
+@pytest.mark.parametrize("name", swept(STARTS))
 def test_feed_forward_follows_without_feedback(name: str) -> None:
     """On the trajectory from the start, without any feedback: only the integrator's error grows."""
     robot, trajectory = motion_of(name)
@@ -116,7 +117,7 @@ def test_feed_forward_follows_without_feedback(name: str) -> None:
     assert np.abs(errors(motion, trajectory)).max() < 1e-6
 
 
-@pytest.mark.parametrize("name", ["forging_chu2020", "excavator"])
+@pytest.mark.parametrize("name", swept(["forging_chu2020", "excavator"]))
 def test_feed_forward_is_worth_more_than_gains(name: str) -> None:
     robot, trajectory = motion_of(name)
     start = trajectory.positions[0]

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core import IKStatus, Pose, Robot, load, shipped_robots
+from tests.sampling import examples, swept
 from tests.strategies import positions
 
 WITH_PLATFORM = ("ankle", "delta", "gough", "staicu2015")
@@ -18,12 +19,12 @@ def test_which_robots_have_one(name: str) -> None:
     assert (load(name).pose_chain is not None) == (name in WITH_PLATFORM)
 
 
-@pytest.fixture(scope="module", params=WITH_PLATFORM)
+@pytest.fixture(scope="module", params=swept(WITH_PLATFORM))
 def robot(request: pytest.FixtureRequest) -> Robot:
     return load(request.param)
 
 
-@settings(max_examples=15)
+@examples(15)
 @given(data=st.data())
 def test_the_pose_is_reached_without_iterations(robot: Robot, data: st.DataObject) -> None:
     u = robot.reference + 0.5 * (data.draw(positions(robot)) - robot.reference)

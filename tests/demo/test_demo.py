@@ -16,8 +16,6 @@ from hybrid_dynamics_ros.demo.play.recording import shipped_messages
 from hybrid_dynamics_ros.demo.topics import INPUT
 from hybrid_dynamics_ros.demo.trajectory import paper_trajectory
 
-pytestmark = pytest.mark.ros
-
 ROOT = Path(__file__).resolve().parents[2]
 DEADLINE = 120.0  # [s], for 7 s on an idle machine
 

@@ -20,6 +20,7 @@ from tests.description.oracle import (
     link_pose,
     mass_matrix,
 )
+from tests.sampling import swept
 
 FOLDER = Path(str(resources.files("hybrid_dynamics_core"))) / "robots"
 NAMES = sorted(path.stem for path in FOLDER.glob("*.yaml"))
@@ -57,7 +58,7 @@ def test_the_class_is_shown() -> None:
     assert {"palletizer", "staicu2015", "type_c", "type_d"} <= set(NAMES)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", swept(NAMES))
 class TestEveryRobot:
     def test_says_where_its_numbers_come_from(self, name: str) -> None:
         robot = robot_of(name)

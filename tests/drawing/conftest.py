@@ -1,16 +1,24 @@
-"""Every robot that is drawn: the shipped ones and others of many shapes, each loaded once."""
+"""Every robot that is drawn: the shipped ones and others of many shapes.
+
+Each is loaded once, and drawn once with each set of names.
+"""
 
 import functools
+from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from matplotlib.figure import Figure
 
 from hybrid_dynamics_core import Robot, load, shipped_robots
 from hybrid_dynamics_core.drawing import draw
+from tests.sampling import swept
 
 from .shapes import SHAPES, shape
 
 ROBOTS = (*shipped_robots(), *SHAPES)
+# planar and spatial loops, sliders, a serial arm
+SAMPLE = ("excavator", "forging_chu2020", "slider_crank", "staicu2015", "wrist")
 
 
 @functools.cache
@@ -20,9 +28,9 @@ def robot_of(name: str) -> Robot:
 
 
 @functools.cache
-def drawing_of(name: str) -> Figure:
-    """A robot drawn with the names of its active joints: for reading only."""
-    return draw(robot_of(name))
+def drawing_of(name: str, names: str = "active") -> Figure:
+    """A robot drawn with the names of its active joints, or others: for reading only."""
+    return draw(robot_of(name), names=names)
 
 
 def artists_of(figure: Figure, kind: type, *prefixes: str) -> list:
@@ -39,7 +47,21 @@ def legend_texts(figure: Figure) -> list[str]:
     return texts
 
 
-@pytest.fixture(params=ROBOTS)
+@pytest.fixture(scope="session")
+def svg_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """The file of a robot's drawing, made once."""
+    folder = tmp_path_factory.mktemp("drawings")
+
+    def path_of(name: str) -> Path:
+        path = folder / f"{name}.svg"
+        if not path.exists():
+            draw(robot_of(name), path=path)
+        return path
+
+    return path_of
+
+
+@pytest.fixture(params=swept(ROBOTS, SAMPLE))
 def robot(request: pytest.FixtureRequest) -> Robot:
     """Each robot in turn."""
     return robot_of(request.param)

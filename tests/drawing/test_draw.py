@@ -1,7 +1,9 @@
 """What a drawing holds: every link, joint, loop and active name, in both formats."""
 
 import re
+from collections.abc import Callable
 from itertools import combinations
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -52,11 +54,11 @@ def test_every_link_joint_and_closure_has_its_artist(robot: Robot) -> None:
     assert owners(names, "closure") >= closures
 
 
-def test_the_svg_holds_them_by_name_and_the_active_names_as_text(robot: Robot, tmp_path) -> None:
-    path = tmp_path / "robot.svg"
-    draw(robot, path=path)
+def test_the_svg_holds_them_by_name_and_the_active_names_as_text(
+    robot: Robot, svg_of: Callable[[str], Path]
+) -> None:
     ids, written = set(), set()
-    for element in ElementTree.parse(path).iter():
+    for element in ElementTree.parse(svg_of(robot.name)).iter():
         ids.add(element.get("id", ""))
         if element.tag.endswith("}text"):
             written.add("".join(element.itertext()).strip())
@@ -68,9 +70,9 @@ def test_the_svg_holds_them_by_name_and_the_active_names_as_text(robot: Robot, t
 
 
 def test_names_are_shown_as_asked(robot: Robot) -> None:
-    joints = labels(draw(robot, names="joints"))
-    everything = labels(draw(robot, names="all"))
-    assert labels(draw(robot, names="none")) == set()
+    joints = labels(drawing_of(robot.name, "joints"))
+    everything = labels(drawing_of(robot.name, "all"))
+    assert labels(drawing_of(robot.name, "none")) == set()
     assert labels(drawing_of(robot.name)) == {*robot.active, robot.end_effector}
     assert joints == {*robot.coordinates, robot.end_effector}
     assert everything > joints
@@ -78,12 +80,12 @@ def test_names_are_shown_as_asked(robot: Robot) -> None:
 
 
 def test_the_base_is_named_among_the_links(robot: Robot) -> None:
-    assert robot.base_frame in labels(draw(robot, names="all"))
+    assert robot.base_frame in labels(drawing_of(robot.name, "all"))
 
 
 @pytest.mark.parametrize(("name", "which"), [("five_bar", "the"), ("excavator", "each")])
 def test_the_pin_of_the_key_is_that_of_the_picture(name: str, which: str) -> None:
-    figure = draw(robot_of(name))
+    figure = drawing_of(name)
     handles = {}
     for legend in figure.legends:
         texts = [text.get_text() for text in legend.get_texts()]
@@ -184,7 +186,7 @@ def test_a_name_stands_on_no_outline_however_long_that_is(reach: float) -> None:
 @pytest.mark.parametrize("name", ["excavator", "forging_chu2020", "type_c", "type_d"])
 def test_the_name_of_the_base_keeps_off_the_axis_of_the_column(name: str) -> None:
     robot = robot_of(name)
-    figure = draw(robot, names="all")
+    figure = drawing_of(name, "all")
     (axes,) = figure.axes
     figure.canvas.draw()
     (name_of_base,) = artists_of(figure, Text, f"name:link:{robot.base_frame}")
@@ -204,7 +206,7 @@ def any_inside(box, points: np.ndarray) -> bool:
 
 @pytest.mark.parametrize("name", ["ankle", "excavator", "gough", "palletizer", "staicu2015"])
 def test_no_line_to_a_name_runs_under_another_name(name: str) -> None:
-    figure = draw(robot_of(name), names="all")
+    figure = drawing_of(name, "all")
     (axes,) = figure.axes[:1]
     figure.canvas.draw()
     names = artists_of(figure, Text, "name:")
@@ -223,11 +225,12 @@ def test_scales_are_equal(robot: Robot) -> None:
     assert right[0] - corner[0] == pytest.approx(up[1] - corner[1], rel=1e-9)
 
 
-def test_the_same_robot_gives_the_same_file(robot: Robot, tmp_path) -> None:
-    files = [tmp_path / name for name in ("one.svg", "two.svg")]
-    for file in files:
-        draw(robot, path=file)
-    assert files[0].read_bytes() == files[1].read_bytes()
+def test_the_same_robot_gives_the_same_file(
+    robot: Robot, svg_of: Callable[[str], Path], tmp_path: Path
+) -> None:
+    other = tmp_path / "other.svg"
+    draw(robot, path=other)
+    assert other.read_bytes() == svg_of(robot.name).read_bytes()
 
 
 def test_a_png_is_written(forging: Robot, tmp_path) -> None:

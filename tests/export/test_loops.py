@@ -17,9 +17,10 @@ from hybrid_dynamics_core.formats.reader import parse_description
 from tests.description.test_urdf import body, joint
 from tests.export.test_urdf import configuration
 from tests.robots import random_states, robot
+from tests.sampling import swept
 
 
-@pytest.mark.parametrize("name", shipped_robots())
+@pytest.mark.parametrize("name", swept(shipped_robots()))
 def test_pairs_close_in_pinocchio_where_the_robot_does(name: str) -> None:
     """Frames of the pair meet and stay together in Pinocchio, and leave as much freedom."""
     machine = robot(name)

@@ -11,6 +11,7 @@ from hybrid_dynamics_core import Robot, shipped_robots
 from hybrid_dynamics_core.formats.mjcf.writer import to_mjcf
 from hybrid_dynamics_core.formats.reader import parse_description
 from tests.robots import random_states, random_vector, robot
+from tests.sampling import swept
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -40,7 +41,7 @@ class Model:
         return solved[:n][self.index], np.array(self.data.qacc)[self.index]
 
 
-@pytest.mark.parametrize("name", shipped_robots())
+@pytest.mark.parametrize("name", swept(shipped_robots()))
 class TestEveryRobot:
     def test_the_model_is_the_same(self, name: str) -> None:
         machine = robot(name)

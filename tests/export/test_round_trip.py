@@ -14,6 +14,7 @@ from hybrid_dynamics_core.export import to_gepetto, to_mjcf, to_sdf, to_urdf_plu
 from hybrid_dynamics_core.formats.reader import parse_description
 from tests.export.bars import LIMITED, PAIR
 from tests.robots import random_states, robot
+from tests.sampling import swept
 
 FORMS = ["urdf+", "robot.yaml", "sdf", "mjcf"]
 # relative: poses become angles or quaternions of 17 digits and back, in SDFormat through the whole
@@ -83,7 +84,7 @@ def assert_they_move_alike(machine: Robot, back: Robot, states: tuple) -> None:
 
 
 @pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("name", shipped_robots())
+@pytest.mark.parametrize("name", swept(shipped_robots()))
 def test_a_shipped_robot_comes_back(name: str, form: str, tmp_path: Path) -> None:
     machine = load(name)
     back = load(write(machine, form, tmp_path))

@@ -12,6 +12,7 @@ from hybrid_dynamics_core import DescriptionError, InputError, Robot, load, ship
 from hybrid_dynamics_core.export import to_sdf
 from hybrid_dynamics_core.formats.reader import parse_description
 from tests.robots import robot
+from tests.sampling import swept
 
 # what links of 1e-9 kg, which stand for massless ones, may change of the smallest shipped robot
 MASSLESS = 1e-6
@@ -69,7 +70,7 @@ def test_another_engine_finds_the_same_tree(name: str) -> None:
     assert np.abs(weight - expected.g).max() < MASSLESS * max(1.0, float(np.abs(expected.g).max()))
 
 
-@pytest.mark.parametrize("name", shipped_robots())
+@pytest.mark.parametrize("name", swept(shipped_robots()))
 def test_every_loop_joint_is_at_zero_where_the_model_is_drawn(name: str) -> None:
     """Both of its links put its frame at one place: what SDFormat wants of a joint at zero."""
     machine = robot(name)

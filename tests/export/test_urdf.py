@@ -15,6 +15,7 @@ import pytest
 from hybrid_dynamics_core import load, shipped_robots
 from hybrid_dynamics_core.description.geometry import rotation_from_rpy, rpy_of
 from hybrid_dynamics_core.formats.urdf.writer import to_urdf
+from tests.sampling import swept
 
 
 def configuration(model: pinocchio.Model, values: dict[str, float]) -> np.ndarray:
@@ -28,7 +29,7 @@ def configuration(model: pinocchio.Model, values: dict[str, float]) -> np.ndarra
     return q
 
 
-@pytest.mark.parametrize("name", shipped_robots())
+@pytest.mark.parametrize("name", swept(shipped_robots()))
 def test_an_independent_parser_finds_every_frame_where_it_is(name: str) -> None:
     robot = load(name)
     model = pinocchio.buildModelFromXML(to_urdf(robot.description))
@@ -46,7 +47,7 @@ def test_an_independent_parser_finds_every_frame_where_it_is(name: str) -> None:
         np.testing.assert_allclose(actual.rotation, pose.rotation, atol=1e-9)
 
 
-@pytest.mark.parametrize("name", shipped_robots())
+@pytest.mark.parametrize("name", swept(shipped_robots()))
 def test_an_independent_parser_finds_the_same_weight_along_every_joint(name: str) -> None:
     robot = load(name)
     model = pinocchio.buildModelFromXML(to_urdf(robot.description))
@@ -58,7 +59,7 @@ def test_an_independent_parser_finds_the_same_weight_along_every_joint(name: str
     np.testing.assert_allclose(actual, robot.spanning_terms(state).g, rtol=1e-9, atol=1e-6)
 
 
-@pytest.mark.parametrize("name", shipped_robots())
+@pytest.mark.parametrize("name", swept(shipped_robots()))
 def test_the_tree_is_read_back(name: str, tmp_path: Path) -> None:
     """Every joint of the tree is driven; its reference is zero, or the limit nearest to it."""
     robot = load(name)

@@ -5,35 +5,30 @@ Class III robots and stacks of modules, and other ways to write the same robot.
 
 from __future__ import annotations
 
-import os
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import Phase, settings
+from hypothesis import Phase
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core.description import Closure, Frame, RobotDescription
 from hybrid_dynamics_core.ground.arrays import frozen
+from tests import sampling
 from tests.generated.case import Case
 from tests.generated.class_three import class_three
 from tests.generated.stacks import stacks
+from tests.sampling import Test
 
 STATES = st.integers(0, 99)  # seeds of random states
 
 
-MORE = int(
-    os.environ.get("MORE_EXAMPLES", "1")
-)  # times as many robots, and others at each run: to search for faults
-
-
-def examples(number: int) -> settings:
-    """So many robots.
+def examples(number: int) -> Callable[[Test], Test]:
+    """So many robots, or a sample of them.
 
     None is shrunk: a plan is short as it stands, and building hundreds of robots takes minutes.
     """
-    return settings(
-        max_examples=number * MORE, derandomize=MORE == 1, phases=(Phase.explicit, Phase.generate)
-    )
+    return sampling.examples(number, phases=(Phase.explicit, Phase.generate))
 
 
 def robots() -> st.SearchStrategy[Case]:

@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core import InputError, Parameters, Robot, load
@@ -22,6 +22,7 @@ from hybrid_dynamics_core.identification.consistency import consistent, pseudo_i
 from hybrid_dynamics_core.simulation import Settings, simulate
 from tests.mechanisms import changed, describe, random_link
 from tests.robots import ROBOTS, robot, scaled
+from tests.sampling import examples, swept
 
 FRICTION = {
     "viscous": [30.0, 500.0, 300.0, 3.0],
@@ -48,7 +49,7 @@ def is_physical(values: np.ndarray) -> bool:
     return bool(np.linalg.eigvalsh(pseudo_inertia(values))[0] > 0.0)
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", swept(ROBOTS))
 class TestBaseParameters:
     def test_they_give_tau_like_all_parameters(self, name: str) -> None:
         """On states and for parameters they were not found with."""
@@ -304,7 +305,7 @@ class TestConsistency:
         assert result[:10] == pytest.approx(prior[:10], rel=1e-9)
         assert result[10] == pytest.approx(7.0, rel=1e-4)
 
-    @settings(deadline=None, max_examples=60)
+    @examples(60)
     @given(st.integers(0, 2**32 - 1), st.integers(5, 24), st.integers(0, 7))
     def test_bodies_stay_physical_however_sharp_the_measurements(
         self, seed: int, rank: int, sharpness: int

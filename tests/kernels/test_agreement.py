@@ -7,6 +7,7 @@ import pytest
 
 from tests.kernels.programs_of import BACKENDS, PROGRAMS, inputs, kernel, plain, split, worst
 from tests.robots import ROBOTS, random_states
+from tests.sampling import swept
 
 # rounding of order 1e-16 times the cancellation in sums of large terms, and 1 / distance to a
 # singularity, squared
@@ -14,7 +15,7 @@ EXACT = 1e-12
 
 
 @pytest.mark.parametrize("which", PROGRAMS)
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", swept(ROBOTS))
 def test_every_form_gives_the_plain_numbers(name: str, which: str) -> None:
     states = random_states(name, count=5)
     every = [inputs(name, which, state, k) for k, state in enumerate(states)]

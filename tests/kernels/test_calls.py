@@ -17,6 +17,7 @@ from hybrid_dynamics_core.kernels import run
 from tests.kernels.programs_of import BACKENDS
 from tests.mechanisms import changed
 from tests.robots import ROBOTS, random_states, random_vector, robot
+from tests.sampling import swept
 
 U = np.array([0.3, 0.15, 0.175, 0.4])
 DU = np.array([0.2, 0.03, -0.02, 0.5])
@@ -48,7 +49,7 @@ def _laden(machine: Robot) -> Loads:
     return machine.loads.with_payload(Payload(10.0))
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", swept(ROBOTS))
 def test_fused_calls_are_the_thorough_calls(name: str) -> None:
     machine = robot(name)
     kernels = machine.kernels
@@ -76,7 +77,7 @@ def test_fused_calls_are_the_thorough_calls(name: str) -> None:
 
 
 @pytest.mark.parametrize("laden", [False, True])
-@pytest.mark.parametrize("name", [name for name in ROBOTS if not robot(name).follows])
+@pytest.mark.parametrize("name", swept(name for name in ROBOTS if not robot(name).follows))
 def test_closure_and_efforts_in_one_call_are_those_of_two_to_the_last_bit(
     name: str, laden: bool
 ) -> None:

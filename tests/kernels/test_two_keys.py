@@ -295,13 +295,11 @@ def test_facts_without_their_code_are_made_anew(folder: Path) -> None:
 
 
 def test_the_longest_unused_go_first(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cache, "MAX_ENTRIES", 2)
-    keys = [letter * 64 for letter in "abc"]
-    for age, key in enumerate(keys[:2]):
+    monkeypatch.setattr(cache, "MAX_ENTRIES", 3)
+    keys = [letter * 64 for letter in "abcd"]
+    for age, key in enumerate(keys[:3]):
         cache.write(key, cache.Entry())
-        stamp = 1000.0 + age
-
-        os.utime(folder / f"{key}.kernel", (stamp, stamp))
-    assert cache.read(keys[0]) is not None  # used again
-    cache.write(keys[2], cache.Entry())
-    assert [cache.read(key) is None for key in keys] == [False, True, False]
+        os.utime(folder / f"{key}.kernel", (1000.0 + age, 1000.0 + age))
+    assert cache.read(keys[0]) is not None  # used once more
+    cache.write(keys[3], cache.Entry())
+    assert [cache.read(key) is None for key in keys] == [False, True, True, False]

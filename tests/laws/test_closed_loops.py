@@ -6,10 +6,11 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from hybrid_dynamics_core import ClosedState, Robot, load, shipped_robots
+from tests.sampling import examples, swept
 from tests.strategies import positions, rates
 
 # step of central differences: truncation ~H^2, rounding ~1e-16/H, so they agree to about 1e-8 of
@@ -24,7 +25,7 @@ def shipped(name: str) -> Robot:
     return load(name)
 
 
-@pytest.fixture(params=shipped_robots(), scope="module")
+@pytest.fixture(params=swept(shipped_robots()), scope="module")
 def robot(request: pytest.FixtureRequest) -> Robot:
     return shipped(request.param)
 
@@ -50,7 +51,7 @@ def pin_gaps(robot: Robot, state: ClosedState) -> np.ndarray:
 
 def law(function):
     """A law on a robot and random data, a few states each."""
-    return settings(max_examples=EXAMPLES)(given(data=st.data())(function))
+    return examples(EXAMPLES)(given(data=st.data())(function))
 
 
 @law

@@ -19,6 +19,7 @@ from tests.generated.assembly import turn, unit
 from tests.generated.rerooted import other_cuts, rerooted
 from tests.generated.robots import moved, shuffled, swapped
 from tests.robots import ROBOTS, random_states, random_vector, robot, scaled
+from tests.sampling import SAMPLE, sweep_unless, swept
 
 # Both robots round each coordinate to about 1e-15 over the distance to a singularity, R to that
 # over its square, and R' u', which goes into tau, to that over its cube: with random_states above
@@ -62,7 +63,7 @@ def retold(machine: Robot, seed: int) -> Robot:
 
 
 @pytest.mark.parametrize("copy", [mounted, retold])
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", swept(ROBOTS))
 def test_copy_needs_the_same_efforts(name: str, copy: object) -> None:
     machine = robot(name)
     other = copy(machine, len(name))  # type: ignore[operator]
@@ -96,7 +97,9 @@ def cut_elsewhere() -> Iterator[object]:
     for name in ROBOTS:
         cuts = other_cuts(robot(name).description)
         for closure, joint in cuts[:: max(1, -(-len(cuts) // 3))]:
-            yield pytest.param(name, closure, joint, id=f"{name}-{joint}")
+            yield pytest.param(
+                name, closure, joint, id=f"{name}-{joint}", marks=sweep_unless(name in SAMPLE)
+            )
 
 
 @pytest.mark.parametrize(("name", "closure", "joint"), [*cut_elsewhere()])

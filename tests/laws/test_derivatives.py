@@ -12,6 +12,7 @@ import pytest
 from hybrid_dynamics_core import ClosedState, Robot
 from tests.laws.test_loads import heavy_loads
 from tests.robots import ROBOTS, random_states, random_vector, robot, scaled
+from tests.sampling import swept
 
 H = 2e-4  # truncation H^4 and rounding 1e-16 / H meet at about 1e-12 of the higher derivatives
 ROUNDING = 1e-12  # the mass matrix comes out of two programs, which round in different orders
@@ -36,7 +37,7 @@ def tolerance(state: ClosedState) -> float:
 
 
 @pytest.mark.parametrize("laden", [False, True], ids=["bare", "laden"])
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", swept(ROBOTS))
 class TestDerivatives:
     def test_inverse_dynamics(self, name: str, laden: bool) -> None:
         machine, ddu = robot(name), random_vector(robot(name), 1)
@@ -72,7 +73,7 @@ class TestDerivatives:
             assert unit == pytest.approx(np.eye(state.n), abs=1e-9)
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", swept(ROBOTS))
 def test_one_undoes_the_other(name: str) -> None:
     """With u'' = FD(u, u', ID(u, u', u'')):  d FD/du + d FD/d tau d ID/du = 0, and for u' alike.
 
@@ -94,7 +95,7 @@ def test_one_undoes_the_other(name: str) -> None:
             )
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", swept(ROBOTS))
 def test_a_batch_is_its_states(name: str) -> None:
     machine, states = robot(name), random_states(name)
     batch = machine.close(np.array([s.u for s in states]), np.array([s.du for s in states]))

@@ -16,6 +16,7 @@ from hybrid_dynamics_core.description.model import Link
 from hybrid_dynamics_core.ground.arrays import frozen
 from tests.mechanisms import changed
 from tests.robots import ROBOTS, random_states, random_vector, robot, scaled
+from tests.sampling import swept
 
 TOOL = Payload(7.5, [0.05, -0.1, 0.2], [[0.3, 0.02, -0.01], [0.02, 0.25, 0.03], [-0.01, 0.03, 0.2]])
 TIGHT = 1e-11  # rounding, relative to the terms that make the value up
@@ -44,7 +45,7 @@ def heavy_loads(machine: Robot, seed: int = 0) -> Loads:
     )
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", swept(ROBOTS))
 class TestLoads:
     def test_payload_is_part_of_its_link(self, name: str) -> None:
         """The same tau as from a description whose link has the payload's mass and inertia joined

@@ -10,6 +10,7 @@ import pytest
 
 from hybrid_dynamics_core import ClosedState
 from tests.robots import ROBOTS, random_states, random_vector, robot, scaled
+from tests.sampling import swept
 
 STATES = [(name, k) for name in ROBOTS for k in range(4)]
 H = 1e-6  # step of central differences
@@ -20,7 +21,7 @@ def state_of(name: str, k: int) -> ClosedState:
     return random_states(name, 4)[k]
 
 
-@pytest.mark.parametrize(("name", "k"), STATES)
+@pytest.mark.parametrize(("name", "k"), swept(STATES))
 class TestMinimalForm:
     def test_coriolis_matrix_gives_the_coriolis_forces(self, name: str, k: int) -> None:
         state, machine = state_of(name, k), robot(name)
@@ -90,7 +91,7 @@ class TestMinimalForm:
         assert scaled(again - tau, tau, machine.minimal_form(state)[1]) < 1e-9
 
 
-@pytest.mark.parametrize(("name", "k"), STATES)
+@pytest.mark.parametrize(("name", "k"), swept(STATES))
 class TestSpanningTerms:
     def test_equations_hold(self, name: str, k: int) -> None:
         """M s'' + C s' + g + extra + J^T lambda = [tau.
@@ -137,7 +138,7 @@ class TestSpanningTerms:
         assert scaled(answer[: state.n] - ddu, answer[: len(state.s)]) < 1e-9
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", swept(ROBOTS))
 def test_a_batch_is_its_states(name: str) -> None:
     machine, states = robot(name), random_states(name, 4)
     u, du = (np.array([getattr(s, key) for s in states]) for key in ("u", "du"))

@@ -11,9 +11,10 @@ from hybrid_dynamics_core import InputError, Parameters
 from hybrid_dynamics_core.dynamics.parameters import described_parameters, link_of
 from tests.mechanisms import changed, random_link
 from tests.robots import ROBOTS, random_states, random_vector, robot, scaled
+from tests.sampling import swept
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", swept(ROBOTS))
 class TestRegressor:
     def test_times_the_parameters_is_tau(self, name: str) -> None:
         machine = robot(name)
@@ -72,7 +73,7 @@ def test_what_is_too_large_to_compute_with_is_refused_and_what_does_not_close_is
         assert np.isnan(values[1]).all()
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", swept(ROBOTS))
 def test_links_come_back_from_their_parameters(name: str) -> None:
     description = robot(name).description
     parameters = described_parameters(description)

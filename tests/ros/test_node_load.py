@@ -205,7 +205,9 @@ def test_numbers_at_the_end_of_their_range_never_come_back_as_numbers(start_node
     assert node.stop() == 0
 
 
-@pytest.mark.soak
+@pytest.mark.sweep(
+    sample="test_a_flood_of_calls_is_answered_busy_beyond_the_queue_and_the_node_goes_on"
+)
 def test_a_flood_leaves_memory_flat_and_the_latency_recovers():
     told = benchmark("--flood", "--seconds", "10")
     early, late = (

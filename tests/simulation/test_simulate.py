@@ -11,6 +11,7 @@ from hybrid_dynamics_core import ClosedState, InputError, Robot, load
 from hybrid_dynamics_core.simulation import Settings, simulate
 from tests.mechanisms import describe, mechanism
 from tests.robots import random_states, robot
+from tests.sampling import swept
 
 SWINGING = (
     "forging_chu2020",
@@ -36,7 +37,7 @@ def held_by_springs(machine: Robot, stiffness: list[float]) -> Settings:
     return Settings(loads=loads)
 
 
-@pytest.mark.slow
+@pytest.mark.sweep(sample="test_energy_changes_by_what_is_put_in")
 def test_excavator_swings_for_a_minute() -> None:
     """On the springs of its oil columns: energy to 1e-6 of what swings, loops to 1e-10."""
     excavator = load("excavator")
@@ -54,7 +55,7 @@ def test_excavator_swings_for_a_minute() -> None:
     assert motion.residual < 1e-10
 
 
-@pytest.mark.parametrize("name", SWINGING)
+@pytest.mark.parametrize("name", swept(SWINGING))
 def test_energy_changes_by_what_is_put_in(name: str) -> None:
     """With efforts, wrenches, friction and springs, as far as the motion goes in half a second."""
     machine = robot(name)

@@ -84,6 +84,7 @@ def drawn(page) -> np.ndarray:
     raise AssertionError("the robot was not drawn")
 
 
+@pytest.mark.sweep(sample="test_what_a_person_does_in_the_page_moves_the_robot")
 def test_a_slider_in_the_page_moves_the_robot(forging: Robot, served, tmp_path: Path) -> None:
     process, url = served
     try:

@@ -37,6 +37,7 @@ SETTLED = """height => {
 }"""
 
 
+@pytest.mark.sweep(sample="test_the_camera_follows_the_window_until_somebody_moves_it")
 def test_scene_and_panel_share_a_narrow_window() -> None:
     from tools.view_screenshot import running
 

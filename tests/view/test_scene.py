@@ -15,7 +15,9 @@ from hybrid_dynamics_core.view.bodies import robot_shape, span_pose
 from hybrid_dynamics_core.view.camera import camera_for, floor_under
 from hybrid_dynamics_core.view.meshes import ring_arrow
 from hybrid_dynamics_core.view.session import DriveEfforts
+from tests.drawing.conftest import SAMPLE
 from tests.drawing.shapes import SHAPES, shape
+from tests.sampling import swept
 
 from .conftest import Opened
 
@@ -46,13 +48,13 @@ def moved(name: str, seed: int = 0) -> ClosedState:
     raise AssertionError(f"{name}: no other state found")
 
 
-@pytest.fixture(params=shipped_robots())
+@pytest.fixture(params=swept(shipped_robots(), SAMPLE))
 def robot(request: pytest.FixtureRequest) -> Robot:
     """Each shipped robot in turn."""
     return loaded(request.param)
 
 
-@pytest.fixture(params=(*shipped_robots(), *SHAPES))
+@pytest.fixture(params=swept((*shipped_robots(), *SHAPES), SAMPLE))
 def any_robot(request: pytest.FixtureRequest) -> Robot:
     """Robots of many shapes: without loops, of one point, with every kind of joint and closure."""
     return loaded(request.param)

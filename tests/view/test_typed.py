@@ -199,6 +199,7 @@ def shows(page, k: int, text: str) -> None:
     page.wait_for_function("([box, text]) => box.value === text", arg=arg, timeout=PATIENCE)
 
 
+@pytest.mark.sweep(sample="test_the_very_number_that_was_typed_counts_and_is_shown")
 def test_boxes_of_the_page_take_numbers_as_they_stand_and_refuse_others(
     page_of_an_excavator,
 ) -> None:
@@ -228,6 +229,7 @@ def test_boxes_of_the_page_take_numbers_as_they_stand_and_refuse_others(
     assert session.state.u[0] == np.pi / 6.0
 
 
+@pytest.mark.sweep(sample="test_who_goes_to_a_box_pauses_the_motion_which_would_write_into_it")
 def test_a_box_of_the_page_that_somebody_goes_to_pauses_the_motion(page_of_an_excavator) -> None:
     viewer, page = page_of_an_excavator
     viewer.panel.playback.speed = 0.1
@@ -241,6 +243,7 @@ def test_a_box_of_the_page_that_somebody_goes_to_pauses_the_motion(page_of_an_ex
     assert viewer.session.state.u[0] == 1.25
 
 
+@pytest.mark.sweep(sample="test_an_arm_that_slews_out_of_the_picture_is_followed")
 def test_the_page_follows_the_arm_until_somebody_turns_it_and_keys_of_sliders_do_not(
     page_of_an_excavator,
 ) -> None:
@@ -276,6 +279,7 @@ def test_the_page_follows_the_arm_until_somebody_turns_it_and_keys_of_sliders_do
     assert client.camera.position == pytest.approx(turned, rel=1e-4)
 
 
+@pytest.mark.sweep(sample="test_every_assembly_mode_can_be_chosen_and_is_told_from_the_others")
 def test_a_long_name_of_a_mode_ends_in_dots_before_the_arrows_and_has_a_title(
     page_of_an_excavator, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -7,7 +7,6 @@ state by state.
 from __future__ import annotations
 
 from ...algebra.numerics import LARGEST_STEP, MAX_ITERATIONS, SMALL_STEP
-from ..graph import Block
 from ..trace import Trace, body_name, trace_body
 from .nodes import Fetch, Nodes
 from .text import Function, Lanes, constant
@@ -19,53 +18,71 @@ _SMALLEST = constant(1e-300)  # a divisor that is not 0
 
 def block_functions(trace: Trace) -> list[str]:
     """The functions that the live blocks of a trace call, inner ones first; equal ones once."""
-    result: dict[str, None] = {}
+    texts: list[str] = []
     for number in trace.live_blocks():
         block = trace.graph.blocks[number]
+        size = block.size
         if block.body is None:
-            result[_eliminate(block.size, block.size)] = None
-            result[_invert(block.size)] = None
+            texts.append(_eliminate(size, size))
+            texts.append(_invert(size))
         else:
             inner = trace_body(trace, number)
-            result.update(dict.fromkeys(block_functions(inner)))
-            result[_eliminate(block.size, 1)] = None
-            result[_body(inner)] = None
-            result[_newton(inner.name, block)] = None
-    return list(result)
+            texts += block_functions(inner)
+            texts.append(_eliminate(size, 1))
+            texts.append(_body(inner))
+            texts.append(_newton(inner.name, size))
+    return list(dict.fromkeys(texts))
 
 
 def call_block(nodes: Nodes, number: int) -> list[str]:
     """Call the function of a block from straight-line code; the names of its outputs."""
     block = nodes.trace.graph.blocks[number]
-    f, lanes = nodes.function, nodes.lanes
+    f = nodes.function
+    kind = nodes.lanes.kind
     arguments: list[str] = []
     for vector in block.arguments:
         arguments += map(nodes.value, vector)
-    given, answer = f.slot(lanes.kind, len(arguments)), f.slot(lanes.kind, block.outputs)
+    given = f.slot(kind, len(arguments))
+    answer = f.slot(kind, block.outputs)
     for k, argument in enumerate(arguments):
-        f.store(argument, given, k, kind=lanes.kind)
+        f.store(argument, given, k, kind=kind)
     name = f"@newton.{body_name(nodes.trace, number)}"
     if block.body is None:
         name = f"@invert.{block.size}"
-    if lanes.width == 1:
+    if nodes.lanes.width == 1:
         f.do(f"call void {name}(ptr {given}, ptr {answer})")
     else:
-        one, result = f.slot("double", len(arguments)), f.slot("double", block.outputs)
-        with f.loop(0, lanes.width) as lane:
-            for k in range(len(arguments)):
-                f.store(f.load(given, k * lanes.width, lane), one, k)
-            f.do(f"call void {name}(ptr {one}, ptr {result})")
-            for k in range(block.outputs):
-                f.store(f.load(result, k), answer, k * lanes.width, lane)
-    return [f.load(answer, k, kind=lanes.kind) for k in range(block.outputs)]
+        counts = len(arguments), block.outputs
+        _call_by_lane(nodes.lanes, name, given, answer, counts)
+    return [f.load(answer, k, kind=kind) for k in range(block.outputs)]
+
+
+def _call_by_lane(
+    lanes: Lanes, name: str, given: str, answer: str, counts: tuple[int, int]
+) -> None:
+    """Call a function of one state for each lane; `counts` of its inputs and outputs."""
+    f, width = lanes.function, lanes.width
+    inputs, outputs = counts
+    one = f.slot("double", inputs)
+    result = f.slot("double", outputs)
+    with f.loop(0, width) as lane:
+        for k in range(inputs):
+            value = f.load(given, k * width, lane)
+            f.store(value, one, k)
+        f.do(f"call void {name}(ptr {one}, ptr {result})")
+        for k in range(outputs):
+            value = f.load(result, k)
+            f.store(value, answer, k * width, lane)
 
 
 def _body(inner: Trace) -> str:
     """`@body.N(x, p, values)`: flat residuals and Jacobian of what Newton iterates."""
     f = Function(f"define internal void @body.{inner.name}(ptr %a0, ptr %a1, ptr %out)")
-    nodes = Nodes(inner, Lanes(f, 1), inner.live, fetch_input(inner), call_block)
-    for k, value in enumerate(inner.outputs):
-        f.store(nodes.value(value), "%out", k)
+    fetch = fetch_input(inner)
+    nodes = Nodes(inner, Lanes(f, 1), inner.live, fetch, call_block)
+    for k, output in enumerate(inner.outputs):
+        value = nodes.value(output)
+        f.store(value, "%out", k)
     f.do("ret void")
     return f.text()
 
@@ -88,15 +105,19 @@ def _eliminate(n: int, m: int) -> str:
     """
     width = n + m
     f = Function(f"define internal double @eliminate.{n}.{m}(ptr %a) noinline")
-    determinant, largest, row = f.slot("double"), f.slot("double"), f.slot("i64")
+    determinant = f.slot("double")
+    largest = f.slot("double")
+    row = f.slot("i64")
     f.store(_ONE, determinant)
     with f.loop(0, n) as c:
-        line = f.at("%a", f.product(c, width))
+        line = f.row("%a", c, width)
         _find_pivot(f, n, width, c, largest, row)
         _normalise_pivot(f, width, c, line, row, determinant)
         with f.loop(0, n) as r, f.when(f.let(f"icmp ne i64 {r}, {c}")):
-            _subtract_line(f, width, c, line, f.at("%a", f.product(r, width)))
-    f.do(f"ret double {f.load(determinant)}")
+            target = f.row("%a", r, width)
+            _subtract_line(f, width, c, line, target)
+    value = f.load(determinant)
+    f.do(f"ret double {value}")
     return f.text()
 
 
@@ -105,8 +126,10 @@ def _find_pivot(f: Function, n: int, width: int, c: str, largest: str, row: str)
     f.store(constant(-1.0), largest)
     f.store(c, row, kind="i64")
     with f.loop(c, n) as r:
-        size = f.absolute(f.load("%a", f.product(r, width), c))
-        with f.when(f.let(f"fcmp ogt double {size}, {f.load(largest)}")):
+        line = f.product(r, width)
+        size = f.absolute(f.load("%a", line, c))
+        is_larger = f.let(f"fcmp ogt double {size}, {f.load(largest)}")
+        with f.when(is_larger):
             f.store(size, largest)
             f.store(r, row, kind="i64")
 
@@ -116,17 +139,20 @@ def _normalise_pivot(
 ) -> None:
     """Swap the pivot's row with line c, divide line c by the pivot, multiply the determinant."""
     best = f.load(row, kind="i64")
-    other = f.at("%a", f.product(best, width))
+    other = f.row("%a", best, width)
     pivot = f.load(other, c)
     is_swapped = f.let(f"icmp ne i64 {best}, {c}")
     negative = f.let(f"fneg double {pivot}")
     signed = f.let(f"select i1 {is_swapped}, double {negative}, double {pivot}")
-    f.store(f.let(f"fmul double {f.load(determinant)}, {signed}"), determinant)
+    product = f.let(f"fmul double {f.load(determinant)}, {signed}")
+    f.store(product, determinant)
     inverse = f.let(f"fdiv double {_ONE}, {pivot}")
     with f.loop(0, width) as k:
-        x, y = f.load(line, k), f.load(other, k)
+        x = f.load(line, k)
+        y = f.load(other, k)
         f.store(x, other, k)
-        f.store(f.let(f"fmul double {y}, {inverse}"), line, k)
+        normalised = f.let(f"fmul double {y}, {inverse}")
+        f.store(normalised, line, k)
 
 
 def _subtract_line(f: Function, width: int, c: str, line: str, target: str) -> None:
@@ -135,7 +161,8 @@ def _subtract_line(f: Function, width: int, c: str, line: str, target: str) -> N
     factor = f.load(target, c)
     with f.loop(c, width) as k:
         part = lanes.arithmetic("fmul", factor, f.load(line, k))
-        f.store(lanes.arithmetic("fsub", f.load(target, k), part), target, k)
+        difference = lanes.arithmetic("fsub", f.load(target, k), part)
+        f.store(difference, target, k)
 
 
 def _invert(n: int) -> str:
@@ -146,14 +173,17 @@ def _invert(n: int) -> str:
     f = Function(f"define internal void @invert.{n}(ptr %a, ptr %out)")
     work = f.slot("double", 2 * n * n)
     with f.loop(0, n) as r, f.loop(0, n) as c:
-        line, is_diagonal = f.product(r, 2 * n), f.let(f"icmp eq i64 {r}, {c}")
-        f.store(f.load("%a", f.product(r, n), c), work, line, c)
+        line = f.product(r, 2 * n)
+        is_diagonal = f.let(f"icmp eq i64 {r}, {c}")
+        entry = f.load("%a", f.product(r, n), c)
+        f.store(entry, work, line, c)
         entry = f.let(f"select i1 {is_diagonal}, double {_ONE}, double {_ZERO}")
         f.store(entry, work, line, c, n)
     determinant = f.let(f"call double @eliminate.{n}.{n}(ptr {work})")
     is_regular = f.let(f"fcmp one double {determinant}, {_ZERO}")
     with f.loop(0, n) as r, f.loop(0, n) as c:
-        value = f.load(work, f.product(r, 2 * n), c, n)
+        line = f.product(r, 2 * n)
+        value = f.load(work, line, c, n)
         value = f.let(f"select i1 {is_regular}, double {value}, double {_NAN}")
         f.store(value, "%out", f.product(r, n), c)
     determinant = f.let(f"select i1 {is_regular}, double {determinant}, double {_ZERO}")
@@ -162,22 +192,26 @@ def _invert(n: int) -> str:
     return f.text()
 
 
-def _newton(name: str, block: Block) -> str:
+def _newton(name: str, n: int) -> str:
     """`@newton.N(given, out)`: from guess and parameters to the solution and the iterations.
 
     The count of iterations is negative where they failed.
     """
-    n = block.size
     f = Function(f"define internal void @newton.{name}(ptr %given, ptr %out) noinline")
-    values, work = f.slot("double", n + n * n), f.slot("double", n * (n + 1))
-    working, largest = f.slot("i1"), f.slot("double")
+    values = f.slot("double", n + n * n)
+    work = f.slot("double", n * (n + 1))
+    working = f.slot("i1")
+    largest = f.slot("double")
     with f.loop(0, n) as k:
-        f.store(f.load("%given", k), "%out", k)
+        guess = f.load("%given", k)
+        f.store(guess, "%out", k)
     f.store("true", working, kind="i1", align=1)
     with f.loop(1, MAX_ITERATIONS + 1, while_=working) as iteration:
         count = f.let(f"sitofp i64 {iteration} to double")
-        f.store(f.let(f"fneg double {count}"), "%out", n)
-        f.do(f"call void @body.{name}(ptr %out, ptr {f.at('%given', n)}, ptr {values})")
+        failed = f.let(f"fneg double {count}")
+        f.store(failed, "%out", n)
+        parameters = f.at("%given", n)
+        f.do(f"call void @body.{name}(ptr %out, ptr {parameters}, ptr {values})")
         _fill_system(f, values, work, n)
         f.let(f"call double @eliminate.{n}.1(ptr {work})")
         _largest_step(f, work, n, largest)
@@ -186,7 +220,8 @@ def _newton(name: str, block: Block) -> str:
         f.store(is_finite, working, kind="i1", align=1)
         with f.when(is_finite):
             _step(f, work, n, longest)
-            with f.when(f.let(f"fcmp olt double {longest}, {constant(SMALL_STEP)}")):
+            is_small = f.let(f"fcmp olt double {longest}, {constant(SMALL_STEP)}")
+            with f.when(is_small):
                 f.store(count, "%out", n)
                 f.store("false", working, kind="i1", align=1)
     f.do("ret void")
@@ -198,18 +233,23 @@ def _fill_system(f: Function, values: str, work: str, n: int) -> None:
     with f.loop(0, n) as r:
         line = f.product(r, n + 1)
         with f.loop(0, n) as c:
-            f.store(f.load(values, f.product(r, n), n, c), work, line, c)
-        f.store(f.load(values, r), work, line, n)
+            slope = f.load(values, f.product(r, n), n, c)
+            f.store(slope, work, line, c)
+        residual = f.load(values, r)
+        f.store(residual, work, line, n)
 
 
 def _largest_step(f: Function, work: str, n: int, largest: str) -> None:
     """The largest size of a step in the slot; infinite where one is not a number."""
     f.store(_ZERO, largest)
     with f.loop(0, n) as k:
-        size = f.absolute(f.load(work, f.product(k, n + 1), n))
-        with f.when(f.let(f"fcmp uno double {size}, {size}")):
+        line = f.product(k, n + 1)
+        size = f.absolute(f.load(work, line, n))
+        is_no_number = f.let(f"fcmp uno double {size}, {size}")
+        with f.when(is_no_number):
             f.store(_INFINITY, largest)
-        with f.when(f.let(f"fcmp ogt double {size}, {f.load(largest)}")):
+        is_larger = f.let(f"fcmp ogt double {size}, {f.load(largest)}")
+        with f.when(is_larger):
             f.store(size, largest)
 
 
@@ -220,6 +260,8 @@ def _step(f: Function, work: str, n: int, longest: str) -> None:
     share = f.let(f"fdiv double {constant(LARGEST_STEP)}, {divisor}")
     share = f.let(f"call double @llvm.minnum.f64(double {share}, double {_ONE})")
     with f.loop(0, n) as k:
-        entry = f.load(work, f.product(k, n + 1), n)
+        line = f.product(k, n + 1)
+        entry = f.load(work, line, n)
         step = lanes.arithmetic("fmul", share, entry)
-        f.store(lanes.arithmetic("fsub", f.load("%out", k), step), "%out", k)
+        moved = lanes.arithmetic("fsub", f.load("%out", k), step)
+        f.store(moved, "%out", k)

@@ -9,6 +9,8 @@ in C order, aligned, and writable where it is filled. The answer is a status as 
 from __future__ import annotations
 
 from enum import IntEnum
+from itertools import product
+from typing import NamedTuple
 
 from ..status import NOT_TAKEN
 from ..trace import Trace
@@ -50,6 +52,13 @@ class Header:
         self.flags = size + 48
 
 
+class Range(NamedTuple):
+    """Memory: the name of its address, and its size in bytes."""
+
+    start: str
+    size: int
+
+
 DECLARATIONS = """
 declare ptr @PyLong_FromLongLong(i64)
 declare ptr @PyEval_SaveThread()
@@ -78,7 +87,8 @@ class Entry:
         f = self.f
         holds = f.let(conditions[0])
         for condition in conditions[1:]:
-            holds = f.let(f"and i1 {holds}, {f.let(condition)}")
+            also = f.let(condition)
+            holds = f.let(f"and i1 {holds}, {also}")
         on = f.label()
         f.branch(holds, on, self.not_taken)
         f.begin(on)
@@ -91,8 +101,11 @@ class Entry:
         actual = self.field(thing, header.type)
         expected = f.load(self.addresses, Address.ARRAY_TYPE, kind="ptr")
         self.require(f"icmp eq ptr {actual}, {expected}")
-        flags = _ORDER | _WRITABLE if writable else _ORDER
-        actual, bits = self.field(thing, header.descr), self.field(thing, header.flags, "i32")
+        flags = _ORDER
+        if writable:
+            flags |= _WRITABLE
+        actual = self.field(thing, header.descr)
+        bits = self.field(thing, header.flags, "i32")
         expected = f.load(self.addresses, kind, kind="ptr")
         bits = f.let(f"and i32 {bits}, {flags}")
         self.require(f"icmp eq ptr {actual}, {expected}", f"icmp eq i32 {bits}, {flags}")
@@ -101,8 +114,7 @@ class Entry:
     def array(self, number: int, shape: list[int | str], writable: bool) -> str:
         """The data of argument `number`, an array of doubles of a shape."""
         thing = self.argument(number, Address.FLOAT64, writable)
-        rank = self.field(thing, self.header.ndim, "i32")
-        self.require(f"icmp eq i32 {rank}, {len(shape)}")
+        self._require_rank(thing, len(shape))
         if shape:
             lengths = self._lengths(thing, len(shape))
             pairs = zip(lengths, shape, strict=True)
@@ -112,8 +124,16 @@ class Entry:
     def lengths(self, number: int, rank: int) -> list[str]:
         """The shape of argument `number`, an array of so many axes."""
         thing = self.argument(number, Address.FLOAT64, writable=False)
-        self.require(f"icmp eq i32 {self.field(thing, self.header.ndim, 'i32')}, {rank}")
+        return self.shape(thing, rank)
+
+    def shape(self, thing: str, rank: int) -> list[str]:
+        """The lengths of the axes of an array, if it has so many."""
+        self._require_rank(thing, rank)
         return self._lengths(thing, rank)
+
+    def _require_rank(self, thing: str, rank: int) -> None:
+        actual = self.field(thing, self.header.ndim, "i32")
+        self.require(f"icmp eq i32 {actual}, {rank}")
 
     def _lengths(self, thing: str, rank: int) -> list[str]:
         dims = self.field(thing, self.header.dims)
@@ -125,17 +145,21 @@ class Entry:
         Returns:
             The data, and the stride from state to state in numbers.
         """
-        f, header = self.f, self.header
+        f = self.f
         thing = self.argument(number, Address.FLOAT64, writable=False)
-        rank, dims = self.field(thing, header.ndim, "i32"), self.field(thing, header.dims)
-        is_vector, is_table = f.let(f"icmp eq i32 {rank}, 1"), f.let(f"icmp eq i32 {rank}, 2")
+        rank = self.field(thing, self.header.ndim, "i32")
+        dims = self.field(thing, self.header.dims)
+        is_vector = f.let(f"icmp eq i32 {rank}, 1")
+        is_table = f.let(f"icmp eq i32 {rank}, 2")
         self.require(f"or i1 {is_vector}, {is_table}")
-        last = f.load(dims, f.let(f"select i1 {is_vector}, i64 0, i64 1"), kind="i64")
+        axis = f.let(f"select i1 {is_vector}, i64 0, i64 1")
+        last = f.load(dims, axis, kind="i64")
         first = f.load(dims, kind="i64")
         count = f.let(f"select i1 {is_vector}, i64 {rows}, i64 {first}")
         self.require(f"icmp eq i64 {last}, {size}", f"icmp eq i64 {count}, {rows}")
-        data = self.field(thing, header.data)
-        return data, f.let(f"select i1 {is_vector}, i64 0, i64 {size}")
+        data = self.field(thing, self.header.data)
+        stride = f.let(f"select i1 {is_vector}, i64 0, i64 {size}")
+        return data, stride
 
     def require_apart(self, inputs: list[tuple[str, int]], outs: list[tuple[str, int]]) -> None:
         """No output may lie on an input, which is read once more where there is no answer.
@@ -144,20 +168,25 @@ class Entry:
             inputs: pointers, and how many doubles lie there.
             outs: the same.
         """
-        f = self.f
-        starts = [f.let(f"ptrtoint ptr {pointer} to i64") for pointer, _ in (*inputs, *outs)]
-        sizes = [size for _, size in (*inputs, *outs)]
+        input_ranges = [self._range(pointer, size) for pointer, size in inputs]
+        out_ranges = [self._range(pointer, size) for pointer, size in outs]
         conditions = []
-        for i in range(len(inputs)):
-            for o in range(len(inputs), len(starts)):
-                if sizes[i] and sizes[o]:
-                    end = f.let(f"add i64 {starts[o]}, {8 * sizes[o]}")
-                    is_after = f.let(f"icmp uge i64 {starts[i]}, {end}")
-                    end = f.let(f"add i64 {starts[i]}, {8 * sizes[i]}")
-                    is_before = f.let(f"icmp uge i64 {starts[o]}, {end}")
-                    conditions.append(f"or i1 {is_before}, {is_after}")
+        for a, out in product(input_ranges, out_ranges):
+            if a.size and out.size:
+                is_after = self._is_beyond(a, out)
+                is_before = self._is_beyond(out, a)
+                conditions.append(f"or i1 {is_before}, {is_after}")
         if conditions:
             self.require(*conditions)
+
+    def _range(self, pointer: str, size: int) -> Range:
+        start = self.f.let(f"ptrtoint ptr {pointer} to i64")
+        return Range(start, 8 * size)
+
+    def _is_beyond(self, a: Range, b: Range) -> str:
+        """Whether a begins where b ends, or later."""
+        end = self.f.let(f"add i64 {b.start}, {b.size}")
+        return self.f.let(f"icmp uge i64 {a.start}, {end}")
 
     def finish(self, status: str) -> str:
         """Give the status back; the text of the function."""
@@ -175,7 +204,9 @@ def one_entry(trace: Trace, header: Header) -> str:
     """`call(a0, ..., o0, ...)` for one state: inputs (size,), outputs of their shapes, filled."""
     count = len(trace.inputs)
     entry = Entry("call", count + len(trace.layout), header)
-    inputs = [entry.array(v, [size], writable=False) for v, size in enumerate(trace.inputs)]
+    inputs = []
+    for k, size in enumerate(trace.inputs):
+        inputs.append(entry.array(k, [size], writable=False))
     outs = []
     for k, (_, shape) in enumerate(trace.layout):
         outs.append(entry.array(count + k, list(shape), writable=True))
@@ -183,7 +214,8 @@ def one_entry(trace: Trace, header: Header) -> str:
     sized_outs = list(zip(outs, sizes(trace), strict=True))
     entry.require_apart(sized_inputs, sized_outs)
     arguments = ", ".join(f"ptr {pointer}" for pointer in inputs + outs)
-    return entry.finish(entry.f.let(f"call i64 @one({arguments})"))
+    status = entry.f.let(f"call i64 @one({arguments})")
+    return entry.finish(status)
 
 
 def rows_entry(trace: Trace, header: Header) -> str:
@@ -196,8 +228,7 @@ def rows_entry(trace: Trace, header: Header) -> str:
     entry = Entry("call", inputs + outs + 1, header)
     f = entry.f
     status = entry.argument(inputs + outs, Address.INT64, writable=True)
-    entry.require(f"icmp eq i32 {entry.field(status, header.ndim, 'i32')}, 1")
-    n = f.load(entry.field(status, header.dims), kind="i64")
+    (n,) = entry.shape(status, 1)
     arguments = [f"i64 {n}"]
     for k, size in enumerate(trace.inputs):
         pointer, stride = entry.shared_or_rows(k, size, n)
@@ -205,9 +236,11 @@ def rows_entry(trace: Trace, header: Header) -> str:
     for k, (_, shape) in enumerate(trace.layout):
         pointer = entry.array(inputs + k, [n, *shape], writable=True)
         arguments.append(f"ptr {pointer}")
-    arguments.append(f"ptr {entry.field(status, header.data)}")
+    codes = entry.field(status, header.data)
+    arguments.append(f"ptr {codes}")
     thread = f.let("call ptr @PyEval_SaveThread()")
-    with f.when(f.let(f"icmp sgt i64 {n}, 0")):
+    is_some = f.let(f"icmp sgt i64 {n}, 0")
+    with f.when(is_some):
         f.do(f"call void @rows({', '.join(arguments)})")
     f.do(f"call void @PyEval_RestoreThread(ptr {thread})")
     return entry.finish("0")

@@ -7,6 +7,7 @@ through memory.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from ..graph import Symbol
@@ -32,7 +33,10 @@ class Parts:
     def __init__(
         self, trace: Trace, width: int, name: str, parameters: Sequence[str], fetch: Fetch
     ) -> None:
-        self.trace, self.width, self.name, self.parameters = trace, width, name, list(parameters)
+        self.trace = trace
+        self.width = width
+        self.name = name
+        self.parameters = list(parameters)
         self._fetch_input = fetch
         self._divided = _divide(trace)
         self._place, self.slots = _places(trace, self._divided)
@@ -57,8 +61,9 @@ class Parts:
         parameters = ", ".join([*self.parameters, "ptr %memory"])
         f = Function(f"define internal void @{self.name}.{k}({parameters}) noinline")
         lanes = Lanes(f, self.width)
-        nodes = Nodes(self.trace, lanes, self._divided[k], self._from("%memory"), call)
-        for index in self._divided[k]:
+        part = self._divided[k]
+        nodes = Nodes(self.trace, lanes, part, self._from("%memory"), call)
+        for index in part:
             if index in self._place:
                 value = nodes.value(index)
                 place = self._address(f, "%memory", index)
@@ -81,12 +86,15 @@ class Parts:
 
 def _divide(trace: Trace) -> list[list[int]]:
     """Live nodes in runs of about equal length; outputs of one block stay together."""
-    live = trace.live
-    count = 1 if len(live) <= UNDIVIDED else -(-len(live) // PART)
-    length = -(-len(live) // count) or 1
+    total = len(trace.live)
+    count = 1
+    if total > UNDIVIDED:
+        count = math.ceil(total / PART)
+    length = max(1, math.ceil(total / count))
     parts: list[list[int]] = [[]]
-    for index in live:
-        if len(parts[-1]) >= length and trace.graph.nodes[index][0] != "block":
+    for index in trace.live:
+        kind = trace.graph.nodes[index][0]
+        if len(parts[-1]) >= length and kind != "block":
             parts.append([])
         parts[-1].append(index)
     return parts
@@ -94,19 +102,28 @@ def _divide(trace: Trace) -> list[list[int]]:
 
 def _last_uses(trace: Trace, parts: list[list[int]]) -> dict[int, int]:
     """The last part that needs each node of an earlier part; results are needed after all."""
-    owner: dict[int, int] = {}
-    for k, part in enumerate(parts):
-        computed = [index for index in part if trace.graph.nodes[index][0] != "input"]
-        owner.update(dict.fromkeys(computed, k))
+    owner = _owners(trace, parts)
     last: dict[int, int] = {}
     for k, part in enumerate(parts):
         for index in part:
-            operands = trace.graph.operands(index)
-            last.update({x: k for x in operands if owner.get(x, k) < k})
-    for result in (*trace.outputs, *(check.value for check in trace.checks)):
+            for operand in trace.graph.operands(index):
+                if owner.get(operand, k) < k:
+                    last[operand] = k
+    checked = [check.value for check in trace.checks]
+    for result in (*trace.outputs, *checked):
         if isinstance(result, Symbol) and result.index in owner:
             last[result.index] = len(parts)
     return last
+
+
+def _owners(trace: Trace, parts: list[list[int]]) -> dict[int, int]:
+    """The part that computes each node."""
+    owner: dict[int, int] = {}
+    for k, part in enumerate(parts):
+        for index in part:
+            if trace.graph.nodes[index][0] != "input":
+                owner[index] = k
+    return owner
 
 
 def _places(trace: Trace, parts: list[list[int]]) -> tuple[dict[int, int], int]:
@@ -119,7 +136,9 @@ def _places(trace: Trace, parts: list[list[int]]) -> tuple[dict[int, int], int]:
     free: list[int] = []
     total = 0
     for k, part in enumerate(parts):
-        free += [place[x] for x, end in last.items() if end == k - 1 and x in place]
+        for index, end in last.items():
+            if end == k - 1 and index in place:
+                free.append(place[index])
         for index in part:
             if index in last:
                 if not free:

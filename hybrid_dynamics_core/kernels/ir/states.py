@@ -46,14 +46,16 @@ def one_functions(trace: Trace) -> list[str]:
 
     The parts that it calls come before it.
     """
-    parameters, outs = _parameters(trace), _outs(trace)
+    parameters = _parameters(trace)
     parts = Parts(trace, 1, "one", parameters, fetch_input(trace))
-    f = Function(f"define internal i64 @one({', '.join(parameters + outs)}) alwaysinline")
+    arguments = ", ".join(parameters + _outs(trace))
+    f = Function(f"define internal i64 @one({arguments}) alwaysinline")
     nodes = parts.nodes(Lanes(f, 1), call_block)
     inputs = [f.load(f"%a{v}", k) for v, k in _read(trace)]
     status = _status(nodes, inputs)
-    for value, (number, place) in zip(trace.outputs, _places(trace), strict=True):
-        f.store(nodes.value(value), f"%o{number}", place)
+    for output, (number, place) in zip(trace.outputs, _places(trace), strict=True):
+        value = nodes.value(output)
+        f.store(value, f"%o{number}", place)
     f.do(f"ret i64 {status}")
     return [*parts.functions(call_block), f.text()]
 
@@ -69,13 +71,17 @@ def _read(trace: Trace) -> list[tuple[int, int]]:
 
 def _status(nodes: Nodes, inputs: list[str]) -> str:
     """Status of each lane."""
-    lanes, trace = nodes.lanes, nodes.trace
-    is_finite = lanes.compare("oeq", _not_finite(nodes, inputs), lanes.constant(0.0))
-    good, not_finite = lanes.splat("i64", 0), lanes.splat("i64", NOT_FINITE)
+    lanes = nodes.lanes
+    total = _not_finite(nodes, inputs)
+    is_finite = lanes.compare("oeq", total, lanes.constant(0.0))
+    good = lanes.splat("i64", 0)
+    not_finite = lanes.splat("i64", NOT_FINITE)
     status = lanes.choose(is_finite, lanes.integer, good, not_finite)
-    for check in reversed(trace.checks):  # the first check that fails names the status
-        passes = lanes.compare("ogt", nodes.value(check.value), lanes.constant(check.threshold))
-        status = lanes.choose(passes, lanes.integer, status, lanes.splat("i64", check.code))
+    for check in reversed(nodes.trace.checks):  # the first check that fails names the status
+        value = nodes.value(check.value)
+        passes = lanes.compare("ogt", value, lanes.constant(check.threshold))
+        code = lanes.splat("i64", check.code)
+        status = lanes.choose(passes, lanes.integer, status, code)
     return status
 
 
@@ -101,7 +107,8 @@ def wide_functions(trace: Trace, width: int) -> list[str]:
 
     Inputs come by component, outputs go to rows.
     """
-    columns = {key: n for n, key in enumerate(_read(trace))}
+    components = _read(trace)
+    columns = {key: n for n, key in enumerate(components)}
 
     def fetch(lanes: Lanes, index: int) -> str:
         _, vector, component = trace.graph.nodes[index]
@@ -112,14 +119,16 @@ def wide_functions(trace: Trace, width: int) -> list[str]:
     f = Function(f"define internal void @wide({parameters}) noinline")
     lanes = Lanes(f, width)
     nodes = parts.nodes(lanes, call_block)
-    inputs = [_load_column(lanes, n) for n in columns.values()]
-    f.do(f"store {lanes.integer} {_status(nodes, inputs)}, ptr %status, align 8")
+    inputs = [_load_column(lanes, n) for n in range(len(components))]
+    status = _status(nodes, inputs)
+    f.do(f"store {lanes.integer} {status}, ptr %status, align 8")
     lengths = sizes(trace)
     for output, (number, place) in zip(trace.outputs, _places(trace), strict=True):
         value = nodes.value(output)
         for lane in range(width):
             entry = f.let(f"extractelement {lanes.kind} {value}, i64 {lane}")
-            f.store(entry, f"%o{number}", lane * lengths[number] + place)
+            index = lane * lengths[number] + place
+            f.store(entry, f"%o{number}", index)
     f.do("ret void")
     return [*parts.functions(call_block), f.text()]
 
@@ -151,25 +160,33 @@ def _row_by_row(f: Function, trace: Trace) -> None:
     with f.loop(0, "%n") as row:
         places = [_input_row(f, v, row) for v in range(len(trace.inputs))]
         places += _output_rows(f, trace, row)
-        status = f.let(f"call i64 @one({', '.join(f'ptr {place}' for place in places)})")
+        status = f.let(f"call i64 @one({_pointers(places)})")
         f.store(status, "%status", row, kind="i64")
+
+
+def _pointers(places: Sequence[str]) -> str:
+    """Addresses as arguments of a call."""
+    return ", ".join(f"ptr {place}" for place in places)
 
 
 def _input_row(f: Function, vector: int, row: str) -> str:
     """Address of a row of an input vector, or of the only one."""
-    return f.at(f"%a{vector}", f.let(f"mul i64 {row}, %stride{vector}"))
+    offset = f.let(f"mul i64 {row}, %stride{vector}")
+    return f.at(f"%a{vector}", offset)
 
 
 def _output_rows(f: Function, trace: Trace, row: str) -> list[str]:
     """Addresses of a row of each output."""
-    return [f.at(f"%o{k}", f.product(row, size)) for k, size in enumerate(sizes(trace))]
+    return [f.row(f"%o{k}", row, size) for k, size in enumerate(sizes(trace))]
 
 
 class _Blocks:
     """States in blocks: inputs gathered by component, then as many at a time as a vector holds."""
 
     def __init__(self, f: Function, trace: Trace, width: int) -> None:
-        self.f, self.trace, self.width = f, trace, width
+        self.f = f
+        self.trace = trace
+        self.width = width
         self.read = _read(trace)
         self.columns = f.slot("double", BLOCK * len(self.read))
         self.sizes = sizes(trace)
@@ -184,7 +201,8 @@ class _Blocks:
         self._gather("0", vectors)
         with f.loop(0, "%n", BLOCK) as start:
             for v in vectors:
-                with f.when(f.let(f"icmp ne i64 %stride{v}, 0")):
+                varies = f.let(f"icmp ne i64 %stride{v}, 0")
+                with f.when(varies):
                     self._gather(start, [v])
             remaining = f.let(f"sub i64 %n, {start}")
             is_short = f.let(f"icmp slt i64 {remaining}, {BLOCK}")
@@ -203,7 +221,8 @@ class _Blocks:
                 place = _input_row(f, v, row)
                 for n, (vector, k) in enumerate(self.read):
                     if vector == v:
-                        f.store(f.load(place, k), self.columns, n * BLOCK, lane)
+                        value = f.load(place, k)
+                        f.store(value, self.columns, n * BLOCK, lane)
 
     def _vector(self, start: str, first: str, remaining: str) -> None:
         """The states from `first` of a block on; fewer than a vector go by way of spare memory."""
@@ -211,7 +230,8 @@ class _Blocks:
         row = f.let(f"add i64 {start}, {first}")
         count = f.let(f"sub i64 {remaining}, {first}")
         full, part, on = f.label(), f.label(), f.label()
-        f.branch(f.let(f"icmp sge i64 {count}, {self.width}"), full, part)
+        is_full = f.let(f"icmp sge i64 {count}, {self.width}")
+        f.branch(is_full, full, part)
         f.begin(full)
         places = _output_rows(f, self.trace, row)
         self._call_wide(first, places, "%status", row)
@@ -230,12 +250,14 @@ class _Blocks:
     def _call_wide(self, first: str, outs: list[str], status: str, *row: str) -> None:
         f = self.f
         columns = f.at(self.columns, first)
-        places = [columns, *outs, f.at(status, *row, kind="i64")]
-        f.do(f"call void @wide({', '.join(f'ptr {place}' for place in places)})")
+        target = f.at(status, *row, kind="i64")
+        f.do(f"call void @wide({_pointers([columns, *outs, target])})")
 
     def _copy(self, source: str, source_row: str, target: str, target_row: str, size: int) -> None:
         f = self.f
         if size:
-            a, b = f.product(source_row, size), f.product(target_row, size)
+            first = f.product(source_row, size)
+            target_first = f.product(target_row, size)
             with f.loop(0, size) as j:
-                f.store(f.load(source, a, j), target, b, j)
+                value = f.load(source, first, j)
+                f.store(value, target, target_first, j)

@@ -37,6 +37,10 @@ class Function:
         """An index times a number."""
         return self.let(f"mul i64 {index}, {factor}")
 
+    def row(self, pointer: str, index: str, width: int) -> str:
+        """The address of a row of a table of doubles."""
+        return self.at(pointer, self.product(index, width))
+
     def absolute(self, value: str) -> str:
         """The size of a double."""
         return self.let(f"call double @llvm.fabs.f64(double {value})")
