@@ -107,7 +107,9 @@ def base_parameters(
     if parameters is None:
         parameters = described_parameters(robot.description)
     names = parameters.names
-    count = count or 20 + 4 * len(names) // max(len(robot.active), 1)
+    if not count:
+        equations = max(len(robot.active), 1)
+        count = 20 + 4 * len(names) // equations
     state, ddu = random_motion(robot, count, seed, RATE, ACCELERATION)
     regressor = robot.regressor(state, ddu, parameters, loads)
     matrix = regressor.reshape(-1, len(names))
@@ -124,7 +126,8 @@ def base_parameters(
     mixing = solve_triangular(first, triangle[:rank, rank:])
     combine = np.zeros((rank, len(names)))
     combine[np.arange(rank), leads] = 1.0
-    combine[:, others] = mixing * sizes[others] / sizes[leads][:, None]
+    scales = sizes[leads][:, None]
+    combine[:, others] = mixing * sizes[others] / scales
     combine[np.abs(combine) < SHOWN] = 0.0
     by_index = np.argsort(leads)
     invisible = [name for k, name in enumerate(names) if k not in effective]

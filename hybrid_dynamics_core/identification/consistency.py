@@ -271,4 +271,5 @@ def _symmetric_basis(size: int) -> Array:
 
 
 def _number(start: int, prior: float) -> _MatrixVariable:
-    return _MatrixVariable(start, np.array([[prior]]), np.ones((1, 1, 1)))
+    to_parameters = np.array([[prior]])
+    return _MatrixVariable(start, to_parameters, np.ones((1, 1, 1)))

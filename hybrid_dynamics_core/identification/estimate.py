@@ -196,7 +196,8 @@ class _Fit:
         self.deviation = self._deviation(residual, triangle, sizes)
         self.interval = self._interval()
         variance = np.maximum(self.target.var(axis=0), TINY)
-        self.explained = 1.0 - residual.var(axis=0) / variance
+        unexplained = residual.var(axis=0)
+        self.explained = 1.0 - unexplained / variance
 
     def _take(self, regressor: Array, target: Array) -> None:
         """Fit these samples; raise InputError where they are too few or show too little."""
@@ -214,11 +215,13 @@ class _Fit:
         """Raise InputError where some base parameters have no effect of their own."""
         size = self.base.size
         matrix = self.columns.reshape(-1, size)
-        sizes = np.maximum(np.linalg.norm(matrix, axis=0), TINY)
+        norms = np.linalg.norm(matrix, axis=0)
+        sizes = np.maximum(norms, TINY)
         triangle, order = qr(matrix / sizes, mode="r", pivoting=True)
         rank = numerical_rank(triangle, RANK)
         if rank < size:
-            hidden = [self.base.names[k] for k in sorted(order[rank:])[:LISTED]]
+            names = self.base.names
+            hidden = [names[k] for k in sorted(order[rank:])[:LISTED]]
             more = ", ..." if size - rank > LISTED else ""
             raise TooLittleShownError(
                 f"the motion shows {rank} of {size} base parameters, not"
@@ -288,7 +291,8 @@ def _positive(prior: Array, fit: _Fit, inertial: int) -> Array:
     """
     squares = fit.regressor[..., inertial:] ** 2
     sizes = np.sqrt(squares.mean(axis=(0, 1)))
-    effort = float(np.sqrt((fit.target**2).mean()))
+    mean_square = (fit.target**2).mean()
+    effort = float(np.sqrt(mean_square))
     small = 0.01 * effort / np.maximum(sizes, TINY)
     joints = prior[inertial:]
     positive = np.where(joints > 0.0, joints, small)

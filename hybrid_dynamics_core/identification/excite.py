@@ -44,7 +44,8 @@ def random_motion(
     for _ in range(TRIES):
         lower = np.maximum(robot.limits[:, 0], robot.reference - reach)
         upper = np.minimum(robot.limits[:, 1], robot.reference + reach)
-        u = lower + rng.uniform(0.02, 0.98, (count, n)) * (upper - lower)
+        shares = rng.uniform(0.02, 0.98, (count, n))
+        u = lower + shares * (upper - lower)
         samples += list(u[_are_regular(robot, u)])
         if len(samples) >= count:
             break

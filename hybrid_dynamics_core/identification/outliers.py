@@ -64,7 +64,8 @@ def outlying_samples(columns: Array, target: Array, floor: Array) -> Mask:
 
 def _beyond(residuals: Array, limit: float) -> Mask:
     """(N,) whether a sample is beyond a limit in some joint."""
-    return np.asarray((np.abs(residuals) > limit).any(axis=1))
+    is_beyond = np.abs(residuals) > limit
+    return np.asarray(is_beyond.any(axis=1))
 
 
 def _robust_fit(columns: Array, target: Array, floor: Array) -> tuple[Array, Array]:
@@ -96,7 +97,8 @@ def _studentised(
     size = columns.shape[-1]
     weighted = columns * weights[..., None]
     matrix = weighted.reshape(-1, size)
-    lengths = np.maximum(np.linalg.norm(matrix, axis=0), TINY)
+    norms = np.linalg.norm(matrix, axis=0)
+    lengths = np.maximum(norms, TINY)
     goal = (target * weights).ravel()
     equations = np.column_stack([matrix / lengths, goal])
     reduced = np.asarray(np.linalg.qr(equations, mode="r"))
@@ -105,7 +107,8 @@ def _studentised(
     normalised = columns / scale[:, None]
     rows = normalised.reshape(-1, size) / lengths
     whitened = solve_triangular(triangle, rows.T, trans="T")
-    leverage = np.square(whitened).sum(axis=0).reshape(target.shape)
+    leverages = np.square(whitened).sum(axis=0)
+    leverage = leverages.reshape(target.shape)
     in_fit = np.square(weights * scale) * leverage
     free = np.maximum(1.0 - in_fit, LEAST_FREE)
     residual = target - columns @ beta

@@ -72,6 +72,12 @@ class Attached:
     barrels: list[CylinderShape] = field(default_factory=list)
     rods: list[CylinderShape] = field(default_factory=list)
 
+    @property
+    def inside(self) -> list[Array]:
+        """(3,) points at which its cylinders are held [m]."""
+        points = [cylinder.foot for cylinder in self.barrels]
+        return points + [cylinder.end for cylinder in self.rods]
+
 
 def attach(skeleton: Skeleton, groups: Sequence[JointGroup]) -> dict[str, Attached]:
     """By link, the points between which its body reaches."""

@@ -40,8 +40,7 @@ def link_parts(
     barrels = [_barrel(link, cylinder, unit) for cylinder in attached.barrels]
     rods = [_rod(link, cylinder, unit) for cylinder in attached.rods]
     cylinders = barrels + rods
-    inside = [cylinder.foot for cylinder in attached.barrels]
-    inside += [cylinder.end for cylinder in attached.rods]
+    inside = attached.inside
     fixed = distinct(attached.fixed, size)
     everything = distinct(attached.fixed + attached.ends, size)
     reached = distinct([*everything, *inside], size)

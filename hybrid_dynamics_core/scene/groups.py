@@ -53,7 +53,7 @@ def group_joints(skeleton: Skeleton) -> tuple[JointGroup, ...]:
         if joint.name not in grouped:
             chain = _coincident_chain(skeleton, joint)
             groups += _groups(skeleton, chain)
-            grouped.update(member.name for member in chain)
+            grouped |= _names(chain)
     return tuple(groups)
 
 
@@ -78,7 +78,9 @@ def _carries(skeleton: Skeleton, chain: Sequence[PlacedJoint], following: Placed
 
 def _followers(skeleton: Skeleton, joint: PlacedJoint) -> Iterator[PlacedJoint]:
     """Passive joints after this one, while the links between have no extent and hold nothing."""
-    busy = {frame.link for frame in skeleton.frames}
+    busy = set()
+    for frame in skeleton.frames:
+        busy.add(frame.link)
     for closure in skeleton.closures:
         busy.update(closure.links)
     extent = np.ptp(skeleton.points, axis=0).max()
@@ -105,8 +107,7 @@ def _groups(skeleton: Skeleton, chain: list[PlacedJoint]) -> list[JointGroup]:
 
 def _chain_kind(skeleton: Skeleton, chain: list[PlacedJoint]) -> GroupKind | None:
     slides = [joint for joint in chain if joint.type == "prismatic"]
-    names = {joint.name for joint in chain}
-    if len(slides) >= 2 and names <= skeleton.in_loops:
+    if len(slides) >= 2 and _names(chain) <= skeleton.in_loops:
         return "carrier"
     if slides:
         return None
@@ -115,6 +116,10 @@ def _chain_kind(skeleton: Skeleton, chain: list[PlacedJoint]) -> GroupKind | Non
     if len(chain) == 2 and not _are_parallel(*chain):
         return "universal"
     return None
+
+
+def _names(chain: Sequence[PlacedJoint]) -> set[str]:
+    return {joint.name for joint in chain}
 
 
 def _are_parallel(first: PlacedJoint, second: PlacedJoint) -> bool:

@@ -167,7 +167,13 @@ def _cross(group: JointGroup, unit: float) -> list[Mark]:
             links=links,
         )
         marks.append(axle)
-    middle = group.last.point[None]
-    radius = 0.62 * unit
-    marks += [Part(f"link:{link}", "cross", middle, radius, None, links) for link in group.inner]
+    for link in group.inner:
+        middle = Part(
+            owner=f"link:{link}",
+            role="cross",
+            points=group.last.point[None],
+            radius=0.62 * unit,
+            links=links,
+        )
+        marks.append(middle)
     return marks

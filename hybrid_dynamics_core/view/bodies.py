@@ -147,7 +147,8 @@ def robot_shape(robot: Robot, state: ClosedState) -> RobotShape:
     builder.add_carriers(groups)
     anchors = {}
     for joint in skeleton.joints:
-        anchors[joint.name] = builder.anchor(joint, cylinders.get(joint.name))
+        cylinder = cylinders.get(joint.name)
+        anchors[joint.name] = builder.anchor(joint, cylinder)
     return RobotShape(
         robot=robot,
         reference=state,
@@ -292,7 +293,8 @@ class _Builder:
         """
         kind, names = self._owner(part)
         end_link, mouth_link = part.links
-        mouth, end = part.points
+        mouth = self._local(mouth_link, part.points[0])
+        end = self._local(end_link, part.points[1])
         along = None
         if part.axis is not None:
             rotation, _ = self.poses[mouth_link]
@@ -301,7 +303,7 @@ class _Builder:
             kind=kind,
             names=names,
             links=(mouth_link, end_link),
-            points=(self._local(mouth_link, mouth), self._local(end_link, end)),
+            points=(mouth, end),
             radius=part.radius,
             colour=STEEL,
             along=along,

@@ -39,8 +39,9 @@ class CameraFit:
         server.on_client_disconnect(self._disconnected)
 
     def _connected(self, client: viser.ClientHandle) -> None:
-        self._cameras[client.client_id] = self.camera
-        self._positions[client.client_id] = deque([self.camera.position], UNDER_WAY)
+        browser = client.client_id
+        self._cameras[browser] = self.camera
+        self._positions[browser] = deque([self.camera.position], UNDER_WAY)
         client.camera.on_update(lambda _: self.fit(client))
         self.fit(client)
 
@@ -70,7 +71,8 @@ class CameraFit:
                 continue
             if camera is before:
                 camera = self.camera
-            self._cameras[client.client_id] = camera.following(points, client.camera.aspect)
+            camera = camera.following(points, client.camera.aspect)
+            self._cameras[client.client_id] = camera
             self.fit(client)
 
     def fit(self, client: viser.ClientHandle) -> None:
@@ -79,15 +81,18 @@ class CameraFit:
         if camera is None or self._was_moved(client, camera):
             return
         position = camera.position_for(client.camera.aspect)
-        if not np.allclose(position, self._positions[client.client_id][-1]):
+        last = self._positions[client.client_id][-1]
+        if not np.allclose(position, last):
             self._move(client)
 
     def _was_moved(self, client: viser.ClientHandle, camera: Camera) -> bool:
         """Whether a person has moved the camera of a browser."""
         here = client.camera.position
-        near = NEAR * np.linalg.norm(camera.position - camera.look_at)
-        positions = self._positions.get(client.client_id, ())
-        return all(np.linalg.norm(here - position) > near for position in positions)
+        distance = np.linalg.norm(camera.position - camera.look_at)
+        for position in self._positions.get(client.client_id, ()):
+            if np.linalg.norm(here - position) <= NEAR * distance:
+                return False
+        return True
 
     def _move(self, client: viser.ClientHandle) -> None:
         camera = self._cameras[client.client_id]

@@ -69,17 +69,18 @@ def state_html(session: ViewSession) -> str:
     """End effector, residual, distance to a singularity."""
     state = session.state
     entries = {
-        str(session.robot.end_effector): _position(session),
+        escape(session.robot.end_effector): _position(session),
         "residual": f"{float(np.asarray(state.residual)):.1e}",
         "singularity": _singularity(state),
     }
-    return _named_rows({escape(name): value for name, value in entries.items()})
+    return _named_rows(entries)
 
 
 def _position(session: ViewSession) -> str:
     position = session.robot.forward_kinematics(session.state).position
     texts = []
-    for axis, value in zip("xyz", np.round(position, 4).tolist(), strict=True):
+    rounded = np.round(position, 4).tolist()
+    for axis, value in zip("xyz", rounded, strict=True):
         unit = " m" if axis == "z" else ""
         text = f"<span class=q>{axis}</span> {value + 0.0:.4f}{unit}"
         texts.append(f"<span class=u>{text}</span>")
@@ -146,8 +147,8 @@ def efforts_html(robot: Robot, efforts: DriveEfforts) -> str:
     if efforts.recorded is not None:
         recorded = dict(zip(robot.active, efforts.recorded.tolist(), strict=True))
     rows = [_RECORDED_HEAD] if recorded else []
-    drives = zip(efforts.joints, efforts.values.tolist(), efforts.shares, strict=True)
-    for name, value, share in drives:
+    values, shares = efforts.values.tolist(), efforts.shares
+    for name, value, share in zip(efforts.joints, values, shares, strict=True):
         unit = effort_unit(robot.joint_types[name])
         cells = f"<td>{escape(name)}</td><td>{bar(0.5, 0.5 * share, RED)}</td>"
         cells += f"<td class=n>{number(value)}</td><td class='q u'>{unit}</td>"
@@ -161,8 +162,8 @@ def full_bars(robot: Robot, efforts: DriveEfforts) -> str:
     """What full bars are, in words."""
     has_limited = False
     shared: dict[str, float] = {}  # by type of joint
-    drives = zip(efforts.joints, efforts.values.tolist(), efforts.full.tolist(), strict=True)
-    for name, value, full in drives:
+    values, bars = efforts.values.tolist(), efforts.full.tolist()
+    for name, value, full in zip(efforts.joints, values, bars, strict=True):
         if not np.isfinite(full):
             continue
         if np.isfinite(limit_of(robot, name, value)):

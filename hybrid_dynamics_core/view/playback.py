@@ -41,7 +41,8 @@ class Playback:
         self.speed = 1.0
         with gui.add_folder(motion.title):
             self._play = gui.add_button("Play")
-            self.slider = Slider(gui, Range("time", "s", 0.0, motion.duration), 0.0, STEP)
+            scope = Range("time", "s", 0.0, motion.duration)
+            self.slider = Slider(gui, scope, 0.0, STEP)
             if motion.note:
                 gui.add_html(note_html(motion.note))
             speed = gui.add_dropdown("speed", SPEEDS, initial_value="1 x")

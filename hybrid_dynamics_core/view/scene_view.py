@@ -69,7 +69,9 @@ class SceneView:
             path = node("links", name)
             self.links[name] = self.scene.add_frame(path, show_axes=False)
         self._add_bodies()
-        self.spans = [(span, self._add_span(k, span)) for k, span in enumerate(shape.spans)]
+        self.spans = []
+        for k, span in enumerate(shape.spans):
+            self.spans.append((span, self._add_span(k, span)))
         self._add_names()
         self._add_tip()
         self.floor = floor_under(shape.points, shape.unit)
@@ -147,7 +149,8 @@ class SceneView:
     def _add_span(self, k: int, span: Span) -> viser.MeshHandle:
         tube = meshes.tube(span.radius)
         name = node("spans", f"{k} {span.kind} {'+'.join(span.names)}")
-        return self.scene.add_mesh_simple(name, tube.vertices, tube.faces, color=rgb(span.colour))
+        colour = rgb(span.colour)
+        return self.scene.add_mesh_simple(name, tube.vertices, tube.faces, color=colour)
 
     def _add_names(self) -> None:
         """The names of the active joints."""
@@ -297,8 +300,8 @@ def reach(skeleton: Skeleton, joint: PlacedJoint) -> Array:
     Returns:
         (3,) [m], base axes.
     """
-    points = np.array([joint.point, *_points_on(skeleton, joint.child)])
-    arms = points - joint.point
+    points = [joint.point, *_points_on(skeleton, joint.child)]
+    arms = np.array(points) - joint.point
     arms -= np.outer(arms @ joint.axis, joint.axis)
     lengths = np.linalg.norm(arms, axis=1)
     if not lengths.max() > ON_AXIS:

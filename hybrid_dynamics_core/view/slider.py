@@ -12,6 +12,8 @@ from ..errors import InputError
 from .gui_events import Enqueue, is_from_browser, set_value
 from .ranges import Range, decimals, on_round_steps, on_step
 
+Value = Callable[[], float]  # a value, once it is checked
+
 ROOM: Final = 5  # significant digits that its box has room for
 
 
@@ -39,12 +41,13 @@ class Slider:
             first, last, self.step = _on_given_steps(scope, step)
         self._ends = first, last
         self.label = f"{scope.name} [{scope.unit}]"
-        self.handle = gui.add_slider(self.label, first, last, self.step, self._on_slider(value))
+        start = self._on_slider(value)
+        self.handle = gui.add_slider(self.label, first, last, self.step, start)
         self.shown = value
         # What it stands at, as far as requests were heard, and what that stands for.
         self._position = self.handle.value
         self._meaning = value
-        self._request: Callable[[Callable[[], float]], None] = lambda _: None
+        self._request: Callable[[Value], None] = lambda _: None
 
     def on_request(self, key: str, enqueue: Enqueue, act: Callable[[float], None]) -> None:
         """Call `act` with each value that a person gives and that lies within the range."""
