@@ -142,7 +142,7 @@ def robot_shape(robot: Robot, state: ClosedState) -> RobotShape:
     projection = choose_projection(skeleton)
     marks = solid_marks(skeleton, groups, attached, projection, unit)
     marks += base_marks(skeleton, groups, attached[skeleton.base], unit)
-    builder = _Builder(robot, skeleton, groups, unit, link_poses(tree, state.s))
+    builder = _ShapeBuilder(robot, skeleton, groups, unit, link_poses(tree, state.s))
     builder.add_marks(marks)
     builder.add_carriers(groups)
     anchors = {}
@@ -217,7 +217,7 @@ def _limited(robot: Robot, state: ClosedState, cylinder: CylinderShape) -> Cylin
     return replace(cylinder, shortest=shortest)
 
 
-class _Builder:
+class _ShapeBuilder:
     """Turns marks, which are in base axes, into bodies in the axes of their links."""
 
     def __init__(
