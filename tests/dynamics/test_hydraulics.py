@@ -81,7 +81,7 @@ def test_oil_brings_in_the_power_of_the_joint(oiled: Robot) -> None:
     assert not cylinders["q12"].overloaded
 
 
-def test_overload_is_told(oiled: Robot) -> None:
+def test_overload_is_reported(oiled: Robot) -> None:
     state = oiled.close(U)
     low, high = force_range(BOOM)
     for force, told in ((high + 1.0, True), (high - 1.0, False), (low - 1.0, True)):

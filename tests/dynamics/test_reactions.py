@@ -77,7 +77,7 @@ def test_bars_in_line_leave_the_pin_force_undefined_and_say_so(crank: float) -> 
     assert near.base == pytest.approx(reactions.base, rel=1e-2, abs=1e-2)
 
 
-def test_forces_across_a_planar_loop_are_told_as_silent(forging: Robot) -> None:
+def test_forces_across_a_planar_loop_are_listed_as_silent(forging: Robot) -> None:
     reactions = forging.reactions(forging.close([0.3, 0.1, 0.15, 0.2], np.ones(4)), np.ones(4))
     for closure in reactions.pins.values():
         assert closure.silent == ("force along z", "moment about x", "moment about y")

@@ -14,6 +14,7 @@ from hybrid_dynamics_core.ground.arrays import frozen
 
 Pose = tuple[np.ndarray, np.ndarray]  # rotation (3, 3), origin (3,)
 BASE = "base"
+Z = np.array([0.0, 0.0, 1.0])
 
 
 def unit(v: np.ndarray) -> np.ndarray:
@@ -38,13 +39,12 @@ def frame_with_normal(normal: np.ndarray, rng: np.random.Generator | None) -> np
 
     Turned at random about it if a generator is given.
     """
-    first = unit(np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]))
+    flattest = int(np.argmin(np.abs(normal)))
+    first = unit(np.cross(normal, np.eye(3)[flattest]))
     frame = np.column_stack([first, np.cross(normal, first), normal])
-    return (
-        frame
-        if rng is None
-        else frame @ turn(np.array([0.0, 0.0, 1.0]), rng.uniform(-np.pi, np.pi))
-    )
+    if rng is None:
+        return frame
+    return frame @ turn(Z, rng.uniform(-np.pi, np.pi))
 
 
 @dataclass
@@ -69,6 +69,11 @@ class Assembly:
     number: int = 0
     links: dict[str, Link] = field(default_factory=dict)
 
+    @property
+    def tilting(self) -> np.random.Generator | None:
+        """What frames are turned with; none where they are tidy."""
+        return None if self.tidy else self.rng
+
     def fresh(self, prefix: str) -> str:
         """A name not used yet."""
         self.number += 1
@@ -82,7 +87,7 @@ class Assembly:
 
     def across(self, axis: np.ndarray) -> np.ndarray:
         """A direction at right angles to an axis."""
-        frame = frame_with_normal(axis, None if self.tidy else self.rng)
+        frame = frame_with_normal(axis, self.tilting)
         return frame[:, int(self.rng.integers(2))]
 
     def hang(
@@ -106,17 +111,32 @@ class Assembly:
             rotation[:, 0] *= np.sign(np.linalg.det(rotation))
         else:
             rotation = turn(unit(rng.normal(size=3)), rng.uniform(-3, 3))
-        origin = point + along * axis if kind == "revolute" else point + rng.normal(size=3) * 0.1
+        if kind == "revolute":
+            origin = point + along * axis
+            reach = 1.0
+        else:
+            origin = point + rng.normal(size=3) * 0.1
+            reach = 0.2
         self.poses[child] = (rotation, origin)
         if value is None:
-            value = float(rng.uniform(-1.0, 1.0) if kind == "revolute" else rng.uniform(-0.2, 0.2))
-        own = rotation.T @ axis
-        back = (turn(own, -value), np.zeros(3)) if kind == "revolute" else (np.eye(3), -value * own)
-        here = self.local_pose(parent, rotation, origin)
+            value = float(rng.uniform(-reach, reach))
+        axis_in_child = rotation.T @ axis
+        back_rotation = np.eye(3)
+        back_origin = np.zeros(3)
+        if kind == "revolute":
+            back_rotation = turn(axis_in_child, -value)
+        else:
+            back_origin = -value * axis_in_child
+        in_parent, place = self.local_pose(parent, rotation, origin)
         joint = f"q_{child}"
-        zero = here[0] @ back[0], here[1] + here[0] @ back[1]
         self.joints[joint] = Joint(
-            joint, kind, parent, child, frozen(zero[0]), frozen(zero[1]), frozen(own)
+            joint,
+            kind,
+            parent,
+            child,
+            frozen(in_parent @ back_rotation),
+            frozen(place + in_parent @ back_origin),
+            frozen(axis_in_child),
         )
         self.reference[joint] = value
         self.axes[joint] = axis
@@ -142,18 +162,18 @@ class Assembly:
         point: np.ndarray,
         kind: str = "planar",
         axis: np.ndarray | None = None,
-        **more: str,
+        name: str = "",
+        assembly: str | None = None,
     ) -> str:
         """Close a loop: what lies at the point on both links stays together."""
-        name = more.pop("name", "") or self.fresh("c")
-        frame = (
-            turn(self.direction(), 0.0 if self.tidy else 0.7)
-            if axis is None
-            else frame_with_normal(axis, self.rng)
-        )
+        name = name or self.fresh("c")
+        if axis is None:
+            frame = turn(self.direction(), 0.0 if self.tidy else 0.7)
+        else:
+            frame = frame_with_normal(axis, self.rng)
         (ra, pa), (rb, pb) = (self.local_pose(link, frame, point) for link in (a, b))
         if kind == "axis":
-            rb = rb @ turn(np.array([0.0, 0.0, 1.0]), 1.0)  # only the z axes need to agree
+            rb = rb @ turn(Z, 1.0)  # only the z axes need to agree
         elif kind in ("planar", "point"):
             ra, rb = np.eye(3), np.eye(3)
         ends = {
@@ -162,7 +182,8 @@ class Assembly:
             "rotation_a": frozen(ra),
             "rotation_b": frozen(rb),
         }
-        self.closures.append(Closure(name, link_a=a, link_b=b, kind=kind, **ends, **more))
+        closure = Closure(name, link_a=a, link_b=b, kind=kind, assembly=assembly, **ends)
+        self.closures.append(closure)
         return name
 
     def link(self, name: str) -> Link:
@@ -171,15 +192,13 @@ class Assembly:
             return self.links[name]
         rng = self.rng
         axes = turn(unit(rng.normal(size=3)), 1.0)
-        spread = rng.uniform(0.01, 0.1, size=3)
-        inertia = axes @ np.diag(spread.sum() - spread) @ axes.T
+        variances = rng.uniform(0.01, 0.1, size=3)
+        inertia = axes @ np.diag(variances.sum() - variances) @ axes.T
         mass = float(rng.uniform(0.5, 3.0))
-        made = (
-            Link(name)
-            if name in self.massless
-            else Link(name, mass, frozen(0.2 * rng.normal(size=3)), frozen(inertia))
-        )
-        return self.links.setdefault(name, made)
+        link = Link(name)
+        if name not in self.massless:
+            link = Link(name, mass, frozen(0.2 * rng.normal(size=3)), frozen(inertia))
+        return self.links.setdefault(name, link)
 
     def description(
         self, active: tuple[str, ...], end_effector: str, name: str = "generated"
@@ -191,12 +210,11 @@ class Assembly:
             frozen(turn(unit(self.rng.normal(size=3)), 0.5)),
             frozen(self.rng.normal(size=3)),
         )
+        down = np.array([0.0, 0.0, -1.0]) if self.tidy else unit(self.rng.normal(size=3))
         return RobotDescription(
             name=name,
             source="generated",
-            gravity=frozen(
-                9.81 * (np.array([0.0, 0.0, -1.0]) if self.tidy else unit(self.rng.normal(size=3)))
-            ),
+            gravity=frozen(9.81 * down),
             base=BASE,
             links=links,
             joints=dict(self.joints),

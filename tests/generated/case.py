@@ -1,6 +1,6 @@
 """A generated robot ready for tests.
 
-Active joints that determine the rest, and an independent oracle.
+Its active joints determine the others. An independent oracle comes with it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from hybrid_dynamics_core.description import RobotDescription
 from tests.generated.assembly import Assembly
 from tests.generated.space import Space
 
-INDEPENDENT = 0.12  # share of a column that must be left beside the columns chosen before it
+INDEPENDENT = 0.12  # share of a column that must remain beside the columns chosen before it
 WELL = 0.02  # smallest singular value of the passive Jacobian at the reference [m or rad]
 
 
@@ -59,9 +59,9 @@ class Case:
         way *= size * rng.uniform() / max(float(np.linalg.norm(way)), 1e-9)
         active = range(self.n)
         least = floor * self.space.margin(self.start, active)
-        return self.space.follow(self.start, active, way, least, far=2.5)[
-            1
-        ]  # less than half a turn
+        # no coordinate goes as far as half a turn
+        _, s = self.space.follow(self.start, active, way, least, far=2.5)
+        return s
 
     def rates(self, seed: int) -> np.ndarray:
         """Active rates or accelerations (n,)."""
@@ -69,11 +69,9 @@ class Case:
 
 
 def complete(a: Assembly, tool: str, label: str, choices: int) -> Case | None:
-    """Choose active joints at random among the sets that determine the rest well.
+    """Choose active joints at random among the sets that determine the others well.
 
-    None if there is none.
-
-    choices: seed of the choice.
+    None if there is none. choices: seed of the choice.
     """
     rng = np.random.default_rng(choices)
     names = list(a.joints)
@@ -82,9 +80,11 @@ def complete(a: Assembly, tool: str, label: str, choices: int) -> Case | None:
     if a.closures and space.gap(s) > 1e-12:
         raise AssertionError("loops close by construction")
     jacobian = space.equations(s)[1]
-    first = [n for n in names if n in a.preferred]
-    order = [names.index(str(n)) for n in rng.permutation([n for n in names if n not in first])]
-    order += [names.index(str(n)) for n in rng.permutation(first)] if first else []
+    preferred = [name for name in names if name in a.preferred]
+    others = [name for name in names if name not in preferred]
+    order = [names.index(str(name)) for name in rng.permutation(others)]
+    if preferred:
+        order += [names.index(str(name)) for name in rng.permutation(preferred)]
     passive = independent_columns(jacobian, order)
     if len(passive) != a.rank or np.linalg.matrix_rank(jacobian, tol=1e-6) != a.rank:
         return None
@@ -96,17 +96,15 @@ def complete(a: Assembly, tool: str, label: str, choices: int) -> Case | None:
 
 
 def independent_columns(jacobian: np.ndarray, order: list[int]) -> list[int]:
-    """Columns in the order given, each kept if enough of it is left beside those kept before
-    (Gram-Schmidt).
-    """
-    kept: list[int] = []
+    """Columns in order, each chosen if enough of it remains beside those before (Gram-Schmidt)."""
+    chosen: list[int] = []
     basis = np.zeros((len(jacobian), 0))
     for k in order:
         column = jacobian[:, k]
-        rest = column - basis @ (basis.T @ column)
-        rest -= basis @ (basis.T @ rest)
-        size = np.linalg.norm(rest)
+        remainder = column - basis @ (basis.T @ column)
+        remainder -= basis @ (basis.T @ remainder)
+        size = np.linalg.norm(remainder)
         if size > INDEPENDENT * max(np.linalg.norm(column), 0.3):
-            kept.append(k)
-            basis = np.column_stack([basis, rest / size])
-    return kept
+            chosen.append(k)
+            basis = np.column_stack([basis, remainder / size])
+    return chosen

@@ -16,6 +16,7 @@ from tests.generated.assembly import BASE, Assembly
 from tests.generated.case import Case, complete
 from tests.generated.loops import (
     GOES_ON,
+    KIND,
     MIXES,
     FourBar,
     added_four_bar,
@@ -28,6 +29,7 @@ from tests.generated.loops import (
 )
 
 TRIES = 12  # geometries tried for one plan: a random one may be next to singular
+LEG_KINDS = {"leg": "UPS", "rod": "RUS"}
 EXTRA = ("pair", "pair", "pair", "span", "leg", "rod", "frame")  # what an additional loop may be
 
 
@@ -48,9 +50,16 @@ class Plan:
     @property
     def loops(self) -> int:
         """Number of loops."""
-        return sum(1 if isinstance(j, FourBar) else 2 * (j in ("A", "B")) for j in self.arm) + len(
-            self.extra
-        )
+        return len(self.extra) + sum(map(_loops_of, self.arm))
+
+
+def _loops_of(joint: str | FourBar) -> int:
+    """Number of loops that come with a joint of an arm."""
+    if isinstance(joint, FourBar):
+        return 1
+    if joint in ("A", "B"):
+        return 2
+    return 0
 
 
 @lru_cache(maxsize=64)
@@ -78,46 +87,60 @@ def build_arm(a: Assembly, joints: tuple[str | FourBar, ...], link: str) -> str:
         elif joint in ("A", "B"):
             link = hung_four_bars(a, link, at, normal, joint)
         else:
-            link = a.hang(link, "revolute" if joint == "R" else "prismatic", normal, at)
+            link = a.hang(link, KIND[joint], normal, at)
         at = joint_point(a, link)
     return link
 
 
 def add_loop(a: Assembly, tool: str, kind: str, place: int, bar: FourBar) -> None:
     """One more loop where it fits; a pair of links if there is no place of the kind asked for."""
-    pairs = [(j.parent, j.child) for j in a.joints.values()]
-    if kind == "span":
-        far = [
-            (base, link)
-            for base, middle in pairs
-            for up, link in pairs
-            if up == middle and _parallel(a, middle, link)
-        ]
-        if far:
-            base, link = far[place % len(far)]
-            spanning_cylinder(a, base, link, bar.mix[1:], ("planar", "point", "axis")[place % 3])
-            return
-    base, stub = pairs[place % len(pairs)]
-    if kind in ("leg", "rod"):
+    spans = _spans(a)
+    if kind == "span" and spans:
+        base, link = spans[place % len(spans)]
+        pin = ("planar", "point", "axis")[place % 3]
+        spanning_cylinder(a, base, link, bar.mix[1:], pin)
+        return
+    joints = list(a.joints.values())
+    joint = joints[place % len(joints)]
+    base, stub = joint.parent, joint.child
+    if kind in LEG_KINDS:
         tips = [link for link in a.poses if link != base]
-        leg_anywhere(a, base, tips[(7 * place) % len(tips)], "UPS" if kind == "leg" else "RUS")
-    elif kind == "frame" and a.joint_of(stub).type == "revolute":
+        leg_anywhere(a, base, tips[(7 * place) % len(tips)], LEG_KINDS[kind])
+    elif kind == "frame" and joint.type == "revolute":
         framed_loop(a, base, stub)
     else:
-        mix = a.joint_of(stub).type[0].upper() + bar.mix[1:]
-        letter = bar.letter if stub not in _way(a, tool) or bar.letter in "AD" else "A"
-        if mix[1:] == "PP" and mix[0] == "P":
-            mix = mix[:2] + "R"
-        added_four_bar(a, base, stub, FourBar(letter, mix, bar.parallelogram and mix == "RRR"))
+        added_four_bar(a, base, stub, _fitting(a, tool, stub, bar))
+
+
+def _spans(a: Assembly) -> list[tuple[str, str]]:
+    """Pairs of links that are two joints apart and move in one plane."""
+    spans: list[tuple[str, str]] = []
+    for first in a.joints.values():
+        after = [joint.child for joint in a.joints.values() if joint.parent == first.child]
+        spans += [(first.parent, link) for link in after if _parallel(a, first.child, link)]
+    return spans
+
+
+def _fitting(a: Assembly, tool: str, stub: str, bar: FourBar) -> FourBar:
+    """The four-bar as it fits a link that has a joint already."""
+    mix = a.joint_of(stub).type[0].upper() + bar.mix[1:]
+    if mix == "PPP":
+        mix = "PPR"
+    letter = bar.letter
+    if letter not in "AD" and stub in _way(a, tool):
+        letter = "A"
+    return FourBar(letter, mix, bar.parallelogram and mix == "RRR")
 
 
 def _parallel(a: Assembly, one: str, two: str) -> bool:
     """Whether two joints move their links in one plane."""
-    if a.joint_of(two).type == a.joint_of(one).type == "revolute":
-        return bool(abs(a.axes[f"q_{one}"] @ a.axes[f"q_{two}"]) > 1.0 - 1e-12)
-    if a.joint_of(two).type == a.joint_of(one).type:
+    types = {a.joint_of(one).type, a.joint_of(two).type}
+    cosine = abs(a.axes[f"q_{one}"] @ a.axes[f"q_{two}"])
+    if types == {"revolute"}:
+        return bool(cosine > 1.0 - 1e-12)
+    if types == {"prismatic"}:
         return False
-    return bool(abs(a.axes[f"q_{one}"] @ a.axes[f"q_{two}"]) < 1e-12)
+    return bool(cosine < 1e-12)
 
 
 def _way(a: Assembly, link: str) -> list[str]:
@@ -156,5 +179,6 @@ def built(case: Case | None) -> Case:
 
 def _thinned(arm: tuple[str | FourBar, ...]) -> tuple[str | FourBar, ...]:
     """The arm with its first loop replaced by a joint."""
-    k = next((k for k, j in enumerate(arm) if j not in ("R", "P")), 0)
-    return (*arm[:k], "R", *arm[k + 1 :])
+    loops = [k for k, joint in enumerate(arm) if joint not in ("R", "P")]
+    first = loops[0] if loops else 0
+    return (*arm[:first], "R", *arm[first + 1 :])

@@ -24,6 +24,7 @@ ROLES = {
 }  # arm, k1, k2
 GOES_ON = {"A": "S", "B": "c", "C": "c", "D": "S"}
 KIND = {"R": "revolute", "P": "prismatic"}
+# joints of S, F and c; the pin is the fourth
 MIXES = (
     "RRR",
     "RRP",
@@ -32,7 +33,7 @@ MIXES = (
     "PPR",
     "PRP",
     "RPP",
-)  # joints of S, F and c; the pin is the fourth
+)
 
 
 @dataclass(frozen=True)
@@ -51,8 +52,9 @@ class Plane:
     """A plane through a point of space: 2D places and directions to space and back."""
 
     def __init__(self, assembly: Assembly, origin: np.ndarray, normal: np.ndarray) -> None:
-        self.assembly, self.origin = assembly, origin
-        self.basis = frame_with_normal(normal, None if assembly.tidy else assembly.rng)
+        self.assembly = assembly
+        self.origin = origin
+        self.basis = frame_with_normal(normal, assembly.tilting)
         self.normal = normal
 
     def space(self, place: np.ndarray, along: float = 0.0) -> np.ndarray:
@@ -68,9 +70,7 @@ class Plane:
         rng = self.assembly.rng
         if kind == "revolute":
             return self.normal * rng.choice([-1.0, 1.0])
-        angle = (
-            rng.uniform(-np.pi, np.pi) if not self.assembly.tidy else rng.integers(4) * np.pi / 2.0
-        )
+        angle = rng.integers(4) * np.pi / 2.0 if self.assembly.tidy else rng.uniform(-np.pi, np.pi)
         return self.basis[:, :2] @ np.array([np.cos(angle), np.sin(angle)])
 
 
@@ -81,9 +81,10 @@ def joint_point(a: Assembly, link: str) -> np.ndarray:
 
 def plane_of(a: Assembly, link: str) -> Plane:
     """A plane in which the link's joint moves it."""
-    axis = a.axes[f"q_{link}"]
-    turning = a.joint_of(link).type == "revolute"
-    return Plane(a, joint_point(a, link), axis if turning else a.across(axis))
+    normal = a.axes[f"q_{link}"]
+    if a.joint_of(link).type == "prismatic":
+        normal = a.across(normal)
+    return Plane(a, joint_point(a, link), normal)
 
 
 def corner(rng: np.random.Generator, size: float = 0.5) -> np.ndarray:
@@ -97,32 +98,32 @@ def new_four_bar(
 ) -> dict[str, str]:
     """A four-bar with three new links on the base: link by 'S', 'F', 'c'."""
     plane = Plane(a, at, normal)
-    s = a.hang(base, KIND[bar.mix[0]], plane.axis(KIND[bar.mix[0]]), plane.space(np.zeros(2)))
-    return {"S": s, **_rest(a, base, s, plane, bar)}
+    kind = KIND[bar.mix[0]]
+    stub = a.hang(base, kind, plane.axis(kind), plane.space(np.zeros(2)))
+    return {"S": stub, **_closing_links(a, base, stub, plane, bar)}
 
 
 def added_four_bar(a: Assembly, base: str, stub: str, bar: FourBar) -> dict[str, str]:
-    """A four-bar with two new links, on a pair of links that has a joint already (or stands on one
-    pivot).
-    """
-    return {"S": stub, **_rest(a, base, stub, plane_of(a, stub), bar)}
+    """A four-bar with two new links, on a pair of links that has a joint already."""
+    return {"S": stub, **_closing_links(a, base, stub, plane_of(a, stub), bar)}
 
 
-def _rest(a: Assembly, base: str, stub: str, plane: Plane, bar: FourBar) -> dict[str, str]:
+def _closing_links(a: Assembly, base: str, stub: str, plane: Plane, bar: FourBar) -> dict[str, str]:
+    """The links F and c, and the pin between c and the stub."""
     rng = a.rng
     places = [corner(rng), corner(rng), corner(rng)]  # pivots of F and c, the pin
     if bar.parallelogram:
         centre = plane.place(joint_point(a, stub))
         places = [centre + places[0], centre + places[0] + places[1], centre + places[1]]
-    off = [0.0, 0.0, 0.0] if a.tidy else rng.normal(size=3) * 0.1
+    off = np.zeros(3) if a.tidy else rng.normal(size=3) * 0.1
     kinds = [KIND[letter] for letter in bar.mix[1:]]
     f = a.hang(base, kinds[0], plane.axis(kinds[0]), plane.space(places[0], off[0]))
     c = a.hang(f, kinds[1], plane.axis(kinds[1]), plane.space(places[1], off[1]))
     links = {"base": base, "S": stub, "F": f, "c": c}
     name = a.fresh("loop")
-    more = {"assembly": "parallelogram"} if bar.parallelogram else {}
+    mode = "parallelogram" if bar.parallelogram else None
     ends = (c, stub) if rng.integers(2) else (stub, c)
-    a.tie(*ends, plane.space(places[2], off[2]), name=name, **more)
+    a.tie(*ends, plane.space(places[2], off[2]), name=name, assembly=mode)
     arm, k1, k2 = (links[role] for role in ROLES[bar.letter])
     a.loops[name] = Loop(name, bar.letter, base, arm, k1, k2)
     a.rank += 2
@@ -197,25 +198,24 @@ def leg(a: Assembly, on: str, to: str, foot: np.ndarray, tip: np.ndarray, kind: 
     Returns its driven joint.
     """
     rng = a.rng
-    link, at, driven = on, foot, ""
+    link = on
+    at = foot
+    driven = ""
     along = unit(tip - foot)
     if kind != "UPS":
-        axis = (
-            unit(np.cross(along, rng.normal(size=3)))
-            if kind == "RUS"
-            else unit(along + 0.3 * rng.normal(size=3))
-        )
-        at = foot + (0.3 * np.cross(axis, along) if kind == "RUS" else np.zeros(3))
+        if kind == "RUS":
+            axis = unit(np.cross(along, rng.normal(size=3)))
+            at = foot + 0.3 * np.cross(axis, along)
+        else:
+            axis = unit(along + 0.3 * rng.normal(size=3))
         link = a.hang(link, KIND[kind[0]], axis, foot)
         driven = f"q_{link}"
         along = unit(tip - at)
     first = unit(np.cross(along, rng.normal(size=3)))
     second = np.cross(along, first)
     if not a.tidy:
-        first, second = (
-            unit(first + 0.2 * rng.normal(size=3)),
-            unit(second + 0.2 * rng.normal(size=3)),
-        )
+        first = unit(first + 0.2 * rng.normal(size=3))
+        second = unit(second + 0.2 * rng.normal(size=3))
     link = a.hang(link, "revolute", first, at)
     link = a.hang(link, "revolute", second, at)
     if kind == "UPS":

@@ -12,7 +12,7 @@ import numpy as np
 from hypothesis import Phase
 from hypothesis import strategies as st
 
-from hybrid_dynamics_core.description import Closure, Frame, RobotDescription
+from hybrid_dynamics_core.description import Closure, Frame, Joint, Link, RobotDescription
 from hybrid_dynamics_core.ground.arrays import frozen
 from tests import sampling
 from tests.generated.case import Case
@@ -21,6 +21,15 @@ from tests.generated.stacks import stacks
 from tests.sampling import Test
 
 STATES = st.integers(0, 99)  # seeds of random states
+# entries of an inertia matrix by their keys in a file
+ENTRIES = {
+    "xx": (0, 0),
+    "yy": (1, 1),
+    "zz": (2, 2),
+    "xy": (0, 1),
+    "xz": (0, 2),
+    "yz": (1, 2),
+}
 
 
 def examples(number: int) -> Callable[[Test], Test]:
@@ -37,15 +46,13 @@ def robots() -> st.SearchStrategy[Case]:
 
 
 def shuffled(robot: RobotDescription, seed: int) -> RobotDescription:
-    """The same robot with its links, joints, loops and closures in another order, and closures told
-    the other way.
-    """
+    """The same robot with its entries in another order, and closures from their other ends."""
     rng = np.random.default_rng(seed)
 
     def mixed(entries: dict) -> dict:
         return {name: entries[name] for name in rng.permutation(list(entries))}
 
-    closures = [swapped(c) if rng.integers(2) else c for c in robot.closures]
+    closures = [swapped(closure) if rng.integers(2) else closure for closure in robot.closures]
     return replace(
         robot,
         links=mixed(robot.links),
@@ -55,102 +62,76 @@ def shuffled(robot: RobotDescription, seed: int) -> RobotDescription:
     )
 
 
-def swapped(c: Closure) -> Closure:
-    """A closure told from its other end."""
+def swapped(closure: Closure) -> Closure:
+    """A closure from its other end."""
     return replace(
-        c,
-        link_a=c.link_b,
-        point_a=c.point_b,
-        rotation_a=c.rotation_b,
-        link_b=c.link_a,
-        point_b=c.point_a,
-        rotation_b=c.rotation_a,
+        closure,
+        link_a=closure.link_b,
+        point_a=closure.point_b,
+        rotation_a=closure.rotation_b,
+        link_b=closure.link_a,
+        point_b=closure.point_a,
+        rotation_b=closure.rotation_a,
     )
 
 
 def moved(robot: RobotDescription, rotation: np.ndarray, offset: np.ndarray) -> RobotDescription:
     """The robot mounted elsewhere on the world, gravity turned with it."""
-    joints = {
-        name: (
-            replace(
-                j,
-                rotation=frozen(rotation @ j.rotation),
-                translation=frozen(rotation @ j.translation + offset),
-            )
-            if j.parent == robot.base
-            else j
-        )
-        for name, j in robot.joints.items()
-    }
-    closures = []
-    for c in robot.closures:
-        for end in "ab":
-            if getattr(c, f"link_{end}") == robot.base:
-                point, turned = getattr(c, f"point_{end}"), getattr(c, f"rotation_{end}")
-                c = replace(  # noqa: PLW2901
-                    c,
-                    **{
-                        f"point_{end}": frozen(rotation @ point + offset),
-                        f"rotation_{end}": frozen(rotation @ turned),
-                    },
-                )
-        closures.append(c)
-    return replace(
-        robot, joints=joints, closures=tuple(closures), gravity=frozen(rotation @ robot.gravity)
-    )
+    joints = dict(robot.joints)
+    for name, joint in robot.joints.items():
+        if joint.parent == robot.base:
+            turned = frozen(rotation @ joint.rotation)
+            translation = frozen(rotation @ joint.translation + offset)
+            joints[name] = replace(joint, rotation=turned, translation=translation)
+    closures = [_moved_ends(closure, robot.base, rotation, offset) for closure in robot.closures]
+    gravity = frozen(rotation @ robot.gravity)
+    return replace(robot, joints=joints, closures=tuple(closures), gravity=gravity)
+
+
+def _moved_ends(closure: Closure, base: str, rotation: np.ndarray, offset: np.ndarray) -> Closure:
+    """A closure whose ends on the base have moved with the robot."""
+    for _ in "ab":
+        if closure.link_a == base:
+            point = frozen(rotation @ closure.point_a + offset)
+            turned = frozen(rotation @ closure.rotation_a)
+            closure = replace(closure, point_a=point, rotation_a=turned)
+        closure = swapped(closure)
+    return closure
 
 
 def scaled(robot: RobotDescription, factor: float) -> RobotDescription:
     """The robot with every length multiplied."""
-    strokes = {name for name, j in robot.joints.items() if j.type == "prismatic"}
+    joints = {}
+    reference = dict(robot.reference)
+    for name, joint in robot.joints.items():
+        joints[name] = replace(joint, translation=frozen(factor * joint.translation))
+        if joint.type == "prismatic" and name in reference:
+            reference[name] = factor * reference[name]
+    closures = []
+    for closure in robot.closures:
+        point_a = frozen(factor * closure.point_a)
+        point_b = frozen(factor * closure.point_b)
+        closures.append(replace(closure, point_a=point_a, point_b=point_b))
+    frames = {}
+    for name, frame in robot.frames.items():
+        frames[name] = Frame(frame.link, frame.rotation, frozen(factor * frame.translation))
     return replace(
-        robot,
-        joints={
-            n: replace(j, translation=frozen(factor * j.translation))
-            for n, j in robot.joints.items()
-        },
-        closures=tuple(
-            replace(c, point_a=frozen(factor * c.point_a), point_b=frozen(factor * c.point_b))
-            for c in robot.closures
-        ),
-        frames={
-            n: Frame(f.link, f.rotation, frozen(factor * f.translation))
-            for n, f in robot.frames.items()
-        },
-        reference={n: factor * v if n in strokes else v for n, v in robot.reference.items()},
+        robot, joints=joints, closures=tuple(closures), frames=frames, reference=reference
     )
 
 
 def as_text(robot: RobotDescription) -> str:
     """The robot as a description file."""
     lines = ["format: 1", f"name: {robot.name}", f"gravity: {_list(robot.gravity)}", "links:"]
-    for link in robot.links.values():
-        i = link.inertia
-        parts = (
-            ("xx", i[0, 0]),
-            ("yy", i[1, 1]),
-            ("zz", i[2, 2]),
-            ("xy", i[0, 1]),
-            ("xz", i[0, 2]),
-            ("yz", i[1, 2]),
-        )
-        inertia = ", ".join(f"{key}: {float(value)!r}" for key, value in parts)
-        body = (
-            f"mass: {link.mass!r}, com: {_list(link.com)}, inertia: {{{inertia}}}"
-            if link.mass
-            else ""
-        )
-        lines.append(f"  {link.name}: {{{body}}}")
+    lines += [_link(link) for link in robot.links.values()]
     lines.append("joints:")
-    lines += [
-        f"  {j.name}: {{type: {j.type}, parent: {j.parent}, child: {j.child}, axis:"
-        f" {_list(j.axis)}, origin: {{xyz: {_list(j.translation)}, rpy:"
-        f" {_list(_rpy(j.rotation))}}}}}"
-        for j in robot.joints.values()
-    ]
-    for section, tied in (("loops", True), ("closures", False)):
-        entries = [_closure(robot, c) for c in robot.closures if (c.name in robot.loops) == tied]
-        lines += [f"{section}:", *entries] if entries else []
+    lines += [_joint(joint) for joint in robot.joints.values()]
+    typed = [_loop(robot, closure) for closure in robot.closures if closure.name in robot.loops]
+    plain = [_closure(closure) for closure in robot.closures if closure.name not in robot.loops]
+    if typed:
+        lines += ["loops:", *typed]
+    if plain:
+        lines += ["closures:", *plain]
     tool = robot.frames["end_effector"]
     place = f"xyz: {_list(tool.translation)}, rpy: {_list(_rpy(tool.rotation))}"
     reference = ", ".join(f"{name}: {value!r}" for name, value in robot.reference.items())
@@ -162,23 +143,48 @@ def as_text(robot: RobotDescription) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _closure(robot: RobotDescription, c: Closure) -> str:
-    assembly = f", assembly: {c.assembly}" if c.assembly else ""
-    if c.name in robot.loops:
-        loop = robot.loops[c.name]
-        pin = f"{c.link_a}: {_list(c.point_a)}, {c.link_b}: {_list(c.point_b)}"
-        return (
-            f"  {c.name}: {{type: {loop.type}, base: {loop.base}, arm: {loop.arm}, k1: {loop.k1},"
-            f" k2: {loop.k2}, pin: {{{pin}}}{assembly}}}"
-        )
-    ends = ", ".join(
-        f"{link}: {{xyz: {_list(point)}, rpy: {_list(_rpy(rotation))}}}"
-        for link, point, rotation in (
-            (c.link_a, c.point_a, c.rotation_a),
-            (c.link_b, c.point_b, c.rotation_b),
-        )
+def _link(link: Link) -> str:
+    if not link.mass:
+        return f"  {link.name}: {{}}"
+    inertia = link.inertia.tolist()
+    entries = [f"{key}: {inertia[i][j]!r}" for key, (i, j) in ENTRIES.items()]
+    body = f"mass: {link.mass!r}, com: {_list(link.com)}, inertia: {{{', '.join(entries)}}}"
+    return f"  {link.name}: {{{body}}}"
+
+
+def _joint(joint: Joint) -> str:
+    origin = f"xyz: {_list(joint.translation)}, rpy: {_list(_rpy(joint.rotation))}"
+    return (
+        f"  {joint.name}: {{type: {joint.type}, parent: {joint.parent}, child: {joint.child}, axis:"
+        f" {_list(joint.axis)}, origin: {{{origin}}}}}"
     )
-    return f"  {c.name}: {{kind: {c.kind}, between: {{{ends}}}{assembly}}}"
+
+
+def _loop(robot: RobotDescription, closure: Closure) -> str:
+    """A closure as a loop of Chu's types."""
+    loop = robot.loops[closure.name]
+    pin = f"{closure.link_a}: {_list(closure.point_a)}, {closure.link_b}: {_list(closure.point_b)}"
+    return (
+        f"  {closure.name}: {{type: {loop.type}, base: {loop.base}, arm: {loop.arm}, k1: {loop.k1},"
+        f" k2: {loop.k2}, pin: {{{pin}}}{_assembly(closure)}}}"
+    )
+
+
+def _closure(closure: Closure) -> str:
+    first = _end(closure.link_a, closure.point_a, closure.rotation_a)
+    second = _end(closure.link_b, closure.point_b, closure.rotation_b)
+    ends = f"{first}, {second}"
+    return f"  {closure.name}: {{kind: {closure.kind}, between: {{{ends}}}{_assembly(closure)}}}"
+
+
+def _assembly(closure: Closure) -> str:
+    if not closure.assembly:
+        return ""
+    return f", assembly: {closure.assembly}"
+
+
+def _end(link: str, point: np.ndarray, rotation: np.ndarray) -> str:
+    return f"{link}: {{xyz: {_list(point)}, rpy: {_list(_rpy(rotation))}}}"
 
 
 def _rpy(r: np.ndarray) -> list[float]:
@@ -186,14 +192,14 @@ def _rpy(r: np.ndarray) -> list[float]:
 
     At pitch +-90 degrees, where roll and yaw act alike, all as yaw.
     """
-    flat = float(np.hypot(r[0, 0], r[1, 0]))
-    if flat < 1e-9:
-        return [0.0, float(np.arctan2(-r[2, 0], flat)), float(np.arctan2(-r[0, 1], r[1, 1]))]
-    return [
-        float(np.arctan2(r[2, 1], r[2, 2])),
-        float(np.arctan2(-r[2, 0], flat)),
-        float(np.arctan2(r[1, 0], r[0, 0])),
-    ]
+    level = np.hypot(r[0, 0], r[1, 0])
+    pitch = np.arctan2(-r[2, 0], level)
+    roll = 0.0
+    yaw = np.arctan2(-r[0, 1], r[1, 1])
+    if level >= 1e-9:
+        roll = np.arctan2(r[2, 1], r[2, 2])
+        yaw = np.arctan2(r[1, 0], r[0, 0])
+    return [float(roll), float(pitch), float(yaw)]
 
 
 def _list(values: np.ndarray | list[float]) -> str:

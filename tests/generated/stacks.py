@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 from hypothesis import strategies as st
 
-from tests.generated.assembly import BASE, Assembly, turn, unit
+from tests.generated.assembly import BASE, Assembly, Z, turn, unit
 from tests.generated.case import Case, complete
 from tests.generated.class_three import EXTRAS, JOINTS, SEEDS, TRIES, add_loop, build_arm, built
 from tests.generated.loops import KIND, FourBar, joint_point, leg
@@ -75,30 +75,18 @@ def build_stack(stack: Stack) -> Case | None:
 def add_module(a: Assembly, on: str, module: Module, active: str) -> str:
     """A module on a link; returns its platform."""
     rng = a.rng
-    frame = (
-        np.eye(3)
-        if a.tidy
-        else turn(unit(rng.normal(size=3)), rng.uniform(0.0, 0.5)) @ a.poses[on][0]
-    )
+    frame = np.eye(3)
+    if not a.tidy:
+        frame = turn(unit(rng.normal(size=3)), rng.uniform(0.0, 0.5)) @ a.poses[on][0]
     foot = joint_point(a, on) + 0.1 * rng.normal(size=3)
-    centre = foot + frame @ np.array([0.0, 0.0, 0.8])
+    centre = foot + frame @ (0.8 * Z)
     freedoms = PLATFORMS[module.platform]
     planar = module.platform == "planar"
-    size = rng.uniform(0.15, 0.3), rng.uniform(0.5, 0.8)
-    angles = [np.sort(rng.uniform(0.0, 2.0 * np.pi / len(freedoms), 2)) for _ in freedoms]
-    ring = [
-        [
-            radius
-            * turn(np.array([0.0, 0.0, 1.0]), angle[i] + 2.0 * np.pi * k / len(freedoms))[:, 0]
-            for i, radius in enumerate(size)
-        ]
-        for k, angle in enumerate(angles)
-    ]
+    near, far = _rings(rng, len(freedoms))
     lift = np.zeros(3) if planar else foot - centre
-    tips = [
-        centre + frame @ (near + (0.0 if planar else 0.05) * rng.normal(size=3)) for near, _ in ring
-    ]
-    feet = [centre + lift + frame @ far for _, far in ring]
+    height = 0.0 if planar else 0.05
+    tips = [centre + frame @ (place + height * rng.normal(size=3)) for place in near]
+    feet = [centre + lift + frame @ place for place in far]
     if module.carried and module.leg == "UPS" and module.platform == "free":
         platform = _carried_platform(a, on, feet[0], tips[0], frame)
         feet, tips = feet[1:], tips[1:]
@@ -108,14 +96,27 @@ def add_module(a: Assembly, on: str, module: Module, active: str) -> str:
         if active == "pose":
             a.preferred += list(a.joints)[before:]
     for start, end in zip(feet, tips, strict=True):
-        driven = (
-            _planar_leg(a, on, platform, start, end, frame[:, 2], module.leg)
-            if planar
-            else leg(a, on, platform, start, end, module.leg)
-        )
+        if planar:
+            driven = _planar_leg(a, on, platform, start, end, frame[:, 2], module.leg)
+        else:
+            driven = leg(a, on, platform, start, end, module.leg)
         if active == "legs":
             a.preferred.append(driven)
     return platform
+
+
+def _rings(rng: np.random.Generator, legs: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Places of tips and of feet of some legs, on two rings about the origin."""
+    inner = rng.uniform(0.15, 0.3)
+    outer = rng.uniform(0.5, 0.8)
+    tips: list[np.ndarray] = []
+    feet: list[np.ndarray] = []
+    for k in range(legs):
+        first, second = np.sort(rng.uniform(0.0, 2.0 * np.pi / legs, 2))
+        sector = 2.0 * np.pi * k / legs
+        tips.append(inner * turn(Z, first + sector)[:, 0])
+        feet.append(outer * turn(Z, second + sector)[:, 0])
+    return tips, feet
 
 
 def _platform(a: Assembly, on: str, centre: np.ndarray, frame: np.ndarray, freedoms: str) -> str:
@@ -128,8 +129,9 @@ def _platform(a: Assembly, on: str, centre: np.ndarray, frame: np.ndarray, freed
         link = a.hang(last, kind, axis, centre, value)
         if last != on:
             a.massless.add(last)
-        if kind == "revolute":  # axes that meet in the centre
-            frame = turn(axis, 0.3) @ frame if not a.tidy else frame
+        # axes that meet in the centre
+        if kind == "revolute" and not a.tidy:
+            frame = turn(axis, 0.3) @ frame
     return link
 
 
@@ -187,11 +189,12 @@ def stacks(draw: st.DrawFn, max_modules: int = 3) -> Case:
     At most one has six legs.
     """
     modules: list[Module] = draw(st.lists(MODULES, min_size=1, max_size=max_modules))
-    six = [m for m in modules if m.platform == "free"]
-    modules = [m for m in modules if m not in six[1:]]
+    six_legged = [module for module in modules if module.platform == "free"]
+    modules = [module for module in modules if module not in six_legged[1:]]
     arm = tuple(draw(st.lists(JOINTS, max_size=2)))
-    extra = tuple(draw(st.lists(EXTRAS, max_size=1 if arm else 0)))
+    most_loops = 1 if arm else 0
+    extra = tuple(draw(st.lists(EXTRAS, max_size=most_loops)))
     active = draw(st.sampled_from(("legs", "pose", "any")))
-    return built(
-        build_stack(Stack(tuple(modules), arm, extra, active, draw(st.booleans()), draw(SEEDS)))
-    )
+    tidy = draw(st.booleans())
+    stack = Stack(tuple(modules), arm, extra, active, tidy, draw(SEEDS))
+    return built(build_stack(stack))

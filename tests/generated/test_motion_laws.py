@@ -183,7 +183,7 @@ def test_coordinates_that_do_not_determine_the_rest_are_refused(case: Case, seed
 
 @examples(9)
 @given(robots(), STATES)
-def test_too_few_or_too_many_coordinates_are_refused(case: Case, seed: int) -> None:
+def test_missing_or_surplus_coordinates_are_refused(case: Case, seed: int) -> None:
     names = np.random.default_rng(seed).permutation(case.robot.coordinates).tolist()
     degrees = f"{case.n} degree" + "s" * (case.n != 1) + " of freedom"
     for number in {case.n - 1, case.n + 1} & set(range(1, len(names) + 1)):

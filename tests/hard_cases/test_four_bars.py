@@ -100,7 +100,7 @@ class TestFolded:
             in str(caught.value)
         )
 
-    def test_millimetres_are_told(self) -> None:
+    def test_millimetres_are_mentioned(self) -> None:
         with pytest.raises(
             DescriptionError,
             match=r"open by 300 m at best.*lengths are in metres: 300 m .* 0\.1 m;",
@@ -239,7 +239,7 @@ def test_wrong_files_are_refused_with_the_reason(change: dict[str, str], words: 
     assert caught.value.line is not None
 
 
-def test_too_many_active_joints_are_refused_even_where_they_agree(crank_rocker: Robot) -> None:
+def test_surplus_active_joints_are_refused_even_where_they_agree(crank_rocker: Robot) -> None:
     """With a reference that closes the surplus equations hold there, and nowhere else."""
     closed = ", ".join(
         f"{n}: {float(v)!r}"
@@ -252,9 +252,7 @@ def test_too_many_active_joints_are_refused_even_where_they_agree(crank_rocker: 
 
 
 @pytest.mark.parametrize(("turn", "hinted"), [("1.57", True), ("1.4", False)])
-def test_an_angle_of_few_digits_is_thought_of_where_ends_do_not_meet(
-    turn: str, hinted: bool
-) -> None:
+def test_a_rounded_angle_is_suspected_where_ends_do_not_meet(turn: str, hinted: bool) -> None:
     """All joints lean alike.
 
     The loop is planar, and its ends are beside each other by what the angle is off.

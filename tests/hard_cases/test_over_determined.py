@@ -100,7 +100,7 @@ class TestBennettLinkage:
             "a fixed choice of equations is singular at places where all of them together are not"
         )
     )
-    def test_singular_only_where_the_whole_jacobian_is(self, kind: str) -> None:
+    def test_singular_only_where_the_full_jacobian_is(self, kind: str) -> None:
         """The linkage is regular all along this way.
 
         Which of its equations are solved must not matter.
@@ -154,7 +154,7 @@ class TestPlanarLoopClosedByAFrame:
 
 
 class TestLoopsThatDoNotClose:
-    def test_a_leg_that_does_not_reach_is_told(self) -> None:
+    def test_a_leg_that_does_not_reach_is_described(self) -> None:
         text = (
             "format: 1\nname: leg\nlinks: {base: {}, foot: {mass: 1}, leg: {mass: 1}, arm: {mass:"
             " 1}}\njoints:\n  a: {type: revolute, parent: base, child: foot, axis: x}\n  b: {type:"
@@ -171,7 +171,7 @@ class TestLoopsThatDoNotClose:
             caught.value
         )
 
-    def test_motors_that_cannot_close_are_told_the_same(self) -> None:
+    def test_motors_that_cannot_close_are_described_the_same(self) -> None:
         """The foot's pin is 0.3 m from the wall, whose slide keeps 0.5 m away.
 
         0.2 m are missing.
@@ -190,7 +190,7 @@ class TestLoopsThatDoNotClose:
             Robot(description)
         assert caught.value.line == 8
 
-    def test_a_truss_is_told(self) -> None:
+    def test_a_truss_is_described(self) -> None:
         """Two bars pinned together and to the ground: a triangle, which moves nowhere."""
         text = (
             "format: 1\nname: truss\nlinks: {base: {}, left: {mass: 1}, right: {mass:"
@@ -204,7 +204,7 @@ class TestLoopsThatDoNotClose:
         with pytest.raises(DescriptionError, match="the loops hold every joint fast"):
             Robot(description)
 
-    def test_a_tilt_is_told_in_radians(self) -> None:
+    def test_a_tilt_is_described_in_radians(self) -> None:
         """Two frames of a planar loop, tilted by 0.1 rad against each other.
 
         Least squares leave metres too.
@@ -214,7 +214,7 @@ class TestLoopsThatDoNotClose:
         ):
             robot(framed("[0, 0, 0]", "[0.1, 0, 0]"))
 
-    def test_a_follower_off_its_course_is_told_in_its_unit(self) -> None:
+    def test_a_follower_off_its_course_is_described_in_its_unit(self) -> None:
         origin = "origin: {xyz: [0.3, 0, 0]}, axis: z"
         text = four_bar(0.3, 0.1, 0.3, 0.2).replace(origin, f"{origin}, mimic: {{joint: q1}}")
         description = parse_description(text)
