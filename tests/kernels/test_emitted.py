@@ -196,7 +196,7 @@ robot = load("forging_chu2020")
 u = np.array([0.3, 0.15, 0.175, 0.4])
 print(robot.kernels.inverse_dynamics(u, u, u).tolist())
 print({kernel.backend for kernel in robot._kernels.kernels.values()}, "llvmlite.binding" in sys.modules)
-"""  # noqa: E501
+"""
 
 
 def test_it_works_without_a_compiler() -> None:

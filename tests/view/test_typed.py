@@ -279,7 +279,7 @@ def test_the_page_follows_the_arm_until_somebody_turns_it_and_keys_of_sliders_do
     assert client.camera.position == pytest.approx(turned, rel=1e-4)
 
 
-@pytest.mark.sweep(sample="test_every_assembly_mode_can_be_chosen_and_is_told_from_the_others")
+@pytest.mark.sweep(sample="test_every_assembly_mode_can_be_chosen_and_has_another_name")
 def test_a_long_name_of_a_mode_ends_in_dots_before_the_arrows_and_has_a_title(
     page_of_an_excavator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
