@@ -195,7 +195,8 @@ from hybrid_dynamics_core import load
 robot = load("forging_chu2020")
 u = np.array([0.3, 0.15, 0.175, 0.4])
 print(robot.kernels.inverse_dynamics(u, u, u).tolist())
-print({kernel.backend for kernel in robot._kernels.kernels.values()}, "llvmlite.binding" in sys.modules)
+kernels = robot._kernels.kernels.values()
+print({kernel.backend for kernel in kernels}, "llvmlite.binding" in sys.modules)
 """
 
 
