@@ -14,14 +14,14 @@ from .play.domain import private_domain
 
 _ABOUT: Final = """\
 Play the recorded trajectory of Chu et al. (2020) into the running node, as real messages between processes.
-Show the full state and the efforts as they come; leave a rosbag2 recording of the results and a figure."""
+Show the full state and the efforts as they come; leave a rosbag2 recording of the results and a figure."""  # noqa: E501
 _EXAMPLES: Final = """\
 examples:
   python -m hybrid_dynamics_ros.demo                       in real time, about 15 s
   python -m hybrid_dynamics_ros.demo --rate 5 --no-live    five times as fast, the summary alone
   python -m hybrid_dynamics_ros.demo --output elsewhere    files in another folder
 
-exit code: 0 if every message came and the efforts agree with the model, 1 if not, 130 after Ctrl-C"""
+exit code: 0 if every message came and the efforts agree with the model, 1 if not, 130 after Ctrl-C"""  # noqa: E501
 INTERRUPTED: Final = 130
 
 

@@ -127,7 +127,7 @@ def test_trajectories_of_earlier_versions_keep_their_rates(tmp_path):
         ),
         (
             ["slew.velocity"],
-            "no column boom_cylinder.velocity, stick_cylinder.velocity, bucket_cylinder.velocity; expected velocity of all",
+            "no column boom_cylinder.velocity, stick_cylinder.velocity, bucket_cylinder.velocity; expected velocity of all",  # noqa: E501
         ),
         (["slew"], "two columns have the same name"),
     ],

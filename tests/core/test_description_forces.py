@@ -24,7 +24,7 @@ payloads:
   ballast: {on: l3, mass: 80, com: [-0.3, 0, 0]}
 actuators:
   q12: {kind: hydraulic_cylinder, bore: 0.08, rod: 0.05, stroke: [-0.05, 0.65], return_pressure: 2e5}
-"""
+"""  # noqa: E501
 
 
 def changed(*pairs: tuple[str, str]) -> Robot:

@@ -268,7 +268,7 @@ joints:
 loops: {{bars: {{type: A, base: base, arm: b, k1: a, k2: c, pin: {{c: [0.3, 0, 0], b: [0.2, 0, 0]}}}}}}
 active: [q1]
 end_effector: {{link: b}}
-"""
+"""  # noqa: E501
     with pytest.raises(DescriptionError, match=r"apart along the loop's axis") as caught:
         Robot(parse_description(text))
     assert ("1.57 in place of pi/2" in str(caught.value)) == hinted
@@ -286,7 +286,7 @@ joints:
 loops: {bars: {type: A, base: base, arm: a, k1: b, k2: c, pin: {c: [0.3, 0, 0], a: [0.2, 0, 0]}}}
 active: [q1]
 end_effector: {link: a}
-"""
+"""  # noqa: E501
     with pytest.raises(
         DescriptionError, match=r"joint 'q1' does not move in the plane of 'q2' and 'q3', with axes"
     ):
