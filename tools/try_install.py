@@ -18,7 +18,7 @@ from hybrid_dynamics_msgs.msg import ErrorCode
 from hybrid_dynamics_msgs.srv import SolveFK
 from sensor_msgs.msg import JointState
 
-from hybrid_dynamics_ros.demo.play.domain import own_graph
+from hybrid_dynamics_ros.demo.play.domain import private_domain
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = "hybrid_dynamics_ros"
@@ -98,5 +98,5 @@ def require(condition: bool, text: str) -> None:
 
 
 if __name__ == "__main__":
-    with own_graph(None):  # nobody else's nodes, and nobody else sees these
+    with private_domain(None):  # nobody else's nodes, and nobody else sees these
         main(Path(sys.argv[1]).absolute())

@@ -76,7 +76,8 @@ def test_a_trajectory_file_is_played(forging: Robot, tmp_path: Path, rates: bool
     time, curve = swing(forging)
     wanted = curve(time)
     file = tmp_path / "swing.npz"
-    np.savez(file, time=time + 5.0, u=wanted.u, **({"du": wanted.du} if rates else {},))
+    given = {"du": wanted.du} if rates else {}
+    np.savez(file, time=time + 5.0, u=wanted.u, **given)
     robot, motion, losses = what_to_show(forging.name, file, None, None)
     assert (robot.active, losses, motion.title) == (forging.active, [], "swing.npz")
     assert motion.duration == pytest.approx(1.0)
@@ -151,7 +152,7 @@ def test_a_recording_is_played_with_its_efforts(forging: Robot, tmp_path: Path) 
     # a few kN
     assert efforts.values == pytest.approx(efforts.recorded, rel=1e-4, abs=0.5)
     assert "a spline through the recording: no lag" in motion.note
-    track = SimpleNamespace(smooth="causal", causal_lag=0.0204)
+    track = SimpleNamespace(is_causal=True, causal_lag=0.0204)
     note = acceleration_note(track)  # type: ignore[arg-type]  # of a bag that was processed so
     assert "20.4 ms late" in note
 
