@@ -79,7 +79,10 @@ def _sine_sums(
     sums = np.zeros((3, len(time), n))
     for w, phase in zip(rates, phases, strict=True):
         angle = w * time[:, None] + phase
-        sums += np.stack([np.sin(angle), w * np.cos(angle), -(w**2) * np.sin(angle)])
+        sine = np.sin(angle)
+        sums[0] += sine
+        sums[1] += w * np.cos(angle)
+        sums[2] += -(w**2) * sine
     size = np.maximum(np.abs(sums[0]).max(axis=0), 1.0)
     position, velocity, acceleration = sums / size
     return position, velocity, acceleration
@@ -114,7 +117,8 @@ def write_trajectory(
             values = {part: column[rows] for part, column in columns.items()}
             values["sec"] = stamps[rows] // NS
             values["nanosec"] = stamps[rows] % NS
-            bag.write([RecordBlock.filled(bag.channels[topic], stamps[rows], template, values)])
+            block = RecordBlock.filled(bag.channels[topic], stamps[rows], template, values)
+            bag.write([block])
     return len(stamps)
 
 

@@ -109,7 +109,10 @@ def _on_cluster(
     except (OSError, ValueError, TimeoutError) as error:
         raise BagCallError(f"scheduler {address}: {error}") from error
     with client:
-        waiting = {client.submit(attempt, jobs[k], pure=False, retries=TRIES): k for k in numbers}
+        waiting = {}
+        for k in numbers:
+            future = client.submit(attempt, jobs[k], pure=False, retries=TRIES)
+            waiting[future] = k
         for done in distributed.as_completed(waiting):
             if done.status == "finished":
                 yield waiting[done], done.result()

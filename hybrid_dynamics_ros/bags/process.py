@@ -80,7 +80,8 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
     robot = load(job.robot)
     pipeline = make_pipeline(robot, job.settings)
     outputs = outputs_of(robot, job.settings)
-    notes = robot_notes(job.robot, robot) | {"source": job.source.name, "smooth": job.smooth}
+    notes = robot_notes(job.robot, robot)
+    notes |= {"source": job.source.name, "smooth": job.smooth}
     with BagReader(job.source) as source:
         topic = source.topics[input_topic(source, job.topic, KINDS)]
         _require_smoothable(job, topic)

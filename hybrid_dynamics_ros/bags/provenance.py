@@ -29,7 +29,8 @@ def robot_notes(given: str, robot: Robot) -> dict[str, str]:
     """
     if given in shipped_robots():
         return {_NAME: given}
-    return {_NAME: robot.name, _FILE: str(Path(given).resolve()), _DIGEST: _digest(robot)}
+    file = str(Path(given).resolve())
+    return {_NAME: robot.name, _FILE: file, _DIGEST: _digest(robot)}
 
 
 def robot_of(bag: Path) -> Robot:

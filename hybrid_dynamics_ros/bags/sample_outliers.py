@@ -30,6 +30,8 @@ _MAX_MISS: Final = 0.3  # share of the distance that a wrong stamp may leave une
 _MIN_FREEDOM: Final = 1e-9  # of a sample whose leverage is 1
 _NAN: Final = float("nan")
 
+Deviations = dict[int, tuple[int, float]]  # column, and by how much, of some rows
+
 
 @dataclass(frozen=True)
 class SampleOutlier:
@@ -123,7 +125,8 @@ def _fast_steps(values: FloatArray) -> FloatArray:
     """
     steps = np.empty(values.shape[1])
     for k, column in enumerate(values.T):
-        steps[k] = median_filter(np.abs(np.diff(column)), size=_LASTING).max()
+        sizes = np.abs(np.diff(column))
+        steps[k] = median_filter(sizes, size=_LASTING).max()
     return np.where(steps > 0.0, steps, np.inf)
 
 
@@ -152,7 +155,7 @@ class _WindowSearch:
         The worst is removed first, as it makes its neighbours look worse.
         """
         rows = np.arange(len(self._time))
-        outliers: dict[int, tuple[int, float]] = {}
+        outliers: Deviations = {}
         while len(rows) >= _MIN_SAMPLES:
             size, off = self._sizes(rows)
             worst, column = divmod(int(np.argmax(size)), size.shape[1])
@@ -164,7 +167,7 @@ class _WindowSearch:
             self._restore(rows, outliers)
         return [(row, column, off) for row, (column, off) in outliers.items()]
 
-    def _restore(self, rows: NDArray[np.intp], outliers: dict[int, tuple[int, float]]) -> None:
+    def _restore(self, rows: NDArray[np.intp], outliers: Deviations) -> None:
         """Take back the outliers that only looked bad beside a worse one."""
         for row in list(outliers):
             extended = np.sort(np.append(rows, row))

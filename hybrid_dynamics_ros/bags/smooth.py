@@ -26,6 +26,8 @@ _ORDER: Final = 4  # of Savitzky-Golay polynomials
 _LEAST: Final = 12  # samples between two gaps
 _BATCH: Final = 2048  # samples that are closed together
 
+Rows = NDArray[np.intp]
+
 
 @dataclass(eq=False)
 class SmoothRates(RateRows):
@@ -71,9 +73,7 @@ def estimates_of(samples: Samples, method: str, evaluator: MotionEvaluator) -> S
     return rates
 
 
-def _without_outliers(
-    rates: SmoothRates, samples: Samples, run: NDArray[np.intp]
-) -> NDArray[np.intp]:
+def _without_outliers(rates: SmoothRates, samples: Samples, run: Rows) -> Rows:
     """The other rows; the outliers go to the rates."""
     measured = samples.measured[run[0]]
     velocity = samples.velocity[run] if measured else None
@@ -83,7 +83,7 @@ def _without_outliers(
 
 
 def _smooth(
-    rates: SmoothRates, samples: Samples, rows: NDArray[np.intp], method: str, bandwidth: float
+    rates: SmoothRates, samples: Samples, rows: Rows, method: str, bandwidth: float
 ) -> None:
     """Velocities and accelerations of the rows of a run."""
     stamps = samples.stamp_ns[rows]
@@ -118,7 +118,7 @@ def _is_regular(samples: Samples, evaluator: MotionEvaluator) -> NDArray[np.bool
     return regular
 
 
-def _runs(rows: NDArray[np.intp], samples: Samples, gap: float) -> Iterator[NDArray[np.intp]]:
+def _runs(rows: Rows, samples: Samples, gap: float) -> Iterator[Rows]:
     """Samples of one kind that follow each other with rising stamps and without a gap."""
     if not len(rows):
         return
@@ -135,10 +135,12 @@ def _spline(
 ) -> tuple[FloatArray, ...]:
     """Derivatives of a least-squares spline with knots as dense as the bandwidth asks for."""
     first, last = time[0], time[-1]
-    spacing = max(1.0 / (4.0 * bandwidth), 3.0 * float(np.median(np.diff(time))))
+    interval = float(np.median(np.diff(time)))
+    spacing = max(1.0 / (4.0 * bandwidth), 3.0 * interval)
     intervals = max(int((last - first) / spacing), 1)
     inner = np.linspace(first, last, intervals + 1)[1:-1]
-    counts = np.histogram(time, np.concatenate([[first], inner, [last]]))[0]
+    edges = np.concatenate([[first], inner, [last]])
+    counts, _ = np.histogram(time, edges)
     # An interval without samples determines nothing.
     inner = inner[(counts[:-1] > 1) & (counts[1:] > 1)]
     ends = np.ones(_DEGREE + 1)
@@ -176,4 +178,5 @@ def _savgol(
 
 
 def _interpolated(at: FloatArray, time: FloatArray, values: FloatArray) -> FloatArray:
-    return np.stack([np.interp(at, time, column) for column in values.T], axis=-1)
+    columns = [np.interp(at, time, column) for column in values.T]
+    return np.stack(columns, axis=-1)

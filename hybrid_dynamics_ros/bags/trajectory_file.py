@@ -185,7 +185,8 @@ def _table(columns: Columns, names: Sequence[str]) -> FloatArray:
 
 def _read_csv(path: Path) -> Columns:
     with path.open(encoding="utf-8-sig") as file:
-        names = [name.strip().strip('"') for name in file.readline().split(",")]
+        head = file.readline().split(",")
+    names = [name.strip().strip('"') for name in head]
     if len(set(names)) < len(names):
         raise ValueError("two columns have the same name")
     table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)

@@ -1,4 +1,6 @@
-"""The demo plays the paper's trajectory into the running node, and shows, records and draws it.
+"""The demo: the paper's trajectory goes from a recording into the running node.
+
+The results are shown, recorded and drawn.
 
 python -m hybrid_dynamics_ros.demo --help
 """

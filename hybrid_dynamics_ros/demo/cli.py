@@ -12,21 +12,31 @@ from typing import Final
 from .errors import DemoError, InterruptedDemoError
 from .play.domain import private_domain
 
-_ABOUT: Final = """\
-Play the recorded trajectory of Chu et al. (2020) into the running node, as real messages between processes.
-Show the full state and the efforts as they come; leave a rosbag2 recording of the results and a figure."""  # noqa: E501
-_EXAMPLES: Final = """\
-examples:
+_ABOUT: Final = (
+    "Play the recorded trajectory of Chu et al. (2020) into the running node, as real messages"
+    " between processes.\n"
+    "Show the full state and the efforts as they come; leave a rosbag2 recording of the results and"
+    " a figure."
+)
+_EXAMPLES: Final = """examples:
   python -m hybrid_dynamics_ros.demo                       in real time, about 15 s
   python -m hybrid_dynamics_ros.demo --rate 5 --no-live    five times as fast, the summary alone
   python -m hybrid_dynamics_ros.demo --output elsewhere    files in another folder
 
-exit code: 0 if every message came and the efforts agree with the model, 1 if not, 130 after Ctrl-C"""  # noqa: E501
+exit code: 0 if every message came and the efforts agree with the model, 1 if not, 130 after \
+Ctrl-C"""
 INTERRUPTED: Final = 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the demo; returns the exit code of the process."""
+    """Run the demo.
+
+    Args:
+        arguments: of the command; None: those of the process.
+
+    Returns:
+        The exit code of the process.
+    """
     options = _parser().parse_args(arguments)
     try:
         with private_domain(options.domain):

@@ -1,4 +1,4 @@
-"""What can go wrong in a demo, said in words for the terminal."""
+"""Errors of the demo, in words for the terminal."""
 
 
 class DemoError(Exception):

@@ -1,7 +1,4 @@
-"""What must come out of the node for a recording.
-
-How many messages of each topic, and with which stamps.
-"""
+"""What must come out of the node for a recording: how many messages, and with which stamps."""
 
 from __future__ import annotations
 
@@ -13,10 +10,9 @@ from numpy.typing import NDArray
 
 from ..bags.storage.storage import RawMessage
 from ..messages.interfaces import deserialize
+from ..messages.joint_samples import FloatArray
 from ..stream.filter.rate_estimator import EstimatorState, MotionEstimator
 from .topics import EFFORTS, INPUT, POSE, STATES, TYPES
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,9 +21,8 @@ class Expectation:
 
     Attributes:
         stamp_ns: header stamps of the input (N,) [ns].
-        acceleration: (N, n) estimate of the node's filter [rad/s^2 or m/s^2]; NaN rows while it
-        fills, where
-            the node sends no efforts.
+        acceleration: (N, n) estimate of the node's filter [rad/s^2 or m/s^2]. Rows are NaN while it
+            fills: the node sends no efforts then.
     """
 
     stamp_ns: NDArray[np.int64]
@@ -60,11 +55,16 @@ def expect(messages: Sequence[RawMessage], bandwidth: float, max_gap: float) -> 
     """
     estimator = MotionEstimator(bandwidth, max_gap)
     state: EstimatorState | None = None
-    stamps, accelerations = [], []
-    for _, data in messages:
-        message = deserialize(data, TYPES[INPUT])
-        stamps.append(message.header.stamp.sec * 10**9 + message.header.stamp.nanosec)
-        state, estimate = estimator.step(state, stamps[-1], message.position, message.velocity)
-        unknown = np.full(len(message.velocity), np.nan)
-        accelerations.append(unknown if estimate.acceleration is None else estimate.acceleration)
+    stamps: list[int] = []
+    accelerations: list[FloatArray] = []
+    for raw in messages:
+        message = deserialize(raw.data, TYPES[INPUT])
+        stamp = message.header.stamp
+        stamp_ns = stamp.sec * 10**9 + stamp.nanosec
+        state, estimate = estimator.step(state, stamp_ns, message.position, message.velocity)
+        acceleration = estimate.acceleration
+        if acceleration is None:
+            acceleration = np.full(len(message.velocity), np.nan)
+        stamps.append(stamp_ns)
+        accelerations.append(acceleration)
     return Expectation(np.array(stamps, dtype=np.int64), np.array(accelerations))

@@ -1,4 +1,4 @@
-"""A whole run: play and record, judge, draw, and say what there is."""
+"""A complete run: play and record, judge, draw, and say what there is."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..bags.errors import BagError
 from ..bags.storage.bag_writer import new_bag
 from ..parameters import BANDWIDTH, MAX_GAP
 from .errors import DemoError, InterruptedDemoError
-from .expectation import expect
+from .expectation import Expectation, expect
 from .judge.plot import save_figure
 from .judge.results import read_results
 from .judge.verdict import Verdict, judge
@@ -25,7 +25,8 @@ from .trajectory import ROBOT, SOURCE
 
 SUBTITLE: Final = f"Trajectory of {SOURCE}; efforts and poses as received from the running node"
 _WIDTH: Final = 80  # letters of a terminal
-_LABEL: Final = 21  # of them for a label
+_LABEL_WIDTH: Final = 21  # of them for a label
+_NOTES: Final = {"source": SOURCE, "robot": ROBOT}
 _LABELS: Final = {
     INPUT: "input",
     STATES: "joint states",
@@ -53,80 +54,80 @@ def run(output: Path, rate: float, live: bool, out: TextIO) -> bool:
         out: where the live view and the summary go.
 
     Raises:
-        DemoError: the node or the player failed.
+        DemoError: the node or the player failed, or the bag cannot be written.
         InterruptedDemoError: a signal asked to stop.
     """
-    try:
-        return _run(output, rate, live, out)
-    except BagError as error:
-        raise DemoError(str(error)) from error
-
-
-def _run(output: Path, rate: float, live: bool, out: TextIO) -> bool:
-    def say(text: str) -> None:
-        out.write(text + "\n")
-        out.flush()
-
     robot = load(ROBOT)
-    messages = shipped_messages()
-    expected = expect(messages, float(BANDWIDTH.default), float(MAX_GAP.default))
-    view = LiveView(out, expected, _prismatic(robot)) if live else None
     output.mkdir(parents=True, exist_ok=True)
     bag = output / f"{ROBOT}_results"
-    with stop_signals() as stop:
-        with new_bag(bag, bag_topics(TYPES), {"source": SOURCE, "robot": ROBOT}) as writer:
-            Session(expected, output, say if live else _be_quiet, view, stop).record(writer, rate)
-        if stop.is_set():
-            raise InterruptedDemoError("Stopped.")
-    results = read_results(bag)
+    try:
+        expected = expect(shipped_messages(), float(BANDWIDTH.default), float(MAX_GAP.default))
+        view = LiveView(out, expected, _prismatic(robot)) if live else None
+        _record(expected, bag, rate, view, out)
+        results = read_results(bag)
+    except BagError as error:
+        raise DemoError(str(error)) from error
     verdict = judge(expected, results, robot)
     png, svg = save_figure(results, robot, output / ROBOT, SUBTITLE)
-    say(summary(verdict, Files(bag, png, svg)))
+    _say(out, summary(verdict, Files(bag, png, svg)))
     return verdict.good
+
+
+def _record(
+    expected: Expectation, bag: Path, rate: float, view: LiveView | None, out: TextIO
+) -> None:
+    """Play and record; what happens is told where there is a live view."""
+
+    def say(text: str) -> None:
+        if view is not None:
+            _say(out, text)
+
+    with stop_signals() as stop:
+        with new_bag(bag, bag_topics(TYPES), _NOTES) as writer:
+            Session(expected, bag.parent, say, view, stop).record(writer, rate)
+        if stop.is_set():
+            raise InterruptedDemoError("Stopped.")
+
+
+def _say(out: TextIO, text: str) -> None:
+    out.write(text + "\n")
+    out.flush()
 
 
 def summary(verdict: Verdict, files: Files) -> str:
     """The findings and where the files are, for the terminal."""
-    median, late = (f"{1e3 * delay:.1f} ms" for delay in verdict.delay)
-    skipped = verdict.expected[INPUT] - verdict.expected[EFFORTS]
     lines = ["", f"{verdict.expected[INPUT]} messages played, {verdict.lost} messages lost"]
-    for topic, label in _LABELS.items():
-        note = (
-            f"  (the first {skipped} fill the acceleration filter)"
-            if topic == EFFORTS and skipped
-            else ""
-        )
-        lines.append(
-            f"  {label:<19}{verdict.received[topic]:5d} of {verdict.expected[topic]:5d}"
-            f" received{note}"
-        )
-    lines += [
-        (
-            f"  {'delay':<19}{median} median, {late} at 99 %, from sending the input to receiving"
-            " efforts"
-        ),
-        "Efforts of the node beside the model called directly",
-        f"  {'difference':<19}{_difference(verdict)}",
-        "Files",
-        f"  {files.bag}/   rosbag2 (MCAP): input and results",
-        (
-            f"  {files.png}, {files.svg.suffix}   efforts and path, to lay beside Figures 10 and 8"
-            " of the paper"
-        ),
-    ]
+    lines += [_topic_line(verdict, topic) for topic in _LABELS]
+    median, late = (f"{1e3 * delay:.1f} ms" for delay in verdict.delay)
+    delay = f"{median} median, {late} at 99 %, from sending the input to receiving efforts"
+    lines.append(f"  {'delay':<19}{delay}")
+    lines.append("Efforts of the node beside the model called directly")
+    lines.append(f"  {'difference':<19}{_difference(verdict)}")
+    lines.append("Files")
+    lines.append(f"  {files.bag}/   rosbag2 (MCAP): input and results")
+    content = "efforts and path, to lay beside Figures 10 and 8 of the paper"
+    lines.append(f"  {files.png}, {files.svg.suffix}   {content}")
     if not verdict.good:
         lines.append(_complaint(verdict))
     return "\n".join(wrapped(line) for line in lines)
 
 
 def wrapped(line: str) -> str:
-    """A line of the summary on as many as a terminal needs.
-
-    What goes on stands below what it tells of the label.
-    """
+    """A line of the summary on as many as a terminal needs; later ones stand below the text."""
+    indent = " " * _LABEL_WIDTH
     return fill(
-        line, _WIDTH, subsequent_indent=" " * _LABEL, break_long_words=False, break_on_hyphens=False
+        line, _WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
     )
+
+
+def _topic_line(verdict: Verdict, topic: str) -> str:
+    """How many messages of a topic came."""
+    expected, received = verdict.expected[topic], verdict.received[topic]
+    text = f"  {_LABELS[topic]:<19}{received:5d} of {expected:5d} received"
+    skipped = verdict.expected[INPUT] - expected
+    if topic == EFFORTS and skipped:
+        text += f"  (the first {skipped} fill the acceleration filter)"
+    return text
 
 
 def _difference(verdict: Verdict) -> str:
@@ -148,8 +149,5 @@ def _complaint(verdict: Verdict) -> str:
 
 
 def _prismatic(robot: Robot) -> frozenset[str]:
+    """Coordinates that are lengths."""
     return frozenset(name for name, kind in robot.joint_types.items() if kind == "prismatic")
-
-
-def _be_quiet(_text: str) -> None:
-    pass

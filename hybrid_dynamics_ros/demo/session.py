@@ -1,6 +1,6 @@
 """The live part of the demo.
 
-Node and player in processes of their own, the recorder and the live view in this one.
+Node and player are processes of their own; recorder and live view are in this one.
 """
 
 from __future__ import annotations
@@ -33,7 +33,9 @@ from .trajectory import ROBOT
 
 _START_DEADLINE: Final = 60.0  # [s] for the node to come up and answer
 _PLAY_MARGIN: Final = 120.0  # [s] that the player may take longer than the recording
-_QUIET_DEADLINE: Final = 5.0  # [s] without a message, once the player has ended: the rest is lost
+_QUIET_DEADLINE: Final = 5.0  # [s] without a message, once the player has ended: others are lost
+_NODE_MODULE: Final = "hybrid_dynamics_ros.node"
+_PLAYER_MODULE: Final = "hybrid_dynamics_ros.demo.play.player"
 _SUBSCRIBERS: Final = 2  # of the input: the node and the recorder
 _NO_LOG_FILES: Final = ("--ros-args", "--disable-external-lib-logs")
 
@@ -55,7 +57,7 @@ class Session:
             expected: what the recording leads to.
             logs: folder for what the processes print.
             say: tells people what happens.
-            view: the live view, or None.
+            view: the live view; None: nothing is shown.
             stop: ends it early.
         """
         self._expected = expected
@@ -65,35 +67,24 @@ class Session:
         self._stop = stop
 
     def record(self, bag: BagWriter, rate: float) -> None:
-        """Start all, play the recording ``rate`` times as fast, record to ``bag``, end all.
+        """Start all, play the recording, record what comes, end all.
+
+        Args:
+            bag: where the messages go.
+            rate: recorded time over real time.
 
         Raises:
             DemoError: the node or the player failed.
-            InterruptedDemoError: ``stop`` was set.
+            InterruptedDemoError: `stop` was set.
         """
-        parameters: dict[Parameter[Any], object] = {
-            ROBOT_PARAMETER: ROBOT,
-            INPUT_DEPTH: QUEUE,
-            OUTPUT_DEPTH: QUEUE,
-        }
-        for_node = list(_NO_LOG_FILES)
-        for parameter, value in parameters.items():
-            for_node += ["-p", f"{parameter.name}:={value}"]
-        for_player = (str(SHIPPED), "--rate", repr(rate), "--subscribers", str(_SUBSCRIBERS))
+        node_log, player_log = self._logs / "node.log", self._logs / "player.log"
         with (
-            child("node", self._logs / "node.log", "hybrid_dynamics_ros.node", *for_node) as model,
-            child(
-                "player",
-                self._logs / "player.log",
-                "hybrid_dynamics_ros.demo.play.player",
-                *for_player,
-            ) as player,
+            child("node", node_log, _NODE_MODULE, *_node_arguments()) as model,
+            child("player", player_log, _PLAYER_MODULE, *_player_arguments(rate)) as player,
             _ros_node("demo_recorder") as (ros_node, executor),
         ):
-            self._say(
-                f"node    process {model.pid}\nplayer  process {player.pid}\n  plays"
-                f" {_short_path(SHIPPED)}"
-            )
+            self._say(f"node    process {model.pid}\nplayer  process {player.pid}")
+            self._say(f"  plays {_relative(SHIPPED)}")
             recorder = Recorder(ros_node, bag)
             self._connect(executor, recorder, model, player)
             recorder.listen_to_input()  # with this second subscriber the player begins
@@ -107,12 +98,12 @@ class Session:
         start = time.monotonic()
         while not recorder.connected():
             self._spin(executor, model, player)
-            if UNCONFIGURED in (words := model.said()):
+            words = model.said()
+            if UNCONFIGURED in words:
                 raise DemoError(f"The node has no robot; it said:\n{words}")
             if time.monotonic() > start + _START_DEADLINE:
                 raise DemoError(
-                    f"The node did not answer within {_START_DEADLINE:.0f} s; it"
-                    f" said:\n{model.said()}"
+                    f"The node did not answer within {_START_DEADLINE:.0f} s; it said:\n{words}"
                 )
         self._say(f"ready after {time.monotonic() - start:.1f} s\n")
 
@@ -120,7 +111,7 @@ class Session:
         self, executor: Executor, recorder: Recorder, model: Child, player: Child, length: float
     ) -> None:
         deadline = time.monotonic() + length + _PLAY_MARGIN
-        while not self._over(recorder, player):
+        while not self._is_finished(recorder, player):
             self._spin(executor, model, player)
             if self._view is not None:
                 self._view.update(recorder.latest, recorder.counts)
@@ -129,12 +120,13 @@ class Session:
                     f"The player did not come to its end in time; it said:\n{player.said()}"
                 )
 
-    def _over(self, recorder: Recorder, player: Child) -> bool:
+    def _is_finished(self, recorder: Recorder, player: Child) -> bool:
         """Whether all has come, or nothing will come any more."""
-        wanted = self._expected.counts
-        if all(recorder.counts[topic] >= wanted[topic] for topic in wanted):
+        expected = self._expected.counts
+        if all(recorder.counts[topic] >= count for topic, count in expected.items()):
             return True
-        return not player.running and time.monotonic() > recorder.last_arrival + _QUIET_DEADLINE
+        is_quiet = time.monotonic() > recorder.last_arrival + _QUIET_DEADLINE
+        return is_quiet and not player.running
 
     def _spin(self, executor: Executor, *children: Child) -> None:
         executor.spin_once(timeout_sec=0.02)
@@ -145,10 +137,30 @@ class Session:
             process.require_alive()
 
 
-def _short_path(path: Path) -> Path:
-    """A path as it is seen from here, where it is in this folder."""
+def _node_arguments() -> list[str]:
+    """The command line of the node."""
+    parameters: dict[Parameter[Any], object] = {
+        ROBOT_PARAMETER: ROBOT,
+        INPUT_DEPTH: QUEUE,
+        OUTPUT_DEPTH: QUEUE,
+    }
+    arguments = list(_NO_LOG_FILES)
+    for parameter, value in parameters.items():
+        arguments += ["-p", f"{parameter.name}:={value}"]
+    return arguments
+
+
+def _player_arguments(rate: float) -> list[str]:
+    """The command line of the player."""
+    return [str(SHIPPED), "--rate", repr(rate), "--subscribers", str(_SUBSCRIBERS)]
+
+
+def _relative(path: Path) -> Path:
+    """A path as seen from the working folder, where it is inside."""
     here = Path.cwd()
-    return path.relative_to(here) if path.is_relative_to(here) else path
+    if path.is_relative_to(here):
+        return path.relative_to(here)
+    return path
 
 
 @contextmanager
@@ -172,9 +184,8 @@ def _ros_node(name: str) -> Iterator[tuple[Node, Executor]]:
         raise DemoError(f"ROS does not start: {error}") from error
     try:
         node = rclpy.create_node(name, enable_rosout=False, start_parameter_services=False)
-        executor = (
-            SingleThreadedExecutor()
-        )  # Jazzy's events executor fails where callbacks take a message's times
+        # Jazzy's events executor fails where callbacks take a message's times.
+        executor = SingleThreadedExecutor()
         executor.add_node(node)
         yield node, executor
         executor.shutdown()

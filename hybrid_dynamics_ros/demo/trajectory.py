@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ..messages.joint_samples import FloatArray
 
 ROBOT: Final = "forging_chu2020"
 SOURCE: Final = "Chu et al. (2020), Appl. Sci. 10, 2567"
@@ -17,17 +16,13 @@ DURATION: Final = 10.0  # [s]
 
 # Chu (2020), Section 3: q = start + rate t, with q1 and q4 in degrees there.
 _START: Final = (0.0, 0.1, 0.15, 0.0)  # [rad, m, m, rad]
-_RATE: Final = (
-    float(np.deg2rad(10.0)),
-    0.01,
-    0.005,
-    float(np.deg2rad(5.0)),
-)  # [rad/s, m/s, m/s, rad/s]
+# Rates, in rad/s, m/s, m/s and rad/s.
+_RATE: Final = (float(np.deg2rad(10.0)), 0.01, 0.005, float(np.deg2rad(5.0)))
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Motion of the active joints, a row for each sample; columns in the order of ``JOINTS``.
+    """Motion of the active joints, a row for each sample; columns in the order of `JOINTS`.
 
     Attributes:
         time: (N,) [s] from 0.
@@ -41,9 +36,10 @@ class Trajectory:
 
 
 def paper_trajectory(frequency: int) -> Trajectory:
-    """The trajectory sampled at ``frequency`` [Hz], both ends included.
+    """The trajectory at constant rates, both ends included.
 
-    Constant rates, no accelerations.
+    Args:
+        frequency: of the samples [Hz].
     """
     time = np.arange(round(DURATION * frequency) + 1) / frequency
     position = np.array(_START) + np.outer(time, _RATE)

@@ -164,7 +164,7 @@ class _Collector:
         self._outliers: list[SampleOutlier] = []
         self._gaps: list[tuple[int, int]] = []  # [ns]
         self._refused: list[tuple[int, str]] = []  # [ns], and why
-        self._intervals: list[NDArray[np.int64]] = [np.zeros(0, dtype=np.int64)]  # [ns]
+        self._intervals: list[NDArray[np.int64]] = []  # [ns]
         self._start_ns: int | None = None  # the first stamp of the bag
         self._first_ns: int | None = None  # and of the span
         self._last_ns: int | None = None
@@ -223,8 +223,14 @@ class _Collector:
         stamps = np.concatenate([part.stamp_ns for part in results])
         start_ns = int(stamps[0]) if self._start_ns is None else self._start_ns
         first_ns = start_ns if self._first_ns is None else self._first_ns
-        intervals = np.concatenate(self._intervals).astype(np.float64) * 1e-9
+        intervals = np.zeros(0)
+        if self._intervals:
+            intervals = np.concatenate(self._intervals).astype(np.float64) * 1e-9
         mostly_measured = self._with_velocity >= self._without_velocity
+
+        def since_start(stamp_ns: int) -> float:
+            return (stamp_ns - start_ns) * 1e-9
+
         return EvaluatedRecording(
             robot=self._robot,
             loads=self._evaluator.loads,
@@ -237,12 +243,12 @@ class _Collector:
             recorded=np.concatenate([part.recorded for part in results]),
             every=self._every,
             counts=self._pipeline.counts,
-            gaps=[((a - start_ns) * 1e-9, (b - start_ns) * 1e-9) for a, b in self._gaps],
-            refused=[((at - start_ns) * 1e-9, why) for at, why in self._refused],
+            gaps=[(since_start(begin), since_start(end)) for begin, end in self._gaps],
+            refused=[(since_start(stamp_ns), why) for stamp_ns, why in self._refused],
             outliers=self._outliers,
             measured=self._evaluator.measured,
             max_gap=self._max_gap,
-            stamps=StampIntervals((first_ns - start_ns) * 1e-9, intervals),
+            stamps=StampIntervals(since_start(first_ns), intervals),
             errors=self._errors,
             losses=losses,
             smooth=self._smooth,

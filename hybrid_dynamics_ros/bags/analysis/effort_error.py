@@ -64,4 +64,5 @@ def _effort_error(joint: str, values: FloatArray, rms: float) -> EffortError:
     centred = values - np.median(values)  # an offset of all samples is no reason to count them
     limit = noise_limit(len(values)) * float(robust_deviation(centred[:, None])[0])
     is_far = np.abs(centred) > limit + _ROUNDING * sizes.max()
-    return EffortError(joint, median, near, limit, int(is_far.sum()), len(values), rms)
+    far = int(is_far.sum())
+    return EffortError(joint, median, near, limit, far, len(values), rms)

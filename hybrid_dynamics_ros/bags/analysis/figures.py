@@ -183,12 +183,15 @@ def sampling(recording: EvaluatedRecording) -> Figure:
 def _draw_faults(ax: Axes, recording: EvaluatedRecording) -> None:
     """Gaps, and samples that are missing, off the motion or refused, over time."""
     for start, end in recording.gaps:
-        ax.axvspan(min(start, end), max(start, end), color=ORANGE, alpha=0.5, linewidth=1.0)
+        first, last = sorted((start, end))
+        ax.axvspan(first, last, color=ORANGE, alpha=0.5, linewidth=1.0)
     rows = _fault_rows(recording)
     heights = [2.0 - k for k in range(len(rows))]
     for row, height in zip(rows, heights, strict=True):
-        ax.plot(row.times, np.full(len(row.times), height), "|", color=row.colour, **_MARK)
-    ax.set_xlim(*widen(float(recording.time.min()), float(recording.time.max())))
+        heights_of_row = [height] * len(row.times)
+        ax.plot(row.times, heights_of_row, "|", color=row.colour, **_MARK)
+    begin, end = float(recording.time.min()), float(recording.time.max())
+    ax.set_xlim(*widen(begin, end))
     ax.set_ylim(2.4 - len(rows), 2.6)
     ax.set_yticks(heights, [f"{row.label}: {row.sample_count}" for row in rows])
     ax.set_title(f"samples; gaps, shaded: {len(recording.gaps)}")

@@ -19,6 +19,9 @@ _NEGLIGIBLE: Final = 1e-3  # share of the efforts below which a residual does no
 _MIN_EFFORT: Final = 0.1  # share of the largest effort that every joint counts with at least
 _TINY: Final = 1e-300
 
+Mask = NDArray[np.bool_]
+Names = tuple[str, ...]
+
 
 @dataclass(frozen=True)
 class ExcludedSample:
@@ -73,7 +76,7 @@ class IdentificationResult:
         return self.residual / np.maximum(self.file_residual, _TINY)
 
     @property
-    def worse_than_file(self) -> tuple[str, ...]:
+    def worse_than_file(self) -> Names:
         """Joints whose held-out efforts the estimates explain worse than the robot file.
 
         A residual below a thousandth of the efforts does not count.
@@ -93,14 +96,14 @@ class IdentificationResult:
         return np.where(varies, 1.0 - unexplained, np.nan)
 
     @property
-    def nonzero_in_file(self) -> tuple[str, ...]:
+    def nonzero_in_file(self) -> Names:
         """Base parameters that are not zero in the robot file."""
         largest = max(float(np.abs(self.file_values).max(initial=0.0)), _TINY)
         is_nonzero = np.abs(self.file_values) > _ROUNDING * largest
         return _select(tuple(self.identification.table()), is_nonzero)
 
     @property
-    def determined(self) -> tuple[str, ...]:
+    def determined(self) -> Names:
         """Base parameters that differ from 0, at 95 % for all of them together.
 
         One interval in twenty misses, and where the motion excites too little many miss at once.
@@ -113,7 +116,7 @@ class IdentificationResult:
         return _select(self.identification.base.names, self._is_significant & self._is_physical)
 
     @property
-    def unphysical(self) -> tuple[str, ...]:
+    def unphysical(self) -> Names:
         """Base parameters that would be determined if bodies could have them.
 
         Their noise cannot be white. Where the motion hardly excites a combination, small errors of
@@ -124,7 +127,7 @@ class IdentificationResult:
         return _select(self.identification.base.names, self._is_significant & ~self._is_physical)
 
     @property
-    def undetermined(self) -> tuple[str, ...]:
+    def undetermined(self) -> Names:
         """Base parameters that are not zero in the robot file and not determined."""
         return tuple(name for name in self.nonzero_in_file if name not in self.determined)
 
@@ -134,11 +137,11 @@ class IdentificationResult:
         return np.asarray(self.identification.base.values(self.identification.values))
 
     @property
-    def _is_significant(self) -> NDArray[np.bool_]:
+    def _is_significant(self) -> Mask:
         return np.asarray(np.abs(self.identification.estimate) > self._tolerance)
 
     @property
-    def _is_physical(self) -> NDArray[np.bool_]:
+    def _is_physical(self) -> Mask:
         difference = np.abs(self.identification.estimate - self.physical)
         return np.asarray(difference <= self._tolerance)
 
@@ -149,6 +152,6 @@ class IdentificationResult:
         return np.asarray(limit * self.identification.deviation)
 
 
-def _select(names: tuple[str, ...], chosen: NDArray[np.bool_]) -> tuple[str, ...]:
+def _select(names: Names, chosen: Mask) -> Names:
     """The chosen ones of some names."""
     return tuple(name for name, is_chosen in zip(names, chosen, strict=True) if is_chosen)

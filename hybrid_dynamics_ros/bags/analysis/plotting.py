@@ -30,7 +30,13 @@ _GRID: Final = "#e6e6e6"
 _THOUSANDS: Final = "{x:,.10g}"
 _MAX_POINTS: Final = 2500  # of a line: more cannot be seen, and make the page heavy
 _SVG_OPTIONS: Final[dict[Any, Any]] = {"svg.fonttype": "path", "path.simplify_threshold": 0.3}
-_BEYOND: Final[dict[str, Any]] = {"color": "black", "markersize": 5, "clip_on": False, "zorder": 5}
+_BEYOND: Final[dict[str, Any]] = {
+    "color": "black",
+    "markersize": 5,
+    "clip_on": False,
+    "zorder": 5,
+}
+_NOTE_PLACE: Final = (0.995, 0.97)
 _BOX: Final = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 1.0}
 _NOTE: Final[dict[str, Any]] = {
     "ha": "right",
@@ -119,14 +125,22 @@ def clip_outliers(ax: Axes, recording: EvaluatedRecording, *parts: FloatArray) -
     ax.set_ylim(bottom, top)
     beyond: list[float] = []
     for part in parts:
-        for is_beyond, marker, edge in ((part < low, _BELOW, bottom), (part > high, _ABOVE, top)):
-            times = recording.time[is_beyond]
-            edges = np.full(len(times), edge)
-            (marks,) = ax.plot(times, edges, linestyle="", marker=marker, **_BEYOND)
-            marks.set_in_layout(False)
-            beyond += part[is_beyond].tolist()
+        is_below = part < low
+        is_above = part > high
+        _mark(ax, recording.time[is_below], bottom, _BELOW)
+        _mark(ax, recording.time[is_above], top, _ABOVE)
+        beyond += part[is_below].tolist()
+        beyond += part[is_above].tolist()
     text = f"{len(beyond)} beyond, to {max(beyond, key=abs):.4g}"
-    ax.annotate(text, (0.995, 0.97), xycoords="axes fraction", **_NOTE).set_in_layout(False)
+    note = ax.annotate(text, _NOTE_PLACE, xycoords="axes fraction", **_NOTE)
+    note.set_in_layout(False)
+
+
+def _mark(ax: Axes, times: FloatArray, height: float, marker: int) -> None:
+    """Mark times (k,) at an edge of the axes."""
+    heights = np.full(len(times), height)
+    (marks,) = ax.plot(times, heights, linestyle="", marker=marker, **_BEYOND)
+    marks.set_in_layout(False)
 
 
 def widen(low: float, high: float) -> tuple[float, float]:
@@ -143,8 +157,9 @@ def _thin_out(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatAr
     count = len(time) // size * size
     table = values[:count].reshape(-1, size)
     filled = np.where(np.isfinite(table), table, table[:, :1])
-    ends = np.stack([filled.argmin(axis=1), filled.argmax(axis=1)], axis=1)
-    ends.sort(axis=1)
+    lowest = filled.argmin(axis=1)
+    highest = filled.argmax(axis=1)
+    ends = np.stack([np.minimum(lowest, highest), np.maximum(lowest, highest)], axis=1)
     starts = size * np.arange(len(ends))
     rows = (ends + starts[:, None]).ravel()
     return time[rows], values[rows]

@@ -163,5 +163,6 @@ def _merge(parts: Sequence[NDArray[np.uint64]]) -> NDArray[np.uint64]:
     if len(parts) == 1:
         return parts[0]
     entries = np.concatenate(parts)
-    ordered: NDArray[np.uint64] = entries[np.argsort(entries[:, 0], kind="stable")]
+    order = np.argsort(entries[:, 0], kind="stable")
+    ordered: NDArray[np.uint64] = entries[order]
     return ordered

@@ -203,7 +203,9 @@ class McapReader:
         places = [start + LOG_TIME_OFFSET for start in starts]
         times = [struct.unpack_from("<Q", self._map, place)[0] for place in places]
         start = starts[0]
-        self._segments.append(_Segment(start, end - start, min(times), max(times), is_chunk=False))
+        size = end - start
+        segment = _Segment(start, size, min(times), max(times), is_chunk=False)
+        self._segments.append(segment)
         self._loose = []
 
     def _register_counts(self, record: bytes) -> None:

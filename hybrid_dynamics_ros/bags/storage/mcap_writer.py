@@ -89,7 +89,8 @@ class McapWriter:
         self._file.write(pack_record(DATA_END, struct.pack("<I", 0)))
         summary_start = self._file.tell()
         self._file.write(self._descriptions + b"".join(self._chunk_indices) + self._statistics())
-        self._file.write(pack_record(FOOTER, struct.pack("<QQI", summary_start, 0, 0)) + MAGIC)
+        footer = struct.pack("<QQI", summary_start, 0, 0)
+        self._file.write(pack_record(FOOTER, footer) + MAGIC)
         self._file.close()
 
     def abort(self) -> None:
@@ -132,8 +133,9 @@ class McapWriter:
 
     def _statistics(self) -> bytes:
         first, last = self.log_span
-        counts = [struct.pack("<HQ", channel, n) for channel, n in self.counts.items()]
-        channel_counts = b"".join(counts)
+        channel_counts = b""
+        for channel, count in self.counts.items():
+            channel_counts += struct.pack("<HQ", channel, count)
         numbers = struct.pack(
             "<QHIIIIQQI",
             sum(self.counts.values()),

@@ -63,8 +63,14 @@ class MessageRuns:
 
 def _run_length(records: bytes, start: int, step: int) -> int:
     """How many records from `start` on have the same code and size."""
-    shape = ((len(records) - start) // step, RECORD_HEAD.size)
-    heads = np.ndarray(shape, dtype=np.uint8, buffer=records, offset=start, strides=(step, 1))
+    most = (len(records) - start) // step
+    heads = np.ndarray(
+        (most, RECORD_HEAD.size),
+        dtype=np.uint8,
+        buffer=records,
+        offset=start,
+        strides=(step, 1),
+    )
     count = 1
     compared = _MIN_RUN
     while count < len(heads):  # in growing steps: a run may be short
@@ -118,7 +124,8 @@ def _integers_at(data: NDArray[np.uint8], starts: Places, kind: str) -> NDArray[
     """The integers that begin at some places of the data."""
     count = len(data) - np.dtype(kind).itemsize + 1
     at_every_byte = np.ndarray(count, dtype=kind, buffer=data, strides=1)
-    return at_every_byte[starts].astype(np.int64)
+    integers = at_every_byte[starts]
+    return integers.astype(np.int64)
 
 
 def split_by_time(parts: list[Messages], border: int | None) -> tuple[Messages, Messages | None]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -19,94 +19,119 @@ from hybrid_dynamics_core.scene.style import BLUE, GREEN, ORANGE, PANES, PURPLE,
 from .path_plot import draw_path
 from .results import Results
 
-# Joint, symbol of the paper, unit, what it drives, colour.
+
+class _Effort(NamedTuple):
+    """A panel: joint, symbol of the paper, unit, what the joint drives, colour."""
+
+    joint: str
+    symbol: str
+    unit: str
+    part: str
+    colour: str
+
+
 _EFFORTS: Final = (
-    ("q1", r"$\tau_1$", "N m", "column", BLUE),
-    ("q12", r"$F_{12}$", "N", "cylinder 1", RED),
-    ("q22", r"$F_{22}$", "N", "cylinder 2", GREEN),
-    ("q4", r"$\tau_4$", "N m", "gripper roll", ORANGE),
+    _Effort("q1", r"$\tau_1$", "N m", "column", BLUE),
+    _Effort("q12", r"$F_{12}$", "N", "cylinder 1", RED),
+    _Effort("q22", r"$F_{22}$", "N", "cylinder 2", GREEN),
+    _Effort("q4", r"$\tau_4$", "N m", "gripper roll", ORANGE),
 )
-_NOTHING: Final = 1e-9  # [N m or N], smaller efforts are rounding
+_SIZE: Final = (13.0, 7.0)  # [inch]
+_GRID: Final = {
+    "left": 0.07,
+    "right": 0.59,
+    "bottom": 0.085,
+    "top": 0.845,
+    "wspace": 0.36,
+    "hspace": 0.38,
+}
+_PATH_PLACE: Final = (0.615, 0.355, 0.39, 0.55)
+_POSITION_PLACE: Final = (0.665, 0.085, 0.305, 0.225)
+_TITLE: Final = "Forging robot: required efforts and end-effector path"
+_ROUNDING: Final = 1e-9  # [N m or N], smaller efforts are rounding
+_ZERO_NOTE: Final = (
+    "zero: the gripper is symmetric about its\nroll axis and turns at a constant rate"
+)
+_ZERO_STYLE: Final[dict[str, Any]] = {
+    "ha": "center",
+    "va": "center",
+    "fontsize": 8.5,
+    "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 3.0},
+}
+_END_STYLE: Final[dict[str, Any]] = {
+    "xytext": (5, 0),
+    "textcoords": "offset points",
+    "va": "center",
+}
+_MIN_DURATION: Final = 1e-3  # [s] of a time axis
 
 
 def save_figure(results: Results, robot: Robot, stem: Path, subtitle: str) -> tuple[Path, Path]:
-    """Draw the figure and write ``stem``.png and ``stem``.svg; their paths.
+    """Draw the figure and write it as .png and .svg.
 
     Args:
         results: what was received from the node.
         robot: the robot, for its configuration.
         stem: path without suffix.
         subtitle: where the motion and the numbers come from.
+
+    Returns:
+        The paths of both files.
     """
+    png, svg = stem.with_suffix(".png"), stem.with_suffix(".svg")
     with mpl.rc_context({**STYLE, **PANES}):
         figure = draw(results, robot, subtitle)
-        png, svg = stem.with_suffix(".png"), stem.with_suffix(".svg")
         _save(figure, png, dpi=110, pil_kwargs={"optimize": True})
         _save(figure, svg, metadata={"Date": None})
     return png, svg
 
 
 def draw(results: Results, robot: Robot, subtitle: str) -> Figure:
-    """The figure, not yet written."""
-    figure = Figure(figsize=(13.0, 7.0))
-    left = figure.add_gridspec(
-        2, 2, left=0.07, right=0.59, bottom=0.085, top=0.845, wspace=0.36, hspace=0.38
-    )
-    time = (results.efforts.stamp_ns - results.start_ns) * 1e-9
-    for k, (joint, symbol, unit, part, colour) in enumerate(_EFFORTS):
-        axes = figure.add_subplot(left[k // 2, k % 2])
-        _draw_effort(
-            axes, time, results.efforts.effort[:, results.efforts.names.index(joint)], colour
-        )
-        axes.set_title(f"{symbol}   {part}")
-        axes.set_ylabel(f"{symbol} [{unit}]")
-    draw_path(figure.add_axes((0.615, 0.355, 0.39, 0.55), projection="3d"), results, robot)
-    _draw_position(figure.add_axes((0.665, 0.085, 0.305, 0.225)), results)
+    """The figure, not yet written; arguments as of `save_figure`."""
+    figure = Figure(figsize=_SIZE)
+    grid = figure.add_gridspec(2, 2, **_GRID)
+    for k, effort in enumerate(_EFFORTS):
+        axes = figure.add_subplot(grid[k // 2, k % 2])
+        _draw_effort(axes, results, effort)
+    draw_path(figure.add_axes(_PATH_PLACE, projection="3d"), results, robot)
+    _draw_position(figure.add_axes(_POSITION_PLACE), results)
     figure.text(0.665, 0.8585, "Path of the end effector", fontsize=10.5)
-    figure.text(
-        0.02,
-        0.95,
-        "Forging robot: required efforts and end-effector path",
-        fontsize=15,
-        weight="bold",
-    )
+    figure.text(0.02, 0.95, _TITLE, fontsize=15, weight="bold")
     figure.text(0.02, 0.913, subtitle, fontsize=9.5, color=QUIET)
     return figure
 
 
-def _draw_effort(axes: Axes, time: NDArray[Any], values: NDArray[Any], colour: str) -> None:
-    axes.plot(time, values, color=colour)
-    axes.set_xlim(0.0, max(time[-1], 1e-3))
-    axes.set_xlabel("time [s]")
+def _draw_effort(axes: Axes, results: Results, effort: _Effort) -> None:
+    """An effort over time."""
+    series = results.efforts
+    time = (series.stamp_ns - results.start_ns) * 1e-9
+    values = series.effort[:, series.names.index(effort.joint)]
+    axes.plot(time, values, color=effort.colour)
+    _label_time(axes, time)
     axes.yaxis.set_major_locator(MaxNLocator(6))
-    if np.abs(values).max() < _NOTHING:
+    if np.abs(values).max() < _ROUNDING:
         axes.set_ylim(-1.0, 1.0)
-        note = "zero: the gripper is symmetric about its\nroll axis and turns at a constant rate"
-        box = {"facecolor": "white", "edgecolor": "none", "pad": 3.0}
-        axes.text(
-            0.5,
-            0.64,
-            note,
-            transform=axes.transAxes,
-            ha="center",
-            va="center",
-            fontsize=8.5,
-            bbox=box,
-        )
+        axes.text(0.5, 0.64, _ZERO_NOTE, transform=axes.transAxes, **_ZERO_STYLE)
+    axes.set_title(f"{effort.symbol}   {effort.part}")
+    axes.set_ylabel(f"{effort.symbol} [{effort.unit}]")
 
 
 def _draw_position(axes: Axes, results: Results) -> None:
+    """The position of the end effector over time."""
     time = (results.pose.stamp_ns - results.start_ns) * 1e-9
     for name, column, style in zip("xyz", results.pose.position.T, ("-", "--", "-."), strict=True):
         axes.plot(time, column, style, color=PURPLE)
         end = (float(time[-1]), float(column[-1]))
-        axes.annotate(
-            name, end, xytext=(5, 0), textcoords="offset points", color=PURPLE, va="center"
-        )
-    axes.set_xlim(0.0, max(time[-1], 1e-3))
+        axes.annotate(name, end, color=PURPLE, **_END_STYLE)
+    _label_time(axes, time)
     axes.set_title("End effector over time")
-    axes.set_xlabel("time [s]")
     axes.set_ylabel("position [m]")
+
+
+def _label_time(axes: Axes, time: NDArray[Any]) -> None:
+    """A time axis from 0 to the last of some times (N,) [s]."""
+    axes.set_xlim(0.0, max(time[-1], _MIN_DURATION))
+    axes.set_xlabel("time [s]")
 
 
 def _save(figure: Figure, path: Path, **options: Any) -> None:

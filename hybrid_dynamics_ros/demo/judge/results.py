@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,22 +13,23 @@ from numpy.typing import NDArray
 from ...bags.storage.bag_reader import read_raw
 from ...bags.storage.storage import RawMessage
 from ...messages.interfaces import deserialize
+from ...messages.joint_samples import FloatArray
 from ..topics import EFFORTS, INPUT, POSE, STATES, TYPES
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
 class JointSeries:
-    """The JointState messages of one topic, a row each; columns in the order of ``names``.
+    """The JointState messages of one topic, a row each; columns in the order of `names`.
 
     Attributes:
         names: joints.
         stamp_ns: header stamps (N,) [ns].
         log_ns: when each arrived, of the input when it was sent (N,) [ns].
-        position, velocity, effort: (N, k) [rad or m, per s, N m or N]; NaN where a message has
-        none.
+        position: (N, k) [rad or m]; NaN where a message has none.
+        velocity: (N, k) [rad/s or m/s]; NaN where a message has none.
+        effort: (N, k) [N m or N]; NaN where a message has none.
     """
 
     names: tuple[str, ...]
@@ -84,37 +86,43 @@ def read_results(bag: Path) -> Results:
     )
 
 
-def _joint_series(raw: list[RawMessage]) -> JointSeries:
-    messages = [deserialize(data, TYPES[INPUT]) for _, data in raw]
-    names = tuple(messages[0].name) if messages else ()
+def _joint_series(raw: Sequence[RawMessage]) -> JointSeries:
+    messages = [deserialize(entry.data, TYPES[INPUT]) for entry in raw]
+    names: tuple[str, ...] = ()
+    if messages:
+        names = tuple(messages[0].name)
     return JointSeries(
-        names,
-        _stamps(messages),
-        np.array([log_ns for log_ns, _ in raw], dtype=np.int64),
-        *(_table(messages, names, field) for field in ("position", "velocity", "effort")),
+        names=names,
+        stamp_ns=_stamps(messages),
+        log_ns=np.array([entry.log_ns for entry in raw], dtype=np.int64),
+        position=_table(messages, names, "position"),
+        velocity=_table(messages, names, "velocity"),
+        effort=_table(messages, names, "effort"),
     )
 
 
-def _table(messages: list[Any], names: tuple[str, ...], field: str) -> FloatArray:
+def _table(messages: Sequence[Any], names: tuple[str, ...], field: str) -> FloatArray:
+    """A field of all messages (N, k), columns in the order of the names."""
     table = np.full((len(messages), len(names)), np.nan)
-    for row, message in zip(table, messages, strict=True):
+    for row, message in enumerate(messages):
         values = dict(zip(message.name, getattr(message, field), strict=False))
-        row[:] = [values.get(name, np.nan) for name in names]
+        table[row] = [values.get(name, np.nan) for name in names]
     return table
 
 
-def _pose_series(raw: list[RawMessage]) -> PoseSeries:
-    messages = [deserialize(data, TYPES[POSE]) for _, data in raw]
-    positions = [message.pose.position for message in messages]
-    turns = [message.pose.orientation for message in messages]
-    return PoseSeries(
-        messages[0].header.frame_id if messages else "",
-        _stamps(messages),
-        np.array([(p.x, p.y, p.z) for p in positions], dtype=np.float64).reshape(-1, 3),
-        np.array([(q.x, q.y, q.z, q.w) for q in turns], dtype=np.float64).reshape(-1, 4),
-    )
+def _pose_series(raw: Sequence[RawMessage]) -> PoseSeries:
+    messages = [deserialize(entry.data, TYPES[POSE]) for entry in raw]
+    position = np.zeros((len(messages), 3))
+    quaternion = np.zeros((len(messages), 4))
+    for row, message in enumerate(messages):
+        place, turn = message.pose.position, message.pose.orientation
+        position[row] = (place.x, place.y, place.z)
+        quaternion[row] = (turn.x, turn.y, turn.z, turn.w)
+    frame = messages[0].header.frame_id if messages else ""
+    return PoseSeries(frame, _stamps(messages), position, quaternion)
 
 
-def _stamps(messages: list[Any]) -> IntArray:
+def _stamps(messages: Sequence[Any]) -> IntArray:
+    """Header stamps (N,) [ns]."""
     stamps = [message.header.stamp for message in messages]
     return np.array([stamp.sec * 10**9 + stamp.nanosec for stamp in stamps], dtype=np.int64)

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hybrid_dynamics_core import Robot
 
+from ...messages.joint_samples import FloatArray
 from ..expectation import Expectation
 from ..topics import EFFORTS, INPUT, POSE, STATES
-from .results import FloatArray, IntArray, JointSeries, Results
+from .results import JointSeries, Results
 
 # The node calls the model for one state, the check for all at once: rounding differs in the last
 # digits.
-TOLERANCE = 1e-9
+TOLERANCE: Final = 1e-9
+_NAN: Final = float("nan")
 
 
 @dataclass(frozen=True)
@@ -23,12 +25,13 @@ class Verdict:
     """Findings about a run.
 
     Attributes:
-        expected, received: messages by topic; a message that came twice counts once.
+        expected: messages by topic that should have come.
+        received: messages by topic that came; one that came twice counts once.
         difference: largest difference of an effort from the model called directly [N m or N]; NaN
-        without efforts.
+            without efforts.
         relative: largest difference within one message over the largest effort in it.
         delay: median and 99 % quantile of the time from sending the input to receiving the efforts
-        [s].
+            [s].
     """
 
     expected: dict[str, int]
@@ -40,7 +43,7 @@ class Verdict:
     @property
     def lost(self) -> int:
         """Messages of all topics that should have come and did not."""
-        return sum(self.expected[topic] - self.received[topic] for topic in self.expected)
+        return sum(self.expected.values()) - sum(self.received.values())
 
     @property
     def good(self) -> bool:
@@ -49,47 +52,43 @@ class Verdict:
 
 
 def judge(expected: Expectation, results: Results, robot: Robot) -> Verdict:
-    """Compare what was received with what was played and with the model called directly."""
-    with_efforts = expected.stamp_ns[expected.with_efforts]
-    wanted = {
-        INPUT: expected.stamp_ns,
-        STATES: expected.stamp_ns,
-        EFFORTS: with_efforts,
-        POSE: expected.stamp_ns,
-    }
-    stamps = {
+    """Compare what was received with what was played, and with the model called directly."""
+    received_stamps = {
         INPUT: results.inputs.stamp_ns,
         STATES: results.states.stamp_ns,
         EFFORTS: results.efforts.stamp_ns,
         POSE: results.pose.stamp_ns,
     }
+    expected_counts = {}
+    received_counts = {}
+    for topic, received in received_stamps.items():
+        stamps = expected.stamp_ns
+        if topic == EFFORTS:
+            stamps = stamps[expected.with_efforts]
+        expected_counts[topic] = len(stamps)
+        received_counts[topic] = len(np.intersect1d(stamps, received))
     difference, relative = _differences(expected, results, robot)
-    return Verdict(
-        expected={topic: len(wanted[topic]) for topic in wanted},
-        received={topic: len(np.intersect1d(wanted[topic], stamps[topic])) for topic in wanted},
-        difference=difference,
-        relative=relative,
-        delay=_delay(results),
-    )
+    return Verdict(expected_counts, received_counts, difference, relative, _delay(results))
 
 
 def _differences(expected: Expectation, results: Results, robot: Robot) -> tuple[float, float]:
-    """Largest difference of an effort, absolute and relative to the largest of its message."""
+    """Largest difference of an effort, absolute and relative to the largest one of its message."""
     efforts, inputs = results.efforts, results.inputs
     _, rows, origins = np.intersect1d(efforts.stamp_ns, inputs.stamp_ns, return_indices=True)
     _, places, accelerations = np.intersect1d(
         inputs.stamp_ns[origins], expected.stamp_ns, return_indices=True
     )
-    rows, origins = rows[places], origins[places]
+    rows = rows[places]
+    origins = origins[places]
     if rows.size == 0:
-        return float("nan"), float("nan")
-    state = robot.close(
-        _columns(inputs, inputs.position, robot)[origins],
-        _columns(inputs, inputs.velocity, robot)[origins],
-    )
+        return _NAN, _NAN
+    position = _columns(inputs, inputs.position, robot)[origins]
+    velocity = _columns(inputs, inputs.velocity, robot)[origins]
+    state = robot.close(position, velocity)
     tau = robot.inverse_dynamics(state, expected.acceleration[accelerations])
     errors = np.abs(_columns(efforts, efforts.effort, robot)[rows] - tau)
-    return float(errors.max()), float((errors.max(axis=1) / np.abs(tau).max(axis=1)).max())
+    relative = errors.max(axis=1) / np.abs(tau).max(axis=1)
+    return float(errors.max()), float(relative.max())
 
 
 def _columns(series: JointSeries, table: FloatArray, robot: Robot) -> FloatArray:
@@ -100,13 +99,10 @@ def _columns(series: JointSeries, table: FloatArray, robot: Robot) -> FloatArray
 
 def _delay(results: Results) -> tuple[float, float]:
     """Median and 99 % quantile of the time from sending the input to receiving the efforts [s]."""
-    delays = _delays(results.inputs.stamp_ns, results.inputs.log_ns, results.efforts)
+    inputs, efforts = results.inputs, results.efforts
+    _, asked, answered = np.intersect1d(inputs.stamp_ns, efforts.stamp_ns, return_indices=True)
+    delays = efforts.log_ns[answered] - inputs.log_ns[asked]
     if delays.size == 0:
-        return float("nan"), float("nan")
+        return _NAN, _NAN
     median, late = np.quantile(delays, [0.5, 0.99]) * 1e-9
     return float(median), float(late)
-
-
-def _delays(stamp_ns: IntArray, log_ns: IntArray, answers: JointSeries) -> NDArray[np.int64]:
-    _, asked, answered = np.intersect1d(stamp_ns, answers.stamp_ns, return_indices=True)
-    return answers.log_ns[answered] - log_ns[asked]

@@ -17,6 +17,10 @@ from ..errors import DemoError
 # From 102 on, the ports reach into those that Linux gives to clients.
 DOMAINS: Final = range(1, 102)
 _PARTICIPANTS: Final = 10
+# Ports of discovery (RTPS 2.5, 9.6.2).
+_FIRST_PORT: Final = 7400
+_PORTS_PER_DOMAIN: Final = 250
+_UNICAST_OFFSET: Final = 10
 _PROFILES: Final = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
 
 
@@ -25,12 +29,16 @@ def private_domain(domain: int | None) -> Iterator[int]:
     """Take a domain and set the environment of this process, and of those it starts, for it.
 
     Args:
-        domain: the domain to use without looking, or None for any that nobody uses.
+        domain: the domain to use without looking; None for any that nobody uses.
 
     Raises:
         DemoError: no domain is free.
     """
-    with _taken_domain() if domain is None else _given(domain) as number:
+    if domain is not None:
+        _set_environment(domain)
+        yield domain
+        return
+    with _free_domain() as number:
         _set_environment(number)
         yield number
 
@@ -42,29 +50,22 @@ def _set_environment(domain: int) -> None:
     os.environ.pop("ROS_STATIC_PEERS", None)
     if not any(name in os.environ for name in _PROFILES):
         os.environ[_PROFILES[0]] = str(Path(__file__).with_name("quick_discovery.xml"))
-    if (
-        "AMENT_PREFIX_PATH" not in os.environ
-    ):  # ROS from PyPI: it has one middleware, whatever a shell asks for
+    # ROS from PyPI has one middleware, whatever a shell asks for.
+    if "AMENT_PREFIX_PATH" not in os.environ:
         os.environ["AMENT_PREFIX_PATH"] = sys.prefix
         os.environ.pop("RMW_IMPLEMENTATION", None)
 
 
 @contextmanager
-def _given(domain: int) -> Iterator[int]:
-    yield domain
-
-
-@contextmanager
-def _taken_domain() -> Iterator[int]:
+def _free_domain() -> Iterator[int]:
     """A domain where no process is heard.
 
     A lock file keeps other runs away while this one lasts.
     """
     first = os.getpid() % len(DOMAINS)
     for domain in (*DOMAINS[first:], *DOMAINS[:first]):
-        with (Path(tempfile.gettempdir()) / f"ros_domain_{domain}.{os.getuid()}.lock").open(
-            "w"
-        ) as lock:
+        path = Path(tempfile.gettempdir()) / f"ros_domain_{domain}.{os.getuid()}.lock"
+        with path.open("w") as lock:
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
@@ -76,11 +77,12 @@ def _taken_domain() -> Iterator[int]:
 
 
 def is_silent(domain: int) -> bool:
-    """Whether no participant here listens on the discovery ports of a domain (RTPS 2.5, 9.6.2)."""
+    """Whether no participant of this machine listens on the discovery ports of a domain."""
+    first = _FIRST_PORT + _PORTS_PER_DOMAIN * domain + _UNICAST_OFFSET
     for participant in range(_PARTICIPANTS):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             try:
-                probe.bind(("", 7400 + 250 * domain + 10 + 2 * participant))
+                probe.bind(("", first + 2 * participant))
             except OSError:
                 return False
     return True

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final, TextIO
 
 from ..expectation import Expectation
@@ -20,20 +20,28 @@ _SHOW_CURSOR: Final = "\x1b[?25h"
 _CLEAR_LINE: Final = "\x1b[2K"
 _BOLD: Final = "\x1b[1m"
 _PLAIN: Final = "\x1b[0m"
+_BAR: Final = "━─"
+_ASCII_BAR: Final = "#-"
 
 
 class LiveView:
     """Draws on a stream, a few times a second at most, however often it is called."""
 
     def __init__(self, stream: TextIO, expected: Expectation, prismatic: frozenset[str]) -> None:
-        """Where to draw, what will come, and which coordinates are lengths, not angles."""
+        """Nothing is drawn yet.
+
+        Args:
+            stream: where to draw.
+            expected: what will come.
+            prismatic: coordinates that are lengths; the others are angles.
+        """
         self._stream = stream
         self._expected = expected
         self._prismatic = prismatic
         self._animated = stream.isatty() and os.environ.get("TERM", "dumb") != "dumb"
-        self._bar = "━─" if _can_show("━─", stream) else "#-"
+        self._bar = _BAR if _can_show(_BAR, stream) else _ASCII_BAR
         self._height = 0  # rows drawn above the cursor
-        self._next = 0.0
+        self._next = 0.0  # [s] when to draw
 
     def update(self, latest: Mapping[str, bytes], counts: Mapping[str, int]) -> None:
         """Draw the newest messages if it is time to.
@@ -45,10 +53,11 @@ class LiveView:
         now = time.monotonic()
         if now >= self._next:
             self._draw(latest, counts)
-            self._next = now + (TABLE_PERIOD if self._height else LINE_PERIOD)
+            period = TABLE_PERIOD if self._height else LINE_PERIOD
+            self._next = now + period
 
     def close(self, latest: Mapping[str, bytes], counts: Mapping[str, int]) -> None:
-        """Draw the last state, and leave the cursor below it."""
+        """Draw the last state, and leave the cursor below it; arguments as of `update`."""
         self._draw(latest, counts)
         if self._height:
             self._write(_SHOW_CURSOR)
@@ -56,12 +65,10 @@ class LiveView:
 
     def _draw(self, latest: Mapping[str, bytes], counts: Mapping[str, int]) -> None:
         snapshot = take_snapshot(latest)
-        if (
-            snapshot is None or not snapshot.effort
-        ):  # without efforts it does not know the active joints yet
+        if snapshot is None or not snapshot.effort:  # efforts tell which joints are active
             return
-        time_s = (snapshot.stamp_ns - int(self._expected.stamp_ns[0])) * 1e-9
-        progress = Progress(time_s, self._expected.duration, counts)
+        played = (snapshot.stamp_ns - int(self._expected.stamp_ns[0])) * 1e-9
+        progress = Progress(played, self._expected.duration, counts)
         rows = table(snapshot, progress, self._prismatic, self._bar)
         size = shutil.get_terminal_size()
         if self._animated and len(rows) < size.lines:
@@ -69,10 +76,11 @@ class LiveView:
         else:
             self._write(line(snapshot, progress, self._prismatic) + "\n")
 
-    def _redraw(self, rows: list[Row], width: int) -> None:
-        back = f"\x1b[{self._height}A" if self._height else _HIDE_CURSOR
-        drawn = [f"{_CLEAR_LINE}{_styled(row, width)}\n" for row in rows]
-        self._write("\r" + back + "".join(drawn))
+    def _redraw(self, rows: Sequence[Row], width: int) -> None:
+        """Draw the table in the place of the last one."""
+        start = f"\x1b[{self._height}A" if self._height else _HIDE_CURSOR
+        lines = [_styled(row, width) for row in rows]
+        self._write("\r" + start + "".join(lines))
         self._height = len(rows)
 
     def _write(self, text: str) -> None:
@@ -81,8 +89,11 @@ class LiveView:
 
 
 def _styled(row: Row, width: int) -> str:
+    """A row as a terminal takes it, cut to a width in letters."""
     text = row.text[:width]
-    return f"{_BOLD}{text}{_PLAIN}" if row.heading else text
+    if row.heading:
+        text = f"{_BOLD}{text}{_PLAIN}"
+    return f"{_CLEAR_LINE}{text}\n"
 
 
 def _can_show(text: str, stream: TextIO) -> bool:

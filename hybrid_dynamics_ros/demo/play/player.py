@@ -1,4 +1,4 @@
-"""The player: a process that sends the messages of a recording as a sensor would.
+"""The player: a process that sends the messages of a recording at their times, as a sensor would.
 
 python -m hybrid_dynamics_ros.demo.play.player BAG [--rate R] [--subscribers N]
 """
@@ -31,7 +31,14 @@ ACKNOWLEDGE_DEADLINE: Final = 30.0  # [s]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Play a recording once. Prints the number of messages sent; returns the exit code."""
+    """Play a recording once, and print the number of messages sent.
+
+    Args:
+        arguments: of the command; None: those of the process.
+
+    Returns:
+        The exit code of the process.
+    """
     parser = argparse.ArgumentParser(
         prog="python -m hybrid_dynamics_ros.demo.play.player", description=__doc__
     )
@@ -59,14 +66,13 @@ def _run(
     messages: Sequence[RawMessage], rate: float, subscribers: int, stop: threading.Event
 ) -> int:
     node = rclpy.create_node("player", enable_rosout=False, start_parameter_services=False)
-    # The queue holds the whole recording: a subscriber that falls behind for a while still gets all
-    # of it.
+    # The queue holds all messages: a subscriber that falls behind for a while still gets them.
     qos = QoSProfile(depth=max(1, len(messages)), reliability=QoSReliabilityPolicy.RELIABLE)
     publisher = node.create_publisher(JointState, INPUT, qos)
     try:
         if not wait_for_subscribers(publisher, subscribers, stop):
-            matched = publisher.get_subscription_count()
-            sys.stderr.write(f"{matched} of {subscribers} subscribers of {INPUT} came\n")
+            count = publisher.get_subscription_count()
+            sys.stderr.write(f"{count} of {subscribers} subscribers of {INPUT} came\n")
             return 1
         sent = play(messages, publisher.publish, rate, stop)
         sys.stdout.write(f"{sent} of {len(messages)} messages sent\n")
@@ -81,7 +87,7 @@ def _run(
 def wait_for_subscribers(publisher: Publisher, count: int, stop: threading.Event) -> bool:
     """Wait until so many subscriptions are matched.
 
-    Nothing that is sent from then on is lost to them.
+    Nothing that is sent from then on is lost to them. False if it took too long, or `stop` is set.
     """
     end = time.monotonic() + MATCH_DEADLINE
     while publisher.get_subscription_count() < count:
@@ -91,12 +97,10 @@ def wait_for_subscribers(publisher: Publisher, count: int, stop: threading.Event
 
 
 def wait_for_acknowledgements(publisher: Publisher, stop: threading.Event) -> bool:
-    """Wait until every subscriber has every message, or until ``stop`` is set.
+    """Wait until every subscriber has every message, or until `stop` is set.
 
-    False if it took too long.
-
-    The middleware asks for acknowledgements every few seconds: whoever knows otherwise that all
-    came sets ``stop``.
+    False if it took too long. The middleware asks for acknowledgements every few seconds: whoever
+    knows otherwise that all came sets `stop`.
     """
     end = time.monotonic() + ACKNOWLEDGE_DEADLINE
     while not stop.is_set() and not publisher.wait_for_all_acked(Duration(seconds=0.05)):
@@ -111,7 +115,7 @@ def play(
     rate: float,
     stop: threading.Event,
 ) -> int:
-    """Send each message at its time; the number sent before ``stop`` was set.
+    """Send each message at its time; the number sent before `stop` was set.
 
     Args:
         messages: what to send, in the order of their log times.

@@ -1,4 +1,4 @@
-"""The processes beside this one: the node and the player. None of them outlives the demo."""
+"""The processes beside this one, the node and the player; none of them outlives the demo."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from typing import Final
 
 from ..errors import DemoError
 
+_LAST_LINES: Final = 15  # of a process that failed
 _PATIENCE: Final = 10.0  # [s] for a process to end by itself once asked
 
 
@@ -24,7 +25,7 @@ class Child:
         Args:
             title: what people call it.
             log: file for its output.
-            module: what ``python -m`` runs.
+            module: what `python -m` runs.
             arguments: its command line.
         """
         self.title = title
@@ -55,12 +56,9 @@ class Child:
         """Raise DemoError with its last words if it has ended with a failure."""
         code = self._process.poll()
         if code:
-            lines = self.said().splitlines()[-15:] or ["(it said nothing)"]
-            raise DemoError(
-                "\n".join(
-                    [f"The {self.title} ended with exit code {code}. Its last words:", *lines]
-                )
-            )
+            lines = self.said().splitlines()[-_LAST_LINES:] or ["(it said nothing)"]
+            head = f"The {self.title} ended with exit code {code}. Its last words:"
+            raise DemoError("\n".join([head, *lines]))
 
     def stop(self) -> int:
         """Ask it to end, make it end if it does not; its exit code."""

@@ -1,6 +1,6 @@
-"""The shipped recording.
+"""The shipped recording: the paper's trajectory as a sensor would send it.
 
-The paper's trajectory as a sensor would send it. Made by this module, the same every time.
+This module makes it, the same every time.
 
 python -m hybrid_dynamics_ros.demo.play.recording FOLDER
 """
@@ -9,56 +9,56 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from ...bags.storage.bag_reader import read_raw
 from ...bags.storage.bag_writer import new_bag
 from ...bags.storage.storage import RawMessage
 from ...messages.interfaces import typestore
 from ..topics import INPUT, TYPES, bag_topics
-from ..trajectory import JOINTS, ROBOT, SOURCE, paper_trajectory
+from ..trajectory import JOINTS, ROBOT, SOURCE, Trajectory, paper_trajectory
 
 SHIPPED: Final = Path(__file__).resolve().parents[2] / "recordings" / ROBOT
 FREQUENCY: Final = 100  # [Hz]
-START_NS: Final = (
-    1_586_304_000 * 10**9
-)  # 8 April 2020, the day of the paper: any fixed time would do
+# 8 April 2020, the day of the paper: any fixed time would do.
+START_NS: Final = 1_586_304_000 * 10**9
 
 
 def recorded_messages() -> list[RawMessage]:
-    """The messages of the recording.
-
-    JointState with positions and velocities of the active joints.
-    """
-    types = typestore().types
-    joint_state, header, time = (
-        types[name]
-        for name in (
-            "sensor_msgs/msg/JointState",
-            "std_msgs/msg/Header",
-            "builtin_interfaces/msg/Time",
-        )
-    )
+    """The recording: JointStates with positions and velocities of the active joints."""
     trajectory = paper_trajectory(FREQUENCY)
     messages = []
     for k in range(trajectory.time.size):
         stamp_ns = START_NS + k * 10**9 // FREQUENCY
-        message = joint_state(
-            header=header(stamp=time(sec=stamp_ns // 10**9, nanosec=stamp_ns % 10**9), frame_id=""),
-            name=list(JOINTS),
-            position=trajectory.position[k],
-            velocity=trajectory.velocity[k],
-            effort=trajectory.velocity[k, :0],
-        )
-        messages.append(
-            RawMessage(stamp_ns, bytes(typestore().serialize_cdr(message, TYPES[INPUT])))
-        )
+        message = _joint_state(stamp_ns, trajectory, k)
+        data = bytes(typestore().serialize_cdr(message, TYPES[INPUT]))
+        messages.append(RawMessage(stamp_ns, data))
     return messages
 
 
+def _joint_state(stamp_ns: int, trajectory: Trajectory, row: int) -> Any:
+    """A JointState of rosbags with a row of a trajectory."""
+    types = typestore().types
+    time = types["builtin_interfaces/msg/Time"]
+    header = types["std_msgs/msg/Header"]
+    stamp = time(sec=stamp_ns // 10**9, nanosec=stamp_ns % 10**9)
+    return types[TYPES[INPUT]](
+        header=header(stamp=stamp, frame_id=""),
+        name=list(JOINTS),
+        position=trajectory.position[row],
+        velocity=trajectory.velocity[row],
+        effort=trajectory.velocity[row, :0],
+    )
+
+
 def make_recording(path: Path) -> None:
-    """Write the recording to the folder ``path``, in place of one there."""
-    with new_bag(path, bag_topics([INPUT]), {"source": SOURCE, "robot": ROBOT}) as bag:
+    """Write the recording to a folder, in place of one there.
+
+    Raises:
+        BagCallError: there is something else than a bag at `path`.
+    """
+    notes = {"source": SOURCE, "robot": ROBOT}
+    with new_bag(path, bag_topics([INPUT]), notes) as bag:
         for message in recorded_messages():
             bag.write_message(INPUT, message.log_ns, message.data)
 

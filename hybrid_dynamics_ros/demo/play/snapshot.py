@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ...messages.interfaces import deserialize
+from ...messages.joint_samples import FloatArray
 from ..topics import EFFORTS, POSE, STATES, TYPES
 
 
@@ -15,7 +16,8 @@ class Snapshot:
 
     Attributes:
         stamp_ns: header stamp of the joint states [ns].
-        position, velocity: all coordinates by name [rad or m, per s].
+        position: all coordinates by name [rad or m].
+        velocity: their rates by name [rad/s or m/s].
         effort: of the active joints by name [N m or N]; empty until there are any.
         tool: end-effector point in the base frame, x, y, z [m].
         quaternion: end-effector orientation in the base frame, x, y, z, w.
@@ -39,15 +41,24 @@ def take_snapshot(latest: Mapping[str, bytes]) -> Snapshot | None:
         return None
     states = deserialize(latest[STATES], TYPES[STATES])
     pose = deserialize(latest[POSE], TYPES[POSE]).pose
-    efforts = deserialize(latest[EFFORTS], TYPES[EFFORTS]) if EFFORTS in latest else None
+    effort: dict[str, float] = {}
+    if EFFORTS in latest:
+        efforts = deserialize(latest[EFFORTS], TYPES[EFFORTS])
+        effort = _by_name(efforts.name, efforts.effort)
+    velocity: dict[str, float] = {}
+    if len(states.velocity):
+        velocity = _by_name(states.name, states.velocity)
     stamp = states.header.stamp
+    place, turn = pose.position, pose.orientation
     return Snapshot(
         stamp_ns=stamp.sec * 10**9 + stamp.nanosec,
-        position=dict(zip(states.name, states.position.tolist(), strict=True)),
-        velocity=dict(zip(states.name, states.velocity.tolist(), strict=False)),
-        effort=(
-            {} if efforts is None else dict(zip(efforts.name, efforts.effort.tolist(), strict=True))
-        ),
-        tool=(pose.position.x, pose.position.y, pose.position.z),
-        quaternion=(pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w),
+        position=_by_name(states.name, states.position),
+        velocity=velocity,
+        effort=effort,
+        tool=(place.x, place.y, place.z),
+        quaternion=(turn.x, turn.y, turn.z, turn.w),
     )
+
+
+def _by_name(names: Sequence[str], values: FloatArray) -> dict[str, float]:
+    return dict(zip(names, values.tolist(), strict=True))

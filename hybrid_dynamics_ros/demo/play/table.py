@@ -24,6 +24,7 @@ _PARTS: Final = {
     "q41": "long bar 2",
     "q42": "carrier",
 }
+_BAR_WIDTH: Final = 32  # letters
 
 
 class Row(NamedTuple):
@@ -33,8 +34,22 @@ class Row(NamedTuple):
     heading: bool = False
 
 
+_BLANK: Final = Row()
+_ACTIVE_HEAD: Final = Row(
+    f"  {'active joint':<18}{'position':>11}{'rate':>18}{'required effort':>24}", heading=True
+)
+_PASSIVE_HEAD: Final = Row(f"  {'passive joint':<18}{'position':>11}{'rate':>18}", heading=True)
+_TOOL_HEAD: Final = Row("  end effector in the base frame", heading=True)
+
+
 class Progress(NamedTuple):
-    """How far the run is: recorded time played and its end [s], and messages by topic."""
+    """How far the run is.
+
+    Attributes:
+        time: recorded time that was played [s].
+        duration: of the recording [s].
+        counts: messages by topic.
+    """
 
     time: float
     duration: float
@@ -49,7 +64,7 @@ class Progress(NamedTuple):
 def table(
     snapshot: Snapshot, progress: Progress, prismatic: Collection[str], bar: str
 ) -> list[Row]:
-    """The whole state.
+    """The state of all joints and of the end effector.
 
     Args:
         snapshot: what to show.
@@ -59,74 +74,77 @@ def table(
     """
     active = [name for name in snapshot.position if name in snapshot.effort]
     passive = [name for name in snapshot.position if name not in snapshot.effort]
-    x, y, z = snapshot.tool
-    qx, qy, qz, qw = snapshot.quaternion
-    counts = progress.counts
-    return [
-        _progress_row(progress, bar),
-        Row(),
-        Row(
-            f"  {'active joint':<18}{'position':>11}{'rate':>18}{'required effort':>24}",
-            heading=True,
-        ),
-        *(
-            Row(_motion(name, snapshot, prismatic) + _effort(name, snapshot, prismatic))
-            for name in active
-        ),
-        Row(),
-        Row(f"  {'passive joint':<18}{'position':>11}{'rate':>18}", heading=True),
-        *(Row(_motion(name, snapshot, prismatic)) for name in passive),
-        Row(),
-        Row("  end effector in the base frame", heading=True),
-        Row(
-            f"  x {x:7.4f}  y {y:7.4f}  z {z:7.4f} m   quaternion {qx:6.3f} {qy:6.3f} {qz:6.3f}"
-            f" {qw:6.3f}"
-        ),
-        Row(),
-        Row(
-            f"  messages: {counts[INPUT]} played, {counts[STATES]} joint states, {counts[EFFORTS]}"
-            f" efforts, {counts[POSE]} poses"
-        ),
-    ]
+    rows = [_progress_row(progress, bar), _BLANK, _ACTIVE_HEAD]
+    for name in active:
+        text = _motion(name, snapshot, prismatic) + _effort(name, snapshot, prismatic)
+        rows.append(Row(text))
+    rows += [_BLANK, _PASSIVE_HEAD]
+    rows += [Row(_motion(name, snapshot, prismatic)) for name in passive]
+    rows += [_BLANK, _TOOL_HEAD, _tool_row(snapshot), _BLANK, _count_row(progress.counts)]
+    return rows
 
 
 def line(snapshot: Snapshot, progress: Progress, prismatic: Collection[str]) -> str:
     """The active joints in a line, below it their efforts and the tool.
 
     Neither is wider than a terminal.
+
+    Args:
+        snapshot: what to show.
+        progress: how far the run is.
+        prismatic: coordinates that are lengths; the others are angles.
     """
-    active = [name for name in snapshot.position if name in snapshot.effort]
-    joints = ", ".join(
-        f"{name} {_position(name, snapshot.position[name], prismatic).strip()}" for name in active
-    )
-    efforts = ", ".join(_effort(name, snapshot, prismatic).strip() for name in active)
+    joints = []
+    efforts = []
+    for name, value in snapshot.position.items():
+        if name in snapshot.effort:
+            joints.append(f"{name} {_position(name, value, prismatic).strip()}")
+            efforts.append(_effort(name, snapshot, prismatic).strip())
     x, y, z = snapshot.tool
-    return f"t {progress.time:5.2f} s | {joints}\n  {efforts} | tool {x:.3f} {y:.3f} {z:.3f} m"
+    tool = f"tool {x:.3f} {y:.3f} {z:.3f} m"
+    return f"t {progress.time:5.2f} s | {', '.join(joints)}\n  {', '.join(efforts)} | {tool}"
 
 
 def _progress_row(progress: Progress, bar: str) -> Row:
-    width = 32
-    done = round(width * progress.share)
-    drawn = bar[0] * done + bar[1] * (width - done)
+    done = round(_BAR_WIDTH * progress.share)
+    drawn = bar[0] * done + bar[1] * (_BAR_WIDTH - done)
+    time = f"t = {progress.time:5.2f} of {progress.duration:.2f} s"
+    return Row(f"  {time}   {drawn}  {100 * progress.share:3.0f} %")
+
+
+def _tool_row(snapshot: Snapshot) -> Row:
+    x, y, z = snapshot.tool
+    qx, qy, qz, qw = snapshot.quaternion
+    quaternion = f"{qx:6.3f} {qy:6.3f} {qz:6.3f} {qw:6.3f}"
+    return Row(f"  x {x:7.4f}  y {y:7.4f}  z {z:7.4f} m   quaternion {quaternion}")
+
+
+def _count_row(counts: Mapping[str, int]) -> Row:
     return Row(
-        f"  t = {progress.time:5.2f} of {progress.duration:.2f} s   {drawn} "
-        f" {100 * progress.share:3.0f} %"
+        f"  messages: {counts[INPUT]} played, {counts[STATES]} joint states, {counts[EFFORTS]}"
+        f" efforts, {counts[POSE]} poses"
     )
 
 
 def _motion(name: str, snapshot: Snapshot, prismatic: Collection[str]) -> str:
+    """Name, part, position and rate of a joint."""
     rate = snapshot.velocity.get(name, math.nan)
-    unit = "mm/s " if name in prismatic else "deg/s"
-    scaled = rate * 1e3 if name in prismatic else math.degrees(rate)
+    if name in prismatic:
+        scaled = f"{rate * 1e3:13.3f} mm/s "
+    else:
+        scaled = f"{math.degrees(rate):13.3f} deg/s"
     position = _position(name, snapshot.position[name], prismatic)
-    return f"  {name:<5}{_PARTS.get(name, ''):<11}{position}{scaled:13.3f} {unit}"
+    return f"  {name:<5}{_PARTS.get(name, ''):<11}{position}{scaled}"
 
 
 def _position(name: str, value: float, prismatic: Collection[str]) -> str:
-    return f"{value * 1e3:11.3f} mm " if name in prismatic else f"{math.degrees(value):11.3f} deg"
+    if name in prismatic:
+        return f"{value * 1e3:11.3f} mm "
+    return f"{math.degrees(value):11.3f} deg"
 
 
 def _effort(name: str, snapshot: Snapshot, prismatic: Collection[str]) -> str:
     # Adding zero: rounded to -0.000, it would be shown with its sign.
     value = round(snapshot.effort[name], 3) + 0.0
-    return f"{value:17.3f} {'N' if name in prismatic else 'N m'}"
+    unit = "N" if name in prismatic else "N m"
+    return f"{value:17.3f} {unit}"
