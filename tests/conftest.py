@@ -68,6 +68,7 @@ settings.load_profile("project")
 # folders whose robots are met once
 UNCOMPILED = (
     "agreement",
+    "cli",
     "description",
     "docs",
     "drawing",
@@ -92,15 +93,12 @@ def pytest_report_header() -> list[str]:
 
 @pytest.hookimpl(tryfirst=True)  # before any is deselected
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Group tests for pytest-xdist, and hold that no law is without a sample.
-
-    A file stays on one worker: its tests share fixtures, and for ROS a domain.
+    """Mark the tests of the node, and hold that no law is without a sample.
 
     Raises:
         pytest.UsageError: all cases of a test are marked `sweep`, and none stands for them.
     """
     for item in items:
-        item.add_marker(pytest.mark.xdist_group(item.nodeid.partition("::")[0]))
         if item.path.relative_to(ROOT).parts[0] in NODE:
             item.add_marker(pytest.mark.ros)
     unsampled = [name for name, cases in by_function(items).items() if not has_sample(cases)]

@@ -27,8 +27,9 @@ SLOWEST = 10  # tests that are named
 HEARTBEAT = 30.0  # [s] between signs of life
 POLL = 0.2  # [s]
 NODE = ("tests/demo", "tests/ros")  # folders of tests that need the interfaces
-# Tests of the node look at deadlines, and mostly wait. What is beside them gives way.
-GIVES_WAY = 5
+# Tests of the node look at deadlines and mostly wait. They need the interfaces, which take longest.
+# What is beside them gives way.
+GIVES_WAY = 10
 
 PURPOSES = ("test", "all", "remaining", "lint", "docs")
 WHOLE = {"MORE_EXAMPLES": "1"}  # all random examples: see tests/sampling.py
@@ -200,7 +201,7 @@ class Commands:
 
     def pytest(self, *arguments: str) -> list[str]:
         """Tests on all cores."""
-        options = ["--numprocesses", str(CORES), "--dist", "loadgroup", f"--durations={SLOWEST}"]
+        options = ["--numprocesses", str(CORES), "--dist", "loadfile", f"--durations={SLOWEST}"]
         return [self.python, "-m", "pytest", *options, *arguments]
 
 
@@ -208,8 +209,8 @@ def installing(run: Commands, *more: str) -> list[Task]:
     """The environment, in parts: the interfaces are built beside what needs no compiler."""
     purposes = ("tools", *more)
     return [
-        Task("environment", [run.environment(purpose) for purpose in purposes]),
-        Task("interfaces", [run.environment("interfaces")]),
+        Task("environment", [run.environment(p) for p in purposes], gives_way=False),
+        Task("interfaces", [run.environment("interfaces")], gives_way=False),
     ]
 
 

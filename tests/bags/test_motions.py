@@ -111,7 +111,7 @@ def test_motions_of_one_layout_are_decoded_in_bulk(forging):
 
 
 @pytest.mark.ros
-@pytest.mark.parametrize("name", [ROBOT, "staicu2015", "gough"])
+@pytest.mark.parametrize("name", swept([ROBOT, "staicu2015", "gough"]))
 def test_a_bag_of_motions_has_what_the_node_would_have_published(name, tmp_path):
     pytest.importorskip("hybrid_dynamics_msgs")
     from hybrid_dynamics_msgs.msg import JointMotion

@@ -11,6 +11,7 @@ import pytest
 from hybrid_dynamics_cli.output import table
 from hybrid_dynamics_core import load
 from tests.cli.calling import call, data_of
+from tests.sampling import swept
 
 LIFT = """\
 format: 1
@@ -197,7 +198,7 @@ def test_what_goes_on_below_is_no_lone_unit() -> None:
     assert heads == [head[:-1], ["name", "column_6", "unit"]]
 
 
-@pytest.mark.parametrize("name", ["forging_chu2020", "excavator", "gough", "staicu2015"])
+@pytest.mark.parametrize("name", swept(["forging_chu2020", "excavator", "gough", "staicu2015"]))
 def test_efforts_and_their_parts_are_one_table(name: str) -> None:
     still = [f"{joint}=-0.1234567" for joint in load(name).active]
     text = call("id", name, "--du", ",".join(still), "--ddu", ",".join(still)).output

@@ -10,6 +10,8 @@ from typing import Any
 
 import pytest
 
+from tests.sampling import swept
+
 from .blocks import ROOT, RUN, Session, blocks_of
 
 PAGES = [
@@ -48,9 +50,11 @@ CHECKED = (
 )
 
 
-@pytest.mark.parametrize(
-    "page", [page for page in PAGES if page not in CHECKED and any(blocks_of(page))]
-)
+RUN_ALONE = [page for page in PAGES if page not in CHECKED and any(blocks_of(page))]
+LONG = ("docs/bags.md",)  # half a minute of commands
+
+
+@pytest.mark.parametrize("page", swept(RUN_ALONE, [page for page in RUN_ALONE if page not in LONG]))
 def test_every_block_runs(read: Any, page: str) -> None:
     needs(page)
     read(page)
@@ -125,6 +129,7 @@ def test_figure_10_is_made(read: Any, tmp_path: Path) -> None:
     assert (tmp_path / "figure_10.svg").stat().st_size > 10_000
 
 
+@pytest.mark.sweep(sample="test_planes_are_chosen_for_the_robot")
 def test_the_maps_of_the_examples_run(read: Any) -> None:
     needs("docs/examples.md")
     scope = read("docs/examples.md")

@@ -18,7 +18,7 @@ from .shapes import SHAPES, shape
 
 ROBOTS = (*shipped_robots(), *SHAPES)
 # planar and spatial loops, sliders, a serial arm
-SAMPLE = ("excavator", "forging_chu2020", "slider_crank", "staicu2015", "wrist")
+SAMPLE = ("forging_chu2020", "slider_crank", "staicu2015", "wrist")
 
 
 @functools.cache

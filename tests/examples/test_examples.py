@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from hybrid_dynamics_core import load
+from tests.sampling import swept
 
 FOLDER = Path(__file__).parents[2] / "examples"
 PRINTS = {  # the script, and what its output has to say
@@ -23,6 +24,7 @@ PRINTS = {  # the script, and what its output has to say
     "identify_from_bag": "base parameters are within their 95 % intervals",
     "mpc_batch": "plan, full model",
 }
+SAMPLE = ("excavator_digging", "palletizer_level_wrist")  # of which each run draws the figures
 
 
 def run(script: str, name: str = "example") -> dict[str, Any]:
@@ -97,7 +99,9 @@ def check_inside(box: Any, page: Any) -> None:
     assert -1.0 <= box.y0 <= box.y1 <= page.y1 + 1.0
 
 
-@pytest.mark.parametrize("script", [name for name in PRINTS if name != "identify_from_bag"])
+@pytest.mark.parametrize(
+    "script", swept([name for name in PRINTS if name != "identify_from_bag"], SAMPLE)
+)
 def test_examples_print_and_draw(
     script: str, drawn: list[Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:

@@ -35,6 +35,7 @@ from hybrid_dynamics_ros.stream.topics import (
     RequiredEfforts,
     Transforms,
 )
+from tests.sampling import swept
 
 STAMP = Time(sec=3, nanosec=4)
 TWO = np.ones(2)
@@ -49,7 +50,7 @@ def result_of(robot, velocity=0.01):
     return pipeline, pipeline.process(sample)
 
 
-@pytest.mark.parametrize("name", ["excavator", "staicu2015", "delta"])
+@pytest.mark.parametrize("name", swept(["excavator", "staicu2015", "delta"]))
 def test_transforms_put_every_link_where_forward_kinematics_does(name):
     robot = load(name)
     _, result = result_of(robot)

@@ -19,6 +19,7 @@ from hybrid_dynamics_ros.node.publishers import message_class
 from hybrid_dynamics_ros.stream.pipeline import Pipeline
 from hybrid_dynamics_ros.stream.results import MotionResult
 from hybrid_dynamics_ros.stream.topics import TOPICS, LoopReactions
+from tests.sampling import examples
 
 ACTIVE = ("q1", "q12", "q22", "q4")
 ROUNDS, LENGTH = 250, 40  # streams, messages in each
@@ -93,7 +94,7 @@ def fillers(robot):
     return [(message_class(topic.kind), topic(robot).fill) for topic in table]
 
 
-@settings(max_examples=ROUNDS)
+@examples(ROUNDS)
 @given(stream=st.lists(messages(), min_size=LENGTH, max_size=LENGTH))
 def test_random_streams_give_true_numbers_or_reasons(robot, fillers, stream):
     pipeline, accepted = Pipeline(robot, bandwidth=10.0, max_gap=0.5), 0
