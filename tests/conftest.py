@@ -15,7 +15,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, settings
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.kernels import cache
+from hybrid_dynamics_core.kernels import cache, native
 from hybrid_dynamics_core.kernels.run import VARIABLE
 
 # Kernels stay for the next run, apart from those of the user's own programs.
@@ -79,6 +79,8 @@ UNCOMPILED = (
     "identification",
     "view",
 )
+# folders that ask for numbers alone: code that is compiled in a fifth of the time gives them too
+QUICKLY_COMPILED = ("control", "core", "dynamics", "laws", "published", "simulation")
 NODE = ("demo", "ros")  # folders that need ROS and the interfaces
 COMPILED = ("excavator", "five_bar", "forging_chu2020")  # of the robots of tests/laws
 
@@ -138,6 +140,8 @@ def backend(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> 
     is_rare = folder == "laws" and name is not None and name not in COMPILED
     if folder in UNCOMPILED or is_rare:
         monkeypatch.setenv(VARIABLE, "python")
+    if folder in QUICKLY_COMPILED:
+        monkeypatch.setattr(native, "LEVEL", 0)
 
 
 @pytest.fixture(scope="module")

@@ -42,7 +42,7 @@ def forward_error(machine: Robot, theirs: PinocchioRobot, state: ClosedState, se
     return scaled(theirs.constraint_dynamics(state.s, state.ds, along) - dds, dds)
 
 
-@pytest.mark.parametrize("name", CLOSED)
+@pytest.mark.parametrize("name", swept(CLOSED))
 def test_forward_dynamics_is_that_of_the_constrained_tree(name: str) -> None:
     for k, state in enumerate(random_states(name)):
         assert forward_error(robot(name), model(PinocchioRobot, name), state, k) < AGREE

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.calling import call, call_line, shipped_text
+from tests.sampling import swept
 
 Figure = pytest.importorskip("matplotlib.figure").Figure
 WRITERS = {
@@ -30,7 +31,10 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("name", WRITERS)
+LONG = ("check", "report")
+
+
+@pytest.mark.parametrize("name", swept(WRITERS, [name for name in WRITERS if name not in LONG]))
 def test_results_are_replaced_and_what_is_of_another_origin_is_not(name: str, folder: Path) -> None:
     line, files = WRITERS[name]
     if line.startswith("bag"):

@@ -66,6 +66,7 @@ def test_branches_lists_the_modes_without_one_of_its_own(excavator: str, tmp_pat
     assert len(answer["modes"]) == len(data_of("branches", "excavator")["modes"])
 
 
+@pytest.mark.sweep(sample="test_branches_lists_the_modes_without_one_of_its_own")
 def test_check_draws_them_and_yet_ends_with_1(excavator: str, tmp_path: Path) -> None:
     picture = tmp_path / "modes.png"
     answer = call("check", excavator, "--modes", "--draw", str(picture))

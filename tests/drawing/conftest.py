@@ -18,7 +18,7 @@ from .shapes import SHAPES, shape
 
 ROBOTS = (*shipped_robots(), *SHAPES)
 # planar and spatial loops, sliders, a serial arm
-SAMPLE = ("forging_chu2020", "slider_crank", "staicu2015", "wrist")
+SAMPLE = ("delta", "forging_chu2020", "slider_crank", "wrist")
 
 
 @functools.cache

@@ -17,6 +17,7 @@ from hybrid_dynamics_core import ClosedState, InputError, Robot
 from hybrid_dynamics_core.drawing import draw, draw_on
 from hybrid_dynamics_core.drawing.paint.labels import Label, Labeller, TextBox
 from hybrid_dynamics_core.scene.style import RED
+from tests.sampling import swept
 
 from .conftest import artists_of, drawing_of, robot_of
 
@@ -204,7 +205,10 @@ def any_inside(box, points: np.ndarray) -> bool:
     return bool(inside.all(axis=1).any())
 
 
-@pytest.mark.parametrize("name", ["ankle", "excavator", "gough", "palletizer", "staicu2015"])
+CROWDED = ("ankle", "excavator", "gough", "palletizer", "staicu2015")
+
+
+@pytest.mark.parametrize("name", swept(CROWDED, ("ankle", "excavator")))
 def test_no_line_to_a_name_runs_under_another_name(name: str) -> None:
     figure = drawing_of(name, "all")
     (axes,) = figure.axes[:1]

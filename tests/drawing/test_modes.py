@@ -16,6 +16,7 @@ from hybrid_dynamics_core.formats.reader import parse_description
 from hybrid_dynamics_core.scene.attach import rail
 from hybrid_dynamics_core.scene.skeleton import place_skeleton
 from tests.hard_cases.linkages import four_bar, robot
+from tests.sampling import swept
 
 from .conftest import legend_texts, robot_of
 from .shapes import SHAPES, shape
@@ -46,7 +47,7 @@ def test_the_mode_of_the_file_is_marked() -> None:
     assert marked.count("counterclockwise") == 2
 
 
-@pytest.mark.parametrize("name", ["forging_chu2020", "staicu2015"])
+@pytest.mark.parametrize("name", swept(["forging_chu2020", "staicu2015"]))
 def test_all_panels_have_one_scale(name: str) -> None:
     figure = figure_of(name)
     first = figure.axes[0]
@@ -153,6 +154,7 @@ def test_the_floor_is_at_one_height_in_every_mode(name: str) -> None:
         np.testing.assert_allclose(base[:, 2], level, atol=1e-9)
 
 
+@pytest.mark.sweep(sample="test_panels_have_room_for_all_names")
 def test_long_names_of_loops_go_on_in_the_next_line() -> None:
     for text in titles(figure_of("gough")):
         lines = text.splitlines()

@@ -239,6 +239,7 @@ class TestGoughPlatform:
             )
 
 
+@pytest.mark.sweep(sample="test_no_step_crosses_a_change_point")
 def test_way_of_a_platform_is_the_same_there_and_back() -> None:
     """Legs to random lengths from one pose.
 

@@ -7,7 +7,7 @@ import pytest
 
 from tests.kernels.programs_of import BACKENDS, PROGRAMS, inputs, kernel, plain, split, worst
 from tests.robots import ROBOTS, random_states
-from tests.sampling import swept
+from tests.sampling import SAMPLE, swept
 
 # rounding of order 1e-16 times the cancellation in sums of large terms, and 1 / distance to a
 # singularity, squared
@@ -15,7 +15,7 @@ EXACT = 1e-12
 
 
 @pytest.mark.parametrize("which", PROGRAMS)
-@pytest.mark.parametrize("name", swept(ROBOTS))
+@pytest.mark.parametrize("name", swept(ROBOTS, SAMPLE))
 def test_every_form_gives_the_plain_numbers(name: str, which: str) -> None:
     states = random_states(name, count=5)
     every = [inputs(name, which, state, k) for k, state in enumerate(states)]
@@ -63,7 +63,7 @@ def test_vectors_may_be_shared_by_all_states(backend: str) -> None:
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-@pytest.mark.parametrize("name", ["forging_chu2020", "seven_bar"])
+@pytest.mark.parametrize("name", swept(["forging_chu2020", "seven_bar"]))
 def test_states_without_an_answer_have_the_plain_status(name: str, backend: str) -> None:
     state = random_states(name, 1)[0]
     arguments = inputs(name, "inverse", state, 0)

@@ -25,6 +25,7 @@ from hybrid_dynamics_core.view.ranges import Range, on_round_steps, on_step, sli
 from hybrid_dynamics_core.view.session import DriveEfforts, ViewSession
 from hybrid_dynamics_core.view.state_interpolation import SPAN
 from tests.mechanisms import changed
+from tests.sampling import swept
 
 from .conftest import Opened
 
@@ -122,7 +123,9 @@ def test_numbers_of_the_state_are_on_the_page(forging: Robot) -> None:
         assert mode in modes_html(session.state)
 
 
-@pytest.mark.parametrize("name", ["forging_chu2020", "staicu2015", "excavator"])
+@pytest.mark.parametrize(
+    "name", swept(["forging_chu2020", "staicu2015", "excavator"], ["forging_chu2020", "excavator"])
+)
 def test_sliders_reach_as_far_as_the_loops_close(name: str) -> None:
     robot = load(name)
     session = ViewSession(robot)
