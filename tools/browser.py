@@ -119,7 +119,9 @@ def install(folder: Path) -> None:
         subprocess.run(pack, cwd=aside, check=True, stdout=subprocess.DEVNULL, timeout=PATIENCE)
         packed = next(Path(aside).glob("*.tgz"))
         with tarfile.open(packed) as archive:
-            archive.extractall(aside, filter="data")
+            # Python 3.11.2 and older have no filters
+            archive.extraction_filter = getattr(tarfile, "data_filter", None)
+            archive.extractall(aside)
         _unpack(Path(aside) / "package" / "bin", folder)
 
 
@@ -134,7 +136,9 @@ def _unpack(source: Path, folder: Path) -> None:
         paths = json.dumps([f"{target}.br", str(target)])
         subprocess.run([node, "-e", DECOMPRESS, paths], check=True)
     with tarfile.open(source / "swiftshader.tar") as archive:
-        archive.extractall(folder, filter="data")
+        # Python 3.11.2 and older have no filters
+        archive.extraction_filter = getattr(tarfile, "data_filter", None)
+        archive.extractall(folder)
     (source / "chromium").chmod(0o755)
     (source / "chromium").replace(folder / "chromium")  # last: it says that all is there
 

@@ -46,7 +46,9 @@ def built(source: Path, target: Path, kind: str) -> str:
 def unpacked(sdist: Path, target: Path) -> Path:
     """The one folder of an sdist."""
     with tarfile.open(sdist) as archive:
-        archive.extractall(target, filter="data")
+        # Python 3.11.2 and older have no filters
+        archive.extraction_filter = getattr(tarfile, "data_filter", None)
+        archive.extractall(target)
     (folder,) = target.iterdir()
     return folder
 
