@@ -59,6 +59,15 @@ def atan2(y: Scalar, x: Scalar) -> Scalar:
     return y.atan2(x)
 
 
+def rint(x: Scalar) -> Scalar:
+    """The nearest integer, of two equally near the even one; its derivative counts as zero."""
+    if isinstance(x, (float, int)):
+        return float(np.rint(x))
+    if isinstance(x, np.ndarray):
+        return np.rint(x)
+    return x.rint()
+
+
 def absolute(x: Scalar) -> Scalar:
     """Absolute value."""
     if isinstance(x, (float, int)):

@@ -347,7 +347,8 @@ def _with_unknowns(
 
 
 def _wrapped(model: Model, block: BlockSolver, difference: Array) -> Array:
-    """A difference of the unknowns, with full turns taken out of angles."""
-    revolute = [model.tree.is_revolute(k) for k in block.unknowns]
+    """A difference of the unknowns, without whole turns of angles that may turn."""
+    counted = block.counted_turns
+    may_turn = [model.tree.is_revolute(k) and k not in counted for k in block.unknowns]
     wrapped = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi
-    return np.where(revolute, wrapped, difference)
+    return np.where(may_turn, wrapped, difference)

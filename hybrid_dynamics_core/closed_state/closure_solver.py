@@ -16,6 +16,7 @@ from ..kernels.run import Codes
 from ..kernels.status import GOOD, JUMP
 from ..programs import Model
 from .continuation import Continuation, Mask, continue_to, is_continuous
+from .turns import FreeTurns
 
 Values = dict[str, Array]
 # results by name, and the status codes () or (N,)
@@ -53,10 +54,9 @@ class ClosureSolver:
         self.iterates = any(block.iterates for block in model.plan.blocks)
         self._reference = np.array(model.plan.reference.q, dtype=float)
         indices = range(len(self._reference))
-        revolute = [model.tree.is_revolute(k) for k in indices]
         passive = [k not in self.given for k in indices]
-        self._turns = np.array(revolute)
         self._passive = np.array(passive)
+        self._turns = FreeTurns(model)
         self._run = run
 
     def close(
@@ -73,20 +73,31 @@ class ClosureSolver:
             du: given rates of the same shape [rad/s, m/s].
             signs: branch signs (blocks,), or (N, blocks).
             start: where to come from. If None, a closure with a closed form is evaluated at once,
-                any other comes from the reference.
+                any other comes from the reference. Passive angles are then those nearest to the
+                reference's.
 
         Returns:
             Results by name, and the status codes () or (N,).
         """
-        if start is None and not self.iterates:
+        if start is not None:
+            return self._close_from(u, du, signs, start)
+        if not self.iterates:
             return self._run(u, du, signs, self._reference)
-        start = start or self.reference(signs)
+        values, codes = self._close_from(u, du, signs, self.reference(signs))
+        nearest = self._turns.nearest(values["s"], self._reference)
+        if np.array_equal(nearest, values["s"], equal_nan=True):
+            return values, codes
+        again, codes_again = self._run(u, du, signs, nearest)
+        return again, np.where(codes == GOOD, codes_again, codes)
+
+    def _close_from(self, u: Array, du: Array, signs: Array, start: Start) -> ClosureResults:
+        """Close at u, followed from a start."""
         move = u - start.s[..., self.given]
         predicted = _mapped(start.velocity_map, move)
         values, codes = self._run(u, du, signs, start.s + predicted)
         moved = values["s"] - start.s
         hindsight = _mapped(values["R"], move)
-        smooth = is_continuous(moved, predicted, hindsight, self._turns, self._passive)
+        smooth = is_continuous(moved, predicted, hindsight, self._passive)
         must_follow = self._must_follow(smooth, codes)
         if not np.any(must_follow):
             return values, codes
@@ -187,7 +198,7 @@ class ClosureSolver:
         def close(u: Array, guess: Array) -> ClosureResults:
             return self._run(u, np.zeros_like(u), signs, guess)
 
-        return continue_to(close, start, start[:, self.given], ends, self._turns, self._passive)
+        return continue_to(close, start, start[:, self.given], ends, self._passive)
 
 
 def _code_after(on_the_way: Codes, at_end: Codes) -> Codes:

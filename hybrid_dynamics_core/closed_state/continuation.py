@@ -32,7 +32,6 @@ SLACK = 1e-9  # [rad or m] rounding that a correction may always have
 LARGEST = 0.5  # [rad or m] longest predicted step of a passive coordinate
 SHORTEST = 1e-7  # of the way: a shorter step means that there is no smooth way on
 MAX_ROUNDS = 400
-TURN = 2.0 * np.pi  # [rad]
 
 
 @dataclass(frozen=True)
@@ -55,7 +54,6 @@ def continue_to(
     start_s: Array,
     start_u: Array,
     end_u: Array,
-    turns: Mask,
     passive: Mask,
 ) -> Continuation:
     """Follow each row along the straight line between given coordinates.
@@ -65,7 +63,6 @@ def continue_to(
         start_s: closed configurations (N, n_s) to come from [rad, m].
         start_u: given coordinates (N, n) there [rad, m].
         end_u: given coordinates (N, n) to go to [rad, m].
-        turns: which coordinates are angles (n_s,).
         passive: which coordinates are not given (n_s,).
     """
     s = start_s.copy()
@@ -87,7 +84,7 @@ def continue_to(
         values, trial_codes = close(goal, s[rows] + predicted)
         hindsight = np.einsum("nij,nj->ni", values["R"], move)
         moved = values["s"] - s[rows]
-        smooth = is_continuous(moved, predicted, hindsight, turns, passive)
+        smooth = is_continuous(moved, predicted, hindsight, passive)
         accepted = (trial_codes == GOOD) & smooth
         forward = rows[accepted]
         s[forward] = values["s"][accepted]
@@ -103,24 +100,17 @@ def continue_to(
     return Continuation(s, codes, progress)
 
 
-def is_continuous(
-    moved: Array, predicted: Array, hindsight: Array, turns: Mask, passive: Mask
-) -> Mask:
+def is_continuous(moved: Array, predicted: Array, hindsight: Array, passive: Mask) -> Mask:
     """Whether a move is the one that R gives at both ends, but for a small correction.
-
-    Full turns of an angle are no move.
 
     Args:
         moved: move (..., n_s) of all coordinates [rad, m].
         predicted: the move by R at the start.
         hindsight: the move by R at the end.
-        turns: which coordinates are angles (n_s,).
         passive: which coordinates are not given (n_s,). Given coordinates may go any way.
     """
     size = np.abs(predicted).max(axis=-1, initial=0.0, where=passive)
     with np.errstate(invalid="ignore"):
-        full_turns = np.round((moved - predicted) / TURN)
-        moved = moved - np.where(turns, TURN * full_turns, 0.0)
         error = np.abs(moved - predicted)
         error_in_hindsight = np.abs(moved - hindsight)
         errors = np.maximum(error, error_in_hindsight)

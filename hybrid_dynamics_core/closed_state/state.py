@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Any, Final
 
@@ -68,6 +68,8 @@ class ClosedState(Picklable):
         iterations: of the closure; 0 where every loop has a closed form. (N,) for a batch.
         dds: accelerations of all coordinates (n_s,) where they were given (`close_given`), else
             None.
+        passive_angles: place in s, and value at the robot's reference [rad], of each passive
+            revolute joint by name; `turns` counts from there.
     """
 
     u: Array
@@ -84,6 +86,7 @@ class ClosedState(Picklable):
     status: ClosureStatus | np.ndarray
     iterations: int | np.ndarray = 0
     dds: Array | None = None
+    passive_angles: Mapping[str, tuple[int, float]] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         for array in (self.s, self.ds, self.R, self.bias, self.distances):
@@ -96,6 +99,9 @@ class ClosedState(Picklable):
         singularity = np.min(self.singularity, initial=1.0)
         statuses = [ClosureStatus(code).name for code in np.unique(self.status)]
         status = "+".join(statuses)
+        turns = {name: count for name, count in self.turns.items() if np.any(count)}
+        if turns and self.u.ndim == 1:
+            parts.append(f"turns={turns}")
         parts += [
             f"residual={residual:.2g}",
             f"singularity={singularity:.3g}",
@@ -118,6 +124,21 @@ class ClosedState(Picklable):
     def dz(self) -> Array:
         """Passive rates (n_z,)."""
         return self.ds[..., self.n :]
+
+    @property
+    def turns(self) -> Mapping[str, int | NDArray[np.int64]]:
+        """Whole turns of each passive revolute joint by name, away from the robot's reference.
+
+        All are 0 where `close` had no state to come from: it takes the angles nearest to the
+        reference's. A spring, a limit or a joint that follows sees the angle with its turns. Of a
+        batch each is (N,). Rows that did not close count 0.
+        """
+        counts: dict[str, int | NDArray[np.int64]] = {}
+        for name, (k, start) in self.passive_angles.items():
+            angle = np.nan_to_num(self.s[..., k], nan=start)
+            turns = np.rint((angle - start) / math.tau).astype(np.int64)
+            counts[name] = int(turns) if self.u.ndim == 1 else turns
+        return counts
 
     @property
     def singularity(self) -> float | Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from ..description.model import RobotDescription
 from ..errors import UndecidedModeError
@@ -37,20 +37,28 @@ def choose_branch(
         UndecidedModeError: the loop closes in several ways and nothing says which is meant.
         DescriptionError: the loop has no such mode, is singular or does not close.
     """
+    start = _start_of(block, context, guess)
     given = [k for k in block.unknowns if k in context.near]
     signs = _named_signs(robot, block, context) or list(block.signs)
     if len(signs) > 1 and block.needs_mode and not given:
-        _require_decided(robot, block, context, configuration, guess)
-    compared = given or block.unknowns
-    distances = [_distance(block, configuration, sign, guess, compared) for sign in signs]
+        _require_decided(robot, block, context, configuration, start)
+    wanted = {k: guess[k] for k in given or block.unknowns}
+    distances = [_distance(block, configuration, sign, start, wanted) for sign in signs]
     nearest = signs[distances.index(min(distances))]
-    if not _margin(block, configuration, nearest, guess) > 0.0:
+    if not _margin(block, configuration, nearest, start) > 0.0:
         problem = _open_problem(block, context, configuration, guess)
         raise robot.error(robot.closure_key(block.loops[0]), problem)
-    if block.settles_on_reference:
-        block.settle(configuration, context.near)
-        block.solve(configuration, nearest, guess)
     return nearest
+
+
+def _start_of(block: BlockSolver, context: Context, guess: Sequence[float]) -> Sequence[float]:
+    """Where a block starts: what has a closed form takes the whole turns that the file gives."""
+    if block.iterates:
+        return guess
+    result = list(guess)
+    for k in block.unknowns:
+        result[k] = context.near.get(k, 0.0)
+    return result
 
 
 def _margin(
@@ -66,13 +74,13 @@ def _distance(
     block: BlockSolver,
     configuration: Configuration,
     sign: float,
-    guess: Sequence[float],
-    compared: Sequence[int],
+    start: Sequence[float],
+    wanted: Mapping[int, float],
 ) -> float:
-    """Distance of a solution to the reference, over some coordinates; inf where there is none."""
-    if not _margin(block, configuration, sign, guess) > 0.0:
+    """Distance of a solution to the coordinates that are wanted; inf where there is none."""
+    if not _margin(block, configuration, sign, start) > 0.0:
         return math.inf
-    return sum(abs(float(configuration.q[k]) - guess[k]) for k in compared)
+    return sum(abs(float(configuration.q[k]) - value) for k, value in wanted.items())
 
 
 def _open_problem(

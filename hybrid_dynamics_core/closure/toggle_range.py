@@ -28,6 +28,7 @@ class _ClosingMargin:
         self.block = block
         self.configuration = configuration
         self.coordinate = coordinate
+        self.guess = [0.0] * len(tree.coordinates)
         self.revolute = tree.is_revolute(coordinate)
 
     def of(self, values: Array) -> Array:
@@ -35,7 +36,7 @@ class _ClosingMargin:
         trial = self.configuration.copy()
         trial.set_value(self.coordinate, values, revolute=self.revolute)
         with np.errstate(all="ignore"):
-            margin = self.block.solve(trial, 1.0, self.configuration.q)
+            margin = self.block.solve(trial, 1.0, self.guess)
         return np.broadcast_to(np.asarray(margin, dtype=float), values.shape)
 
     def at(self, value: float) -> float:

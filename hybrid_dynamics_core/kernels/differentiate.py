@@ -13,7 +13,7 @@ from itertools import chain
 
 from ..algebra.linear import Inverse
 from ..algebra.numerics import invert, newton
-from ..algebra.scalar import Scalar, absolute, atan2, cos, sin, sqrt
+from ..algebra.scalar import Scalar, absolute, atan2, cos, rint, sin, sqrt
 from .graph import Block, Graph, Operand, Symbol
 
 Operands = Sequence[Operand]
@@ -25,6 +25,7 @@ _UNARY: Mapping[str, Callable[[Scalar], Scalar]] = {
     "cos": cos,
     "sqrt": sqrt,
     "abs": absolute,
+    "rint": rint,
 }
 _BINARY: Mapping[str, Callable[[Scalar, Scalar], Scalar]] = {
     "add": lambda a, b: a + b,
@@ -38,6 +39,7 @@ _CONSTANT: Mapping[str, tuple[float, float]] = {
     "add": (1.0, 1.0),
     "sub": (1.0, -1.0),
     "neg": (-1.0, 0.0),
+    "rint": (0.0, 0.0),
 }
 
 

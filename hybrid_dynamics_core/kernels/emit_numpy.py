@@ -16,9 +16,10 @@ _CALLS = {
     "cos": "cos",
     "sqrt": "sqrt",
     "abs": "absolute",
+    "rint": "rint",
     "atan2": "arctan2",
 }
-_UNARY = {"neg", "sin", "cos", "sqrt", "abs"}
+_UNARY = {"neg", "sin", "cos", "sqrt", "abs", "rint"}
 
 
 class _Rows:

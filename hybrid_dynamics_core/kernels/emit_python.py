@@ -13,7 +13,14 @@ from .graph import Operand, Symbol
 from .trace import Trace, body_name, trace_body
 
 _INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
-_CALLS = {"sin": "sin", "cos": "cos", "sqrt": "sqrt", "abs": "fabs", "atan2": "atan2"}
+_CALLS = {
+    "sin": "sin",
+    "cos": "cos",
+    "sqrt": "sqrt",
+    "abs": "fabs",
+    "rint": "rint",
+    "atan2": "atan2",
+}
 _DEPTH = 12  # nesting of brackets in one statement: readable, and far below the parser's limit
 
 

@@ -34,6 +34,10 @@ def _sqrt(x: float) -> float:
     return math.sqrt(x) if x >= 0.0 else math.nan
 
 
+def _rint(x: float) -> float:
+    return float(np.rint(x))
+
+
 def _atan2(y: float, x: float) -> float:
     # NumPy's: math.atan2 may differ in the last bit, and so would one state from many
     return float(np.arctan2(y, x))
@@ -44,6 +48,7 @@ _SCALAR = {
     "cos": math.cos,
     "sqrt": _sqrt,
     "fabs": math.fabs,
+    "rint": _rint,
     "atan2": _atan2,
     "invert": invert_floats,
     "newton": newton_floats,
@@ -57,6 +62,7 @@ _UFUNCS = (
     "sin",
     "cos",
     "sqrt",
+    "rint",
     "absolute",
     "arctan2",
     "greater",

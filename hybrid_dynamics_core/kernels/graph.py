@@ -240,6 +240,10 @@ class Symbol:
         """Square root; NaN below zero."""
         return self.graph.apply("sqrt", self)
 
+    def rint(self) -> Symbol:
+        """Nearest integer."""
+        return self.graph.apply("rint", self)
+
     def absolute(self) -> Symbol:
         """Absolute value."""
         return self.graph.apply("abs", self)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
-from ..algebra.scalar import Scalar, atan2, cos, sin
+from ..algebra.scalar import Scalar, atan2, cos, rint, sin
 from .tree import Tree
+
+TURN = 2.0 * math.pi  # [rad]
 
 
 class Configuration:
@@ -57,25 +59,24 @@ class Configuration:
         """Set a prismatic coordinate [m]."""
         self.q[k] = q
 
-    def set_direction(self, k: int, c: Scalar, s: Scalar, near: float) -> None:
+    def set_direction(self, k: int, c: Scalar, s: Scalar, near: Scalar) -> None:
         """Set a revolute coordinate from its cosine and sine.
 
         Args:
             k: the coordinate.
             c: its cosine.
             s: its sine.
-            near: the angle is the one within pi of this [rad].
+            near: the angle is the one within half a turn of this [rad].
         """
         self.c[k] = c
         self.s[k] = s
-        if not near:
-            self.q[k] = atan2(s, c)
-            return
-        cn = math.cos(near)
-        sn = math.sin(near)
-        sine = s * cn - c * sn
-        cosine = c * cn + s * sn
-        self.q[k] = near + atan2(sine, cosine)
+        self.q[k] = with_turns(atan2(s, c), near)
+
+
+def with_turns(angle: Scalar, near: Scalar) -> Scalar:
+    """The angle and as many whole turns that it is within half a turn of `near` [rad]."""
+    turns = rint((near - angle) * (1.0 / TURN))
+    return angle + turns * TURN
 
 
 def given_configuration(tree: Tree, values: Mapping[int, Scalar]) -> Configuration:

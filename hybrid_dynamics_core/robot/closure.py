@@ -19,6 +19,7 @@ from ..closed_state.assembly_modes import (
 from ..closed_state.closure_solver import ClosureResults, ClosureSolver, Start
 from ..closed_state.diagnosis import error_for
 from ..closed_state.state import ClosedState
+from ..closed_state.turns import FreeTurns
 from ..errors import InputError
 from ..ground.arrays import Array, frozen
 from ..ground.check_arrays import finite_vectors, vector_by_name
@@ -38,6 +39,7 @@ class Closure:
         kernels: where the closure kernels are.
         signs: branch sign (blocks,) of the robot's assembly modes, +1 or -1.
         start: all coordinates (n_s,) of the reference configuration [rad, m].
+        turns: the passive angles whose whole turns are free.
     """
 
     def __init__(self, model: RobotModel, kernels: KernelStore) -> None:
@@ -45,6 +47,7 @@ class Closure:
         self.kernels = kernels
         self.signs = frozen(model.plan.branch)
         self.start = model.reference_s
+        self.turns = FreeTurns(model.program_model)
         self._states = StateBuilder(model)
         self._solver = self._solver_of("close", model.program_model)
 
@@ -59,7 +62,9 @@ class Closure:
         """Close all loops at the active coordinates u and rates du.
 
         Without `near` the loops close on the robot's own assembly modes. Loops that have no closed
-        form are then followed from the reference configuration.
+        form are then followed from the reference configuration. There is no history that could
+        tell whole turns: passive angles are those nearest to the reference's. From `near` on they
+        go on without a jump, and `state.turns` counts their turns.
 
         Args:
             u: active coordinates (n,) or (N, n) [rad, m].
@@ -125,6 +130,21 @@ class Closure:
         if near is None:
             return state
         return replace(state, branch=self._branch_after(near, state))
+
+    def follow_turns(self, state: ClosedState, before: Array) -> ClosedState:
+        """States that were closed one by one, as one motion: passive angles go on without a jump.
+
+        Args:
+            state: closed state, or a batch of N along the motion.
+            before: all coordinates (n_s,) before the first of them [rad, m].
+
+        Returns:
+            The same places, each angle within half a turn of the one before.
+        """
+        s = self.turns.along(np.atleast_2d(state.s), before).reshape(state.s.shape)
+        if np.array_equal(s, state.s):
+            return state
+        return self.close(state.u, state.du, near=replace(state, s=s))
 
     def close_given(
         self,

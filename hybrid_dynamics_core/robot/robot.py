@@ -151,6 +151,7 @@ class Robot:
     closed_state = delegate("_closure", Closure.closed_state)
     close_path = delegate("_closure", Closure.close_path)
     close_given = delegate("_closure", Closure.close_given)
+    follow_turns = delegate("_closure", Closure.follow_turns)
     assembly_modes = delegate("_closure", Closure.assembly_modes)
     owns = delegate("_closure", Closure.owns)
 

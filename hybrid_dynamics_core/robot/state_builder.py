@@ -22,6 +22,11 @@ class StateBuilder:
     def __init__(self, model: RobotModel) -> None:
         self._model = model
         self._branches: dict[bytes, Mapping[str, str]] = {}
+        self._passive_angles: dict[str, tuple[int, float]] = {}
+        for k in range(len(model.active), len(model.coordinates)):
+            if model.tree.is_revolute(k):
+                name = model.coordinates[k]
+                self._passive_angles[name] = (k, float(model.reference_s[k]))
 
     def build(
         self,
@@ -80,6 +85,7 @@ class StateBuilder:
             distances=self._model.loop_distances(values["distances"]),
             status=status,
             iterations=iterations,
+            passive_angles=self._passive_angles,
         )
 
     def _mark_failures(

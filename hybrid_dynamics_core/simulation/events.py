@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..closed_state.state import ClosedState, ClosureStatus
 from ..errors import InputError
@@ -15,9 +13,6 @@ from ..ground.units import coordinate_unit
 from ..robot.robot import Robot
 
 LIMIT, SINGULAR = "limit", "singular"
-HALVINGS = 60  # of a step, until its time is exact to rounding
-
-StateAt = Callable[[float], ClosedState]  # the state at a time [s] within a step
 
 
 @dataclass(frozen=True)
@@ -47,28 +42,17 @@ class _Limit:
     is_upper: bool
     unit: str
 
-    def distance(self, s: Array) -> float:
-        """From coordinates (n,) to the limit, negative beyond it."""
+    def distance(self, s: Array) -> Array:
+        """From coordinates (..., n_s) to the limit, negative beyond it."""
         if self.is_upper:
-            return float(self.value - s[self.index])
-        return float(s[self.index] - self.value)
+            return self.value - s[..., self.index]
+        return s[..., self.index] - self.value
 
-    def speed(self, state: ClosedState) -> float:
-        """The rate at which the limit comes nearer."""
-        rate = float(state.ds[self.index])
+    def speed(self, ds: Array) -> Array:
+        """The rate at which the limit comes nearer, from rates (..., n_s)."""
         if self.is_upper:
-            return rate
-        return -rate
-
-    def may_be_passed(self, start: ClosedState, end: ClosedState, duration: float) -> bool:
-        """Whether a coordinate that set out for its limit and turned back may have been there."""
-        first = self.speed(start)
-        last = self.speed(end)
-        turned_back = first > 0.0 >= last
-        # With speeds between these two it comes less far.
-        farthest = (abs(first) + abs(last)) * duration
-        nearest = min(self.distance(start.s), self.distance(end.s))
-        return turned_back and nearest < farthest
+            return ds[..., self.index]
+        return -ds[..., self.index]
 
 
 class Watch:
@@ -101,71 +85,20 @@ class Watch:
             )
 
     def margins(self, state: ClosedState) -> Array:
-        """(k,) distance to each event, zero or negative where it has come."""
-        if state.status is not ClosureStatus.OK:
-            return np.full(len(self._limits) + 1, -1.0)
-        margins = [limit.distance(state.s) for limit in self._limits]
-        margins.append(float(state.singularity) - self._singular)
-        return np.array(margins)
+        """Distance to each event, zero or negative where it has come: (k,), of a batch (N, k)."""
+        margins = np.empty((*state.u.shape[:-1], len(self._limits) + 1))
+        for k, limit in enumerate(self._limits):
+            margins[..., k] = limit.distance(state.s)
+        margins[..., -1] = state.singularity - self._singular
+        margins[np.asarray(state.status) != ClosureStatus.OK] = -1.0
+        return margins
 
-    def find(
-        self,
-        start: ClosedState,
-        at: StateAt,
-        t: tuple[float, float],
-        ignored: Sequence[int],
-    ) -> tuple[int, float] | None:
-        """The first event in a step.
-
-        Args:
-            start: the state at t[0].
-            at: the state at any time of the step.
-            t: start and end of the step [s].
-            ignored: indices of events that are not looked for.
-
-        Returns:
-            The index of the event and the time just before it [s]; None where nothing is met.
-        """
-        # Zero is watched too: a state on a limit may leave it either way.
-        watched = self.margins(start) >= 0.0
-        watched[list(ignored)] = False
-
-        def is_met(time: float) -> bool:
-            return len(self._met(watched, at(time))) > 0
-
-        low, high = t
-        end = at(high)
-        if not len(self._met(watched, end)):
-            turns = self._turns(start, end, at, t, watched)
-            passed = [time for time in turns if is_met(time)]
-            if not passed:
-                return None
-            high = min(passed)
-        after, before = _bisected(low, high, is_met)
-        events = self._met(watched, at(after))
-        # Where the loops stop closing, all events come at once: the singularity was met.
-        return int(events[-1]), before
-
-    def _met(self, watched: NDArray[np.bool_], state: ClosedState) -> NDArray[np.intp]:
-        """Indices of the watched events that have come."""
-        return np.flatnonzero(watched & ~(self.margins(state) > 0.0))
-
-    def _turns(
-        self,
-        start: ClosedState,
-        end: ClosedState,
-        at: StateAt,
-        t: tuple[float, float],
-        watched: NDArray[np.bool_],
-    ) -> list[float]:
-        """Times within a step at which coordinates turned back that may have met their limit."""
-        duration = t[1] - t[0]
-        turns = []
-        for index in np.flatnonzero(watched[:-1]).tolist():
-            limit = self._limits[index]
-            if limit.may_be_passed(start, end, duration):
-                turns.append(_turn(limit, at, t))
-        return turns
+    def speeds(self, state: ClosedState) -> Array:
+        """The rates at which the limits come nearer: (k - 1,), of a batch (N, k - 1)."""
+        speeds = np.empty((*state.u.shape[:-1], len(self._limits)))
+        for k, limit in enumerate(self._limits):
+            speeds[..., k] = limit.speed(state.ds)
+        return speeds
 
     def event(self, index: int, time: float, state: ClosedState) -> Event:
         """The event with an index; `state` is the one just before it."""
@@ -181,29 +114,6 @@ class Watch:
     def is_limit(self, index: int) -> bool:
         """Whether the event is of a coordinate, not of a singularity."""
         return index < len(self._limits)
-
-
-def _turn(limit: _Limit, at: StateAt, t: tuple[float, float]) -> float:
-    """When a coordinate that set out for its limit turned back."""
-
-    def has_turned(time: float) -> bool:
-        return not limit.speed(at(time)) > 0.0
-
-    after, _ = _bisected(*t, has_turned)
-    return after
-
-
-def _bisected(low: float, high: float, true: Callable[[float], bool]) -> tuple[float, float]:
-    """The time at which `true` becomes so, as it is at `high`, and the one just before."""
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            break
-        if true(middle):
-            high = middle
-        else:
-            low = middle
-    return high, low
 
 
 def _limits(robot: Robot) -> list[_Limit]:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.integrate import DenseOutput, OdeSolver
 
 from ..closed_state.state import ClosedState, ClosureStatus
 from ..errors import InputError
@@ -20,12 +21,15 @@ from ..ground.arrays import Array
 from ..ground.check_arrays import finite_vectors
 from ..ground.progress import Progress
 from ..robot.robot import Robot
-from .events import Event, StateAt, Watch
+from .events import Event, Watch
 from .result import Simulation
+from .search import Step, first_event
 from .settings import METHODS, Settings, checked_span
+from .step_bound import StepBound
 
 Efforts = Callable[[float, ClosedState], ArrayLike]  # (t [s], state) -> tau (n,)
 Span = tuple[float, float]  # start and end [s]
+PLACES = 9  # in a step that are looked at, at least: one more than the degree of DOP853's output
 
 
 def simulate(
@@ -93,6 +97,7 @@ class _Run:
         self.span = span
         self.watch = Watch(robot, settings.singular)
         self.watch.check_start(start)
+        self.bound = StepBound(robot, settings.max_step)
         self.tau = tau if callable(tau) else _constant(tau, robot)
         self.held: Array | None = None  # tau of the present period
         self.anchor = start  # the last accepted state
@@ -123,17 +128,10 @@ class _Run:
                 return
 
     def _integrate_period(self, begin: float, end: float, progress: Progress) -> None:
-        method = METHODS[self.settings.method]
-        solver = method(
-            self._slope,
-            begin,
-            self.y,
-            end,
-            rtol=self.settings.rtol,
-            atol=self.settings.atol,
-            max_step=self.settings.max_step,
-        )
+        solver = self._solver(begin, end)
         while solver.status == "running" and not self.done:
+            # what an integrator reads before each step; LSODA reads it at its start alone
+            solver.max_step = self.bound.longest(self.anchor)
             try:
                 problem = solver.step()
             except (ValueError, np.linalg.LinAlgError) as error:  # an implicit method met NaN
@@ -141,9 +139,27 @@ class _Run:
             if problem is not None or solver.status == "failed":
                 self._fail(solver.t, str(problem))
                 return
+            step = self._step(solver.t_old, solver.t, solver.dense_output())
+            if self.bound.is_too_long(self.anchor, step.states):
+                self.bound.shorten(solver.t - solver.t_old)
+                solver = self._solver(solver.t_old, end)
+                continue
+            self.bound.relax()
             self.steps += 1
-            self._accept(solver.t_old, solver.t, solver.dense_output())
+            self._accept(step)
             progress.update(solver.t - self.span[0])
+
+    def _solver(self, begin: float, end: float) -> OdeSolver:
+        """The integrator, from the present state."""
+        return METHODS[self.settings.method](
+            self._slope,
+            begin,
+            self.y,
+            end,
+            rtol=self.settings.rtol,
+            atol=self.settings.atol,
+            max_step=self.bound.longest(self.anchor),
+        )
 
     def _slope(self, t: float, y: Array) -> Array:
         self.evaluations += 1
@@ -176,34 +192,44 @@ class _Run:
     def _near(self, u: Array, du: Array) -> ClosedState:
         return self.robot.close(u, du, check=False, near=self.anchor)
 
-    def _accept(self, begin: float, end: float, dense: Callable[[float], Array]) -> None:
-        """Take a step over: look for events in it, record its samples, go on from its end."""
+    def _step(self, begin: float, end: float, dense: DenseOutput) -> Step:
+        """What the integrator found, at enough places to see what happens between its ends."""
 
         def at(t: float) -> ClosedState:
             return self._near(*self._split(dense(t)))
 
-        end = self._watch_step(at, begin, end)
+        times = np.linspace(begin, end, PLACES)
+        y = dense(times).T
+        times = np.linspace(begin, end, PLACES + self.bound.more_places(self.anchor, y))
+        y = dense(times).T
+        n = len(self.anchor.u)
+        return Step(times, self._near(y[:, :n], y[:, n : 2 * n]), at, dense)
+
+    def _accept(self, step: Step) -> None:
+        """Take a step over: look for events in it, record its samples, go on from its end."""
+        begin = step.times[0]
+        end = self._watch_step(step)
         within = (self.times > begin) & (self.times <= end)
         for t in self.times[within]:
-            self._record(float(t), dense(t))
-        self.y = dense(end)
+            self._record(float(t), step.dense(t))
+        self.y = step.dense(end)
         if self.done and self.samples[-1].t < end:
             self._record(end, self.y)
-        self.anchor = at(end)
+        self.anchor = step.at(end)
         if self.anchor.status is not ClosureStatus.OK:
             self._stop(end, "the loops no longer close on their branch")
             return
         self.motion = self.robot.motion_near(self.anchor, self.settings.loads)
 
-    def _watch_step(self, at: StateAt, begin: float, end: float) -> float:
+    def _watch_step(self, step: Step) -> float:
         """Report the events of a step; its end, or the time of the event that stops it."""
         ignored: list[int] = []
         while True:
-            met = self.watch.find(self.anchor, at, (begin, end), ignored)
+            met = first_event(self.watch, step, ignored)
             if met is None:
-                return end
+                return float(step.times[-1])
             index, time = met
-            event = self.watch.event(index, time, at(time))
+            event = self.watch.event(index, time, step.at(time))
             self.events.append(event)
             if self.settings.stop_at_limits or not self.watch.is_limit(index):
                 self._stop(time, event.message)

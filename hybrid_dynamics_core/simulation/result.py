@@ -21,6 +21,7 @@ from ..ground.arrays import Array
 from .events import Event
 
 FORMAT = 3
+REST = 1e-6  # share of a potential energy that is far above its rounding
 _FORMER = {"t": "time", "ddu": "acceleration", "tau": "effort"}  # names of arrays in format 2
 _HEAD_FIELDS = (
     "robot",
@@ -87,12 +88,20 @@ class Simulation:
 
     @property
     def relative_energy_error(self) -> float:
-        """Largest energy error, as a share of the energy exchanged (largest range of any part)."""
+        """Largest energy error, as a share of the energy that the motion has to do with.
+
+        That is the largest kinetic energy, energy of springs, change of potential energy and work,
+        together. At rest it is a millionth of the potential energy about the base origin.
+        """
         worst = float(np.abs(self.energy_error).max())
         if not worst:
             return 0.0
-        ranges = [float(np.ptp(part)) for part in (*self.energy, self.work)]
-        return worst / max(ranges)
+        energy = self.energy
+        lifted = energy.potential - energy.potential[0]
+        parts = (energy.kinetic, energy.springs, lifted, self.work)
+        scale = sum(float(np.abs(part).max()) for part in parts)
+        at_rest = REST * float(np.abs(energy.potential).max())
+        return worst / max(scale, at_rest)
 
     @property
     def residual(self) -> float:
@@ -157,6 +166,7 @@ class Simulation:
         head["events"] = [asdict(event) for event in self.events]
         head["branch"] = dict(self.state.branch)
         head["loops"] = self.state.loops
+        head["passive_angles"] = dict(self.state.passive_angles)
         arrays: dict[str, Any] = {
             "time": self.t,
             "acceleration": self.ddu,
@@ -229,10 +239,12 @@ def _state(head: Mapping[str, Any], arrays: Mapping[str, Array]) -> ClosedState:
         if name.startswith("state_"):
             states[name.removeprefix("state_")] = values
     branch = MappingProxyType(head["branch"])
-    loops = tuple(head["loops"])
-    return ClosedState(**states, branch=branch, loops=loops)
+    angles = {}
+    for name, (k, start) in head.get("passive_angles", {}).items():
+        angles[name] = (int(k), float(start))
+    return ClosedState(**states, branch=branch, loops=tuple(head["loops"]), passive_angles=angles)
 
 
 def _state_arrays() -> list[str]:
     names = [field.name for field in fields(ClosedState)]
-    return [name for name in names if name not in ("branch", "loops")]
+    return [name for name in names if name not in ("branch", "loops", "passive_angles")]

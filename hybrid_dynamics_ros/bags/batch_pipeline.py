@@ -153,9 +153,14 @@ class BatchPipeline:
         else:
             rates = evaluator.rates(stamps, position, velocity, samples.measured[rows])
         results = []
-        for run in rates.runs():
-            motion = OrderedMotion(position[run], *rates.at(run))
-            results.append(evaluator.evaluate(stamps[run], motion))
+        last = evaluator.last
+        try:
+            for run in rates.runs():
+                motion = OrderedMotion(position[run], *rates.at(run))
+                results.append(evaluator.evaluate(stamps[run], motion))
+        except (RejectedError, HybridDynamicsError):
+            evaluator.last = last
+            raise
         return rates, results
 
     def _refusals(self, samples: Samples, rows: Rows) -> list[Rejection]:

@@ -34,8 +34,10 @@ class MotionEvaluator:
         estimator: makes rates that the samples lack.
         calibration: how the sensors are read; None: they read the coordinates themselves.
         mode: a closed state whose assembly modes are kept; None: those of the robot file.
-        is_plain: whether samples give the active joints, on the modes of the robot file; then none
-            needs the one before it to be closed.
+        is_plain: whether samples give the active joints, on the modes of the robot file; then the
+            one before it only says how many whole turns passive joints have gone.
+        last: all coordinates (n_s,) of the last sample [rad or m], which passive joints go on from;
+            None: there was none.
         gap: the newest that was too long, between stamps [s].
     """
 
@@ -60,6 +62,7 @@ class MotionEvaluator:
         self.gap = 0.0
         self._measures_active = self.measured == robot.active
         self.is_plain = self._measures_active
+        self.last: FloatArray | None = None
         self._near: ClosedState | None = None
         start = robot.close(robot.reference)
         self._branch = start.branch
@@ -110,12 +113,13 @@ class MotionEvaluator:
         """Keep the assembly modes of a closed state from now on; None: those of the robot file."""
         self.mode = self._near = mode
         self.is_plain = self._measures_active and mode is None
-        self._memory = None
+        self._memory = self.last = None
         self._compiled = self._compiled_for(self._loads)
 
     def reset(self) -> None:
         """Forget the samples so far."""
-        self._memory, self._near = None, self.mode
+        self._memory = self.last = None
+        self._near = self.mode
 
     def step(self, stamp_ns: int, motion: OrderedMotion) -> MotionResult:
         """The result of one sample.
@@ -183,6 +187,14 @@ class MotionEvaluator:
         Raises:
             HybridDynamicsError: what the model says of it, of the first row with such a fault.
         """
+        result = self._evaluate(stamp_ns, motion, event)
+        position = result.position
+        self.last = position[-1] if position.ndim == 2 else position
+        return result
+
+    def _evaluate(
+        self, stamp_ns: OneOrRows, motion: OrderedMotion, event: StampEvent | None
+    ) -> MotionResult:
         compiled = self._compiled
         _, du, ddu = motion
         if compiled is not None and du is not None and ddu is not None:
@@ -204,11 +216,14 @@ class MotionEvaluator:
     ) -> MotionResult:
         """The same to the last bit, in one call of compiled code."""
         u, du, ddu = motion.complete()
-        efforts, *closed = compiled(u, du, ddu)
         robot = self.robot
         if u.ndim == 2:
-            state = robot.closed_state(u, du, closed)
+            efforts, state = self._rows_compiled(compiled, motion)
             return self._result(stamp_ns, state, motion, efforts, event)
+        if self.last is None:
+            efforts, *closed = compiled(u, du, ddu)
+        else:
+            efforts, *closed = compiled(u, du, ddu, guess=self.last)
         s, ds, _, _, residuals, distances = closed
         for array in (u, du, ddu, efforts, s, ds):
             array.flags.writeable = False
@@ -226,6 +241,26 @@ class MotionEvaluator:
             event,
             partial(robot.closed_state, u, du, closed),
         )
+
+    def _rows_compiled(
+        self, compiled: Call, motion: OrderedMotion
+    ) -> tuple[FloatArray, ClosedState]:
+        """Efforts and states of rows, which follow each other."""
+        u, du, ddu = motion.complete()
+        efforts, *closed = compiled(u, du, ddu)
+        state = self.robot.closed_state(u, du, closed)
+        followed = self._followed(state)
+        if followed is not state:
+            efforts, *closed = compiled(u, du, ddu, guess=followed.s)
+            state = self.robot.closed_state(u, du, closed)
+        return efforts, state
+
+    def _followed(self, state: ClosedState) -> ClosedState:
+        """States of samples, their passive angles gone on from those of the sample before."""
+        before = self.last
+        if before is None:
+            before = state.s[0] if state.s.ndim == 2 else state.s
+        return self.robot.follow_turns(state, before)
 
     def _result(
         self,
@@ -255,7 +290,8 @@ class MotionEvaluator:
     ) -> tuple[ClosedState, FloatArray | None]:
         """The closed state, and the accelerations of the active joints where they are known."""
         if self.is_plain:
-            return self.robot.close(motion.position, motion.velocity), motion.acceleration
+            state = self.robot.close(motion.position, motion.velocity)
+            return self._followed(state), motion.acceleration
         near = self.mode if event in _RESTARTS else self._near
         if self._measures_active:
             state = self.robot.close(motion.position, motion.velocity, near=near)

@@ -96,6 +96,7 @@ def test_generated_python_is_names_with_numbers(name: str) -> None:
         "cos",
         "sqrt",
         "fabs",
+        "rint",
         "atan2",
         "invert",
         "newton",

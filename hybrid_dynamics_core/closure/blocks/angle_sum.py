@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 from ...algebra.scalar import Scalar, Scalars
 from ...algebra.vector import Vector, constant, turn
-from ...mechanism.configuration import Configuration
+from ...mechanism.configuration import Configuration, with_turns
 from ..constraints.angle_sum import AngleSum
 from ..constraints.equations import Equation
 from .block_solver import BlockSolver
 
-TURN = 2.0 * math.pi
-
 
 class AngleBlock(BlockSolver):
     """One angle by addition; its cosine and sine by the addition theorems."""
-
-    settles_on_reference = True
 
     def __init__(self, angles: AngleSum, unknown: int, mode: str) -> None:
         self.angles = angles
@@ -30,14 +25,6 @@ class AngleBlock(BlockSolver):
         self._others = [(k, -sign * sign_of_unknown) for k, sign in signs.items()]
         self._offset = -angles.offset * sign_of_unknown
 
-    def settle(self, configuration: Configuration, near: Mapping[int, float]) -> None:
-        """Shift the constant by whole turns, so that the angle lies within pi of `near`."""
-        (unknown,) = self.unknowns
-        others = sum(sign * configuration.q[k] for k, sign in self._others)
-        angle = self._offset + others
-        turns = round((angle - near.get(unknown, 0.0)) / TURN)
-        self._offset -= TURN * turns
-
     def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
         """Always closes."""
         offset = (math.cos(self._offset), math.sin(self._offset))
@@ -47,6 +34,6 @@ class AngleBlock(BlockSolver):
             direction = turn(configuration.c[k], sign * configuration.s[k], direction)
             angle = angle + sign * configuration.q[k]
         (unknown,) = self.unknowns
-        configuration.q[unknown] = angle
+        configuration.q[unknown] = with_turns(angle, guess[unknown])
         configuration.c[unknown], configuration.s[unknown] = direction
         return 1.0

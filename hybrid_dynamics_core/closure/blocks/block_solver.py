@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
 
 from ...algebra.scalar import Scalar, Scalars
 from ...mechanism.configuration import Configuration
@@ -25,7 +24,6 @@ class BlockSolver(ABC):
         modes: names of its assembly modes, the first for the branch sign +1, the second for -1.
         iterates: the margin is a number of iterations and the modes have no closed form.
         modes_fixed: the mode that the plan chose is kept: another one moves no link elsewhere.
-        settles_on_reference: the plan calls `settle` at the reference, once.
         needs_mode: the file must name the mode. Otherwise the one nearest to zero is taken.
     """
 
@@ -34,7 +32,6 @@ class BlockSolver(ABC):
     modes: tuple[str, ...] = ONLY
     iterates = False
     modes_fixed = False
-    settles_on_reference = False
     needs_mode = False
 
     @property
@@ -54,18 +51,14 @@ class BlockSolver(ABC):
         return sorted(involved - set(self.unknowns))
 
     @property
+    def counted_turns(self) -> frozenset[int]:
+        """Coordinates of which a whole turn is not the same place again, as of gears."""
+        return frozenset().union(*(equation.loop.counted_turns for equation in self.equations))
+
+    @property
     def signs(self) -> tuple[float, ...]:
         """The branch signs of the modes."""
         return (1.0, -1.0)[: len(self.modes)]
-
-    # most blocks have nothing to settle
-    def settle(self, configuration: Configuration, near: Mapping[int, float]) -> None:  # noqa: B027
-        """Fix constants at the reference.
-
-        Args:
-            configuration: the reference as far as it is solved, floats.
-            near: angles that the file gives, by coordinate [rad].
-        """
 
     @abstractmethod
     def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
@@ -74,7 +67,8 @@ class BlockSolver(ABC):
         Args:
             configuration: coordinates, with all `inputs` set.
             branch: sign of the assembly mode, +1 or -1.
-            guess: where an iteration starts, all coordinates s (n_s,) [rad, m].
+            guess: all coordinates s (n_s,) of a configuration nearby [rad, m]. Iterations start
+                there, and angles are taken with as many whole turns that they are nearest to it.
 
         Returns:
             The margin, dimensionless. It is positive where the block closes, negative or NaN where

@@ -7,8 +7,6 @@ without unknowns. Directions come as (cos, sin); angles follow from them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from ...algebra.scalar import Scalar, Scalars, sqrt
 from ...algebra.vector import Vector, add, cross2, dot, scale, sub, turn
 from ...mechanism.configuration import Configuration
@@ -24,19 +22,19 @@ class DyadBlock(BlockSolver):
 
     needs_mode = True
 
-    def __init__(self, pin: PlanarPin, joints: Joints, near: Mapping[int, float]) -> None:
+    def __init__(self, pin: PlanarPin, joints: Joints) -> None:
         self.pin = pin
         self.equations = (Equation(pin, 0), Equation(pin, 1))
         self.joints = joints
         self.unknowns = tuple(joint.coordinate for joint in joints)
-        self.near = near
 
-    def set_turn(
-        self, configuration: Configuration, joint: PlanarJoint, c: Scalar, s: Scalar
-    ) -> None:
-        """Set an unknown revolute joint from its turn about the loop's normal."""
-        near = self.near.get(joint.coordinate, 0.0)
-        configuration.set_direction(joint.coordinate, c, joint.sign * s, near)
+
+def _set_turn(
+    configuration: Configuration, joint: PlanarJoint, c: Scalar, s: Scalar, guess: Scalars
+) -> None:
+    """Set an unknown revolute joint from its turn about the loop's normal."""
+    k = joint.coordinate
+    configuration.set_direction(k, c, joint.sign * s, guess[k])
 
 
 class _OpenLoop:
@@ -90,8 +88,8 @@ class TwoRevolute(DyadBlock):
             twice = dot(v, v) + dot(w1, w1) - dot(w2, w2)
             c1, s1, margin = _triangle(v, w1, twice, branch)
             c2, s2 = _turn_from(w2, sub(turn(c1, s1, w1), v))
-        self.set_turn(configuration, first, c1, s1)
-        self.set_turn(configuration, second, c2, s2)
+        _set_turn(configuration, first, c1, s1, guess)
+        _set_turn(configuration, second, c2, s2, guess)
         return margin
 
 
@@ -156,7 +154,7 @@ class RevoluteAndPrismatic(DyadBlock):
             c, s = _turn_from(radius, scale(-1.0, reached))
         else:
             c, s = _turn_from(radius, reached)
-        self.set_turn(configuration, self.joints[revolute], c, s)
+        _set_turn(configuration, self.joints[revolute], c, s, guess)
         return margin
 
 
@@ -178,11 +176,11 @@ class TwoPrismatic(DyadBlock):
         return determinant * determinant
 
 
-def dyad(pin: PlanarPin, joints: Joints, near: Mapping[int, float]) -> DyadBlock:
+def dyad(pin: PlanarPin, joints: Joints) -> DyadBlock:
     """The block that closes a planar loop for two unknown joints."""
     revolute = [joint.revolute for joint in joints]
     if all(revolute):
-        return TwoRevolute(pin, joints, near)
+        return TwoRevolute(pin, joints)
     if any(revolute):
-        return RevoluteAndPrismatic(pin, joints, near)
-    return TwoPrismatic(pin, joints, near)
+        return RevoluteAndPrismatic(pin, joints)
+    return TwoPrismatic(pin, joints)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 from ...algebra.scalar import Scalar, Scalars, sqrt
@@ -36,11 +35,10 @@ class _OpenLeg(NamedTuple):
 class DistanceBlock(BlockSolver):
     """One distance, one unknown joint."""
 
-    def __init__(self, distance: Distance, unknown: int, near: Mapping[int, float]) -> None:
+    def __init__(self, distance: Distance, unknown: int) -> None:
         self.distance = distance
         self.equations = (Equation(distance, 0),)
         self.unknowns = (unknown,)
-        self.near = near
 
     def open_leg(self, configuration: Configuration) -> _OpenLeg:
         """The leg with the unknown at zero."""
@@ -96,7 +94,7 @@ class CrankBlock(DistanceBlock):
         c = 0.5 * twice - dot(h, v_along)
         cosine, sine, margin = _solve_sum(a, b, c, branch)
         k = self.unknowns[0]
-        configuration.set_direction(k, cosine, sine, self.near.get(k, 0.0))
+        configuration.set_direction(k, cosine, sine, guess[k])
         return margin
 
 
@@ -120,11 +118,10 @@ class UniversalJointBlock(BlockSolver):
     modes = SIDES
     modes_fixed = True
 
-    def __init__(self, direction: Direction, near: Mapping[int, float]) -> None:
+    def __init__(self, direction: Direction) -> None:
         self.direction = direction
         self.equations = (Equation(direction, 0), Equation(direction, 1))
         self.unknowns = direction.pivot.coordinates
-        self.near = near
 
     def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
         """R1(q1) R2(q2) leg = gap: the part along the first axis gives q2, the other two q1."""
@@ -139,14 +136,14 @@ class UniversalJointBlock(BlockSolver):
         k1, k2 = self.unknowns
         height = dot(axis, wanted)
         c2, s2, margin = _turn_to_height(pivot.second, leg, axis, height, branch)
-        configuration.set_direction(k2, c2, s2, self.near.get(k2, 0.0))
+        configuration.set_direction(k2, c2, s2, guess[k2])
         reached = _turned(pivot.second, leg, c2, s2)
         flat = _across(axis, reached)
         goal = _across(axis, wanted)
         squared = dot(goal, goal)
         c1 = dot(flat, goal) / squared
         s1 = dot(axis, cross(flat, goal)) / squared
-        configuration.set_direction(k1, c1, s1, self.near.get(k1, 0.0))
+        configuration.set_direction(k1, c1, s1, guess[k1])
         return margin
 
 

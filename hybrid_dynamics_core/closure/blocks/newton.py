@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from ...algebra.numerics import newton
 from ...algebra.scalar import Scalar, Scalars
-from ...mechanism.configuration import Configuration
+from ...mechanism.configuration import Configuration, with_turns
 from ..constraints.equations import Equation, coefficients, loops_of
 from .block_solver import BlockSolver
 
@@ -24,6 +24,8 @@ class NewtonBlock(BlockSolver):
         self.unknowns = tuple(unknowns)
         self._revolute = revolute
         self._inputs = self.inputs
+        angles = frozenset(k for k in self.unknowns if revolute[k])
+        self._free_to_turn = angles - self.counted_turns
 
     def solve(self, configuration: Configuration, branch: Scalar, guess: Scalars) -> Scalar:
         """The margin is the number of iterations, negative if they did not converge."""
@@ -35,7 +37,8 @@ class NewtonBlock(BlockSolver):
         start = [guess[k] for k in self.unknowns]
         *values, iterations = newton(self.residuals_and_jacobian, start, parameters)
         for k, value in zip(self.unknowns, values, strict=True):
-            configuration.set_value(k, value, revolute=self._revolute[k])
+            nearest = with_turns(value, guess[k]) if k in self._free_to_turn else value
+            configuration.set_value(k, nearest, revolute=self._revolute[k])
         return iterations
 
     def residuals_and_jacobian(self, unknowns: Scalars, parameters: Scalars) -> list[Scalar]:

@@ -32,7 +32,7 @@ class Context:
     Attributes:
         tree: its spanning tree.
         closures: its closures by name.
-        near: angles that solutions stay near to, by coordinate [rad].
+        near: values that the reference gives, by coordinate [rad, m].
         named: the modes that the file names count. They do for the active coordinates only.
     """
 
@@ -66,7 +66,7 @@ def _planar_pin(block: EquationBlock, context: Context) -> BlockSolver | None:
         return None
     joints = pin.geometry.joints
     first, second = (joint for joint in joints if joint.coordinate in block.unknowns)
-    return dyad(pin, (first, second), context.near)
+    return dyad(pin, (first, second))
 
 
 def _angle_sum(block: EquationBlock, context: Context) -> BlockSolver | None:
@@ -93,8 +93,8 @@ def _one_distance(block: EquationBlock, context: Context) -> BlockSolver | None:
     if len(block.equations) != 1 or not isinstance(loop, Distance):
         return None
     if context.revolute(unknown):
-        return CrankBlock(loop, unknown, context.near)
-    return StrokeBlock(loop, unknown, context.near)
+        return CrankBlock(loop, unknown)
+    return StrokeBlock(loop, unknown)
 
 
 def _direction(block: EquationBlock, context: Context) -> BlockSolver | None:
@@ -103,7 +103,7 @@ def _direction(block: EquationBlock, context: Context) -> BlockSolver | None:
         return None
     if set(block.unknowns) != set(loop.pivot.coordinates):
         return None
-    return UniversalJointBlock(loop, context.near)
+    return UniversalJointBlock(loop)
 
 
 def _three_spheres(block: EquationBlock, context: Context) -> BlockSolver | None:

@@ -42,6 +42,8 @@ class LoopEquations(ABC):
     name: str
     length: float
     involved: tuple[frozenset[int], ...]
+    # coordinates of which a whole turn is not the same place again
+    counted_turns: frozenset[int] = frozenset()
 
     @property
     def size(self) -> int:

@@ -19,6 +19,7 @@ class JointCoupling(LoopEquations):
         self.coefficients = dict(coefficients)
         self.offset = offset
         self.involved = (frozenset(self.coefficients),)
+        self.counted_turns = frozenset(self.coefficients)
 
     def linearise(self, configuration: Configuration) -> Linearised:
         """A constant row."""

@@ -9,7 +9,7 @@ from ..trace import Trace
 from .text import Function, Lanes
 
 _ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
-_INTRINSIC = {"sqrt": "sqrt", "abs": "fabs"}
+_INTRINSIC = {"sqrt": "sqrt", "abs": "fabs", "rint": "rint"}
 # (nodes, number of the block) -> names of its outputs
 CallBlock = Callable[["Nodes", int], list[str]]
 # (where to write, a node that was not computed here) -> name of its value

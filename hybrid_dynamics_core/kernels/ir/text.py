@@ -202,7 +202,7 @@ def declarations(width: int) -> list[str]:
     lanes = Lanes(Function(""), width)
     one, two = f"({lanes.kind})", f"({lanes.kind}, {lanes.kind})"
     three = f"({', '.join([lanes.kind] * 3)})"
-    functions = [(name, one) for name in ("sqrt", "fabs", "sin", "cos")]
+    functions = [(name, one) for name in ("sqrt", "fabs", "rint", "sin", "cos")]
     functions += [(name, two) for name in ("minnum", "maxnum")]
     functions.append(("fmuladd", three))
     lines = []

@@ -1,0 +1,57 @@
+"""Whole turns of passive angles: none without a history, and no jump along a motion."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..ground.arrays import Array
+from ..mechanism.configuration import TURN
+from ..programs import Model
+
+Mask = NDArray[np.bool_]
+
+
+class FreeTurns:
+    """The passive angles of a model whose whole turns are free: no loop equation counts them.
+
+    Args:
+        model: tree and closure plan.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._free = _free(model)
+
+    def nearest(self, s: Array, near: Array) -> Array:
+        """The same places with each free angle within half a turn of another.
+
+        Args:
+            s: coordinates (..., n_s) [rad, m].
+            near: coordinates (n_s,) or (..., n_s) [rad, m].
+        """
+        turns = np.rint((near - s) / TURN)
+        return s + np.where(self._free, turns * TURN, 0.0)
+
+    def along(self, s: Array, start: Array) -> Array:
+        """The same places as one motion: each row is nearest to the row before.
+
+        Args:
+            s: coordinates (N, n_s) [rad, m].
+            start: coordinates (n_s,) before the first row.
+        """
+        before = np.concatenate([start[None], s[:-1]])
+        turns = np.cumsum(np.rint((before - s) / TURN), axis=0)
+        return s + np.where(self._free, turns * TURN, 0.0)
+
+
+def _free(model: Model) -> Mask:
+    coordinates = range(len(model.tree.coordinates))
+    free = np.array([model.tree.is_revolute(k) for k in coordinates], dtype=bool)
+    free[list(model.plan.given)] = False
+    for block in model.plan.blocks:
+        counted = block.counted_turns
+        if not block.iterates:
+            # what it follows is free, its own angle is not
+            counted = counted & frozenset(block.unknowns)
+        free[list(counted)] = False
+    return free
