@@ -144,7 +144,10 @@ class Closure:
         s = self.turns.along(np.atleast_2d(state.s), before).reshape(state.s.shape)
         if np.array_equal(s, state.s):
             return state
-        return self.close(state.u, state.du, near=replace(state, s=s))
+        values, codes = self._run_closure(state.u, state.du, state.signs, s)
+        build = self._states.build
+        followed = build(state.u, state.du, state.signs, values, codes, check=False)
+        return replace(followed, branch=state.branch)
 
     def close_given(
         self,

@@ -22,6 +22,7 @@ from hybrid_dynamics_ros.stream.pipeline import Pipeline
 from hybrid_dynamics_ros.stream.results import MotionResult
 from tests.bags.messages import START, joint_state, messages_of, recorded
 from tests.sampling import examples, swept
+from tests.turning import turning_linkages
 
 ACTIVE = ("q1", "q12", "q22", "q4")
 GOOD = {"q1": 0.1, "q12": 0.1, "q22": 0.15, "q4": 0.2, "hose": np.nan}
@@ -100,6 +101,28 @@ def test_every_shipped_robot_gives_the_bits_of_the_stream(name, velocity):
     robot = load(name)
     expected = assert_same(robot, recorded(robot, 50, velocity=velocity), cuts=(7, 8, 30))
     assert sum(result.efforts is not None for _, result in expected) > 30
+
+
+@pytest.mark.parametrize("velocity", [True, False])
+@examples(12)
+@given(linkage=turning_linkages(), way=st.sampled_from([1.0, -1.0]))
+def test_passive_joints_go_round_without_a_jump(velocity, linkage, way):
+    robot = linkage.robot()
+    u = linkage.start + way * np.linspace(0.0, 15.0, 150)[:, None]
+    rates = np.full_like(u, way * 10.0)
+    pairs = []
+    for k, (position, rate) in enumerate(zip(u, rates, strict=True)):
+        stamp = START + 10 * MS * k
+        given_rate = rate if velocity else ()
+        pairs.append((stamp, joint_state(stamp, robot.active, position, given_rate)))
+    expected = assert_same(robot, pairs, cuts=(7, 60, 61))
+    path = robot.close_path(u)
+    for row, result in expected:
+        np.testing.assert_allclose(result.position, path.s[row], atol=1e-9)  # rounding
+        if result.efforts is not None:
+            state = robot.close(u[row], result.active.velocity, near=path.rows(row))
+            efforts = robot.inverse_dynamics(state, result.active.acceleration)
+            np.testing.assert_allclose(result.efforts, efforts, atol=1e-7)
 
 
 numbers = st.one_of(st.floats(0.08, 0.2), st.sampled_from([0.1, 0.9, 1e300, np.nan, np.inf, -0.0]))

@@ -116,7 +116,8 @@ class TestMirrorBranches:
         Crank and mode change sides, all angles change sign.
         """
         other = crank_rocker.close([-u], branch={"bar": "clockwise"})
-        assert other.s == pytest.approx(-crank_rocker.close([u]).s, abs=1e-14)
+        off = np.remainder(other.s + crank_rocker.close([u]).s + np.pi, 2.0 * np.pi) - np.pi
+        assert np.abs(off).max() < 1e-14  # of few operations, but for whole turns
         assert np.abs(other.R - crank_rocker.close([u]).R).max() < 1e-13
 
     def test_both_modes_are_listed(self, crank_rocker: Robot) -> None:

@@ -1,0 +1,94 @@
+"""Passive joints that are followed go round without a jump; without a history they do not."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hybrid_dynamics_core.simulation import simulate
+from tests.sampling import examples
+from tests.turning import Turning, turning_linkages
+
+SEEDS = st.integers(0, 50)
+TURNS = 3
+CLOSED = 1e-9  # rounding, times what a linkage near its toggle points makes of it
+
+
+def motion(linkage: Turning, way: float = 1.0) -> np.ndarray:
+    """Crank angles (N, 1) over some turns."""
+    return linkage.start + way * np.linspace(0.0, 2.0 * np.pi * TURNS, 400)[:, None]
+
+
+@examples(60)
+@given(turning_linkages(), SEEDS, st.sampled_from([1.0, -1.0]))
+def test_a_path_is_that_of_the_circles_turn_after_turn(
+    linkage: Turning, seed: int, way: float
+) -> None:
+    robot = linkage.robot(seed)
+    u = motion(linkage, way)
+    state = robot.close_path(u)
+    expected = linkage.passive(u[:, 0])
+    expected[:, 1] += state.s[0, 2] - expected[0, 1]  # the turn it begins with
+    order = [robot.coordinates.index(name) for name in "bcg"]
+    np.testing.assert_allclose(state.s[:, order], expected, atol=CLOSED)
+    reference = robot.close(robot.reference).s
+    for name, turns in state.turns.items():
+        k = robot.coordinates.index(name)
+        off = state.s[:, k] - reference[k] - 2.0 * np.pi * np.asarray(turns)
+        assert np.abs(off).max() <= np.pi + CLOSED
+
+
+@examples(60)
+@given(turning_linkages(), SEEDS)
+def test_springs_see_the_turns(linkage: Turning, seed: int) -> None:
+    robot = linkage.robot(seed)
+    u = motion(linkage)
+    torque = robot.inverse_dynamics(robot.close_path(u), np.zeros_like(u))[:, 0]
+    expected = linkage.torque(u[:, 0])
+    scale = 1.0 + np.abs(expected).max()
+    # central differences: 1e-10 of the scale of the third derivative
+    np.testing.assert_allclose(torque, expected, atol=1e-6 * scale)
+
+
+@examples(30)
+@given(turning_linkages(), SEEDS)
+def test_steps_batches_and_compiled_calls_follow_alike(linkage: Turning, seed: int) -> None:
+    robot = linkage.robot(seed)
+    u = motion(linkage)
+    path = robot.close_path(u)
+    before, here = path.rows(slice(None, -1)), path.rows(slice(1, None))
+    batch = robot.close(here.u, near=before)
+    np.testing.assert_allclose(batch.s, here.s, atol=CLOSED)
+    still = np.zeros_like(here.u)
+    efforts = robot.kernels.inverse_dynamics(here.u, still, still, guess=before.s)
+    np.testing.assert_allclose(efforts, robot.inverse_dynamics(here, still), atol=1e-8)
+    one_by_one = robot.follow_turns(robot.close(u), path.s[0])
+    np.testing.assert_allclose(one_by_one.s, path.s, atol=CLOSED)
+    far = robot.close(u[-1], near=path.rows(0))
+    np.testing.assert_allclose(far.s, path.s[-1], atol=CLOSED)
+
+
+@examples(60)
+@given(turning_linkages(), SEEDS, st.floats(-20.0, 20.0))
+def test_without_a_history_angles_are_nearest_to_the_reference(
+    linkage: Turning, seed: int, u: float
+) -> None:
+    robot = linkage.robot(seed)
+    reference = robot.close(robot.reference).s
+    state, again = robot.close([u]), robot.close([u + 2.0 * np.pi])
+    for name in ("b", "c"):
+        k = robot.coordinates.index(name)
+        np.testing.assert_allclose(again.s[k], state.s[k], atol=CLOSED)
+        if robot.joint_types[name] == "revolute":
+            assert abs(state.s[k] - reference[k]) <= np.pi + CLOSED
+            assert state.turns[name] == 0
+
+
+@examples(12)
+@given(turning_linkages(), st.floats(4.0, 12.0))
+def test_energy_is_constant_while_springs_wind_up(linkage: Turning, speed: float) -> None:
+    robot = linkage.robot()
+    result = simulate(robot, [linkage.start], [speed], None, (0.0, 1.5))
+    assert result.completed
+    assert result.relative_energy_error < 1e-6  # of tolerances of 1e-9 a step
