@@ -1,4 +1,8 @@
-"""Closing all loops together on floats, by Gauss-Newton: what plans and searches begin with."""
+"""Closing all loops together on floats, by Gauss-Newton: what plans and searches begin with.
+
+A gap is the value of one equation of a loop, a length in lengths of the loop or an angle in rad. It
+is zero where the loop is closed.
+"""
 
 from __future__ import annotations
 
@@ -11,15 +15,15 @@ from ..mechanism.configuration import configuration_at
 from ..mechanism.tree import Tree
 from .constraints.equations import LoopEquations, coefficients
 
+CLOSED = 1e-6  # [lengths of the loop, or rad] gap up to which a configuration counts as closed
+ROUNDING = 1e-15  # [lengths of the loop, or rad] gap that is nothing but rounding
 MAX_ITERATIONS = 200
-CLOSED = 1e-6  # residual, in lengths of the loop, up to which a configuration counts as closed
-ROUNDING = 1e-15  # residual that is nothing but rounding
-LARGEST_STEP = 0.3  # [rad or m]
-RANK = 1e-10  # singular values below this share of the largest count as zero
-GAIN = 0.9  # an iteration that leaves more of the residual than this has gained nothing
-PATIENCE = 20  # iterations without a gain
-AWAY = 0.05  # [rad or m] off a place where the equations have no value
-TINY = 1e-300
+LARGEST_STEP = 0.3  # [rad or m] of any coordinate in one iteration
+RANK_TOLERANCE = 1e-10  # singular values below this share of the largest count as zero
+SUFFICIENT_DECREASE = 0.9  # an iteration counts if the gap falls below this share of the least
+PATIENCE = 20  # iterations in a row that do not count before the search ends
+PERTURBATION = 0.05  # [rad or m] steps off a configuration where the equations have no value
+TINY = 1e-300  # keeps a division by a step of zero finite
 
 
 def close_numerically(
@@ -30,6 +34,8 @@ def close_numerically(
 ) -> tuple[Array, dict[str, float]]:
     """Close the loops as far as they go, with minimum-norm steps of Gauss-Newton.
 
+    Loops that stay open raise nothing: compare the gaps with CLOSED.
+
     Args:
         tree: the spanning tree.
         loops: the equations.
@@ -37,8 +43,11 @@ def close_numerically(
         unknowns: the coordinates that may change.
 
     Returns:
-        All coordinates (n_s,) where the residual is least, and there the largest residual of each
+        All coordinates (n_s,) where the largest gap is least, and there the largest gap of each
         loop by name.
+
+    Raises:
+        ZeroDivisionError: the equations had no value wherever the search went.
     """
     s = np.array(start, dtype=float)
     columns = list(unknowns)
@@ -47,35 +56,35 @@ def close_numerically(
     without_gain = 0
     for k in range(MAX_ITERATIONS):
         try:
-            residual, jacobian = gaps_and_jacobian(tree, loops, s, unknowns)
+            gaps, jacobian = gaps_and_jacobian(tree, loops, s, unknowns)
         except ZeroDivisionError:  # frames half a turn apart: any way to turn is as good as another
-            s[columns] += AWAY * irregular(len(columns), k)
+            s[columns] += PERTURBATION * fixed_perturbation(len(columns), k)
             if least == np.inf:
                 best = s.copy()
             continue
-        size = float(np.abs(residual).max(initial=0.0))
+        largest = float(np.abs(gaps).max(initial=0.0))
         without_gain += 1
-        if size < GAIN * least:
+        if largest < SUFFICIENT_DECREASE * least:
             without_gain = 0
-        if size < least:
-            least = size
+        if largest < least:
+            least = largest
             best = s.copy()
-        if size < ROUNDING or without_gain > PATIENCE:
+        if largest < ROUNDING or without_gain > PATIENCE:
             break
-        step = np.linalg.lstsq(jacobian, -residual, rcond=RANK)[0]
+        step = np.linalg.lstsq(jacobian, -gaps, rcond=RANK_TOLERANCE)[0]
         longest = float(np.abs(step).max(initial=0.0))
         s[columns] += step * min(1.0, LARGEST_STEP / max(longest, TINY))
     return best, _largest_gaps(tree, loops, best)
 
 
-def irregular(size: int, k: int = 0) -> Array:
-    """Numbers between -1 and 1 without a pattern, always the same: the k-th such vector (size,)."""
+def fixed_perturbation(size: int, k: int = 0) -> Array:
+    """The k-th vector (size,) of numbers between -1 and 1 without a pattern, the same every run."""
     numbers: Array = np.cos(1.0 + k + 2.0 * np.arange(size))
     return numbers
 
 
 def _largest_gaps(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> dict[str, float]:
-    """The largest residual of each loop by name."""
+    """The largest gap of each loop by name, at s (n_s,)."""
     configuration = configuration_at(tree, s)
     largest: dict[str, float] = {}
     for loop in loops:
@@ -87,7 +96,23 @@ def _largest_gaps(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> dict[
 def gaps_and_jacobian(
     tree: Tree, loops: Sequence[LoopEquations], s: Array, unknowns: Sequence[int]
 ) -> tuple[Array, Array]:
-    """Gaps (m,) of all equations at s (n_s,), and their Jacobian (m, unknowns)."""
+    """Gaps of all equations, and the rows of J_s.
+
+    The rows are the Jacobian of the gaps only where the loops are closed. Elsewhere they point a
+    search the right way.
+
+    Args:
+        tree: the spanning tree.
+        loops: the equations.
+        s: all coordinates (n_s,) [rad or m].
+        unknowns: the coordinates whose columns are wanted.
+
+    Returns:
+        Gaps (m,) and rows (m, unknowns).
+
+    Raises:
+        ZeroDivisionError: two frames are exactly half a turn apart.
+    """
     configuration = configuration_at(tree, s)
     gaps: list[float] = []
     entries: list[list[float]] = []

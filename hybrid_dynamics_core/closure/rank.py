@@ -11,7 +11,7 @@ from ..algebra.independence import independent_rows, norm
 from ..ground.arrays import Array
 from ..mechanism.tree import Tree
 from .constraints.equations import Equation, LoopEquations, equations_of
-from .numeric_closure import CLOSED, close_numerically, gaps_and_jacobian, irregular
+from .numeric_closure import CLOSED, close_numerically, fixed_perturbation, gaps_and_jacobian
 
 INDEPENDENT = 1e-7  # share of a row that must remain after the rows before it are taken out
 SHORTEST_ROW = 1e-3  # a shorter row counts as one of this length
@@ -80,7 +80,7 @@ def _closed_nearby(
     given = [k for k in range(len(closed)) if k not in unknowns]
     for size in MOVES:
         start = np.array(closed)
-        start[given] += size * irregular(len(given))
+        start[given] += size * fixed_perturbation(len(given))
         moved, residual = close_numerically(tree, loops, start, unknowns)
         if max(residual.values(), default=0.0) < CLOSED_NEARBY:
             return moved

@@ -20,7 +20,7 @@ from ..algebra.vector import ZERO3, Rotation, Vector, add, constant, dot, matvec
 from ..closure.closed_motion import ClosedMotion
 from ..closure.constraints.plane import plane_basis
 from ..closure.constraints.spatial import chains_length, closure_chains
-from ..closure.numeric_closure import irregular
+from ..closure.numeric_closure import fixed_perturbation
 from ..closure.plan import ClosurePlan
 from ..description.model import Closure
 from ..ground.arrays import Array
@@ -227,7 +227,7 @@ def _closed_configurations(tree: Tree, plan: ClosurePlan) -> list[Configuration]
     given = list(plan.given)
     configurations: list[Configuration] = []
     for size in MOVES:
-        u = reference[given] + size * irregular(len(given))
+        u = reference[given] + size * fixed_perturbation(len(given))
         try:
             motion = ClosedMotion(tree, plan, u.tolist(), plan.branch, reference.tolist())
         except ZeroDivisionError:
