@@ -78,6 +78,11 @@ class StateError(HybridDynamicsError, ArithmeticError):
         self.index = index
         super().__init__(_with_row(message, index))
 
+    def place_in_row(self, index: int) -> None:
+        """Say in which row of a batch the error is, where one row after another is computed."""
+        self.index = index
+        self.args = (_with_row(str(self), index),)
+
 
 class ClosureError(StateError):
     """A loop cannot be closed at the given coordinates.

@@ -81,9 +81,9 @@ def all_finite(values: Array) -> bool:
     return math.isfinite(total) or bool(np.isfinite(values).all())
 
 
-def vector_by_name(
+def vectors_by_name(
     label: str,
-    values: Mapping[str, float] | None,
+    values: Mapping[str, ArrayLike] | None,
     names: tuple[str, ...],
     coordinates: tuple[str, ...],
 ) -> Array:
@@ -91,25 +91,43 @@ def vector_by_name(
 
     Args:
         label: of the argument, for messages.
-        values: what was given, by name; None for all zero.
+        values: what was given, by name, each a number or (N,); None for all zero.
         names: n names that may be given, in order.
         coordinates: all coordinates of the robot, for messages.
 
     Returns:
-        (n,) finite values.
+        (n,) finite values, or (N, n) where any of them is (N,).
 
     Raises:
-        InputError: another name, or a value that is not finite.
+        InputError: another name, another shape, or a value that is not finite.
     """
-    given = values or {}
+    given = mapping_of(label, values)
     for name in given:
         if name not in names:
             where = "values" if name in coordinates else "the robot"
             raise InputError(
                 f"{label}: '{name}' is not among the coordinates of {where} ({', '.join(names)})"
             )
-    ordered = [given.get(name, 0.0) for name in names]
-    return finite_vectors(label, ordered, names, -1)
+    columns = [real_array(f"{label}: {name}", given.get(name, 0.0)) for name in names]
+    _check_columns(label, columns, names)
+    if not columns:
+        return np.zeros(0)
+    ordered = np.stack(np.broadcast_arrays(*columns), axis=-1)
+    return finite_vectors(label, ordered, names)
+
+
+def mapping_of(label: str, values: object) -> Mapping[str, ArrayLike]:
+    """Values by name; none for None.
+
+    Raises:
+        InputError: something else than a mapping was given.
+    """
+    if values is None:
+        return {}
+    if not isinstance(values, Mapping):
+        kind = type(values).__name__
+        raise InputError(f"{label} is of type {kind}; expected values by name, as {{'q1': 0.1}}")
+    return values
 
 
 def _no_list(
@@ -124,6 +142,21 @@ def _no_list(
         hint = "; values by name, of any independent coordinates, are for close_given"
     order = ", ".join(names)
     return InputError(f"{name} is {kind}; expected a list of numbers in the order {order}{hint}")
+
+
+def _check_columns(label: str, columns: list[Array], names: tuple[str, ...]) -> None:
+    """Check that each is a number or (N,), with one N."""
+    lengths: dict[str, int] = {}
+    for name, column in zip(names, columns, strict=True):
+        if column.ndim > 1:
+            raise InputError(
+                f"{label}: {name} has shape {column.shape}; expected a number, or (N,) for a batch"
+            )
+        if column.ndim:
+            lengths[name] = len(column)
+    if len(set(lengths.values())) > 1:
+        listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise InputError(f"{label}: lengths differ ({listed}); expected one for all")
 
 
 def _check_shape(name: str, array: Array, names: tuple[str, ...], rows: int | None) -> None:

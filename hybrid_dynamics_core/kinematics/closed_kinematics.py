@@ -100,9 +100,9 @@ class ClosedKinematics(Protocol):
 
     def close_given(
         self,
-        values: Mapping[str, float],
-        rates: Mapping[str, float] | None = None,
-        accelerations: Mapping[str, float] | None = None,
+        values: Mapping[str, ArrayLike],
+        rates: Mapping[str, ArrayLike] | None = None,
+        accelerations: Mapping[str, ArrayLike] | None = None,
         near: ClosedState | None = None,
     ) -> ClosedState:
         """Close from any independent set of n coordinates."""

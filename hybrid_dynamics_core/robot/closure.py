@@ -22,7 +22,8 @@ from ..closed_state.state import ClosedState
 from ..closed_state.turns import FreeTurns
 from ..errors import InputError
 from ..ground.arrays import Array, frozen
-from ..ground.check_arrays import finite_vectors, vector_by_name
+from ..ground.check_arrays import finite_vectors
+from .given import GivenMotion, close_rows
 from .kernel_store import KernelStore
 from .model import RobotModel
 from .state_builder import StateBuilder
@@ -151,42 +152,47 @@ class Closure:
 
     def close_given(
         self,
-        values: Mapping[str, float],
-        rates: Mapping[str, float] | None = None,
-        accelerations: Mapping[str, float] | None = None,
+        values: Mapping[str, ArrayLike],
+        rates: Mapping[str, ArrayLike] | None = None,
+        accelerations: Mapping[str, ArrayLike] | None = None,
         near: ClosedState | None = None,
     ) -> ClosedState:
         """Close from any independent set of n coordinates.
 
         Args:
-            values: given coordinates by name [rad, m].
+            values: given coordinates by name [rad, m], each a number, or (N,) for a batch.
             rates: their rates by name [rad/s, m/s]; zero where left out.
             accelerations: their accelerations by name [rad/s^2, m/s^2]; zero where left out.
-            near: closed state from which the motion is followed; the reference if None.
+            near: closed state from which the motion is followed, one or one for each row; the
+                reference if None.
 
         Returns:
-            The closed state. Its `dds` are the accelerations of all coordinates.
+            The closed state, or a batch of N. Its `dds` are the accelerations of all coordinates.
 
         Raises:
             InputError: these coordinates do not determine the other ones; or a value is not finite.
             ClosureError: a loop cannot close there.
             SingularityError: a loop is singular there, or the way there leaves the assembly mode.
         """
-        given = tuple(values)
+        motion = GivenMotion.by_name(values, rates, accelerations, self.model.coordinates)
+        self._start_at(near, motion.rows)
+        if motion.rows < 0:
+            return self._close_one_given(motion, near)
+        return close_rows(self._close_one_given, motion, near)
+
+    def _close_one_given(self, motion: GivenMotion, near: ClosedState | None) -> ClosedState:
+        given = motion.names
         model = self.model.program_model_from(given)
-        position = self._by_name("values", values, given)
-        speed = self._by_name("rates", rates, given)
-        acceleration = self._by_name("accelerations", accelerations, given)
         start = self.start if near is None else near.s
         signs = matching_signs(model, start)
         solver = self._solver_of(f"close {given}", model)
         here, _ = solver.at(start, signs)
         begin = Start(here["s"], here["R"])
-        closed, code = solver.close(position, speed, signs, begin)
+        closed, code = solver.close(motion.values, motion.rates, signs, begin)
         if code != 0:
-            raise error_for(programs.Outcome.decode(int(code)), model, position, signs)
-        motion = {"u": position, "du": speed, "ddu": acceleration}
-        inputs = {**motion, "branch": signs, "guess": closed["s"]}
+            raise error_for(programs.Outcome.decode(int(code)), model, motion.values, signs)
+        inputs = {"u": motion.values, "du": motion.rates, "ddu": motion.accelerations}
+        inputs |= {"branch": signs, "guess": closed["s"]}
         key = f"accelerations {given}"
         moving, _ = self.kernels.run(key, programs.ACCELERATIONS, inputs, model)
         state = self._state_at(closed["s"], closed["ds"])
@@ -286,14 +292,6 @@ class Closure:
         if du is None:
             return np.zeros_like(u)
         return finite_vectors("du", du, self.model.active, rows)
-
-    def _by_name(
-        self,
-        label: str,
-        values: Mapping[str, float] | None,
-        names: tuple[str, ...],
-    ) -> Array:
-        return vector_by_name(label, values, names, self.model.coordinates)
 
     def _signs_for(
         self,

@@ -66,6 +66,71 @@ def test_given_values_are_checked(forging: Robot) -> None:
         forging.close_given(good, rates={"q12": 1.0})
 
 
+@pytest.mark.parametrize("names", INDEPENDENT[:3], ids=",".join)
+def test_a_batch_given_is_its_rows_one_by_one(forging: Robot, names: tuple[str, ...]) -> None:
+    """Arrays by name, with numbers for what all rows share, from one state or one a row."""
+    positions = U + np.array([[0.0, 0.0, 0.0, 0.0], [0.0, 0.01, 0.0, 0.2], [0.0, 0.0, 0.02, -0.3]])
+    states = forging.close(positions, np.tile(DU, (3, 1)))
+    index = [forging.coordinates.index(name) for name in names]
+    values, rates = (
+        dict(zip(names, part[:, index].T, strict=True)) for part in (states.s, states.ds)
+    )
+    values["q1"] = U[0]
+    pushes = {"q1": 0.3}
+    for near in (forging.close(U), states):
+        batch = forging.close_given(values, rates, pushes, near)
+        assert batch.s == pytest.approx(states.s, abs=1e-12)
+        for k in range(3):
+            row = {name: np.broadcast_to(value, 3)[k] for name, value in values.items()}
+            slopes = {name: rate[k] for name, rate in rates.items()}
+            start = near if near.u.ndim == 1 else near.rows(k)
+            alone = forging.close_given(row, slopes, pushes, start)
+            assert batch.dds is not None
+            assert alone.dds is not None
+            assert np.array_equal(batch.s[k], alone.s)
+            assert np.array_equal(batch.ds[k], alone.ds)
+            assert np.array_equal(batch.dds[k], alone.dds)
+    tau = forging.inverse_dynamics(batch, np.zeros((3, 4)))
+    assert tau == pytest.approx(forging.inverse_dynamics(states, np.zeros((3, 4))), rel=1e-9)
+
+
+def test_a_row_given_that_does_not_close_is_named(forging: Robot) -> None:
+    values = {"q1": 0.0, "q12": [0.1, 0.15, 9.0], "q22": 0.15, "q4": 0.0}
+    with pytest.raises(ClosureError, match="row 2: ") as caught:
+        forging.close_given(values)
+    assert caught.value.index == 2
+
+
+GIVEN_WRONG = {
+    "a list": ([0.0, 2.3, -1.6, 0.0], "values is of type list; expected values by name"),
+    "none": (None, r"\(0 coordinates\) cannot be given together"),
+    "two dimensions": ({"q1": [[0.0]]}, r"q1 has shape \(1, 1\); expected a number, or \(N,\)"),
+    "lengths": ({"q1": [0.0, 0.1], "q2": [2.3]}, r"lengths differ \(q1 2, q2 1\)"),
+    "not finite": ({"q1": [0.0, np.inf]}, "q1 in row 1 is inf; expected finite numbers"),
+    "text": ({"q1": "0.1"}, "values: q1 is not an array of numbers"),
+    "no rows": ({"q1": []}, "the batch is empty"),
+}
+
+
+@pytest.mark.parametrize(("values", "words"), GIVEN_WRONG.values(), ids=GIVEN_WRONG.keys())
+def test_given_values_of_another_form(forging: Robot, values: object, words: str) -> None:
+    good = {"q1": 0.0, "q2": 2.3, "q3": -1.6, "q4": 0.0}
+    if isinstance(values, dict):
+        values = {**good, **values}
+    with pytest.raises(InputError, match=words):
+        forging.close_given(values)
+
+
+def test_rates_and_states_of_another_length(forging: Robot) -> None:
+    good = {"q1": [0.0, 0.1], "q2": 2.3, "q3": -1.6, "q4": 0.0}
+    with pytest.raises(InputError, match=r"lengths differ \(values 2, rates 3\)"):
+        forging.close_given(good, {"q2": [0.0, 0.1, 0.2]})
+    with pytest.raises(InputError, match="near holds 3 states; expected one, or one a row"):
+        forging.close_given(good, near=forging.close(np.tile(U, (3, 1))))
+    with pytest.raises(InputError, match="expected a ClosedState"):
+        forging.close_given(good, near=U)
+
+
 def test_a_path_is_the_states_one_by_one(forging: Robot) -> None:
     time = np.linspace(0.0, 10.0, 51)
     u = np.stack([0.17 * time, 0.1 + 0.01 * time, 0.15 + 0.005 * time, 0.09 * time], axis=1)
