@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import textwrap
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
@@ -14,6 +15,8 @@ import pytest
 
 from hybrid_dynamics_core import load, shipped_robots
 from hybrid_dynamics_core.description.geometry import rotation_from_rpy, rpy_of
+from hybrid_dynamics_core.formats.reader import parse_description
+from hybrid_dynamics_core.formats.urdf.plus_writer import to_urdf_plus
 from hybrid_dynamics_core.formats.urdf.writer import to_urdf
 from tests.sampling import swept
 
@@ -97,6 +100,46 @@ def test_names_with_hyphens_leave_the_comment_valid(hyphens: str) -> None:
     (comment,) = (element.text or "" for element in root if element.tag is ElementTree.Comment)
     assert "--" not in comment
     assert f"tip{hyphens}x{hyphens}".replace(" ", "") in comment.replace(" ", "")
+
+
+LIMITS = {
+    ("revolute", (-1.0, 2e4)): "",
+    ("revolute", (-np.inf, np.inf)): "",
+    ("revolute", (-1.0, np.inf)): "q1 has -1 to inf, written as continuous",
+    ("prismatic", (-3e3, 0.5)): "",
+    ("prismatic", (-np.inf, np.inf)): "q1 has -inf to inf, written as -1000 to 1000 m",
+    ("prismatic", (2e3, np.inf)): "q1 has 2000 to inf, written as 2000 to 3000 m",
+    ("prismatic", (-np.inf, -0.2)): "q1 has -inf to -0.2, written as -1000.2 to -0.2 m",
+}
+
+
+ONE_JOINT = """
+    format: 1
+    name: one_joint
+    source: made up
+    gravity: [0, 0, -9.81]
+    base: floor
+    links: {bar: {mass: 1, com: [0.1, 0, 0], inertia: {sphere: {radius: 0.1}}}}
+    joints: {q1: {type: TYPE, parent: floor, child: bar, axis: x, limits: [LOWER, UPPER]}}
+    active: [q1]
+    end_effector: {link: bar}
+"""
+
+
+@pytest.mark.parametrize("write", [to_urdf, to_urdf_plus])
+@pytest.mark.parametrize(("given", "comment"), LIMITS.items())
+def test_limits_come_back_or_the_comment_names_the_joint(write, given, comment, tmp_path) -> None:
+    joint_type, limits = given
+    lower, upper = (str(limit).replace("inf", ".inf") for limit in limits)
+    text = ONE_JOINT.replace("TYPE", joint_type).replace("LOWER", lower).replace("UPPER", upper)
+    written = write(parse_description(textwrap.dedent(text)))
+    assert comment in written
+    assert bool(comment) == ("Limits that are written otherwise" in written)
+    file = tmp_path / "one_joint.urdf"
+    file.write_text(written)
+    back = load(file).description.joints["q1"].limits
+    if not comment or write is to_urdf_plus:
+        assert back == limits
 
 
 def test_the_command_writes_what_the_function_gives(tmp_path) -> None:

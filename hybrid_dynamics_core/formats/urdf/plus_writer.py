@@ -14,9 +14,9 @@ from ..extras_reader import TAG
 from ..extras_writer import extras_of, extras_summary, extras_text
 from ..xml.writer import add_text, insert_comment, number_text, xml_text
 from .plus_reader import SPHERICAL
-from .writer import FEATURES, add_origin, tree_element
+from .writer import FEATURES, add_origin, limits_text, tree_element
 
-_LOOP_TYPES = {
+_LOOP_TYPES = {  # by kind of closure
     "planar": "revolute",
     "axis": "revolute",
     "point": SPHERICAL,
@@ -27,33 +27,33 @@ _LOOP_TYPES = {
 def to_urdf_plus(robot: RobotDescription) -> str:
     """The whole robot as URDF+ text.
 
-    What URDF+ has no words for is in an element that other programs pass over. A pin of a planar
-    loop is a loop of type revolute. URDF+ has no type for a loop closed by a spherical joint:
-    `spherical` is a word of this library's.
+    What URDF+ has no words for stands in an element that other programs ignore, and is read back
+    from there. A pin of a planar loop becomes a loop of type revolute. A loop closed by a spherical
+    joint gets the type `spherical`, which only this library reads: URDF+ has none.
 
     Args:
-        robot: that is written.
+        robot: the robot that is written.
     """
     root = tree_element(robot)
     for element in root.findall("joint"):
         if element.get("type") != "fixed":
-            is_active = element.get("name") in robot.active
-            element.set("independent", "true" if is_active else "false")
+            independent = "false"
+            if element.get("name") in robot.active:
+                independent = "true"
+            element.set("independent", independent)
     for closure in robot.closures:
         _add_loop(root, robot, closure)
-    for follower in robot.mimics:
-        _add_coupling(root, robot, follower)
+    for follower_name in robot.mimics:
+        _add_coupling(root, robot, follower_name)
     extras = extras_of(robot, FEATURES)
-    insert_comment(
-        root,
-        f"<{TAG}> holds what URDF+ has no words for: {extras_summary(extras)}. Other programs pass"
-        " it over.",
-    )
+    aside = f"<{TAG}> holds what URDF+ has no words for: {extras_summary(extras)}."
+    insert_comment(root, f"{aside} Other programs pass it over.{limits_text(robot)}")
     add_text(root, TAG, f"\n{extras_text(extras)}\n")
     return xml_text(root)
 
 
 def _add_loop(root: Element, robot: RobotDescription, closure: Closure) -> None:
+    """Add a <loop> with frames on both links, z along the hinge."""
     loop_type = _LOOP_TYPES[closure.kind]
     element = SubElement(root, "loop", name=closure.name, type=loop_type)
     predecessor, successor = shapes.hinge_frames(robot, closure)
@@ -64,18 +64,22 @@ def _add_loop(root: Element, robot: RobotDescription, closure: Closure) -> None:
 
 
 def _add_end(loop: Element, tag: str, frame: Frame) -> None:
+    """Add the <predecessor> or <successor> of a loop: a link and a frame on it."""
     end = SubElement(loop, tag, link=frame.link)
     add_origin(end, frame.translation, frame.rotation)
 
 
-def _add_coupling(root: Element, robot: RobotDescription, name: str) -> None:
-    """Add a coupling of joints side by side without an offset; <mimic> says all couplings."""
-    mimic = robot.mimics[name]
-    follower = robot.joints[name]
+def _add_coupling(root: Element, robot: RobotDescription, follower_name: str) -> None:
+    """Add a <coupling> of two joints on one link, where there is no offset.
+
+    It has no words for others. The <mimic> of the follower tells every coupling.
+    """
+    mimic = robot.mimics[follower_name]
+    follower = robot.joints[follower_name]
     source = robot.joints[mimic.source]
     if follower.parent != source.parent or mimic.offset:
         return
-    element = SubElement(root, "coupling", name=f"{name}_coupling")
+    element = SubElement(root, "coupling", name=f"{follower_name}_coupling")
     SubElement(element, "predecessor", link=source.child)
     SubElement(element, "successor", link=follower.child)
     SubElement(element, "ratio", value=number_text(mimic.multiplier))

@@ -17,7 +17,7 @@ from ..extras_writer import Feature, extras_of, extras_summary
 from ..xml.writer import insert_comment, number_text, numbers_text, xml_text
 
 FEATURES = frozenset({Feature.FRICTION, Feature.MIMIC})
-_LONGEST_TRAVEL = 1e3  # [m] of a slide without limits, which URDF does not know
+_LONGEST_TRAVEL = 1e3  # [m] a slide without a limit gets one so far off: URDF wants both
 # Limits that URDF wants and a description does not give:
 _MAX_EFFORT = 1e9  # [N m or N]
 _MAX_RATE = 1e3  # [rad/s or m/s]
@@ -26,22 +26,39 @@ _MAX_RATE = 1e3  # [rad/s or m/s]
 def to_urdf(robot: RobotDescription) -> str:
     """The spanning tree of a robot as URDF text, with the same link frames and joint names.
 
-    Axes, limits, masses and inertias are the same too. Frames become links without mass on fixed
-    joints, payloads links with mass. A comment at the top names the loops that are cut, and what
-    else a URDF has no words for.
+    Axes, masses, inertias and limits on both sides are the same too. Frames become links without
+    mass on fixed joints, payloads links with mass. A comment at the top names the loops that are
+    cut, what else a URDF has no words for, and the joints whose limits are written otherwise.
 
     Args:
-        robot: that is written.
+        robot: the robot that is written.
     """
     root = tree_element(robot)
     cut = ", ".join(closure.name for closure in robot.closures) or "none"
     omitted = extras_summary(extras_of(robot, FEATURES))
-    insert_comment(root, f"Loops that are cut: {cut}. Not in this file: {omitted}.")
+    limits = limits_text(robot)
+    insert_comment(root, f"Loops that are cut: {cut}. Not in this file: {omitted}.{limits}")
     return xml_text(root)
 
 
+def limits_text(robot: RobotDescription) -> str:
+    """A sentence on the joints whose limits URDF cannot say, empty where there are none.
+
+    They are revolute joints with one limit, and slides with one or none.
+    """
+    notes = map(_limits_note, robot.joints.values())
+    changes = "; ".join(note for note in notes if note)
+    if not changes:
+        return ""
+    return f" Limits that are written otherwise: {changes}."
+
+
 def tree_element(robot: RobotDescription) -> Element:
-    """The <robot> element of the spanning tree."""
+    """The <robot> element of the spanning tree, without a comment.
+
+    Args:
+        robot: the robot that is written.
+    """
     root = Element("robot", name=robot.name)
     links = shapes.all_links(robot)
     radius = shapes.ROD_RADIUS * shapes.robot_size(robot)
@@ -61,19 +78,32 @@ def tree_element(robot: RobotDescription) -> Element:
 
 
 def add_frame(root: Element, name: str, frame: Frame) -> None:
-    """Add a frame as a link without mass."""
+    """Add a frame as a link without mass on a fixed joint.
+
+    Args:
+        root: the <robot> element.
+        name: of the new link.
+        frame: pose of the frame in the link that carries it.
+    """
     SubElement(root, "link", name=name)
     _add_fixed_joint(root, name, frame)
 
 
 def add_origin(element: Element, translation: Array, rotation: Array) -> None:
-    """Add a pose as URDF has it: translation (3,) [m], rotation (3, 3)."""
+    """Add an <origin>: a pose as URDF has it.
+
+    Args:
+        element: the joint, visual or loop end that stands there.
+        translation: (3,) [m] in the parent's frame.
+        rotation: (3, 3) from the element's frame to the parent's.
+    """
     xyz = numbers_text(translation)
     rpy = numbers_text(rpy_of(rotation))
     SubElement(element, "origin", xyz=xyz, rpy=rpy)
 
 
 def _add_link(root: Element, link: Link) -> Element:
+    """Add a <link>, with its <inertial> about the centre of mass where it has one."""
     element = SubElement(root, "link", name=link.name)
     if link.mass <= 0.0 and not link.inertia.any():
         return element
@@ -106,8 +136,8 @@ def _add_rod(link: Element, end: Array, radius: float) -> None:
 
 
 def _add_joint(root: Element, joint: Joint, robot: RobotDescription) -> None:
-    is_limited = all(map(math.isfinite, joint.limits))
-    is_continuous = joint.type == "revolute" and not is_limited
+    """Add a <joint> of the tree with limits, friction and the joint that it follows."""
+    is_continuous = joint.type == "revolute" and not _has_both_limits(joint)
     urdf_type = "continuous" if is_continuous else joint.type
     element = SubElement(root, "joint", name=joint.name, type=urdf_type)
     add_origin(element, joint.translation, joint.rotation)
@@ -116,9 +146,9 @@ def _add_joint(root: Element, joint: Joint, robot: RobotDescription) -> None:
     SubElement(element, "axis", xyz=numbers_text(joint.axis))
     limit = {"effort": number_text(_MAX_EFFORT), "velocity": number_text(_MAX_RATE)}
     if not is_continuous:
-        lower, upper = joint.limits
-        limit["lower"] = number_text(max(lower, -_LONGEST_TRAVEL))
-        limit["upper"] = number_text(min(upper, _LONGEST_TRAVEL))
+        lower, upper = _written_limits(joint)
+        limit["lower"] = number_text(lower)
+        limit["upper"] = number_text(upper)
     SubElement(element, "limit", limit)
     _add_friction(element, robot, joint.name)
     mimic = robot.mimics.get(joint.name)
@@ -126,22 +156,52 @@ def _add_joint(root: Element, joint: Joint, robot: RobotDescription) -> None:
         _add_mimic(element, mimic)
 
 
-def _add_friction(joint: Element, robot: RobotDescription, name: str) -> None:
+def _limits_note(joint: Joint) -> str:
+    """How limits are written that URDF cannot say, empty for others."""
+    if _has_both_limits(joint):
+        return ""
+    lower, upper = joint.limits
+    limits = f"{joint.name} has {lower:g} to {upper:g}"
+    if joint.type == "prismatic":
+        least, largest = _written_limits(joint)
+        return f"{limits}, written as {least:g} to {largest:g} m"
+    if lower == -upper:  # no limits: continuous says so
+        return ""
+    return f"{limits}, written as continuous"
+
+
+def _has_both_limits(joint: Joint) -> bool:
+    return all(map(math.isfinite, joint.limits))
+
+
+def _written_limits(joint: Joint) -> tuple[float, float]:
+    """The limits of a joint [rad or m], with a stand-in for each one that a slide has not."""
+    lower, upper = joint.limits
+    if lower == -math.inf:
+        lower = min(upper, 0.0) - _LONGEST_TRAVEL
+    if upper == math.inf:
+        upper = max(lower, 0.0) + _LONGEST_TRAVEL
+    return lower, upper
+
+
+def _add_friction(element: Element, robot: RobotDescription, name: str) -> None:
+    """Add the <dynamics> of a joint that has friction."""
     effect = effects_of(robot, name)
     if not effect.viscous and not effect.coulomb:
         return
     damping = number_text(effect.viscous)
     friction = number_text(effect.coulomb)
-    SubElement(joint, "dynamics", damping=damping, friction=friction)
+    SubElement(element, "dynamics", damping=damping, friction=friction)
 
 
-def _add_mimic(joint: Element, mimic: Mimic) -> None:
-    element = SubElement(joint, "mimic", joint=mimic.source)
+def _add_mimic(joint_element: Element, mimic: Mimic) -> None:
+    element = SubElement(joint_element, "mimic", joint=mimic.source)
     element.set("multiplier", number_text(mimic.multiplier))
     element.set("offset", number_text(mimic.offset))
 
 
 def _add_fixed_joint(root: Element, link: str, frame: Frame) -> None:
+    """Fix a link at a frame: the link that carries the frame is its parent."""
     element = SubElement(root, "joint", name=f"{link}_fixed", type="fixed")
     add_origin(element, frame.translation, frame.rotation)
     SubElement(element, "parent", link=frame.link)
