@@ -2,7 +2,7 @@
 
 python examples/figures/chu2020_figure_8.py [FILE]
 
-The print gives curves without numbers. Eq. 33 prints sin for cos in f8. With sin the carrier would
+The print gives curves without numbers. f8, Eq. 33, prints sin for cos. With sin the carrier would
 tilt, and the end effector with it, so cos is used. The assembly mode is that of the paper's
 Figure 6.
 """

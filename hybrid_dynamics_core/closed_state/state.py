@@ -53,7 +53,7 @@ class ClosedState(Picklable):
         du: active rates (n,).
         s: all coordinates (n_s,).
         ds: rates of all coordinates (n_s,).
-        R: (n_s, n) with s' = R u', Chu (2020), Eq. 20.
+        R: (n_s, n) with s' = R u', Chu (2020), Eq. 25.
         bias: R' u' (n_s,), the accelerations with u'' = 0.
         residual: largest error of the loop equations, in lengths of the loop (dimensionless) or
             radians.

@@ -1,8 +1,8 @@
 """From active to all coordinates: positions, rates, accelerations, R and the projection of forces.
 
-With s = [u; z] and J_s s' = 0 (Chu (2020), Eq. 18):  s' = R u',  R = [E; -J_z^-1 J_u] (Eq. 20),
-s'' = R u'' + R' u'. Each block needs only the coordinates before it, so nothing larger than a block
-is inverted.
+With s = [u; z] and J_s = [J_u, J_z] (Chu (2020), Eq. 16), J_s s' = 0 gives T = -J_z^-1 J_u
+(Eq. 24), s' = R u' with R = [E; T] (Eq. 25), and s'' = R u'' + R' u' (Eq. 15). Each block needs
+only the coordinates before it, so nothing larger than a block is inverted.
 """
 
 from __future__ import annotations
@@ -171,7 +171,7 @@ class ClosedMotion:
         return values
 
     def velocity_map(self) -> Rows:
-        """R (n_s, n), Chu (2020), Eq. 20."""
+        """R (n_s, n), Chu (2020), Eq. 25."""
         units = unit_vectors(len(self.given))
         return transposed([self.rates(unit) for unit in units])
 

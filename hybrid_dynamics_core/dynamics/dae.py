@@ -14,7 +14,8 @@ from ..ground.arrays import Array
 class SpanningTerms:
     """Terms of  M s'' + C s' + g + extra + J^T lambda = [tau; 0],  J s'' + bias = 0.
 
-    Chu (2020), Eq. 10 and 18, in the order of `robot.coordinates`. A batch has a leading N.
+    The DAE of Chu (2020), Eq. 10, with J the J_s of Eq. 16, in the order of `robot.coordinates`. A
+    batch has a leading N.
 
     Attributes:
         M: (n_s, n_s) mass matrix of the open tree, rotors and payloads included.

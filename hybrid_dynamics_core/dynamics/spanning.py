@@ -70,7 +70,8 @@ class TreeDynamics:
     def inverse_dynamics(self, gravity: Vector, ds: Scalars, dds: Scalars) -> list[Scalar]:
         """Forces along s that the open tree needs: M(s) s'' + C(s, s') s' + g(s).
 
-        Chu (2020), Eq. 10, by recursive Newton-Euler about the link origins. Gravity enters as an
+        The tree's share of the DAE of Chu (2020), Eq. 10, by recursive Newton-Euler about the link
+        origins. Gravity enters as an
         acceleration of the base.
 
         Args:

@@ -77,12 +77,12 @@ class Dynamics:
 
 
 def columns_of(motion: ClosedMotion) -> list[list[Scalar]]:
-    """The columns of R, Chu (2020), Eq. 20."""
+    """The columns of R, Chu (2020), Eq. 25."""
     return transposed(motion.velocity_map())
 
 
 def inverse_dynamics(pattern: LoadPattern = NOTHING) -> Program:
-    """Program for tau = R^T (M s'' + C s' + g + loads), Chu (2020), Eq. 22 to 25."""
+    """Program for tau = R^T (M s'' + C s' + g + loads); tau_q: Chu (2020), below Eq. 17."""
 
     def run(model: Model, x: Inputs) -> Results:
         dynamics = Dynamics(model, x, pattern)
@@ -107,7 +107,7 @@ def closed_inverse_dynamics(pattern: LoadPattern = NOTHING) -> Program:
 def minimal_form(pattern: LoadPattern = NOTHING) -> Program:
     """Program for M-bar, C-bar u' and G-bar of the minimal form.
 
-    M-bar u'' + C-bar u' + G-bar + loads = tau, Chu (2020), Eq. 25.
+    M-bar u'' + C-bar u' + G-bar + loads = tau, Chu (2020), Eq. 17.
     """
 
     def run(model: Model, x: Inputs) -> Results:

@@ -33,7 +33,7 @@ def velocity_map_rate(motion: ClosedMotion, ds: Scalars) -> Matrix:
 
 
 def coriolis_matrix(pattern: LoadPattern = NOTHING) -> Program:
-    """Program for C-bar = R^T (M R' + C R) and R', Chu (2020), Eq. 24.
+    """Program for C-bar = R^T (M R' + C R), Chu (2020), below Eq. 17, and R'.
 
     C holds the Christoffel symbols of M, hence C-bar those of M-bar: M-bar' - 2 C-bar is
     skew-symmetric.
@@ -55,8 +55,8 @@ def coriolis_matrix(pattern: LoadPattern = NOTHING) -> Program:
 def spanning_terms(pattern: LoadPattern = NOTHING) -> Program:
     """Program for the terms of the spanning tree with its loops as constraints.
 
-    M s'' + C s' + g + e + J_s^T lambda = [tau; 0],  J_s s'' + J_s' s' = 0,  Chu (2020), Eq. 10
-    and 18. e: friction, springs and wrenches.
+    M s'' + C s' + g + e + J_s^T lambda = [tau; 0],  J_s s'' + J_s' s' = 0: the DAE of
+    Chu (2020), Eq. 10, with J_s of Eq. 16. e: friction, springs and wrenches.
     """
 
     def run(model: Model, x: Inputs) -> Results:

@@ -56,7 +56,9 @@ class Actuation:
         state: ClosedState,
         forces: Mapping[str, ArrayLike],
     ) -> Array:
-        """Generalised forces of forces along any joints: tau = R^T f, Chu (2020), Eq. 22.
+        """Generalised forces of forces along any joints: tau = R^T f.
+
+        Chu (2020) have the same for the forces of the drives: tau_q, below Eq. 17.
 
         Forward dynamics from measured cylinder forces is
         `forward_dynamics(state, generalised_forces(state, forces))`.

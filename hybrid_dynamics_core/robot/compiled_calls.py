@@ -97,7 +97,7 @@ class RobotKernels:
 
     @lazy
     def inverse_dynamics(self) -> Call:
-        """(u, du, ddu) -> tau (n,). Actuator torques and forces; Chu (2020), Eq. 25."""
+        """(u, du, ddu) -> tau (n,) of the minimal form, torques and forces; Chu (2020), Eq. 17."""
         return self._compile_under_loads("inverse_dynamics", programs.inverse_dynamics)
 
     @lazy
@@ -113,7 +113,7 @@ class RobotKernels:
 
     @lazy
     def minimal_form(self) -> Call:
-        """(u, du) -> M-bar (n, n), C-bar u' (n,), G-bar (n,); Chu (2020), Eq. 25."""
+        """(u, du) -> M-bar (n, n), C-bar u' (n,), G-bar (n,); Chu (2020), Eq. 17."""
         return self._compile_under_loads("minimal_form", programs.minimal_form)
 
     @lazy

@@ -54,7 +54,7 @@ class Dynamics:
     def inverse_dynamics(
         self, state: ClosedState, ddu: ArrayLike, loads: Loads | None = None
     ) -> Array:
-        """Actuator efforts for active accelerations; Chu (2020), Eq. 25.
+        """Actuator efforts for active accelerations, by the minimal form; Chu (2020), Eq. 17.
 
         Args:
             state: closed state, or a batch of N.
@@ -74,7 +74,7 @@ class Dynamics:
     def forward_dynamics(
         self, state: ClosedState, tau: ArrayLike, loads: Loads | None = None
     ) -> Array:
-        """Active accelerations from actuator efforts; Chu (2020), Eq. 25.
+        """Active accelerations from actuator efforts, by the minimal form; Chu (2020), Eq. 17.
 
         Args:
             state: closed state, or a batch of N.
@@ -135,7 +135,7 @@ class Dynamics:
     def minimal_form(
         self, state: ClosedState, loads: Loads | None = None
     ) -> tuple[Array, Array, Array]:
-        """Terms of M-bar u'' + C-bar u' + G-bar = tau; Chu (2020), Eq. 25.
+        """Terms of M-bar u'' + C-bar u' + G-bar = tau; Chu (2020), Eq. 17.
 
         Payloads and rotors are in them. `passive_forces` are what friction, springs and wrenches
         add to tau.
@@ -251,7 +251,9 @@ class Dynamics:
         return Energy(values["kinetic"], values["potential"], values["springs"])
 
     def coriolis_matrix(self, state: ClosedState, loads: Loads | None = None) -> Array:
-        """C-bar, the Christoffel matrix of M-bar: M-bar' - 2 C-bar is skew; Chu (2020), Eq. 25.
+        """C-bar, Chu (2020), below Eq. 17: M-bar' - 2 C-bar is skew.
+
+        It is the matrix of the Christoffel symbols of M-bar.
 
         Args:
             state: closed state, or a batch of N.
@@ -263,7 +265,7 @@ class Dynamics:
         return self._evaluate("coriolis_matrix", programs.coriolis_matrix, state, loads)["C"]
 
     def velocity_map_rate(self, state: ClosedState) -> Array:
-        """Rate of R along the motion: s'' = R u'' + R' u'; Chu (2020), Eq. 20.
+        """Rate of R along the motion: s'' = R u'' + R' u'; Chu (2020), Eq. 15.
 
         Args:
             state: closed state, or a batch of N.

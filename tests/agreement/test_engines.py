@@ -42,7 +42,7 @@ def test_inverse_dynamics_is_pinocchios_projected_with_R(
 def test_minimal_form_is_the_dae_as_one_kkt_system(
     u: np.ndarray, du: np.ndarray, ddu: np.ndarray
 ) -> None:
-    """Chu (2020), Eq. 10 and 18, give u'' back.
+    """The DAE of Chu (2020), Eq. 10, with J_s of Eq. 16, gives u'' back.
 
     [M  -J^T; J  0] [s''; lambda] = [tau - C s' - g; -J' s']. The redundant rows of the planar pins
     are left to the least-squares solution.

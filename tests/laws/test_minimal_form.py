@@ -94,9 +94,9 @@ class TestMinimalForm:
 @pytest.mark.parametrize(("name", "k"), swept(STATES))
 class TestSpanningTerms:
     def test_equations_hold(self, name: str, k: int) -> None:
-        """M s'' + C s' + g + extra + J^T lambda = [tau.
+        """M s'' + C s' + g + extra + J^T lambda = [tau; 0] and J s'' + J' s' = 0.
 
-        0] and J s'' + J' s' = 0, Chu (2020), Eq. 10 and 18.
+        The DAE of Chu (2020), Eq. 10, with J_s of Eq. 16.
         """
         state, machine = state_of(name, k), robot(name)
         ddu = random_vector(machine, k)

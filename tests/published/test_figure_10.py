@@ -56,7 +56,7 @@ def test_motion_is_the_papers(tau: np.ndarray) -> None:
 
 
 def test_curves_are_those_of_the_full_dae(forging: Robot, tau: np.ndarray) -> None:
-    """tau and the multipliers of Eq. 10 together, from the tree's terms and J_s, without R."""
+    """tau and the multipliers of the DAE, Eq. 10, from the tree's terms and J_s, without R."""
     state = forging.close(MOTION(T).u, MOTION(T).du)
     terms = forging.spanning_terms(state)
     dds = forging.accelerations(state, np.zeros_like(state.u))
@@ -166,6 +166,9 @@ def test_errata_centre_of_mass_of_the_upper_arm(forging: Robot, tau: np.ndarray)
             along.append(np.einsum("ki,ki->k", push, slope))
         return np.einsum("kij,ki->kj", R, np.stack(along, axis=-1))
 
-    worst = np.abs(efforts(printed=True) - efforts(printed=False)).max(axis=0)
+    change = efforts(printed=True) - efforts(printed=False)
+    assert change[[0, 50, 100], 0] == pytest.approx([0.055, -0.0001, 0.017], abs=5e-4)  # errata.md
+    assert change[np.abs(change[:, 1]).argmax(), 1] == pytest.approx(-0.44, abs=5e-3)
+    worst = np.abs(change).max(axis=0)
     assert (worst / np.abs(tau).max(axis=0))[:2] == pytest.approx([0.24, 0.00028], rel=0.03)
     assert worst[2] < 1e-6

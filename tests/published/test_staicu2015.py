@@ -52,7 +52,7 @@ def test_coordinates_are_the_papers(robot: Robot) -> None:
 @pytest.mark.parametrize("row", REFERENCE["example"], ids=lambda row: f"t={row['t']}")
 class TestHorizontalExample:
     def test_legs_from_the_pose(self, robot: Robot, row: dict) -> None:
-        """Eq. 8 to 17: all 18 leg variables with rates and accelerations."""
+        """All 18 leg variables with rates and accelerations, Eq. 8 to 17."""
         state = robot.close_given(*law(row["t"]))
         assert state.dds is not None
         assert state.iterations == 0 or state.residual < 1e-14
