@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.ground.units import coordinate_unit
+from hybrid_dynamics_core.ground.units import coordinate_unit, effort_unit
 from hybrid_dynamics_core.ground.wording import counted, singular_or_plural
 
 from ..limits import narrowed
@@ -82,6 +82,8 @@ def _coordinates(machine: Robot, reference: list[float]) -> list[dict[str, Any]]
             "child": joint.child,
             "reference": value,
             "limits": plain(limits),
+            "effort_limit": plain(joint.effort_limit),
+            "velocity_limit": plain(joint.velocity_limit),
         }
         coordinates.append(entry)
     return coordinates
@@ -99,6 +101,9 @@ def text(machine: Robot, data: dict[str, Any]) -> str:
         "",
         table(["coordinate", "", "type", "reference", "lower", "upper", "unit"], rows),
     ]
+    bounds = _bound_rows(data["coordinates"])
+    if bounds:
+        lines += ["", table(["coordinate", "largest effort", "", "largest rate", ""], bounds)]
     if data["loops"]:
         lines += ["", _loop_table(data["loops"])]
     for loop, count in data["redundant_equations"].items():
@@ -117,6 +122,19 @@ def _coordinate_row(entry: dict[str, Any]) -> list[object]:
         active = "active"
     row = [entry["name"], active, entry["type"], entry["reference"]]
     return [*row, lower, upper, coordinate_unit(entry["type"])]
+
+
+def _bound_rows(coordinates: list[dict[str, Any]]) -> list[list[object]]:
+    """Largest effort and rate of the coordinates that have any."""
+    rows: list[list[object]] = []
+    for entry in coordinates:
+        bounds = [entry["effort_limit"], entry["velocity_limit"]]
+        if bounds == [None, None]:
+            continue
+        effort, rate = map(_limit, bounds)
+        kind = entry["type"]
+        rows.append([entry["name"], effort, effort_unit(kind), rate, coordinate_unit(kind, "/s")])
+    return rows
 
 
 def _limit(value: float | None) -> str:

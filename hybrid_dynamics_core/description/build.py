@@ -144,6 +144,8 @@ class _Builder:
             zero.translation,
             axis,
             limits,
+            entry.bound("effort_limit"),
+            entry.bound("velocity_limit"),
         )
 
     def reference(self) -> Mapping[str, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -78,6 +79,14 @@ class Entry:
         """(lower, upper), infinite where the key is left out."""
         limits = self.data.get(key)
         return self.values.limits(limits, self.key_path(key))
+
+    def bound(self, key: str) -> float:
+        """A number above zero, infinite where the key is left out."""
+        value = self.data.get(key, math.inf)
+        number = self.values.number_or_infinity(value, self.key_path(key))
+        if not number > 0.0:
+            raise self.error(key, f"is {number:g}; expected a number above zero")
+        return number
 
     def pose(self, key: str) -> Transform:
         """A pose from {xyz, rpy}, or from a list of such steps."""

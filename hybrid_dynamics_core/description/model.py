@@ -78,6 +78,8 @@ class Joint:
         translation: (3,) [m] origin of the child frame in the parent frame, at zero.
         axis: (3,) unit vector in the child frame, which the joint leaves unchanged.
         limits: (lower, upper) [rad or m], infinite where the file gives none.
+        effort_limit: largest effort of what drives it [N m or N], infinite where none is given.
+        velocity_limit: largest rate of the coordinate [rad/s or m/s], infinite where none is given.
     """
 
     name: str
@@ -88,6 +90,8 @@ class Joint:
     translation: Array
     axis: Array
     limits: tuple[float, float] = (-math.inf, math.inf)
+    effort_limit: float = math.inf
+    velocity_limit: float = math.inf
 
 
 @dataclass(frozen=True, eq=False)

@@ -42,6 +42,8 @@ class Feature(Enum):
     MIMIC = auto()
     ONE_SIDED_LIMITS = auto()
     UNLIMITED_SLIDES = auto()
+    EFFORT_LIMITS = auto()
+    VELOCITY_LIMITS = auto()
 
 
 def extras_of(robot: RobotDescription, features: Collection[Feature]) -> Data:
@@ -114,6 +116,10 @@ def _joint_entries(robot: RobotDescription, features: Collection[Feature]) -> Da
         entry: Data = {}
         if _limits_are_extra(joint, features):
             entry["limits"] = list(joint.limits)
+        if math.isfinite(joint.effort_limit) and Feature.EFFORT_LIMITS not in features:
+            entry["effort_limit"] = joint.effort_limit
+        if math.isfinite(joint.velocity_limit) and Feature.VELOCITY_LIMITS not in features:
+            entry["velocity_limit"] = joint.velocity_limit
         if name in robot.effects:
             entry |= _effect_entries(robot.effects[name], features)
         if name in robot.mimics and Feature.MIMIC not in features:

@@ -150,6 +150,16 @@ class RobotModel:
         return frozen(np.stack(narrowed, axis=1))
 
     @lazy
+    def effort_limits(self) -> Array:
+        """Largest effort (n,) of each active joint [N m, N], infinite if none is given."""
+        return frozen([self.description.joints[name].effort_limit for name in self.active])
+
+    @lazy
+    def velocity_limits(self) -> Array:
+        """Largest rate (n,) of each active joint [rad/s, m/s], infinite if none is given."""
+        return frozen([self.description.joints[name].velocity_limit for name in self.active])
+
+    @lazy
     def closing_range(self) -> Array:
         """Range (n, 2) of each active coordinate between the toggle points of its loop [rad, m].
 

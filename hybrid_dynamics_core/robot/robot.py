@@ -136,6 +136,19 @@ class Robot:
         return self._model.limits
 
     @property
+    def effort_limits(self) -> Array:
+        """Largest effort (n,) of each active joint [N m, N], infinite if none is given.
+
+        They are kept for those who plan and control; dynamics and simulation do not apply them.
+        """
+        return self._model.effort_limits
+
+    @property
+    def velocity_limits(self) -> Array:
+        """Largest rate (n,) of each active joint [rad/s, m/s], infinite if none is given."""
+        return self._model.velocity_limits
+
+    @property
     def closing_range(self) -> Array:
         """Range (n, 2) of each active coordinate between the toggle points of its loop [rad, m].
 

@@ -10,7 +10,14 @@ from __future__ import annotations
 
 from ..document import Data, Document, KeyPath
 
-_JOINT_KEYS = ("limits", "friction", "drive", "spring")  # of a row that a joint has too
+_JOINT_KEYS = (  # of a row that a joint has too
+    "limits",
+    "effort_limit",
+    "velocity_limit",
+    "friction",
+    "drive",
+    "spring",
+)
 
 
 def expand_chain(document: Document) -> None:

@@ -26,7 +26,20 @@ def read_joint(xml: XmlReader, joint: LocatedElement, name: str) -> Data:
     if "range" in joint.attributes and joint.get("limited") != "false":
         limits_path = (*path, "limits")
         entry["limits"] = xml.numbers(joint, "range", 2, limits_path)
-    return entry | effects
+    return entry | _effort_limit(xml, joint, path) | effects
+
+
+def _effort_limit(xml: XmlReader, joint: LocatedElement, path: KeyPath) -> Data:
+    """The largest effort; of a range that is not the same both ways the larger end."""
+    key = (*path, "effort_limit")
+    if "actuatorfrcrange" not in joint.attributes or joint.get("actuatorfrclimited") == "false":
+        return {}
+    lower, upper = xml.numbers(joint, "actuatorfrcrange", 2, key)
+    largest = max(-lower, upper)
+    if lower != -upper:
+        _, name = path
+        xml.note(joint, f"joint {name} has efforts of {lower:g} to {upper:g}; kept: {largest:g}")
+    return {"effort_limit": largest}
 
 
 def _effects(xml: XmlReader, joint: LocatedElement, path: KeyPath) -> Data:

@@ -13,6 +13,7 @@ ADVICE = (
 )
 JOINT_NUMBERS = frozenset({"armature", "damping", "frictionloss", "stiffness", "springref"})
 _ORIENTATIONS = "quat euler axisangle xyaxes zaxis"
+_EFFORT_RANGE = "actuatorfrcrange actuatorfrclimited"
 _SOLVER_SETTINGS = "solref solimp"
 _ENABLED = "enable"
 
@@ -63,7 +64,9 @@ MJCF: dict[str, Vocabulary] = {
     ),
     "inertial": vocabulary(f"mass pos diaginertia fullinertia {_ORIENTATIONS}"),
     "site": vocabulary(f"name pos type size rgba group material user {_ORIENTATIONS}"),
-    "joint": vocabulary(f"name type axis range limited {' '.join(sorted(JOINT_NUMBERS))}"),
+    "joint": vocabulary(
+        f"name type axis range limited {_EFFORT_RANGE} {' '.join(sorted(JOINT_NUMBERS))}"
+    ),
     "equality": vocabulary("", None),
     "connect": vocabulary(f"name site1 site2 {_SOLVER_SETTINGS}", active="true"),
     "weld": vocabulary(f"name site1 site2 {_SOLVER_SETTINGS}", active="true"),

@@ -26,7 +26,7 @@ from .reader import NEGLIGIBLE
 _TIME_STEP = 5e-4  # [s] of MuJoCo's integrator
 # The stiffest that MuJoCo takes at this step:
 _STIFF = {"solref": "0.001 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
-_FEATURES = frozenset({Feature.GRAVITY, Feature.FRICTION, Feature.MIMIC})
+_FEATURES = frozenset({Feature.GRAVITY, Feature.FRICTION, Feature.MIMIC, Feature.EFFORT_LIMITS})
 # Rows and columns of xx, yy, zz, xy, xz, yz, MuJoCo's order:
 _MOMENT_ROWS = (0, 1, 2, 0, 0, 1)
 _MOMENT_COLUMNS = (0, 1, 2, 1, 2, 2)
@@ -149,6 +149,10 @@ class _MjcfWriter:
         if all(map(math.isfinite, joint.limits)):
             attributes["limited"] = "true"
             attributes["range"] = numbers_text(joint.limits)
+        if math.isfinite(joint.effort_limit):
+            effort_range = (-joint.effort_limit, joint.effort_limit)
+            attributes["actuatorfrclimited"] = "true"
+            attributes["actuatorfrcrange"] = numbers_text(effort_range)
         SubElement(element, "joint", attributes)
         return element
 

@@ -13,6 +13,7 @@ from .poses import WORLD, ModelPoses
 
 _UNLIMITED = 1e16  # [rad or m] what SDFormat takes for no limit
 _INFINITY = ("inf", "infinity")
+_DRIVE_LIMITS = {"effort": "effort_limit", "velocity": "velocity_limit"}
 _Z_AXIS = (0.0, 0.0, 1.0)
 
 
@@ -70,6 +71,8 @@ class JointReader:
             upper = self._bound(limit.first("upper"), math.inf)
             if math.isfinite(lower) or math.isfinite(upper):
                 entries["limits"] = [lower, upper]
+        if limit is not None:
+            entries |= self._drive_limits(limit)
         dynamics = self._inside_axis("dynamics")
         if dynamics is not None:
             entries |= self._dynamics(dynamics)
@@ -91,6 +94,15 @@ class JointReader:
         if axis is None:
             return None
         return axis.first(tag)
+
+    def _drive_limits(self, limit: LocatedElement) -> Data:
+        """The largest effort and rate; SDFormat has negative numbers for none."""
+        entries: Data = {}
+        for tag, key in _DRIVE_LIMITS.items():
+            value = self._bound(limit.first(tag), math.inf)
+            if 0.0 < value < math.inf:
+                entries[key] = value
+        return entries
 
     def _bound(self, element: LocatedElement | None, unlimited: float) -> float:
         """A limit [rad or m], or infinity."""

@@ -42,6 +42,7 @@ _DEFAULT_INERTIA = {
     "xz": 0.0,
     "yz": 0.0,
 }
+_LIMITS = ("limits", "effort_limit", "velocity_limit")
 _MAX_LISTED = 8  # links in a message
 
 
@@ -250,7 +251,8 @@ class _SdfReader:
     def refuse_constraints(self, joint: JointReader) -> None:
         """Refuse what a joint that closes a loop cannot have; its limits are omitted."""
         constraints = joint.constraints()
-        if constraints.pop("limits", None):
+        limits = [constraints.pop(key, None) for key in _LIMITS]
+        if any(limits):
             _, name = joint.path
             self.document.notes.append(f"{name}: closes a loop; its limits are not kept")
         if constraints:

@@ -146,6 +146,10 @@ class _SdfWriter:
         for tag, bound in zip(("lower", "upper"), joint.limits, strict=True):
             if math.isfinite(bound):
                 add_text(limit, tag, number_text(bound - zero))
+        bounds = {"effort": joint.effort_limit, "velocity": joint.velocity_limit}
+        for tag, bound in bounds.items():
+            if math.isfinite(bound):
+                add_text(limit, tag, number_text(bound))
         self.add_dynamics(axis, joint.name, zero)
         if joint.name in self.robot.mimics:
             self.add_mimic(axis, self.robot.mimics[joint.name], zero)

@@ -13,6 +13,9 @@ _TYPES = {
     "fixed": "fixed",
 }
 _X_AXIS = (1.0, 0.0, 0.0)
+UNLIMITED = 1e9  # [N m or N, rad/s or m/s] what programs write for no limit
+_INFINITY = ("inf", "infinity")
+_BOUNDS = {"effort": "effort_limit", "velocity": "velocity_limit"}
 
 
 class JointReader:
@@ -35,9 +38,11 @@ class JointReader:
     def motion(self) -> Data:
         """Axis, limits, friction and mimic of the joint, as far as it has them."""
         entries: Data = {"axis": self._axis()}
-        limits = self._limits()
-        if limits is not None:
-            entries["limits"] = limits
+        limit = self.element.first("limit")
+        if limit is not None:
+            entries |= self._limits(limit) | self._bounds(limit)
+        elif self.element.get("type") != "continuous":
+            self._note(self.element, "has no <limit>; taken as without limits")
         dynamics = self.element.first("dynamics")
         if dynamics is not None:
             entries["friction"] = self._friction(dynamics)
@@ -77,17 +82,47 @@ class JointReader:
         self.xml.locate(key, axis)
         return direction
 
-    def _limits(self) -> list[float] | None:
-        limit = self.element.first("limit")
-        if limit is None or self.element.get("type") == "continuous":
-            return None
+    def _limits(self, limit: LocatedElement) -> Data:
+        """Lower and upper limit, as far as there are any."""
         key = (*self.path, "limits")
         self.xml.locate(key, limit)
         lower = self.xml.number(limit, "lower", key, 0.0)
         upper = self.xml.number(limit, "upper", key, 0.0)
+        if self.element.get("type") == "continuous":
+            if lower or upper:
+                self._note(limit, "is continuous, so its lower and upper limit are left out")
+            return {}
         if lower or upper:
-            return [lower, upper]
-        return None  # both 0 is what exporters write for no limits
+            return {"limits": [lower, upper]}
+        self._note(
+            limit,
+            "has the limits 0 and 0, as programs write where none are given; taken as without"
+            ' limits (a joint that does not move is of type "fixed")',
+        )
+        return {}
+
+    def _bounds(self, limit: LocatedElement) -> Data:
+        """The largest effort and rate, as far as they are given."""
+        entries: Data = {}
+        for attribute, key in _BOUNDS.items():
+            path = (*self.path, key)
+            self.xml.locate(path, limit)
+            value = self._bound(limit, attribute, path)
+            if value <= 0.0:
+                self._note(limit, f"has the {attribute} {value:g}, taken as not given")
+            elif value < UNLIMITED:
+                entries[key] = value
+        return entries
+
+    def _bound(self, limit: LocatedElement, attribute: str, path: KeyPath) -> float:
+        """A number [N m, N, rad/s or m/s], `UNLIMITED` where none is given."""
+        if limit.get(attribute).strip().lower().lstrip("+") in _INFINITY:
+            return UNLIMITED
+        return self.xml.number(limit, attribute, path, UNLIMITED)
+
+    def _note(self, element: LocatedElement, text: str) -> None:
+        _, name = self.path
+        self.xml.note(element, f"joint {name} {text}")
 
     def _friction(self, dynamics: LocatedElement) -> Data:
         key = (*self.path, "friction")

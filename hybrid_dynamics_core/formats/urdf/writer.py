@@ -15,12 +15,12 @@ from ...ground.arrays import Array
 from .. import shapes
 from ..extras_writer import Feature, extras_of, extras_summary
 from ..xml.writer import insert_comment, number_text, numbers_text, xml_text
+from .joints import UNLIMITED
 
-FEATURES = frozenset({Feature.FRICTION, Feature.MIMIC})
+FEATURES = frozenset(
+    {Feature.FRICTION, Feature.MIMIC, Feature.EFFORT_LIMITS, Feature.VELOCITY_LIMITS}
+)
 _LONGEST_TRAVEL = 1e3  # [m] a slide without a limit gets one so far off: URDF wants both
-# Limits that URDF wants and a description does not give:
-_MAX_EFFORT = 1e9  # [N m or N]
-_MAX_RATE = 1e3  # [rad/s or m/s]
 
 
 def to_urdf(robot: RobotDescription) -> str:
@@ -144,7 +144,10 @@ def _add_joint(root: Element, joint: Joint, robot: RobotDescription) -> None:
     SubElement(element, "parent", link=joint.parent)
     SubElement(element, "child", link=joint.child)
     SubElement(element, "axis", xyz=numbers_text(joint.axis))
-    limit = {"effort": number_text(_MAX_EFFORT), "velocity": number_text(_MAX_RATE)}
+    limit = {
+        "effort": number_text(min(joint.effort_limit, UNLIMITED)),
+        "velocity": number_text(min(joint.velocity_limit, UNLIMITED)),
+    }
     if not is_continuous:
         lower, upper = _written_limits(joint)
         limit["lower"] = number_text(lower)

@@ -46,6 +46,10 @@ class XmlReader:
         """A DescriptionError at an element with a name, as `joints.NAME`."""
         return self.error(element, (f"{element.tag}s", element.get("name")), problem)
 
+    def note(self, element: LocatedElement, text: str) -> None:
+        """Keep a note about an element, with its line."""
+        self.document.notes.append(f"{self.file.name}:{element.line}: {text}")
+
     # -- values
 
     def name(self, element: LocatedElement, kind: str) -> str:
