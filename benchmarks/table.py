@@ -57,7 +57,7 @@ def short(times: Mapping[str, Mapping[str, Timing]]) -> list[str]:
     single = times.get("id", {})
     batch = times.get("id_batch", {})
     lines = [
-        "| inverse dynamics of the forging robot | one call from Python | batch, a state |",
+        "| inverse dynamics of the forging robot | one call from Python | per state in a batch |",
         "|---|---:|---:|",
     ]
     for name, timing in _fastest_first(single):
@@ -72,7 +72,7 @@ def short(times: Mapping[str, Mapping[str, Timing]]) -> list[str]:
 
 def scaling(rows: Sequence[tuple[int, float, float, float, float]]) -> list[str]:
     """One row a chain."""
-    columns = "compiled in | inverse dynamics | forward dynamics | batch, a state"
+    columns = "compiled in | inverse dynamics | forward dynamics | per state in a batch"
     lines = [f"| four-bar stages | links | {columns} |", "|---:|---:|---:|---:|---:|---:|"]
     for count, *seconds in rows:
         lines.append(f"| {count} | {3 * count} | {' | '.join(map(time_text, seconds))} |")

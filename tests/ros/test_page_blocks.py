@@ -46,7 +46,7 @@ def test_blocks_beside_the_node_run(start_node, robot, page, tmp_path, monkeypat
                 exec(compile(block.text, block.where, "exec"), names)  # noqa: S102  our own text
     finally:
         if rclpy.ok():
-            names["client"].destroy_node()
+            names["node"].destroy_node()
             rclpy.shutdown()
     state = robot.close([0.0, 0.10, 0.15, 0.0], [0.17, 0.01, 0.005, 0.09])
     expected = robot.inverse_dynamics(state, [0.0] * 4)
@@ -65,7 +65,7 @@ def check_stream(robot, names):
     assert holding == pytest.approx(
         weight, rel=1e-9, abs=1e-9
     )  # at rest the estimated accelerations are zero
-    assert len(names["heard"]) > 25  # of 100 published; a loaded machine takes its time
+    assert len(names["received"]) > 25  # of 100 published; a loaded machine takes its time
 
 
 def check_recording(path):
