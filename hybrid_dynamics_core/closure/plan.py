@@ -11,10 +11,11 @@ from ..mechanism.tree import Tree
 from .blocks.block_solver import BlockSolver
 from .blocks.patterns import Context, solver_for
 from .branch import choose_branch
-from .constraints.equations import Equation, LoopEquations
+from .constraints.equations import Equation, LoopEquations, loops_of
 from .constraints.from_description import loop_equations
 from .degrees_of_freedom import independent_equations, require_determined
 from .loop_gap import describe_gap
+from .loop_length import measure
 from .matching import match
 from .numeric_closure import CLOSED, close_numerically
 
@@ -78,6 +79,7 @@ def build_plan(
         guess = _closed_guess(tree, loops, guess, unknowns)
     branch = [choose_branch(robot, block, context, configuration, guess) for block in blocks]
     _require_closed(tree, robot, loops, configuration)
+    measure(_all_loops(loops, blocks), configuration)
     # another reference than the file's has a note of its own
     if of_active and robot.active_set == "exact":
         _require_limits(tree, robot, configuration)
@@ -89,6 +91,16 @@ def build_plan(
         loops=tuple(loops),
         redundant=tuple(redundant),
     )
+
+
+def _all_loops(
+    loops: Sequence[LoopEquations], blocks: Sequence[BlockSolver]
+) -> list[LoopEquations]:
+    """The loops, and those that blocks made for themselves."""
+    result = list(loops)
+    for block in blocks:
+        result += loops_of(block.equations)
+    return list(dict.fromkeys(result))
 
 
 def _reference(tree: Tree, robot: RobotDescription) -> dict[int, float]:

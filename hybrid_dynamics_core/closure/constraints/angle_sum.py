@@ -16,6 +16,7 @@ class AngleSum(LoopEquations):
     """offset + sum of +-angles = 0, up to whole turns."""
 
     length = 1.0
+    has_length = False
 
     def __init__(self, name: str, turns: Turns, offset: float) -> None:
         sums: dict[int, float] = {}

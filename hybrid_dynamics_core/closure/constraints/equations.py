@@ -35,7 +35,7 @@ class LoopEquations(ABC):
 
     Attributes:
         name: name of the closure.
-        length: a length [m] that makes the equations dimensionless.
+        length: a length [m] that makes the equations dimensionless: the `extent` at the reference.
         involved: per equation, the coordinates it can depend on.
     """
 
@@ -44,6 +44,7 @@ class LoopEquations(ABC):
     involved: tuple[frozenset[int], ...]
     # coordinates of which a whole turn is not the same place again
     counted_turns: frozenset[int] = frozenset()
+    has_length = True  # angles alone have none
 
     @property
     def size(self) -> int:
@@ -62,6 +63,14 @@ class LoopEquations(ABC):
     @abstractmethod
     def bias(self, configuration: Configuration, rates: Scalars) -> list[Scalar]:
         """(d/dt J_s) s' of each equation [1/s^2] at a closed configuration."""
+
+    def extent(self, configuration: Configuration) -> float:
+        """Largest distance [m] between joint axes and pins of the loop; 0 where it has none.
+
+        It belongs to the mechanism: no origin of a frame and no zero of a joint changes it. The
+        configuration holds floats.
+        """
+        return 0.0
 
     def marks(self, configuration: Configuration) -> list[Scalar]:
         """Numbers that are equal where two sets of joint values put the links at one place."""

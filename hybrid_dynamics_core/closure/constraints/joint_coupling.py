@@ -13,6 +13,7 @@ class JointCoupling(LoopEquations):
     """One linear equation: sum of coefficient * coordinate + offset = 0."""
 
     length = 1.0
+    has_length = False
 
     def __init__(self, name: str, coefficients: Mapping[int, float], offset: float) -> None:
         self.name = name

@@ -18,7 +18,7 @@ from ...mechanism.configuration import Configuration
 from ...mechanism.joint_transform import Column
 from ...mechanism.tree import Body
 from .equations import Linearised, LoopEquations, Row
-from .spatial import Chain, ChainState, chains_length
+from .spatial import Chain, ChainState, chains_length, extent_of
 
 MEET = 1e-9  # [m] up to which two axes count as meeting
 PARALLEL = 1e-6  # sine of the angle below which two axes count as parallel
@@ -129,6 +129,11 @@ class Distance(LoopEquations):
         total = total - dot(leg_velocity, leg_velocity) - dot(leg.end, _linear(leg.bias(rates)))
         return [total / self.length**2]
 
+    def extent(self, configuration: Configuration) -> float:
+        """Largest distance between axes, meeting point, and target [m]."""
+        before = self.pivot.before.at(configuration)
+        return extent_of([before, self.target.at(configuration)])
+
     def marks(self, configuration: Configuration) -> list[Scalar]:
         """Meeting point and target."""
         origin, _, target = self.ends(configuration)
@@ -171,6 +176,10 @@ class Direction(LoopEquations):
         target = self.target.at(configuration)
         gap = sub(_linear(leg.bias(rates)), _linear(target.bias(rates)))
         return [dot(direction, gap) for direction in self._directions(leg)]
+
+    def extent(self, configuration: Configuration) -> float:
+        """Largest distance between axes and pin [m]."""
+        return extent_of([self.leg.at(configuration), self.target.at(configuration)])
 
     def _directions(self, leg: ChainState) -> list[Vector]:
         columns = leg.columns()

@@ -9,9 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
+from ...algebra.independence import norm
 from ...algebra.scalar import Scalar, Scalars
 from ...algebra.vector import Vector, add, perp, scale, sub, turn
 from ...mechanism.configuration import Configuration
@@ -129,6 +131,11 @@ class PlanarChainState:
         return [*marks, *self.end]
 
 
+def widest(points: Sequence[Vector]) -> float:
+    """Largest distance between two of some points [m]."""
+    return max(norm(np.subtract(a, b)) for a, b in combinations(points, 2))
+
+
 def planar_chain(
     joints: Sequence[PlanarJoint], point: Vector, configuration: Configuration
 ) -> PlanarChainState:
@@ -151,9 +158,7 @@ class PlanarPin(LoopEquations):
         self.name = name
         self.geometry = geometry
         pivots = [joint.place for joint in geometry.joints if joint.revolute]
-        points = np.array([*pivots, geometry.point_a, geometry.point_b])
-        extents = np.ptp(points, axis=0)
-        self.length = float(extents.max()) or 1.0
+        self.length = widest([*pivots, geometry.point_a, geometry.point_b]) or 1.0
         self.involved = (frozenset(joint.coordinate for joint in geometry.joints),) * 2
 
     def chains(self, configuration: Configuration) -> tuple[PlanarChainState, PlanarChainState]:
@@ -181,6 +186,16 @@ class PlanarPin(LoopEquations):
         a, b = self.chains(configuration)
         gap = sub(a.bias(rates), b.bias(rates))
         return list(scale(1.0 / self.length, gap))
+
+    def extent(self, configuration: Configuration) -> float:
+        """Largest distance between pivots and pin [m]."""
+        places: list[Vector] = []
+        for chain in self.chains(configuration):
+            places.append(chain.end)
+            for joint, place in zip(chain.joints, chain.places, strict=True):
+                if joint.revolute:
+                    places.append(place)
+        return widest(places)
 
     def marks(self, configuration: Configuration) -> list[Scalar]:
         """Pivots and ends."""

@@ -7,7 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import NamedTuple
+
+import numpy as np
 
 from ...algebra.independence import norm
 from ...algebra.scalar import Scalar, Scalars
@@ -32,7 +35,7 @@ from ...mechanism.joint_transform import Column, jacobian_column, through_joint
 from ...mechanism.tree import Body, Tree, floats, rows
 from .equations import Linearised, LoopEquations, Row
 
-SHORTEST = 1e-3  # [m] least length of a loop
+PARALLEL = 1e-9  # sine of the angle below which the distance of two axes is that of parallel ones
 # pairs (axis of a, axis of b) that stay at right angles, by kind
 _PAIRS = {
     "point": (),
@@ -183,13 +186,49 @@ def _chain(tree: Tree, path: Sequence[int], point: Array, rotation: Array) -> Ch
 
 
 def chains_length(*chains: Chain) -> float:
-    """A length [m] typical of a loop: the longest of its chains, stretched."""
-    return max(SHORTEST, *(_stretched_length(chain) for chain in chains))
+    """A length [m] typical of a loop: the longest of its chains, stretched; 1 where it has none."""
+    return max(_stretched_length(chain) for chain in chains) or 1.0
 
 
 def _stretched_length(chain: Chain) -> float:
     *between_joints, to_frame = chain.offsets
     return sum(between_joints) + to_frame
+
+
+class _Line(NamedTuple):
+    """A joint axis in space, or a point, whose direction is zero."""
+
+    point: Array
+    direction: Array
+
+    def distance(self, other: _Line) -> float:
+        """Shortest distance to another one [m]."""
+        between = other.point - self.point
+        normal = np.cross(self.direction, other.direction)
+        size = norm(normal)
+        if size > PARALLEL:
+            return abs(float(between @ normal)) / size
+        along = self.direction
+        if not along.any():
+            along = other.direction
+        across = between - (between @ along) * along
+        return norm(across)
+
+
+def extent_of(states: Sequence[ChainState]) -> float:
+    """Largest distance [m] between the axes of revolute joints and the ends of chains.
+
+    Args:
+        states: chains from one link, floats.
+    """
+    lines: list[_Line] = []
+    for state in states:
+        lines.append(_Line(np.array(state.end, dtype=float), np.zeros(3)))
+        for joint in state.joints:
+            if joint.body.is_revolute:
+                origin = np.array(joint.origin, dtype=float)
+                lines.append(_Line(origin, np.array(joint.axis, dtype=float)))
+    return max(a.distance(b) for a, b in combinations(lines, 2))
 
 
 class SpatialClosure(LoopEquations):
@@ -258,6 +297,10 @@ class SpatialClosure(LoopEquations):
                 of_omega = dot(sub(omega_a, omega_b), turning)
                 result.append(of_alpha + of_omega)
         return result
+
+    def extent(self, configuration: Configuration) -> float:
+        """Largest distance between axes and pin [m]."""
+        return extent_of([self.a.at(configuration), self.b.at(configuration)])
 
     def marks(self, configuration: Configuration) -> list[Scalar]:
         """Joint origins and ends of both chains, and how the ends are turned."""
