@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import click
@@ -38,7 +37,13 @@ def command(robot: str, as_json: bool) -> None:
 
 
 def facts(machine: Robot) -> dict[str, Any]:
-    """What a robot is, as plain data."""
+    """What a robot is, as plain data.
+
+    Returns:
+        For each link `mass` [kg], and in the link's frame `com` (3,) [m] and `inertia` (3, 3)
+        [kg m^2] about it; for each loop its `distance_to_singularity` at the reference, 0 to 1;
+        `gravity` (3,) [m/s^2] in the base frame; the rest by name.
+    """
     description = machine.description
     state = machine.close(machine.reference)
     loops = []
@@ -68,12 +73,17 @@ def facts(machine: Robot) -> dict[str, Any]:
 
 
 def _coordinates(machine: Robot, reference: list[float]) -> list[dict[str, Any]]:
-    """Type, links, reference and limits [rad or m] of every coordinate."""
-    narrowed_limits = dict(zip(machine.active, machine.limits, strict=True))
+    """Type, links, reference and limits [rad or m] of every coordinate.
+
+    Args:
+        machine: the robot.
+        reference: values of all coordinates at the reference (n_s,) [rad or m].
+    """
+    active_limits = dict(zip(machine.active, machine.limits, strict=True))
     coordinates = []
     for name, value in zip(machine.coordinates, reference, strict=True):
         joint = machine.description.joints[name]
-        limits = narrowed_limits.get(name, list(joint.limits))
+        limits = active_limits.get(name, list(joint.limits))
         entry = {
             "name": name,
             "type": machine.joint_types[name],
@@ -90,7 +100,12 @@ def _coordinates(machine: Robot, reference: list[float]) -> list[dict[str, Any]]
 
 
 def text(machine: Robot, data: dict[str, Any]) -> str:
-    """The facts as tables."""
+    """The facts as tables.
+
+    Args:
+        machine: the robot.
+        data: what `facts` returns.
+    """
     active = f"{len(machine.active)} active of {counted(len(machine.coordinates), 'coordinate')}"
     mass = sum(link["mass"] for link in data["links"].values())
     loops = counted(len(data["loops"]), "loop")
@@ -138,8 +153,9 @@ def _bound_rows(coordinates: list[dict[str, Any]]) -> list[list[object]]:
 
 
 def _limit(value: float | None) -> str:
+    """A limit as text, a dash where there is none."""
     if value is None:
-        return number(math.nan)
+        return "-"
     return number(value)
 
 
@@ -158,7 +174,7 @@ def _link_count(data: dict[str, Any]) -> str:
 
 
 def part_lines(data: dict[str, Any]) -> list[str]:
-    """Of which body the links are that are fixed to others, a line a body."""
+    """A line for each body that other links are fixed to, with the names of these links."""
     bodies: dict[str, list[str]] = {}
     for name, part in data["parts"].items():
         entry = name
@@ -173,14 +189,17 @@ def part_lines(data: dict[str, Any]) -> list[str]:
 
 
 def tree(machine: Robot) -> str:
-    """Which link every joint moves, and on which."""
+    """A table of the joints: the link that carries each, and the link that it moves."""
     joints = [machine.description.joints[name] for name in machine.coordinates]
     rows = [[joint.name, joint.parent, joint.child] for joint in joints]
     return table(["joint", "parent", "child"], rows)
 
 
 def masses(machine: Robot) -> str:
-    """Mass and centre of mass of every body, what is fixed to it included."""
+    """A table of mass and centre of mass (in the link's frame) of every body.
+
+    Links that are fixed to a body count as part of it.
+    """
     centres = [f"com {axis} [m]" for axis in "xyz"]
     rows = []
     for name, link in machine.description.links.items():
@@ -189,9 +208,10 @@ def masses(machine: Robot) -> str:
 
 
 def inertias(machine: Robot) -> list[str]:
-    """Moments and products of inertia of the bodies that have any.
+    """A table of moments and products of inertia of the bodies that have any; else nothing.
 
-    Products are shown where not all of them are zero.
+    They are about the centre of mass, along the axes of the link. A product has a column where it
+    is not zero for all bodies.
     """
     links = {}
     for name, link in machine.description.links.items():

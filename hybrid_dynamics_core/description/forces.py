@@ -1,4 +1,4 @@
-"""What a description says of forces, read: effects along joints, payloads, hydraulic cylinders."""
+"""Entries on forces of a description file: effects along joints, payloads, hydraulic cylinders."""
 
 from __future__ import annotations
 
@@ -19,10 +19,17 @@ _CYLINDER_NUMBERS = ("bore", "rod", "return_pressure", "supply_pressure")
 
 
 def read_effects(values: ValueReader) -> Mapping[str, JointEffect]:
-    """Effects by joint, of the joints whose entries give any.
+    """Friction, rotors and springs of the joints whose entries give any.
+
+    Args:
+        values: reads the values of a document that fits the schema.
+
+    Returns:
+        Effects by joint.
 
     Raises:
-        DescriptionError: a value that cannot be.
+        DescriptionError: a number is not finite; friction or a rotor's inertia is negative; the
+            smoothing is not above zero.
     """
     effects: dict[str, JointEffect] = {}
     joints = section_entries(values, "joints")
@@ -32,17 +39,23 @@ def read_effects(values: ValueReader) -> Mapping[str, JointEffect]:
             for key in part:
                 numbers[key] = part.number(key)
         if numbers:
-            effects[name] = JointEffect(**numbers)
+            effects[name] = JointEffect(**numbers)  # the schema's keys are the names of its fields
     for name, effect in effects.items():
         _check_effect(joints[name], effect)
     return MappingProxyType(effects)
 
 
 def read_payloads(values: ValueReader) -> Mapping[str, tuple[str, Payload]]:
-    """Frame and body of every payload, by name.
+    """Payloads and the frames that carry them.
+
+    Args:
+        values: reads the values of a document that fits the schema.
+
+    Returns:
+        (name of the frame, payload) by name of the payload.
 
     Raises:
-        DescriptionError: no rigid body has the numbers of a payload.
+        DescriptionError: a number is not finite, or no rigid body has the numbers of a payload.
     """
     payloads: dict[str, tuple[str, Payload]] = {}
     for name, entry in section_entries(values, "payloads").items():
@@ -58,28 +71,39 @@ def read_payloads(values: ValueReader) -> Mapping[str, tuple[str, Payload]]:
 
 
 def read_actuators(values: ValueReader) -> Mapping[str, HydraulicCylinder]:
-    """Cylinders by joint.
+    """Hydraulic cylinders.
+
+    Args:
+        values: reads the values of a document that fits the schema.
+
+    Returns:
+        Cylinders by joint.
 
     Raises:
-        DescriptionError: an actuator without a prismatic joint, or a value that cannot be.
+        DescriptionError: an actuator has no joint or one that is not prismatic; the rod is not
+            thinner than the bore; a stroke ends where it begins or before; the return pressure is
+            negative or not below the supply pressure.
     """
     cylinders: dict[str, HydraulicCylinder] = {}
     joints = values.document.data["joints"]
     for name, entry in section_entries(values, "actuators").items():
         if name not in joints:
             raise values.document.error(
-                entry.path, f"there is no joint '{name}'; an actuator has the name of its joint"
+                entry.path,
+                f"there is no joint '{name}'; expected the name of the actuator's joint",
             )
         joint_type = joints[name]["type"]
         if joint_type != "prismatic":
             raise values.document.error(
-                entry.path, f"joint '{name}' is {joint_type}; a cylinder sits on a prismatic joint"
+                entry.path,
+                f"is on joint '{name}', which is {joint_type}; expected a prismatic joint",
             )
         cylinders[name] = _read_cylinder(name, entry)
     return MappingProxyType(cylinders)
 
 
 def _check_effect(joint: Entry, effect: JointEffect) -> None:
+    """Raise a DescriptionError for a number that makes no sense."""
     friction = joint.sub("friction")
     _require_not_negative(friction, "viscous", effect.viscous)
     _require_not_negative(friction, "coulomb", effect.coulomb)
@@ -87,17 +111,19 @@ def _check_effect(joint: Entry, effect: JointEffect) -> None:
     if effect.smoothing <= 0.0:
         raise friction.error(
             "smoothing",
-            f"is {effect.smoothing:g}; expected a rate above zero, over which friction changes"
-            " sign",
+            f"is {effect.smoothing:g}; expected a rate [rad/s or m/s] above zero, over which"
+            " Coulomb friction changes sign",
         )
 
 
-def _require_not_negative(entry: Entry, key: str, number: float) -> None:
+def _require_not_negative(entry: Entry, key: str, number: float, unit: str = "") -> None:
     if number < 0.0:
-        raise entry.error(key, f"is {number:g}; expected zero or positive")
+        quantity = f"{number:g} {unit}".rstrip()
+        raise entry.error(key, f"is {quantity}; expected zero or positive")
 
 
 def _read_cylinder(joint: str, entry: Entry) -> HydraulicCylinder:
+    """The cylinder of an entry; what the entry leaves out has the defaults of the class."""
     fields: Data = {"joint": joint, "count": entry.get("count", 1)}
     for key in _CYLINDER_NUMBERS:
         if key in entry:
@@ -106,12 +132,13 @@ def _read_cylinder(joint: str, entry: Entry) -> HydraulicCylinder:
         fields["stroke"] = tuple(entry.vector("stroke").tolist())
     if entry.get("pulls"):
         fields["sign"] = -1.0
-    cylinder = HydraulicCylinder(**fields)
+    cylinder = HydraulicCylinder(**fields)  # the keys read above are the names of its fields
     _check_cylinder(entry, cylinder)
     return cylinder
 
 
 def _check_cylinder(entry: Entry, cylinder: HydraulicCylinder) -> None:
+    """Raise a DescriptionError for sizes that no cylinder has."""
     if not 0.0 <= cylinder.rod < cylinder.bore:
         raise entry.error(
             "rod",
@@ -119,10 +146,14 @@ def _check_cylinder(entry: Entry, cylinder: HydraulicCylinder) -> None:
         )
     lower, upper = cylinder.stroke
     if not lower < upper:
-        raise entry.error("stroke", f"the lower end {lower:g} is not below the upper end {upper:g}")
-    if not 0.0 <= cylinder.return_pressure < cylinder.supply_pressure:
+        raise entry.error(
+            "stroke", f"is [{lower:g}, {upper:g}] m; expected the lower end below the upper one"
+        )
+    pressure = cylinder.return_pressure
+    _require_not_negative(entry, "return_pressure", pressure, "Pa")
+    if not pressure < cylinder.supply_pressure:
         raise entry.error(
             "return_pressure",
-            f"{cylinder.return_pressure:g} Pa has to lie from zero to less than the supply"
-            " pressure",
+            f"is {pressure:g} Pa; expected less than the supply pressure,"
+            f" {cylinder.supply_pressure:g} Pa",
         )

@@ -127,13 +127,19 @@ def test_payloads_and_cylinders() -> None:
             ACTIVE,
             ACTIVE + PARTS.replace("[-0.05, 0.65]", "[0.65, -0.05]"),
             "actuators.q12.stroke",
-            "not below",
+            r"is \[0.65, -0.05\] m; expected the lower end below",
         ),
         (
             ACTIVE,
             ACTIVE + PARTS.replace("2e5", "-1"),
             "actuators.q12.return_pressure",
-            "supply pressure",
+            "is -1 Pa; expected zero or positive",
+        ),
+        (
+            ACTIVE,
+            ACTIVE + PARTS.replace("2e5", "9e9, supply_pressure: 2e7"),
+            "actuators.q12.return_pressure",
+            "is 9e.09 Pa; expected less than the supply pressure, 2e.07 Pa",
         ),
     ],
 )
