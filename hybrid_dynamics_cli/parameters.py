@@ -130,8 +130,12 @@ def frame_option(text: str) -> Callable[[Command], Command]:
     return click.option("--frame", metavar="NAME", shell_complete=_complete_frames, help=text)
 
 
-def loaded(robot: str) -> Robot:
+def loaded(robot: str, strict: bool = False) -> Robot:
     """The robot of a name or path.
+
+    Args:
+        robot: name or path.
+        strict: whether inertias that no rigid body has are refused.
 
     Raises:
         click.ClickException: the file cannot be read, or leaves assembly modes open.
@@ -139,13 +143,13 @@ def loaded(robot: str) -> Robot:
     """
     with _readable(robot):
         try:
-            return load(robot)
+            return load(robot, strict=strict)
         except UndecidedModeError as error:
             text = f"{error}\n`hybrid-dynamics branches {robot}` shows where they are"
             raise click.ClickException(text) from error
 
 
-def loaded_undecided(robot: str) -> tuple[Robot, list[str]]:
+def loaded_undecided(robot: str, strict: bool = False) -> tuple[Robot, list[str]]:
     """The robot even where its file leaves assembly modes open, and a sentence for each of these.
 
     Raises:
@@ -153,7 +157,7 @@ def loaded_undecided(robot: str) -> tuple[Robot, list[str]]:
         HybridDynamicsError: from `load_undecided`.
     """
     with _readable(robot):
-        machine, undecided = load_undecided(robot)
+        machine, undecided = load_undecided(robot, strict=strict)
     return machine, [str(error) for error in undecided]
 
 

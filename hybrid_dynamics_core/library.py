@@ -23,7 +23,7 @@ def shipped_robots() -> tuple[str, ...]:
     return tuple(sorted(names))
 
 
-def load(robot: str | os.PathLike[str]) -> Robot:
+def load(robot: str | os.PathLike[str], strict: bool = False) -> Robot:
     """A robot from a shipped name such as "forging_chu2020", or from a description file.
 
     The content of the file tells its format: YAML, URDF(+), robot.yaml beside a URDF, SDFormat, or
@@ -31,6 +31,7 @@ def load(robot: str | os.PathLike[str]) -> Robot:
 
     Args:
         robot: name of a shipped robot, or path of a file.
+        strict: whether inertias that no rigid body has are refused. Else a note tells of each.
 
     Returns:
         The robot, with its loops analysed.
@@ -41,10 +42,12 @@ def load(robot: str | os.PathLike[str]) -> Robot:
         NoDescriptionError: a path with nothing, or no robot description, at it. It is both of the
             errors above.
     """
-    return Robot(_description(robot))
+    return Robot(_checked_description(robot, strict))
 
 
-def load_undecided(robot: str | os.PathLike[str]) -> tuple[Robot, tuple[UndecidedModeError, ...]]:
+def load_undecided(
+    robot: str | os.PathLike[str], strict: bool = False
+) -> tuple[Robot, tuple[UndecidedModeError, ...]]:
     """A robot as `load` gives it, and an error for each loop whose assembly mode is left open.
 
     An open loop takes the first mode in which the loops after it close too. This is for looking at
@@ -52,6 +55,7 @@ def load_undecided(robot: str | os.PathLike[str]) -> tuple[Robot, tuple[Undecide
 
     Args:
         robot: name of a shipped robot, or path of a file.
+        strict: as for `load`.
 
     Returns:
         The robot, and the errors that `load` would raise for its open loops.
@@ -59,7 +63,16 @@ def load_undecided(robot: str | os.PathLike[str]) -> tuple[Robot, tuple[Undecide
     Raises:
         InputError, DescriptionError: as for `load`.
     """
-    return _first_closing(_description(robot))
+    return _first_closing(_checked_description(robot, strict))
+
+
+def _checked_description(robot: str | os.PathLike[str], strict: bool) -> RobotDescription:
+    """The description; `strict` refuses inertias that no rigid body has."""
+    description = _description(robot)
+    if strict:
+        for key, problem in description.impossible.items():
+            raise description.error(key, f"{problem}; without `strict` it is taken as it stands")
+    return description
 
 
 def _first_closing(

@@ -43,6 +43,7 @@ Examples:
 @click.option(
     "--modes", is_flag=True, help="With --draw: all assembly modes of the reference, side by side."
 )
+@click.option("--strict", is_flag=True, help="Refuse inertias that no rigid body has.")
 @overwrite_option
 @json_option
 def command(
@@ -50,6 +51,7 @@ def command(
     picture: str | None,
     names: Names | None,
     modes: bool,
+    strict: bool,
     overwrite: bool,
     as_json: bool,
 ) -> None:
@@ -62,9 +64,9 @@ def command(
     if modes and picture is None:
         raise click.UsageError("--modes draws assembly modes; give --draw FILE too")
     if modes and picture is not None:
-        machine = _decided(robot, picture, names, overwrite)
+        machine = _decided(robot, picture, names, overwrite, strict)
     else:
-        machine = loaded(robot)
+        machine = loaded(robot, strict)
     place = None
     if picture is not None:
         place = picture_for(machine, picture, overwrite=overwrite)
@@ -107,10 +109,14 @@ def _massless_lines(machine: Robot) -> list[str]:
 
 def verdict(machine: Robot, coverage: ClosureCoverage) -> str:
     """The last line: it says no more than what was computed."""
-    count = len(machine.description.warnings)
+    description = machine.description
+    count = len(description.warnings)
     see = ""
     if count:
         see = f", but see the {singular_or_plural(count, 'warning', 'warnings')} above"
+    elif description.impossible:
+        count = len(description.impossible)
+        see = f", but see the {singular_or_plural(count, 'inertia', 'inertias')} noted above"
     if not machine.description.closures:
         if count:
             return f"It has no loops{see}."
@@ -197,12 +203,12 @@ def _mass_remarks(machine: Robot, state: ClosedState) -> list[str]:
     return []
 
 
-def _decided(robot: str, picture: str, names: Names | None, overwrite: bool) -> Robot:
+def _decided(robot: str, picture: str, names: Names | None, overwrite: bool, strict: bool) -> Robot:
     """The robot; where its file leaves modes open, draw them, and end.
 
     The picture helps to choose the modes.
     """
-    machine, undecided = loaded_undecided(robot)
+    machine, undecided = loaded_undecided(robot, strict)
     if undecided:
         place = picture_for(machine, picture, overwrite=overwrite)
         _draw(machine, place, names, modes=True, mark_current=False)

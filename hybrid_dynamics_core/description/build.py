@@ -15,9 +15,10 @@ from .checks.plausible_masses import warn_of_masses
 from .document import Data, Document
 from .entries import Entry, section_entries, section_entry
 from .forces import read_actuators, read_effects, read_payloads
-from .geometry import TRIANGLE_SLACK, Transform, rotation_about
+from .geometry import Transform, rotation_about
 from .inertia import read_inertia
 from .model import END_EFFECTOR, Closure, Frame, Joint, Link, Loop, Mimic, RobotDescription
+from .rigid_body import TRIANGLE_SLACK
 from .values import ValueReader
 
 _SAME_PLACE = 1e-12  # [m and of unit vectors] rounding of one place that is written twice
@@ -37,7 +38,8 @@ def build_description(document: Document) -> RobotDescription:
     warn_of_masses(values, robot)
     warnings = tuple(document.warnings)  # complete when everything is read
     notes = (*document.notes, *warnings)
-    return replace(robot, notes=notes, warnings=warnings)
+    impossible = MappingProxyType(dict(document.impossible))
+    return replace(robot, notes=notes, warnings=warnings, impossible=impossible)
 
 
 class _Builder:
@@ -94,7 +96,7 @@ class _Builder:
             else:
                 bodies[name] = link
         for name, part in parts.items():
-            if part.mass:
+            if part.mass or part.inertia.any():
                 carrier = self.attached.link(name)
                 body = bodies.get(carrier, Link(carrier))
                 bodies[carrier] = _as_one_body(body, part)
@@ -107,9 +109,13 @@ class _Builder:
         slack = TRIANGLE_SLACK
         if name in self.document.rounded_links:
             slack = _ROUNDED_SLACK
+        if self.attached.link(name) == self.base:
+            slack = np.inf  # what cannot move needs no inertia
         inertia = read_inertia(entry, mass, slack)
+        if slack == np.inf:
+            return Link(name, mass, entry.vector("com"), inertia)
         if mass == 0.0 and np.any(inertia):
-            raise entry.error("inertia", "the link has an inertia but no mass; give its mass")
+            self.document.doubt_inertia(entry.key_path("inertia"), "it has no mass")
         if mass > 0.0 and "inertia" not in entry:
             self.document.notes.append(
                 f"{name}: no inertia given; its {mass:g} kg are taken as a point at its com"
@@ -281,7 +287,9 @@ def _in_frame_around(link: Link, pose: Transform) -> Link:
 def _as_one_body(a: Link, b: Link) -> Link:
     """Two bodies given in one frame as one, by Steiner's theorem."""
     mass = a.mass + b.mass
-    com = frozen((a.mass * a.com + b.mass * b.com) / mass)
+    com = a.com
+    if mass:
+        com = frozen((a.mass * a.com + b.mass * b.com) / mass)
     steiner_a = a.mass * _steiner_term(a.com - com)
     steiner_b = b.mass * _steiner_term(b.com - com)
     inertia = frozen(a.inertia + b.inertia + steiner_a + steiner_b)

@@ -42,6 +42,7 @@ class Document:
         file: that they were read from.
         notes: what the loader assumed, for `RobotDescription.notes`.
         warnings: of what is allowed and hardly meant, for `RobotDescription.warnings`.
+        impossible: inertias that no rigid body has, by dotted key, in words.
         rounded_links: links whose numbers were rounded by the tool that printed them.
     """
 
@@ -50,6 +51,7 @@ class Document:
         self.file = file
         self.notes: list[str] = []
         self.warnings: list[str] = []
+        self.impossible: dict[str, str] = {}
         self.rounded_links: set[str] = set()
         self._locations: dict[KeyPath, tuple[FilePath, int]] = {}
         for path, line in lines.items():
@@ -200,6 +202,15 @@ class Document:
         warning = str(self._located(path, problem))
         if warning not in self.warnings:
             self.warnings.append(warning)
+
+    def note(self, path: KeyPath, remark: str) -> None:
+        """Keep a note about what was changed at an entry."""
+        self.notes.append(str(self._located(path, remark)))
+
+    def doubt_inertia(self, path: KeyPath, problem: str) -> None:
+        """Keep a note about an inertia that no rigid body has, and that is taken as it stands."""
+        self.impossible[dotted(path)] = problem
+        self.note(path, f"{problem}; it is taken as it stands")
 
     def _located(self, path: KeyPath, problem: str) -> DescriptionError:
         written, note = self.as_written(path)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import InputError
 from ..ground.arrays import frozen
-from .geometry import TRIANGLE_SLACK, check_inertia
+from .rigid_body import TRIANGLE_SLACK, impossibility, symmetric_inertia
 
 SMOOTHING = 1e-3  # [rad/s or m/s] over which Coulomb friction changes sign by default
 
@@ -52,6 +52,7 @@ class Payload:
         mass: [kg].
         com: (3,) [m] centre of mass, in the frame.
         inertia: (3, 3) [kg m^2] about the centre of mass, in frame axes.
+        strict: whether an inertia that no rigid body has is refused.
 
     Raises:
         InputError: no rigid body has these numbers.
@@ -60,6 +61,7 @@ class Payload:
     mass: float
     com: ArrayLike = field(default_factory=lambda: _ZERO_VECTOR)
     inertia: ArrayLike = field(default_factory=lambda: _ZERO_MATRIX)
+    strict: bool = True
 
     def __post_init__(self) -> None:
         com = frozen(self.com)
@@ -74,8 +76,11 @@ class Payload:
                 f"a payload has a mass of zero or more and finite numbers, not {self.mass} kg"
             )
         try:
-            check_inertia(inertia, TRIANGLE_SLACK)
+            inertia, _ = symmetric_inertia(inertia)
         except ValueError as error:
             raise InputError(f"payload: {error}") from error
+        problem = impossibility(inertia, TRIANGLE_SLACK)
+        if self.strict and problem:
+            raise InputError(f"payload: {problem}")
         object.__setattr__(self, "com", com)
         object.__setattr__(self, "inertia", inertia)

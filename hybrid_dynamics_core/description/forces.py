@@ -10,8 +10,8 @@ from .actuators import HydraulicCylinder
 from .document import Data
 from .effects import JointEffect, Payload
 from .entries import Entry, section_entries
-from .geometry import TRIANGLE_SLACK
 from .inertia import read_inertia
+from .rigid_body import TRIANGLE_SLACK
 from .values import ValueReader
 
 _EFFECT_PARTS = ("friction", "drive", "spring")
@@ -63,7 +63,7 @@ def read_payloads(values: ValueReader) -> Mapping[str, tuple[str, Payload]]:
         com = entry.vector("com")
         inertia = read_inertia(entry, mass, TRIANGLE_SLACK)
         try:
-            payload = Payload(mass, com, inertia)
+            payload = Payload(mass, com, inertia, strict=False)
         except InputError as error:
             raise values.document.error(entry.path, str(error)) from error
         payloads[name] = (entry["on"], payload)

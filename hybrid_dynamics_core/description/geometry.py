@@ -1,4 +1,4 @@
-"""Constant geometry of a description: rotations, axes, inertia tensors and their checks."""
+"""Constant geometry of a description: poses, rotations, axes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from ..algebra.rotations import rotation_matrix
 from ..algebra.vector import constant
 from ..ground.arrays import Array, frozen
 
-TRIANGLE_SLACK = 1e-9  # relative: rounding of printed moments, not physics
 IDENTITY = frozen(np.eye(3))
 _ORIGIN = frozen(np.zeros(3))
 _AXES = {
@@ -149,28 +148,3 @@ def unit_axis(axis: str | list[float]) -> Array:
     if length == 0.0:
         raise ValueError("the axis has no length; give a direction such as [0, 0, 1]")
     return frozen(constant([component / length for component in axis]))
-
-
-def check_inertia(inertia: Array, relative_slack: float) -> None:
-    """Check that a tensor can belong to a rigid body.
-
-    It is symmetric, its moments are zero or positive, and they meet the triangle inequality.
-
-    Args:
-        inertia: (3, 3) [kg m^2].
-        relative_slack: error of the printed numbers, relative to the largest moment.
-
-    Raises:
-        ValueError: it cannot.
-    """
-    if not np.array_equal(inertia, inertia.T):
-        raise ValueError("the inertia matrix is not symmetric")
-    least, middle, largest = np.linalg.eigvalsh(inertia).tolist()
-    slack = relative_slack * max(largest, 1e-300)
-    if least < -slack:
-        raise ValueError(f"a principal moment of inertia is negative ({least:.6g} kg m^2)")
-    if least + middle < largest - slack:
-        raise ValueError(
-            f"no rigid body has principal moments {least:.6g}, {middle:.6g}, {largest:.6g}: two of"
-            " them must add up to at least the third"
-        )

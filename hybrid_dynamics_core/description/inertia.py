@@ -8,11 +8,12 @@ import numpy as np
 
 from ..ground.arrays import Array, frozen
 from .entries import Entry
-from .geometry import check_inertia
+from .rigid_body import impossibility, symmetric_inertia
 from .values import read_each
 
 _COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 _POINT_MASS = {"xx": 0}
+_ROUNDING = 1e-12  # of the largest entry: what arithmetic leaves, which nobody wrote
 
 
 def read_inertia(body: Entry, mass: float, slack: float) -> Array:
@@ -21,13 +22,14 @@ def read_inertia(body: Entry, mass: float, slack: float) -> Array:
     Args:
         body: entry whose key `inertia` is a matrix, components, principal moments or a shape.
         mass: of the body [kg], for shapes.
-        slack: relative error of the printed numbers.
+        slack: relative error of the printed numbers; beyond it a note says by how much no body has
+            the tensor.
 
     Returns:
         (3, 3) about the centre of mass in link axes [kg m^2], zero where no inertia is given.
 
     Raises:
-        DescriptionError: no rigid body has this inertia.
+        DescriptionError: the matrix is not symmetric, or a dimension is not positive.
     """
     given = body.get("inertia", _POINT_MASS)
     path = body.key_path("inertia")
@@ -36,10 +38,18 @@ def read_inertia(body: Entry, mass: float, slack: float) -> Array:
     else:
         entry = Entry(body.values, given, path)
         inertia = _in_link_axes(entry, _tensor(entry, mass))
+    document = body.values.document
     try:
-        check_inertia(inertia, slack)
+        inertia, apart = symmetric_inertia(inertia)
     except ValueError as error:
         raise body.error("inertia", str(error)) from error
+    if apart > _ROUNDING * np.abs(inertia).max():
+        document.note(
+            path, f"mirrored entries differ by {apart:.3g} kg m^2; their mean is taken for both"
+        )
+    problem = impossibility(inertia, slack)
+    if problem:
+        document.doubt_inertia(path, problem)
     return inertia
 
 

@@ -198,6 +198,8 @@ class RobotDescription(Picklable):
         files: file of each entry that stands in another file, by dotted key.
         notes: what the loader assumed or left out, one sentence each.
         warnings: those of the notes about entries that are allowed and hardly meant.
+        impossible: inertias that no rigid body has and that are taken as they stand, by dotted key,
+            each with what is wrong with it. The notes say it too.
         effects: by joint, where the file gives any.
         payloads: frame and body by name.
         actuators: by joint.
@@ -223,6 +225,7 @@ class RobotDescription(Picklable):
     files: Mapping[str, str | Path | None] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    impossible: Mapping[str, str] = field(default_factory=dict)
     effects: Mapping[str, JointEffect] = field(default_factory=dict)
     payloads: Mapping[str, tuple[str, Payload]] = field(default_factory=dict)
     actuators: Mapping[str, HydraulicCylinder] = field(default_factory=dict)

@@ -34,8 +34,14 @@ def mass_singularity(
     for name, part in zip(active, direction, strict=True):
         if abs(part) > NEGLIGIBLE:
             moved.append(f"{name} ({part:+.3g})")
+    problem = "M-bar is singular to working precision"
+    if values[0] < -NEGLIGIBLE * values[-1]:
+        problem = (
+            "M-bar is not positive definite: a link has an inertia that no rigid body has, as"
+            " `check` tells"
+        )
     message = (
-        f"M-bar is singular to working precision: accelerating {', '.join(moved)} takes no force"
+        f"{problem}: accelerating {', '.join(moved)} takes no force"
         f" (smallest eigenvalue {values[0]:.3g}, largest {values[-1]:.3g}); give the links behind"
         " these joints the mass or inertia, or the joints the rotor, that they have in truth"
     )

@@ -20,7 +20,7 @@ from ..description.model import Closure, Joint, Link, Loop, Mimic, RobotDescript
 
 _DESCRIPTIONS = {  # of the entries, in comments
     "gravity": "gravity",
-    "links": "masses of the base and of massless links",
+    "links": "links whose mass or inertia the format cannot say",
     "joints": "limits, friction, drives and springs that the format cannot say",
     "loops": "types of loops",
     "closures": "kinds of closures and assembly modes",
@@ -94,7 +94,7 @@ def without_empty(entries: Data) -> Data:
 
 def link_entry(link: Link) -> Data:
     """A link as a description file has it."""
-    if not link.mass:
+    if not link.mass and not link.inertia.any():
         return {}
     return {
         "mass": link.mass,

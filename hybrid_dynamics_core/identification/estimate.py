@@ -14,7 +14,9 @@ from scipy.linalg import qr, solve_triangular
 from ..closed_state.state import ClosedState, ClosureStatus
 from ..description.effects import JointEffect
 from ..description.model import RobotDescription, effects_of
+from ..description.rigid_body import TRIANGLE_SLACK, impossibility, nearest_possible
 from ..dynamics.loads import Loads
+from ..dynamics.pack_loads import inertial_vector
 from ..dynamics.parameters import JOINT_KINDS, Parameters, described_parameters, link_of
 from ..errors import InputError
 from ..ground.arrays import Array
@@ -284,7 +286,7 @@ def _noise_floor(target: Array) -> Array:
 
 
 def _positive(prior: Array, fit: _Fit, inertial: int) -> Array:
-    """The prior with joint parameters above zero.
+    """The prior with inertias that bodies have, and joint parameters above zero.
 
     Joint parameters, those after the inertial ones, that are zero get the value that would make a
     hundredth of tau.
@@ -296,7 +298,16 @@ def _positive(prior: Array, fit: _Fit, inertial: int) -> Array:
     small = 0.01 * effort / np.maximum(sizes, TINY)
     joints = prior[inertial:]
     positive = np.where(joints > 0.0, joints, small)
-    return np.concatenate([prior[:inertial], positive])
+    bodies = [_possible(prior[k : k + 10]) for k in range(0, inertial, 10)]
+    return np.concatenate([*bodies, positive])
+
+
+def _possible(body: Array) -> Array:
+    """Ten parameters of a body, with the nearest inertia that a body has."""
+    link = link_of("", body)
+    if not impossibility(link.inertia, TRIANGLE_SLACK):
+        return body
+    return inertial_vector(link.mass, link.com, nearest_possible(link.inertia))
 
 
 def _with(effect: JointEffect, kind: str, value: float) -> JointEffect:

@@ -58,12 +58,6 @@ CASES = {
         "parameters.L1",
         "something else than numbers",
     ),
-    "impossible inertia": (
-        "xx: m4*r4*r4/2",
-        "xx: 9.9",
-        "links.l4.inertia",
-        "add up to at least the third",
-    ),
     "missing link": (
         "parent: l42, child: l4,",
         "parent: l43, child: l4,",

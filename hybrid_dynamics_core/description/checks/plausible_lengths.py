@@ -94,7 +94,7 @@ def _warn_of_strokes(document: Document, robot: RobotDescription, reach: float) 
 def _warn_of_inertias(document: Document, robot: RobotDescription, reach: float) -> None:
     """Warn of inertias whose mass would have to be far outside of the robot."""
     for name, link in robot.links.items():
-        if not link.mass or reach <= 0.0:
+        if name == robot.base or not link.mass or reach <= 0.0:
             continue
         moment = float(np.trace(link.inertia)) / 2.0
         gyration = np.sqrt(moment / link.mass)

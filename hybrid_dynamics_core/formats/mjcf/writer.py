@@ -15,11 +15,19 @@ import numpy as np
 from ...algebra.rotations import canonical, quaternion
 from ...description.document import Data
 from ...description.model import Closure, Frame, Joint, Link, RobotDescription, effects_of
+from ...description.rigid_body import nearest_possible
 from ...ground.arrays import Array
 from ...robot.robot import Robot
 from .. import shapes
 from ..extras_reader import TAG
-from ..extras_writer import Feature, extras_of, extras_summary, extras_text, link_entry
+from ..extras_writer import (
+    Feature,
+    extras_of,
+    extras_summary,
+    extras_text,
+    link_entry,
+    without_empty,
+)
 from ..xml.writer import insert_comment, number_text, numbers_text, xml_text
 from .reader import NEGLIGIBLE
 
@@ -31,6 +39,7 @@ _FEATURES = frozenset({Feature.GRAVITY, Feature.FRICTION, Feature.MIMIC, Feature
 _MOMENT_ROWS = (0, 1, 2, 0, 0, 1)
 _MOMENT_COLUMNS = (0, 1, 2, 1, 2, 2)
 _AXIS_ARM = 0.5  # between the two points that tie an axis, over the size of the robot
+_ROUNDING = 1e-15  # relative, of moments
 _INVISIBLE_TO_CONTACTS = {"contype": "0", "conaffinity": "0"}
 
 
@@ -84,9 +93,11 @@ class _MjcfWriter:
         """Add what MJCF has no words for, where MuJoCo keeps texts of users."""
         robot = self.description
         extras: Data = {"base": robot.base, **extras_of(robot, _FEATURES)}
-        base_link = robot.links.get(robot.base)
-        if base_link is not None:
-            extras["links"] = {robot.base: link_entry(base_link)}
+        extras["links"] = {}
+        for name, link in robot.links.items():
+            if name == robot.base or _cannot_be_said(link):
+                extras["links"][name] = link_entry(link)
+        extras = without_empty(extras)
         for closure in robot.closures:
             if closure.kind == "axis":
                 extras["closures"][closure.name]["second"] = f"{closure.name}_axis"
@@ -190,8 +201,24 @@ def _add_placed(parent: Element, tag: str, name: str, frame: Frame) -> Element:
     return element
 
 
+def _cannot_be_said(link: Link) -> bool:
+    """Whether MuJoCo would refuse a link, or take it for another one."""
+    if not link.mass and link.inertia.any():
+        return True
+    return _possible(link.inertia) is not link.inertia
+
+
+def _possible(inertia: Array) -> Array:
+    """The tensor, or the nearest one that MuJoCo takes: it allows no rounding but next to zero."""
+    moments = np.linalg.eigvalsh(inertia)
+    least = max(moments[0], NEGLIGIBLE)
+    if moments[0] >= -_ROUNDING and least + moments[1] >= moments[2] * (1.0 + _ROUNDING):
+        return inertia
+    return nearest_possible(inertia)
+
+
 def _add_inertial(body: Element, link: Link) -> None:
-    inertia = link.inertia
+    inertia = _possible(link.inertia)
     if link.mass == 0.0 and not inertia.any():
         inertia = NEGLIGIBLE * np.eye(3)
     element = SubElement(body, "inertial", pos=numbers_text(link.com))

@@ -15,6 +15,7 @@ import numpy as np
 from ...description.document import Data
 from ...description.geometry import Transform, rotation_about, rotation_with_z_axis, rpy_of
 from ...description.model import Closure, Frame, Joint, Link, Mimic, RobotDescription, effects_of
+from ...description.rigid_body import impossibility, nearest_possible
 from ...errors import InputError
 from ...ground.arrays import Array, frozen
 from ...mechanism.tree import build_tree
@@ -35,6 +36,7 @@ from .poses import WORLD
 _VERSION = "1.11"
 _NAMESPACE = f"urn:{TAG}"  # SDFormat wants elements of others in a name space of their own
 _SMALLEST_INERTIA = 1e-9  # [kg, kg m^2] a link needs some mass
+_ROUNDING = 1e-13  # relative, of moments
 _LOOP_TYPES = {
     "planar": "revolute",
     "axis": "revolute",
@@ -87,11 +89,12 @@ class _SdfWriter:
 
     def extras(self) -> Data:
         extras = extras_of(self.robot, _FEATURES)
-        massless: Data = {}
+        others: Data = {}
         for name, link in self.links.items():
-            if not link.mass and name != WORLD:
-                massless[name] = link_entry(link)
-        extras["links"] = massless
+            is_plain = link.mass and _possible(link.inertia) is link.inertia
+            if not is_plain and name != WORLD:
+                others[name] = link_entry(link)
+        extras["links"] = others
         extras["zero"] = without_empty(self.zero)
         return without_empty(extras)
 
@@ -271,12 +274,20 @@ def _add_payload(model: Element, body: Link, frame: Frame) -> None:
     _add_joint(model, f"{body.name}_fixed", "fixed", frame.link, body.name)
 
 
+def _possible(inertia: Array) -> Array:
+    """The tensor, or the nearest one that SDFormat allows."""
+    if impossibility(inertia, _ROUNDING):
+        return nearest_possible(inertia)
+    return inertia
+
+
 def _add_inertial(element: Element, link: Link) -> None:
     mass = link.mass
-    J = link.inertia
+    J = _possible(link.inertia)
     if not mass:
         mass = _SMALLEST_INERTIA
-        J = _SMALLEST_INERTIA * np.eye(3)
+        if not J.any():
+            J = _SMALLEST_INERTIA * np.eye(3)
     inertial = SubElement(element, "inertial")
     _add_pose(inertial, np.eye(3), link.com)
     add_text(inertial, "mass", number_text(mass))
