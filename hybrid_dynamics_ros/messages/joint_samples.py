@@ -211,6 +211,20 @@ class JointOrder:
             acceleration = self._pick("acceleration", acceleration, count, places)
         return OrderedMotion(position, velocity, acceleration)
 
+    def pick(self, what: str, names: Sequence[str], values: FloatArray) -> FloatArray:
+        """One value (n,) of each joint.
+
+        Args:
+            what: of what kind the values are, for error texts.
+            names: (k,) joint names, in any order; more than the joints are allowed.
+            values: (k,) one for each name.
+
+        Raises:
+            RejectedError: as `arrange` does.
+        """
+        places = self._find(tuple(names))
+        return self._pick(what, values, len(names), places)
+
     def _find(self, names: tuple[str, ...]) -> NDArray[np.intp]:
         """Where the joints are among the names of a sample."""
         if names == self._names and names:

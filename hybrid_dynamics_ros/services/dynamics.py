@@ -1,21 +1,21 @@
-"""Inverse and forward dynamics, minimal form, payload."""
+"""Services: inverse and forward dynamics, minimal form, payload.
+
+Each fills the response, or raises what `answers.guarded` turns into an error code and text: a
+RejectedError for a request that cannot be used, a StateError where the loops do not close or are
+singular.
+"""
 
 from __future__ import annotations
 
 from hybrid_dynamics_msgs.srv import ForwardDynamics, InverseDynamics, MinimalForm, SetPayload
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from hybrid_dynamics_core.errors import InputError
 from hybrid_dynamics_core.ground.wording import one_line
 
 from ..messages import conversions
-from ..messages.joint_samples import (
-    JointOrder,
-    JointSample,
-    RejectedError,
-    RejectionCode,
-    wrong_length,
-)
+from ..messages.joint_samples import FloatArray, JointOrder, RejectedError, RejectionCode
 from ..stream.conditions import NewPayload, PayloadBody, loads_of
 from .context import ServiceContext, require_finite
 from .kinematics import require_frames
@@ -24,7 +24,18 @@ from .kinematics import require_frames
 def inverse_dynamics(
     context: ServiceContext, request: InverseDynamics.Request, response: InverseDynamics.Response
 ) -> None:
-    """Efforts of the active joints for a motion with accelerations."""
+    """Efforts of the active joints for their motion, and the state of all joints.
+
+    Args:
+        context: the robot, and the loads and assembly modes that hold now.
+        request: `motion` names the active joints, with position [rad or m], velocity and
+            acceleration of each.
+        response: gets `efforts` [N m or N] and `joint_state`.
+
+    Raises:
+        RejectedError: the motion is incomplete or not finite, or the answer would not be finite.
+        StateError: a loop does not close, or is singular.
+    """
     robot, given = context.robot, request.motion
     sample = conversions.sample_of_motion(given)
     position, velocity, acceleration = JointOrder(robot.active).arrange(sample).complete()
@@ -40,16 +51,23 @@ def inverse_dynamics(
 def forward_dynamics(
     context: ServiceContext, request: ForwardDynamics.Request, response: ForwardDynamics.Response
 ) -> None:
-    """Accelerations of all joints for efforts of the active ones."""
+    """Accelerations of all joints for efforts of the active ones.
+
+    Args:
+        context: the robot, and the loads and assembly modes that hold now.
+        request: `active_joints` names the active joints, with position [rad or m] and effort
+            [N m or N] of each; velocities are zero where there are none.
+        response: gets `motion`, of all joints.
+
+    Raises:
+        RejectedError: a field has another length than the names or is not finite, or the answer
+            would not be finite.
+        StateError: a loop does not close, or is singular.
+    """
     robot, given = context.robot, request.active_joints
     order = JointOrder(robot.active)
     motion = order.arrange(conversions.sample_of_state(given))
-    # Efforts in place of positions: names, length and finite numbers are checked alike.
-    efforts = conversions.from_field(given.effort)
-    if efforts.size != len(given.name):
-        text = wrong_length("effort", efforts.size, len(given.name))
-        raise RejectedError(RejectionCode.WRONG_LENGTH, text)
-    tau = order.arrange(JointSample(0, given.name, efforts)).position
+    tau = _efforts_of(order, given)
     state = context.close(motion.position, motion.velocity)
     ddu = robot.forward_dynamics(state, tau, context.loads)
     dds = robot.accelerations(state, ddu)
@@ -58,10 +76,33 @@ def forward_dynamics(
     response.motion = conversions.joint_motion(header, robot.coordinates, state.s, state.ds, dds)
 
 
+def _efforts_of(order: JointOrder, message: JointState) -> FloatArray:
+    """Efforts (n,) [N m or N] of a message in the order of joints.
+
+    Raises:
+        RejectedError: as `JointOrder.arrange` does.
+    """
+    efforts = conversions.from_field(message.effort)
+    return order.pick("effort", message.name, efforts)
+
+
 def minimal_form(
     context: ServiceContext, request: MinimalForm.Request, response: MinimalForm.Response
 ) -> None:
-    """M, C u' and G over the active joints."""
+    """M-bar, C-bar u', G-bar and passive forces over the n active joints.
+
+    Args:
+        context: the robot, and the loads and assembly modes that hold now.
+        request: `active_joints` names the active joints, with position [rad or m] of each;
+            velocities are zero where there are none.
+        response: gets `inertia` (n, n), row by row, and `coriolis`, `gravity` and `passive` (n,)
+            [N m or N].
+
+    Raises:
+        RejectedError: a field has another length than the names or is not finite, or the answer
+            would not be finite.
+        StateError: a loop does not close, or is singular.
+    """
     robot = context.robot
     motion = context.active_motion(request.active_joints)
     state = context.close(motion.position, motion.velocity)
@@ -78,16 +119,29 @@ def minimal_form(
 def set_payload(
     context: ServiceContext, request: SetPayload.Request, _response: SetPayload.Response
 ) -> NewPayload:
-    """Another payload at a frame, from now on."""
+    """The change that puts another payload at a frame; the caller applies it.
+
+    Args:
+        context: the robot, and the loads that hold now.
+        request: `frame`, that of the end effector where it is empty, and `inertia`: mass [kg],
+            centre of mass [m] and the inertia about it [kg m^2], in the axes of the frame.
+        _response: stays as it is.
+
+    Returns:
+        The change. Nothing has changed yet.
+
+    Raises:
+        RejectedError: there is no such frame, or no rigid body has such an inertia.
+    """
     frame = request.frame or context.robot.end_effector
     require_frames(context.robot, frame)
     inertia, com = request.inertia, request.inertia.com
-    moments = (inertia.ixx, inertia.ixy, inertia.ixz, inertia.iyy, inertia.iyz, inertia.izz)
-    if not inertia.m >= 0.0:
+    entries = (inertia.ixx, inertia.ixy, inertia.ixz, inertia.iyy, inertia.iyz, inertia.izz)
+    if not inertia.m >= 0.0:  # NaN is refused too
         raise RejectedError(
             RejectionCode.BAD_REQUEST, f"the mass is {inertia.m} kg, expected 0 or more"
         )
-    body = PayloadBody(inertia.m, (com.x, com.y, com.z), moments)
+    body = PayloadBody(inertia.m, (com.x, com.y, com.z), entries)
     change = NewPayload(frame, body)
     try:
         loads_of(context.robot, change.applied(context.situation.conditions))

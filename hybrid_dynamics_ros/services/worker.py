@@ -1,4 +1,13 @@
-"""The process that answers service calls: started by `worker_pool`, never by people."""
+"""The process that answers service calls: started by `worker_pool`, never by people.
+
+It talks with the node through one pipe. Both ends send pickled objects:
+
+1. The node sends a RobotDescription. The process makes the robot and sends None: it is ready.
+2. For each call, the node sends (name of the service, request, Situation). The process sends
+   (response, ConditionChange or None).
+
+The process ends where the node closes the pipe or is gone.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +16,7 @@ import signal
 import sys
 import threading
 import time
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Final
 
@@ -21,26 +31,46 @@ _CHECK_PERIOD: Final = 0.2  # [s] between two checks whether the node is still t
 
 
 def main(descriptor: int, parent: int) -> None:
-    """Make a robot from what the node sends, then answer jobs until the node is gone."""
+    """Make a robot from what the node sends, then answer calls until the node is gone.
+
+    Args:
+        descriptor: file descriptor of this end of the pipe.
+        parent: process id of the node.
+    """
     # Ctrl-C reaches all processes of a terminal: the node ends this one.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+    threading.Thread(target=_exit_with_node, args=(parent,), daemon=True).start()
     os.nice(_NICENESS)
     connection = Connection(descriptor)
     try:
-        robot = Robot(connection.recv())
-        connection.send(None)
-        while True:
-            name, request, situation = connection.recv()
-            service = BY_NAME[name]
-            context, response = ServiceContext(robot, situation), service.kind.Response()
-            connection.send(guarded(service.answer, context, request, response))
-    except (EOFError, OSError):
-        return  # the node is gone
+        description = connection.recv()
+    except (EOFError, OSError):  # the node is gone
+        return
+    robot = Robot(description)  # a fault here is not the pipe's: it ends the process with its text
+    with suppress(EOFError, OSError):  # the node is gone
+        _answer_calls(connection, robot)
 
 
-def _end_with(parent: int) -> None:
-    """End in the middle of a job, too, where the node was killed."""
+def _answer_calls(connection: Connection, robot: Robot) -> None:
+    """Say that the robot is ready, then answer one call after the other.
+
+    Raises:
+        EOFError, OSError: the node has closed the pipe, or is gone.
+    """
+    connection.send(None)  # ready
+    while True:
+        name, request, situation = connection.recv()
+        service = BY_NAME[name]
+        context, response = ServiceContext(robot, situation), service.kind.Response()
+        connection.send(guarded(service.answer, context, request, response))
+
+
+def _exit_with_node(parent: int) -> None:
+    """Exit once the node is gone, in the middle of a call too.
+
+    Args:
+        parent: process id of the node.
+    """
     while os.getppid() == parent:
         time.sleep(_CHECK_PERIOD)
     os._exit(0)

@@ -4,11 +4,14 @@ What cannot be provoked from outside, and the mapping of errors to codes.
 """
 
 import dataclasses
+import os
+from multiprocessing import Pipe
 
 import numpy as np
 import pytest
 from hybrid_dynamics_msgs.msg import ErrorCode
 from hybrid_dynamics_msgs.srv import (
+    ForwardDynamics,
     InverseDynamics,
     ListAssemblyModes,
     SolveFK,
@@ -25,9 +28,10 @@ from hybrid_dynamics_core.errors import (
     SingularityError,
 )
 from hybrid_dynamics_ros.messages.joint_samples import RejectedError, RejectionCode
+from hybrid_dynamics_ros.services import worker
 from hybrid_dynamics_ros.services.answers import guarded
 from hybrid_dynamics_ros.services.context import ServiceContext
-from hybrid_dynamics_ros.services.dynamics import inverse_dynamics
+from hybrid_dynamics_ros.services.dynamics import forward_dynamics, inverse_dynamics
 from hybrid_dynamics_ros.services.kinematics import IK_CODES, solve_fk, solve_ik
 from hybrid_dynamics_ros.services.modes import list_assembly_modes, switch_assembly_mode
 from hybrid_dynamics_ros.services.table import TABLE
@@ -244,3 +248,39 @@ def test_arrays_that_are_missing_are_told_with_what_is_expected(robot):
         response.error_text
         == "velocity has 0 values for 4 joint names; expected 4, zeros for a robot at rest"
     )
+
+
+@pytest.mark.parametrize(
+    ("efforts", "text"),
+    [
+        ([0.0, np.nan, 0.0, 0.0], "effort of joint q12 is nan"),
+        ([0.0, 0.0, 0.0, -1e300], "effort of joint q4 is -1e+300, expected less than 1e+12"),
+        ([0.0], "effort has 1 value for 4 joint names; expected 4"),
+    ],
+)
+def test_bad_efforts_are_named_as_efforts(robot, efforts, text):
+    joints = JointState(name=ACTIVE, position=POSITION, effort=efforts)
+    request = ForwardDynamics.Request(active_joints=joints)
+    response, _ = guarded(
+        forward_dynamics, ServiceContext(robot), request, ForwardDynamics.Response()
+    )
+    assert response.error_code == ErrorCode.BAD_INPUT
+    assert response.error_text == text
+
+
+def test_a_worker_that_cannot_make_its_robot_says_why(monkeypatch):
+    """An OSError of the robot is not taken for one of the pipe, which means that the node ended."""
+
+    def fail(_description):
+        raise PermissionError("the folder of the kernels")
+
+    monkeypatch.setattr(worker, "Robot", fail)
+    monkeypatch.setattr(worker, "_exit_with_node", lambda _parent: None)
+    monkeypatch.setattr(worker.signal, "signal", lambda *_: None)
+    monkeypatch.setattr(worker.os, "nice", lambda _: None)
+    ours, theirs = Pipe()
+    ours.send("a description")
+    descriptor = os.dup(theirs.fileno())  # `main` closes its own
+    with pytest.raises(PermissionError, match="the folder of the kernels"):
+        worker.main(descriptor, os.getppid())
+    assert not ours.poll()
