@@ -20,8 +20,8 @@ PROFILES: Final = (RELIABLE, BEST_EFFORT, SENSOR_DATA, LATEST)
 
 Value = str | int | float | bool | tuple[float, ...] | tuple[str, ...] | None
 T = TypeVar("T", bound=Value)
-Floats = tuple[float, ...] | None
-Words = tuple[str, ...] | None
+OptionalFloats = tuple[float, ...] | None
+OptionalNames = tuple[str, ...] | None
 
 
 class ParameterError(ValueError):
@@ -44,13 +44,13 @@ class Parameter(Generic[T]):
 
     Attributes:
         name: parameter name.
-        default: value where none is given; None: not set.
-        text: what it is, one sentence.
-        unit: unit of a number, or "".
-        bounds: lowest and highest number, both allowed.
-        choices: the words that are allowed; empty means any.
-        kind: type of the value; for arrays that of their entries.
-        length: entries of an array, None any number; 0 no array.
+        default: value where none is given; None where the parameter is then not set.
+        text: what it is, for people.
+        unit: of a number; "" for other values.
+        bounds: lowest and highest number, both allowed; None where there are no bounds.
+        choices: the words that are allowed; () where any word is.
+        kind: type of the value, or of the entries where it is an array.
+        length: number of entries of an array; None for an array of any length, 0 for no array.
         change: when it may change.
     """
 
@@ -66,17 +66,19 @@ class Parameter(Generic[T]):
 
 
 _LARGE: Final = 1e9
-_RATE: Final = "a second, by the stamps of the input; 0: one for every input, -1: none."
+_RATE: Final = "by the stamps of the input. 0: one for every input. -1: none."
 
 
 def _rate(topic: str, default: float) -> Parameter[float]:
-    text = f"Messages on ~/{topic} at most {_RATE}"
+    """The highest rate of an output topic."""
+    text = f"Highest rate of messages on ~/{topic}, {_RATE}"
     return Parameter(
         f"rates.{topic}", default, text, unit="Hz", bounds=(-1.0, 1e5), change=ChangeTime.ANY_TIME
     )
 
 
-def _level(name: str, default: float, text: str, unit: str) -> Parameter[float]:
+def _threshold(name: str, default: float, text: str, unit: str) -> Parameter[float]:
+    """A value from which on diagnostics warn or report an error."""
     return Parameter(
         f"diagnostics.{name}", default, text, unit, (0.0, _LARGE), change=ChangeTime.ANY_TIME
     )
@@ -91,11 +93,11 @@ ROBOT: Final = Parameter[str](
 AUTOSTART: Final = Parameter[bool](
     "autostart",
     True,
-    "Configure and activate at once, without anybody to ask for it.",
+    "Whether the node configures and activates itself when it starts.",
     kind=bool,
     change=ChangeTime.NEVER,
 )
-MEASURED: Final = Parameter[Words](
+MEASURED: Final = Parameter[OptionalNames](
     "measured",
     None,
     "Joints that the input measures: any independent set. Not set: the active joints of the robot.",
@@ -119,7 +121,7 @@ MAX_GAP: Final = Parameter[float](
     bounds=(0.001, 3600.0),
     change=ChangeTime.ANY_TIME,
 )
-GRAVITY: Final = Parameter[Floats](
+GRAVITY: Final = Parameter[OptionalFloats](
     "gravity",
     None,
     "Gravity in the axes of the base frame. Not set: that of the robot file.",
@@ -168,7 +170,7 @@ INPUT_QOS: Final = Parameter[str](
 INPUT_DEPTH: Final = Parameter[int](
     "qos.input_depth",
     200,
-    "Messages that wait at most in each subscription.",
+    "Most messages that wait in each subscription (history depth).",
     bounds=(1, 100000),
     kind=int,
 )
@@ -178,7 +180,7 @@ OUTPUT_QOS: Final = Parameter[str](
 OUTPUT_DEPTH: Final = Parameter[int](
     "qos.output_depth",
     200,
-    "Messages that wait at most in each publisher.",
+    "Most messages that wait in each publisher (history depth).",
     bounds=(1, 100000),
     kind=int,
 )
@@ -194,15 +196,15 @@ TOPIC_RATES: Final[Mapping[str, Parameter[float]]] = {
 TF_RATE: Final = Parameter[float](
     "rates.tf",
     -1.0,
-    f"Transforms of all links on /tf at most {_RATE} Needs tf2_msgs. Not beside"
-    " robot_state_publisher.",
+    f"Highest rate of the transforms of all links on /tf, {_RATE} Needs tf2_msgs. Do not use it"
+    " beside robot_state_publisher.",
     unit="Hz",
     bounds=(-1.0, 1e5),
 )
 STILL: Final = Parameter[float](
     "assembly.still_below",
     1e-3,
-    "The robot counts as standing while no measured joint is faster than this.",
+    "Assembly modes are switched only while no measured joint is faster than this.",
     unit="rad/s or m/s",
     bounds=(0.0, 1000.0),
     change=ChangeTime.ANY_TIME,
@@ -210,7 +212,7 @@ STILL: Final = Parameter[float](
 TIMEOUT: Final = Parameter[float](
     "services.timeout",
     60.0,
-    "Longest time that one service call may be worked on.",
+    "A service call that takes longer than this is answered with TIMEOUT.",
     unit="s",
     bounds=(0.01, 86400.0),
     change=ChangeTime.ANY_TIME,
@@ -218,7 +220,7 @@ TIMEOUT: Final = Parameter[float](
 QUEUE: Final = Parameter[int](
     "services.queue",
     64,
-    "Service calls that wait at most; more are answered with BUSY.",
+    "Most calls that wait for each of the two processes; further ones are answered with BUSY.",
     bounds=(1, 100000),
     kind=int,
     change=ChangeTime.ANY_TIME,
@@ -226,7 +228,7 @@ QUEUE: Final = Parameter[int](
 LEAST_SINGULARITY: Final = Parameter[float](
     "trajectory.least_singularity",
     0.02,
-    "A point of a trajectory nearer to a singularity than this is bad: 0 singular, 1 best.",
+    "A trajectory ends before a point nearer to a singularity than this: 0 singular, 1 best.",
     bounds=(0.0, 1.0),
     change=ChangeTime.ANY_TIME,
 )
@@ -238,30 +240,29 @@ DIAGNOSTICS_PERIOD: Final = Parameter[float](
     bounds=(0.05, 3600.0),
     change=ChangeTime.NEVER,
 )
-LEAST_RATE: Final = _level(
-    "least_rate", 0.0, "Warn where the input has a lower rate than this.", "Hz"
+LEAST_RATE: Final = _threshold(
+    "least_rate", 0.0, "Warn where the rate of the input is lower than this.", "Hz"
 )
-LATEST_AGE: Final = _level(
-    "latest_age", 1.0, "Warn where stamps are older than this, by the node's clock.", "s"
+LATEST_AGE: Final = _threshold(
+    "latest_age", 1.0, "Warn where the newest stamp is off the node's clock by more than this.", "s"
 )
-LATENCY: Final = _level(
-    "latency",
-    0.02,
-    "Warn where an input takes longer than this from take-up to answers, at the 99th percentile.",
-    "s",
+LATENCY: Final = _threshold(
+    "latency", 0.02, "Warn where more than 1 % of the inputs take the node longer than this.", "s"
 )
-RESIDUAL: Final = _level("residual", 1e-6, "Error where loops are closed no better than this.", "1")
-SINGULARITY_WARN: Final = _level(
-    "singularity_warn", 0.1, "Warn nearer to a singularity than this.", "1"
+RESIDUAL: Final = _threshold(
+    "residual", 1e-6, "Error where the residual of the loops is larger than this.", "1"
 )
-SINGULARITY_ERROR: Final = _level(
-    "singularity_error", 0.02, "Error nearer to a singularity than this.", "1"
+SINGULARITY_WARN: Final = _threshold(
+    "singularity_warn", 0.1, "Warn nearer to a singularity than this: 0 singular, 1 best.", "1"
 )
-STROKE_WARN: Final = _level(
+SINGULARITY_ERROR: Final = _threshold(
+    "singularity_error", 0.02, "Error nearer to a singularity than this: 0 singular, 1 best.", "1"
+)
+STROKE_WARN: Final = _threshold(
     "stroke_warn", 0.01, "Warn nearer to the end of a stroke than this.", "rad or m"
 )
-STROKE_ERROR: Final = _level(
-    "stroke_error", 0.0, "Error beyond the end of a stroke by less than this left.", "rad or m"
+STROKE_ERROR: Final = _threshold(
+    "stroke_error", 0.0, "Error nearer to the end of a stroke than this; 0: beyond it.", "rad or m"
 )
 LOG_PERIOD: Final = Parameter[float](
     "log_period",
@@ -272,6 +273,7 @@ LOG_PERIOD: Final = Parameter[float](
     change=ChangeTime.ANY_TIME,
 )
 
+# In the order of the parameter file, several on a line; of Any, since types of rows differ.
 _ROWS: Final[list[Any]] = [
     *(ROBOT, AUTOSTART, MEASURED, BANDWIDTH, MAX_GAP, GRAVITY),
     *(PAYLOAD_FRAME, PAYLOAD_MASS, PAYLOAD_COM, PAYLOAD_INERTIA),
@@ -288,31 +290,20 @@ SENSOR: Final = "sensors"
 
 def sensor_rows(joint: str) -> tuple[Parameter[float], Parameter[float], Parameter[float]]:
     """The lines of the table for the sensor of one joint: offset, sign and scale."""
-    prefix = f"{SENSOR}.{joint}"
-    offset = Parameter(
-        f"{prefix}.offset",
-        0.0,
-        "Reading where the joint is at zero.",
-        "of the reading",
-        (-_LARGE, _LARGE),
-        change=ChangeTime.ANY_TIME,
+
+    def row(
+        name: str, default: float, text: str, unit: str, bounds: tuple[float, float]
+    ) -> Parameter[float]:
+        full_name = f"{SENSOR}.{joint}.{name}"
+        return Parameter(full_name, default, text, unit, bounds, change=ChangeTime.ANY_TIME)
+
+    signs = "1.0, or -1.0 where the reading falls while the joint rises."
+    scales = "Change of the joint coordinate for one unit of the reading."
+    offset = row(
+        "offset", 0.0, "Reading where the joint is at zero.", "of the reading", (-_LARGE, _LARGE)
     )
-    sign = Parameter(
-        f"{prefix}.sign",
-        1.0,
-        "1.0, or -1.0 where the reading falls while the joint rises.",
-        "1",
-        (-1.0, 1.0),
-        change=ChangeTime.ANY_TIME,
-    )
-    scale = Parameter(
-        f"{prefix}.scale",
-        1.0,
-        "Joint coordinate for one unit of the reading.",
-        "rad or m",
-        (1e-12, _LARGE),
-        change=ChangeTime.ANY_TIME,
-    )
+    sign = row("sign", 1.0, signs, "1", (-1.0, 1.0))
+    scale = row("scale", 1.0, scales, "rad or m", (1e-12, _LARGE))
     return offset, sign, scale
 
 
@@ -342,10 +333,13 @@ class NodeSettings:
 
 
 def checked(row: Parameter[Any], value: Any) -> Value:
-    """The value as the table has it: a whole number for a real one is taken, arrays become tuples.
+    """The value of a parameter, checked against its row of the table.
+
+    A whole number is taken for a real one. An array becomes a tuple. None becomes the default.
 
     Raises:
-        ParameterError: what is wrong with it, and what is expected.
+        ParameterError: the value has the wrong type or length, is empty, out of bounds or none of
+            the choices. The text says what is expected.
     """
     if value is None:
         return cast(Value, row.default)
@@ -354,12 +348,19 @@ def checked(row: Parameter[Any], value: Any) -> Value:
     entry = _entry(row, value)
     if entry == "" and row.default != "":
         raise _wrong(row, value, row.text)
-    if row.name.startswith(SENSOR) and row.name.endswith(".sign") and abs(entry) != 1.0:
-        raise _wrong(row, value, "expected 1.0 or -1.0")
+    _check_sign(row, entry)
     return cast(Value, entry)
 
 
+def _check_sign(row: Parameter[Any], entry: Any) -> None:
+    """Raise where the sign of a sensor is neither 1 nor -1, which bounds cannot say."""
+    is_sign = row.name.startswith(f"{SENSOR}.") and row.name.endswith(".sign")
+    if is_sign and abs(entry) != 1.0:
+        raise _wrong(row, entry, "expected 1.0 or -1.0")
+
+
 def _checked_array(row: Parameter[Any], value: Any) -> Value:
+    """An array as a tuple, its length and entries checked."""
     if isinstance(value, str | bytes) or not isinstance(value, Sequence):
         raise _wrong(row, value, "expected an array")
     if row.length is not None and len(value) != row.length:
@@ -368,6 +369,7 @@ def _checked_array(row: Parameter[Any], value: Any) -> Value:
 
 
 def _entry(row: Parameter[Any], value: Any) -> Any:
+    """A value that is no array, or one entry of an array, checked."""
     if row.kind is float and type(value) is int:
         value = float(value)
     if type(value) is not row.kind:
