@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from .scalar import Scalar, Scalars
 
@@ -16,19 +16,28 @@ class Definite:
         size: number of rows.
         pivots: D, what remains of each diagonal entry after the rows before it. All are positive
             where the matrix is positive definite. One next to zero says that it is singular.
+        mask: 1 for each row that counts, 0 for each that is left out.
     """
 
-    def __init__(self, matrix: Sequence[Scalars], floor: Scalar = 0.0) -> None:
+    def __init__(
+        self,
+        matrix: Sequence[Scalars],
+        floor: Scalar = 0.0,
+        keep: Callable[[int, Scalar], Scalar] | None = None,
+    ) -> None:
         """Factorise the matrix.
 
         Args:
             matrix: rows (size, size).
             floor: added where one divides by a pivot. It is so small that it counts only where
                 nothing remains, and keeps results without meaning finite.
+            keep: from a row and its pivot, 1 where the row counts, or 0 where its unknown is zero
+                and its equation is left out. All count if None.
         """
         self.size = len(matrix)
         self._floor = floor
         self.pivots: list[Scalar] = []
+        self.mask: list[Scalar] = []
         self._lower: list[list[Scalar]] = []
         for i in range(self.size):
             scaled = self._scaled_row(matrix[i], i)
@@ -37,20 +46,33 @@ class Definite:
             for a, b in zip(scaled, row, strict=True):
                 pivot = pivot - a * b
             self.pivots.append(pivot)
+            self.mask.append(keep(i, pivot) if keep else 1.0)
             self._lower.append(row)
 
     def solve(self, rhs: Scalars) -> list[Scalar]:
         """x with matrix x = rhs."""
-        x: list[Scalar] = []
-        for i, row in enumerate(self._lower):
-            value = rhs[i]
-            for a, b in zip(row, x, strict=True):
-                value = value - a * b
-            x.append(value)
-        x = self._divided_by_pivots(x)
+        x = self._divided_by_pivots(self.remainders(rhs))
         for i in range(self.size - 1, -1, -1):
             for j in range(i + 1, self.size):
                 x[i] = x[i] - self._lower[j][i] * x[j]
+        return x
+
+    def remainders(self, rhs: Scalars) -> list[Scalar]:
+        """What the rows before leave of each entry of a right-hand side."""
+        remainders: list[Scalar] = []
+        for i, row in enumerate(self._lower):
+            value = rhs[i]
+            for a, b in zip(row, remainders, strict=True):
+                value = value - a * b
+            remainders.append(value)
+        return remainders
+
+    def dependence(self, i: int) -> list[Scalar]:
+        """Shares (i,) of the rows before that come nearest to row i."""
+        x = list(self._lower[i])
+        for k in range(i - 1, -1, -1):
+            for j in range(k + 1, i):
+                x[k] = x[k] - self._lower[j][k] * x[j]
         return x
 
     def _scaled_row(self, entries: Scalars, i: int) -> list[Scalar]:
@@ -64,11 +86,17 @@ class Definite:
         return scaled
 
     def _divided_by_pivots(self, values: Scalars) -> list[Scalar]:
-        return [value / self._divisor(d) for value, d in zip(values, self.pivots, strict=True)]
+        quotients: list[Scalar] = []
+        for value, pivot, mask in zip(values, self.pivots, self.mask, strict=True):
+            quotients.append(mask * value / self._divisor(pivot, mask))
+        return quotients
 
-    def _divisor(self, pivot: Scalar) -> Scalar:
-        """The pivot, or 1 where it is the constant zero: that must not stop a trace."""
-        raised = pivot + self._floor
+    def _divisor(self, pivot: Scalar, mask: Scalar) -> Scalar:
+        """The pivot, or 1 for a row that is left out.
+
+        1 too where it is the constant zero: that must not stop a trace.
+        """
+        raised = mask * pivot + self._floor + (1.0 - mask)
         if isinstance(raised, float) and raised == 0.0:
             return 1.0
         return raised

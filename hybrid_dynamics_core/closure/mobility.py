@@ -68,16 +68,17 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     _require_closed(tree, robot, s, residual)
     _, jacobian = gaps_and_jacobian(tree, loops, s, range(len(names)))
     motions = _null_space(jacobian)
-    order = [names.index(name) for name in robot.active] + passive
+    driven = (*robot.motors, *robot.actuators)
+    order = _indices(names, (*driven, *robot.idle, *names))
     independent = independent_rows(motions, order, INDEPENDENT, passes=1)
     chosen = [names[k] for k in independent]
     if names and not chosen:
         raise robot.error(
             "active", "the loops hold every joint fast: nothing is left to move; mend the geometry"
         )
-    motors = tuple(name for name in chosen if name in robot.active)
-    idle = tuple(name for name in chosen if name not in robot.active)
-    dependent = tuple(name for name in robot.active if name not in motors)
+    motors = tuple(name for name in chosen if name in driven)
+    idle = tuple(name for name in chosen if name not in driven)
+    dependent = tuple(name for name in robot.motors if name not in motors)
     reference = dict(zip(names, s.tolist(), strict=True))
     return Mobility(motors + idle, idle, dependent, reference)
 
@@ -85,8 +86,19 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
 def with_mobility(robot: RobotDescription, mobility: Mobility) -> tuple[RobotDescription, Tree]:
     """The description with its independent coordinates as active ones, and its tree."""
     notes = (*robot.notes, *_beyond_limits(robot, mobility.reference))
-    settled = replace(robot, active=mobility.active, reference=mobility.reference, notes=notes)
+    settled = replace(
+        robot,
+        active=mobility.active,
+        idle=mobility.idle,
+        reference=mobility.reference,
+        notes=notes,
+    )
     return settled, build_tree(settled)
+
+
+def _indices(names: Sequence[str], preferred: Sequence[str]) -> list[int]:
+    """Indices of names in an order of preference, each once."""
+    return [names.index(name) for name in dict.fromkeys(preferred)]
 
 
 def _require_closed(

@@ -63,10 +63,11 @@ class _Builder:
             joints=self.joints(),
             closures=self.closures(),
             loops=self.loops(),
-            active=tuple(data["active"]),
+            active=(*data["active"], *data.get("idle", [])),
             end_effector=END_EFFECTOR,
             frames=self.frames(),
             reference=self.reference(),
+            idle=tuple(data.get("idle", [])),
             active_set=data.get("active_set", "exact"),
             mimics=self.mimics(),
             file=self.document.file,
@@ -161,7 +162,7 @@ class _Builder:
         given = section_entry(self.values, "reference")
         for name in given:
             reference[name] = given.coordinate(name, joints[name]["type"])
-        for name in self.data["active"]:
+        for name in (*self.data["active"], *self.data.get("idle", [])):
             lower, upper = joints[name].limits("limits")
             if name in reference or lower <= 0.0 <= upper:
                 continue

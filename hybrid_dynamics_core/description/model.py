@@ -187,10 +187,11 @@ class RobotDescription(Picklable):
         joints: by name.
         closures: ties that close the loops.
         loops: those of Type A to D, by name.
-        active: joints that are driven, in order.
+        active: the independent coordinates u, in order: driven joints, then idle ones.
         end_effector: name of its frame.
         frames: by name, with those of fixed links and of the end effector.
         reference: coordinates of the reference configuration [rad or m], by joint.
+        idle: those of `active` that nobody drives.
         active_set: "motors" where independent coordinates are to be found from the motors by rank.
         mimics: by the joint that follows.
         file: that the description was read from.
@@ -218,6 +219,7 @@ class RobotDescription(Picklable):
     end_effector: str
     frames: Mapping[str, Frame]
     reference: Mapping[str, float] = field(default_factory=dict)
+    idle: tuple[str, ...] = ()
     active_set: ActiveSet = "exact"
     mimics: Mapping[str, Mimic] = field(default_factory=dict)
     file: str | Path | None = None
@@ -230,6 +232,11 @@ class RobotDescription(Picklable):
     payloads: Mapping[str, tuple[str, Payload]] = field(default_factory=dict)
     actuators: Mapping[str, HydraulicCylinder] = field(default_factory=dict)
     parts: Mapping[str, Link] = field(default_factory=dict)
+
+    @property
+    def motors(self) -> tuple[str, ...]:
+        """Those of `active` that are driven."""
+        return tuple(name for name in self.active if name not in self.idle)
 
     def joint_to(self) -> dict[str, Joint]:
         """The joint that moves each link, by the link."""

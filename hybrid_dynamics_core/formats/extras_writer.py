@@ -25,6 +25,7 @@ _DESCRIPTIONS = {  # of the entries, in comments
     "loops": "types of loops",
     "closures": "kinds of closures and assembly modes",
     "active": "the active joints",
+    "idle": "the idle joints",
     "end_effector": "the end effector",
     "payloads": "payloads as such",
     "actuators": "hydraulic cylinders",
@@ -59,7 +60,8 @@ def extras_of(robot: RobotDescription, features: Collection[Feature]) -> Data:
     extras["joints"] = _joint_entries(robot, features)
     extras["loops"] = {loop.name: _loop_entry(loop) for loop in robot.loops.values()}
     extras["closures"] = {closure.name: _closure_entry(closure) for closure in robot.closures}
-    extras["active"] = list(robot.active)
+    extras["active"] = list(robot.motors)
+    extras["idle"] = list(robot.idle)
     extras["active_set"] = robot.active_set
     extras["end_effector"] = {"link": robot.end_effector}
     extras["payloads"] = _payload_entries(robot)

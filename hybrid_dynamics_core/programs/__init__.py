@@ -9,12 +9,12 @@ from .closure import ACCELERATIONS, CLOSE, MOTION
 from .derivatives import forward_dynamics_derivatives, inverse_dynamics_derivatives
 from .dynamics import (
     closed_inverse_dynamics,
-    forward_dynamics,
     inverse_dynamics,
     minimal_form,
     passive_forces,
 )
 from .energy import energy, motion
+from .forward import forward_dynamics
 from .kinematics import forward_kinematics, jacobian, pose_and_jacobian
 from .matrices import coriolis_matrix, spanning_terms
 from .model import Inputs, Model, Program

@@ -11,7 +11,8 @@ from ..dynamics.load_pattern import NOTHING, LoadPattern
 from ..kernels.differentiate import jacobian, substitute
 from ..kernels.graph import Graph, Operand, Symbol
 from ..kernels.trace import Results
-from .dynamics import Dynamics, solve_motion
+from .dynamics import Dynamics
+from .forward import solve_motion
 from .model import AT_ACCELERATION, AT_EFFORT, Inputs, Model, Program, with_loads
 
 Matrix = list[list[Scalar]]

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from ..algebra.definite import Definite
 from ..algebra.linear import Rows, transposed
 from ..algebra.scalar import Scalar
-from ..algebra.vector import ZERO3, sub, trace
+from ..algebra.vector import ZERO3
 from ..closure.closed_motion import ClosedMotion
 from ..dynamics.load_pattern import NOTHING, LoadedTree, LoadPattern
-from ..kernels.trace import Check, Results
+from ..kernels.trace import Results
 from .closure import closed_motion, closed_outputs
 from .model import (
     AT_ACCELERATION,
-    AT_EFFORT,
     AT_STATE,
     UNDER_GRAVITY,
     Inputs,
@@ -20,11 +18,6 @@ from .model import (
     Program,
     with_loads,
 )
-from .outcome import Outcome, OutcomeKind
-
-# share of the robot's own scale of inertia below which a pivot of M-bar is rounding
-SINGULAR_MASS = 1e-13
-MASS_SINGULAR = Outcome(OutcomeKind.MASS_SINGULAR).encode()
 
 
 class Dynamics:
@@ -137,72 +130,3 @@ def passive_forces(pattern: LoadPattern = NOTHING) -> Program:
         return Results({"tau": dynamics.project(forces)}, dynamics.checks)
 
     return with_loads(AT_STATE, run, pattern)
-
-
-def forward_dynamics(pattern: LoadPattern = NOTHING) -> Program:
-    """Program for u'' from tau: M-bar u'' = tau - (C-bar u' + G-bar + loads)."""
-
-    def run(model: Model, x: Inputs) -> Results:
-        dynamics = Dynamics(model, x, pattern)
-        ddu, _, checks = solve_motion(model, dynamics, list(x.tau))
-        return Results({"ddu": ddu}, dynamics.checks + checks)
-
-    return with_loads(AT_EFFORT, run, pattern)
-
-
-def solve_motion(
-    model: Model, dynamics: Dynamics, tau: list[Scalar]
-) -> tuple[list[Scalar], Definite, list[Check]]:
-    """Solve for u''.
-
-    Args:
-        model: the robot.
-        dynamics: its dynamics at a state.
-        tau: active efforts (n,).
-
-    Returns:
-        u'' (n,), M-bar ready to solve with, and the checks that it is regular.
-    """
-    mass = Definite(dynamics.mass_matrix())
-    bias = dynamics.inverse([0.0] * dynamics.n)
-    ddu = mass.solve(sub(tau, bias))
-    checks: list[Check] = []
-    scales = inertia_scales(model, dynamics.motion)
-    for pivot, scale in zip(mass.pivots, scales, strict=True):
-        checks.append(Check(pivot / scale, SINGULAR_MASS, MASS_SINGULAR))
-    return ddu, mass, checks
-
-
-def inertia_scales(model: Model, motion: ClosedMotion) -> list[Scalar]:
-    """What the diagonal of M-bar would be if each coordinate moved the whole robot.
-
-    This is the scale of its rounding.
-    """
-    mass, inertia = _mass_and_inertia(model)
-    sizes: list[float] = []
-    for k in range(motion.size):
-        size = mass
-        if model.tree.is_revolute(k):
-            size = inertia
-        sizes.append(size)
-    scales: list[Scalar] = []
-    for column in columns_of(motion):
-        total: Scalar = 0.0
-        for size, factor in zip(sizes, column, strict=True):
-            total = total + size * (factor * factor)
-        scales.append(total)
-    return scales
-
-
-def _mass_and_inertia(model: Model) -> tuple[float, float]:
-    """Mass [kg] of all bodies, and a bound of their inertia about any of their joints [kg m^2].
-
-    1 where there is none.
-    """
-    bodies = model.tree.bodies
-    mass = sum(body.mass for body in bodies) or 1.0
-    squares: list[float] = []
-    for body in bodies:
-        squares += [float(length) ** 2 for length in body.translation]
-    inertia = sum(trace(body.inertia) for body in bodies) + mass * sum(squares)
-    return mass, inertia or 1.0

@@ -7,7 +7,8 @@ from ..algebra.vector import ZERO3, Vector, add, dot, matvec, scale
 from ..dynamics.bilinear import body_twists, momentum
 from ..dynamics.load_pattern import NOTHING, LoadPattern
 from ..kernels.trace import Results
-from .dynamics import Dynamics, solve_motion
+from .dynamics import Dynamics
+from .forward import solve_motion
 from .model import AT_EFFORT, UNDER_GRAVITY, Inputs, Model, Program, with_loads
 
 

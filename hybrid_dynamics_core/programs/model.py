@@ -18,10 +18,17 @@ GRAVITY = 3
 
 @dataclass(frozen=True)
 class Model:
-    """What the programs compute with: the tree and the plan that closes its loops."""
+    """What the programs compute with.
+
+    Attributes:
+        tree: the spanning tree.
+        plan: how its loops close.
+        idle: indices of the active coordinates that nobody drives.
+    """
 
     tree: Tree
     plan: ClosurePlan
+    idle: tuple[int, ...] = ()
 
     def size(self, name: str) -> int:
         """Length of an input vector."""

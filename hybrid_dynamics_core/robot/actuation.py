@@ -39,15 +39,21 @@ class Actuation:
 
     @lazy
     def drives(self) -> tuple[str, ...]:
-        """The n joints that are driven, in the order of the coordinates.
+        """The joints that are driven, in the order of the coordinates.
 
-        These are the joints with an actuator, then active joints until the motion is determined.
+        These are the joints with an actuator, then active joints until the motion of all but the
+        idle ones is determined.
         """
+        return tuple(name for name in self._determining if name not in self._model.idle)
+
+    @lazy
+    def _determining(self) -> tuple[str, ...]:
+        """The n joints that determine the motion: the drives, then idle coordinates."""
         model = self._model
         R = self._closure.close(model.reference).R
         sizes = np.linalg.norm(R, axis=1)
         preferred = [model.coordinates.index(name) for name in (*self.cylinders, *model.active)]
-        order = list(dict.fromkeys(preferred))
+        order = list(dict.fromkeys(preferred))  # of active coordinates, the idle ones are last
         rows = independent_rows(R, order, INDEPENDENT * np.maximum(sizes, 1.0))
         return tuple(model.coordinates[k] for k in sorted(rows))
 
@@ -90,6 +96,8 @@ class Actuation:
     ) -> Mapping[str, Array]:
         """Forces of the `drives` that give the generalised forces tau.
 
+        What tau has along idle coordinates, nobody gives.
+
         Args:
             state: closed state, or a batch of N.
             tau: generalised forces (n,) or (N, n) [N m, N].
@@ -102,13 +110,16 @@ class Actuation:
             InputError: a shape is wrong, or a value is not finite.
         """
         tau = self._closure.vector_like(state, "tau", tau)
-        indices = [self._model.coordinates.index(name) for name in self.drives]
+        indices = [self._model.coordinates.index(name) for name in self._determining]
         rows = state.R[..., indices, :]
         self._check_drives(rows)
         transposed = np.swapaxes(rows, -1, -2)
         solution = np.linalg.solve(transposed, tau[..., None])
         forces = solution[..., 0].astype(np.float64)
-        by_name = {name: forces[..., k] for k, name in enumerate(self.drives)}
+        by_name: dict[str, Array] = {}
+        for k, name in enumerate(self._determining):
+            if name not in self._model.idle:
+                by_name[name] = forces[..., k]
         return MappingProxyType(by_name)
 
     def hydraulics(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .. import programs
 from ..closed_state.state import ClosedState, settle
@@ -17,9 +17,9 @@ from ..dynamics.mass import mass_singularity
 from ..dynamics.parameters import Parameters, described_parameters
 from ..dynamics.pins import Pin, find_pins
 from ..dynamics.reactions import Reactions, named_reactions
+from ..errors import MassSingularityError
 from ..ground.arrays import Array
 from ..ground.lazy import lazy
-from ..kernels.run import Codes
 from ..kernels.status import GOOD, MASS_SINGULAR
 from .closure import Closure
 from .kernel_store import KernelStore
@@ -86,7 +86,8 @@ class Dynamics:
 
         Raises:
             MassSingularityError: M-bar is singular to working precision, since some motion of the
-                active joints moves no mass.
+                active joints moves no mass. A motion of idle coordinates alone may: their
+                acceleration is zero then. It is an error where a force acts along it.
             InputError: a shape is wrong, or the input or the result is not finite.
         """
         tau = self._closure.vector_like(state, "tau", tau)
@@ -231,8 +232,7 @@ class Dynamics:
                 return values["ddu"], float(values["power"])
             if code == MASS_SINGULAR:
                 near = self._closure.close(u, du, near=state)
-                mass, _, _ = self.minimal_form(near, loads)
-                raise mass_singularity(mass, np.array(True), self._model.active)
+                raise self._mass_singularity(near, np.array(True), tau, loads)
             return np.full_like(u, np.nan), np.nan
 
         return motion
@@ -356,12 +356,16 @@ class Dynamics:
         inputs["gravity"] = loads.gravity
         values, codes = kernel(*[inputs[name] for name in names])
         if codes.any():
-            self._raise_if_mass_singular(state, codes, loads)
+            singular = np.asarray(codes == MASS_SINGULAR)
+            if singular.any():
+                raise self._mass_singularity(state, singular, inputs["tau"], loads)
             settle(state, values, codes)
         return values
 
-    def _raise_if_mass_singular(self, state: ClosedState, codes: Codes, loads: Loads) -> None:
-        singular = np.asarray(codes == MASS_SINGULAR)
-        if singular.any():
-            mass, _, _ = self.minimal_form(state, loads)
-            raise mass_singularity(mass, singular, self._model.active)
+    def _mass_singularity(
+        self, state: ClosedState, singular: NDArray[np.bool_], tau: Array, loads: Loads
+    ) -> MassSingularityError:
+        """The error for the first state at which M-bar is singular."""
+        mass, _, _ = self.minimal_form(state, loads)
+        forces = tau - self.inverse_dynamics(state, np.zeros_like(tau), loads)
+        return mass_singularity(mass, singular, self._model.active, self._model.idle, forces)

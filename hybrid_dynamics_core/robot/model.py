@@ -30,14 +30,12 @@ class RobotModel:
         description: what the file says, with the independent coordinates as active ones.
         tree: spanning tree of the links.
         plan: how the loops close from the active coordinates.
-        idle: active coordinates that no motor drives.
         dependent_motors: motors that follow from the other ones. They are passive coordinates.
     """
 
     description: RobotDescription
     tree: Tree
     plan: ClosurePlan
-    idle: tuple[str, ...] = ()
     dependent_motors: tuple[str, ...] = ()
 
     @staticmethod
@@ -53,7 +51,7 @@ class RobotModel:
         mobility = find_mobility(tree, description)
         description, tree = with_mobility(description, mobility)
         plan = build_plan(tree, description)
-        return RobotModel(description, tree, plan, mobility.idle, mobility.dependent)
+        return RobotModel(description, tree, plan, mobility.dependent)
 
     @property
     def name(self) -> str:
@@ -64,6 +62,11 @@ class RobotModel:
     def active(self) -> tuple[str, ...]:
         """Names of the active coordinates u."""
         return self.tree.coordinates[: self.tree.n_active]
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """Active coordinates that nobody drives."""
+        return self.description.idle
 
     @lazy
     def passive(self) -> tuple[str, ...]:
@@ -207,7 +210,8 @@ class RobotModel:
     @lazy
     def program_model(self) -> Model:
         """What programs compute with: the tree and the plan from the active coordinates."""
-        return Model(self.tree, self.plan)
+        idle = tuple(self.active.index(name) for name in self.idle)
+        return Model(self.tree, self.plan, idle)
 
     def program_model_from(self, given: tuple[str, ...]) -> Model:
         """The same with other given coordinates.

@@ -81,7 +81,7 @@ class Robot:
 
     @property
     def idle(self) -> tuple[str, ...]:
-        """Active coordinates that no motor drives."""
+        """Active coordinates that nobody drives."""
         return self._model.idle
 
     @property
@@ -290,9 +290,10 @@ class Robot:
 
     @property
     def drives(self) -> tuple[str, ...]:
-        """The n joints that are driven, in the order of the coordinates.
+        """The joints that are driven, in the order of the coordinates.
 
-        These are the joints with an actuator, then active joints until the motion is determined.
+        These are the joints with an actuator, then active joints until the motion of all but the
+        idle ones is determined.
         """
         return self._actuation.drives
 

@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import pickle
+import re
 import textwrap
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 from hybrid_dynamics_core import DescriptionError, Payload, Robot, load, shipped_robots
 from hybrid_dynamics_core.export import to_gepetto, to_mjcf, to_sdf, to_urdf_plus
 from hybrid_dynamics_core.formats.reader import parse_description
 from tests.export.bars import LIMITED, PAIR
+from tests.generated.robots import shuffled
 from tests.robots import random_states, robot
-from tests.sampling import swept
+from tests.sampling import examples, swept
+from tests.spinning import Spinning, spinning
 
 FORMS = ["urdf+", "robot.yaml", "sdf", "mjcf"]
 # relative: poses become angles or quaternions of 17 digits and back, in SDFormat through the whole
@@ -233,3 +240,68 @@ def test_wrong_entries_are_reported_with_their_line(
         load(file)
     assert words in str(caught.value)
     assert line is None or caught.value.line == line
+
+
+CART = """
+format: 1
+name: cartpole
+active_set: motors
+links:
+  base: {}
+  cart: {mass: 1}
+  pole: {mass: 0.2, com: [0, 0, 0.5], inertia: {rod: {axis: z, length: 1}}}
+joints:
+  x: {type: prismatic, parent: base, child: cart, axis: x, limits: [-1, 1]}
+  th: {type: revolute, parent: cart, child: pole, axis: y}
+active: [x]
+end_effector: {link: pole, xyz: [0, 0, 1]}
+"""
+
+
+def assert_idle_as_before(machine: Robot, form: str, folder: Path) -> None:
+    """No motor is written for idle coordinates, and they come back idle."""
+    file = write(machine, form, folder)
+    back = load(file)
+    assert (back.active, back.idle, back.drives) == (machine.active, machine.idle, machine.drives)
+    assert set(back.drives).isdisjoint(back.idle)
+    text = file.read_text(encoding="utf-8")
+    motors = re.findall(r'<motor [^>]*joint="(\w+)"', text)
+    motors += re.findall(r'<joint name="(\w+)"[^>]*independent="true"', text)
+    for listed in re.findall(r"name_mot: \[(.*)\]", text):
+        motors += listed.split(", ")
+    assert set(motors) == (set() if form == "sdf" else set(machine.drives))
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_an_idle_pole_comes_back_idle(form: str, tmp_path: Path) -> None:
+    assert_idle_as_before(Robot(parse_description(CART)), form, tmp_path)
+
+
+@pytest.mark.parametrize("form", FORMS)
+@examples(12)
+@given(spinning(), st.integers(0, 100))
+def test_idle_coordinates_of_random_robots_come_back_idle(
+    form: str, linkage: Spinning, seed: int
+) -> None:
+    """In whatever order the joints stand, so that others could be chosen."""
+    try:
+        machine = Robot(shuffled(linkage.description(), seed))
+    except DescriptionError:
+        assume(False)
+    with TemporaryDirectory() as folder:
+        assert_idle_as_before(machine, form, Path(folder))
+
+
+def test_a_copy_of_an_idle_robot_is_idle() -> None:
+    machine = Robot(parse_description(CART))
+    for other in (Robot(machine.description), pickle.loads(pickle.dumps(machine))):  # noqa: S301
+        assert (other.idle, other.drives) == (("th",), ("x",))
+
+
+def test_idle_joints_may_be_named() -> None:
+    """Of a set of coordinates that is complete with them."""
+    text = CART.replace("active_set: motors", "idle: [th]")
+    machine = Robot(parse_description(text))
+    assert (machine.active, machine.idle, machine.drives) == (("x", "th"), ("th",), ("x",))
+    with pytest.raises(DescriptionError, match="'x' is active too; an idle joint is one that"):
+        parse_description(text.replace("idle: [th]", "idle: [x]"))

@@ -50,7 +50,7 @@ def shuffled(robot: RobotDescription, seed: int) -> RobotDescription:
     rng = np.random.default_rng(seed)
 
     def mixed(entries: dict) -> dict:
-        return {name: entries[name] for name in rng.permutation(list(entries))}
+        return {str(name): entries[name] for name in rng.permutation(list(entries))}
 
     closures = [swapped(closure) if rng.integers(2) else closure for closure in robot.closures]
     return replace(

@@ -65,16 +65,26 @@ class _NameCheck:
 
     def check_active(self) -> None:
         active = self.document.data["active"]
+        idle = self.document.data.get("idle", [])
         for k, name in enumerate(active):
-            path = ("active", k)
-            self._refuse_link(name, path)
-            self._require(name, self.moving_joints, path, "joint")
-            mimic = self.tree.joints[name].get("mimic", {})
-            source = mimic.get("joint")
-            if source in active:
+            self._check_coordinate(name, ("active", k), active)
+        for k, name in enumerate(idle):
+            self._check_coordinate(name, ("idle", k), [*active, *idle])
+            if name in active:
                 raise self.document.error(
-                    path, f"'{name}' follows '{source}', which is active too; leave one out"
+                    ("idle", k), f"'{name}' is active too; an idle joint is one that nobody drives"
                 )
+
+    def _check_coordinate(self, name: str, path: KeyPath, coordinates: list[str]) -> None:
+        """Check one of the independent coordinates."""
+        self._refuse_link(name, path)
+        self._require(name, self.moving_joints, path, "joint")
+        mimic = self.tree.joints[name].get("mimic", {})
+        source = mimic.get("joint")
+        if source in coordinates:
+            raise self.document.error(
+                path, f"'{name}' follows '{source}', which is active too; leave one out"
+            )
 
     def check_payloads(self) -> None:
         places = [*self.places, END_EFFECTOR]

@@ -56,7 +56,7 @@ def to_gepetto(robot: RobotDescription) -> Pair:
     entries: Data = {
         "closed_loop": pairs.ends,
         "type": pairs.types,
-        "name_mot": list(robot.active),
+        "name_mot": list(robot.motors),
         "joint_name": [],
         "joint_type": [],
         TAG: {"pairs": pairs.names, **extras},

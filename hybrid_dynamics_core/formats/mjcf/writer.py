@@ -71,7 +71,7 @@ class _MjcfWriter:
         self.fill(world, self.description.base)
         self.add_equalities(root)
         actuator = SubElement(root, "actuator")
-        for name in self.robot.active:
+        for name in self.description.motors:
             SubElement(actuator, "motor", name=name, joint=name)
         self.add_keyframe(root, world)
         self.add_extras(root)
@@ -187,9 +187,10 @@ class _MjcfWriter:
         order = [joint.get("name", "") for joint in world.iter("joint")]
         no_acceleration = np.zeros(len(self.robot.active))
         efforts = self.robot.inverse_dynamics(state, no_acceleration)
+        motors = len(self.description.motors)  # idle coordinates come after them
         keyframe = SubElement(root, "keyframe")
         qpos = numbers_text(coordinates[name] for name in order)
-        ctrl = numbers_text(efforts)
+        ctrl = numbers_text(efforts[:motors])
         SubElement(keyframe, "key", name="reference", qpos=qpos, ctrl=ctrl)
 
 

@@ -38,7 +38,7 @@ def to_urdf_plus(robot: RobotDescription) -> str:
     for element in root.findall("joint"):
         if element.get("type") != "fixed":
             independent = "false"
-            if element.get("name") in robot.active:
+            if element.get("name") in robot.motors:
                 independent = "true"
             element.set("independent", independent)
     for closure in robot.closures:

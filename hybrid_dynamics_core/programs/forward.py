@@ -1,0 +1,152 @@
+"""Accelerations from efforts, without the idle coordinates that move no mass.
+
+A rod between two balls can spin about itself. Where it is so thin that this moves no mass, nothing
+tells how fast the spin changes, and nothing else needs to know it: its acceleration is taken as
+zero, and its equation is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from ..algebra.definite import Definite
+from ..algebra.scalar import Scalar, Scalars, absolute, rint
+from ..algebra.vector import dot, sub
+from ..closure.closed_motion import ClosedMotion
+from ..dynamics.load_pattern import NOTHING, LoadPattern
+from ..kernels.trace import Check, Results
+from ..mechanism.total_inertia import total_inertia, total_mass
+from .dynamics import Dynamics, columns_of
+from .model import AT_EFFORT, Inputs, Model, Program, with_loads
+from .outcome import Outcome, OutcomeKind
+
+# share of the robot's own scale of inertia below which a pivot of M-bar is rounding
+SINGULAR_MASS = 1e-13
+MASS_SINGULAR = Outcome(OutcomeKind.MASS_SINGULAR).encode()
+# share of the robot's own scale of force below which a force is rounding
+NO_FORCE = 1e-9
+# share of a motion, in scales of inertia, below which a coordinate has no part in it
+NO_PART = 1e-6
+TINY = 1e-300  # a robot without any force or inertia has no scale
+
+
+def forward_dynamics(pattern: LoadPattern = NOTHING) -> Program:
+    """Program for u'' from tau: M-bar u'' = tau - (C-bar u' + G-bar + loads)."""
+
+    def run(model: Model, x: Inputs) -> Results:
+        dynamics = Dynamics(model, x, pattern)
+        ddu, _, checks = solve_motion(model, dynamics, list(x.tau))
+        return Results({"ddu": ddu}, dynamics.checks + checks)
+
+    return with_loads(AT_EFFORT, run, pattern)
+
+
+def solve_motion(
+    model: Model, dynamics: Dynamics, tau: list[Scalar]
+) -> tuple[list[Scalar], Definite, list[Check]]:
+    """Solve for u''.
+
+    Args:
+        model: the robot.
+        dynamics: its dynamics at a state.
+        tau: active efforts (n,).
+
+    Returns:
+        u'' (n,), M-bar ready to solve with, and the checks that it is regular. Idle coordinates
+        that move no mass have no acceleration, and are left out of M-bar.
+    """
+    scales = InertiaScales(model, dynamics.motion)
+
+    def keep(i: int, pivot: Scalar) -> Scalar:
+        if i not in model.idle:
+            return 1.0
+        return _is_above(pivot / scales.active[i], SINGULAR_MASS)
+
+    mass = Definite(dynamics.mass_matrix(), keep=keep)
+    forces = dynamics.loaded.forces(dynamics.gravity, dynamics.ds, dynamics.drift())
+    rhs = sub(tau, dynamics.project(list(forces)))
+    ddu = mass.solve(rhs)
+    checks: list[Check] = []
+    for i, (pivot, scale) in enumerate(zip(mass.pivots, scales.active, strict=True)):
+        least = -SINGULAR_MASS if i in model.idle else SINGULAR_MASS
+        checks.append(Check(pivot / scale, least, MASS_SINGULAR))
+    if model.idle:
+        size = _square_of_forces(dynamics, scales, forces, tau)
+        for i, force in enumerate(mass.remainders(rhs)):
+            if i in model.idle:
+                limit = NO_FORCE**2 * size * scales.active[i]
+                checks.append(_moves_no_other(mass, i, model.idle, scales.active))
+                checks.append(_has_no_force(mass.mask[i], force, limit))
+    return ddu, mass, checks
+
+
+class InertiaScales:
+    """What the inertia of each coordinate would be if it moved the whole robot.
+
+    They are the scales of the rounding of M-bar.
+
+    Attributes:
+        mass: of all moving links [kg].
+        along_s: of all coordinates (n_s,) [kg m^2, kg].
+        active: of the active ones (n,), with all that they move.
+    """
+
+    def __init__(self, model: Model, motion: ClosedMotion) -> None:
+        self.mass = total_mass(model.tree) or 1.0
+        inertia = total_inertia(model.tree, model.plan.reference) or 1.0
+        self.along_s: list[float] = []
+        for k in range(motion.size):
+            is_angle = model.tree.is_revolute(k)
+            self.along_s.append(inertia if is_angle else self.mass)
+        self.active: list[Scalar] = []
+        for column in columns_of(motion):
+            total: Scalar = 0.0
+            for size, factor in zip(self.along_s, column, strict=True):
+                total = total + size * (factor * factor)
+            self.active.append(total)
+
+
+def _is_above(value: Scalar, limit: float) -> Scalar:
+    """1 where a value is above a limit, 0 where it is not."""
+    share = value / (absolute(value) + limit)  # above a half where it is
+    return rint(0.5 * (share + absolute(share)))
+
+
+def _moves_no_other(mass: Definite, i: int, idle: Collection[int], scales: Scalars) -> Check:
+    """That the motion without mass, for which a coordinate is left out, moves no driven one.
+
+    Args:
+        mass: M-bar.
+        i: the coordinate.
+        idle: the coordinates that may be left out.
+        scales: of the inertia of the active coordinates (n,).
+    """
+    part: Scalar = 0.0
+    for k, share in enumerate(mass.dependence(i)):
+        if k not in idle:
+            part = part + scales[k] * (share * share)
+    part = (1.0 - mass.mask[i]) * part
+    return Check(NO_PART**2 * scales[i] - part, 0.0, MASS_SINGULAR)
+
+
+def _has_no_force(mask: Scalar, force: Scalar, limit: Scalar) -> Check:
+    """That no force, whose square is beyond a limit, acts along a coordinate that is left out."""
+    excess = (1.0 - mask) * (force * force)
+    return Check(limit + TINY - excess, 0.0, MASS_SINGULAR)
+
+
+def _square_of_forces(
+    dynamics: Dynamics, scales: InertiaScales, forces: Scalars, tau: Scalars
+) -> Scalar:
+    """Square of the forces on a robot, over the inertia that they act on.
+
+    Forces may cancel each other: weight and inertia count by themselves too.
+    """
+    pairs = [*zip(forces, scales.along_s, strict=True), *zip(tau, scales.active, strict=True)]
+    total: Scalar = scales.mass * dot(dynamics.gravity, dynamics.gravity)
+    for force, scale in pairs:
+        total = total + force * force / scale
+    for rate, scale in zip(dynamics.ds, scales.along_s, strict=True):
+        square = rate * rate
+        total = total + scale * (square * square)
+    return total
