@@ -1,6 +1,7 @@
 """The code blocks of a page, run in order as a reader would.
 
-They run in one folder, with one Python session and bash.
+They run in one folder, with one Python session and bash. `python examples/SCRIPT` is that of this
+tree.
 
 * ```python: run; where lines begin with >>> the answers must be those that the page shows (...
   stands for anything).
@@ -17,9 +18,12 @@ beside the node that the page starts.
 
 from __future__ import annotations
 
+import contextlib
 import doctest
+import io
 import os
 import re
+import runpy
 import shlex
 import subprocess
 import sys
@@ -28,6 +32,8 @@ from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
+
+import pytest
 
 from hybrid_dynamics_core import load
 
@@ -40,6 +46,7 @@ RUN = {"python", "bash", "console", "yaml", "xml"}
 FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 PROGRAM = "hybrid-dynamics"
 COMMAND_LINES = re.compile(rf"({PROGRAM} [^\n|<>&;$`\\]*\n?)+")
+SCRIPT_LINE = re.compile(r"python (examples/[\w/]+\.py)([ \w]*)")
 PROGRAMS = {PROGRAM: "-m hybrid_dynamics_cli", "python": ""}
 
 
@@ -151,12 +158,25 @@ class Session:
             assert same, f"{block.where}: {command}\n{problem}"
 
     def _shell(self, block: Block, script: str, *, fails: bool = False) -> str:
-        if COMMAND_LINES.fullmatch(script.strip()):
+        ours = SCRIPT_LINE.fullmatch(script.strip())
+        if ours:
+            code, said = 0, self._example(ours[1], ours[2].split())
+        elif COMMAND_LINES.fullmatch(script.strip()):
             code, said = self._command(script)
         else:
             code, said = self._bash_process(script)
         assert (code != 0) == fails, f"{block.where}: ended with {code}:\n{script}\n{said}"
         return said
+
+    def _example(self, script: str, words: list[str]) -> str:
+        """Run a script of `examples` in this process."""
+        place = ROOT / script
+        said = io.StringIO()
+        with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(said):
+            patch.setattr(sys, "argv", [script, *words])
+            patch.syspath_prepend(str(place.parent))
+            runpy.run_path(str(place), run_name="__main__")
+        return said.getvalue()
 
     def _command(self, script: str) -> tuple[int, str]:
         """Run lines of nothing but our command in this process, which has imported everything."""

@@ -104,7 +104,7 @@ def test_figure_9_inverse_kinematics_of_the_forward_kinematics(forging: Robot) -
 
 
 def test_level_carrier_stays_level(forging: Robot) -> None:
-    """ERRATA: f8, Eq. 33, prints sin for cos; the carrier would tilt by -36 degrees at 10 s."""
+    """ERRATA: f8, Eq. 33, prints sin for cos; the carrier would tilt by tens of degrees."""
     for row in REFERENCE["trajectory"]:
         rotation = forging.forward_kinematics(forging.close(row["u"]), frame="l42").rotation
         assert rotation[2, 0] == pytest.approx(0.0, abs=1e-14)
