@@ -61,10 +61,12 @@ def _describe_follower(
 ) -> str:
     mimic = robot.mimics[name]
     follower = tree.coordinates.index(name)
-    source = float(configuration.q[tree.coordinates.index(mimic.source)])
-    value = float(configuration.q[follower])
-    gap = abs(value - mimic.multiplier * source - mimic.offset)
-    return f"it stays {gap:.3g} {tree.unit(follower)} off what it follows, {mimic.source}"
+    expected = mimic.offset
+    for source, multiplier in mimic.multipliers.items():
+        expected += multiplier * float(configuration.q[tree.coordinates.index(source)])
+    gap = abs(float(configuration.q[follower]) - expected)
+    sources = ", ".join(mimic.multipliers)
+    return f"it stays {gap:.3g} {tree.unit(follower)} off what it follows, {sources}"
 
 
 def _angle_between(a: Array, b: Array) -> float:

@@ -14,6 +14,7 @@ from .checks.plausible_lengths import warn_of_lengths
 from .checks.plausible_masses import warn_of_masses
 from .document import Data, Document
 from .entries import Entry, section_entries, section_entry
+from .followers import multiplier_path, multipliers_of
 from .forces import read_actuators, read_effects, read_payloads
 from .geometry import Transform, rotation_about
 from .inertia import read_inertia
@@ -22,6 +23,7 @@ from .rigid_body import TRIANGLE_SLACK
 from .values import ValueReader
 
 _SAME_PLACE = 1e-12  # [m and of unit vectors] rounding of one place that is written twice
+_NO_MULTIPLIER = "is 0, so the joint does not follow; make it a fixed joint, or leave this one out"
 _STANDARD_GRAVITY = [0, 0, -9.81]
 _ROUNDED_SLACK = 1e-3  # relative, of inertias that a drawing program printed with few digits
 
@@ -177,8 +179,17 @@ class _Builder:
         mimics: dict[str, Mimic] = {}
         for name, joint in section_entries(self.values, "joints").items():
             if "mimic" in joint:
-                mimics[name] = _mimic(joint.sub("mimic"))
+                mimics[name] = self.mimic(joint.sub("mimic"))
         return MappingProxyType(mimics)
+
+    def mimic(self, entry: Entry) -> Mimic:
+        multipliers: dict[str, float] = {}
+        for source, value in multipliers_of(entry.data).items():
+            path = multiplier_path(entry.data, entry.path, source)
+            multipliers[source] = self.values.number(value, path)
+            if multipliers[source] == 0.0:
+                raise self.document.error(path, _NO_MULTIPLIER)
+        return Mimic(MappingProxyType(multipliers), entry.number("offset"))
 
     # -- frames
 
@@ -256,13 +267,6 @@ class _Builder:
                 k2=self.attached.link(entry["k2"]),
             )
         return MappingProxyType(loops)
-
-
-def _mimic(entry: Entry) -> Mimic:
-    multiplier = entry.number("multiplier", 1.0)
-    if multiplier == 0.0:
-        raise entry.error("multiplier", "is 0, so the joint would not move; make it a fixed joint")
-    return Mimic(entry["joint"], multiplier, entry.number("offset"))
 
 
 def _moved_along(joint_type: str, axis: Array, offset: float, frame: Frame) -> Frame:

@@ -96,16 +96,14 @@ class Joint:
 
 @dataclass(frozen=True, eq=False)
 class Mimic:
-    """A joint that follows another one: q = multiplier * q_source + offset.
+    """A joint that follows others: q = sum of multiplier * q_source + offset.
 
     Attributes:
-        source: joint that is followed.
-        multiplier: rate over rate of the source.
-        offset: [rad or m] coordinate with the source at zero.
+        multipliers: rate over rate of each joint that is followed, by its name.
+        offset: [rad or m] coordinate with the followed joints at zero.
     """
 
-    source: str
-    multiplier: float = 1.0
+    multipliers: Mapping[str, float]
     offset: float = 0.0
 
 

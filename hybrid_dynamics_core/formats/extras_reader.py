@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from ..description.checks.schema import check_schema
 from ..description.document import Data, Document, FilePath
+from ..description.followers import multipliers_of
 from ..description.located_yaml import read_yaml
 from ..ground.suggestions import suggestion
 
@@ -121,10 +122,12 @@ def _shift_coordinates(document: Document, zero: dict[str, float]) -> None:
             spring = joint["spring"]
             spring["rest"] = spring.get("rest", 0.0) + value
     for name, joint in joints.items():
-        mimic = joint.get("mimic")
-        if mimic and (name in zero or mimic["joint"] in zero):
-            source_zero = zero.get(mimic["joint"], 0.0)
-            mimic["offset"] += zero.get(name, 0.0) - mimic["multiplier"] * source_zero
+        if "mimic" not in joint:
+            continue
+        mimic = joint["mimic"]
+        mimic["offset"] += zero.get(name, 0.0)
+        for source, multiplier in multipliers_of(mimic).items():
+            mimic["offset"] -= float(multiplier) * zero.get(source, 0.0)
 
 
 def _turn_into_loop(document: Document, name: str) -> None:

@@ -16,12 +16,13 @@ import yaml
 from ..description.actuators import HydraulicCylinder
 from ..description.document import Data
 from ..description.effects import SMOOTHING, JointEffect, Payload
+from ..description.followers import mimic_entry
 from ..description.model import Closure, Joint, Link, Loop, Mimic, RobotDescription
 
 _DESCRIPTIONS = {  # of the entries, in comments
     "gravity": "gravity",
     "links": "links whose mass or inertia the format cannot say",
-    "joints": "limits, friction, drives and springs that the format cannot say",
+    "joints": "limits, friction, drives, springs and followers that the format cannot say",
     "loops": "types of loops",
     "closures": "kinds of closures and assembly modes",
     "active": "the active joints",
@@ -40,7 +41,8 @@ class Feature(Enum):
     GRAVITY = auto()
     FRICTION = auto()  # viscous and Coulomb
     SPRING = auto()  # without preload
-    MIMIC = auto()
+    MIMIC = auto()  # of one joint
+    MIMIC_OF_SEVERAL = auto()
     ONE_SIDED_LIMITS = auto()
     UNLIMITED_SLIDES = auto()
     EFFORT_LIMITS = auto()
@@ -124,8 +126,9 @@ def _joint_entries(robot: RobotDescription, features: Collection[Feature]) -> Da
             entry["velocity_limit"] = joint.velocity_limit
         if name in robot.effects:
             entry |= _effect_entries(robot.effects[name], features)
-        if name in robot.mimics and Feature.MIMIC not in features:
-            entry["mimic"] = _mimic_entry(robot.mimics[name])
+        if name in robot.mimics and _mimic_feature(robot.mimics[name]) not in features:
+            mimic = robot.mimics[name]
+            entry["mimic"] = mimic_entry(dict(mimic.multipliers), mimic.offset)
         entries[name] = entry
     return without_empty(entries)
 
@@ -160,12 +163,9 @@ def _effect_entries(effect: JointEffect, features: Collection[Feature]) -> Data:
     return entries
 
 
-def _mimic_entry(mimic: Mimic) -> Data:
-    return {
-        "joint": mimic.source,
-        "multiplier": mimic.multiplier,
-        "offset": mimic.offset,
-    }
+def _mimic_feature(mimic: Mimic) -> Feature:
+    """What a format has to say of a follower."""
+    return Feature.MIMIC if len(mimic.multipliers) == 1 else Feature.MIMIC_OF_SEVERAL
 
 
 def _loop_entry(loop: Loop) -> Data:

@@ -170,7 +170,7 @@ def test_mimic_joints_follow(tmp_path: Path) -> None:
     robot = read_urdf(write(tmp_path, text))
     assert robot.active == ("motor", "knee")
     follower = robot.mimics["hinge"]
-    assert (follower.source, follower.multiplier, follower.offset) == ("motor", -2, 0.1)
+    assert (follower.multipliers, follower.offset) == ({"motor": -2}, 0.1)
     with pytest.raises(
         DescriptionError, match=r"active\[1\]: 'hinge' follows 'motor', which is active too"
     ):

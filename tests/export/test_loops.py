@@ -137,10 +137,10 @@ WRONG = {
         2,
     ),
     "ratio": ('<ratio value="6"/>', '<ratio value="six"/>', 'value="six"; expected a number', 9),
-    "two joints": (
+    "one link": (
         '<predecessor link="crank"/>',
-        '<predecessor link="coupler"/>',
-        "couples knee, motor to spin",
+        '<predecessor link="rotor"/>',
+        "has both ends on one link",
         6,
     ),
     "nothing drives": (

@@ -87,6 +87,7 @@ def _spatial(closure: Closure, chains: Chains, private: frozenset[int]) -> list[
 
 def _follower(tree: Tree, robot: RobotDescription, name: str) -> JointCoupling:
     mimic = robot.mimics[name]
-    follower = tree.coordinates.index(name)
-    source = tree.coordinates.index(mimic.source)
-    return JointCoupling(name, {follower: 1.0, source: -mimic.multiplier}, -mimic.offset)
+    coefficients = {tree.coordinates.index(name): 1.0}
+    for source, multiplier in mimic.multipliers.items():
+        coefficients[tree.coordinates.index(source)] = -multiplier
+    return JointCoupling(name, coefficients, -mimic.offset)

@@ -1,4 +1,4 @@
-"""A joint that follows another one: mimic joints, gears, coupled cylinders."""
+"""A joint that follows others: mimic joints, gears, level hands, coupled cylinders."""
 
 from __future__ import annotations
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from ...ground.suggestions import did_you_mean, no_such_name
-from ..document import Document, KeyPath
+from ...ground.wording import singular_or_plural
+from ..document import Data, Document, KeyPath
+from ..followers import form_problem, multiplier_path, multipliers_of
 from ..model import END_EFFECTOR
 from .link_tree import LinkTree
 
@@ -56,7 +58,7 @@ class _NameCheck:
             self._require(joint["child"], self.links, (*path, "child"), "link")
             self.tree.hang(joint["child"], name)
             if "mimic" in joint:
-                self._check_mimic(name, joint["mimic"]["joint"])
+                self._check_mimic(name, joint["mimic"])
 
     def check_closures(self) -> None:
         for name, closure in self.document.entries("closures").items():
@@ -79,11 +81,12 @@ class _NameCheck:
         """Check one of the independent coordinates."""
         self._refuse_link(name, path)
         self._require(name, self.moving_joints, path, "joint")
-        mimic = self.tree.joints[name].get("mimic", {})
-        source = mimic.get("joint")
-        if source in coordinates:
+        sources = self._sources(name)
+        if sources and all(source in coordinates for source in sources):
+            followed = "' and '".join(sources)
+            verb = singular_or_plural(len(sources), "is", "are")
             raise self.document.error(
-                path, f"'{name}' follows '{source}', which is active too; leave one out"
+                path, f"'{name}' follows '{followed}', which {verb} active too; leave one out"
             )
 
     def check_payloads(self) -> None:
@@ -108,19 +111,41 @@ class _NameCheck:
             hint = did_you_mean(self.tree.parent_joint[name])
         raise self.document.error(path, f"'{name}' is a link; name the joint that moves it{hint}")
 
-    def _check_mimic(self, name: str, source: str) -> None:
-        path: KeyPath = ("joints", name, "mimic", "joint")
-        joints = self.tree.joints
-        self._require(source, self.moving_joints, path, "joint")
-        followed = [name]
-        while "mimic" in joints[source]:
-            if source in followed:
-                cycle = " -> ".join([*followed, source])
-                raise self.document.error(path, f"'{name}' follows itself ({cycle})")
-            followed.append(source)
-            source = joints[source]["mimic"]["joint"]
-            if source not in joints:
-                return  # an error at that joint
+    def _check_mimic(self, name: str, mimic: Data) -> None:
+        path: KeyPath = ("joints", name, "mimic")
+        problem = form_problem(mimic)
+        if problem:
+            raise self.document.error(path, problem)
+        for source in multipliers_of(mimic):
+            key = multiplier_path(mimic, path, source)
+            if "joint" in mimic:
+                key = (*path, "joint")
+            self._require(source, self.moving_joints, key, "joint")
+            self._check_cycle([name, source], key)
+
+    def _check_cycle(self, followed: list[str], path: KeyPath) -> None:
+        """Check that a joint does not follow itself by way of others.
+
+        Args:
+            followed: the joint, then each that the one before follows.
+            path: of the entry, for the message.
+        """
+        name, *others = followed
+        if name in others:
+            cycle = " -> ".join(followed)
+            raise self.document.error(path, f"'{name}' follows itself ({cycle})")
+        *before, last = followed
+        if last in before:  # an error at that joint
+            return
+        for source in self._sources(last):
+            self._check_cycle([*followed, source], path)
+
+    def _sources(self, name: str) -> list[str]:
+        """The joints that a joint follows; none where its entry is wrong."""
+        mimic = self.tree.joints.get(name, {}).get("mimic")
+        if not mimic or form_problem(mimic):
+            return []
+        return list(multipliers_of(mimic))
 
 
 def _without_repeats(names: list[str]) -> list[str]:

@@ -13,6 +13,7 @@ from typing import Any
 from ...description.checks.schema import check_schema
 from ...description.defaults import farthest_link, neutral_coordinate
 from ...description.document import Data, Document, KeyPath
+from ...description.followers import multipliers_of
 from ...description.values import read_each
 from ...ground.suggestions import suggestion
 from ...ground.wording import counted
@@ -171,9 +172,9 @@ class _GepettoReader:
                 raise self.document.error(path, f"'{name}' is named twice")
             self.document.alias(("active", k), path)
             if "mimic" in joints[name]:
-                source = joints[name].pop("mimic")["joint"]
+                sources = multipliers_of(joints[name].pop("mimic"))
                 self.document.notes.append(
-                    f"{name}: named as a motor, so it does not follow '{source}'"
+                    f"{name}: named as a motor, so it does not follow '{', '.join(sources)}'"
                 )
         return motors
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...description.defaults import driven_joints, farthest_link
 from ...description.document import Data, Document, KeyPath
+from ...description.followers import mimic_entry
 from ...description.geometry import rotation_from_quaternion, rpy_of
 from ...errors import DescriptionError
 from ..extras_reader import TAG, read_extras
@@ -202,6 +203,8 @@ class _MjcfReader:
             for element in equality.children:
                 if element.tag == "joint":
                     self.add_follower(element)
+                elif element.tag == "tendon":
+                    self.add_tendon_follower(element)
                 elif element.tag in _CLOSURE_KINDS:
                     tied_sites.update(self.add_closure(element))
                 else:
@@ -245,6 +248,35 @@ class _MjcfReader:
             )
         mimic = {"joint": source, "multiplier": multiplier, "offset": offset}
         joints[follower]["mimic"] = mimic
+
+    def add_tendon_follower(self, element: LocatedElement) -> None:
+        """Add the first joint of a tendon of fixed length as a follower of the others."""
+        tendon = self.tendon(element)
+        length, *higher = self.xml.numbers(element, "polycoef", 5, ("equality",))
+        if any(higher):
+            raise self.error(element, "expected a polynomial of degree 0, for one tendon")
+        coefficients: dict[str, float] = {}
+        for joint in tendon.all("joint"):
+            name = joint.get("joint")
+            if name not in self.joint_order:
+                raise self.error(joint, f"there is no joint '{name}' in the bodies")
+            coefficients[name] = self.xml.number(joint, "coef", ("joints", name, "mimic"))
+        follower, *sources = coefficients
+        scale = coefficients[follower]
+        if not sources or not scale:
+            raise self.error(tendon, "expected two joints or more, the first with a coef")
+        multipliers = {source: -coefficients[source] / scale for source in sources}
+        mimic = mimic_entry(multipliers, length / scale)
+        self.document.section("joints")[follower]["mimic"] = mimic
+
+    def tendon(self, element: LocatedElement) -> LocatedElement:
+        """The fixed tendon that an equality names."""
+        name = element.get("tendon1")
+        for tendons in self.xml.root.all("tendon"):
+            for tendon in tendons.all("fixed"):
+                if tendon.get("name") == name and tendon.children:
+                    return tendon
+        raise self.error(element, f"there is no <fixed> tendon '{name}' with joints")
 
     # -- motors and reference
 

@@ -20,7 +20,8 @@ _ENABLED = "enable"
 MJCF: dict[str, Vocabulary] = {
     "mujoco": vocabulary(
         "model",
-        "compiler option worldbody equality actuator keyframe custom size visual statistic asset",
+        "compiler option worldbody equality actuator tendon keyframe custom size visual statistic"
+        " asset",
     ),
     "compiler": vocabulary(
         "angle boundmass boundinertia autolimits alignfree assetdir meshdir texturedir strippath"
@@ -71,6 +72,10 @@ MJCF: dict[str, Vocabulary] = {
     "connect": vocabulary(f"name site1 site2 {_SOLVER_SETTINGS}", active="true"),
     "weld": vocabulary(f"name site1 site2 {_SOLVER_SETTINGS}", active="true"),
     "equality/joint": vocabulary(f"name joint1 joint2 polycoef {_SOLVER_SETTINGS}", active="true"),
+    "equality/tendon": vocabulary(f"name tendon1 polycoef {_SOLVER_SETTINGS}", active="true"),
+    "tendon": vocabulary("", "fixed"),
+    "fixed": vocabulary("name", "joint"),
+    "fixed/joint": vocabulary("joint coef"),
     "actuator": vocabulary("", None),
     "motor": vocabulary(
         "name joint group user ctrlrange ctrllimited forcerange forcelimited", gear="1"

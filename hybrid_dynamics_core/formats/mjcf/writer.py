@@ -14,7 +14,7 @@ import numpy as np
 
 from ...algebra.rotations import canonical, quaternion
 from ...description.document import Data
-from ...description.model import Closure, Frame, Joint, Link, RobotDescription, effects_of
+from ...description.model import Closure, Frame, Joint, Link, Mimic, RobotDescription, effects_of
 from ...description.rigid_body import nearest_possible
 from ...ground.arrays import Array
 from ...robot.robot import Robot
@@ -34,7 +34,15 @@ from .reader import NEGLIGIBLE
 _TIME_STEP = 5e-4  # [s] of MuJoCo's integrator
 # The stiffest that MuJoCo takes at this step:
 _STIFF = {"solref": "0.001 1", "solimp": "0.9999 0.9999 0.001 0.5 2"}
-_FEATURES = frozenset({Feature.GRAVITY, Feature.FRICTION, Feature.MIMIC, Feature.EFFORT_LIMITS})
+_FEATURES = frozenset(
+    {
+        Feature.GRAVITY,
+        Feature.FRICTION,
+        Feature.MIMIC,
+        Feature.MIMIC_OF_SEVERAL,
+        Feature.EFFORT_LIMITS,
+    }
+)
 # Rows and columns of xx, yy, zz, xy, xz, yz, MuJoCo's order:
 _MOMENT_ROWS = (0, 1, 2, 0, 0, 1)
 _MOMENT_COLUMNS = (0, 1, 2, 1, 2, 2)
@@ -176,9 +184,23 @@ class _MjcfWriter:
             if closure.kind == "axis":
                 _add_tie(equality, closure, "_axis")
         for follower, mimic in self.description.mimics.items():
-            polynomial = f"{number_text(mimic.offset)} {number_text(mimic.multiplier)} 0 0 0"
-            joints = {"joint1": follower, "joint2": mimic.source}
-            SubElement(equality, "joint", {**joints, "polycoef": polynomial, **_STIFF})
+            if len(mimic.multipliers) == 1:
+                _add_follower(equality, follower, mimic)
+            else:
+                self.add_tendon(root, equality, follower, mimic)
+
+    def add_tendon(self, root: Element, equality: Element, follower: str, mimic: Mimic) -> None:
+        """Add a follower of several joints: a tendon of a fixed length that sums them up."""
+        tendons = root.find("tendon")
+        if tendons is None:
+            tendons = SubElement(root, "tendon")
+        name = f"{follower}_coupling"
+        tendon = SubElement(tendons, "fixed", name=name)
+        SubElement(tendon, "joint", joint=follower, coef="1")
+        for source, multiplier in mimic.multipliers.items():
+            SubElement(tendon, "joint", joint=source, coef=number_text(-multiplier))
+        polynomial = f"{number_text(mimic.offset)} 0 0 0 0"
+        SubElement(equality, "tendon", {"tendon1": name, "polycoef": polynomial, **_STIFF})
 
     def add_keyframe(self, root: Element, world: Element) -> None:
         """Add the closed reference, coordinates in MuJoCo's order, and the efforts that hold it."""
@@ -192,6 +214,14 @@ class _MjcfWriter:
         qpos = numbers_text(coordinates[name] for name in order)
         ctrl = numbers_text(efforts[:motors])
         SubElement(keyframe, "key", name="reference", qpos=qpos, ctrl=ctrl)
+
+
+def _add_follower(equality: Element, follower: str, mimic: Mimic) -> None:
+    """Add a follower of one joint."""
+    ((source, multiplier),) = mimic.multipliers.items()
+    polynomial = f"{number_text(mimic.offset)} {number_text(multiplier)} 0 0 0"
+    joints = {"joint1": follower, "joint2": source}
+    SubElement(equality, "joint", {**joints, "polycoef": polynomial, **_STIFF})
 
 
 def _add_placed(parent: Element, tag: str, name: str, frame: Frame) -> Element:

@@ -43,7 +43,7 @@ _LOOP_TYPES = {
     "point": "ball",
     "frame": "fixed",
 }
-_FEATURES = frozenset(Feature)
+_FEATURES = frozenset(Feature) - {Feature.MIMIC_OF_SEVERAL}
 _Z_AXIS = frozen([0.0, 0.0, 1.0])
 
 
@@ -154,8 +154,9 @@ class _SdfWriter:
             if math.isfinite(bound):
                 add_text(limit, tag, number_text(bound))
         self.add_dynamics(axis, joint.name, zero)
-        if joint.name in self.robot.mimics:
-            self.add_mimic(axis, self.robot.mimics[joint.name], zero)
+        mimic = self.robot.mimics.get(joint.name)
+        if mimic is not None and len(mimic.multipliers) == 1:
+            self.add_mimic(axis, mimic, zero)
 
     def add_dynamics(self, axis: Element, joint: str, zero: float) -> None:
         """Add friction and spring of a joint."""
@@ -169,10 +170,10 @@ class _SdfWriter:
         add_text(dynamics, "spring_stiffness", number_text(effect.stiffness))
 
     def add_mimic(self, axis: Element, mimic: Mimic, zero: float) -> None:
-        source_zero = self.zero.get(mimic.source, 0.0)
-        offset = mimic.offset + mimic.multiplier * source_zero - zero
-        element = SubElement(axis, "mimic", joint=mimic.source)
-        add_text(element, "multiplier", number_text(mimic.multiplier))
+        ((source, multiplier),) = mimic.multipliers.items()
+        offset = mimic.offset + multiplier * self.zero.get(source, 0.0) - zero
+        element = SubElement(axis, "mimic", joint=source)
+        add_text(element, "multiplier", number_text(multiplier))
         add_text(element, "offset", number_text(offset))
         add_text(element, "reference", number_text(0.0))
 
@@ -204,7 +205,7 @@ def _joints_in_loops(robot: RobotDescription) -> set[str]:
     tree = build_tree(robot)
     joints: set[str] = set()
     for follower, mimic in robot.mimics.items():
-        joints.update((follower, mimic.source))
+        joints.update((follower, *mimic.multipliers))
     for closure in robot.closures:
         a = tree.body_index(closure.link_a)
         b = tree.body_index(closure.link_b)

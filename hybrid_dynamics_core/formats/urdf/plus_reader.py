@@ -6,16 +6,19 @@ successor.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from ...description.defaults import driven_joints
 from ...description.document import Data
+from ...description.followers import mimic_entry
 from ...description.geometry import rpy_to_axis, unit_axis
 from ...ground.arrays import Array
 from ...ground.suggestions import suggestion
 from ..extras_reader import TAG, read_extras
 from ..xml.located_xml import LocatedElement
 from ..xml.reader import XmlReader
+from .couplings import Hung, coupled_joints
 
 SPHERICAL = "spherical"  # not in URDF+, which has no word for it
 _LOOP_KINDS = {
@@ -103,46 +106,67 @@ class _PlusReader:
         return end
 
     def add_coupling(self, element: LocatedElement) -> None:
-        """Read q_successor = ratio q_predecessor as a follower.
-
-        Each coordinate is that of the one joint between its link and the last link they share.
-        """
+        """Read ratio * (sum of the predecessor) = (sum of the successor) as a follower."""
         name = self.xml.name(element, "couplings")
-        ratio = element.first("ratio")
-        if ratio is None:
-            raise self.xml.error_at(element, "has no <ratio value=...>")
-        source_path, follower_path = (self.joints_below(self.end(element, tag)) for tag in _ENDS)
-        sources = [joint for joint in source_path if joint not in follower_path]
-        followers = [joint for joint in follower_path if joint not in source_path]
-        if len(sources) != 1 or len(followers) != 1:
-            one = ", ".join(sources) or "no joint"
-            other = ", ".join(followers) or "no joint"
-            raise self.xml.error_at(
-                element, f"couples {one} to {other}; one joint that follows one other is covered"
-            )
-        multiplier = self.xml.number(ratio, "value", ("couplings", name, "ratio"))
-        mimic = {"joint": sources[0], "multiplier": multiplier, "offset": 0.0}
-        follower = self.document.section("joints")[followers[0]]
-        follower.setdefault("mimic", mimic)
+        ratio = 1.0
+        ratio_element = element.first("ratio")
+        if ratio_element is not None:
+            ratio = self.xml.number(ratio_element, "value", ("couplings", name, "ratio"))
+        predecessor, successor = (self.end(element, tag).get("link") for tag in _ENDS)
+        if predecessor == successor:
+            raise self.xml.error_at(element, "has both ends on one link")
+        tied = coupled_joints(self.hung(), predecessor, successor)
+        coefficients = dict.fromkeys(tied.predecessor, -ratio)
+        for joint in tied.successor:
+            coefficients[joint] = coefficients.get(joint, 0.0) + 1.0
+        coefficients = {joint: value for joint, value in coefficients.items() if value}
+        if len(coefficients) < 2:
+            listed = ", ".join(coefficients) or "no joint"
+            raise self.xml.error_at(element, f"ties {listed}; expected two joints or more")
+        order = [*tied.successor, *tied.predecessor]
+        self.add_follower(element, order, coefficients)
 
-    def joints_below(self, end: LocatedElement) -> list[str]:
-        """Moving joints from a link to the base."""
-        link = end.get("link")
+    def add_follower(
+        self, element: LocatedElement, order: list[str], coefficients: Mapping[str, float]
+    ) -> None:
+        """Add the follower that makes a sum of coefficient * coordinate zero.
+
+        It is the first joint in `order` that is not independent, else the first that follows none.
+        """
         joints = self.document.section("joints")
-        joint_to = {joint["child"]: name for name, joint in joints.items()}
-        path: list[str] = []
-        while link in joint_to and len(path) <= len(joint_to):
-            name = joint_to[link]
-            if joints[name]["type"] != "fixed":
-                path.append(name)
-            link = joints[name]["parent"]
-        return path
+        for follower in order:
+            if joints[follower].get("mimic") == _solved_for(follower, coefficients):
+                return  # said by <mimic> too
+        leaders = [joint for joint in order if "mimic" not in joints[joint]]
+        dependent = [joint for joint in leaders if self.is_dependent(joint)]
+        for follower in [*dependent, *leaders]:
+            joints[follower]["mimic"] = _solved_for(follower, coefficients)
+            self.xml.locate(("joints", follower, "mimic"), element)
+            return
+        tied = ", ".join(coefficients)
+        raise self.xml.error_at(element, f"ties {tied}, which all follow others already")
+
+    def hung(self) -> dict[str, Hung]:
+        """How each link hangs on another."""
+        hung: dict[str, Hung] = {}
+        for name, joint in self.document.section("joints").items():
+            moves = joint["type"] != "fixed"
+            hung[joint["child"]] = Hung(name, joint["parent"], moves)
+        return hung
+
+    def is_dependent(self, joint: str) -> bool:
+        """Whether a joint is written as not independent."""
+        for element in self.xml.root.all("joint"):
+            if element.get("name") == joint:
+                return element.get("independent", "true").lower() != "true"
+        return False
 
     def independent_joints(self) -> list[str]:
         independent: set[str] = set()
         for element in self.xml.root.all("joint"):
-            if element.get("independent", "true") in ("true", "True"):
-                independent.add(element.get("name"))
+            name = element.get("name")
+            if not self.is_dependent(name):
+                independent.add(name)
         active = [name for name in driven_joints(self.document) if name in independent]
         if not active:
             raise self.xml.error(
@@ -151,3 +175,12 @@ class _PlusReader:
                 'no joint is independent="true"; name the driven joints so',
             )
         return active
+
+
+def _solved_for(follower: str, coefficients: Mapping[str, float]) -> Data:
+    """The entry of a follower that makes a sum of coefficient * coordinate zero."""
+    multipliers: dict[str, float] = {}
+    for joint, coefficient in coefficients.items():
+        if joint != follower:
+            multipliers[joint] = -coefficient / coefficients[follower]
+    return mimic_entry(multipliers, 0.0)

@@ -6,13 +6,16 @@ no URDF+ read the spanning tree.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from xml.etree.ElementTree import Element, SubElement
 
+from ...description.document import Data
 from ...description.model import Closure, Frame, RobotDescription
 from .. import shapes
 from ..extras_reader import TAG
-from ..extras_writer import extras_of, extras_summary, extras_text
+from ..extras_writer import extras_of, extras_summary, extras_text, without_empty
 from ..xml.writer import add_text, insert_comment, number_text, xml_text
+from .couplings import Hung, coupling_links
 from .plus_reader import SPHERICAL
 from .writer import FEATURES, add_origin, limits_text, tree_element
 
@@ -43,13 +46,20 @@ def to_urdf_plus(robot: RobotDescription) -> str:
             element.set("independent", independent)
     for closure in robot.closures:
         _add_loop(root, robot, closure)
-    for follower_name in robot.mimics:
-        _add_coupling(root, robot, follower_name)
-    extras = extras_of(robot, FEATURES)
+    coupled = _add_couplings(root, robot)
+    extras = _without_mimics(extras_of(robot, FEATURES), coupled)
     aside = f"<{TAG}> holds what URDF+ has no words for: {extras_summary(extras)}."
     insert_comment(root, f"{aside} Other programs pass it over.{limits_text(robot)}")
     add_text(root, TAG, f"\n{extras_text(extras)}\n")
     return xml_text(root)
+
+
+def _without_mimics(extras: Data, followers: Iterable[str]) -> Data:
+    """The extras without followers that a <coupling> tells."""
+    joints = extras.get("joints", {})
+    for name in followers:
+        joints.get(name, {}).pop("mimic", None)
+    return without_empty({**extras, "joints": without_empty(joints)})
 
 
 def _add_loop(root: Element, robot: RobotDescription, closure: Closure) -> None:
@@ -69,17 +79,22 @@ def _add_end(loop: Element, tag: str, frame: Frame) -> None:
     add_origin(end, frame.translation, frame.rotation)
 
 
-def _add_coupling(root: Element, robot: RobotDescription, follower_name: str) -> None:
-    """Add a <coupling> of two joints on one link, where there is no offset.
+def _add_couplings(root: Element, robot: RobotDescription) -> list[str]:
+    """Add a <coupling> for every follower that has one in URDF+, which knows no offsets.
 
-    It has no words for others. The <mimic> of the follower tells every coupling.
+    Returns:
+        The names of these followers.
     """
-    mimic = robot.mimics[follower_name]
-    follower = robot.joints[follower_name]
-    source = robot.joints[mimic.source]
-    if follower.parent != source.parent or mimic.offset:
-        return
-    element = SubElement(root, "coupling", name=f"{follower_name}_coupling")
-    SubElement(element, "predecessor", link=source.child)
-    SubElement(element, "successor", link=follower.child)
-    SubElement(element, "ratio", value=number_text(mimic.multiplier))
+    hung = {joint.child: Hung(joint.name, joint.parent) for joint in robot.joints.values()}
+    coupled: list[str] = []
+    for follower, mimic in robot.mimics.items():
+        links = coupling_links(hung, follower, mimic.multipliers)
+        if links is None or mimic.offset:
+            continue
+        predecessor, successor, ratio = links
+        element = SubElement(root, "coupling", name=f"{follower}_coupling")
+        SubElement(element, "predecessor", link=predecessor)
+        SubElement(element, "successor", link=successor)
+        SubElement(element, "ratio", value=number_text(ratio))
+        coupled.append(follower)
+    return coupled

@@ -37,7 +37,8 @@ def to_urdf(robot: RobotDescription) -> str:
     cut = ", ".join(closure.name for closure in robot.closures) or "none"
     omitted = extras_summary(extras_of(robot, FEATURES))
     limits = limits_text(robot)
-    insert_comment(root, f"Loops that are cut: {cut}. Not in this file: {omitted}.{limits}")
+    free = _free_followers(robot)
+    insert_comment(root, f"Loops that are cut: {cut}. Not in this file: {omitted}.{limits}{free}")
     return xml_text(root)
 
 
@@ -51,6 +52,14 @@ def limits_text(robot: RobotDescription) -> str:
     if not changes:
         return ""
     return f" Limits that are written otherwise: {changes}."
+
+
+def _free_followers(robot: RobotDescription) -> str:
+    """A sentence on the joints that follow several others, which URDF cannot say."""
+    names = [name for name, mimic in robot.mimics.items() if len(mimic.multipliers) > 1]
+    if not names:
+        return ""
+    return f" Joints that follow several others, and are free in this file: {', '.join(names)}."
 
 
 def tree_element(robot: RobotDescription) -> Element:
@@ -155,7 +164,7 @@ def _add_joint(root: Element, joint: Joint, robot: RobotDescription) -> None:
     SubElement(element, "limit", limit)
     _add_friction(element, robot, joint.name)
     mimic = robot.mimics.get(joint.name)
-    if mimic is not None:
+    if mimic is not None and len(mimic.multipliers) == 1:
         _add_mimic(element, mimic)
 
 
@@ -198,8 +207,9 @@ def _add_friction(element: Element, robot: RobotDescription, name: str) -> None:
 
 
 def _add_mimic(joint_element: Element, mimic: Mimic) -> None:
-    element = SubElement(joint_element, "mimic", joint=mimic.source)
-    element.set("multiplier", number_text(mimic.multiplier))
+    ((source, multiplier),) = mimic.multipliers.items()
+    element = SubElement(joint_element, "mimic", joint=source)
+    element.set("multiplier", number_text(multiplier))
     element.set("offset", number_text(mimic.offset))
 
 
