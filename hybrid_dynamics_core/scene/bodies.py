@@ -23,7 +23,7 @@ Shape = tuple[PartRole, Array]  # what a piece of a body is, and its points (k, 
 def link_parts(
     link: str,
     attached: Attached,
-    unit: float,
+    joint_radius: float,
     size: float,
 ) -> list[Part]:
     """The body of a moving link.
@@ -31,14 +31,14 @@ def link_parts(
     Args:
         link: its name.
         attached: what it carries.
-        unit: radius of a joint in the drawing [m].
+        joint_radius: radius of a joint in the drawing [m].
         size: of the mechanism [m].
 
     Returns:
         Its parts, cylinders last.
     """
-    barrels = [_barrel(link, cylinder, unit) for cylinder in attached.barrels]
-    rods = [_rod(link, cylinder, unit) for cylinder in attached.rods]
+    barrels = [_barrel(link, cylinder, joint_radius) for cylinder in attached.barrels]
+    rods = [_rod(link, cylinder, joint_radius) for cylinder in attached.rods]
     cylinders = barrels + rods
     inside = attached.inside
     fixed = distinct(attached.fixed, size)
@@ -46,48 +46,48 @@ def link_parts(
     reached = distinct([*everything, *inside], size)
     if cylinders and len(reached) == len(distinct(inside, size)):
         return cylinders
-    shapes = body_shapes(fixed, everything, unit)
-    return [_body(link, role, points, unit) for role, points in shapes] + cylinders
+    shapes = body_shapes(fixed, everything, joint_radius)
+    return [_body(link, role, points, joint_radius) for role, points in shapes] + cylinders
 
 
 def _body(
     link: str,
     role: PartRole,
     points: Array,
-    unit: float,
+    joint_radius: float,
 ) -> Part:
     return Part(
         owner=f"link:{link}",
         role=role,
         points=points,
-        radius=0.72 * unit,
+        radius=0.72 * joint_radius,
         links=(link,),
     )
 
 
-def _barrel(link: str, cylinder: CylinderShape, unit: float) -> Part:
+def _barrel(link: str, cylinder: CylinderShape, joint_radius: float) -> Part:
     return Part(
         owner=f"link:{link}",
         role="barrel",
         points=np.stack([cylinder.foot, cylinder.mouth]),
-        radius=1.2 * unit,
+        radius=1.2 * joint_radius,
         axis=cylinder.direction,
         links=(link,),
     )
 
 
-def _rod(link: str, cylinder: CylinderShape, unit: float) -> Part:
+def _rod(link: str, cylinder: CylinderShape, joint_radius: float) -> Part:
     return Part(
         owner=f"link:{link}",
         role="rod",
         points=np.stack([cylinder.mouth, cylinder.end]),
-        radius=0.45 * unit,
+        radius=0.45 * joint_radius,
         axis=cylinder.direction,
         links=(link, cylinder.joint.parent),
     )
 
 
-def body_shapes(fixed: Array, everything: Array, unit: float) -> list[Shape]:
+def body_shapes(fixed: Array, everything: Array, joint_radius: float) -> list[Shape]:
     """A body as plates and bars.
 
     Where many `fixed` points lie in one plane it is a plate with posts, otherwise a solid with
@@ -96,7 +96,7 @@ def body_shapes(fixed: Array, everything: Array, unit: float) -> list[Shape]:
     Args:
         fixed: (k, 3) points of joints and closures [m].
         everything: (m, 3) these and points of frames [m].
-        unit: radius of a joint in the drawing [m].
+        joint_radius: radius of a joint in the drawing [m].
 
     Returns:
         Role and points of each piece.
@@ -115,7 +115,7 @@ def body_shapes(fixed: Array, everything: Array, unit: float) -> list[Shape]:
     for point in everything:
         to_plate = np.linalg.norm(plate - point, axis=1).min()
         length = np.linalg.norm(point - centre)
-        if to_plate > _ON_PLATE and length > _POST * unit:
+        if to_plate > _ON_PLATE and length > _POST * joint_radius:
             post = np.stack([centre, point])
             shapes.append(("bar", post))
     return shapes
@@ -139,23 +139,23 @@ def _in_plane(points: Array, three: tuple[Array, ...]) -> list[Array]:
     return inside
 
 
-def slide_parts(joint: PlacedJoint, unit: float) -> list[Part]:
+def slide_parts(joint: PlacedJoint, joint_radius: float) -> list[Part]:
     """A prismatic joint that is no cylinder: a block on a rail."""
     owner = f"joint:{joint.name}"
-    beyond = np.outer([-3.0 * unit, 3.0 * unit], joint.axis)
+    beyond = np.outer([-3.0 * joint_radius, 3.0 * joint_radius], joint.axis)
     along = Part(
         owner=owner,
         role="rail",
         points=rail(joint) + beyond,
-        radius=0.4 * unit,
+        radius=0.4 * joint_radius,
         axis=joint.axis,
         links=(joint.parent,),
     )
     block = Part(
         owner=owner,
         role="block",
-        points=axis_segment(joint.point, joint.axis, 1.7 * unit),
-        radius=1.2 * unit,
+        points=axis_segment(joint.point, joint.axis, 1.7 * joint_radius),
+        radius=1.2 * joint_radius,
         axis=joint.axis,
         links=(joint.child,),
     )

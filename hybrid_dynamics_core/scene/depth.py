@@ -65,7 +65,7 @@ def _nearness(part: Part, scene: Scene) -> float:
 def _is_floor(base: Part, scene: Scene) -> bool:
     """Whether a part of the base is below the mechanism."""
     lowest = float(scene.skeleton.points[:, 2].min())
-    return bool(base.points[:, 2].max() < lowest + scene.unit)
+    return bool(base.points[:, 2].max() < lowest + scene.joint_radius)
 
 
 def _faces_viewer(rod: Part, projection: Projection) -> bool:
@@ -83,7 +83,7 @@ def _joined(part: Part, scene: Scene) -> list[Part]:
         is_linked = not set(other.links).isdisjoint(part.links)
         if not is_linked or not _may_hide(other, part, scene.projection):
             continue
-        if _distance(other.points, place) < _JOINED * scene.unit:
+        if _distance(other.points, place) < _JOINED * scene.joint_radius:
             joined.append(other)
     return joined
 

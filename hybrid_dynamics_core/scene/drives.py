@@ -27,7 +27,7 @@ _EDGE_ON = 0.35  # cosine to the viewer's direction below which an arc is tilted
 def turn_arrow(
     joint: PlacedJoint,
     projection: Projection,
-    unit: float,
+    joint_radius: float,
     inside: int,
 ) -> LineMark:
     """An arc about the axis, tilted where the true arc would be seen edge-on.
@@ -35,7 +35,7 @@ def turn_arrow(
     Args:
         joint: that is driven.
         projection: of the picture.
-        unit: radius of a joint [m].
+        joint_radius: radius of a joint [m].
         inside: number of arcs inside of it.
 
     Returns:
@@ -44,7 +44,7 @@ def turn_arrow(
     axis, middle = joint.axis, joint.point
     along = float(axis @ projection.toward)
     if abs(along) < _EDGE_ON:
-        middle = middle + _BEFORE * unit * axis
+        middle = middle + _BEFORE * joint_radius * axis
         side = 1.0 if along >= 0.0 else -1.0
         axis = axis + (0.42 - abs(along)) * projection.toward * side
         axis = axis / np.linalg.norm(axis)
@@ -52,7 +52,7 @@ def turn_arrow(
     corner = projection.up - projection.right  # the gap of the arc is up and to the left
     start = float(np.arctan2(other @ corner, across @ corner))
     angles = start + np.radians(np.linspace(30.0, 320.0, 41))
-    radius = (_ROUND + _SHELL * inside) * unit
+    radius = (_ROUND + _SHELL * inside) * joint_radius
     cosines = np.outer(np.cos(angles), across)
     circle = cosines + np.outer(np.sin(angles), other)
     return LineMark(f"drive:{joint.name}", "turn", middle + radius * circle)
@@ -62,7 +62,7 @@ def travel_arrow(
     joint: PlacedJoint,
     cylinder: CylinderShape | None,
     projection: Projection,
-    unit: float,
+    joint_radius: float,
     outlines: Sequence[Path],
 ) -> LineMark:
     """A double arrow beside a prismatic joint, at the place where it covers least.
@@ -71,7 +71,7 @@ def travel_arrow(
         joint: that is driven.
         cylinder: the joint as a cylinder, if it is one.
         projection: of the picture.
-        unit: radius of a joint [m].
+        joint_radius: radius of a joint [m].
         outlines: of parts in the picture.
 
     Returns:
@@ -80,7 +80,7 @@ def travel_arrow(
     sideways = np.cross(projection.toward, joint.axis)
     sideways /= max(float(np.linalg.norm(sideways)), 1e-9)
     middles = [joint.point]
-    half = _HALF * unit
+    half = _HALF * joint_radius
     if cylinder is not None:
         middles = [
             0.5 * (cylinder.mouth + cylinder.end),
@@ -90,7 +90,7 @@ def travel_arrow(
     choices = []
     for middle in middles:
         for side in (1.0, -1.0):
-            beside = middle + side * _BESIDE * unit * sideways
+            beside = middle + side * _BESIDE * joint_radius * sideways
             choices.append(axis_segment(beside, joint.axis, half))
     covered = [_covered_points(projection, ends, outlines) for ends in choices]
     costs = np.array(covered) + _LATER * np.arange(len(choices))

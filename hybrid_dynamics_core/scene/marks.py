@@ -1,4 +1,4 @@
-"""A mechanism without paint: bodies, joints, closures and base, and the colours of its links."""
+"""The parts and lines of a mechanism: bodies, joints, closures, base; and the colours of links."""
 
 from __future__ import annotations
 
@@ -16,37 +16,43 @@ from .skeleton import PlacedClosure, PlacedJoint, Skeleton
 from .style import INK, LOOPS, QUIET
 from .symbols import Mark, closure_marks, inner_dots, joint_marks
 
+# Sizes of the base, in radii of a joint:
+_DISC_DISTANCE = 1.5  # from the joint down to the middle of the disc
+_DISC_HALF_THICKNESS = 0.3
+_DISC_RADIUS = 3.4
+_PLATE_RADIUS = 1.7  # of the balls around the corners of the plate
+
 
 def solid_marks(
     skeleton: Skeleton,
     groups: Sequence[JointGroup],
     attached: Mapping[str, Attached],
     projection: Projection,
-    unit: float,
+    joint_radius: float,
 ) -> list[Mark]:
-    """Links, then joints, then closures.
+    """Parts and lines of links, then of joints, then of closures.
 
     Args:
         skeleton: the mechanism.
         groups: its joints as they are drawn.
         attached: what its links carry.
         projection: of the picture.
-        unit: radius of a joint [m].
+        joint_radius: radius of a joint [m].
 
     Returns:
         Parts and lines.
     """
     cylinders = cylinders_of(attached)
-    marks = _bodies(skeleton, groups, attached, unit)
+    marks = _bodies(skeleton, groups, attached, joint_radius)
     for joint in joints_on_rails(groups, cylinders):
-        marks += slide_parts(joint, unit)
+        marks += slide_parts(joint, joint_radius)
     for group in groups:
         cylinder = cylinders.get(group.first.name)
-        marks += joint_marks(group, cylinder, projection, unit)
+        marks += joint_marks(group, cylinder, projection, joint_radius)
     hinges = [joint.point for joint in skeleton.hinges]
     for closure in skeleton.closures:
         normal = _normal(skeleton, closure)
-        marks += closure_marks(closure, normal, hinges, unit)
+        marks += closure_marks(closure, normal, hinges, joint_radius)
     return marks
 
 
@@ -62,8 +68,9 @@ def _bodies(
     skeleton: Skeleton,
     groups: Sequence[JointGroup],
     attached: Mapping[str, Attached],
-    unit: float,
+    joint_radius: float,
 ) -> list[Mark]:
+    """Parts of all links that have an extent, and dots for those between coinciding joints."""
     bodiless = {skeleton.base}
     marks: list[Mark] = []
     for group in groups:
@@ -73,7 +80,7 @@ def _bodies(
     size = mechanism_size(skeleton)
     for link in skeleton.links:
         if link not in bodiless:
-            marks += link_parts(link, attached[link], unit, size)
+            marks += link_parts(link, attached[link], joint_radius, size)
     return marks
 
 
@@ -81,7 +88,7 @@ def base_marks(
     skeleton: Skeleton,
     groups: Sequence[JointGroup],
     attached: Attached,
-    unit: float,
+    joint_radius: float,
 ) -> list[Part]:
     """The base of a spatial mechanism: a plate, or a disc where it carries one joint only.
 
@@ -89,7 +96,7 @@ def base_marks(
         skeleton: the mechanism.
         groups: its joints as they are drawn.
         attached: what the base carries.
-        unit: radius of a joint [m].
+        joint_radius: radius of a joint [m].
 
     Returns:
         Its parts; none where it carries nothing.
@@ -99,37 +106,48 @@ def base_marks(
     if len(points) == 0:
         return []
     if len(points) == 1:
-        axis = _base_axis(base, groups)
-        below = points[0] - 1.5 * unit * axis
-        disc = axis_segment(below, axis, 0.3 * unit)
-        return [Part(f"link:{base}", "base", disc, 3.4 * unit, axis)]
-    shapes = body_shapes(points, points, unit)
-    return [_base_plate(base, corners, unit) for _, corners in shapes]
+        return [_base_disc(base, points[0], _base_axis(base, groups), joint_radius)]
+    shapes = body_shapes(points, points, joint_radius)
+    return [_base_plate(base, corners, joint_radius) for _, corners in shapes]
 
 
-def _base_plate(base: str, corners: Array, unit: float) -> Part:
+def _base_disc(base: str, joint: Array, axis: Array, joint_radius: float) -> Part:
+    """A disc below the only joint (3,) [m] of a base, across its axis (3,)."""
+    below = joint - _DISC_DISTANCE * joint_radius * axis
+    return Part(
+        owner=f"link:{base}",
+        role="base",
+        points=axis_segment(below, axis, _DISC_HALF_THICKNESS * joint_radius),
+        radius=_DISC_RADIUS * joint_radius,
+        axis=axis,
+    )
+
+
+def _base_plate(base: str, corners: Array, joint_radius: float) -> Part:
+    """A plate over corners (k, 3) [m]."""
     return Part(
         owner=f"link:{base}",
         role="base",
         points=corners,
-        radius=1.7 * unit,
+        radius=_PLATE_RADIUS * joint_radius,
         links=(base,),
     )
 
 
 def _base_axis(base: str, groups: Sequence[JointGroup]) -> Array:
-    """The axis (3,) of the first joint on the base, upward."""
-    bodies = [group.first for group in groups if group.kind != "carrier"]
-    joint = next(joint for joint in bodies if joint.parent == base)
-    if joint.type == "prismatic":
+    """The axis (3,) of the first joint on the base, turned upward; up where it is a slide."""
+    joints = [group.first for group in groups if group.kind != "carrier"]
+    on_base = [joint for joint in joints if joint.parent == base]
+    if not on_base or on_base[0].type == "prismatic":
         return UP
-    if joint.axis @ UP >= 0.0:
-        return joint.axis
-    return -joint.axis
+    axis = on_base[0].axis
+    if axis @ UP >= 0.0:
+        return axis
+    return -axis
 
 
 def _normal(skeleton: Skeleton, closure: PlacedClosure) -> Array:
-    """The common axis (3,) of a planar loop's hinges."""
+    """The common axis (3,) of a planar loop's hinges; that of the closure where it has none."""
     for joint in skeleton.hinges:
         if joint.name in closure.joints:
             return joint.axis
@@ -137,7 +155,10 @@ def _normal(skeleton: Skeleton, closure: PlacedClosure) -> Array:
 
 
 def link_colours(skeleton: Skeleton, loops: Mapping[str, Loop]) -> dict[str, str]:
-    """The arm in ink, every other link in the colour of the first loop it belongs to.
+    """Colours of links and closures.
+
+    The arm is dark (INK). Every other link has the colour of the first loop that it belongs to. A
+    link of no loop is grey (QUIET).
 
     Args:
         skeleton: the mechanism.
@@ -146,21 +167,21 @@ def link_colours(skeleton: Skeleton, loops: Mapping[str, Loop]) -> dict[str, str
     Returns:
         Colours by link, and by closure under "closure:NAME".
     """
-    child = {joint.name: joint.child for joint in skeleton.joints}
-    closures = {}
+    child_of = {joint.name: joint.child for joint in skeleton.joints}
+    closure_colours = {}
     for k, closure in enumerate(skeleton.closures):
-        closures[closure.name] = LOOPS[k % len(LOOPS)]
+        closure_colours[closure.name] = LOOPS[k % len(LOOPS)]
     colours = dict.fromkeys(skeleton.arm, INK)
-    for name, colour in closures.items():
+    for name, colour in closure_colours.items():
         if name in loops:
             loop = loops[name]
             colours.setdefault(loop.k1, colour)
             colours.setdefault(loop.k2, colour)
     for closure in skeleton.closures:
         for name in closure.joints:
-            colours.setdefault(child[name], closures[closure.name])
+            colours.setdefault(child_of[name], closure_colours[closure.name])
     for link in skeleton.links:
         colours.setdefault(link, QUIET)
-    for name, colour in closures.items():
+    for name, colour in closure_colours.items():
         colours[f"closure:{name}"] = colour
     return colours

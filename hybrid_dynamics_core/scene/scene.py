@@ -20,7 +20,7 @@ from .projection import Projection
 from .skeleton import PlacedJoint, Skeleton
 from .symbols import LineMark, triad
 
-_UNIT = 0.0125  # radius of a joint, of the size of the picture
+_JOINT_RADIUS = 0.0125  # radius of a joint, of the size of the picture
 _UPRIGHT = 1.25  # by which the height of a picture counts for more than its width
 _SMALLEST = 0.1  # [m] size of the picture of a robot that is one point
 _TRIAD = 0.075  # length of the end effector's axes, of the size of the picture
@@ -37,7 +37,7 @@ class Scene:
         parts: its bodies and symbols.
         lines: axes, arrows and frames.
         colours: by link, and by closure under "closure:NAME".
-        unit: radius of a joint [m].
+        joint_radius: radius of a joint [m].
         ground: (3,) each: where the base of a planar mechanism is held [m].
         reference: the scene of the reference configuration, unless this is it.
     """
@@ -48,7 +48,7 @@ class Scene:
     parts: tuple[Part, ...]
     lines: tuple[LineMark, ...]
     colours: Mapping[str, str]
-    unit: float
+    joint_radius: float
     ground: tuple[Array, ...]
     reference: Scene | None = None
 
@@ -62,7 +62,7 @@ def build_scene(
     description: RobotDescription,
     skeleton: Skeleton,
     projection: Projection,
-    unit: float | None = None,
+    joint_radius: float | None = None,
     reference: Scene | None = None,
 ) -> Scene:
     """Turn a skeleton into parts and lines.
@@ -71,7 +71,7 @@ def build_scene(
         description: of the robot.
         skeleton: the robot in one configuration.
         projection: of the picture.
-        unit: radius of a joint [m]; None: such that it suits this picture.
+        joint_radius: radius of a joint [m]; None: such that it suits this picture.
         reference: the scene of the reference configuration, unless this is it.
 
     Returns:
@@ -82,20 +82,20 @@ def build_scene(
     groups = group_joints(skeleton)
     attached = attach(skeleton, groups)
     cylinders = cylinders_of(attached)
-    if unit is None:
-        unit = _suitable_unit(skeleton, projection, joints_on_rails(groups, cylinders))
-    marks = solid_marks(skeleton, groups, attached, projection, unit)
+    if joint_radius is None:
+        joint_radius = _suitable_radius(skeleton, projection, joints_on_rails(groups, cylinders))
+    marks = solid_marks(skeleton, groups, attached, projection, joint_radius)
     base = attached[skeleton.base]
     ground: tuple[Array, ...] = ()
     if projection.planar:
         ground = tuple(distinct(base.fixed, mechanism_size(skeleton)))
     else:
-        marks += base_marks(skeleton, groups, base, unit)
+        marks += base_marks(skeleton, groups, base, joint_radius)
     parts = tuple(mark for mark in marks if isinstance(mark, Part))
     lines = [mark for mark in marks if isinstance(mark, LineMark)]
-    lines += _drives(skeleton, cylinders, projection, unit, parts)
+    lines += _drives(skeleton, cylinders, projection, joint_radius, parts)
     tip = skeleton.tip
-    length = _TRIAD * unit / _UNIT
+    length = _TRIAD * joint_radius / _JOINT_RADIUS
     lines += triad(f"frame:{tip.name}", tip.point, tip.rotation, length)
     return Scene(
         skeleton=skeleton,
@@ -104,13 +104,13 @@ def build_scene(
         parts=parts,
         lines=tuple(lines),
         colours=link_colours(skeleton, description.loops),
-        unit=unit,
+        joint_radius=joint_radius,
         ground=ground,
         reference=reference,
     )
 
 
-def _suitable_unit(
+def _suitable_radius(
     skeleton: Skeleton, projection: Projection, on_rails: Sequence[PlacedJoint]
 ) -> float:
     """Radius of a joint that suits the size of the picture [m]."""
@@ -118,14 +118,14 @@ def _suitable_unit(
     points = np.vstack([skeleton.points, *rails])
     width, height = np.ptp(projection.project(points), axis=0)
     size = max(float(width), _UPRIGHT * float(height))
-    return _UNIT * (size or _SMALLEST)
+    return _JOINT_RADIUS * (size or _SMALLEST)
 
 
 def _drives(
     skeleton: Skeleton,
     cylinders: Mapping[str, CylinderShape],
     projection: Projection,
-    unit: float,
+    joint_radius: float,
     parts: Sequence[Part],
 ) -> list[LineMark]:
     """An arrow for every active joint; arrows round one place get growing radii."""
@@ -137,9 +137,9 @@ def _drives(
             continue
         if joint.type == "prismatic":
             cylinder = cylinders.get(joint.name)
-            arrows.append(travel_arrow(joint, cylinder, projection, unit, outlines))
+            arrows.append(travel_arrow(joint, cylinder, projection, joint_radius, outlines))
         else:
-            here = [place for place in turned if np.linalg.norm(joint.point - place) < unit]
+            here = [place for place in turned if np.linalg.norm(joint.point - place) < joint_radius]
             turned.append(joint.point)
-            arrows.append(turn_arrow(joint, projection, unit, len(here)))
+            arrows.append(turn_arrow(joint, projection, joint_radius, len(here)))
     return arrows

@@ -42,28 +42,35 @@ def joint_marks(
     group: JointGroup,
     cylinder: CylinderShape | None,
     projection: Projection,
-    unit: float,
+    joint_radius: float,
 ) -> list[Mark]:
-    """The symbol of a joint, or of several drawn as one; `unit` is the radius of a joint [m]."""
+    """The symbol of a joint, or of several that are drawn as one.
+
+    Args:
+        group: the joints.
+        cylinder: that stands on their slide; None where there is none.
+        projection: of the picture.
+        joint_radius: radius of a joint [m].
+    """
     if group.kind == "carrier":
         ends = np.stack([group.first.start, group.last.point])
         return [LineMark(f"joint:{group.names}", "carrier", ends)]
     if group.kind == "spherical":
-        return [_ball(group, unit), *inner_dots(group)]
+        return [_ball(group, joint_radius), *inner_dots(group)]
     if group.kind == "universal":
-        return _cross(group, unit)
+        return _cross(group, joint_radius)
     if group.kind == "prismatic":
         if cylinder is None:
             return []
-        return [_collar(group.first, cylinder, unit)]
-    return _hinge(group.first, projection, unit)
+        return [_collar(group.first, cylinder, joint_radius)]
+    return _hinge(group.first, projection, joint_radius)
 
 
 def closure_marks(
     closure: PlacedClosure,
     normal: Array,
     hinges: Sequence[Array],
-    unit: float,
+    joint_radius: float,
 ) -> list[Mark]:
     """Where a loop was cut: a pin, a spherical joint, a hinge or a weld.
 
@@ -71,7 +78,7 @@ def closure_marks(
         closure: of the loop.
         normal: (3,) axis of the loop's hinges.
         hinges: points of all hinges (3,) [m]; a pin at the same place is wider.
-        unit: radius of a joint [m].
+        joint_radius: radius of a joint [m].
 
     Returns:
         The symbol.
@@ -79,14 +86,14 @@ def closure_marks(
     owner = f"closure:{closure.name}"
     point, links = closure.point, closure.links
     if closure.kind == "point":
-        return [Part(owner, "ball", point[None], 1.15 * unit, None, links)]
+        return [Part(owner, "ball", point[None], 1.15 * joint_radius, None, links)]
     if closure.kind == "frame":
-        ends = axis_segment(point, closure.axis, 0.9 * unit)
-        return [Part(owner, "weld", ends, 0.9 * unit, closure.axis, links)]
+        ends = axis_segment(point, closure.axis, 0.9 * joint_radius)
+        return [Part(owner, "weld", ends, 0.9 * joint_radius, closure.axis, links)]
     axis = closure.axis if closure.kind == "axis" else normal
-    ends = axis_segment(point, axis, 1.2 * unit)
-    width = 1.55 if _is_at(point, hinges, 0.5 * unit) else 1.1
-    return [Part(owner, "pin", ends, width * unit, axis, links)]
+    ends = axis_segment(point, axis, 1.2 * joint_radius)
+    width = 1.55 if _is_at(point, hinges, 0.5 * joint_radius) else 1.1
+    return [Part(owner, "pin", ends, width * joint_radius, axis, links)]
 
 
 def _is_at(point: Array, places: Sequence[Array], reach: float) -> bool:
@@ -114,17 +121,17 @@ def triad(
     return arrows
 
 
-def _hinge(joint: PlacedJoint, projection: Projection, unit: float) -> list[Mark]:
+def _hinge(joint: PlacedJoint, projection: Projection, joint_radius: float) -> list[Mark]:
     marks: list[Mark] = []
     if abs(joint.axis @ projection.toward) < _FACING:
         length = 4.2 if joint.active else 3.0
-        axis = axis_segment(joint.point, joint.axis, length * unit)
+        axis = axis_segment(joint.point, joint.axis, length * joint_radius)
         marks.append(LineMark(f"axis:{joint.name}", "axis", axis))
     hinge = Part(
         owner=f"joint:{joint.name}",
         role="hinge",
-        points=axis_segment(joint.point, joint.axis, 1.25 * unit),
-        radius=unit,
+        points=axis_segment(joint.point, joint.axis, 1.25 * joint_radius),
+        radius=joint_radius,
         axis=joint.axis,
         links=(joint.parent, joint.child),
     )
@@ -132,37 +139,37 @@ def _hinge(joint: PlacedJoint, projection: Projection, unit: float) -> list[Mark
     return marks
 
 
-def _collar(joint: PlacedJoint, cylinder: CylinderShape, unit: float) -> Part:
+def _collar(joint: PlacedJoint, cylinder: CylinderShape, joint_radius: float) -> Part:
     axis = cylinder.direction
     return Part(
         owner=f"joint:{joint.name}",
         role="collar",
-        points=axis_segment(cylinder.mouth, axis, 0.45 * unit),
-        radius=1.55 * unit,
+        points=axis_segment(cylinder.mouth, axis, 0.45 * joint_radius),
+        radius=1.55 * joint_radius,
         axis=axis,
         links=(joint.parent, joint.child),
     )
 
 
-def _ball(group: JointGroup, unit: float) -> Part:
+def _ball(group: JointGroup, joint_radius: float) -> Part:
     return Part(
         owner=f"joint:{group.names}",
         role="ball",
         points=group.last.point[None],
-        radius=1.3 * unit,
+        radius=1.3 * joint_radius,
         links=(group.first.parent, group.last.child),
     )
 
 
-def _cross(group: JointGroup, unit: float) -> list[Mark]:
+def _cross(group: JointGroup, joint_radius: float) -> list[Mark]:
     links = (group.first.parent, group.last.child)
     marks: list[Mark] = []
     for joint in group.joints:
         axle = Part(
             owner=f"joint:{joint.name}",
             role="hinge",
-            points=axis_segment(joint.point, joint.axis, 1.6 * unit),
-            radius=0.42 * unit,
+            points=axis_segment(joint.point, joint.axis, 1.6 * joint_radius),
+            radius=0.42 * joint_radius,
             axis=joint.axis,
             links=links,
         )
@@ -172,7 +179,7 @@ def _cross(group: JointGroup, unit: float) -> list[Mark]:
             owner=f"link:{link}",
             role="cross",
             points=group.last.point[None],
-            radius=0.62 * unit,
+            radius=0.62 * joint_radius,
             links=links,
         )
         marks.append(middle)

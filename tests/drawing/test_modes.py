@@ -113,7 +113,7 @@ def test_ground_is_the_same_in_every_mode_and_where_the_base_holds_joints(make) 
     for axes, mode in zip(draw_modes(mechanism).axes, modes, strict=True):
         scene = make_scene(mechanism, mode.state, make_scene(mechanism, None))
         # Marks are larger where modes take more room than the reference, by this at most.
-        radius = 1.8 * scene.unit
+        radius = 1.8 * scene.joint_radius
         skeleton = place_skeleton(mechanism, mode.state)
         held = [joint for joint in skeleton.joints if joint.parent == skeleton.base]
         places = np.array([points.mean(axis=0) for points in _ground(axes).values()])

@@ -152,7 +152,7 @@ def _scenes(robot: Robot, modes: Sequence[AssemblyMode]) -> tuple[list[Scene], A
     reference = make_scene(robot, None)
     _, limits = _in_scale(robot, modes, reference)
     growth = np.ptp(limits, axis=0) / np.ptp(limits_of(reference), axis=0)
-    unit = reference.unit * float(np.clip(float(growth.max()), 1.0, _GROWTH))
+    unit = reference.joint_radius * float(np.clip(float(growth.max()), 1.0, _GROWTH))
     larger = build_scene(robot.description, reference.skeleton, reference.projection, unit)
     return _in_scale(robot, modes, larger)
 

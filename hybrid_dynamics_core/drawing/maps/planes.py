@@ -54,7 +54,7 @@ class Plane:
         finite = points[np.isfinite(points).all(axis=1)]
         if not len(finite):
             return scene
-        margin = 2.0 * self.scene.unit
+        margin = 2.0 * self.scene.joint_radius
         low = np.minimum(scene[0], finite.min(axis=0) - margin)
         high = np.maximum(scene[1], finite.max(axis=0) + margin)
         return np.array([low, high])

@@ -33,7 +33,7 @@ def ground_outlines(scene: Scene) -> list[Array]:
 
 
 def _ground_outline(scene: Scene, point: Array) -> Array:
-    unit = scene.unit
+    unit = scene.joint_radius
     x, y = scene.projection.project(point)
     down = -1.0 if _rises(scene, point) else 1.0
     drop = _drop(scene, point) * unit
@@ -67,7 +67,7 @@ def draw_ground(axes: Axes, scene: Scene) -> None:
 def _stand(scene: Scene, outline: Array, gid: str) -> Polygon:
     """The stand of a pivot on the ground."""
     (x, y), (_, upper) = outline[:2]
-    half = _STAND * scene.unit
+    half = _STAND * scene.joint_radius
     stand = Polygon(
         [[x, y], [x - half, upper], [x + half, upper]],
         facecolor=STEEL,
@@ -83,7 +83,7 @@ def _stand(scene: Scene, outline: Array, gid: str) -> Polygon:
 def _hatch(scene: Scene, outline: Array, gid: str) -> LineCollection:
     """The line of the ground, with ticks below it."""
     _, (left, upper), _, (right, lower), _ = outline
-    unit = scene.unit
+    unit = scene.joint_radius
     starts = np.linspace(left + 0.7 * unit, right, 8)
     ticks = [[[start, upper], [start - 0.9 * unit, lower]] for start in starts]
     surface = [[left, upper], [right, upper]]
@@ -101,7 +101,9 @@ def _hatch(scene: Scene, outline: Array, gid: str) -> LineCollection:
 def _hinge_axes(scene: Scene, point: Array) -> list[Array]:
     """Axes of the hinges that stand at a place of the base."""
     hinges = [joint for joint in scene.skeleton.hinges if joint.parent == scene.skeleton.base]
-    return [joint.axis for joint in hinges if np.linalg.norm(joint.start - point) < scene.unit]
+    return [
+        joint.axis for joint in hinges if np.linalg.norm(joint.start - point) < scene.joint_radius
+    ]
 
 
 def _is_pivot(scene: Scene, point: Array) -> bool:
@@ -117,11 +119,11 @@ def _rises(scene: Scene, point: Array) -> bool:
     height = project(point)[1]
     if _is_pivot(scene, point):
         middle = project(skeleton.points).mean(axis=0)[1]
-        return bool(middle > height - 4.0 * scene.unit)
+        return bool(middle > height - 4.0 * scene.joint_radius)
     carried = {joint.child for joint in skeleton.joints if joint.parent == skeleton.base}
     points = [joint.point for joint in skeleton.joints if joint.parent in carried]
     middle = project(np.array(points or [skeleton.tip.point]))[:, 1].mean()
-    return bool(middle > height - scene.unit)
+    return bool(middle > height - scene.joint_radius)
 
 
 def draw_loops(axes: Axes, scene: Scene) -> None:

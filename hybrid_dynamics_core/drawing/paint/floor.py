@@ -41,7 +41,7 @@ def floor_corners(scene: Scene) -> Array:
     low, high = points.min(axis=0), points.max(axis=0)
     x0, y0 = tile * np.floor(low[:2] / tile - _ROOM)
     x1, y1 = tile * np.ceil(high[:2] / tile + _ROOM)
-    below = 0.0 if _has_base(scene) else scene.unit
+    below = 0.0 if _has_base(scene) else scene.joint_radius
     z = float(standing[:, 2].min()) - below
     return np.array([[x0, y0, z], [x1, y0, z], [x1, y1, z], [x0, y1, z]])
 
@@ -56,7 +56,7 @@ def base_axes(scene: Scene) -> list[LineMark]:
     corners = floor_corners(scene)
     across = scene.projection.project(corners)[:, 0]
     place = corners[int(np.argmin(across))]
-    arrows = triad("base axes", place, np.eye(3), _AXES * scene.unit)
+    arrows = triad("base axes", place, np.eye(3), _AXES * scene.joint_radius)
     return [LineMark(arrow.owner, "base axes", arrow.points) for arrow in arrows]
 
 

@@ -130,7 +130,7 @@ def _has_passive(scene: Scene) -> bool:
 
 def _shows_carrier(scenes: Sequence[Scene]) -> bool:
     """Whether coordinates of a platform are long enough to be seen in some scene."""
-    least = _VISIBLE * scenes[0].unit
+    least = _VISIBLE * scenes[0].joint_radius
     for scene in scenes:
         for group in scene.groups:
             length = np.linalg.norm(group.last.point - group.first.start)

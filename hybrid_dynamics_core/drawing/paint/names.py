@@ -51,7 +51,7 @@ def _active(scene: Scene) -> list[Label]:
         flat = scene.projection.project(line.points)
         middle = 0.5 * (flat.min(axis=0) + flat.max(axis=0))
         if line.role == "travel":
-            clear = 1.3 * scene.unit
+            clear = 1.3 * scene.joint_radius
         else:
             clear = 0.5 * float(np.ptp(flat, axis=0).max())
         labels.append(Label(name, middle, clear, _DRIVEN, f"name:{name}", _PILL))
@@ -62,7 +62,7 @@ def _tip(scene: Scene) -> Label:
     tip = scene.skeleton.tip
     at = scene.projection.project(tip.point)
     style = {**_SMALL, "color": PURPLE}
-    return Label(tip.name, at, scene.unit, style, f"name:{tip.name}", PURPLE)
+    return Label(tip.name, at, scene.joint_radius, style, f"name:{tip.name}", PURPLE)
 
 
 def _passive(scene: Scene) -> list[Label]:
@@ -73,7 +73,7 @@ def _passive(scene: Scene) -> list[Label]:
             label = Label(
                 text=", ".join(passive),
                 at=scene.projection.project(group.last.point),
-                clear=1.4 * scene.unit,
+                clear=1.4 * scene.joint_radius,
                 style=_SMALL,
                 gid=f"name:{group.names}",
                 colour=QUIET,
@@ -116,7 +116,7 @@ def _link(
     return Label(
         text=scene.skeleton.names_on(link),
         at=at,
-        clear=scene.unit,
+        clear=scene.joint_radius,
         style={"color": colour, "fontsize": 7.5, "fontstyle": "italic"},
         gid=f"name:link:{link}",
         colour=QUIET,

@@ -150,7 +150,7 @@ class Painter:
     def arrow(self, line: LineMark) -> None:
         """An arrow along a line, with a second head at its start for what travels both ways."""
         flat = self.projection.project(line.points)
-        unit = self.scene.unit
+        unit = self.scene.joint_radius
         colour, width = _ARROWS[line.role]
         has_letter = line.role in ("triad", "base axes")
         if has_letter and np.linalg.norm(flat[1] - flat[0]) < _SHORT * unit:
@@ -178,7 +178,7 @@ class Painter:
 
     def _add_letter(self, owner: str, flat: Array, colour: str) -> None:
         along = flat[1] - flat[0]
-        at = flat[1] + 1.5 * self.scene.unit * along / np.linalg.norm(along)
+        at = flat[1] + 1.5 * self.scene.joint_radius * along / np.linalg.norm(along)
         letter = Label(
             text=owner[-1],
             at=at,

@@ -40,7 +40,7 @@ def make_scene(robot: Robot, state: ClosedState | None, like: Scene | None = Non
         return build_scene(description, reference, choose_projection(reference))
     skeleton = place_skeleton(robot, state)
     if like is not None:
-        return build_scene(description, skeleton, like.projection, like.unit, like.standing)
+        return build_scene(description, skeleton, like.projection, like.joint_radius, like.standing)
     projection = choose_projection(skeleton)
     standing = build_scene(description, reference, projection)
     return build_scene(description, skeleton, projection, None, standing)
@@ -98,10 +98,10 @@ def limits_of(scene: Scene) -> Array:
     outlines += [projection.project(line.points) for line in scene.lines]
     if projection.planar:
         outlines += ground_outlines(scene)
-        margin = scene.unit * _PLANAR_MARGIN
+        margin = scene.joint_radius * _PLANAR_MARGIN
     else:
         outlines.append(projection.project(floor_corners(scene)))
         outlines += [projection.project(arrow.points) for arrow in base_axes(scene)]
-        margin = scene.unit * _SPATIAL_MARGIN
+        margin = scene.joint_radius * _SPATIAL_MARGIN
     points = np.vstack(outlines)
     return np.array([points.min(axis=0) - margin, points.max(axis=0) + margin])
