@@ -87,8 +87,8 @@ class ClosureSolver:
         nearest = self._turns.nearest(values["s"], self._reference)
         if np.array_equal(nearest, values["s"], equal_nan=True):
             return values, codes
-        again, codes_again = self._run(u, du, signs, nearest)
-        return again, np.where(codes == GOOD, codes_again, codes)
+        turned, turned_codes = self._run(u, du, signs, nearest)
+        return turned, np.where(codes == GOOD, turned_codes, codes)
 
     def _close_from(self, u: Array, du: Array, signs: Array, start: Start) -> ClosureResults:
         """Close at u, followed from a start."""

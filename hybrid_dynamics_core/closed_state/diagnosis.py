@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..closure.blocks.block_solver import BlockSolver
-from ..closure.toggle_range import allowed_range
+from ..closure.toggle_range import closing_interval, given_inputs
 from ..errors import ClosureError, HybridDynamicsError, InputError, SingularityError, StateError
 from ..ground.arrays import Array
 from ..kernels.run import Codes
-from ..mechanism.configuration import Configuration, given_configuration
 from ..programs import Model, Outcome, OutcomeKind
 
 # [rad or m] a value this near the end of its range counts as being at it
@@ -83,8 +82,7 @@ def error_for(
     block = blocks[outcome.block]
     if outcome.kind is OutcomeKind.SINGULAR:
         return _singular(block.name, distance, index)
-    configuration = _configuration_before(outcome.block, model, u, signs)
-    return _unreachable(model, block, configuration, index)
+    return _unreachable(model, block, u, signs, index)
 
 
 def _inconsistent(model: Model, index: int | None) -> ClosureError:
@@ -127,65 +125,60 @@ def _jump(model: Model, index: int | None) -> SingularityError:
     return SingularityError(problem, loop=names, distance=0.0, index=index)
 
 
-def _configuration_before(
-    block: int,
-    model: Model,
-    u: Array,
-    signs: Array,
-) -> Configuration:
-    """The configuration with all blocks before this one solved."""
-    given = dict(zip(model.plan.given, u.tolist(), strict=True))
-    configuration = given_configuration(model.tree, given)
-    guess = model.plan.reference.q
-    for earlier, sign in zip(model.plan.blocks[:block], signs[:block], strict=True):
-        earlier.solve(configuration, float(sign), guess)
-    return configuration
-
-
 def _unreachable(
-    model: Model, block: BlockSolver, configuration: Configuration, index: int | None
+    model: Model, block: BlockSolver, u: Array, signs: Array, index: int | None
 ) -> StateError:
     """The error for a block that cannot close at the coordinates it depends on."""
-    text = ", ".join(_value_text(model, configuration, k) for k in block.inputs)
+    inputs = given_inputs(model.plan, block)
+    values = dict(zip(model.plan.given, u.tolist(), strict=True))
+    texts = {k: _value_text(model, k, values[k]) for k in inputs}
+    place = ", ".join(texts.values())
     # an iteration knows no range
     if block.iterates:
         problem = (
-            f"loop '{block.name}' cannot close at {text}: no closed configuration was found on the"
+            f"loop '{block.name}' cannot close at {place}: no closed configuration was found on the"
             " way there"
         )
         return ClosureError(problem, loop=block.name, index=index)
-    for coordinate in block.inputs:
-        if coordinate not in model.plan.given:
-            continue
-        near = float(model.plan.reference.q[coordinate])
-        allowed = allowed_range(model.tree, block, configuration, coordinate, near)
+    for k in inputs:
+        allowed = closing_interval(model.tree, model.plan, u, signs, k)
         if allowed is not None:
-            return _out_of_range(model, block, configuration, coordinate, allowed, index)
-    problem = f"loop '{block.name}' cannot close at {text}: its links do not reach each other"
+            others = [texts[other] for other in inputs if other != k]
+            return _out_of_range(model, block, (k, values[k]), others, allowed, index)
+    problem = f"loop '{block.name}' cannot close at {place}: its links do not reach each other"
     return ClosureError(problem, loop=block.name, index=index)
 
 
-def _value_text(model: Model, configuration: Configuration, coordinate: int) -> str:
-    value = configuration.q[coordinate] + 0.0
-    return f"{model.tree.coordinates[coordinate]} = {value:.9g} {model.tree.unit(coordinate)}"
+def _value_text(model: Model, coordinate: int, value: float) -> str:
+    # without a negative zero
+    number = f"{value + 0.0:.9g}"
+    return f"{model.tree.coordinates[coordinate]} = {number} {model.tree.unit(coordinate)}"
 
 
 def _out_of_range(
     model: Model,
     block: BlockSolver,
-    configuration: Configuration,
-    coordinate: int,
+    moved: tuple[int, float],
+    others: list[str],
     allowed: tuple[float, float],
     index: int | None,
 ) -> StateError:
-    """The error for a coordinate outside of the range in which its loop closes."""
-    value = float(configuration.q[coordinate])
+    """The error for a coordinate outside of the range in which the mechanism closes.
+
+    Args:
+        model: what was closed.
+        block: the block that is open.
+        moved: the coordinate and its value [rad or m].
+        others: the other given coordinates that the block depends on, as text.
+        allowed: the range [rad or m].
+        index: row of the state in its batch.
+    """
+    coordinate, value = moved
     lower, upper = allowed
     # the loop closes on both sides of the value: two modes meet here
     if lower - EDGE < value < upper + EDGE:
         return _singular(block.name, 0.0, index)
     name, unit = model.tree.coordinates[coordinate], model.tree.unit(coordinate)
-    others = [_value_text(model, configuration, k) for k in block.inputs if k != coordinate]
     condition = ""
     if others:
         condition = f" (at {', '.join(others)})"

@@ -1,92 +1,190 @@
-"""How far a coordinate may go before its loop opens: the range between the toggle points."""
+"""How far a given coordinate may go before a loop opens: the range between the toggle points."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
+from ..algebra.scalar import Scalar
 from ..ground.arrays import Array
-from ..mechanism.configuration import Configuration
+from ..mechanism.configuration import given_configuration
 from ..mechanism.tree import Tree
 from .blocks.block_solver import BlockSolver
+from .plan import ClosurePlan
 
 Flags = NDArray[np.bool_]
-_SAMPLES = 2001  # a range narrower than 1/2000 of the searched one may be missed
-_SPAN = 6.0  # searched displacements, in lengths of the loop
-_PRECISION = 1e-14  # [rad or m] of an end of the range
+Range = tuple[float, float]
+_SAMPLES = 4001  # a range narrower than 1/4000 of the searched one may be missed
+_TURN = 2.0 * math.pi  # [rad] searched to either side
+_SPAN = 6.0  # searched displacements to either side, in lengths of the longest loop
+_PARTS = 32  # into which an interval that holds an end is divided
+_ROUNDS = 11  # of divisions, until an end is exact to rounding
 
 
-class _ClosingMargin:
-    """The margin of a block as a function of one coordinate it depends on."""
-
-    def __init__(
-        self, tree: Tree, block: BlockSolver, configuration: Configuration, coordinate: int
-    ) -> None:
-        self.block = block
-        self.configuration = configuration
-        self.coordinate = coordinate
-        self.guess = [0.0] * len(tree.coordinates)
-        self.revolute = tree.is_revolute(coordinate)
-
-    def of(self, values: Array) -> Array:
-        """Margins (N,) at values (N,) [rad or m]."""
-        trial = self.configuration.copy()
-        trial.set_value(self.coordinate, values, revolute=self.revolute)
-        with np.errstate(all="ignore"):
-            margin = self.block.solve(trial, 1.0, self.guess)
-        return np.broadcast_to(np.asarray(margin, dtype=float), values.shape)
-
-    def at(self, value: float) -> float:
-        """Margin at one value [rad or m]."""
-        return float(self.of(np.array([value]))[0])
-
-    def searched(self, near: float) -> Array:
-        """Values about `near` that are tried (N,) [rad or m]."""
-        half = math.pi
-        if not self.revolute:
-            half = _SPAN * max(equation.loop.length for equation in self.block.equations)
-        return near + half * np.linspace(-1.0, 1.0, _SAMPLES)
+def given_inputs(plan: ClosurePlan, block: BlockSolver) -> list[int]:
+    """The given coordinates that a block depends on, directly or through passive ones, in order."""
+    solver_of: dict[int, BlockSolver] = {}
+    for solver in plan.blocks:
+        for unknown in solver.unknowns:
+            solver_of[unknown] = solver
+    reached: set[int] = set()
+    waiting = list(block.inputs)
+    while waiting:
+        k = waiting.pop()
+        if k in reached:
+            continue
+        reached.add(k)
+        if k in solver_of:
+            waiting += solver_of[k].inputs
+    return [k for k in plan.given if k in reached]
 
 
-def allowed_range(
-    tree: Tree, block: BlockSolver, configuration: Configuration, coordinate: int, near: float
-) -> tuple[float, float] | None:
-    """The interval of a coordinate in which a block closes.
+class ClosingSearch:
+    """Where loops close as one given coordinate moves and the other ones stay.
 
     Args:
         tree: the spanning tree.
-        block: the block.
-        configuration: values of all other coordinates that the block depends on, floats.
-        coordinate: the coordinate, one that the block depends on.
-        near: of several intervals, the one nearest to this [rad or m].
+        plan: how the loops close.
+        u: given coordinates (n,) [rad, m].
+        signs: branch signs (blocks,).
+        k: the given coordinate that moves.
+        blocks: the blocks that are to close, with all that they depend on; None for all.
+    """
+
+    def __init__(
+        self,
+        tree: Tree,
+        plan: ClosurePlan,
+        u: Sequence[float],
+        signs: Sequence[float],
+        k: int,
+        blocks: Sequence[BlockSolver] | None = None,
+    ) -> None:
+        self._tree = tree
+        self._plan = plan
+        self._given: dict[int, Scalar] = {}
+        for coordinate, value in zip(plan.given, u, strict=True):
+            self._given[coordinate] = float(value)
+        self._k = k
+        self._solved: list[tuple[BlockSolver, float]] = []
+        for block, sign in zip(plan.blocks, signs, strict=True):
+            is_needed = blocks is None or block in blocks or not given_inputs(plan, block)
+            if is_needed:
+                self._solved.append((block, float(sign)))
+        # a frame that faces the other way: known where all coordinates are
+        self._guarded = plan.loops if blocks is None else ()
+        self._guess = [float(q) for q in plan.reference.q]
+
+    def closes(self, values: Array) -> Flags:
+        """Whether they close, (N,), at values (N,) of the coordinate [rad or m]."""
+        configuration = given_configuration(self._tree, self._given | {self._k: values})
+        good = np.ones(values.shape, dtype=bool)
+        with np.errstate(all="ignore"):
+            for block, sign in self._solved:
+                good &= np.asarray(block.solve(configuration, sign, self._guess)) > 0.0
+            for loop in self._guarded:
+                for guard in loop.guards(configuration):
+                    good &= np.asarray(guard) > 0.0
+        return good
+
+    def interval(self, near: float) -> Range | None:
+        """The interval in which they close.
+
+        Args:
+            near: of several intervals, the one nearest to this [rad or m].
+
+        Returns:
+            Its ends [rad or m], infinite where none was met. None where the loops close nowhere.
+        """
+        half = _TURN
+        if not self._tree.is_revolute(self._k):
+            half = _SPAN * max(loop.length for loop in self._plan.loops)
+        values = near + half * np.linspace(-1.0, 1.0, _SAMPLES)
+        closes = self.closes(values)
+        if not closes.any():
+            return None
+        distances = np.where(closes, np.abs(values - near), np.inf)
+        inside = int(np.argmin(distances))
+        return self._end(values, closes, inside, -1), self._end(values, closes, inside, 1)
+
+    def _end(self, values: Array, closes: Flags, inside: int, way: int) -> float:
+        """The end of the interval around a value inside, in one direction (-1 or +1)."""
+        k = inside
+        while 0 <= k + way < len(values) and closes[k + way]:
+            k += way
+        if not 0 <= k + way < len(values):
+            return way * math.inf
+        good, bad = float(values[k]), float(values[k + way])
+        for _ in range(_ROUNDS):
+            points = np.linspace(good, bad, _PARTS + 1)
+            opened = np.flatnonzero(~self.closes(points[1:-1]))
+            last = int(opened[0]) if len(opened) else _PARTS - 1
+            good, bad = float(points[last]), float(points[last + 1])
+        return good
+
+
+def closing_interval(
+    tree: Tree, plan: ClosurePlan, u: Sequence[float], signs: Sequence[float], k: int
+) -> Range | None:
+    """The interval of a given coordinate in which the mechanism closes; the other ones stay.
+
+    Just inside all loops close, just outside they do not. Of several intervals it is the one
+    nearest to the reference.
+
+    Args:
+        tree: the spanning tree.
+        plan: how the loops close.
+        u: given coordinates (n,) [rad, m]; that of k does not matter.
+        signs: branch signs (blocks,).
+        k: the given coordinate.
 
     Returns:
-        Its ends [rad or m]. (-inf, inf) where the block always closes, None where it never does.
+        Its ends [rad or m], infinite where there is none. None where the loops close nowhere, or an
+        iteration decides, which knows no range.
     """
-    margin = _ClosingMargin(tree, block, configuration, coordinate)
-    values = margin.searched(near)
-    closes = margin.of(values) > 0.0
-    if closes.all():
-        return -math.inf, math.inf
-    if not closes.any():
-        return None
-    distances = np.where(closes, np.abs(values - near), np.inf)
-    inside = int(np.argmin(distances))
-    lower = _end(margin, values, closes, inside, -1)
-    upper = _end(margin, values, closes, inside, 1)
+    for block in plan.blocks:
+        if block.iterates and k in given_inputs(plan, block):
+            return None
+    search = ClosingSearch(tree, plan, u, signs, k)
+    return search.interval(float(plan.reference.q[k]))
+
+
+def independent_range(tree: Tree, plan: ClosurePlan, k: int) -> Range:
+    """The range of a given coordinate that its loops have whatever the other ones are.
+
+    Only loops that depend on no other given coordinate count. An end is told where, with the other
+    coordinates at the reference, the whole mechanism closes just inside; otherwise it is infinite.
+
+    Args:
+        tree: the spanning tree.
+        plan: how the loops close, on its own assembly modes.
+        k: the given coordinate.
+
+    Returns:
+        Its ends [rad or m].
+    """
+    everywhere = (-math.inf, math.inf)
+    blocks: list[BlockSolver] = []
+    for block in plan.blocks:
+        inputs = given_inputs(plan, block)
+        if k in inputs and block.iterates:
+            return everywhere
+        if inputs == [k]:
+            blocks.append(block)
+    if not blocks:
+        return everywhere
+    reference = [float(plan.reference.q[coordinate]) for coordinate in plan.given]
+    near = float(plan.reference.q[k])
+    allowed = ClosingSearch(tree, plan, reference, plan.branch, k, blocks).interval(near)
+    if allowed is None:
+        return everywhere
+    complete = ClosingSearch(tree, plan, reference, plan.branch, k)
+    lower, upper = allowed
+    if math.isfinite(lower) and not complete.closes(np.array([lower]))[0]:
+        lower = -math.inf
+    if math.isfinite(upper) and not complete.closes(np.array([upper]))[0]:
+        upper = math.inf
     return lower, upper
-
-
-def _end(margin: _ClosingMargin, values: Array, closes: Flags, inside: int, way: int) -> float:
-    """The end of the interval around a value inside, in one direction (-1 or +1)."""
-    k = inside
-    while 0 <= k + way < len(values) and closes[k + way]:
-        k += way
-    if not 0 <= k + way < len(values):
-        return way * math.inf
-    low, high = sorted((values[k], values[k + way]))
-    end: float = brentq(margin.at, low, high, xtol=_PRECISION)
-    return end

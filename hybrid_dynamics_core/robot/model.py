@@ -11,7 +11,7 @@ import numpy as np
 from ..closed_state.assembly_modes import mode_names
 from ..closure.mobility import find_mobility, with_mobility
 from ..closure.plan import ClosurePlan, build_plan
-from ..closure.toggle_range import allowed_range
+from ..closure.toggle_range import independent_range
 from ..description.model import Frame, JointType, RobotDescription
 from ..errors import DescriptionError, InputError
 from ..ground.arrays import Array, frozen
@@ -164,23 +164,14 @@ class RobotModel:
 
     @lazy
     def closing_range(self) -> Array:
-        """Range (n, 2) of each active coordinate between the toggle points of its loop [rad, m].
+        """Range (n, 2) of each active coordinate in which the loops close [rad, m].
 
-        It is infinite for a coordinate in no loop, or in a loop with other given coordinates.
+        Just inside its ends the robot closes and just outside it does not, with the other active
+        coordinates at the reference. An end is infinite where nothing ends, or where it would move
+        with the other active coordinates. It is infinite too where an iteration decides.
         """
-        n = len(self.active)
-        ranges = np.tile([-np.inf, np.inf], (n, 1))
-        for block in self.plan.blocks:
-            inputs = block.inputs
-            if len(inputs) != 1 or inputs[0] >= n:
-                continue
-            k = inputs[0]
-            start = float(self.reference[k])
-            allowed = allowed_range(self.tree, block, self.plan.reference, k, start)
-            if allowed is not None:
-                ranges[k, 0] = max(ranges[k, 0], allowed[0])
-                ranges[k, 1] = min(ranges[k, 1], allowed[1])
-        return frozen(ranges)
+        ranges = [independent_range(self.tree, self.plan, k) for k in range(len(self.active))]
+        return frozen(np.reshape(ranges, (-1, 2)))
 
     def loop_distances(self, distances: Array) -> Array:
         """Distance to a singularity of each of `loops` (..., loops).

@@ -96,13 +96,13 @@ class _Search:
             return self._turn(index, interval)
         if not self._may_dip(index, k):
             return None
-        found = minimize_scalar(
+        minimum = minimize_scalar(
             lambda time: self._margin(index, time),
             bounds=interval,
             method="bounded",
             options={"xatol": 1e-9 * (interval[1] - interval[0])},
         )
-        return float(found.x)
+        return float(minimum.x)
 
     def _may_dip(self, index: int, k: int) -> bool:
         """Whether a margin without a slope, going on as it comes and goes, can reach zero."""

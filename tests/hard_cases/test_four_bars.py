@@ -292,3 +292,38 @@ end_effector: {link: a}
         DescriptionError, match=r"joint 'q1' does not move in the plane of 'q2' and 'q3', with axes"
     ):
         Robot(parse_description(text))
+
+
+PLATE = """\
+format: 1
+name: two_loops_one_plate
+links: {base: {}, arm: {mass: 2}, slide: {mass: 3}, plate: {mass: 1}, lever: {mass: 2}, bar: {mass: 2}}
+joints:
+  q: {type: revolute, parent: base, child: arm, origin: {xyz: [-0.33, 0.19, 0]}, axis: z}
+  s: {type: prismatic, parent: base, child: slide, axis: x, limits: [-2, 2]}
+  p: {type: revolute, parent: slide, child: plate, axis: z}
+  m: {type: revolute, parent: base, child: lever, origin: {xyz: [0.6, 0.13, 0]}, axis: z}
+  n: {type: revolute, parent: lever, child: bar, origin: {xyz: [0.52, 0, 0]}, axis: z}
+closures:
+  first: {kind: planar, between: {plate: [0.47, 0, 0], arm: [0.24, 0, 0]}}
+  second: {kind: planar, between: {plate: [-0.02, -0.27, 0], bar: [0.35, 0, 0]}}
+active: [s]
+end_effector: {link: plate}
+reference: {s: 0.08, p: -3.0502, q: -1.8151, m: -2.7341, n: -1.8428}
+"""
+
+
+def test_a_range_is_one_in_which_all_loops_close() -> None:
+    """A plate on a slide, which two loops hold: by hand two circles each, all along the slide."""
+    machine = robot(PLATE)
+    places = np.linspace(-0.6, 0.8, 1401)
+    status = np.asarray(machine.close(places[:, None], check=False).status)
+    closed = places[status == 0]
+    lower, upper = machine.closing_range[0]
+    assert closed.min() - 1e-3 < lower < closed.min()
+    assert closed.max() < upper < closed.max() + 1e-3
+    for place in (-1.0, -0.21, 0.36, 1.0):
+        with pytest.raises(ClosureError) as caught:
+            machine.close([place])
+        assert caught.value.allowed == pytest.approx((lower, upper), abs=1e-12)
+        assert "p =" not in str(caught.value)  # it follows the slide and cannot be held
