@@ -21,7 +21,7 @@ from ..ground.arrays import Array
 from .events import Event
 
 FORMAT = 3
-AT_REST = 1e-6  # share of a potential energy that is far above its rounding
+LEAST_SHARE = 1e-6  # share of a potential energy that is far above its rounding
 _FORMER = {"t": "time", "ddu": "acceleration", "tau": "effort"}  # names of arrays in format 2
 _HEAD_FIELDS = (
     "robot",
@@ -100,8 +100,8 @@ class Simulation:
         lifted = energy.potential - energy.potential[0]
         parts = (energy.kinetic, energy.springs, lifted, self.work)
         scale = sum(float(np.abs(part).max()) for part in parts)
-        at_rest = AT_REST * float(np.abs(energy.potential).max())
-        return worst / max(scale, at_rest)
+        least = LEAST_SHARE * float(np.abs(energy.potential).max())
+        return worst / max(scale, least)
 
     @property
     def residual(self) -> float:

@@ -297,7 +297,8 @@ end_effector: {link: a}
 PLATE = """\
 format: 1
 name: two_loops_one_plate
-links: {base: {}, arm: {mass: 2}, slide: {mass: 3}, plate: {mass: 1}, lever: {mass: 2}, bar: {mass: 2}}
+links:
+  {base: {}, arm: {mass: 2}, slide: {mass: 3}, plate: {mass: 1}, lever: {mass: 2}, bar: {mass: 2}}
 joints:
   q: {type: revolute, parent: base, child: arm, origin: {xyz: [-0.33, 0.19, 0]}, axis: z}
   s: {type: prismatic, parent: base, child: slide, axis: x, limits: [-2, 2]}
