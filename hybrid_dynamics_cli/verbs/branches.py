@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from hybrid_dynamics_core import Robot
-from hybrid_dynamics_core.closed_state.assembly_modes import AssemblyMode, mode_of
+from hybrid_dynamics_core.closed_state.assembly_modes import AssemblyMode, Completeness, mode_of
 from hybrid_dynamics_core.errors import StateError
 from hybrid_dynamics_core.ground.arrays import Array
 from hybrid_dynamics_core.ground.units import coordinate_unit
@@ -52,12 +52,16 @@ def command(robot: str, u: str | None, picture: str | None, overwrite: bool, as_
         current = current_mode(machine, values, modes)
     data = facts(machine, values, modes, current)
     data["undecided"] = undecided
+    data["completeness"] = modes.completeness.value
+    data["reason"] = modes.reason
     lines = _heading(machine, values, len(modes))
     if modes:
         legend = f"{_mark(current, undecided)}; x, y, z of"
         legend += f" {machine.end_effector} in {machine.base_frame}"
         lines += ["", *_text(data["modes"], legend)]
         lines += [f"to be decided: {text}" for text in undecided]
+        if modes.completeness is not Completeness.PROVEN:
+            lines += wrap(f"all modes: {modes.completeness.value}; {modes.reason}", LINE)
     if place is not None and modes:
         _draw(machine, values, place, decided=not undecided)
         data["picture"] = str(place)

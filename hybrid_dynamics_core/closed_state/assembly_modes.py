@@ -1,11 +1,11 @@
-"""Assembly modes: their names and branch signs, and all of them at a given input."""
+"""Assembly modes: their names and branch signs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from types import MappingProxyType
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,13 +14,11 @@ from ..closure.plan import ClosurePlan
 from ..errors import InputError
 from ..ground.arrays import Array
 from ..ground.suggestions import no_such_name, suggestion
-from ..mechanism.configuration import Configuration, configuration_at, given_configuration
+from ..mechanism.configuration import Configuration, configuration_at
 from ..programs import Model
 from .state import ClosedState
 
-# of a block closed by iteration: several for each of the modes a platform can have (40 for a Gough
-# platform)
-STARTS = 600
+NUMBERED = "mode_"  # modes of a loop that closes by iteration, beside that of the reference
 SAME = 1e-6  # [rad or m] solutions nearer than this are one
 
 
@@ -37,26 +35,34 @@ class AssemblyMode:
     state: ClosedState
 
 
-class ModeSolution(NamedTuple):
-    """One way in which the loops close, as numbers.
+class Completeness(Enum):
+    """Whether a list of assembly modes holds all of them."""
+
+    PROVEN = "proven"
+    LIKELY = "likely"
+    UNLIKELY = "unlikely"
+
+
+class AssemblyModes(tuple[AssemblyMode, ...]):  # noqa: SLOT001  a tuple takes none
+    """Assembly modes at one input, and whether they are all.
 
     Attributes:
-        signs: branch sign (blocks,) of each block, +1 or -1.
-        s: all coordinates (n_s,) [rad, m].
-        names: name of the mode of each loop.
+        completeness: `PROVEN` where every loop has a closed form. Otherwise a search says `LIKELY`
+            or `UNLIKELY`.
+        reason: why, in a sentence.
     """
 
-    signs: Array
-    s: Array
-    names: Mapping[str, str]
+    completeness: Completeness
+    reason: str
 
-
-class BlockSolution(NamedTuple):
-    """One way in which a block closes: its branch sign, its mode, and the configuration with it."""
-
-    sign: float
-    mode: str
-    configuration: Configuration
+    def __new__(
+        cls, modes: Iterable[AssemblyMode], completeness: Completeness, reason: str
+    ) -> AssemblyModes:
+        """A tuple with its evidence."""
+        self = super().__new__(cls, modes)
+        self.completeness = completeness
+        self.reason = reason
+        return self
 
 
 def mode_of(modes: Sequence[AssemblyMode], state: ClosedState) -> int | None:
@@ -159,6 +165,12 @@ def _set_mode(
         if block.name == loop and mode in block.modes:
             signs[k] = block.signs[block.modes.index(mode)]
             exists = True
+    iterates = any(block.name == loop and block.iterates for block in plan.blocks)
+    if not exists and iterates and mode.startswith(NUMBERED):
+        raise InputError(
+            f"branch: '{mode}' of loop '{loop}' is a number in one list of assembly_modes, not a"
+            " name; give close(u, near=mode.state) with an entry of that list"
+        )
     if not exists:
         raise InputError(f"branch: {no_such_mode(loop, mode, _modes_of(plan, loop))}")
 
@@ -192,163 +204,3 @@ def _error_on(
     if margin > -SAME and np.isfinite(error):
         return error
     return np.inf
-
-
-# -- all modes
-
-
-def list_modes(
-    model: Model,
-    u: Array,
-    signs: Array,
-    start: Array,
-) -> Iterator[ModeSolution]:
-    """Every way to close at u.
-
-    Args:
-        model: tree and closure plan.
-        u: given coordinates (n,) [rad, m].
-        signs: branch signs (blocks,) of blocks whose mode is not looked for.
-        start: all coordinates (n_s,) where iterations start [rad, m].
-    """
-    guess = start.tolist()
-
-    def extend(configuration: Configuration, solved: list[BlockSolution]) -> Iterator[ModeSolution]:
-        k = len(solved)
-        if k == len(model.plan.blocks):
-            yield _mode_solution(model.plan, solved, configuration)
-            return
-        block, sign = model.plan.blocks[k], float(signs[k])
-        for solution in _solutions(model, block, configuration, sign, guess):
-            yield from extend(solution.configuration, [*solved, solution])
-
-    given = dict(zip(model.plan.given, u.tolist(), strict=True))
-    yield from extend(given_configuration(model.tree, given), [])
-
-
-def _mode_solution(
-    plan: ClosurePlan,
-    solved: Sequence[BlockSolution],
-    configuration: Configuration,
-) -> ModeSolution:
-    """The solutions of all blocks as one."""
-    signs, modes = [], []
-    for solution in solved:
-        signs.append(solution.sign)
-        modes.append(solution.mode)
-    s = [float(q) for q in configuration.q]
-    return ModeSolution(np.array(signs), np.array(s), branch_names(plan, modes))
-
-
-def _solutions(
-    model: Model,
-    block: BlockSolver,
-    configuration: Configuration,
-    sign: float,
-    guess: Sequence[float],
-) -> Iterator[BlockSolution]:
-    """Every way in which a block closes; `sign` is that of a block whose mode is not looked for."""
-    if block.iterates:
-        yield from _numbered_solutions(model, block, configuration, guess)
-        return
-    signs = (sign,) if block.modes_fixed else block.signs
-    for option in signs:
-        trial = configuration.copy()
-        try:
-            margin = block.solve(trial, option, guess)
-        except ZeroDivisionError:
-            continue
-        if margin > 0.0:
-            mode = block.modes[block.signs.index(option)]
-            yield BlockSolution(option, mode, trial)
-
-
-def _numbered_solutions(
-    model: Model, block: BlockSolver, configuration: Configuration, guess: Sequence[float]
-) -> Iterator[BlockSolution]:
-    """The distinct solutions of an iteration from many starts, the one nearest the guess first."""
-    near = np.array([guess[k] for k in block.unknowns])
-    starts = _starts(model, block, guess)
-    solutions = _distinct_solutions(model, block, configuration, starts)
-    moves = [_wrapped(model, block, x - near) for x in solutions]
-    moves.sort(key=lambda move: float(np.abs(move).max()))
-    for number, move in enumerate(moves, start=1):
-        mode = block.modes[0] if number == 1 else f"mode_{number}"
-        yield BlockSolution(1.0, mode, _with_unknowns(model, block, configuration, near + move))
-
-
-def _starts(
-    model: Model,
-    block: BlockSolver,
-    guess: Sequence[float],
-) -> list[Array]:
-    """Where iterations start: for every coordinate its values, the guess first."""
-    from scipy.stats import qmc  # noqa: PLC0415  slow to import, and only this needs it
-
-    length = max(equation.loop.length for equation in block.equations)
-    samples = qmc.Halton(len(block.unknowns), scramble=False).random(STARTS)
-    starts: list[Array] = [np.zeros(1 + STARTS)] * len(guess)
-    for k, sample in zip(block.unknowns, samples.T, strict=True):
-        centre, span = guess[k], 1.5 * length
-        if model.tree.is_revolute(k):
-            centre, span = 0.0, np.pi
-        points = centre + span * (2.0 * sample - 1.0)
-        starts[k] = np.concatenate([[guess[k]], points])
-    return starts
-
-
-def _distinct_solutions(
-    model: Model, block: BlockSolver, configuration: Configuration, starts: Sequence[Array]
-) -> list[Array]:
-    """The unknowns of a block at each of its solutions that some start leads to."""
-    trials = configuration.copy()
-    converged = np.asarray(block.solve(trials, 1.0, starts)) > 0.0
-    answers = np.stack([trials.q[k] for k in block.unknowns], axis=1)
-    solutions: list[Array] = []
-    fingerprints: list[Array] = []
-    for x in answers[converged]:
-        fingerprint = _fingerprint(model, block, configuration, x)
-        if not _is_among(fingerprint, fingerprints):
-            solutions.append(x)
-            fingerprints.append(fingerprint)
-    return solutions
-
-
-def _is_among(fingerprint: Array, others: Sequence[Array]) -> bool:
-    """Whether some other fingerprint is the same."""
-    return any(np.abs(fingerprint - other).max() <= SAME for other in others)
-
-
-def _fingerprint(
-    model: Model,
-    block: BlockSolver,
-    configuration: Configuration,
-    x: Array,
-) -> Array:
-    """Where the block's loops put their links.
-
-    It is equal for two sets of angles that mean the same configuration.
-    """
-    trial = _with_unknowns(model, block, configuration, x)
-    marks = []
-    for loop in dict.fromkeys(equation.loop for equation in block.equations):
-        marks += loop.marks(trial)
-    return np.array([float(mark) for mark in marks])
-
-
-def _with_unknowns(
-    model: Model, block: BlockSolver, configuration: Configuration, x: Array
-) -> Configuration:
-    """The configuration with the unknowns of a block set to x."""
-    result = configuration.copy()
-    for k, value in zip(block.unknowns, x, strict=True):
-        result.set_value(k, float(value), revolute=model.tree.is_revolute(k))
-    return result
-
-
-def _wrapped(model: Model, block: BlockSolver, difference: Array) -> Array:
-    """A difference of the unknowns, without whole turns of angles that may turn."""
-    counted = block.counted_turns
-    may_turn = [model.tree.is_revolute(k) and k not in counted for k in block.unknowns]
-    wrapped = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi
-    return np.where(may_turn, wrapped, difference)

@@ -141,7 +141,7 @@ def _unreachable(
         )
         return ClosureError(problem, loop=block.name, index=index)
     for k in inputs:
-        allowed = closing_interval(model.tree, model.plan, u, signs, k)
+        allowed = closing_interval(model.tree, model.plan, u.tolist(), signs.tolist(), k)
         if allowed is not None:
             others = [texts[other] for other in inputs if other != k]
             return _out_of_range(model, block, (k, values[k]), others, allowed, index)

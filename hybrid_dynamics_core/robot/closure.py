@@ -12,12 +12,13 @@ from numpy.typing import ArrayLike
 from .. import programs
 from ..closed_state.assembly_modes import (
     AssemblyMode,
-    list_modes,
+    AssemblyModes,
     matching_signs,
     signs_of_names,
 )
 from ..closed_state.closure_solver import ClosureResults, ClosureSolver, Start
 from ..closed_state.diagnosis import error_for
+from ..closed_state.mode_search import ModeSearch
 from ..closed_state.state import ClosedState
 from ..closed_state.turns import FreeTurns
 from ..errors import InputError
@@ -217,8 +218,11 @@ class Closure:
         codes = np.zeros(rows, dtype=np.int64)
         return self._states.build(u, du, self.signs, values, codes)
 
-    def assembly_modes(self, u: ArrayLike) -> tuple[AssemblyMode, ...]:
-        """All assembly modes at the active coordinates u.
+    def assembly_modes(self, u: ArrayLike) -> AssemblyModes:
+        """The assembly modes at the active coordinates u.
+
+        They are all where every loop has a closed form. Loops without one are closed by iteration
+        from many starts; `completeness` and `reason` of the result say what came of it.
 
         The second solution of a universal joint is not listed: it is the same leg with its cross
         turned over.
@@ -227,7 +231,7 @@ class Closure:
             u: active coordinates (n,) [rad, m].
 
         Returns:
-            Names by loop and the closed state of each mode.
+            Names by loop and the closed state of each mode, a tuple with its evidence.
 
         Raises:
             InputError: the shape is wrong, or a value is not finite.
@@ -235,13 +239,13 @@ class Closure:
         u = finite_vectors("u", u, self.model.active, -1)
         du = np.zeros_like(u)
         modes = []
-        model = self.model.program_model
-        for signs, s, names in list_modes(model, u, self.signs, self.start):
+        search = ModeSearch(self.model.program_model, u, self.signs, self.start)
+        for signs, s, names in search.solutions:
             values, codes = self._run_closure(u, du, signs, s)
             if codes == 0:
                 state = self._states.build(u, du, frozen(signs), values, codes)
                 modes.append(AssemblyMode(names, replace(state, branch=names)))
-        return tuple(modes)
+        return AssemblyModes(modes, *search.verdict())
 
     def owns(self, state: ClosedState) -> bool:
         """Whether a state has this robot's coordinates and loops."""

@@ -8,7 +8,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hybrid_dynamics_core import ClosedState, DescriptionError, Robot, SingularityError, load
+from hybrid_dynamics_core import (
+    ClosedState,
+    DescriptionError,
+    InputError,
+    Robot,
+    SingularityError,
+    load,
+)
+from hybrid_dynamics_core.closed_state import mode_search
+from hybrid_dynamics_core.closed_state.assembly_modes import Completeness
 from hybrid_dynamics_core.errors import StateError
 from tests.generated.assembly import turn, unit
 from tests.hard_cases.multistart import platform_poses
@@ -143,6 +152,27 @@ TWELVE = (
     [1.5, 1.04, 1.73, 1.31, 2.11, 1.45],
 )
 
+# anchor points and squared lengths of Dietmaier (1998): forty modes, all real
+FORTY = (
+    [
+        [0.0, 0.0, 0.0],
+        [1.107915, 0.0, 0.0],
+        [0.549094, 0.756063, 0.0],
+        [0.735077, -0.223935, 0.525991],
+        [0.514188, -0.526063, -0.368418],
+        [0.590473, 0.094733, -0.205018],
+    ],
+    [
+        [0.0, 0.0, 0.0],
+        [0.542805, 0.0, 0.0],
+        [0.956919, -0.528915, 0.0],
+        [0.665885, -0.353482, 1.402538],
+        [0.478359, 1.158742, 0.107672],
+        [-0.137087, -0.235121, 0.353913],
+    ],
+    [1.0, 0.645275, 1.086284, 1.503439, 1.281933, 0.771071],
+)
+
 
 class TestGoughPlatform:
     @pytest.mark.parametrize(
@@ -155,6 +185,34 @@ class TestGoughPlatform:
         assert len(expected) == count
         robot, legs, link = platform(feet, tips, expected[0])
         assert same_sets(poses_of_modes(robot, link, legs, expected[0]), expected)
+
+    @pytest.mark.sweep(sample="test_modes_are_those_of_brute_force")
+    def test_forty_modes_are_listed_or_the_list_says_that_it_may_be_short(self) -> None:
+        """The published number for this platform, met by few starts each."""
+        feet, tips, lengths = (np.array(part) for part in FORTY)
+        expected = platform_poses(feet, tips, lengths, 6000)
+        robot, legs, _ = platform(feet, tips, expected[0])
+        modes = robot.assembly_modes(legs)
+        assert len(modes) == 40 or modes.completeness is Completeness.UNLIKELY
+        assert modes.completeness is not Completeness.PROVEN
+
+    def test_a_short_search_says_so(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(mode_search, "STARTS", 20)
+        monkeypatch.setattr(mode_search, "MOST_STARTS", 20)
+        feet, tips, lengths = (np.array(part) for part in SIXTEEN)
+        robot, legs, _ = platform(feet, tips, platform_poses(feet, tips, lengths, 600)[0])
+        modes = robot.assembly_modes(legs)
+        assert len(modes) < 16
+        assert modes.completeness is Completeness.UNLIKELY
+        assert "of 20 starts only 1 came to one of the modes" in modes.reason
+
+    def test_a_numbered_mode_is_given_by_its_state(self) -> None:
+        robot = load("gough")
+        mode = robot.assembly_modes(robot.reference)[1]
+        with pytest.raises(InputError, match=r"give close\(u, near=mode\.state\)"):
+            robot.close(robot.reference, branch=mode.branch)
+        state = robot.close(robot.reference, near=mode.state)
+        np.testing.assert_allclose(state.s, mode.state.s, atol=1e-9)
 
     def test_modes_of_a_flat_platform_are_mirror_images_in_pairs(self) -> None:
         feet, tips, lengths = (np.array(part) for part in TWELVE)

@@ -1,0 +1,252 @@
+"""All assembly modes at a given input: in closed form, or by iterations from many starts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..algebra.scalar import Scalar
+from ..closure.blocks.block_solver import BlockSolver
+from ..closure.plan import ClosurePlan
+from ..ground.arrays import Array
+from ..mechanism.configuration import Configuration, given_configuration
+from ..programs import Model
+from .assembly_modes import NUMBERED, SAME, Completeness, branch_names
+
+# of a block closed by iteration: the first starts, several for each of the modes that a platform
+# can have (40 for a Gough platform)
+STARTS = 600
+MOST_STARTS = 9600  # the number is doubled until then
+ENOUGH = 3  # times that each solution is reached where the search counts as exhaustive
+
+
+class ModeSolution(NamedTuple):
+    """One way in which the loops close, as numbers.
+
+    Attributes:
+        signs: branch sign (blocks,) of each block, +1 or -1.
+        s: all coordinates (n_s,) [rad, m].
+        names: name of the mode of each loop.
+    """
+
+    signs: Array
+    s: Array
+    names: Mapping[str, str]
+
+
+class BlockSolution(NamedTuple):
+    """One way in which a block closes: its branch sign, its mode, and the configuration with it."""
+
+    sign: float
+    mode: str
+    configuration: Configuration
+
+
+class Reached(NamedTuple):
+    """What a search from many starts came to.
+
+    Attributes:
+        solutions: the distinct ones (modes, unknowns) [rad, m].
+        counts: how often each was reached (modes,).
+        starts: how many there were.
+    """
+
+    solutions: Array
+    counts: NDArray[np.int64]
+    starts: int
+
+    @property
+    def is_exhaustive(self) -> bool:
+        """Whether each solution was reached often, so that another one is unlikely."""
+        return bool((self.counts >= ENOUGH).all())
+
+
+class ModeSearch:
+    """Lists every way to close at u.
+
+    Args:
+        model: tree and closure plan.
+        u: given coordinates (n,) [rad, m].
+        signs: branch signs (blocks,) of blocks whose mode is not looked for.
+        start: all coordinates (n_s,) where iterations start [rad, m].
+    """
+
+    def __init__(self, model: Model, u: Array, signs: Array, start: Array) -> None:
+        self._model = model
+        self._signs = signs
+        self._guess = start.tolist()
+        self._evidence: dict[str, Reached] = {}
+        given = dict(zip(model.plan.given, u.tolist(), strict=True))
+        before = given_configuration(model.tree, given)
+        self.solutions = list(self._extended(before, []))
+
+    def verdict(self) -> tuple[Completeness, str]:
+        """Whether the solutions are all, and why."""
+        if not self._evidence:
+            return Completeness.PROVEN, "every loop has a closed form, which has no other solution"
+        loop, least = min(self._evidence.items(), key=_least_count)
+        starts = least.starts
+        fewest = _least_count((loop, least))
+        if not len(least.counts):
+            reason = (
+                f"loop '{loop}' is closed by iteration, and none of {starts} starts came to an end"
+            )
+            return Completeness.UNLIKELY, reason
+        reached = f"loop '{loop}' is closed by iteration: of {starts} starts"
+        if least.is_exhaustive:
+            reason = f"{reached} {fewest} or more came to each mode; this is no proof"
+            return Completeness.LIKELY, reason
+        reason = f"{reached} only {fewest} came to one of the modes, so that others may be missing"
+        return Completeness.UNLIKELY, reason
+
+    def _extended(
+        self, configuration: Configuration, solved: list[BlockSolution]
+    ) -> Iterator[ModeSolution]:
+        plan = self._model.plan
+        k = len(solved)
+        if k == len(plan.blocks):
+            yield _mode_solution(plan, solved, configuration)
+            return
+        block, sign = plan.blocks[k], float(self._signs[k])
+        for solution in self._solutions(block, configuration, sign):
+            yield from self._extended(solution.configuration, [*solved, solution])
+
+    def _solutions(
+        self, block: BlockSolver, configuration: Configuration, sign: float
+    ) -> Iterator[BlockSolution]:
+        """Every way in which a block closes; `sign` is for a block whose mode is not looked for."""
+        if block.iterates:
+            yield from self._numbered_solutions(block, configuration)
+            return
+        signs = (sign,) if block.modes_fixed else block.signs
+        for option in signs:
+            trial = configuration.copy()
+            try:
+                margin = block.solve(trial, option, self._guess)
+            except ZeroDivisionError:
+                continue
+            if margin > 0.0:
+                mode = block.modes[block.signs.index(option)]
+                yield BlockSolution(option, mode, trial)
+
+    def _numbered_solutions(
+        self, block: BlockSolver, configuration: Configuration
+    ) -> Iterator[BlockSolution]:
+        """The distinct solutions of an iteration, the one nearest the guess first."""
+        near = np.array([self._guess[k] for k in block.unknowns])
+        reached = self._searched(block, configuration)
+        worst = self._evidence.get(block.name)
+        if worst is None or _least_count((block.name, reached)) < _least_count((block.name, worst)):
+            self._evidence[block.name] = reached
+        moves = [_wrapped(self._model, block, x - near) for x in reached.solutions]
+        moves.sort(key=lambda move: float(np.abs(move).max()))
+        for number, move in enumerate(moves, start=1):
+            mode = block.modes[0] if number == 1 else f"{NUMBERED}{number}"
+            trial = _with_unknowns(self._model, block, configuration, near + move)
+            yield BlockSolution(1.0, mode, trial)
+
+    def _searched(self, block: BlockSolver, configuration: Configuration) -> Reached:
+        """Solutions from more and more starts, until each was reached often."""
+        count = STARTS
+        reached = self._from_starts(block, configuration, count)
+        while not reached.is_exhaustive and count < MOST_STARTS:
+            count = 2 * count
+            reached = self._from_starts(block, configuration, count)
+        return reached
+
+    def _from_starts(self, block: BlockSolver, configuration: Configuration, count: int) -> Reached:
+        starts = _starts(self._model, block, self._guess, count)
+        trials = configuration.copy()
+        converged = np.asarray(block.solve(trials, 1.0, starts)) > 0.0
+        columns = [trials.q[k] for k in block.unknowns]
+        answers = np.stack(columns, axis=1)[converged]
+        marks = _fingerprints(self._model, block, configuration, answers)
+        chosen: list[int] = []
+        counts: list[int] = []
+        remaining = np.arange(len(answers))
+        while len(remaining):
+            first = remaining[0]
+            is_same = np.abs(marks[remaining] - marks[first]).max(axis=1) <= SAME
+            chosen.append(int(first))
+            counts.append(int(is_same.sum()))
+            remaining = remaining[~is_same]
+        return Reached(answers[chosen], np.array(counts, dtype=np.int64), count)
+
+
+def _least_count(entry: tuple[str, Reached]) -> int:
+    _, reached = entry
+    if not len(reached.counts):
+        return 0
+    return int(reached.counts.min())
+
+
+def _mode_solution(
+    plan: ClosurePlan,
+    solved: Sequence[BlockSolution],
+    configuration: Configuration,
+) -> ModeSolution:
+    """The solutions of all blocks as one."""
+    signs, modes = [], []
+    for solution in solved:
+        signs.append(solution.sign)
+        modes.append(solution.mode)
+    s = [float(q) for q in configuration.q]
+    return ModeSolution(np.array(signs), np.array(s), branch_names(plan, modes))
+
+
+def _starts(
+    model: Model,
+    block: BlockSolver,
+    guess: Sequence[float],
+    count: int,
+) -> list[Array]:
+    """Where iterations start: for every coordinate its values, the guess first."""
+    from scipy.stats import qmc  # noqa: PLC0415  slow to import, and only this needs it
+
+    length = max(equation.loop.length for equation in block.equations)
+    samples = qmc.Halton(len(block.unknowns), scramble=False).random(count)
+    starts: list[Array] = [np.zeros(1 + count)] * len(guess)
+    for k, sample in zip(block.unknowns, samples.T, strict=True):
+        centre, span = guess[k], 1.5 * length
+        if model.tree.is_revolute(k):
+            centre, span = 0.0, np.pi
+        points = centre + span * (2.0 * sample - 1.0)
+        starts[k] = np.concatenate([[guess[k]], points])
+    return starts
+
+
+def _fingerprints(
+    model: Model, block: BlockSolver, configuration: Configuration, answers: Array
+) -> Array:
+    """Where the block's loops put their links, a row for each row of unknowns.
+
+    Rows are equal for two sets of angles that mean the same configuration.
+    """
+    trials = _with_unknowns(model, block, configuration, answers.T)
+    rows = len(answers)
+    marks: list[Scalar] = []
+    for loop in dict.fromkeys(equation.loop for equation in block.equations):
+        marks += loop.marks(trials)
+    columns = [np.broadcast_to(np.asarray(mark, dtype=float), rows) for mark in marks]
+    return np.stack(columns, axis=1)
+
+
+def _with_unknowns(
+    model: Model, block: BlockSolver, configuration: Configuration, x: Array
+) -> Configuration:
+    """The configuration with the unknowns of a block set: a number or an array for each."""
+    result = configuration.copy()
+    for k, value in zip(block.unknowns, x, strict=True):
+        result.set_value(k, value, revolute=model.tree.is_revolute(k))
+    return result
+
+
+def _wrapped(model: Model, block: BlockSolver, difference: Array) -> Array:
+    """A difference of the unknowns, without whole turns of angles that may turn."""
+    counted = block.counted_turns
+    may_turn = [model.tree.is_revolute(k) and k not in counted for k in block.unknowns]
+    wrapped = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi
+    return np.where(may_turn, wrapped, difference)
