@@ -24,7 +24,7 @@ from .decode import Decoder
 from .errors import BagCallError, BagError
 from .input_topic import input_topic
 from .job import Job, Outcome
-from .provenance import robot_notes
+from .provenance import process_notes, robot_notes
 from .samples import Samples, slices
 from .settings import make_pipeline
 from .smooth import estimates_of
@@ -81,7 +81,7 @@ def process(job: Job, shown: bool | None = None) -> Outcome:
     pipeline = make_pipeline(robot, job.settings)
     outputs = outputs_of(robot, job.settings)
     notes = robot_notes(job.robot, robot)
-    notes |= {"source": job.source.name, "smooth": job.smooth}
+    notes |= process_notes(job.source, job.smooth)
     with BagReader(job.source) as source:
         topic = source.topics[input_topic(source, job.topic, KINDS)]
         _require_smoothable(job, topic)
@@ -113,9 +113,9 @@ def _require_smoothable(job: Job, topic: Topic) -> None:
 def _output_topics(outputs: Sequence[BagOutput]) -> list[Topic]:
     """The topics that the node would publish."""
     profile = reliable_profile(_OUTPUT_DEPTH)
-    latched = reliable_profile(1, latched=True)
+    description_profile = reliable_profile(1, transient_local=True)
     topics = [Topic(output.name, output.topic.kind, (profile,)) for output in outputs]
-    return [*topics, Topic(DESCRIPTION, _STRING, (latched,))]
+    return [*topics, Topic(DESCRIPTION, _STRING, (description_profile,))]
 
 
 def _copied_topics(source: BagReader, topics: Sequence[Topic]) -> list[Topic]:

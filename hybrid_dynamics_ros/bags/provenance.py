@@ -1,4 +1,4 @@
-"""The robot that a bag was made with: noted in its metadata, and found there again."""
+"""The robot that a bag was made with, and how: written into its metadata, and read from there."""
 
 from __future__ import annotations
 
@@ -14,18 +14,24 @@ from .errors import BagCallError
 from .storage.bag_reader import require_recording
 from .storage.metadata import read_notes
 
+# Keys of a bag's custom data:
 _NAME: Final = "robot"
-_FILE: Final = "robot_file"  # absolute path, of a robot that is not shipped
-_DIGEST: Final = "robot_digest"  # of all files that describe it
-_SMOOTHING: Final = "smooth"
+_FILE: Final = "robot_file"  # absolute path; only for a robot that is not shipped
+_DIGEST: Final = "robot_digest"  # SHA-256 of all files that describe it; only beside _FILE
+_SMOOTHING: Final = "smooth"  # only in a processed bag
+_SOURCE: Final = "source"  # name of the bag that was processed
 
 
 def robot_notes(given: str, robot: Robot) -> dict[str, str]:
-    """What a bag's metadata say of a robot.
+    """The custom data by which `robot_of` loads the robot of a bag again.
 
     Args:
         given: the name or path that the robot was loaded by.
         robot: the robot.
+
+    Returns:
+        Its name. For a robot that is not shipped also the absolute path of its file, and a digest
+        of all files that describe it.
     """
     if given in shipped_robots():
         return {_NAME: given}
@@ -33,11 +39,24 @@ def robot_notes(given: str, robot: Robot) -> dict[str, str]:
     return {_NAME: robot.name, _FILE: file, _DIGEST: _digest(robot)}
 
 
+def process_notes(source: Path, smoothing: str) -> dict[str, str]:
+    """The custom data on how a bag was processed.
+
+    Args:
+        source: the bag that was processed.
+        smoothing: how accelerations were found, one of `job.SMOOTHINGS`.
+    """
+    return {_SOURCE: source.name, _SMOOTHING: smoothing}
+
+
 def robot_of(bag: Path) -> Robot:
     """The robot that a bag was made with.
 
+    Args:
+        bag: a recording or a processed bag.
+
     Raises:
-        BagCallError: the bag does not say, or its file is gone or was changed.
+        BagCallError: the bag names no robot, or its robot file is gone or has changed.
     """
     require_recording(bag)
     notes = read_notes(bag)
@@ -57,10 +76,17 @@ def robot_of(bag: Path) -> Robot:
 def smoothing_of(bag: Path) -> str | None:
     """How the accelerations of a processed bag were found; None for a recording."""
     smoothing = read_notes(bag).get(_SMOOTHING)
-    return None if smoothing is None else str(smoothing)
+    if smoothing is None:
+        return None
+    return str(smoothing)
 
 
 def _robot_of_file(bag: Path, notes: Mapping[str, Any]) -> Robot:
+    """The robot of the file that the notes name.
+
+    Raises:
+        BagCallError: the file cannot be read, or has changed since the bag was made.
+    """
     file = str(notes[_FILE])
     try:
         robot = load(file)
@@ -76,9 +102,14 @@ def _robot_of_file(bag: Path, notes: Mapping[str, Any]) -> Robot:
 
 
 def _digest(robot: Robot) -> str:
-    """SHA-256 of the contents of all files that describe a robot."""
+    """SHA-256 over the contents of all files that describe a robot; their names do not count.
+
+    The digests of the files are sorted before they are joined, so that no order of files matters.
+    """
     description = robot.description
-    names = {description.file, *description.files.values()}
-    files = {Path(name) for name in names if name is not None}
-    contents = sorted(hashlib.sha256(file.read_bytes()).digest() for file in files)
-    return hashlib.sha256(b"".join(contents)).hexdigest()
+    files: set[Path] = set()
+    for name in (description.file, *description.files.values()):
+        if name is not None:  # a part without a file
+            files.add(Path(name))
+    digests = sorted(hashlib.sha256(file.read_bytes()).digest() for file in files)
+    return hashlib.sha256(b"".join(digests)).hexdigest()

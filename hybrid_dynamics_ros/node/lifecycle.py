@@ -62,7 +62,9 @@ class HybridDynamicsNode(LifecycleNode):
         self._runtime: Runtime | None = None
         self._stream: Stream | None = None
         self._failure = ""  # why there is no robot
-        self._description = self.create_publisher(String, "robot_description", qos.latched())
+        self._description = self.create_publisher(
+            String, "robot_description", qos.transient_local()
+        )
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._calls = ServiceServer(self, self._log)
         self._watch = ParameterWatch(self, lambda: self.settings, self._why_not, self._take)

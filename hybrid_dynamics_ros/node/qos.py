@@ -45,8 +45,8 @@ def profile(name: str, depth: int) -> QoSProfile:
     )
 
 
-def latched() -> QoSProfile:
-    """Reliable, and the last message waits for those who come later."""
+def transient_local() -> QoSProfile:
+    """Reliable and transient local: subscriptions that come later get the last message too."""
     return QoSProfile(
         reliability=QoSReliabilityPolicy.RELIABLE,
         durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,

@@ -360,7 +360,7 @@ def test_the_description_is_there_for_those_who_come_late(client, robot):
     executor.add_node(late)
     told = []
     try:
-        late.create_subscription(String, "/robot_description", told.append, qos.latched())
+        late.create_subscription(String, "/robot_description", told.append, qos.transient_local())
 
         def heard():
             executor.spin_once(timeout_sec=0.1)

@@ -17,18 +17,19 @@ from rosbags.interfaces import (
 )
 from rosbags.rosbag2.metadata import dump_qos_v9, parse_qos
 
-_INFINITE: Final = QosTime(9223372036, 854775807)  # as ROS writes "no deadline"
+# [s] and [ns], 2^63 - 1 ns together: as ROS writes that there is no deadline
+_INFINITE: Final = QosTime(9223372036, 854775807)
 
 
-def reliable_profile(depth: int, *, latched: bool = False) -> Qos:
+def reliable_profile(depth: int, *, transient_local: bool = False) -> Qos:
     """A reliable profile that keeps the last messages.
 
     Args:
         depth: how many messages are kept.
-        latched: whether late subscribers get them too.
+        transient_local: whether subscriptions that come later get the kept messages too.
     """
     durability = QosDurability.VOLATILE
-    if latched:
+    if transient_local:
         durability = QosDurability.TRANSIENT_LOCAL
     return Qos(
         history=QosHistory.KEEP_LAST,
@@ -44,7 +45,12 @@ def reliable_profile(depth: int, *, latched: bool = False) -> Qos:
 
 
 def read_profiles(raw: Any) -> tuple[Qos, ...]:
-    """The profiles that a bag holds for a topic; none where they cannot be read."""
+    """The profiles that a bag holds for a topic; none where they cannot be read.
+
+    Args:
+        raw: the value of `offered_qos_profiles`: YAML text, or a list that was read from it; None
+            or "" where the bag has none.
+    """
     try:
         return tuple(parse_qos(raw or []))
     except Exception:  # noqa: BLE001 - a profile is no reason to refuse a bag
