@@ -288,6 +288,11 @@ TABLE: Final[tuple[Parameter[Any], ...]] = tuple(_ROWS)
 SENSOR: Final = "sensors"
 
 
+def sensor_joint(name: str) -> str:
+    """The joint of `sensors.JOINT.NAME`, which may have points itself; empty for other names."""
+    return name.removeprefix(f"{SENSOR}.").rpartition(".")[0]
+
+
 def sensor_rows(joint: str) -> tuple[Parameter[float], Parameter[float], Parameter[float]]:
     """The lines of the table for the sensor of one joint: offset, sign and scale."""
 
@@ -325,7 +330,7 @@ class NodeSettings:
         """Joints of whose sensors something is said."""
         start = f"{SENSOR}."
         names = [name for name in self._values if name.startswith(start)]
-        return list(dict.fromkeys(name.split(".")[1] for name in names))
+        return list(dict.fromkeys(map(sensor_joint, names)))
 
     def replaced(self, changes: Mapping[str, Value]) -> NodeSettings:
         """The settings with other values by name."""

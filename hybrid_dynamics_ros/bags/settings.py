@@ -20,6 +20,7 @@ from ..parameters import (
     NodeSettings,
     ParameterError,
     checked,
+    sensor_joint,
     sensor_rows,
 )
 from ..stream.conditions import Conditions, calibration_of, loads_of
@@ -44,8 +45,8 @@ def read_settings(path: Path | None) -> NodeSettings:
     rows = {row.name: row for row in TABLE}
     values = {}
     for name, value in _parameters(path).items():
-        if name.startswith(f"{SENSOR}.") and name.count(".") == 2:
-            rows |= {row.name: row for row in sensor_rows(name.split(".")[1])}
+        if name.startswith(f"{SENSOR}.") and sensor_joint(name):
+            rows |= {row.name: row for row in sensor_rows(sensor_joint(name))}
         if name not in rows:
             raise ParameterError(f"{path}: there is no parameter {name}")
         values[name] = checked(rows[name], value)

@@ -29,12 +29,13 @@ from ..parameters import (
     Parameter,
     ParameterError,
     checked,
+    sensor_joint,
     sensor_rows,
 )
 
 # Parameters that rclpy itself reads, and the sensors, which are known once there is a robot.
 _OTHER_NAMES: Final = re.compile(
-    rf"use_sim_time|start_type_description_service|qos_overrides\..+|{SENSOR}\.[^.]+\.(offset|sign|scale)"
+    rf"use_sim_time|start_type_description_service|qos_overrides\..+|{SENSOR}\..+\.(offset|sign|scale)"
 )
 _TYPES: Final = {
     (str, False): RosParameter.Type.STRING,
@@ -191,7 +192,7 @@ def _parameter(name: str) -> Parameter[Any] | None:
     """The line of the table, or of the sensor of a joint."""
     table: Sequence[Parameter[Any]] = TABLE
     if name.startswith(f"{SENSOR}."):
-        table = sensor_rows(name.split(".")[1])
+        table = sensor_rows(sensor_joint(name))
     return next((parameter for parameter in table if parameter.name == name), None)
 
 

@@ -1,6 +1,7 @@
 """The process around the node: start, parameters, names, logging, end."""
 
 import importlib.metadata
+import json
 import shutil
 import signal
 import subprocess
@@ -19,6 +20,8 @@ from hybrid_dynamics_msgs.srv import SolveFK
 from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
+
+from tests.export.test_names import PUBLISHED, TEXT
 
 ACTIVE = ["q1", "q12", "q22", "q4"]
 POSITION = [0.0, 0.1, 0.15, 0.0]
@@ -41,6 +44,20 @@ def test_a_signal_ends_the_idle_node_cleanly(start_node, number):
     )
     assert node.stop(number) == 0
     assert "stopped: 0 received" in node.output()
+    assert "Traceback" not in node.output()
+
+
+def test_parameters_of_joints_with_names_of_ros(start_node, tmp_path):
+    """Sensors of joints whose names have / - and points, from a parameter file."""
+    names = [*PUBLISHED[:9], "arm/slide-1", PUBLISHED[10], "2nd.wrist", *PUBLISHED[12:]]
+    robot, settings = tmp_path / "arm.yaml", tmp_path / "node.yaml"
+    robot.write_text(TEXT.format(*names))
+    sensors = {"arm/slide-1": {"offset": 0.001}, "2nd.wrist": {"sign": -1.0}}
+    parameters = {"robot": str(robot), "sensors": sensors}
+    settings.write_text(json.dumps({"/**": {"ros__parameters": parameters}}))
+    node = start_node("--params-file", str(settings))
+    node.wait_for("active joints arm/slide-1, 2nd.wrist")
+    assert node.stop() == 0
     assert "Traceback" not in node.output()
 
 

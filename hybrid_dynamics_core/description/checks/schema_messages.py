@@ -34,6 +34,12 @@ _HOW_TO_WRITE = {  # keys that are missing
     "axis": "the direction along which it moves or about which it turns, as in `axis: z`",
 }
 _NUMBER = {"$ref": "#/$defs/number"}
+_ALLOWED_NAMES = {  # by the pattern of a name
+    "^[A-Za-z0-9_][A-Za-z0-9_./-]{0,199}$": (
+        ": letters, digits and _ - . /, the first a letter, a digit or _, at most 200"
+    ),
+    "^[A-Za-z_][A-Za-z0-9_]*$": ": letters, digits and _, no digit first, as expressions have them",
+}
 _TYPES = {"object": "a mapping", "array": "a list", "string": "text", "number": "a number"}
 
 
@@ -87,7 +93,10 @@ def _wrong_type(error: Any) -> str:
     if not isinstance(types, list):
         types = [types]
     expected = " or ".join(_TYPES.get(str(name), str(name)) for name in types)
-    return f"is {_shown(error.instance)}; expected {expected}"
+    hint = ""
+    if types == ["string"] and isinstance(error.instance, (bool, int, float)):
+        hint = f"; a name that YAML takes for something else stands in quotes: '{error.instance}'"
+    return f"is {_shown(error.instance)}; expected {expected}{hint}"
 
 
 def _wrong_size(error: Any) -> str:
@@ -138,10 +147,11 @@ def _wrong_choice(error: Any) -> str:
 
 def _wrong_name(error: Any) -> str:
     name = str(error.instance)
+    allowed = _ALLOWED_NAMES.get(error.validator_value, "")
     hint = ""
     if name.isdigit():
         hint = f"; if it is part of a number, decimals are written with a point, as 0.{name}"
-    return f"'{name}' is not a valid name: letters, digits and _, a letter first, at most 64{hint}"
+    return f"'{name}' is not a valid name{allowed}{hint}"
 
 
 def _other(error: Any) -> str:

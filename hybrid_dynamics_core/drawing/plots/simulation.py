@@ -18,6 +18,7 @@ from ...robot.robot import Robot
 from ...scene.style import QUIET
 from ...simulation import Simulation
 from ..page import CURVES, PLOTS, entitled, page
+from .legend_text import legend_text
 from .rounding import Sizes, rounding_of, sizes_of, suppress_rounding
 
 _PANEL: Final = 2.1  # [in] height of axes with their names, where there are up to _ROOMY
@@ -174,7 +175,7 @@ def _draw_panel(axes: Axes, motion: Simulation, panel: _Panel) -> None:
         axes.plot(
             motion.t,
             panel.values[:, k],
-            label=name,
+            label=legend_text(name),
             color=colour,
             linestyle=style,
         )

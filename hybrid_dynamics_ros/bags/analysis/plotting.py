@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hybrid_dynamics_core.drawing.plots.legend_text import legend_text
 from hybrid_dynamics_core.drawing.plots.rounding import Sizes, sizes_of
 from hybrid_dynamics_core.scene.style import LOOPS, STYLE
 
@@ -98,7 +99,7 @@ def draw_line(
     breaks = np.searchsorted(time, gap_ends)
     time = np.insert(time, breaks, np.nan)
     values = np.insert(values.astype(np.float64), breaks, np.nan)
-    ax.plot(time, values, color=colour, linewidth=linewidth, label=label)
+    ax.plot(time, values, color=colour, linewidth=linewidth, label=legend_text(label))
     ax.margins(x=0.01)
 
 
