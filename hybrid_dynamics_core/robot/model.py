@@ -11,6 +11,7 @@ import numpy as np
 from ..closed_state.assembly_modes import mode_names
 from ..closure.mobility import find_mobility, with_mobility
 from ..closure.plan import ClosurePlan, build_plan
+from ..closure.printed_numbers import snapped
 from ..closure.toggle_range import independent_range
 from ..description.model import Frame, JointType, RobotDescription
 from ..errors import DescriptionError, InputError
@@ -45,6 +46,7 @@ class RobotModel:
         Raises:
             DescriptionError: the loops do not close, or do not fit the active joints.
         """
+        description = snapped(description)
         tree = build_tree(description)
         if description.active_set != "motors":
             return RobotModel(description, tree, build_plan(tree, description))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -12,6 +13,7 @@ from ...ground.arrays import Array
 from ...mechanism.tree import Tree
 
 PARALLEL = 1e-9  # sine of the angle up to which two constant axes count as parallel
+ROUNDED = 1e-4  # [rad] up to which axes count as parallel but for the digits of their file
 
 
 class _JointAxis(NamedTuple):
@@ -21,13 +23,15 @@ class _JointAxis(NamedTuple):
     is_revolute: bool
     axis: Array
 
+    def tilt(self, normal: Array) -> float:
+        """Sine of the angle by which the joint moves its link out of the plane of this normal."""
+        if self.is_revolute:
+            return norm(np.cross(normal, self.axis))
+        return abs(float(normal @ self.axis))
+
     def moves_in_plane(self, normal: Array) -> bool:
         """Whether the joint moves its link in the plane of this normal."""
-        if self.is_revolute:
-            tilt = norm(np.cross(normal, self.axis))
-        else:
-            tilt = abs(float(normal @ self.axis))
-        return not tilt > PARALLEL
+        return not self.tilt(normal) > PARALLEL
 
 
 def plane_basis(tree: Tree, bodies: Sequence[int], ancestor: int) -> Array:
@@ -102,9 +106,12 @@ def _not_planar(
     verb = "joints {} do"
     if len(fewest) == 1:
         verb = "joint {} does"
+    tilts = [axis.tilt(normal) for axis in axes if axis.joint in fewest]
+    angle = math.asin(min(max(tilts), 1.0))
     return (
         f"{verb.format(_listed(fewest))} not move in the plane of {_listed(inside)}, with axes"
-        f" [{_text(normal)}]; mend the rpy of its origin, or its axis"
+        f" [{_text(normal)}]: off by {angle:.3g} rad, where {ROUNDED:g} rad would be taken as"
+        " rounding; mend the rpy of its origin, or its axis"
     )
 
 

@@ -1,0 +1,196 @@
+"""Loops that are planar but for the digits of their file: what is off is put into the plane."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..algebra.independence import norm
+from ..description.model import Closure, Joint, RobotDescription
+from ..ground.arrays import Array, frozen
+from ..mechanism.tree import build_tree
+from .constraints.planar_loops import APART
+from .constraints.plane import PARALLEL, ROUNDED
+
+SHOWN = 1e-8  # [rad] a smaller turn is not noted: it is the rounding of many digits
+
+
+def snapped(robot: RobotDescription) -> RobotDescription:
+    """The description with loops that are planar to `ROUNDED` made exactly planar.
+
+    Angles such as 1.5708 tilt an axis by some 1e-6 rad. The joint is turned back, and with it what
+    it carries. Notes say what was moved by how much.
+
+    Args:
+        robot: a description; not changed.
+    """
+    settled: set[str] = set()
+    for name in [closure.name for closure in robot.closures]:
+        loop = _Loop(robot, name)
+        normal = loop.normal(settled)
+        if normal is None:
+            continue
+        if loop.tilt(normal) > PARALLEL:
+            robot = _with_joints_in_plane(robot, loop, normal)
+            loop = _Loop(robot, name)
+        robot = _with_ends_in_plane(robot, loop, normal)
+        settled |= set(loop.joints)
+    return robot
+
+
+class _Loop:
+    """The loop of a closure at zero, in the frame of the link where its chains part.
+
+    Attributes:
+        closure: its closure.
+        paths: names of the joints from that link to either end.
+        rotations: of the joints' frames (3, 3), by name.
+        ends: rotation (3, 3) and origin (3,) of the links at the ends.
+    """
+
+    def __init__(self, robot: RobotDescription, name: str) -> None:
+        self.closure = next(closure for closure in robot.closures if closure.name == name)
+        self.robot = robot
+        tree = build_tree(robot)
+        a = tree.body_index(self.closure.link_a)
+        b = tree.body_index(self.closure.link_b)
+        path_a, path_b, ancestor = tree.branches(a, b)
+        self.paths = []
+        self.rotations: dict[str, Array] = {}
+        for path in (path_a, path_b):
+            names = [tree.bodies[body].joint for body in path]
+            self.paths.append(names)
+            for body, joint in zip(path, names, strict=True):
+                self.rotations[joint], _ = tree.zero_pose(body, ancestor)
+        self.ends = (tree.zero_pose(a, ancestor), tree.zero_pose(b, ancestor))
+
+    @property
+    def joints(self) -> list[str]:
+        """Names of all its joints, chain a first."""
+        return [*self.paths[0], *self.paths[1]]
+
+    def axis(self, joint: str) -> Array:
+        """Axis (3,) of a joint."""
+        axis: Array = self.rotations[joint] @ self.robot.joints[joint].axis
+        return axis
+
+    def normal(self, settled: set[str]) -> Array | None:
+        """The axis that all hinges are nearly parallel to; None where they are not.
+
+        Args:
+            settled: joints that are in the plane of another loop and stay there.
+        """
+        hinges = [name for name in self.joints if self.robot.joints[name].type == "revolute"]
+        first = [name for name in hinges if name in settled] or hinges
+        if not first:
+            return None
+        normal = self.axis(first[0])
+        if self.tilt(normal) > ROUNDED:
+            return None
+        return normal
+
+    def tilt(self, normal: Array) -> float:
+        """Largest angle [rad] that a joint is off the plane of this normal."""
+        tilts: list[float] = []
+        for name in self.joints:
+            joint, axis = self.robot.joints[name], self.axis(name)
+            tilts.append(norm(axis - in_plane(joint, axis, normal)))
+        return max(tilts, default=0.0)
+
+
+def in_plane(joint: Joint, axis: Array, normal: Array) -> Array:
+    """The axis that a joint has in the plane of a normal, nearest to the given one; all (3,)."""
+    along = float(axis @ normal)
+    if joint.type == "revolute":
+        hinge: Array = float(np.copysign(1.0, along)) * normal
+        return hinge
+    flat = axis - along * normal
+    size = norm(flat)
+    if size == 0.0:
+        return axis
+    result: Array = flat / size
+    return result
+
+
+def _with_joints_in_plane(robot: RobotDescription, loop: _Loop, normal: Array) -> RobotDescription:
+    """The description with the axes of a loop's joints turned into the plane."""
+    joints = dict(robot.joints)
+    notes: list[str] = []
+    for path in loop.paths:
+        carrier = np.eye(3)
+        for name in path:
+            joint = joints[name]
+            rotation = carrier @ joint.rotation
+            axis = rotation @ joint.axis
+            target = in_plane(joint, axis, normal)
+            turned = _turn(axis, target) @ rotation
+            joints[name] = replace(joint, rotation=frozen(carrier.T @ turned))
+            carrier = turned
+            tilt = norm(axis - target)
+            text = f"turned by {tilt:.2g} rad, into the plane of loop '{loop.closure.name}'"
+            notes += _notes(robot, f"joints.{name}.origin", text, tilt)
+    return replace(robot, joints=joints, notes=(*robot.notes, *notes))
+
+
+def _with_ends_in_plane(robot: RobotDescription, loop: _Loop, normal: Array) -> RobotDescription:
+    """The description with the ends of a closure in one plane, their frames turned alike."""
+    closure = loop.closure
+    (rotation_a, origin_a), (rotation_b, origin_b) = loop.ends
+    place_a = rotation_a @ closure.point_a + origin_a
+    place_b = rotation_b @ closure.point_b + origin_b
+    gap = float((place_a - place_b) @ normal)
+    changes: dict[str, Any] = {}
+    notes: list[str] = []
+    key = robot.closure_key(closure.name)
+    size = max(norm(place_a), norm(place_b))
+    if APART < abs(gap) <= ROUNDED * size:
+        changes["point_b"] = frozen(closure.point_b + rotation_b.T @ (gap * normal))
+        notes += _notes(robot, key, f"moved by {abs(gap):.2g} m along its axis", abs(gap))
+    tilt, frames = _frames_turned_alike(closure, rotation_a, rotation_b, normal)
+    if PARALLEL < tilt <= ROUNDED:
+        changes |= frames
+        notes += _notes(robot, key, f"its frames were turned by {tilt:.2g} rad to fit", tilt)
+    if not changes:
+        return robot
+    closures = [replace(one, **changes) if one is closure else one for one in robot.closures]
+    return replace(robot, closures=tuple(closures), notes=(*robot.notes, *notes))
+
+
+def _frames_turned_alike(
+    closure: Closure, rotation_a: Array, rotation_b: Array, normal: Array
+) -> tuple[float, Mapping[str, Array]]:
+    """Rotations of a closure's frames in which the normal is the same, and how much they turn."""
+    if closure.kind not in ("axis", "frame"):
+        return 0.0, {}
+    in_a = (rotation_a @ closure.rotation_a).T @ normal
+    in_b = (rotation_b @ closure.rotation_b).T @ normal
+    if closure.kind == "frame":
+        turn = _turn(in_b, in_a)
+        return norm(in_a - in_b), {"rotation_b": frozen(closure.rotation_b @ turn.T)}
+    frames: dict[str, Array] = {}
+    tilts: list[float] = []
+    for name, rotation, inside in (
+        ("rotation_a", closure.rotation_a, in_a),
+        ("rotation_b", closure.rotation_b, in_b),
+    ):
+        axis = np.array([0.0, 0.0, np.copysign(1.0, inside[2])])
+        tilts.append(norm(inside - axis))
+        frames[name] = frozen(rotation @ _turn(inside, axis).T)
+    return max(tilts), frames
+
+
+def _notes(robot: RobotDescription, key: str, text: str, size: float) -> Iterator[str]:
+    if size > SHOWN:
+        located = replace(robot, warnings=()).error(key, text)
+        yield str(located)
+
+
+def _turn(start: Array, end: Array) -> Array:
+    """The least rotation (3, 3) that takes one unit vector to another one nearby."""
+    x, y, z = np.cross(start, end)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    rotation: Array = np.eye(3) + cross + cross @ cross / (1.0 + float(start @ end))
+    return rotation

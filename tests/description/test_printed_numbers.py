@@ -1,0 +1,94 @@
+"""Planar loops of files with few digits: taken as planar, with a note of what was moved."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hybrid_dynamics_core import DescriptionError, Robot, load
+from hybrid_dynamics_core.description.model import RobotDescription
+from hybrid_dynamics_core.ground.arrays import frozen
+from tests.generated.reframed import about, random_rotation
+from tests.hard_cases.linkages import robot
+from tests.sampling import swept
+
+PLANAR = ("excavator", "forging_chu2020", "five_bar", "type_c", "type_d")
+
+
+def tilted(description: RobotDescription, size: float, seed: int) -> RobotDescription:
+    """The robot with each joint frame turned by a random angle up to a size [rad]."""
+    rng = np.random.default_rng(seed)
+    joints = {}
+    for name, joint in description.joints.items():
+        axis = random_rotation(rng)[0]
+        turn = about(axis, float(rng.uniform(0.5, 1.0)) * size)
+        joints[name] = replace(joint, rotation=frozen(joint.rotation @ turn))
+    return replace(description, joints=joints)
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-7, 2e-5])
+@pytest.mark.parametrize("name", swept(PLANAR, ("excavator", "type_c")))
+def test_axes_off_by_rounding_are_turned_into_the_plane(name: str, size: float) -> None:
+    exact = load(name)
+    rounded = Robot(tilted(exact.description, size, 3))
+    state, other = exact.close(exact.reference), rounded.close(rounded.reference)
+    efforts = exact.inverse_dynamics(state, np.zeros(exact.close(exact.reference).n))
+    scale = np.abs(efforts).max()
+    off = rounded.inverse_dynamics(other, np.zeros(other.n)) - efforts
+    # a chain of ten joints, each off by the size and with levers of some metres
+    assert np.abs(off).max() < 200.0 * size * scale
+    noted = [note for note in rounded.description.notes if "turned by" in note]
+    assert bool(noted) == (size > 1e-8)
+
+
+@pytest.mark.parametrize("name", swept(PLANAR, ("type_c",)))
+def test_axes_that_are_off_by_more_are_refused_with_the_angle(name: str) -> None:
+    with pytest.raises(DescriptionError, match=r"off by 0\.\d+ rad, where 0\.0001 rad") as caught:
+        Robot(tilted(load(name).description, 0.02, 3))
+    assert "joints turn about different axes" not in str(caught.value)
+
+
+FOUR_BAR = """\
+format: 1
+name: printed
+links:
+  base: {{}}
+  crank: {{mass: 1, com: [0.1, 0, 0], inertia: {{xx: 0.0001, yy: 0.0033, zz: 0.0033}}}}
+  coup: {{mass: 2, com: [0.25, 0, 0], inertia: {{xx: 0.0001, yy: 0.04, zz: 0.04}}}}
+  rock: {{mass: 1.5, com: [0.2, 0, 0], inertia: {{xx: 0.0001, yy: 0.02, zz: 0.02}}}}
+joints:
+  a: {{type: revolute, parent: base, child: crank, origin: {{rpy: [pi/2, 0, 0]}}, axis: z}}
+  b: {{type: revolute, parent: crank, child: coup, origin: {{xyz: [0.2, 0, 0]}}, axis: z}}
+  c: {{type: revolute, parent: base, child: rock,
+      origin: {{xyz: [0.45, 0, 0], rpy: [{roll}, 0, 0]}}, axis: z}}
+closures: {{c0: {{kind: {kind}, between: {{coup: [0.5, 0, 0], rock: [0.4, 0, {apart}]}}}}}}
+active: [a]
+end_effector: {{link: rock}}
+reference: {{a: 1.0, b: -0.6, c: 1.4}}
+"""
+
+
+@pytest.mark.parametrize("kind", ["planar", "axis"])
+@pytest.mark.parametrize("roll", ["1.5708", "1.57079633", "1.5707963277948966"])
+def test_a_four_bar_holds_what_the_exact_one_holds(roll: str, kind: str) -> None:
+    """By hand: 1.643609 N m at a = 1.2."""
+    machine = robot(FOUR_BAR.format(roll=roll, kind=kind, apart=0))
+    torque = machine.inverse_dynamics(machine.close([1.2]), [0.0])
+    assert torque[0] == pytest.approx(1.643609, abs=1e-6)
+
+
+def test_the_note_says_where_and_by_how_much() -> None:
+    (note,) = robot(FOUR_BAR.format(roll="1.5708", kind="planar", apart=0)).description.notes
+    assert note == (
+        "linkage.yaml:12: joints.c.origin: turned by 3.7e-06 rad, into the plane of loop 'c0'"
+    )
+
+
+def test_ends_a_little_apart_along_the_axis_are_put_together() -> None:
+    machine = robot(FOUR_BAR.format(roll="pi/2", kind="planar", apart="2e-5"))
+    (note,) = machine.description.notes
+    assert note == "linkage.yaml:13: closures.c0: moved by 2e-05 m along its axis"
+    with pytest.raises(DescriptionError, match=r"ends are 0\.001 m apart along the loop's axis"):
+        robot(FOUR_BAR.format(roll="pi/2", kind="planar", apart="0.001"))
