@@ -29,13 +29,13 @@ class Reference(NamedTuple):
 class JointTrajectory:
     """A motion through points at ascending times, as in trajectory_msgs/JointTrajectory.
 
-    * Positions alone give a cubic spline of continuous acceleration. It starts and ends at rest.
-      Without `at_rest`, as for a piece of a longer motion, its ends are not-a-knot, which is exact
-      for cubics.
-    * With velocities, cubics join the points. The acceleration jumps there.
-    * With accelerations too, quintics join the points.
+    * Positions alone: a cubic spline whose acceleration is continuous. It starts and ends at rest.
+      With `at_rest` false, as for a piece of a longer motion, the first two and the last two pieces
+      are one cubic each (not-a-knot), so that samples of a cubic give that cubic.
+    * Positions and velocities: a cubic between each two points. The acceleration jumps at points.
+    * Accelerations too: a quintic between each two points. The acceleration is continuous.
 
-    Before the first and after the last point it stands there at rest.
+    Before the first point the joints rest there, after the last point they rest at that one.
 
     Args:
         times: (N,) ascending [s], N at least 2.
@@ -45,7 +45,8 @@ class JointTrajectory:
         at_rest: whether a spline through positions starts and ends at rest.
 
     Raises:
-        InputError: for points that do not fit each other.
+        InputError: times do not ascend, an array has not one finite row for each time, or
+            accelerations are given without velocities.
     """
 
     def __init__(
@@ -129,5 +130,8 @@ def _check_points(points: list[Array], count: int) -> None:
 
 
 def _spline(times: Array, positions: Array, at_rest: bool) -> CubicSpline:
-    ends = "clamped" if at_rest else "not-a-knot"
+    """The cubic spline through positions (N, n), at rest at both ends or not-a-knot there."""
+    ends = "not-a-knot"
+    if at_rest:
+        ends = "clamped"
     return CubicSpline(times, positions, axis=0, bc_type=ends)

@@ -71,8 +71,7 @@ class TreeDynamics:
         """Forces along s that the open tree needs: M(s) s'' + C(s, s') s' + g(s).
 
         The tree's share of the DAE of Chu (2020), Eq. 10, by recursive Newton-Euler about the link
-        origins. Gravity enters as an
-        acceleration of the base.
+        origins. Gravity enters as an acceleration of the base.
 
         Args:
             gravity: (3,) [m/s^2], base axes.
@@ -85,25 +84,42 @@ class TreeDynamics:
         return self.along_joints(self.transmitted(self.body_wrenches(gravity, ds, dds)))
 
     def body_wrenches(self, gravity: Vector, ds: Scalars, dds: Scalars) -> list[Wrench]:
-        """What has to act on each body, besides gravity, for it to move so."""
+        """The sum of all wrenches but gravity that each body needs for its motion.
+
+        Args:
+            gravity: (3,) [m/s^2], base axes.
+            ds: s' (n_s,) [rad/s, m/s].
+            dds: s'' (n_s,) [rad/s^2, m/s^2].
+
+        Returns:
+            Force [N] and moment [N m] of each body.
+        """
         motions = self.motions(gravity, ds, dds)
         bodies = zip(self.tree.bodies, motions, strict=True)
         return [_newton_euler(body, *motion) for body, motion in bodies]
 
     def motions(self, gravity: Vector, ds: Scalars, dds: Scalars) -> list[BodyMotion]:
-        """How each body moves, seen from a base that falls freely."""
+        """How each body moves; gravity is subtracted from linear accelerations.
+
+        Args:
+            gravity: (3,) [m/s^2], base axes.
+            ds: s' (n_s,) [rad/s, m/s].
+            dds: s'' (n_s,) [rad/s^2, m/s^2].
+        """
         motions: list[BodyMotion] = []
         for body, (rotation, r) in zip(self.tree.bodies, self.transforms, strict=True):
             omega, alpha, accel = ZERO3, ZERO3, scale(-1.0, gravity)
             if body.parent >= 0:
                 omega, alpha, accel = motions[body.parent]
-            to_child = transpose(rotation)
+            # acceleration of the parent where this body has its origin, in the parent's axes
             tangential = cross(alpha, r)
             centripetal = cross(omega, cross(omega, r))
             accel = add(accel, add(tangential, centripetal))
+            to_child = transpose(rotation)
             omega = matvec(to_child, omega)
             alpha = matvec(to_child, alpha)
             accel = matvec(to_child, accel)
+            # then what the joint adds
             rate = scale(ds[body.coordinate], body.axis)
             acceleration = scale(dds[body.coordinate], body.axis)
             if body.is_revolute:
@@ -119,14 +135,14 @@ class TreeDynamics:
     def transmitted(
         self, needed: Sequence[Wrench], applied: Mapping[int, Wrench] | None = None
     ) -> list[Wrench]:
-        """What each joint passes on to its body.
+        """The wrench that each joint transmits from the parent to its body.
 
         Args:
-            needed: what each body needs.
-            applied: wrenches that act on bodies, by body.
+            needed: the sum of wrenches that each body needs, as `body_wrenches` gives it.
+            applied: wrenches that act on bodies from elsewhere, by body.
 
         Returns:
-            What each body and all behind it need, less what is applied there.
+            For each body: what it and all bodies behind it need, less what is applied to them.
         """
         wrenches = list(needed)
         for i, wrench in (applied or {}).items():
@@ -139,14 +155,14 @@ class TreeDynamics:
         return wrenches
 
     def to_parent(self, body: int, wrench: Wrench) -> Wrench:
-        """A wrench on a body, about the parent's origin and in its axes."""
+        """A wrench on a body, taken about the parent's origin and in the parent's axes."""
         rotation, origin = self.transforms[body]
         force = matvec(rotation, wrench[0])
         moment = add(matvec(rotation, wrench[1]), cross(origin, force))
         return force, moment
 
     def along_joints(self, wrenches: Sequence[Wrench]) -> list[Scalar]:
-        """The part of each joint's wrench along its axis, in the order of s."""
+        """The force [N] or moment [N m] of each joint along its axis (n_s,), in the order of s."""
         forces: list[Scalar] = [0.0] * len(self.tree.coordinates)
         for body, (force, moment) in zip(self.tree.bodies, wrenches, strict=True):
             transmitted = force
@@ -171,7 +187,7 @@ def difference(a: Wrench, b: Wrench) -> Wrench:
 
 
 def _newton_euler(body: Body, omega: Vector, alpha: Vector, accel: Vector) -> Wrench:
-    """The wrench that moves a body."""
+    """The wrench that a body needs for its motion, about the link origin and in link axes."""
     h = body.first_moment
     force = scale(body.mass, accel)
     tangential = cross(alpha, h)

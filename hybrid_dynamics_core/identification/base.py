@@ -18,25 +18,29 @@ from ..ground.arrays import Array
 from ..robot.robot import Robot
 from .excite import random_motion
 
-RANK = 1e-9  # far above rounding, and below what any measurement could tell
-# Largest entry of a column, as a share of the largest of all, below which it has no effect.
-NO_EFFECT = 1e-12
-# [rad or m per second, per second squared] fast enough to show every product of rates
-RATE = 3.0
-ACCELERATION = 10.0
+RANK = 1e-9  # share of the largest pivot: far above rounding, far below errors of measurements
+NO_EFFECT = 1e-12  # a column shorter than this share of the longest has no effect
+# of random states, fast enough to show every product of rates
+RATE = 3.0  # [rad/s or m/s]
+ACCELERATION = 10.0  # [rad/s^2 or m/s^2]
 SHOWN = 1e-9  # coefficient below which a term is left out of a name
 
 
 @dataclass(frozen=True, eq=False)
 class BaseParameters:
-    """b combinations beta = `combine` pi of the p parameters pi: tau = Y[:, `kept`] beta.
+    """The b combinations of p parameters that the efforts depend on.
+
+    With the regressor Y, tau = Y pi for all parameters pi. With the combinations
+    beta = `combine` pi, tau = Y[:, `kept`] beta.
 
     Attributes:
-        parameters: the p parameters they are made of.
-        kept: (b,) indices of the parameter that leads each combination (its coefficient is 1).
+        parameters: the p parameters.
+        kept: (b,) index of the parameter that leads each combination: its coefficient is 1, and it
+            is in no other combination.
         combine: (b, p) coefficients.
-        invisible: names of the parameters that no motion shows, in any combination.
-        condition: condition number of the columns `kept`, over random motion.
+        invisible: names of the parameters that are in no combination: no motion shows them.
+        condition: condition number of the columns `kept` over random motion, each scaled to length
+            one.
     """
 
     parameters: Parameters
@@ -95,14 +99,14 @@ def base_parameters(
         loads: what acts besides the actuators; None: what the description gives.
         count: number of states; 0: enough for the number of parameters.
         seed: of the random states.
-        tolerance: pivot, as a share of the largest, below which a column counts as a combination
-            of those before.
+        tolerance: a column whose pivot is below this share of the largest counts as a combination
+            of the columns before it.
 
     Returns:
         The combinations.
 
     Raises:
-        InputError: where no parameter has any effect on tau.
+        InputError: no parameter has any effect on tau.
     """
     if parameters is None:
         parameters = described_parameters(robot.description)
@@ -117,17 +121,18 @@ def base_parameters(
     effective = np.flatnonzero(sizes > NO_EFFECT * sizes.max(initial=0.0))
     if not len(effective):
         raise InputError("no parameter has any effect on tau")
-    scaled = matrix[:, effective] / sizes[effective]
+    scaled = matrix[:, effective] / sizes[effective]  # so that units of parameters do not matter
     triangle, order = qr(scaled, mode="r", pivoting=True)
     rank = numerical_rank(triangle, tolerance)
     leads = effective[order[:rank]]
     others = effective[order[rank:]]
-    first = triangle[:rank, :rank]
-    mixing = solve_triangular(first, triangle[:rank, rank:])
+    # scaled columns: others = leads @ mixing, so what multiplies `others` counts for `leads` too
+    lead_triangle = triangle[:rank, :rank]
+    mixing = solve_triangular(lead_triangle, triangle[:rank, rank:])
     combine = np.zeros((rank, len(names)))
     combine[np.arange(rank), leads] = 1.0
-    scales = sizes[leads][:, None]
-    combine[:, others] = mixing * sizes[others] / scales
+    lead_sizes = sizes[leads][:, None]
+    combine[:, others] = mixing * sizes[others] / lead_sizes
     combine[np.abs(combine) < SHOWN] = 0.0
     by_index = np.argsort(leads)
     invisible = [name for k, name in enumerate(names) if k not in effective]
@@ -136,11 +141,16 @@ def base_parameters(
         kept=leads[by_index],
         combine=combine[by_index],
         invisible=tuple(invisible),
-        condition=float(np.linalg.cond(first)),
+        condition=float(np.linalg.cond(lead_triangle)),
     )
 
 
 def numerical_rank(triangle: Array, tolerance: float) -> int:
-    """Rank of a pivoted triangle: the number of pivots above a share of the largest."""
+    """Rank of the triangle of a QR decomposition with column pivoting.
+
+    Args:
+        triangle: (k, p).
+        tolerance: pivots above this share of the largest count.
+    """
     pivots = np.abs(np.diag(triangle))
     return int((pivots > tolerance * pivots[0]).sum())

@@ -1,8 +1,8 @@
-"""Inverse kinematics in closed form, for slides followed by joints whose axes meet.
+"""Inverse kinematics in closed form, for slides followed by revolute joints whose axes meet.
 
-That is how a platform's pose is written. Its coordinates follow from the pose one after the other,
-and the legs follow from them by closure. Everything is in the frame of the base, each joint as it
-stands at zero (product of exponentials).
+The pose of a platform is described by such a chain. Its coordinates follow from the pose, one after
+the other. The legs of the platform follow from them by closure. All vectors are in the frame of the
+base, as they are with all coordinates at zero (product of exponentials).
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class PoseChain:
     ) -> list[dict[int, float]]:
         """Coordinates that bring the frame to a pose, in up to two ways.
 
-        They are to be checked, since the pose may not be reachable.
+        The caller has to check them: where the pose cannot be reached, they miss it.
 
         Args:
             position: of the frame (3,) [m].
@@ -75,6 +75,7 @@ class PoseChain:
         position: Array,
         angles: list[float],
     ) -> dict[int, float]:
+        """The coordinates with these angles, and the slides that bring the frame nearest."""
         turned = np.eye(3)
         for axis, angle in zip(self.axes, angles, strict=True):
             turned = turned @ _turn(axis, angle)
@@ -121,7 +122,10 @@ def find_pose_chain(
 
 
 def _count_slides(bodies: Sequence[Body]) -> int | None:
-    """How many slides come first; None if not all do, or there are more than a pose has."""
+    """How many slides come first.
+
+    None if a slide follows a revolute joint, or there are more than three of a kind.
+    """
     kinds = [body.type for body in bodies]
     k = kinds.count("prismatic")
     if "prismatic" in kinds[k:]:
@@ -176,7 +180,11 @@ def _meeting_point(lines: Sequence[_Line]) -> Array | None:
 
 
 def _angles(axes: Array, wanted: Array) -> list[list[float]]:
-    """Angles about up to three axes whose turns, in order, make a rotation, if any do."""
+    """Angles about up to three axes whose turns, one after the other, make a rotation.
+
+    Returns:
+        All solutions, up to two; each with an angle [rad] for each axis.
+    """
     if len(axes) == 0:
         return [[]]
     if len(axes) == 3:
@@ -187,23 +195,28 @@ def _angles(axes: Array, wanted: Array) -> list[list[float]]:
 
 
 def _first_angle(axes: Array, wanted: Array) -> float:
-    """The angle about the first of one or two axes.
+    """The angle [rad] about the first of one or two axes.
 
-    It is seen at the second axis, which the second turn leaves alone, or at any other vector.
+    The second turn does not move its own axis: `wanted` moves that as the first turn alone does.
+    Where there is no second turn, any vector across the first axis shows the angle.
     """
     least = int(np.argmin(np.abs(axes[0])))
-    other = np.eye(3)[least]
+    probe = np.eye(3)[least]
     if len(axes) == 2:
-        other = axes[1]
-    return _between(axes[0], other, wanted @ other)
+        probe = axes[1]
+    return _between(axes[0], probe, wanted @ probe)
 
 
 def _three_angles(axes: Array, wanted: Array) -> list[list[float]]:
-    """The same for three axes: the second angle has up to two values."""
+    """Angles about three axes whose turns make a rotation; the second has up to two values.
+
+    The third turn does not move w3: the first two bring it to `goal`. The first turn does not
+    change its component along w1, so the second turn has to give it that.
+    """
     w1, w2, w3 = axes
     goal = wanted @ w3
     solutions = []
-    for second in _heights(w1, w2, w3, float(w1 @ goal)):
+    for second in _angles_of_component(w1, w2, w3, float(w1 @ goal)):
         first = _between(w1, _turn(w2, second) @ w3, goal)
         remaining = _turn(w2, -second) @ _turn(w1, -first) @ wanted
         third = _first_angle(axes[2:], remaining)
@@ -211,27 +224,30 @@ def _three_angles(axes: Array, wanted: Array) -> list[list[float]]:
     return solutions
 
 
-def _heights(
+def _angles_of_component(
     w1: Array,
     w2: Array,
     w3: Array,
-    height: float,
+    component: float,
 ) -> list[float]:
-    """Angles about w2 at which w3 has the given component along w1."""
-    along = float((w2 @ w3) * (w1 @ w2))
-    a = float(w1 @ w3) - along
+    """Angles [rad] about w2 at which w3 has a given component along w1: two, or none.
+
+    By the formula of Rodrigues the component is a cos(angle) + b sin(angle) + constant.
+    """
+    constant_part = float((w2 @ w3) * (w1 @ w2))
+    a = float(w1 @ w3) - constant_part
     b = float(w1 @ np.cross(w2, w3))
-    c = height - along
-    size = math.hypot(a, b)
-    if abs(c) > size * (1.0 + 1e-12):
+    c = component - constant_part
+    amplitude = math.hypot(a, b)
+    if abs(c) > amplitude * (1.0 + 1e-12):
         return []
     middle = math.atan2(b, a)
-    half = math.acos(max(-1.0, min(1.0, c / size)))
+    half = math.acos(max(-1.0, min(1.0, c / amplitude)))
     return [_principal(middle + half), _principal(middle - half)]
 
 
 def _between(axis: Array, start: Array, end: Array) -> float:
-    """Angle about the axis from one vector to another, seen along it."""
+    """Angle [rad] about an axis from one vector to another, by their parts across the axis."""
     a = start - axis * (axis @ start)
     b = end - axis * (axis @ end)
     sine = float(axis @ np.cross(a, b))
@@ -239,9 +255,11 @@ def _between(axis: Array, start: Array, end: Array) -> float:
 
 
 def _principal(angle: float) -> float:
+    """The same angle between -pi and pi [rad]."""
     return math.remainder(angle, 2.0 * math.pi)
 
 
 def _turn(axis: Array, angle: float) -> Array:
+    """The rotation (3, 3) about an axis (3,) by an angle [rad]."""
     cosine, sine = math.cos(angle), math.sin(angle)
     return np.array(axis_rotation(constant(axis), cosine, sine))

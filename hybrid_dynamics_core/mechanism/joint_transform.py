@@ -1,6 +1,7 @@
 """Forward kinematics over any scalar: of a joint, along a chain, of the whole tree.
 
-The one text of it: closures, dynamics, drawings and shapes all take their poses from here.
+Closures, dynamics, drawings and shapes all take their poses from here. A pose is a rotation (3, 3)
+and an origin (3,) [m].
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from ..algebra.vector import ZERO3, Vector, add, axis_rotation, cross, matmul, m
 from .configuration import Configuration
 from .tree import Body, Tree
 
-Column = tuple[Vector, Vector]  # linear and angular velocity per unit rate
+Column = tuple[Vector, Vector]  # linear and angular velocity per unit rate of a coordinate
 
 
 def joint_transform(body: Body, configuration: Configuration) -> RigidTransform:
@@ -33,10 +34,10 @@ def joint_transforms(tree: Tree, configuration: Configuration) -> list[RigidTran
 def through_joint(
     outer: RigidTransform, body: Body, configuration: Configuration
 ) -> tuple[RigidTransform, Vector]:
-    """Carry a frame through a joint, from parent to child.
+    """The pose of a body from that of its parent, and the axis of its joint.
 
-    This is `compose(outer, joint_transform(body, configuration))` with the constants of the joint
-    multiplied in first: it takes fewer operations, and the joint's axis comes with it.
+    The pose is `compose(outer, joint_transform(body, configuration))`. Here the constants of the
+    joint are multiplied in first: that takes fewer operations and gives the axis too.
 
     Args:
         outer: the pose of the parent in any frame.
@@ -57,9 +58,12 @@ def through_joint(
 
 
 def pose_in_base(tree: Tree, transforms: Sequence[RigidTransform], body: int) -> RigidTransform:
-    """The pose of one body in the base frame, from the joint transforms of the tree.
+    """The pose of one body in the base frame.
 
-    The base itself is body -1.
+    Args:
+        tree: the tree.
+        transforms: the pose of every body in the frame of its parent.
+        body: index of the body, -1 for the base.
     """
     pose = IDENTITY
     for i in reversed(tree.path(body)):
@@ -68,7 +72,12 @@ def pose_in_base(tree: Tree, transforms: Sequence[RigidTransform], body: int) ->
 
 
 def poses_in_base(tree: Tree, transforms: Sequence[RigidTransform]) -> list[RigidTransform]:
-    """The pose of every body in the base frame, from the joint transforms of the tree."""
+    """The pose of every body in the base frame.
+
+    Args:
+        tree: the tree.
+        transforms: the pose of every body in the frame of its parent.
+    """
     poses: list[RigidTransform] = []
     for body, transform in zip(tree.bodies, transforms, strict=True):
         outer = IDENTITY

@@ -1,9 +1,10 @@
-"""Sine and cosine together, on lanes.
+"""Sine and cosine together, on lanes: LLVM's text of the functions.
 
-Angles are reduced by pi/2 in three parts, then polynomials hold on [-pi/4, pi/4]. Parts and
+The nearest multiple of pi/2 is taken off an angle. To lose no digits, pi/2 is split into three
+parts. Polynomials give sine and cosine of the remainder, which is in [-pi/4, pi/4]. Parts and
 coefficients are those of FDLIBM (Sun Microsystems, 1993: e_rem_pio2.c, k_sin.c, k_cos.c), whose
-error is below one unit in the last place. Angles from `LARGE` on, where the parts are too short, go
-to the C library.
+error is below one unit in the last place. For angles from `LARGE` on three parts are too few: the C
+library computes them.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from .text import Function, Lanes
 
 # [rad] multiples of pi/2 up to here have at most 16 bits, so their products with a part are exact
 LARGE = 1e5
-# added and subtracted, it rounds to an integer, and leaves the integer in the lowest bits
+# added to a number, it rounds that to an integer, which then stands in the lowest bits of the sum
 _ROUND = 1.5 * 2.0**52
 # of pi/2: 33 bits, 33 bits, the remainder
 _PARTS = (
@@ -42,10 +43,13 @@ _COS = (
 
 
 def sincos_functions(width: int) -> list[str]:
-    """The functions of a width.
+    """The functions for a number of lanes.
 
-    `@sincos.W` gives sine and cosine of an angle [rad] a lane. It leaves large angles to the
-    function before it.
+    The last one, `@sincos.W`, gives sine and cosine of an angle [rad] in each lane. For large
+    angles it calls the one before it, `@sincos.large.W`.
+
+    Args:
+        width: W, the number of lanes.
     """
     lanes = Lanes(Function(""), width)
     pair = f"{{ {lanes.kind}, {lanes.kind} }}"
@@ -77,6 +81,7 @@ def sincos_functions(width: int) -> list[str]:
 
 
 def _return(lanes: Lanes, pair: str, sine: str, cosine: str) -> None:
+    """End a function with a pair of values; `pair` is their type."""
     f, kind = lanes.function, lanes.kind
     half = f.let(f"insertvalue {pair} poison, {kind} {sine}, 0")
     both = f.let(f"insertvalue {pair} {half}, {kind} {cosine}, 1")
@@ -96,6 +101,7 @@ def _reduced(lanes: Lanes, x: str) -> tuple[str, str]:
         remainder = lanes.arithmetic("fsub", remainder, product)
     sine, cosine = _polynomials(lanes, remainder)
     quarter = f.let(f"bitcast {lanes.kind} {shifted} to {lanes.integer}")
+    # after an odd number of quarter turns the sine of the angle is +-cosine of the remainder
     is_swapped = f.let(f"trunc {lanes.integer} {quarter} to {lanes.mask}")
     next_quarter = f.let(f"add {lanes.integer} {quarter}, {lanes.splat('i64', 1)}")
     first = lanes.choose(is_swapped, lanes.kind, cosine, sine)
@@ -104,7 +110,7 @@ def _reduced(lanes: Lanes, x: str) -> tuple[str, str]:
 
 
 def _signed(lanes: Lanes, value: str, quarters: str) -> str:
-    """The value, negated where the second bit of the quarter turns is set."""
+    """The value, negated after two or three quarter turns: where their second bit is set."""
     f, kind = lanes.function, lanes.integer
     second = f.let(f"and {kind} {quarters}, {lanes.splat('i64', 2)}")
     sign = f.let(f"shl {kind} {second}, {lanes.splat('i64', 62)}")
@@ -114,7 +120,11 @@ def _signed(lanes: Lanes, value: str, quarters: str) -> str:
 
 
 def _polynomials(lanes: Lanes, x: str) -> tuple[str, str]:
-    """Sine and cosine on [-pi/4, pi/4]."""
+    """Sine and cosine of x in [-pi/4, pi/4], as in FDLIBM.
+
+    sin x = x + x^3 P(x^2) and cos x = 1 - x^2/2 + x^4 Q(x^2). What 1 - x^2/2 loses by rounding is
+    added to the last term.
+    """
 
     def do(operation: str, a: str, b: str) -> str:
         return lanes.arithmetic(operation, a, b)
@@ -123,13 +133,14 @@ def _polynomials(lanes: Lanes, x: str) -> tuple[str, str]:
     tail = _horner(lanes, _SIN, square)
     sine = do("fadd", x, do("fmul", do("fmul", square, x), tail))
     half = do("fmul", square, lanes.constant(0.5))
-    near = do("fsub", lanes.constant(1.0), half)
-    lost = do("fsub", do("fsub", lanes.constant(1.0), near), half)
+    leading = do("fsub", lanes.constant(1.0), half)
+    rounding = do("fsub", do("fsub", lanes.constant(1.0), leading), half)
     tail = do("fmul", square, do("fmul", square, _horner(lanes, _COS, square)))
-    return sine, do("fadd", near, do("fadd", lost, tail))
+    return sine, do("fadd", leading, do("fadd", rounding, tail))
 
 
 def _horner(lanes: Lanes, coefficients: Sequence[float], x: str) -> str:
+    """A polynomial of x by Horner's rule; the constant coefficient comes first."""
     value = lanes.constant(coefficients[-1])
     for coefficient in coefficients[-2::-1]:
         product = lanes.arithmetic("fmul", value, x)
