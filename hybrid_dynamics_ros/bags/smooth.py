@@ -21,9 +21,10 @@ from ..stream.filter.rate_estimator import RateRows
 from .sample_outliers import SampleOutlier, find_outliers
 from .samples import Samples, slices
 
-_DEGREE: Final = 5  # of the spline: accelerations are cubic
-_ORDER: Final = 4  # of Savitzky-Golay polynomials
-_LEAST: Final = 12  # samples between two gaps
+_SPLINE_DEGREE: Final = 5  # so that accelerations from positions are cubic
+_SAVGOL_DEGREE: Final = 4
+_LEAST: Final = 12  # samples of a run; the rates of shorter ones are not estimated
+_JITTER: Final = 1e-3  # of a step, by which stamps may be off an even grid
 _BATCH: Final = 2048  # samples that are closed together
 
 Rows = NDArray[np.intp]
@@ -74,7 +75,7 @@ def estimates_of(samples: Samples, method: str, evaluator: MotionEvaluator) -> S
 
 
 def _without_outliers(rates: SmoothRates, samples: Samples, run: Rows) -> Rows:
-    """The other rows; the outliers go to the rates."""
+    """The rows of a run that are no outliers; the outliers are added to `rates.outliers`."""
     measured = samples.measured[run[0]]
     velocity = samples.velocity[run] if measured else None
     outliers = find_outliers(samples.stamp_ns[run], samples.position[run], velocity)
@@ -85,7 +86,7 @@ def _without_outliers(rates: SmoothRates, samples: Samples, run: Rows) -> Rows:
 def _smooth(
     rates: SmoothRates, samples: Samples, rows: Rows, method: str, bandwidth: float
 ) -> None:
-    """Velocities and accelerations of the rows of a run."""
+    """Fill in velocities and accelerations of the rows of a run."""
     stamps = samples.stamp_ns[rows]
     time = (stamps - stamps[0]) * 1e-9
     if samples.measured[rows[0]]:
@@ -99,9 +100,9 @@ def _smooth(
 
 
 def _is_regular(samples: Samples, evaluator: MotionEvaluator) -> NDArray[np.bool_]:
-    """Which samples the model can take.
+    """Which samples are finite, and close the loops where the active joints are measured.
 
-    Others, such as one beyond all numbers, spoil the rates of their neighbours.
+    Others are left out: a wild value would spoil the rates of its neighbours.
     """
     has_position = np.isfinite(samples.position).all(axis=1)
     has_velocity = np.isfinite(samples.velocity).all(axis=1)
@@ -119,7 +120,13 @@ def _is_regular(samples: Samples, evaluator: MotionEvaluator) -> NDArray[np.bool
 
 
 def _runs(rows: Rows, samples: Samples, gap: float) -> Iterator[Rows]:
-    """Samples of one kind that follow each other with rising stamps and without a gap."""
+    """Runs of samples of one kind with rising stamps and no gap; short runs are left out.
+
+    Args:
+        rows: of the samples that count.
+        samples: all.
+        gap: largest time between two stamps of a run [s].
+    """
     if not len(rows):
         return
     intervals = np.diff(samples.stamp_ns[rows]) * 1e-9
@@ -133,7 +140,16 @@ def _runs(rows: Rows, samples: Samples, gap: float) -> Iterator[Rows]:
 def _spline(
     time: FloatArray, values: FloatArray, bandwidth: float, orders: tuple[int, int]
 ) -> tuple[FloatArray, ...]:
-    """Derivatives of a least-squares spline with knots as dense as the bandwidth asks for."""
+    """Derivatives of a least-squares spline.
+
+    Knots are a quarter of the bandwidth's period apart, but at least three samples.
+
+    Args:
+        time: (N,) [s], rising.
+        values: (N, n) velocities or positions.
+        bandwidth: [Hz].
+        orders: of the two derivatives that are wanted; 0 is the smoothed value.
+    """
     first, last = time[0], time[-1]
     interval = float(np.median(np.diff(time)))
     spacing = max(1.0 / (4.0 * bandwidth), 3.0 * interval)
@@ -141,11 +157,11 @@ def _spline(
     inner = np.linspace(first, last, intervals + 1)[1:-1]
     edges = np.concatenate([[first], inner, [last]])
     counts, _ = np.histogram(time, edges)
-    # An interval without samples determines nothing.
+    # a knot beside an interval with one sample or none would not be determined
     inner = inner[(counts[:-1] > 1) & (counts[1:] > 1)]
-    ends = np.ones(_DEGREE + 1)
+    ends = np.ones(_SPLINE_DEGREE + 1)
     knots = np.concatenate([first * ends, inner, last * ends])
-    spline = make_lsq_spline(time, values, knots, k=_DEGREE)
+    spline = make_lsq_spline(time, values, knots, k=_SPLINE_DEGREE)
     derivatives = []
     for order in orders:
         curve = spline.derivative(order) if order else spline
@@ -156,27 +172,31 @@ def _spline(
 def _savgol(
     time: FloatArray, values: FloatArray, bandwidth: float, orders: tuple[int, int]
 ) -> tuple[FloatArray, ...]:
-    """Derivatives by Savitzky-Golay on an even grid.
+    """Derivatives by Savitzky-Golay on an even grid of times.
 
-    Stamps that jitter are brought onto it, and back, by interpolation.
+    Where stamps jitter, values are interpolated onto the grid, and derivatives back to the stamps.
+    Arguments are those of `_spline`.
     """
     median = float(np.median(np.diff(time)))
     count = max(round((time[-1] - time[0]) / median) + 1, _LEAST)
     grid = np.linspace(time[0], time[-1], count)
     step = float(grid[1] - grid[0])
-    is_even = len(time) == count and bool(np.abs(time - grid).max() < 1e-3 * step)
+    is_even = len(time) == count and bool(np.abs(time - grid).max() < _JITTER * step)
     if not is_even:
         values = _interpolated(grid, time, values)
-    wanted = 2 * round(1.0 / (2.0 * bandwidth * step)) + 1
+    # odd numbers of samples: a period of the bandwidth, all, as few as the degree allows
+    period = 2 * round(1.0 / (2.0 * bandwidth * step)) + 1
     longest = 2 * ((count - 1) // 2) + 1
-    window = max(min(wanted, longest), _ORDER + 1 + _ORDER % 2)
+    shortest = _SAVGOL_DEGREE + 1 + _SAVGOL_DEGREE % 2
+    window = max(min(period, longest), shortest)
     derivatives = []
     for order in orders:
-        part = savgol_filter(values, window, _ORDER, deriv=order, delta=step, axis=0)
+        part = savgol_filter(values, window, _SAVGOL_DEGREE, deriv=order, delta=step, axis=0)
         derivatives.append(part if is_even else _interpolated(time, grid, part))
     return tuple(derivatives)
 
 
 def _interpolated(at: FloatArray, time: FloatArray, values: FloatArray) -> FloatArray:
+    """Values (N, n) at times (N,), interpolated linearly at other times (K,)."""
     columns = [np.interp(at, time, column) for column in values.T]
     return np.stack(columns, axis=-1)

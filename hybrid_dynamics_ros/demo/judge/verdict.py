@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hybrid_dynamics_core import Robot
 
@@ -19,18 +20,21 @@ from .results import JointSeries, Results
 TOLERANCE: Final = 1e-9
 _NAN: Final = float("nan")
 
+Stamps = NDArray[np.int64]
+
 
 @dataclass(frozen=True)
 class Verdict:
-    """Findings about a run.
+    """What came out of a run, beside what should have.
 
     Attributes:
-        expected: messages by topic that should have come.
-        received: messages by topic that came; one that came twice counts once.
+        expected: number of messages by topic that should have come.
+        received: number of these that came; one that came twice counts once.
         difference: largest difference of an effort from the model called directly [N m or N]; NaN
-            without efforts.
-        relative: largest difference within one message over the largest effort in it.
-        delay: median and 99 % quantile of the time from sending the input to receiving the efforts
+            where no efforts came.
+        relative: the difference in a message over the largest effort in it, the largest of all
+            messages; NaN where no efforts came.
+        delay: median and 99 % quantile of the time from sending an input to receiving its efforts
             [s].
     """
 
@@ -72,36 +76,47 @@ def judge(expected: Expectation, results: Results, robot: Robot) -> Verdict:
 
 
 def _differences(expected: Expectation, results: Results, robot: Robot) -> tuple[float, float]:
-    """Largest difference of an effort, absolute and relative to the largest one of its message."""
+    """Largest difference of an effort, absolute and relative to the largest one of its message.
+
+    Messages belong together by their stamps: those that came in as input, those that came out with
+    efforts, and the accelerations that are expected of the node's filter.
+    """
     efforts, inputs = results.efforts, results.inputs
-    _, rows, origins = np.intersect1d(efforts.stamp_ns, inputs.stamp_ns, return_indices=True)
-    _, places, accelerations = np.intersect1d(
-        inputs.stamp_ns[origins], expected.stamp_ns, return_indices=True
-    )
-    rows = rows[places]
-    origins = origins[places]
-    if rows.size == 0:
+    stamps = np.intersect1d(efforts.stamp_ns, inputs.stamp_ns)
+    stamps = np.intersect1d(stamps, expected.stamp_ns)
+    if stamps.size == 0:
         return _NAN, _NAN
-    position = _columns(inputs, inputs.position, robot)[origins]
-    velocity = _columns(inputs, inputs.velocity, robot)[origins]
+    effort_rows = _rows_of(stamps, efforts.stamp_ns)
+    input_rows = _rows_of(stamps, inputs.stamp_ns)
+    expected_rows = _rows_of(stamps, expected.stamp_ns)
+    position = _columns(inputs, inputs.position, robot)[input_rows]
+    velocity = _columns(inputs, inputs.velocity, robot)[input_rows]
     state = robot.close(position, velocity)
-    tau = robot.inverse_dynamics(state, expected.acceleration[accelerations])
-    errors = np.abs(_columns(efforts, efforts.effort, robot)[rows] - tau)
+    tau = robot.inverse_dynamics(state, expected.acceleration[expected_rows])
+    errors = np.abs(_columns(efforts, efforts.effort, robot)[effort_rows] - tau)
     relative = errors.max(axis=1) / np.abs(tau).max(axis=1)
     return float(errors.max()), float(relative.max())
 
 
+def _rows_of(stamps: Stamps, series: Stamps) -> NDArray[np.intp]:
+    """The first row of each of some stamps (k,), rising, in a series (N,) that has them all."""
+    _, _, rows = np.intersect1d(stamps, series, return_indices=True)
+    return np.asarray(rows, dtype=np.intp)
+
+
 def _columns(series: JointSeries, table: FloatArray, robot: Robot) -> FloatArray:
-    """Columns of the active joints in the robot's order."""
+    """The columns of a table (N, joints of the series) for the active joints, in their order."""
     columns: FloatArray = table[:, [series.names.index(name) for name in robot.active]]
     return columns
 
 
 def _delay(results: Results) -> tuple[float, float]:
-    """Median and 99 % quantile of the time from sending the input to receiving the efforts [s]."""
+    """Median and 99 % quantile of the time from sending an input to receiving its efforts [s]."""
     inputs, efforts = results.inputs, results.efforts
-    _, asked, answered = np.intersect1d(inputs.stamp_ns, efforts.stamp_ns, return_indices=True)
-    delays = efforts.log_ns[answered] - inputs.log_ns[asked]
+    stamps = np.intersect1d(inputs.stamp_ns, efforts.stamp_ns)
+    sent = inputs.log_ns[_rows_of(stamps, inputs.stamp_ns)]
+    received = efforts.log_ns[_rows_of(stamps, efforts.stamp_ns)]
+    delays = received - sent
     if delays.size == 0:
         return _NAN, _NAN
     median, late = np.quantile(delays, [0.5, 0.99]) * 1e-9

@@ -1,8 +1,8 @@
-"""Velocities and accelerations of the measured joints, from what a JointState carries.
+"""Velocities and accelerations of the measured joints, from the fields of a JointState.
 
-Messages with velocities: the velocities are taken as measured, the acceleration is the derivative
-of a polynomial of degree 1 through them. Messages without: both come from a polynomial of degree 2
-through the positions.
+Where a message has velocities, they are taken as they are, and a polynomial of degree 1 is fitted
+to them: its derivative is the acceleration. Where a message has none, a polynomial of degree 2 is
+fitted to the positions: its derivatives are velocity and acceleration.
 """
 
 from __future__ import annotations
@@ -41,7 +41,12 @@ class Estimate(NamedTuple):
 
 
 class EstimatorState(NamedTuple):
-    """State of the filter, and whether it runs on velocities or on positions."""
+    """State after a sample.
+
+    Attributes:
+        from_velocities: whether the filter runs on velocities; else on positions.
+        filter: its state.
+    """
 
     from_velocities: bool
     filter: FilterState
@@ -56,8 +61,8 @@ class RateRows:
         has_velocity: (N,).
         acceleration: (N, n) [rad/s^2 or m/s^2]; NaN where it is not known.
         has_acceleration: (N,).
-        events: what the stamps meant to the filter.
-        state: the estimator after the last sample; None: it was not asked.
+        events: how often a stamp was which event to the filter.
+        state: the estimator's state after the last sample; None where rates were given.
     """
 
     velocity: FloatArray
@@ -74,7 +79,7 @@ class RateRows:
         return RateRows(velocity, every, acceleration, every, Counter(), None)
 
     def part(self, rows: NDArray[np.intp] | slice) -> RateRows:
-        """Those of some rows."""
+        """The rates of some rows, without events and state."""
         return RateRows(
             self.velocity[rows],
             self.has_velocity[rows],
@@ -85,19 +90,26 @@ class RateRows:
         )
 
     def at(self, place: slice | int) -> tuple[FloatArray | None, FloatArray | None]:
-        """Velocity and acceleration of one sample, or of a run; None where not known."""
+        """Velocity and acceleration of one sample, or of a run as `runs` gives it.
+
+        None where they are not known.
+        """
         first = place.start if isinstance(place, slice) else place
         velocity = self.velocity[place] if self.has_velocity[first] else None
         acceleration = self.acceleration[place] if self.has_acceleration[first] else None
         return velocity, acceleration
 
     def runs(self) -> Iterator[slice]:
-        """Rows that follow each other and of which the same is known."""
+        """Rows that follow each other and of which the same rates are known."""
         return _runs(2 * self.has_velocity.astype(np.int8) + self.has_acceleration)
 
 
 class MotionEstimator:
-    """Chooses the filter for each sample; a change between the two kinds of message starts anew."""
+    """Estimates rates, sample by sample or many at once.
+
+    A filter on velocities and one on positions serve the two kinds of message. Where the kind
+    changes, estimation starts anew.
+    """
 
     def __init__(self, bandwidth: float, max_gap: float) -> None:
         """Bandwidth [Hz] and largest gap [s], as in `PolynomialFilter`."""
@@ -178,7 +190,14 @@ class MotionEstimator:
     def _run(
         self, rates: RateRows, rows: slice, stamps: NDArray[np.int64], position: FloatArray
     ) -> None:
-        """Samples of one kind, `rows` of the rates."""
+        """Fill in the rates of one run of samples of one kind.
+
+        Args:
+            rates: of all samples; its `state` is that before the run, and then that after it.
+            rows: of the run.
+            stamps: (k,) of the run [ns].
+            position: (k, n) of the run [rad or m].
+        """
         measured = bool(rates.has_velocity[rows.start])
         filt, before = self._filter(measured), _before(rates.state, measured)
         samples = rates.velocity[rows] if measured else position
@@ -199,8 +218,10 @@ class MotionEstimator:
 
 
 def _before(state: EstimatorState | None, measured: bool) -> FilterState | None:
-    """State of the filter for such samples; None where those before were of the other kind."""
-    return state.filter if state is not None and state.from_velocities == measured else None
+    """State of the filter for samples of a kind; None where the samples before were no such."""
+    if state is None or state.from_velocities != measured:
+        return None
+    return state.filter
 
 
 def _overflow() -> RejectedError:
@@ -210,6 +231,6 @@ def _overflow() -> RejectedError:
 
 
 def _runs(kinds: NDArray[np.int8]) -> Iterator[slice]:
-    """Places that follow each other and are of one kind."""
+    """Runs of equal entries, in order."""
     edges = [0, *(np.flatnonzero(np.diff(kinds)) + 1).tolist(), len(kinds)]
     return (slice(start, end) for start, end in itertools.pairwise(edges) if start < end)
