@@ -31,8 +31,7 @@ _FARTHEST = {"link": "farthest"}
 def read_description(path: str | Path) -> RobotDescription:
     """Read, check and expand a description file; its content tells which kind it is.
 
-    Kinds: YAML of format 1, a robot.yaml beside its URDF, URDF and URDF+, SDFormat, MJCF as this
-    library writes it.
+    Kinds: YAML of format 1, a robot.yaml beside its URDF, URDF and URDF+, SDFormat, MJCF.
 
     Args:
         path: of the file.

@@ -1,51 +1,73 @@
-"""The vocabulary of MJCF: what is read, and what changes no robot.
+"""The vocabulary of MJCF: what is read, what is left out with a note, and what may not differ.
 
 https://mujoco.readthedocs.io/en/stable/XMLreference.html. Some attributes may have only the value
-that MuJoCo takes anyway. Settings of solver, contacts, pictures and files are free.
+that MuJoCo takes anyway. Settings of solver, contacts, pictures and files are left out.
 """
 
 from __future__ import annotations
 
 from ..xml.vocabulary import Vocabulary, vocabulary
 
-ADVICE = (
-    "; of MJCF what this library writes is read, bodies with their inertia on hinges and slides"
-)
+ADVICE = "; it may change the robot, so it is not passed over: take it out"
 JOINT_NUMBERS = frozenset({"armature", "damping", "frictionloss", "stiffness", "springref"})
-_ORIENTATIONS = "quat euler axisangle xyaxes zaxis"
-_EFFORT_RANGE = "actuatorfrcrange actuatorfrclimited"
+DRIVES = "general motor position velocity intvelocity pid damper cylinder muscle"  # of a joint
+ORIENTATIONS = frozenset({"quat", "euler", "axisangle", "xyaxes", "zaxis"})
+_ORIENTATIONS = " ".join(sorted(ORIENTATIONS))
 _SOLVER_SETTINGS = "solref solimp"
+_LIMIT_SETTINGS = "solreflimit solimplimit solreffriction solimpfriction margin"
 _ENABLED = "enable"
+_CONTENT = "site geom body frame"
+_OMITTED_CONTENT = "camera light geom"
+_CONTROL = (
+    "ctrlrange ctrllimited forcerange forcelimited actrange actlimited lengthrange group user"
+    " delay interp nsample kp kv ki imax dampratio timeconst inheritrange posrange velrange ffrange"
+    " slewmax input area diameter bias range force scale lmin lmax vmax fpmax fvmax dyntype"
+    " gaintype biastype dynprm gainprm biasprm actdim actearly tausmooth gear cranklength"
+)
+_TRANSMISSIONS = "joint jointinparent tendon site refsite body cranksite slidersite"
+_DRIVE = vocabulary(f"name class {_TRANSMISSIONS}", omitted=_CONTROL, armature="0", damping="0")
+_TENDON = vocabulary(
+    "name class limited",
+    "joint site geom pulley",
+    omitted="range width material rgba springlength group user actuatorfrclimited actuatorfrcrange"
+    f" {_LIMIT_SETTINGS}",
+    stiffness="0",
+    damping="0",
+    frictionloss="0",
+    armature="0",
+    springyield="0",
+)
 
 MJCF: dict[str, Vocabulary] = {
     "mujoco": vocabulary(
         "model",
-        "compiler option worldbody equality actuator tendon keyframe custom size visual statistic"
-        " asset",
+        "compiler option default worldbody tendon equality actuator keyframe custom",
+        omitted="size visual statistic asset contact sensor",
     ),
     "compiler": vocabulary(
-        "angle boundmass boundinertia autolimits alignfree assetdir meshdir texturedir strippath"
-        " discardvisual convexhull usethread fusestatic eulerseq fitaabb inertiagrouprange"
-        " exactmeshinertia conflict saveinertial savecanonical savecompiled",
-        "lengthrange",
-        balanceinertia="false",
+        "angle boundmass boundinertia autolimits eulerseq balanceinertia inertiafromgeom"
+        " inertiagrouprange",
+        omitted="alignfree assetdir meshdir texturedir strippath discardvisual convexhull usethread"
+        " fusestatic fitaabb exactmeshinertia conflict passthrough saveinertial savecanonical"
+        " savecompiled lengthrange",
         coordinate="local",
-        inertiafromgeom="auto|false",  # shapes have no mass here
         settotalmass="-1",
     ),
     "option": vocabulary(
-        "gravity timestep apirate integrator solver iterations tolerance ls_iterations ls_tolerance"
+        "gravity",
+        "flag",
+        "timestep apirate integrator solver iterations tolerance ls_iterations ls_tolerance"
         " noslip_iterations noslip_tolerance ccd_iterations ccd_tolerance mpr_iterations"
         " mpr_tolerance sdf_iterations sdf_initpoints sleep_tolerance impratio cone jacobian"
         " collision magnetic o_margin o_solref o_solimp o_friction",
-        "flag",
         density="0",
         viscosity="0",
         wind="0",
     ),
     "flag": vocabulary(
-        "contact clampctrl warmstart filterparent refsafe sensor midphase nativeccd multiccd island"
-        " eulerdamp autoreset override energy fwdinv invdiscrete sensornoise sleep diagexact",
+        omitted="contact clampctrl warmstart filterparent refsafe sensor midphase nativeccd"
+        " multiccd island eulerdamp autoreset override energy fwdinv invdiscrete sensornoise sleep"
+        " diagexact ipc speculative",
         constraint=_ENABLED,
         equality=_ENABLED,
         frictionloss=_ENABLED,
@@ -56,28 +78,66 @@ MJCF: dict[str, Vocabulary] = {
         gravity=_ENABLED,
         actuation=_ENABLED,
     ),
-    "worldbody": vocabulary("", "inertial joint site geom body light camera"),
+    "default": vocabulary(
+        "class",
+        f"default joint geom site equality tendon {DRIVES}",
+        "mesh material texture camera light pair adhesion orientation dcmotor",
+    ),
+    "default/equality": vocabulary("active", omitted=_SOLVER_SETTINGS),
+    "default/tendon": _TENDON,
+    "worldbody": vocabulary("childclass", _CONTENT, f"inertial {_OMITTED_CONTENT}"),
     "body": vocabulary(
-        f"name pos user {_ORIENTATIONS}",
-        "inertial joint site geom body light camera",
+        f"name pos childclass {_ORIENTATIONS}",
+        f"inertial joint freejoint {_CONTENT}",
+        f"user sleep fuse simple {_OMITTED_CONTENT}",
         mocap="false",
         gravcomp="0",
     ),
+    "frame": vocabulary(
+        f"name pos childclass {_ORIENTATIONS}", f"joint freejoint {_CONTENT}", _OMITTED_CONTENT
+    ),
     "inertial": vocabulary(f"mass pos diaginertia fullinertia {_ORIENTATIONS}"),
-    "site": vocabulary(f"name pos type size rgba group material user {_ORIENTATIONS}"),
+    "geom": vocabulary(  # is left out but for its mass, which the reader says
+        "name class type size pos fromto mass density mesh group contype conaffinity condim"
+        " priority friction solmix solref solimp margin gap adhesion surfacevel material rgba"
+        f" castshadow hfield fitscale fluidshape fluidcoef user {_ORIENTATIONS}",
+        shellinertia="false",
+    ),
+    "site": vocabulary(
+        f"name class pos fromto {_ORIENTATIONS}", omitted="type size rgba group material mesh user"
+    ),
     "joint": vocabulary(
-        f"name type axis range limited {_EFFORT_RANGE} {' '.join(sorted(JOINT_NUMBERS))}"
+        f"name class type axis pos range limited ref {' '.join(sorted(JOINT_NUMBERS))}"
+        " actuatorfrcrange actuatorfrclimited",
+        omitted=f"actuatorgravcomp group user {_LIMIT_SETTINGS}",
+        springdamper="0",
+        springyield="0",
     ),
-    "equality": vocabulary("", None),
-    "connect": vocabulary(f"name site1 site2 {_SOLVER_SETTINGS}", active="true"),
-    "weld": vocabulary(f"name site1 site2 {_SOLVER_SETTINGS}", active="true"),
-    "equality/joint": vocabulary(f"name joint1 joint2 polycoef {_SOLVER_SETTINGS}", active="true"),
-    "equality/tendon": vocabulary(f"name tendon1 polycoef {_SOLVER_SETTINGS}", active="true"),
-    "tendon": vocabulary("", "fixed"),
-    "fixed": vocabulary("name", "joint"),
+    "freejoint": vocabulary("name", omitted="group align"),
+    "tendon": vocabulary("", "fixed spatial"),
+    "fixed": _TENDON,
+    "spatial": _TENDON,
     "fixed/joint": vocabulary("joint coef"),
-    "actuator": vocabulary("", None),
-    "motor": vocabulary(
-        "name joint group user ctrlrange ctrllimited forcerange forcelimited", gear="1"
+    "spatial/site": vocabulary("site"),
+    "spatial/geom": vocabulary("geom sidesite"),
+    "spatial/pulley": vocabulary("divisor"),
+    "equality": vocabulary("", "connect weld joint tendon"),
+    "equality/tendon": vocabulary(
+        "name class active tendon1 tendon2 polycoef", omitted=_SOLVER_SETTINGS
     ),
+    "connect": vocabulary(
+        "name class active body1 body2 anchor site1 site2", omitted=_SOLVER_SETTINGS
+    ),
+    "weld": vocabulary(
+        "name class active body1 body2 anchor relpose site1 site2",
+        omitted=f"torquescale {_SOLVER_SETTINGS}",
+    ),
+    "equality/joint": vocabulary(
+        "name class active joint1 joint2 polycoef", omitted=_SOLVER_SETTINGS
+    ),
+    "actuator": vocabulary("", DRIVES),
+    **dict.fromkeys(DRIVES.split(), _DRIVE),
+    "keyframe": vocabulary("", "key"),
+    "key": vocabulary("name qpos", omitted="time qvel act ctrl mpos mquat plastic"),
+    "custom": vocabulary("", "text", "numeric tuple"),
 }

@@ -29,7 +29,7 @@ from ..extras_writer import (
     without_empty,
 )
 from ..xml.writer import insert_comment, number_text, numbers_text, xml_text
-from .reader import NEGLIGIBLE
+from .masses import NEGLIGIBLE
 
 _TIME_STEP = 5e-4  # [s] of MuJoCo's integrator
 # The stiffest that MuJoCo takes at this step:

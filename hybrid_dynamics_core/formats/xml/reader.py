@@ -99,6 +99,12 @@ class XmlReader:
             raise self._no_numbers(element, count, key, f"{attribute} is missing")
         return list(default)
 
+    def leading_numbers(self, element: LocatedElement, attribute: str, key: KeyPath) -> list[float]:
+        """The finite numbers of an attribute, however many; none where there is no such one."""
+        text = element.get(attribute)
+        count = len(text.split())
+        return self._parse(element, text, count, key, f'{attribute}="{text}"')
+
     def text_number(self, element: LocatedElement | None, key: KeyPath, default: float) -> float:
         """The finite number between the tags of an element; the default without the element."""
         return self.text_numbers(element, 1, key, [default])[0]

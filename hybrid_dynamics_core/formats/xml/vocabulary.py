@@ -1,6 +1,6 @@
 """Which attributes and elements of a format are covered: what is read, and what changes no robot.
 
-All others are refused.
+What is left out goes into the notes with its lines. All others are refused.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from .reader import XmlReader
 
 _BOOLEANS = {"true": "1", "false": "0"}
 _SECTIONS = {"body": "links"}  # in messages; of all other elements their tag and an s
+_MAX_LINES = 5  # in a note
 
 
 @dataclass(frozen=True)
@@ -24,19 +25,24 @@ class Vocabulary:
         attributes: names of attributes.
         elements: tags of elements; None for any.
         fixed: values that change nothing, parted by |, of further attributes and elements.
+        omitted: names of further attributes and elements, which are left out with a note. An
+            element that is among `elements` too is looked into.
     """
 
     attributes: frozenset[str] = frozenset()
     elements: frozenset[str] | None = frozenset()
     fixed: Mapping[str, str] = field(default_factory=dict)
+    omitted: frozenset[str] = frozenset()
 
 
-def vocabulary(attributes: str = "", elements: str | None = "", **fixed: str) -> Vocabulary:
+def vocabulary(
+    attributes: str = "", elements: str | None = "", omitted: str = "", **fixed: str
+) -> Vocabulary:
     """A vocabulary from names with blanks between them."""
     tags = None
     if elements is not None:
         tags = frozenset(elements.split())
-    return Vocabulary(frozenset(attributes.split()), tags, fixed)
+    return Vocabulary(frozenset(attributes.split()), tags, fixed, frozenset(omitted.split()))
 
 
 class VocabularyCheck:
@@ -54,6 +60,8 @@ class VocabularyCheck:
         self.xml = xml
         self.table = table
         self.advice = advice
+        self.omitted_elements: dict[str, list[int]] = {}  # lines by tag
+        self.omitted_attributes: dict[str, dict[str, list[int]]] = {}  # by tag and name
 
     def check(self, element: LocatedElement, parent: str = "", key: KeyPath = ()) -> None:
         """Check an element and all in it.
@@ -71,11 +79,27 @@ class VocabularyCheck:
         self._check_attributes(element, covered, key)
         for child in element.children:
             self._check_child(element, child, covered, key)
-            self.check(child, element.tag, key)
+            if covered.elements is None or child.tag in covered.elements:
+                self.check(child, element.tag, key)
+
+    def add_notes(self) -> None:
+        """Say in the notes of the document what is left out, with its lines."""
+        notes = self.xml.document.notes
+        for tag, lines in self.omitted_elements.items():
+            notes.append(f"<{tag}> is left out ({_lines_text(lines)})")
+        for tag, lines_by_name in self.omitted_attributes.items():
+            names = ", ".join(lines_by_name)
+            verb = "is" if len(lines_by_name) == 1 else "are"
+            lines = [line for lines in lines_by_name.values() for line in lines]
+            notes.append(f"{names} of <{tag}> {verb} left out ({_lines_text(lines)})")
 
     def _check_attributes(self, element: LocatedElement, covered: Vocabulary, key: KeyPath) -> None:
         for name, value in element.attributes.items():
             if name in covered.attributes or name == "xmlns" or ":" in name:
+                continue
+            if name in covered.omitted:
+                lines_by_name = self.omitted_attributes.setdefault(element.tag, {})
+                lines_by_name.setdefault(name, []).append(element.line)
                 continue
             shown = f"{name} of <{element.tag}>"
             if name not in covered.fixed:
@@ -89,6 +113,9 @@ class VocabularyCheck:
         if tag in covered.fixed:
             shown = f"<{tag}> of <{element.tag}>"
             self._check_value(child, shown, child.text, covered.fixed[tag], key)
+            return
+        if tag in covered.omitted:
+            self.omitted_elements.setdefault(tag, []).append(child.line)
             return
         if covered.elements is None or tag in covered.elements or ":" in tag:
             return
@@ -112,6 +139,17 @@ class VocabularyCheck:
     def _not_covered(self, element: LocatedElement, shown: str, key: KeyPath) -> Exception:
         problem = f"{shown} is not covered{self.advice}"
         return self.xml.error(element, key or (element.tag,), problem)
+
+
+def _lines_text(lines: list[int]) -> str:
+    """Lines of a file in words, each once; of many only the first."""
+    distinct = sorted(set(lines))
+    shown = ", ".join(map(str, distinct[:_MAX_LINES]))
+    if len(distinct) == 1:
+        return f"line {shown}"
+    if len(distinct) <= _MAX_LINES:
+        return f"lines {shown}"
+    return f"lines {shown} and {len(distinct) - _MAX_LINES} more"
 
 
 def _equal(one: str, other: str) -> bool:

@@ -1,0 +1,162 @@
+"""Joint equalities of MJCF: joints that follow others, or are held at one coordinate."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+from ...description.document import Data
+from ...description.geometry import Transform, rotation_about, rotation_from_rpy, unit_axis
+from ...errors import DescriptionError
+from ...ground.arrays import frozen
+from ...ground.suggestions import suggestion
+from ..xml.located_xml import LocatedElement
+from ..xml.reader import XmlReader
+from .bodies import BodyReader, pose_entry
+
+_DEFAULT_POLYNOMIAL = (0.0, 1.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class _Coupling:
+    """q_joint = multiplier * q_source + offset."""
+
+    joint: str
+    source: str
+    multiplier: float
+    offset: float
+    element: LocatedElement
+
+    def reversed(self) -> _Coupling:
+        multiplier = 1.0 / self.multiplier
+        offset = -self.offset / self.multiplier
+        return _Coupling(self.source, self.joint, multiplier, offset, self.element)
+
+
+class CouplingReader:
+    """Reads <joint> of <equality>."""
+
+    def __init__(self, xml: XmlReader, bodies: BodyReader) -> None:
+        self.xml = xml
+        self.document = xml.document
+        self.refs: dict[str, float] = {}  # of hinges and slides
+        for joint in bodies.joints:
+            for freedom in joint.freedoms:
+                if freedom.name == joint.name:
+                    self.refs[joint.name] = freedom.ref
+        self.couplings: list[_Coupling] = []
+
+    def read(self, element: LocatedElement) -> None:
+        """Read one coupling.
+
+        Raises:
+            DescriptionError: it is no polynomial of first degree between two joints.
+        """
+        follower = self._joint(element, "joint1")
+        key = ("joints", follower, "mimic")
+        given = self.xml.leading_numbers(element, "polycoef", key)
+        polynomial = [*given, *_DEFAULT_POLYNOMIAL[len(given) :]]
+        offset, multiplier, *higher = polynomial
+        if any(higher):
+            problem = f"polycoef is '{element.get('polycoef')}'; expected one of first degree"
+            raise self._error(element, problem)
+        offset += self.refs[follower]
+        multipliers: dict[str, float] = {}
+        if element.get("joint2") and multiplier:
+            source = self._joint(element, "joint2")
+            offset -= multiplier * self.refs[source]
+            multipliers[source] = multiplier
+        self.couple(follower, multipliers, offset, element)
+
+    def couple(
+        self,
+        follower: str,
+        multipliers: Mapping[str, float],
+        offset: float,
+        element: LocatedElement,
+    ) -> None:
+        """Let a joint follow another one, or hold it where there is none."""
+        if not multipliers:
+            self.hold(follower, offset, element)
+        for source, multiplier in multipliers.items():
+            self.couplings.append(_Coupling(follower, source, multiplier, offset, element))
+
+    def add(self, driven: Collection[str]) -> None:
+        """Make joints that are coupled followers of one of them, a driven one where there is one.
+
+        Raises:
+            DescriptionError: couplings form a circle.
+        """
+        sources = {coupling.source for coupling in self.couplings}
+        followers = {coupling.joint for coupling in self.couplings}
+        leading = [name for name in self.refs if name in sources - followers]
+        roots = [*(name for name in self.refs if name in driven), *leading, *self.refs]
+        waiting = list(self.couplings)
+        placed: set[str] = set()
+        for root in roots:
+            if root not in placed:
+                placed.add(root)
+                self._follow(root, waiting, placed)
+
+    def _follow(self, leader: str, waiting: list[_Coupling], placed: set[str]) -> None:
+        """Let what is coupled with a joint follow it, and what is coupled with that."""
+        for coupling in list(waiting):
+            if leader not in (coupling.joint, coupling.source) or coupling not in waiting:
+                continue
+            waiting.remove(coupling)
+            step = coupling
+            if coupling.joint == leader:
+                step = coupling.reversed()
+            if step.joint in placed:
+                raise self._error(
+                    step.element,
+                    f"ties '{step.joint}' and '{leader}', which others tie already",
+                )
+            placed.add(step.joint)
+            self._add_mimic(step)
+            self._follow(step.joint, waiting, placed)
+
+    def _add_mimic(self, coupling: _Coupling) -> None:
+        entry: Data = self.document.section("joints")[coupling.joint]
+        entry["mimic"] = {
+            "joint": coupling.source,
+            "multiplier": coupling.multiplier,
+            "offset": coupling.offset,
+        }
+        self.xml.locate(("joints", coupling.joint, "mimic"), coupling.element)
+
+    def hold(self, name: str, coordinate: float, element: LocatedElement) -> None:
+        """Fix a joint at a coordinate."""
+        entry: Data = self.document.section("joints")[name]
+        if entry["type"] == "fixed":
+            raise self._error(element, f"holds '{name}', which another one holds already")
+        drawn = entry["origin"]
+        rotation = rotation_from_rpy(*drawn["rpy"])
+        origin = Transform(rotation, frozen(drawn["xyz"]))
+        held = origin @ _moved(entry, coordinate - self.refs[name])
+        joints = self.document.section("joints")
+        joints[name] = {
+            "type": "fixed",
+            "parent": entry["parent"],
+            "child": entry["child"],
+            "origin": pose_entry(held),
+        }
+        self.xml.note(element, f"joint {name} is held at {coordinate:g}")
+
+    def _joint(self, element: LocatedElement, word: str) -> str:
+        name = element.get(word)
+        if name not in self.refs:
+            hint = suggestion(name, self.refs)
+            raise self._error(element, f"{word} is '{name}', which is no hinge and no slide{hint}")
+        return name
+
+    def _error(self, element: LocatedElement, problem: str) -> DescriptionError:
+        return self.xml.error(element, ("equality", element.get("name") or "joint"), problem)
+
+
+def _moved(joint: Data, displacement: float) -> Transform:
+    """What a joint does to its child at a displacement from the drawn pose [rad or m]."""
+    axis = unit_axis(joint["axis"])
+    if joint["type"] == "revolute":
+        return Transform(rotation_about(axis, displacement))
+    return Transform(translation=frozen(displacement * axis))

@@ -1,0 +1,219 @@
+"""MJCF in all its styles is read as MuJoCo itself reads it: poses, inverse dynamics, closures."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import Phase, given
+from hypothesis import strategies as st
+
+from hybrid_dynamics_core import ClosedState, Robot
+from hybrid_dynamics_core.algebra.rotations import quaternion
+from hybrid_dynamics_core.description.geometry import (
+    Transform,
+    rotation_about,
+    rotation_from_quaternion,
+)
+from hybrid_dynamics_core.description.model import Frame, RobotDescription
+from hybrid_dynamics_core.formats.reader import read_description
+from tests.export.mjcf_models import RandomModel
+from tests.sampling import examples
+
+mujoco = pytest.importorskip("mujoco")
+COUPLINGS = [int(mujoco.mjtEq.mjEQ_JOINT), int(mujoco.mjtEq.mjEQ_TENDON)]
+SEEDS = st.integers(0, 2**32 - 1)
+NEAR = 1e-9  # of numbers of the size 1 to 100, which go through angles and back
+
+
+def described(text: str) -> RobotDescription:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "model.xml"
+        file.write_text(text, encoding="utf-8")
+        return read_description(file)
+
+
+class Pair:
+    """One file in MuJoCo and here, where its loops are cut and every joint is active."""
+
+    def __init__(self, text: str) -> None:
+        self.model = mujoco.MjModel.from_xml_string(text)
+        self.data = mujoco.MjData(self.model)
+        self.description = described(text)
+        self.tree = Robot(
+            replace(
+                self.description,
+                closures=(),
+                mimics={},
+                active=tuple(self.description.joints),
+                active_set="exact",
+            )
+        )
+
+    def single(self, values: np.ndarray, indices: str) -> np.ndarray:
+        """Entries of hinges and slides, in the order of this library."""
+        index = [getattr(self.model.joint(name), indices)[0] for name in self.tree.active]
+        return values[index]
+
+    def placed(self, state: ClosedState, frame: Frame) -> Transform:
+        """A frame on a link, in the world."""
+        inside = Transform(frame.rotation, frame.translation)
+        if frame.link == self.description.base:
+            return inside
+        pose = self.tree.forward_kinematics(state, frame.link)
+        named = self.description.frames.get(frame.link, Frame(frame.link))
+        at_joint = Transform(named.rotation, named.translation).inverse()
+        return Transform(pose.rotation, pose.position) @ at_joint @ inside
+
+    def assert_poses(self, state: ClosedState) -> None:
+        for name in self.tree.frames:
+            if name in self.description.links or name in self.description.frames:
+                self.assert_pose(state, name)
+
+    def assert_pose(self, state: ClosedState, name: str) -> None:
+        kind = mujoco.mjtObj.mjOBJ_BODY
+        number = mujoco.mj_name2id(self.model, kind, name)
+        places, turns = self.data.xpos, self.data.xmat
+        if number < 0:
+            number = mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_SITE, name)
+            places, turns = self.data.site_xpos, self.data.site_xmat
+        if number < 0:
+            return  # a massless link between joints, or the end effector
+        pose = self.tree.forward_kinematics(state, name)
+        assert pose.position == pytest.approx(places[number], abs=NEAR)
+        assert pose.rotation.ravel() == pytest.approx(turns[number], abs=NEAR)
+
+
+@examples(60, phases=(Phase.explicit, Phase.generate))
+@given(SEEDS)
+def test_hinges_and_slides_move_as_in_mujoco(seed: int) -> None:
+    """Poses, efforts, limits and gaps of closures at a random state, loops open."""
+    pair = Pair(RandomModel(seed).text())
+    model, data = pair.model, pair.data
+    rng = np.random.default_rng(seed)
+    data.qpos[:], data.qvel[:], data.qacc[:] = rng.uniform(-1, 1, (3, model.nv))
+    mujoco.mj_fwdPosition(model, data)
+    mujoco.mj_fwdVelocity(model, data)
+    q, v = pair.single(data.qpos, "qposadr"), pair.single(data.qvel, "dofadr")
+    qacc = rng.uniform(-1, 1, model.nv)
+    state = pair.tree.close(q, v)
+    pair.assert_poses(state)
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, mass)
+    expected = mass @ qacc + data.qfrc_bias - data.qfrc_passive
+    efforts = pair.tree.inverse_dynamics(state, pair.single(qacc, "dofadr"))
+    size = max(1.0, float(np.abs(expected).max()))
+    assert efforts == pytest.approx(pair.single(expected, "dofadr"), abs=NEAR * size)
+    assert_limits(pair)
+    assert_gaps(pair, state)
+
+
+def assert_limits(pair: Pair) -> None:
+    for name, joint in pair.description.joints.items():
+        actual = pair.model.joint(name)
+        if actual.limited[0]:
+            assert joint.limits == pytest.approx(actual.range, abs=1e-12)
+        else:
+            assert joint.limits == (-math.inf, math.inf)
+
+
+def assert_gaps(pair: Pair, state: ClosedState) -> None:
+    """What is left open is what MuJoCo would close, by the length of each gap."""
+    rows = pair.data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+    residuals, ids = pair.data.efc_pos[rows], pair.data.efc_id[rows]
+    closures = iter(pair.description.closures)
+    for number in range(pair.model.neq):
+        residual = residuals[ids == number]
+        if pair.model.eq_type[number] in COUPLINGS:
+            continue
+        closure = next(closures)
+        a, b = (pair.placed(state, frame) for frame in closure.frames())
+        gap = np.linalg.norm(a.translation - b.translation)
+        assert gap == pytest.approx(np.linalg.norm(residual[:3]), abs=NEAR)
+        if closure.kind == "frame":
+            turn = a.rotation.T @ b.rotation
+            cosine = (np.trace(turn) - 1.0) / 2.0
+            half_sine = math.sqrt(max(0.0, (1.0 - cosine) / 2.0))
+            torque_scale = pair.model.eq_data[number, 10]
+            size = torque_scale * half_sine
+            assert size == pytest.approx(np.linalg.norm(residual[3:]), abs=1e-7)
+    followers = pair.description.mimics
+    positions = dict(zip(pair.tree.active, state.u, strict=True))
+    couplings = np.flatnonzero(np.isin(pair.model.eq_type, COUPLINGS))
+    closed = pair.data.qpos.copy()
+    for name, mimic in [*followers.items()] * len(followers):  # until the last one follows
+        value = mimic.offset
+        for source, multiplier in mimic.multipliers.items():
+            value += multiplier * positions[source]
+        positions[name] = value
+        closed[pair.model.joint(name).qposadr[0]] = value
+    assert len(followers) == len(couplings)
+    pair.data.qpos[:] = closed
+    mujoco.mj_fwdPosition(pair.model, pair.data)
+    rows = pair.data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+    for number in couplings:
+        residual = pair.data.efc_pos[rows & (pair.data.efc_id == number)]
+        assert residual == pytest.approx(0.0, abs=NEAR)
+
+
+@examples(30, phases=(Phase.explicit, Phase.generate))
+@given(SEEDS)
+def test_balls_and_free_bodies_move_as_in_mujoco(seed: int) -> None:
+    """Poses, weight and kinetic energy; MuJoCo counts them by quaternions and twists."""
+    types = ("hinge", "slide", "ball", "free")
+    pair = Pair(RandomModel(seed, types, has_constraints=False).text())
+    model, data = pair.model, pair.data
+    rng = np.random.default_rng(seed)
+    q = dict(zip(pair.tree.active, rng.uniform(-1, 1, model.nv), strict=True))
+    v = dict(zip(pair.tree.active, rng.uniform(-1, 1, model.nv), strict=True))
+    for number in range(model.njnt):
+        qpos, qvel = quaternions_and_twists(model, number, q, v)
+        first, first_rate = model.jnt_qposadr[number], model.jnt_dofadr[number]
+        data.qpos[first : first + len(qpos)] = qpos
+        data.qvel[first_rate : first_rate + len(qvel)] = qvel
+    mujoco.mj_fwdPosition(model, data)
+    state = pair.tree.close(list(q.values()), list(v.values()))
+    pair.assert_poses(state)
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, mass)
+    energy = pair.tree.energy(state).kinetic
+    assert energy == pytest.approx(0.5 * data.qvel @ mass @ data.qvel, rel=NEAR)
+    rates = data.qvel.copy()
+    data.qvel[:] = 0.0
+    mujoco.mj_fwdVelocity(model, data)
+    power = (data.qfrc_bias - data.qfrc_passive) @ rates
+    still = pair.tree.close(list(q.values()))
+    held = pair.tree.inverse_dynamics(still, np.zeros(model.nv))
+    assert held @ list(v.values()) == pytest.approx(power, abs=NEAR * max(1.0, np.abs(held).max()))
+
+
+def quaternions_and_twists(
+    model, number: int, q: dict[str, float], v: dict[str, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """MuJoCo's numbers of a joint: position and quaternion, velocity and angular velocity."""
+    joint = model.joint(number)
+    name = joint.name or f"joint{number}"
+    if joint.type[0] > 1:  # a hinge or slide
+        return np.array([q[name]]), np.array([v[name]])
+    names = [f"{name}_{letter}" for letter in "XYZ"]
+    angles = [q[hinge] for hinge in names]
+    turns = [rotation_about(axis, angle) for axis, angle in zip(np.eye(3), angles, strict=True)]
+    x, y, z = turns
+    drawn = model.body(joint.bodyid[0])
+    start = np.eye(3)
+    if joint.type[0] == 0:
+        start = rotation_from_quaternion(drawn.quat)
+    qx, qy, qz, qw = quaternion(start @ x @ y @ z)
+    rates = [v[hinge] for hinge in names]
+    spin = z.T @ y.T @ [rates[0], 0, 0] + z.T @ [0, rates[1], 0] + [0, 0, rates[2]]
+    turned = np.array([qw, qx, qy, qz])
+    if joint.type[0] == 1:
+        return turned, spin
+    slides = [f"{name}_along_{letter}" for letter in "XYZ"]
+    position = drawn.pos + [q[slide] for slide in slides]
+    velocity = [v[slide] for slide in slides]
+    return np.concatenate([position, turned]), np.concatenate([velocity, spin])
