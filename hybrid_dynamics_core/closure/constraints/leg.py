@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ...algebra.independence import norm
 from ...algebra.scalar import Scalar, Scalars
 from ...algebra.vector import Vector, constant, dot, scale, sub
 from ...mechanism.configuration import Configuration
@@ -43,6 +44,15 @@ class Pivot:
     centre: Vector
 
     @property
+    def leg_has_length(self) -> bool:
+        """Whether the leg can be longer than nothing; a leg that ends in O has no direction."""
+        if any(not body.is_revolute for body in self.after.bodies):
+            return True
+        first, *others = [*(body.translation for body in self.after.bodies), self.after.point]
+        vectors = [sub(first, self.centre), *others]
+        return any(norm(vector) > MEET for vector in vectors)
+
+    @property
     def coordinates(self) -> tuple[int, int]:
         """The coordinates of its two joints."""
         return self.first.coordinate, self.second.coordinate
@@ -60,7 +70,9 @@ def find_pivot(chain: Chain, only: frozenset[int]) -> Pivot | None:
             in_parent, in_second = meeting
             before = Chain(chain.bodies[:k], in_parent)
             after = Chain(chain.bodies[k + 2 :], chain.point)
-            return Pivot(before, first, second, after, in_second)
+            pivot = Pivot(before, first, second, after, in_second)
+            if pivot.leg_has_length:
+                return pivot
     return None
 
 
