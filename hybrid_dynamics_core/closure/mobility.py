@@ -19,18 +19,15 @@ from ..mechanism.configuration import configuration_at
 from ..mechanism.tree import Tree, build_tree
 from .constraints.equations import LoopEquations
 from .constraints.from_description import loop_equations
+from .drawn_flat import with_parallelograms
 from .loop_gap import describe_gap
-from .numeric_closure import CLOSED, close_numerically, gaps_and_jacobian
+from .numeric_closure import CLOSED, gaps_and_jacobian
+from .reference_search import Closed, closed_near, regular_near
 
 # share of a coordinate's motion that must not follow from the coordinates chosen before
 INDEPENDENT = 1e-6
 ZERO = 1e-8  # singular values below this share of the largest count as zero
-# [rad or m] how far from a reference that does not close other starts are
-DISTANCES = (0.3, 1.0)
-STARTS = 6  # at each of these distances
 TINY = 1e-300
-
-Closed = tuple[Array, dict[str, float]]  # s (n_s,), and the residual of each loop
 
 
 @dataclass(frozen=True)
@@ -42,12 +39,14 @@ class Mobility:
         idle: those among them that no motor drives.
         dependent: motors that follow from the others, hence passive.
         reference: the closed configuration at which this was read, by coordinate [rad or m].
+        description: the robot's, with what was decided for it.
     """
 
     active: tuple[str, ...]
     idle: tuple[str, ...]
     dependent: tuple[str, ...]
     reference: Mapping[str, float]
+    description: RobotDescription
 
 
 def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
@@ -64,8 +63,9 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     start = [robot.reference.get(name, 0.0) for name in names]
     loops = loop_equations(tree, robot, frozenset(range(len(names))))
     passive = [k for k, name in enumerate(names) if name not in robot.active]
-    s, residual = _closed(tree, loops, start, passive)
-    _require_closed(tree, robot, s, residual)
+    closed = closed_near(tree, loops, start, passive)
+    _require_closed(tree, robot, closed)
+    robot, loops, s = _regular(tree, robot, loops, closed.s)
     _, jacobian = gaps_and_jacobian(tree, loops, s, range(len(names)))
     motions = _null_space(jacobian)
     driven = (*robot.motors, *robot.actuators)
@@ -80,11 +80,70 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     idle = tuple(name for name in chosen if name not in driven)
     dependent = tuple(name for name in robot.motors if name not in motors)
     reference = dict(zip(names, s.tolist(), strict=True))
-    return Mobility(motors + idle, idle, dependent, reference)
+    return Mobility(motors + idle, idle, dependent, reference, robot)
 
 
-def with_mobility(robot: RobotDescription, mobility: Mobility) -> tuple[RobotDescription, Tree]:
+def _regular(
+    tree: Tree, robot: RobotDescription, loops: list[LoopEquations], s: Array
+) -> tuple[RobotDescription, list[LoopEquations], Array]:
+    """Description, equations and a closed configuration (n_s,) that is not singular.
+
+    A parallelogram that is drawn flat becomes one by name. Elsewhere the mechanism is moved a
+    little off a change point. Notes say so.
+    """
+    moved = regular_near(tree, loops, s)
+    if moved is None:
+        return robot, loops, s
+    named = with_parallelograms(tree, robot, s)
+    if named.closures != robot.closures:
+        robot = named
+        loops = loop_equations(tree, robot, frozenset(range(len(s))))
+        moved = regular_near(tree, loops, s)
+        if moved is None:
+            return robot, loops, s
+    places: list[str] = []
+    for name, old, new in zip(tree.coordinates, s.tolist(), moved.tolist(), strict=True):
+        if name in robot.active and abs(new - old) > CLOSED:
+            places.append(f"{name} = {new:.4g}")
+    note = (
+        "the pose of the file is at a change point, where links can go either way; the reference"
+        f" beside it was taken: {', '.join(places)}"
+    )
+    return replace(robot, notes=(*robot.notes, note)), loops, moved
+
+
+def with_regular_reference(tree: Tree, robot: RobotDescription) -> RobotDescription | None:
+    """The description with a reference beside a change point, where the file names none.
+
+    Args:
+        tree: the spanning tree.
+        robot: its description, whose active joints are the independent ones.
+
+    Returns:
+        The description with a note, None where the pose of the file is not at a change point.
+    """
+    if any(name in robot.reference for name in robot.active):
+        return None
+    names = tree.coordinates
+    start = [robot.reference.get(name, 0.0) for name in names]
+    loops = loop_equations(tree, robot, frozenset(range(len(names))))
+    passive = [k for k, name in enumerate(names) if name not in robot.active]
+    closed = closed_near(tree, loops, start, passive)
+    if not closed.is_closed:
+        return None
+    settled, _, s = _regular(tree, robot, loops, closed.s)
+    if settled is robot:
+        return None
+    reference = dict(robot.reference)
+    for k, name in enumerate(names):
+        if name in robot.active or name in reference:
+            reference[name] = float(s[k])
+    return replace(settled, reference=reference)
+
+
+def with_mobility(mobility: Mobility) -> tuple[RobotDescription, Tree]:
     """The description with its independent coordinates as active ones, and its tree."""
+    robot = mobility.description
     notes = (*robot.notes, *_beyond_limits(robot, mobility.reference))
     settled = replace(
         robot,
@@ -101,87 +160,17 @@ def _indices(names: Sequence[str], preferred: Sequence[str]) -> list[int]:
     return [names.index(name) for name in dict.fromkeys(preferred)]
 
 
-def _require_closed(
-    tree: Tree, robot: RobotDescription, s: Array, residual: Mapping[str, float]
-) -> None:
+def _require_closed(tree: Tree, robot: RobotDescription, closed: Closed) -> None:
     """Raise for the loop that is most open."""
-    worst = max(residual, key=lambda name: residual[name], default="")
-    if not worst or not residual[worst] > CLOSED:
+    if closed.is_closed:
         return
-    gap = describe_gap(tree, robot, worst, configuration_at(tree, s))
+    worst = max(closed.gaps, key=lambda name: closed.gaps[name])
+    gap = describe_gap(tree, robot, worst, configuration_at(tree, closed.s))
     raise robot.error(
         robot.closure_key(worst),
-        f"does not close: {gap} ({residual[worst]:.2g} of the loop's length) at best; mend the"
+        f"does not close: {gap} ({closed.gaps[worst]:.2g} of the loop's length) at best; mend the"
         " geometry",
     )
-
-
-def _closed(
-    tree: Tree, loops: Sequence[LoopEquations], start: Sequence[float], passive: Sequence[int]
-) -> Closed:
-    """A closed configuration: the reference, else one within the limits, else any.
-
-    The least open one where none closes.
-    """
-    best = close_numerically(tree, loops, start, passive)
-    if _is_closed(tree, loops, start):
-        return best
-    least = _merit(tree, *best)
-    # all that no loop holds stays where the reference has it; redundant motors must give way
-    held = sorted({k for loop in loops for k in loop.coordinates})
-    other_starts = [np.asarray(start, dtype=float), *_other_starts(tree, start, held)]
-    for other_start in other_starts:
-        if least == 0.0:
-            break
-        other = close_numerically(tree, loops, other_start, held)
-        merit = _merit(tree, *other)
-        if merit < least:
-            best = other
-            least = merit
-    return best
-
-
-def _is_closed(tree: Tree, loops: Sequence[LoopEquations], s: Sequence[float]) -> bool:
-    try:
-        gaps, _ = gaps_and_jacobian(tree, loops, np.asarray(s), ())
-    except ZeroDivisionError:  # frames half a turn apart
-        return False
-    return float(np.abs(gaps).max(initial=0.0)) <= CLOSED
-
-
-def _merit(tree: Tree, s: Array, residual: Mapping[str, float]) -> float:
-    """How good a configuration is, 0 at best.
-
-    0 where the loops close within the limits, below 1 where they close, more the more they are
-    open.
-    """
-    worst = max(residual.values(), default=0.0)
-    if worst > CLOSED:
-        return 1.0 + worst
-    lower, upper = _limits(tree).T
-    beyond = np.maximum(lower - s, s - upper).max(initial=0.0)
-    if beyond <= CLOSED:
-        return 0.0
-    return float(beyond / (1.0 + beyond))
-
-
-def _limits(tree: Tree) -> Array:
-    """(n_s, 2) in the order of the coordinates."""
-    bodies = sorted(tree.bodies, key=lambda body: body.coordinate)
-    return np.array([body.limits for body in bodies])
-
-
-def _other_starts(tree: Tree, start: Sequence[float], held: Sequence[int]) -> Iterator[Array]:
-    """Configurations about the reference, always the same, where the file's neutral one is open.
-
-    Only what the loops hold is moved, and not beyond its limits.
-    """
-    lower, upper = _limits(tree).T
-    rng = np.random.default_rng(0)
-    for size in np.repeat(DISTANCES, STARTS):
-        moved = np.array(start, dtype=float)
-        moved[held] += rng.uniform(-size, size, len(held))
-        yield np.clip(moved, lower, upper)
 
 
 def _beyond_limits(robot: RobotDescription, reference: Mapping[str, float]) -> Iterator[str]:

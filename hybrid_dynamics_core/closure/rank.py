@@ -18,7 +18,7 @@ SHORTEST_ROW = 1e-3  # a shorter row counts as one of this length
 CLOSED_NEARBY = 1e-9  # residual of a configuration that is closed beside the reference
 DIGITS = 6  # of a null space in which parts are told apart
 # [rad or m] moves of the given coordinates off symmetric places
-MOVES = (0.07, 0.02, -0.02, 0.005, -0.005)
+MOVES = (0.07, 0.02, -0.02, 0.005, -0.005, 1e-3, -1e-3)
 
 
 @dataclass(frozen=True)

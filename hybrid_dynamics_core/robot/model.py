@@ -9,12 +9,12 @@ from types import MappingProxyType
 import numpy as np
 
 from ..closed_state.assembly_modes import mode_names
-from ..closure.mobility import find_mobility, with_mobility
+from ..closure.mobility import find_mobility, with_mobility, with_regular_reference
 from ..closure.plan import ClosurePlan, build_plan
 from ..closure.printed_numbers import snapped
 from ..closure.toggle_range import independent_range
 from ..description.model import Frame, JointType, RobotDescription
-from ..errors import DescriptionError, InputError
+from ..errors import DescriptionError, InputError, UndecidedModeError
 from ..ground.arrays import Array, frozen
 from ..ground.lazy import lazy
 from ..ground.suggestions import no_such_name
@@ -49,9 +49,9 @@ class RobotModel:
         description = snapped(description)
         tree = build_tree(description)
         if description.active_set != "motors":
-            return RobotModel(description, tree, build_plan(tree, description))
+            return _exact_model(description, tree)
         mobility = find_mobility(tree, description)
-        description, tree = with_mobility(description, mobility)
+        description, tree = with_mobility(mobility)
         plan = build_plan(tree, description)
         return RobotModel(description, tree, plan, mobility.dependent)
 
@@ -240,3 +240,17 @@ class RobotModel:
             return build_plan(self.tree, self.description, indices, near)
         except DescriptionError as error:
             raise InputError(f"{names} cannot be given together: {error.problem}") from error
+
+
+def _exact_model(description: RobotDescription, tree: Tree) -> RobotModel:
+    """The model of a description whose active joints are the independent ones."""
+    try:
+        return RobotModel(description, tree, build_plan(tree, description))
+    except UndecidedModeError:
+        raise
+    except DescriptionError:
+        beside = with_regular_reference(tree, description)
+        if beside is None:
+            raise
+    tree = build_tree(beside)
+    return RobotModel(beside, tree, build_plan(tree, beside))

@@ -1,0 +1,172 @@
+"""A closed configuration to begin with: near the drawn pose, and not at a singular place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..ground.arrays import Array
+from ..mechanism.tree import Tree
+from .constraints.equations import LoopEquations
+from .numeric_closure import CLOSED, close_numerically, gaps_and_jacobian
+
+# [rad or m] how far from the drawn pose other starts are, and how many at each distance
+DISTANCES = (0.03, 0.1, 0.3, 1.0)
+STARTS = 6
+NEAR = 0.5  # [rad or m] a configuration that is nearer to the drawn pose is not improved
+MOVES = (0.03, -0.03, 0.1, -0.1, 0.3)  # [rad or m] off a singular place
+REGULAR = 1e-3  # share of a singular value nearby below which a place counts as singular
+RANK_TOLERANCE = 1e-8  # singular values below this share of the largest count as zero
+TINY = 1e-300
+
+
+class Closed(NamedTuple):
+    """A configuration, and how it closes.
+
+    Attributes:
+        s: all coordinates (n_s,) [rad or m].
+        gaps: largest gap of each loop by name, in lengths of the loop or [rad].
+    """
+
+    s: Array
+    gaps: Mapping[str, float]
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether all loops close."""
+        return max(self.gaps.values(), default=0.0) <= CLOSED
+
+
+def closed_near(
+    tree: Tree, loops: Sequence[LoopEquations], start: Sequence[float], passive: Sequence[int]
+) -> Closed:
+    """The closed configuration nearest to a drawn pose, within the limits if there is one.
+
+    The least open one where none closes.
+
+    Args:
+        tree: the spanning tree.
+        loops: all equations.
+        start: the drawn pose (n_s,) [rad or m].
+        passive: coordinates that give way first.
+    """
+    drawn = np.asarray(start, dtype=float)
+    best = Closed(*close_numerically(tree, loops, start, passive))
+    if _gaps(tree, loops, drawn) <= CLOSED:
+        return best
+    # all that no loop holds stays where the drawing has it; redundant motors must give way
+    held = sorted({k for loop in loops for k in loop.coordinates})
+    for other_start in _starts(tree, drawn, held):
+        if _merit(tree, best, drawn) <= NEAR:
+            break
+        other = Closed(*close_numerically(tree, loops, other_start, held))
+        best = min(best, other, key=lambda closed: _merit(tree, closed, drawn))
+    return best
+
+
+def regular_near(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> Array | None:
+    """A regular configuration beside a closed one that is singular; None where s is regular.
+
+    At a singular place, such as a change point, the equations have a lower rank than next to it.
+
+    Args:
+        tree: the spanning tree.
+        loops: all equations.
+        s: a closed configuration (n_s,) [rad or m].
+    """
+    sizes, motions = _singular_values(tree, loops, s)
+    best: Array | None = None
+    most = np.count_nonzero(sizes > RANK_TOLERANCE)
+    for move in MOVES:
+        moved = _moved(tree, loops, s, move * motions)
+        if moved is None:
+            continue
+        sizes_there, _ = _singular_values(tree, loops, moved)
+        rank = np.count_nonzero(sizes_there > RANK_TOLERANCE)
+        if rank == 0:
+            continue
+        smallest = float(sizes_there[rank - 1])
+        is_singular = len(sizes) < rank or sizes[rank - 1] < REGULAR * smallest
+        if is_singular and (best is None or rank > most):
+            best, most = moved, rank
+    return best
+
+
+def _moved(tree: Tree, loops: Sequence[LoopEquations], s: Array, motion: Array) -> Array | None:
+    """A closed configuration in the direction of a motion; None where none closes."""
+    held = sorted({k for loop in loops for k in loop.coordinates})
+    moved, gaps = close_numerically(tree, loops, s + motion, held)
+    lower, upper = limits_of(tree).T
+    is_within = bool(((moved >= lower - CLOSED) & (moved <= upper + CLOSED)).all())
+    if max(gaps.values(), default=0.0) > CLOSED or not is_within:
+        return None
+    return moved
+
+
+def _singular_values(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> tuple[Array, Array]:
+    """Singular values of J_s over the largest, and one motion (n_s,) that keeps all loops closed.
+
+    The motion mixes all of them, and is one at most in each coordinate.
+    """
+    _, jacobian = gaps_and_jacobian(tree, loops, s, range(len(s)))
+    if not len(jacobian):
+        return np.zeros(0), np.ones(len(s))
+    _, sizes, vectors = np.linalg.svd(jacobian)
+    sizes = sizes / max(float(sizes[0]), TINY)
+    rank = np.count_nonzero(sizes > RANK_TOLERANCE)
+    free = vectors[rank:]
+    weights = np.linspace(1.0, 0.6, len(free))
+    motion = weights @ free
+    return sizes, motion / max(float(np.abs(motion).max(initial=0.0)), TINY)
+
+
+def _gaps(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> float:
+    """The largest gap at s; infinite where frames are half a turn apart."""
+    try:
+        gaps, _ = gaps_and_jacobian(tree, loops, s, ())
+    except ZeroDivisionError:
+        return float(np.inf)
+    return float(np.abs(gaps).max(initial=0.0))
+
+
+def _merit(tree: Tree, closed: Closed, drawn: Array) -> float:
+    """How good a configuration is, 0 at best.
+
+    Its distance from the drawn pose where the loops close within the limits. More where they close
+    beyond limits, and more the more they are open.
+    """
+    worst = max(closed.gaps.values(), default=0.0)
+    if worst > CLOSED:
+        return 2e3 + worst
+    lower, upper = limits_of(tree).T
+    beyond = float(np.maximum(lower - closed.s, closed.s - upper).max(initial=0.0))
+    if beyond > CLOSED:
+        return 1e3 + beyond
+    return min(float(np.abs(closed.s - drawn).max(initial=0.0)), 1e3)
+
+
+def limits_of(tree: Tree) -> Array:
+    """Lower and upper limits (n_s, 2) in the order of the coordinates [rad or m]."""
+    bodies = sorted(tree.bodies, key=lambda body: body.coordinate)
+    return np.reshape([body.limits for body in bodies], (-1, 2)).astype(float)
+
+
+def _starts(tree: Tree, drawn: Array, held: Sequence[int]) -> Iterator[Array]:
+    """Configurations about the drawn pose, and one in the middle of the limits, always the same.
+
+    Only what the loops hold is moved, and not beyond its limits.
+    """
+    lower, upper = limits_of(tree).T
+    yield np.clip(drawn, lower, upper)
+    rng = np.random.default_rng(0)
+    for size in DISTANCES:
+        for _ in range(STARTS):
+            moved = drawn.copy()
+            moved[held] += rng.uniform(-size, size, len(held))
+            yield np.clip(moved, lower, upper)
+    middle = drawn.copy()
+    bounded = [k for k in held if np.isfinite(lower[k]) and np.isfinite(upper[k])]
+    middle[bounded] = 0.5 * (lower[bounded] + upper[bounded])
+    yield middle
