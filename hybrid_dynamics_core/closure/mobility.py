@@ -22,7 +22,7 @@ from .constraints.from_description import loop_equations
 from .drawn_flat import with_parallelograms
 from .loop_gap import describe_gap
 from .numeric_closure import CLOSED, gaps_and_jacobian
-from .reference_search import Closed, closed_near, regular_near
+from .reference_search import Closed, closed_near, generic_near, is_singular_for
 
 # share of a coordinate's motion that must not follow from the coordinates chosen before
 INDEPENDENT = 1e-6
@@ -65,17 +65,14 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     passive = [k for k, name in enumerate(names) if name not in robot.active]
     closed = closed_near(tree, loops, start, passive)
     _require_closed(tree, robot, closed)
-    robot, loops, s = _regular(tree, robot, loops, closed.s)
-    _, jacobian = gaps_and_jacobian(tree, loops, s, range(len(names)))
-    motions = _null_space(jacobian)
-    driven = (*robot.motors, *robot.actuators)
-    order = _indices(names, (*driven, *robot.idle, *names))
-    independent = independent_rows(motions, order, INDEPENDENT, passes=1)
-    chosen = [names[k] for k in independent]
+    generic = generic_near(tree, loops, closed.s)
+    chosen = _independent_names(tree, robot, loops, generic)
     if names and not chosen:
         raise robot.error(
             "active", "the loops hold every joint fast: nothing is left to move; mend the geometry"
         )
+    robot, s = _regular(tree, robot, closed.s, chosen)
+    driven = (*robot.motors, *robot.actuators)
     motors = tuple(name for name in chosen if name in driven)
     idle = tuple(name for name in chosen if name not in driven)
     dependent = tuple(name for name in robot.motors if name not in motors)
@@ -83,33 +80,54 @@ def find_mobility(tree: Tree, robot: RobotDescription) -> Mobility:
     return Mobility(motors + idle, idle, dependent, reference, robot)
 
 
+def _independent_names(
+    tree: Tree, robot: RobotDescription, loops: Sequence[LoopEquations], s: Array
+) -> list[str]:
+    """Coordinates that are independent at a configuration: driven ones if they are."""
+    names = tree.coordinates
+    _, jacobian = gaps_and_jacobian(tree, loops, s, range(len(names)))
+    motions = _null_space(jacobian)
+    order = _indices(names, (*robot.motors, *robot.actuators, *robot.idle, *names))
+    independent = independent_rows(motions, order, INDEPENDENT, passes=1)
+    return [names[k] for k in independent]
+
+
 def _regular(
-    tree: Tree, robot: RobotDescription, loops: list[LoopEquations], s: Array
-) -> tuple[RobotDescription, list[LoopEquations], Array]:
-    """Description, equations and a closed configuration (n_s,) that is not singular.
+    tree: Tree, robot: RobotDescription, s: Array, active: Sequence[str]
+) -> tuple[RobotDescription, Array]:
+    """Description and a closed configuration (n_s,) at which the loops determine all else.
 
     A parallelogram that is drawn flat becomes one by name. Elsewhere the mechanism is moved a
-    little off a change point. Notes say so.
+    little off a change point or a dead centre. Notes say so.
+
+    Args:
+        tree: the spanning tree.
+        robot: its description.
+        s: the pose of the file, closed [rad or m].
+        active: names of the independent coordinates.
     """
-    moved = regular_near(tree, loops, s)
-    if moved is None:
-        return robot, loops, s
-    named = with_parallelograms(tree, robot, s)
-    if named.closures != robot.closures:
-        robot = named
-        loops = loop_equations(tree, robot, frozenset(range(len(s))))
-        moved = regular_near(tree, loops, s)
-        if moved is None:
-            return robot, loops, s
+    names = tree.coordinates
+    passive = [k for k, name in enumerate(names) if name not in active]
+    candidates = [robot]
+    flat = with_parallelograms(tree, robot, s)
+    if flat.closures != robot.closures:
+        candidates.append(flat)
+    generic = s
+    for candidate in candidates:
+        robot = candidate
+        loops = loop_equations(tree, robot, frozenset(range(len(names))))
+        generic = generic_near(tree, loops, s)
+        if not is_singular_for(tree, loops, s, generic, passive):
+            return robot, s
     places: list[str] = []
-    for name, old, new in zip(tree.coordinates, s.tolist(), moved.tolist(), strict=True):
-        if name in robot.active and abs(new - old) > CLOSED:
+    for name, old, new in zip(names, s.tolist(), generic.tolist(), strict=True):
+        if name in active and abs(new - old) > CLOSED:
             places.append(f"{name} = {new:.4g}")
     note = (
-        "the pose of the file is at a change point, where links can go either way; the reference"
-        f" beside it was taken: {', '.join(places)}"
+        "the pose of the file is at a change point or a dead centre, where links can go either way;"
+        f" the reference beside it was taken: {', '.join(places)}"
     )
-    return replace(robot, notes=(*robot.notes, note)), loops, moved
+    return replace(robot, notes=(*robot.notes, note)), generic
 
 
 def with_regular_reference(tree: Tree, robot: RobotDescription) -> RobotDescription | None:
@@ -131,7 +149,7 @@ def with_regular_reference(tree: Tree, robot: RobotDescription) -> RobotDescript
     closed = closed_near(tree, loops, start, passive)
     if not closed.is_closed:
         return None
-    settled, _, s = _regular(tree, robot, loops, closed.s)
+    settled, s = _regular(tree, robot, closed.s, robot.active)
     if settled is robot:
         return None
     reference = dict(robot.reference)

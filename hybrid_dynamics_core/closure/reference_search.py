@@ -66,32 +66,58 @@ def closed_near(
     return best
 
 
-def regular_near(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> Array | None:
-    """A regular configuration beside a closed one that is singular; None where s is regular.
+def generic_near(tree: Tree, loops: Sequence[LoopEquations], s: Array) -> Array:
+    """A configuration beside a closed one at which the equations have their usual rank.
 
-    At a singular place, such as a change point, the equations have a lower rank than next to it.
+    At a singular place, such as a change point, the rank is lower than next to it.
 
     Args:
         tree: the spanning tree.
         loops: all equations.
         s: a closed configuration (n_s,) [rad or m].
+
+    Returns:
+        Of some configurations beside it the one with the highest rank; s itself where none closes.
     """
-    sizes, motions = _singular_values(tree, loops, s)
-    best: Array | None = None
-    most = np.count_nonzero(sizes > RANK_TOLERANCE)
+    sizes, motion = _singular_values(tree, loops, s)
+    most = -1
+    best = s
     for move in MOVES:
-        moved = _moved(tree, loops, s, move * motions)
+        moved = _moved(tree, loops, s, move * motion)
         if moved is None:
             continue
-        sizes_there, _ = _singular_values(tree, loops, moved)
-        rank = np.count_nonzero(sizes_there > RANK_TOLERANCE)
-        if rank == 0:
-            continue
-        smallest = float(sizes_there[rank - 1])
-        is_singular = len(sizes) < rank or sizes[rank - 1] < REGULAR * smallest
-        if is_singular and (best is None or rank > most):
+        sizes, _ = _singular_values(tree, loops, moved)
+        rank = int(np.count_nonzero(sizes > RANK_TOLERANCE))
+        if rank > most:
             best, most = moved, rank
     return best
+
+
+def is_singular_for(
+    tree: Tree, loops: Sequence[LoopEquations], s: Array, generic: Array, passive: Sequence[int]
+) -> bool:
+    """Whether passive coordinates are not determined at s, while they are beside it.
+
+    Args:
+        tree: the spanning tree.
+        loops: all equations.
+        s: a closed configuration (n_s,) [rad or m].
+        generic: one beside it.
+        passive: the coordinates that the loops are to determine.
+    """
+    here = _smallest(tree, loops, s, passive)
+    return here < REGULAR * _smallest(tree, loops, generic, passive)
+
+
+def _smallest(
+    tree: Tree, loops: Sequence[LoopEquations], s: Array, passive: Sequence[int]
+) -> float:
+    """Smallest singular value of J_z over the largest; 0 where the rank is short."""
+    _, jacobian = gaps_and_jacobian(tree, loops, s, passive)
+    if not passive or len(jacobian) < len(passive):
+        return 0.0
+    sizes = np.linalg.svd(jacobian, compute_uv=False)
+    return float(sizes[len(passive) - 1] / max(float(sizes[0]), TINY))
 
 
 def _moved(tree: Tree, loops: Sequence[LoopEquations], s: Array, motion: Array) -> Array | None:

@@ -14,7 +14,7 @@ from ..closure.plan import ClosurePlan, build_plan
 from ..closure.printed_numbers import snapped
 from ..closure.toggle_range import independent_range
 from ..description.model import Frame, JointType, RobotDescription
-from ..errors import DescriptionError, InputError, UndecidedModeError
+from ..errors import DescriptionError, InputError
 from ..ground.arrays import Array, frozen
 from ..ground.lazy import lazy
 from ..ground.suggestions import no_such_name
@@ -246,8 +246,6 @@ def _exact_model(description: RobotDescription, tree: Tree) -> RobotModel:
     """The model of a description whose active joints are the independent ones."""
     try:
         return RobotModel(description, tree, build_plan(tree, description))
-    except UndecidedModeError:
-        raise
     except DescriptionError:
         beside = with_regular_reference(tree, description)
         if beside is None:

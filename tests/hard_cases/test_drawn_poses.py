@@ -1,0 +1,133 @@
+"""Files that draw a mechanism where it is singular, or where no loop closes near by."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hybrid_dynamics_core import Robot
+from hybrid_dynamics_core.formats.reader import parse_description
+from tests.generated.reframed import reframed
+from tests.sampling import examples
+
+GRAVITY = 9.81
+
+FLAT = """\
+format: 1
+name: flat
+gravity: [0, -9.81, 0]
+links:
+  base: {{}}
+  p: {{mass: {mp}, com: [{cp}, 0, 0]}}
+  q: {{mass: {mq}, com: [{cq}, 0, 0]}}
+  r: {{mass: {mr}, com: [{cr}, 0, 0]}}
+joints:
+  jp: {{type: revolute, parent: base, child: p, axis: z}}
+  jq: {{type: revolute, parent: p, child: q, axis: z, origin: {{xyz: [{crank}, 0, 0]}}}}
+  jr: {{type: revolute, parent: base, child: r, axis: z, origin: {{xyz: [{ground}, 0, 0]}}}}
+closures: {{shut: {{kind: {kind}, between: {{q: [{ground}, 0, 0], r: [{crank}, 0, 0]}}}}}}
+active: [jp]
+{how}
+end_effector: {{link: q}}
+"""
+SIZE = st.floats(0.1, 2.0)
+
+
+@examples(60)
+@given(
+    crank=SIZE,
+    ground=SIZE,
+    masses=st.tuples(SIZE, SIZE, SIZE),
+    coms=st.tuples(SIZE, SIZE, SIZE),
+    u=st.floats(-3.0, 3.0),
+    kind=st.sampled_from(["planar", "axis", "point"]),
+    how=st.sampled_from(["active_set: motors", "active_set: exact"]),
+    frames=st.integers(0, 10**6),
+)
+def test_a_parallelogram_drawn_flat_is_one(
+    crank: float,
+    ground: float,
+    masses: tuple[float, float, float],
+    coms: tuple[float, float, float],
+    u: float,
+    kind: str,
+    how: str,
+    frames: int,
+) -> None:
+    """By hand: p and r turn with jp, q is carried along."""
+    (mp, mq, mr), (cp, cq, cr) = masses, coms
+    names = ("mp", "mq", "mr", "cp", "cq", "cr", "crank", "ground", "kind", "how")
+    values = (mp, mq, mr, cp, cq, cr, crank, ground, kind, how)
+    text = FLAT.format(**dict(zip(names, values, strict=True)))
+    machine = Robot(parse_description(text, file="flat.yaml"))
+    shift = 0.0
+    if frames % 2:  # the same in other words
+        description, zeros = reframed(machine.description, frames)
+        machine, shift = Robot(description), zeros["jp"]
+    state = machine.close([u - shift], near=machine.close(machine.reference))
+    expected = GRAVITY * np.cos(u) * (mp * cp + mq * crank + mr * cr)
+    torque = machine.inverse_dynamics(state, [0.0])[0]
+    assert torque == pytest.approx(expected, abs=1e-9 * (1.0 + abs(expected)))
+    assert any("taken as a parallelogram" in note for note in machine.description.notes)
+
+
+SLIDER = """\
+format: 1
+name: dead_centre
+links: {{base: {{}}, crank: {{mass: 1}}, rod: {{mass: 1}}, ram: {{mass: 1}}}}
+joints:
+  a: {{type: revolute, parent: base, child: crank, axis: z}}
+  b: {{type: revolute, parent: crank, child: rod, axis: z, origin: {{xyz: [{crank}, 0, 0]}}}}
+  x: {{type: prismatic, parent: base, child: ram, axis: x, origin: {{xyz: [{sum}, 0, 0]}}}}
+closures: {{cl: {{kind: planar, between: {{rod: [{rod}, 0, 0], ram: [0, 0, 0]}}}}}}
+active: [x]
+active_set: motors
+end_effector: {{link: ram}}
+"""
+
+
+@examples(20)
+@given(crank=st.floats(0.05, 1.0), more=st.floats(0.05, 1.0))
+def test_a_slider_crank_drawn_at_its_dead_centre_moves(crank: float, more: float) -> None:
+    rod = crank + more
+    text = SLIDER.format(crank=crank, rod=rod, sum=crank + rod)
+    machine = Robot(parse_description(text, file="dead.yaml"))
+    assert machine.active == ("x",)
+    assert any("at a change point" in note for note in machine.description.notes)
+    a, x = (machine.coordinates.index(name) for name in "ax")
+    for share in (0.05, 0.3, 0.7):
+        state = machine.close([-2.0 * crank * share])
+        pin = crank * np.array([np.cos(state.s[a]), np.sin(state.s[a])])
+        tip = np.array([crank + rod + state.s[x], 0.0])
+        assert np.linalg.norm(tip - pin) == pytest.approx(rod, abs=1e-12)
+
+
+PINNED = """\
+format: 1
+name: pinned
+base: world
+links: {{world: {{}}, a: {{}}, b: {{}}, c: {{}}, d: {{}}, e: {{}}, ball: {{mass: 1}}}}
+joints:
+  x: {{type: prismatic, parent: world, child: a, axis: x}}
+  y: {{type: prismatic, parent: a, child: b, axis: y}}
+  z: {{type: prismatic, parent: b, child: c, axis: z}}
+  rx: {{type: revolute, parent: c, child: d, axis: x}}
+  ry: {{type: revolute, parent: d, child: e, axis: y}}
+  rz: {{type: revolute, parent: e, child: ball, axis: z}}
+closures:
+  pin: {{kind: point, between: {{world: [0, 0, {at}], ball: [0, 0, {at}]}}}}
+active: [x, y, z, rx, ry, rz]
+active_set: motors
+end_effector: {{link: ball}}
+"""
+
+
+@pytest.mark.parametrize("at", [0.0, 0.4])
+def test_a_body_pinned_at_its_own_origin_has_three_freedoms(at: float) -> None:
+    machine = Robot(parse_description(PINNED.format(at=at), file="pinned.yaml"))
+    assert len(machine.active) == 3
+    assert len(machine.dependent_motors) == 3
+    state = machine.close([0.1, 0.2, -0.1])
+    assert state.residual < 1e-12
